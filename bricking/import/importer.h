@@ -1,0 +1,30 @@
+// bricking/import/importer.h: streams a SlabSource into a store: levels, shards, checksums, statistics.
+// Belongs to tessera_bricking: it needs no format library.
+#pragma once
+
+#include "bricking/import/slab_source.h"
+#include "core/budget.h"
+#include "core/progress.h"
+
+#include <cstdint>
+#include <filesystem>
+
+namespace tessera {
+
+struct ImportOptions {
+    bool force = false;   // replace an existing store
+    int threads = 0;      // 0: all processors
+    Verbosity verbosity = Verbosity::quiet;
+};
+struct ImportReport {
+    std::uint64_t voxels = 0, bytesIn = 0, bytesOut = 0, chunksWritten = 0, chunksFill = 0;
+    double seconds = 0;
+};
+
+/// Writes to a temporary folder beside `store`, then renames: an unfinished store never has the final name.
+/// Memory: one slab of 32 slices per level, charged to ram; throws InputError (the floor) if that cannot fit,
+/// and if the store exists and force is off, and if the existing path is not a store.
+ImportReport importToStore(SlabSource& source, const std::filesystem::path& store, Ledger& ram,
+                           const ImportOptions& options);
+
+} // namespace tessera

@@ -1,0 +1,39 @@
+// bricking/statistics.h: what selection and skipping know of a volume without its voxels. A cache inside the
+// store, made at import, rebuilt when missing: per cell min/max with a one-voxel apron; per brick the mean;
+// per brick and level value histograms.
+#pragma once
+
+#include "bricking/store/store_reader.h"
+#include "core/brick.h"
+#include "core/budget.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace tessera {
+
+constexpr int kHistogramBins = 64; // equal bins over [lowest, highest] of the whole volume
+
+/// All values as stored (physical = slope * stored + intercept).
+struct Statistics {
+    glm::ivec3 cells{0};                   // cellGrid(extent)
+    std::vector<float> cellMin, cellMax;   // [z][y][x] over cells, apron of one voxel included
+    glm::ivec3 bricks{0};                  // brickGrid(extent)
+    std::vector<float> brickMean;          // [z][y][x] over bricks: the sample of level kLevelCount-1
+    float lowest = 0, highest = 0;         // over the whole volume, level 0
+    std::vector<std::uint64_t> histogram;  // kHistogramBins, whole volume, level 0
+    Charge charge;                         // what the vectors above hold on the ledger
+
+    /// Range of a brick's voxels and one layer around it.
+    void brickRange(const BrickId& brick, float& lo, float& hi) const;
+};
+
+/// Computes everything from the chunks (two passes over the store), writing the arrays under STORE/stats.
+/// Per brick and level histograms go to disk only (stats/histogram/<level>, uint16, [Bz,By,Bx,bins]).
+void buildStatistics(const StoreReader& store, const std::filesystem::path& folder, Ledger& ram, int threads);
+
+/// Loads what rendering needs. Missing or inconsistent statistics are rebuilt in memory (not written).
+Statistics loadStatistics(const StoreReader& store, Ledger& ram, int threads);
+
+} // namespace tessera

@@ -1,0 +1,46 @@
+// bricking/store/store_reader.h: reads chunks of a store: an OME-Zarr 0.5 group, sharded, checksummed.
+#pragma once
+
+#include "core/brick.h"
+#include "core/budget.h"
+#include "core/volume.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace tessera {
+
+class StoreReader {
+  public:
+    /// Reads and checks all metadata; no voxels. Shard indices are read on first use, checked, kept, and
+    /// charged to ram, which must outlive the reader.
+    /// Throws InputError naming the file for anything missing, unreadable or inconsistent.
+    StoreReader(const std::filesystem::path& path, Ledger& ram);
+    ~StoreReader();
+    StoreReader(const StoreReader&) = delete;
+    StoreReader& operator=(const StoreReader&) = delete;
+
+    const std::filesystem::path& path() const;
+    const VolumeInfo& info() const;
+    /// Bytes of one decoded chunk: kChunkExtent^3 * bytesPerValue.
+    std::size_t chunkBytes() const;
+    /// Decodes one chunk: [z][y][x] of kChunkExtent^3 stored values; beyond the array's edge the fill value.
+    /// Thread-safe. out.size() == chunkBytes(). A chunk that the store leaves out is all fill.
+    /// Throws InputError naming shard and chunk when a checksum fails or an index lies.
+    void readChunk(const ChunkKey& key, std::span<std::byte> out) const;
+    /// Identity of the content: hex digest over metadata and shard indices (whose entries hold the chunks'
+    /// places and sizes; the chunks' own CRCs stand in for their bytes).
+    std::string contentHash() const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// True when path looks like a store of ours (a folder whose zarr.json has attributes.tessera).
+bool isStore(const std::filesystem::path& path);
+
+} // namespace tessera

@@ -1,0 +1,53 @@
+// core/camera.h: where the picture is taken from, in patient space (LPS, mm). Names follow VTK.
+#pragma once
+
+#include "core/volume.h" // VolumeInfo: fitting
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+namespace tessera {
+
+enum class Projection { perspective, parallel };
+/// The side of the patient that faces the viewer.
+enum class View { anterior, posterior, left, right, superior, inferior };
+
+struct Camera {
+    Projection projection = Projection::perspective;
+    glm::dvec3 position{0, -1000, 0};  // mm
+    glm::dvec3 focalPoint{0, 0, 0};    // mm
+    glm::dvec3 viewUp{0, 0, 1};
+    double viewAngle = 30;             // full vertical angle, degrees, (0,180)
+    double parallelScale = 100;        // half the height of the view, mm; parallel projection only
+
+    /// Throws InputError naming where for values that are not finite, a zero view direction, viewUp parallel
+    /// to it, or an angle or scale out of range.
+    void validate(const std::string& where) const;
+};
+
+/// Looks at the whole volume from a side of the patient: superior is up for the four horizontal views; for
+/// superior and inferior, anterior is up. The bounding sphere of the volume's box fits the smaller image axis.
+Camera fitCamera(const VolumeInfo& info, View view, Projection projection, const glm::ivec2& imageSize);
+
+/// A pixel's ray in patient space: base + t * direction, t in mm from minT on.
+struct PatientRay {
+    glm::dvec3 base{0}, direction{0};
+    double minT = 0;
+};
+
+/// The camera ready for use: rays pass through a plane near the volume, so that float coordinates stay small
+/// even for a camera 1e6 mm away. Pixel (0,0) is the top left one; its centre is (0.5,0.5).
+/// base(pixel)      = centre + ndc.x * right + ndc.y * up,  ndc in [-1,1], y up
+/// direction(pixel) = normalize(toCentre + ndc.x * right + ndc.y * up)  (perspective), forward (parallel)
+/// minT(pixel)      = -|toCentre + ndc.x * right + ndc.y * up| (perspective: the eye), -infinity (parallel)
+struct RayPlane {
+    glm::dvec3 centre{0}, right{0}, up{0}; // mm; right and up reach from the centre to the image's edge
+    glm::dvec3 toCentre{0};                // perspective: centre - position
+    glm::dvec3 forward{0};                 // unit
+    bool perspective = true;
+};
+RayPlane rayPlane(const Camera& camera, const VolumeInfo& info, const glm::ivec2& imageSize);
+/// The arbiter's ray, in double. pixel may have a fraction.
+PatientRay pixelRay(const RayPlane& plane, const glm::dvec2& pixel, const glm::ivec2& imageSize);
+
+} // namespace tessera

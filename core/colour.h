@@ -1,0 +1,14 @@
+// core/colour.h: colour spaces. Linear Rec. 709 inside; sRGB at the door; CIE 1976 L*u*v* (D65) for errors.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+namespace tessera {
+
+/// IEC 61966-2-1 transfer curve, per component; input clamped to [0,1].
+double srgbFromLinear(double linear);
+double linearFromSrgb(double srgb);
+/// CIE 1976 L*u*v*, white point D65 (x 0.3127, y 0.3290); input linear Rec. 709 in [0,1]. Black gives 0.
+glm::dvec3 luvFromLinear(const glm::dvec3& rgb);
+
+} // namespace tessera

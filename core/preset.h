@@ -1,0 +1,27 @@
+// core/preset.h: the named transfer functions in core/presets/*.json.
+#pragma once
+
+#include "core/transfer_function.h"
+
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// Names, alphabetical: "bone", "lung", "skin", "soft-tissue", "vessels", and "auto".
+std::vector<std::string> presetNames();
+
+/// What is known of a volume's values, for presets that adapt ("auto").
+struct ValueSummary {
+    double lowest = 0, highest = 0; // physical units
+    bool isHu = true;
+    /// Counts over equal bins of [lowest, highest]; empty if unknown.
+    std::vector<double> histogram;
+};
+
+/// Throws InputError, listing the names and the nearest one, for an unknown name.
+/// "auto": from the histogram; transparent below the background peak's upper end, ramps over the rest.
+/// A CT preset on data that is not in HU is refused with a message that names "auto".
+TransferFunction presetFunction(const std::string& name, const ValueSummary& values);
+
+} // namespace tessera

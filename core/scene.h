@@ -1,0 +1,70 @@
+// core/scene.h: everything a picture depends on, as one value and as one JSON file (docs/scene.schema.json).
+// Keys follow VTK and 3D Slicer where they have one.
+#pragma once
+
+#include "core/camera.h"
+#include "core/transfer_function.h"
+
+#include <filesystem>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace tessera {
+
+/// Phong with a head light: colour * (ambient + diffuse * |n.v|) + specular * max(0, r.v)^specularPower,
+/// the specular part white. Off: colour as the transfer function gives it.
+struct Shading {
+    bool on = true;
+    double ambient = 0.2, diffuse = 0.8, specular = 0.25, specularPower = 20;
+};
+
+enum class Fetch { hardware, exact };
+
+struct Quality {
+    double stepVoxels = 0.5;               // q of docs/sampling.md, in samples of the resident level, (0,16]
+    Fetch fetch = Fetch::hardware;         // exact: texel fetches and float arithmetic, for equality tests
+    double terminationTransmittance = 1.0 / 510; // a ray stops below it; 0: off
+    bool skipping = true;                  // empty-space skipping; never changes the picture
+};
+
+/// A transfer function by the name of a preset, or spelled out.
+using TransferChoice = std::variant<std::string, TransferFunction>;
+
+struct SceneVolume {
+    std::filesystem::path path;                    // store or source; absolute once a scene is loaded
+    TransferChoice transferFunction = std::string("bone");
+};
+
+/// A camera by side (fitted to the volume once it is known), or spelled out.
+struct FittedView {
+    View view = View::anterior;
+    Projection projection = Projection::perspective;
+};
+using CameraChoice = std::variant<FittedView, Camera>;
+
+struct Scene {
+    static constexpr int kVersion = 1;
+    std::vector<SceneVolume> volumes;              // exactly one is drawn now
+    CameraChoice camera = FittedView{};
+    Shading shading;
+    Quality quality;
+    glm::ivec2 imageSize{512, 512};
+    std::optional<glm::vec3> background = glm::vec3(0); // linear rgb; none: transparent
+};
+
+/// Parses a scene file. Relative paths are taken from the file's folder.
+/// Throws InputError naming the file and the JSON path for: no JSON, wrong version, unknown key (with the
+/// nearest known one), wrong type, value out of range, more or fewer volumes than one.
+Scene loadScene(const std::filesystem::path& file);
+Scene parseScene(const std::string& text, const std::filesystem::path& folder, const std::string& where);
+/// The scene as JSON text that parseScene reads back to the same scene.
+std::string sceneJson(const Scene& scene);
+
+/// Colour from "black", "white", "#rrggbb" (sRGB) or "transparent" (none). Throws InputError naming where.
+std::optional<glm::vec3> parseBackground(const std::string& text, const std::string& where);
+
+} // namespace tessera

@@ -1,0 +1,16 @@
+// core/threads.h: parallelFor over an index range. Work is handed out by an atomic counter, so results must
+// not depend on which thread does what; the first exception is rethrown to the caller.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+namespace tessera {
+
+/// Threads used when a caller says 0: the machine's processors.
+int defaultThreads();
+
+/// Calls body(index) for every index in [0,count), on up to `threads` threads (0: all processors).
+void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& body);
+
+} // namespace tessera

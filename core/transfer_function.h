@@ -1,0 +1,75 @@
+// core/transfer_function.h: what a value looks like. Points as people edit them, the exact function between
+// them (docs/sampling.md, "Transfer function"), and the table of floats that march and mirror read.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+struct OpacityPoint {
+    double value = 0;   // physical units (HU)
+    double opacity = 0; // [0,1] per referenceLengthMm; or extinction per mm, see fromExtinction()
+};
+struct ColourPoint {
+    double value = 0;        // physical units (HU)
+    glm::dvec3 colour{1.0};  // linear light, Rec. 709 primaries, [0,1], not premultiplied
+};
+
+/// Opacity and colour as functions of the physical value, piecewise linear between points, constant beyond the
+/// outermost ones. Two points at one value are a step; the value itself takes the right one. Three or more at
+/// one value: the first is the left limit, the last the right one.
+class TransferFunction {
+  public:
+    TransferFunction() = default;
+    /// Points in any order; sorted stably. Opacities and colours are clamped to [0,1].
+    /// No opacity points: transparent everywhere; no colour points: white.
+    /// Throws InputError naming where for values, opacities or colours that are not finite, and for a
+    /// reference length that is not positive and finite.
+    static TransferFunction fromOpacity(std::vector<OpacityPoint> opacity, std::vector<ColourPoint> colour,
+                                        double referenceLengthMm, const std::string& where = "transfer function");
+    /// The same with extinction (1/mm, >= 0) at the points, linear between them: for tests with closed forms.
+    static TransferFunction fromExtinction(std::vector<OpacityPoint> extinction,
+                                           std::vector<ColourPoint> colour,
+                                           const std::string& where = "transfer function");
+
+    /// 1/mm: -log1p(-min(opacity, 1-2^-24)) / referenceLengthMm. It never depends on a step.
+    double extinction(double value) const;
+    glm::dvec3 colour(double value) const;
+    /// Values, ascending, where the function is not smooth: every point.
+    const std::vector<double>& kinks() const { return kinks_; }
+    const std::vector<OpacityPoint>& opacityPoints() const { return opacity_; }
+    const std::vector<ColourPoint>& colourPoints() const { return colour_; }
+    double referenceLengthMm() const { return referenceLengthMm_; }
+
+  private:
+    std::vector<OpacityPoint> opacity_;
+    std::vector<ColourPoint> colour_;
+    std::vector<double> kinks_;
+    double referenceLengthMm_ = 1;
+    bool pointsAreExtinction_ = false;
+};
+
+/// The function as march and mirror read it: equidistant samples, linear between them, in float.
+struct TransferTable {
+    float firstValue = 0;      // value of entries.front(); values below read as it
+    float entriesPerValue = 0; // (entries.size()-1) / (last value - first value)
+    std::vector<glm::vec4> entries; // rgb: colour; a: extinction, 1/mm. At least 2, at most kMaxEntries.
+    /// Largest |extinction of table - of points| / largest extinction, over a fine sweep without the
+    /// neighbourhood (one table bin) of steps, which no table of finite size can follow.
+    double relativeError = 0;
+    /// Entries up to and including i whose extinction is not 0; for emptyOver().
+    std::vector<int> nonZeroUpTo;
+
+    static constexpr int kMaxEntries = 65536; // 1 MiB: one entry per HU over the whole 16-bit range
+    /// True when the table's extinction is exactly 0 everywhere on [lowest, highest] (physical units);
+    /// conservative by one entry on both sides, so that float rounding of an index cannot matter.
+    bool emptyOver(double lowest, double highest) const;
+};
+
+/// Size follows the sharpest feature: at least 8 entries between the two closest points, a power of two.
+TransferTable makeTable(const TransferFunction& function);
+
+} // namespace tessera

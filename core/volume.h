@@ -1,0 +1,67 @@
+// core/volume.h: what a volume is, apart from its voxels: extent, type, physical units, place in the patient.
+// Spaces (docs/sampling.md): voxel space has the centre of voxel (i,j,k) at (i,j,k)+1/2 and the volume is
+// [0,extent]; patient space is DICOM LPS in millimetres. Transforms are named dstFromSrc.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <string>
+
+namespace tessera {
+
+/// The types a store holds; importers convert others without loss (i8 to i16) or say that they lose.
+enum class ValueType : std::uint8_t { u8, i16, u16, f32 };
+
+std::size_t bytesPerValue(ValueType type);
+/// "uint8", "int16", "uint16", "float32": the names of Zarr.
+const char* name(ValueType type);
+
+/// Which source axis each axis of the volume came from, before the lossless move to the nearest LPS order.
+struct AxisOrder {
+    std::array<int, 3> sourceAxis = {0, 1, 2};
+    std::array<bool, 3> flipped = {false, false, false};
+    bool operator==(const AxisOrder&) const = default;
+};
+
+/// The whitelist: all that is ever copied from a clinical header besides geometry. No identifier is in it.
+struct Acquisition {
+    std::string modality;         // "CT", "MR", "" unknown
+    std::string kernel;           // convolution kernel, "" unknown
+    double tubeVoltageKv = 0;     // 0 unknown
+    double sliceThicknessMm = 0;  // 0 unknown
+    bool operator==(const Acquisition&) const = default;
+};
+
+struct VolumeInfo {
+    glm::ivec3 extentVoxels{0};
+    ValueType type = ValueType::i16;
+    /// physical value = rescaleSlope * stored + rescaleIntercept
+    double rescaleSlope = 1, rescaleIntercept = 0;
+    std::string unit;             // "HU", or "" where the physical unit is unknown
+    double fillStored = 0;        // padding or air, as stored; chunks of nothing else are not written
+    glm::dmat4 patientFromVoxel{1}; // affine; may be oblique, sheared, left-handed
+    AxisOrder originalOrder;
+    Acquisition acquisition;
+    std::uint64_t nonFiniteVoxels = 0; // NaN and infinite values that import replaced by fillStored
+    std::uint64_t clampedVoxels = 0;   // values that import had to clamp into the stored type
+
+    /// Lengths of the columns of patientFromVoxel, millimetres per voxel.
+    glm::dvec3 spacingMm() const;
+    /// extent product; extents are checked to be at least 1 and the product to stay below 2^62 bytes by
+    /// validate(), so this cannot overflow.
+    std::uint64_t voxelCount() const;
+    /// Throws InputError naming where for extents below 1, products that overflow, spacing that is not
+    /// positive and finite, or a singular affine (|det| < 1e-6 * product of spacings).
+    void validate(const std::string& where) const;
+};
+
+/// An affine from a first voxel's *centre* (DICOM ImagePositionPatient) and the three voxel steps in mm.
+glm::dmat4 patientFromVoxelOf(const glm::dvec3& firstCentreMm, const glm::dvec3& stepX,
+                              const glm::dvec3& stepY, const glm::dvec3& stepZ);
+/// Position of the centre of voxel (0,0,0) in patient space, mm.
+glm::dvec3 firstVoxelCentreMm(const VolumeInfo& info);
+
+} // namespace tessera
