@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <vector>
 

@@ -1,0 +1,152 @@
+// core/transfer_function.cpp: see transfer_function.h.
+#include "core/transfer_function.h"
+
+#include "core/error.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera {
+namespace {
+
+// Opacity 1 would be infinite extinction; this is the largest float below 1 (docs/sampling.md).
+constexpr double kMaxOpacity = 1.0 - 0x1p-24;
+
+/// Linear between the two points around value, constant beyond the outermost; `get` picks what to read.
+/// Among points of equal value the last decides at the value itself and to its right, the first to its left.
+template <typename Point, typename Get>
+auto piecewiseLinear(const std::vector<Point>& points, double value, Get get) {
+    const auto right = std::upper_bound(points.begin(), points.end(), value,
+                                        [](double v, const Point& p) { return v < p.value; });
+    if (right == points.begin()) return get(*right);
+    const auto left = right - 1;
+    if (right == points.end()) return get(*left);
+    const double f = (value - left->value) / (right->value - left->value);
+    return get(*left) + f * (get(*right) - get(*left));
+}
+
+template <typename Point> void sortByValue(std::vector<Point>& points) {
+    std::stable_sort(points.begin(), points.end(),
+                     [](const Point& a, const Point& b) { return a.value < b.value; });
+}
+
+void checkFinite(double number, const char* what, const std::string& where) {
+    if (!std::isfinite(number))
+        throw InputError(where + ": expected finite numbers, found " + what + " " + std::to_string(number));
+}
+
+} // namespace
+
+TransferFunction TransferFunction::fromOpacity(std::vector<OpacityPoint> opacity,
+                                               std::vector<ColourPoint> colour, double referenceLengthMm,
+                                               const std::string& where) {
+    if (!std::isfinite(referenceLengthMm) || !(referenceLengthMm > 0))
+        throw InputError(where + ": expected a positive reference length in mm, found " +
+                         std::to_string(referenceLengthMm));
+    TransferFunction f = fromExtinction(std::move(opacity), std::move(colour), where);
+    for (OpacityPoint& p : f.opacity_) p.opacity = std::min(p.opacity, 1.0);
+    f.referenceLengthMm_ = referenceLengthMm;
+    f.pointsAreExtinction_ = false;
+    return f;
+}
+
+TransferFunction TransferFunction::fromExtinction(std::vector<OpacityPoint> extinction,
+                                                  std::vector<ColourPoint> colour, const std::string& where) {
+    for (OpacityPoint& p : extinction) {
+        checkFinite(p.value, "value", where);
+        checkFinite(p.opacity, "opacity", where);
+        p.opacity = std::max(p.opacity, 0.0);
+    }
+    for (ColourPoint& p : colour) {
+        checkFinite(p.value, "value", where);
+        for (int c = 0; c < 3; ++c) {
+            checkFinite(p.colour[c], "colour", where);
+            p.colour[c] = std::clamp(p.colour[c], 0.0, 1.0);
+        }
+    }
+    sortByValue(extinction);
+    sortByValue(colour);
+    TransferFunction f;
+    f.opacity_ = std::move(extinction);
+    f.colour_ = std::move(colour);
+    f.pointsAreExtinction_ = true;
+    for (const OpacityPoint& p : f.opacity_) f.kinks_.push_back(p.value);
+    for (const ColourPoint& p : f.colour_) f.kinks_.push_back(p.value);
+    std::sort(f.kinks_.begin(), f.kinks_.end());
+    f.kinks_.erase(std::unique(f.kinks_.begin(), f.kinks_.end()), f.kinks_.end());
+    return f;
+}
+
+double TransferFunction::extinction(double value) const {
+    if (opacity_.empty()) return 0;
+    const double at = piecewiseLinear(opacity_, value, [](const OpacityPoint& p) { return p.opacity; });
+    return pointsAreExtinction_ ? at : -std::log1p(-std::min(at, kMaxOpacity)) / referenceLengthMm_;
+}
+
+glm::dvec3 TransferFunction::colour(double value) const {
+    if (colour_.empty()) return glm::dvec3(1.0);
+    return piecewiseLinear(colour_, value, [](const ColourPoint& p) { return p.colour; });
+}
+
+bool TransferTable::emptyOver(double lowest, double highest) const {
+    const double last = static_cast<double>(entries.size() - 1);
+    const double a = (lowest - firstValue) * static_cast<double>(entriesPerValue);
+    const double b = (highest - firstValue) * static_cast<double>(entriesPerValue);
+    const auto clampIndex = [&](double i) { return static_cast<std::size_t>(std::clamp(i, 0.0, last)); };
+    const std::size_t first = clampIndex(std::floor(a) - 1), final = clampIndex(std::ceil(b) + 1);
+    return nonZeroUpTo[final] == (first == 0 ? 0 : nonZeroUpTo[first - 1]);
+}
+
+TransferTable makeTable(const TransferFunction& function) {
+    constexpr std::size_t kMinEntries = 256;
+    const std::vector<double>& kinks = function.kinks();
+    double first = kinks.empty() ? 0 : kinks.front(), last = kinks.empty() ? 1 : kinks.back();
+    if (!(last > first)) { // one value: a constant, or one step with both sides to show
+        first -= 0.5;
+        last += 0.5;
+    }
+    double closest = last - first;
+    for (std::size_t i = 1; i < kinks.size(); ++i) closest = std::min(closest, kinks[i] - kinks[i - 1]);
+    std::size_t size = kMinEntries;
+    while (size < static_cast<std::size_t>(TransferTable::kMaxEntries) &&
+           static_cast<double>(size) * closest < 8 * (last - first))
+        size *= 2;
+
+    TransferTable table;
+    table.entries.resize(size);
+    table.nonZeroUpTo.resize(size);
+    const double pitch = (last - first) / static_cast<double>(size - 1);
+    table.firstValue = static_cast<float>(first);
+    table.entriesPerValue = static_cast<float>(1 / pitch);
+    double highest = 0;
+    int nonZero = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+        // The first entry is the limit from the left: a step at the very first point is seen from both sides
+        // only if values below it read what lies below.
+        const double value = i == 0 ? std::nextafter(first, first - 1) : first + pitch * static_cast<double>(i);
+        const double extinction = function.extinction(value);
+        table.entries[i] = glm::vec4(glm::vec3(function.colour(value)), static_cast<float>(extinction));
+        highest = std::max(highest, extinction);
+        nonZero += table.entries[i].a != 0 ? 1 : 0;
+        table.nonZeroUpTo[i] = nonZero;
+    }
+    // Own error: four probes a bin, away from steps (bins that a duplicate point falls into or beside).
+    std::vector<double> steps;
+    const auto& points = function.opacityPoints();
+    for (std::size_t i = 1; i < points.size(); ++i)
+        if (points[i].value == points[i - 1].value) steps.push_back(points[i].value);
+    double worst = 0;
+    for (std::size_t i = 0; i + 1 < size; ++i) {
+        for (const double f : {0.125, 0.375, 0.625, 0.875}) {
+            const double value = first + pitch * (static_cast<double>(i) + f);
+            const auto near = std::lower_bound(steps.begin(), steps.end(), value - pitch);
+            if (near != steps.end() && *near <= value + pitch) continue;
+            const double a = table.entries[i].a, b = table.entries[i + 1].a;
+            worst = std::max(worst, std::abs(a + f * (b - a) - function.extinction(value)));
+        }
+    }
+    table.relativeError = highest > 0 ? worst / highest : 0;
+    return table;
+}
+
+} // namespace tessera
