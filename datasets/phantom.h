@@ -1,5 +1,5 @@
-// datasets/phantom.h: generated volumes, slice by slice, of any size. Each is a formula, so that tests know the
-// value, and often the gradient and the integral, at every point.
+// datasets/phantom.h: generated volumes, slice by slice, of any size. Each is a formula, so that tests know
+// the value, and often the gradient and the integral, at every point.
 #pragma once
 
 #include "bricking/import/slab_source.h"
@@ -17,7 +17,8 @@ std::vector<std::string> phantomNames();
 /// @param extentVoxels  each at least 1
 /// The body's size in mm is the same at every extent: more voxels show it finer.
 /// Throws InputError with the nearest name for an unknown one.
-std::unique_ptr<SlabSource> makePhantom(const std::string& name, const glm::ivec3& extentVoxels, int threads = 0);
+std::unique_ptr<SlabSource> makePhantom(const std::string& name, const glm::ivec3& extentVoxels,
+                                        int threads = 0);
 
 /// Centre-line of the torso's colon, from caecum to rectum, patient space mm, about one point every 2 mm.
 std::vector<glm::dvec3> torsoColonCentreline();

@@ -1,0 +1,99 @@
+// datasets/phantom.cpp: the phantoms by name, and their slices on several threads. Memory is the caller's
+// slab and the phantom's own shapes; nothing grows with the volume. See phantom.h.
+#include "datasets/phantom.h"
+
+#include "core/error.h"
+#include "core/threads.h"
+#include "datasets/slice_generator.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+class PhantomSource final : public SlabSource {
+  public:
+    PhantomSource(std::string name, std::unique_ptr<SliceGenerator> slices, int threads)
+        : name_(std::move(name)), slices_(std::move(slices)), threads_(threads) {}
+
+    const VolumeInfo& info() const override { return slices_->info(); }
+
+    void readSlices(int count, std::span<std::byte> out) override {
+        const glm::ivec3 n = info().extentVoxels;
+        if (count < 0 || count > n.z - next_)
+            throw badFile("phantom " + name_, std::to_string(n.z - next_) + " slices left at most",
+                          "a request for " + std::to_string(count));
+        const std::size_t sliceBytes =
+            static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) * bytesPerValue(info().type);
+        TESSERA_CHECK(out.size() == sliceBytes * static_cast<std::size_t>(count));
+        parallelFor(static_cast<std::size_t>(count), threads_, [&](std::size_t i) {
+            slices_->slice(next_ + static_cast<int>(i), out.subspan(i * sliceBytes, sliceBytes));
+        });
+        next_ += count;
+    }
+
+    std::string describe() const override {
+        const glm::ivec3 n = info().extentVoxels;
+        return "phantom " + name_ + ", " + std::to_string(n.x) + "x" + std::to_string(n.y) + "x" +
+               std::to_string(n.z);
+    }
+
+  private:
+    std::string name_;
+    std::unique_ptr<SliceGenerator> slices_;
+    int threads_;
+    int next_ = 0; // first slice not read yet
+};
+
+/// Least number of inserted, deleted and replaced letters between two words (Levenshtein).
+std::size_t editDistance(const std::string& a, const std::string& b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        std::size_t diagonal = std::exchange(row[0], i);
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+            diagonal = std::exchange(row[j], std::min({row[j] + 1, row[j - 1] + 1, replaced}));
+        }
+    }
+    return row.back();
+}
+
+std::string nearestPhantom(const std::string& name) {
+    const std::vector<std::string> names = phantomNames();
+    return *std::min_element(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
+        return editDistance(name, a) < editDistance(name, b);
+    });
+}
+
+} // namespace
+
+VolumeInfo centredVolume(const std::string& name, const glm::ivec3& extentVoxels, const glm::dvec3& bodyMm,
+                         ValueType type) {
+    const glm::dvec3 spacing = bodyMm / glm::dvec3(extentVoxels);
+    VolumeInfo info;
+    info.extentVoxels = extentVoxels;
+    info.type = type;
+    info.patientFromVoxel = patientFromVoxelOf(0.5 * spacing - 0.5 * bodyMm, {spacing.x, 0, 0},
+                                               {0, spacing.y, 0}, {0, 0, spacing.z});
+    info.validate("phantom " + name);
+    return info;
+}
+
+std::vector<std::string> phantomNames() {
+    return {"torso", "marschner-lobb", "sphere", "ramp", "checkerboard"};
+}
+
+std::unique_ptr<SlabSource> makePhantom(const std::string& name, const glm::ivec3& extentVoxels,
+                                        int threads) {
+    const std::vector<std::string> names = phantomNames();
+    if (std::find(names.begin(), names.end(), name) == names.end())
+        throw badFile("phantom", "one of torso, marschner-lobb, sphere, ramp, checkerboard",
+                      "'" + name + "' (did you mean '" + nearestPhantom(name) + "'?)");
+    auto slices = makeAnalytic(name, extentVoxels);
+    return std::make_unique<PhantomSource>(name, std::move(slices), threads);
+}
+
+} // namespace tessera
