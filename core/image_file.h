@@ -1,5 +1,6 @@
-// core/image_file.h: pictures on disk. PNG (8-bit sRGB), EXR (linear float32), TIFF (16-bit sRGB), by extension.
-// A target of its own (tessera_image_files, OpenImageIO), so that a bare machine builds without it.
+// core/image_file.h: pictures on disk. PNG (8-bit sRGB), EXR (linear float32), TIFF (16-bit sRGB), by
+// extension. A target of its own (tessera_image_files, OpenImageIO), so that a bare machine builds without
+// it.
 #pragma once
 
 #include "core/image.h"
@@ -14,8 +15,8 @@ void checkImagePath(const std::filesystem::path& path);
 
 /// Writes atomically: a temporary file beside it, then a rename; nothing is left on failure.
 /// @param manifest  JSON text stored as ImageDescription
-/// Alpha: EXR stores premultiplied linear values; PNG and TIFF store unassociated alpha (3 channels if opaque).
-/// Throws Error naming path when it cannot be written.
+/// Alpha: EXR stores premultiplied linear values; PNG and TIFF store unassociated alpha (3 channels if
+/// opaque). Throws Error naming path when it cannot be written.
 void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest);
 
 /// Reads back what writeImage wrote, as linear premultiplied float. Throws InputError naming path.

@@ -8,19 +8,21 @@
 
 namespace tessera {
 
-/// Names, alphabetical: "bone", "lung", "skin", "soft-tissue", "vessels", and "auto".
+/// Names, alphabetical: "auto", "bone", "lung", "skin", "soft-tissue", "vessels".
 std::vector<std::string> presetNames();
 
 /// What is known of a volume's values, for presets that adapt ("auto").
 struct ValueSummary {
     double lowest = 0, highest = 0; // physical units
     bool isHu = true;
+    double spacingMm = 1; // typical voxel size; the unit distance of "auto", so that it suits any scale
     /// Counts over equal bins of [lowest, highest]; empty if unknown.
     std::vector<double> histogram;
 };
 
 /// Throws InputError, listing the names and the nearest one, for an unknown name.
-/// "auto": from the histogram; transparent below the background peak's upper end, ramps over the rest.
+/// "auto": from the histogram; transparent below the background peak's upper end, ramps over the quantiles of
+/// the rest, dark red to ivory. A volume of one value is transparent.
 /// A CT preset on data that is not in HU is refused with a message that names "auto".
 TransferFunction presetFunction(const std::string& name, const ValueSummary& values);
 

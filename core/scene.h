@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -25,17 +26,17 @@ struct Shading {
 enum class Fetch { hardware, exact };
 
 struct Quality {
-    double stepVoxels = 0.5;               // q of docs/sampling.md, in samples of the resident level, (0,16]
-    Fetch fetch = Fetch::hardware;         // exact: texel fetches and float arithmetic, for equality tests
+    double stepVoxels = 0.5;       // q of docs/sampling.md, in samples of the resident level, [1/64,16]
+    Fetch fetch = Fetch::hardware; // exact: texel fetches and float arithmetic, for equality tests
     double terminationTransmittance = 1.0 / 510; // a ray stops below it; 0: off
-    bool skipping = true;                  // empty-space skipping; never changes the picture
+    bool skipping = true;                        // empty-space skipping; never changes the picture
 };
 
 /// A transfer function by the name of a preset, or spelled out.
 using TransferChoice = std::variant<std::string, TransferFunction>;
 
 struct SceneVolume {
-    std::filesystem::path path;                    // store or source; absolute once a scene is loaded
+    std::filesystem::path path; // store or source; absolute once a scene is loaded
     TransferChoice transferFunction = std::string("bone");
 };
 
@@ -48,21 +49,38 @@ using CameraChoice = std::variant<FittedView, Camera>;
 
 struct Scene {
     static constexpr int kVersion = 1;
-    std::vector<SceneVolume> volumes;              // exactly one is drawn now
+    std::vector<SceneVolume> volumes; // exactly one is drawn now
     CameraChoice camera = FittedView{};
     Shading shading;
     Quality quality;
     glm::ivec2 imageSize{512, 512};
-    std::optional<glm::vec3> background = glm::vec3(0); // linear rgb; none: transparent
+    std::optional<glm::vec3> background = glm::vec3(0); // linear rgb in [0,1]; none: transparent
+
+    static constexpr int kMaxImageExtent = 16384; // pixels an axis: 4 GiB of float pixels
 };
 
+/// True when path is a JSON file that is meant as a scene: it has the key "tesseraScene", "volumes" or
+/// "camera", or is no JSON at all, so that loadScene() can say what is wrong with it. False for folders and
+/// other files.
+bool isSceneFile(const std::filesystem::path& path);
 /// Parses a scene file. Relative paths are taken from the file's folder.
 /// Throws InputError naming the file and the JSON path for: no JSON, wrong version, unknown key (with the
 /// nearest known one), wrong type, value out of range, more or fewer volumes than one.
 Scene loadScene(const std::filesystem::path& file);
 Scene parseScene(const std::string& text, const std::filesystem::path& folder, const std::string& where);
-/// The scene as JSON text that parseScene reads back to the same scene.
+/// The scene as JSON text that parseScene reads back to the same scene; ASCII, one line. A transfer function
+/// must hold opacities: one made from extinctions is for tests and has no JSON.
 std::string sceneJson(const Scene& scene);
+
+/// The keys that parseScene() knows, by the JSON path of their object ("$", "$.camera", "$.volumes[]", ...);
+/// what docs/scene.schema.json is compared with.
+std::map<std::string, std::vector<std::string>> sceneKeys();
+
+/// Names as scenes and options spell them. The functions throw InputError, naming where and the nearest name.
+const std::vector<std::string>& viewNames();  // in the order of View
+const std::vector<std::string>& fetchNames(); // in the order of Fetch
+View parseView(const std::string& text, const std::string& where);
+Fetch parseFetch(const std::string& text, const std::string& where);
 
 /// Colour from "black", "white", "#rrggbb" (sRGB) or "transparent" (none). Throws InputError naming where.
 std::optional<glm::vec3> parseBackground(const std::string& text, const std::string& where);

@@ -1,0 +1,56 @@
+// core/json_reader.h: strict, typed reading of our own JSON files (scenes, presets). Every refusal names the
+// file, the JSON path, what was expected and what was found. Include from .cpp files only.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+constexpr std::size_t kMaxJsonBytes = std::size_t{16} << 20; // a transfer function of 2e5 points is 5 MiB
+constexpr int kMaxJsonDepth = 16;                            // our own files nest 5 deep
+
+/// Parses a document. Throws InputError naming where for text that is no JSON, is larger than kMaxJsonBytes,
+/// nests deeper than kMaxJsonDepth, or has an object with the same key twice.
+nlohmann::json parseStrictJson(const std::string& text, const std::string& where);
+/// A whole file as text. Throws InputError naming it if it cannot be read or is larger than kMaxJsonBytes.
+std::string readTextFile(const std::string& path);
+
+/// A value inside a document, together with its path ("$.camera.position[2]"). The document must outlive it.
+class JsonValue {
+  public:
+    JsonValue(const nlohmann::json& document, std::string where)
+        : JsonValue(document, std::move(where), "$") {}
+
+    /// All of these throw InputError when the value is not what they ask for.
+    /// It is an object and has no other keys than these.
+    void requireKeys(const std::vector<std::string>& known) const;
+    bool has(const std::string& key) const;
+    JsonValue at(const std::string& key) const;
+    std::vector<JsonValue> items() const;
+    /// A list of exactly count numbers, any of them finite.
+    std::vector<double> numbers(std::size_t count) const;
+    double number(double lowest, double highest) const;
+    double number() const;
+    int integer(int lowest, int highest) const;
+    bool boolean() const;
+    std::string text() const;
+    /// One of the names.
+    std::string oneOf(const std::vector<std::string>& names) const;
+
+    bool isText() const;
+    bool isObject() const;
+    bool isList() const;
+    /// "FILE: $.path", for messages.
+    std::string place() const { return where_ + ": " + path_; }
+    [[noreturn]] void refuse(const std::string& expected) const;
+
+  private:
+    JsonValue(const nlohmann::json& value, std::string where, std::string path)
+        : value_(&value), where_(std::move(where)), path_(std::move(path)) {}
+    const nlohmann::json* value_;
+    std::string where_, path_;
+};
+
+} // namespace tessera

@@ -1,0 +1,116 @@
+// core/preset.cpp: see preset.h. The CT presets are data (core/presets/*.json, compiled in); "auto" is made
+// from what is known of the values.
+#include "core/preset.h"
+
+#include "core/embedded.h"
+#include "core/error.h"
+#include "core/json_reader.h"
+#include "core/nearest_name.h"
+#include "core/transfer_json.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+namespace tessera {
+namespace presets {
+const EmbeddedFiles& embeddedFiles(); // generated from core/presets/*.json
+}
+namespace {
+
+constexpr const char* kAuto = "auto";
+
+/// The upper end of the background, as an index of the first bin above it. The background is the largest peak
+/// of the lower half of the range: air around the object, or nothing at all. It ends where the counts have
+/// fallen to kTail of the peak, or where they rise again towards something else.
+std::size_t endOfBackground(const std::vector<double>& histogram) {
+    constexpr double kTail = 0.02; // a noisy peak's flank at about 2.8 standard deviations
+    constexpr double kRise = 1.25; // more than the scatter of neighbouring bins
+    const std::size_t bins = histogram.size();
+    const auto half = histogram.begin() + static_cast<std::ptrdiff_t>((bins + 1) / 2);
+    const auto peak = std::max_element(histogram.begin(), half);
+    std::size_t i = static_cast<std::size_t>(peak - histogram.begin());
+    while (i + 1 < bins && histogram[i + 1] > kTail * *peak && histogram[i + 1] <= kRise * histogram[i])
+        ++i;
+    return std::min(i + 1, bins - 1);
+}
+
+/// The value below which a fraction of the counts of bins [first, bins) lies, linear within a bin.
+double quantile(const ValueSummary& values, std::size_t first, double fraction) {
+    const std::vector<double>& histogram = values.histogram;
+    const double width = (values.highest - values.lowest) / static_cast<double>(histogram.size());
+    const double total =
+        std::accumulate(histogram.begin() + static_cast<std::ptrdiff_t>(first), histogram.end(), 0.0);
+    double left = fraction * total;
+    for (std::size_t i = first; i < histogram.size(); ++i) {
+        if (left <= histogram[i] && histogram[i] > 0)
+            return values.lowest + width * (static_cast<double>(i) + left / histogram[i]);
+        left -= histogram[i];
+    }
+    return values.highest;
+}
+
+TransferFunction autoFunction(const ValueSummary& values) {
+    if (!(values.highest > values.lowest))
+        return TransferFunction::fromOpacity({}, {}, values.spacingMm, kAuto);
+    const double range = values.highest - values.lowest;
+    double start = values.lowest + 0.2 * range, middle = values.lowest + 0.5 * range, top = values.highest;
+    if (!values.histogram.empty()) {
+        const std::size_t first = endOfBackground(values.histogram);
+        start =
+            values.lowest + range * static_cast<double>(first) / static_cast<double>(values.histogram.size());
+        middle = quantile(values, first, 0.5);
+        top = quantile(values, first, 0.98); // the last percents are often a few very bright voxels
+    }
+    // An object of a single value would fold the ramp into a step; keep some width for the surface to show
+    // in.
+    const double least = 0.02 * range;
+    middle = std::max(middle, start + least);
+    top = std::max(top, middle + least);
+    const std::vector<OpacityPoint> opacity = {
+        {start, 0}, {0.5 * (start + middle), 0.015}, {middle, 0.05}, {0.5 * (middle + top), 0.2}, {top, 0.6}};
+    const std::vector<ColourPoint> colour = {{start, {0.18, 0.03, 0.02}},
+                                             {middle, {0.55, 0.20, 0.09}},
+                                             {0.5 * (middle + top), {0.80, 0.55, 0.32}},
+                                             {top, {0.95, 0.90, 0.80}}};
+    return TransferFunction::fromOpacity(opacity, colour, values.spacingMm, kAuto);
+}
+
+TransferFunction parsePreset(const std::string& name, std::string_view text) {
+    const nlohmann::json document = parseStrictJson(std::string(text), "preset " + name);
+    const JsonValue root(document, "preset " + name);
+    std::vector<std::string> keys = transferKeys();
+    keys.insert(keys.end(), {"tesseraPreset", "description", "unit"});
+    root.requireKeys(keys);
+    root.at("tesseraPreset").integer(1, 1);
+    root.at("unit").oneOf({"HU"});
+    return parseTransfer(root);
+}
+
+} // namespace
+
+std::vector<std::string> presetNames() {
+    std::vector<std::string> names = {kAuto};
+    for (const auto& [file, text] : presets::embeddedFiles())
+        names.emplace_back(file.substr(0, file.rfind('.')));
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+TransferFunction presetFunction(const std::string& name, const ValueSummary& values) {
+    if (name == kAuto)
+        return autoFunction(values);
+    const auto found = presets::embeddedFiles().find(name + ".json");
+    if (found == presets::embeddedFiles().end()) {
+        const std::vector<std::string> names = presetNames();
+        throw badFile("preset", "one of " + joinNames(names),
+                      "\"" + name.substr(0, 40) + "\"; nearest: \"" + nearestName(name, names) + "\"");
+    }
+    if (!values.isHu)
+        throw badFile("preset " + name, "values in HU",
+                      "values without a unit; the preset \"auto\" suits any");
+    return parsePreset(name, found->second);
+}
+
+} // namespace tessera

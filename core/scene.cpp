@@ -1,0 +1,301 @@
+// core/scene.cpp: see scene.h. Reading is strict: what is not understood is refused, because a scene that is
+// read halfway draws a wrong picture.
+#include "core/scene.h"
+
+#include "core/colour.h"
+#include "core/error.h"
+#include "core/json_reader.h"
+#include "core/nearest_name.h"
+#include "core/transfer_json.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace tessera {
+namespace {
+
+using nlohmann::json;
+using Keys = std::vector<std::string>;
+
+const Keys kSceneKeys = {"tesseraScene", "volumes", "camera", "shading", "quality", "image"};
+const Keys kVolumeKeys = {"path", "transferFunction"};
+const Keys kFittedKeys = {"view", "parallelProjection"};
+const Keys kFreeCameraKeys = {"position",  "focalPoint",         "viewUp",
+                              "viewAngle", "parallelProjection", "parallelScale"};
+const Keys kShadingKeys = {"shade", "ambient", "diffuse", "specular", "specularPower"};
+const Keys kQualityKeys = {"stepVoxels", "fetch", "terminationTransmittance", "skipping"};
+const Keys kImageKeys = {"size", "background"};
+
+Keys cameraKeys() {
+    Keys keys = kFittedKeys;
+    for (const std::string& key : kFreeCameraKeys)
+        if (std::find(keys.begin(), keys.end(), key) == keys.end())
+            keys.push_back(key);
+    return keys;
+}
+
+std::size_t nameIndex(const std::string& text, const Keys& names, const std::string& where) {
+    const auto found = std::find(names.begin(), names.end(), text);
+    if (found == names.end())
+        throw badFile(where, "one of " + joinNames(names),
+                      "\"" + text + "\"; nearest: \"" + nearestName(text, names) + "\"");
+    return static_cast<std::size_t>(found - names.begin());
+}
+
+glm::dvec3 vector(const JsonValue& value) {
+    const std::vector<double> n = value.numbers(3);
+    return {n[0], n[1], n[2]};
+}
+
+/// Sets target when the key is there; a missing key keeps the default.
+void readNumber(const JsonValue& object, const char* key, double lowest, double highest, double& target) {
+    if (object.has(key))
+        target = object.at(key).number(lowest, highest);
+}
+void readBoolean(const JsonValue& object, const char* key, bool& target) {
+    if (object.has(key))
+        target = object.at(key).boolean();
+}
+
+SceneVolume parseVolume(const JsonValue& value, const std::filesystem::path& folder) {
+    value.requireKeys(kVolumeKeys);
+    SceneVolume volume;
+    const std::string path = value.at("path").text();
+    if (path.empty())
+        value.at("path").refuse("the path of a store or source");
+    volume.path = std::filesystem::absolute(folder / path).lexically_normal();
+    if (value.has("transferFunction")) {
+        const JsonValue function = value.at("transferFunction");
+        if (function.isText()) {
+            volume.transferFunction = function.text();
+        } else {
+            if (!function.isObject())
+                function.refuse("the name of a preset or an object");
+            function.requireKeys(transferKeys());
+            volume.transferFunction = parseTransfer(function);
+        }
+    }
+    return volume;
+}
+
+CameraChoice parseCamera(const JsonValue& value) {
+    value.requireKeys(cameraKeys());
+    bool parallel = false;
+    readBoolean(value, "parallelProjection", parallel);
+    const Projection projection = parallel ? Projection::parallel : Projection::perspective;
+    if (value.has("view")) {
+        for (const std::string& key : kFreeCameraKeys)
+            if (value.has(key) && key != "parallelProjection")
+                throw badFile(value.place(), "either \"view\" or \"position\" and its companions",
+                              "\"view\" and \"" + key + "\"");
+        const std::string name = value.at("view").oneOf(viewNames());
+        return FittedView{parseView(name, value.place()), projection};
+    }
+    Camera camera;
+    camera.projection = projection;
+    camera.position = vector(value.at("position"));
+    camera.focalPoint = vector(value.at("focalPoint"));
+    if (value.has("viewUp"))
+        camera.viewUp = vector(value.at("viewUp"));
+    if (value.has("viewAngle"))
+        camera.viewAngle = value.at("viewAngle").number();
+    if (value.has("parallelScale"))
+        camera.parallelScale = value.at("parallelScale").number();
+    camera.validate(value.place());
+    return camera;
+}
+
+Shading parseShading(const JsonValue& value) {
+    value.requireKeys(kShadingKeys);
+    Shading shading;
+    readBoolean(value, "shade", shading.on);
+    readNumber(value, "ambient", 0, 1, shading.ambient);
+    readNumber(value, "diffuse", 0, 1, shading.diffuse);
+    readNumber(value, "specular", 0, 1, shading.specular);
+    readNumber(value, "specularPower", 0, 1024, shading.specularPower);
+    return shading;
+}
+
+Quality parseQuality(const JsonValue& value) {
+    value.requireKeys(kQualityKeys);
+    Quality quality;
+    // 1/64 voxel: 32 times finer than the default, below which float positions along a ray start to merge
+    readNumber(value, "stepVoxels", 1.0 / 64, 16, quality.stepVoxels);
+    if (value.has("fetch"))
+        quality.fetch = parseFetch(value.at("fetch").oneOf(fetchNames()), value.place());
+    readNumber(value, "terminationTransmittance", 0, 0.5, quality.terminationTransmittance);
+    readBoolean(value, "skipping", quality.skipping);
+    return quality;
+}
+
+void parseImage(const JsonValue& value, Scene& scene) {
+    value.requireKeys(kImageKeys);
+    if (value.has("size")) {
+        const std::vector<JsonValue> size = value.at("size").items();
+        if (size.size() != 2)
+            value.at("size").refuse("[width, height]");
+        for (int axis = 0; axis < 2; ++axis)
+            scene.imageSize[axis] = size[static_cast<std::size_t>(axis)].integer(1, Scene::kMaxImageExtent);
+    }
+    if (value.has("background")) {
+        const JsonValue background = value.at("background");
+        if (background.isList()) { // linear rgb: for colours that eight bits of sRGB cannot name
+            glm::vec3 colour(0);
+            if (background.items().size() != 3)
+                background.refuse("[r, g, b], linear");
+            for (int c = 0; c < 3; ++c)
+                colour[c] = static_cast<float>(background.items()[static_cast<std::size_t>(c)].number(0, 1));
+            scene.background = colour;
+        } else {
+            scene.background = parseBackground(background.text(), background.place());
+        }
+    }
+}
+
+json listOf(const glm::dvec3& v) {
+    return {v.x, v.y, v.z};
+}
+
+json cameraJson(const CameraChoice& choice) {
+    if (const auto* fitted = std::get_if<FittedView>(&choice))
+        return {{"view", viewNames()[static_cast<std::size_t>(fitted->view)]},
+                {"parallelProjection", fitted->projection == Projection::parallel}};
+    const Camera& camera = std::get<Camera>(choice);
+    return {{"position", listOf(camera.position)},
+            {"focalPoint", listOf(camera.focalPoint)},
+            {"viewUp", listOf(camera.viewUp)},
+            {"viewAngle", camera.viewAngle},
+            {"parallelProjection", camera.projection == Projection::parallel},
+            {"parallelScale", camera.parallelScale}};
+}
+
+json backgroundJson(const std::optional<glm::vec3>& background) {
+    if (!background)
+        return "transparent";
+    std::array<char, 8> hex{};
+    const auto byte = [&](int c) {
+        return static_cast<unsigned>(
+            std::lround(srgbFromLinear(static_cast<double>((*background)[c])) * 255));
+    };
+    std::snprintf(hex.data(), hex.size(), "#%02x%02x%02x", byte(0) & 255, byte(1) & 255, byte(2) & 255);
+    if (parseBackground(hex.data(), "background") == background)
+        return hex.data();
+    return listOf(glm::dvec3(*background));
+}
+
+} // namespace
+
+const std::vector<std::string>& viewNames() {
+    static const Keys names = {"anterior", "posterior", "left", "right", "superior", "inferior"};
+    return names;
+}
+const std::vector<std::string>& fetchNames() {
+    static const Keys names = {"hardware", "exact"};
+    return names;
+}
+View parseView(const std::string& text, const std::string& where) {
+    return static_cast<View>(nameIndex(text, viewNames(), where));
+}
+Fetch parseFetch(const std::string& text, const std::string& where) {
+    return static_cast<Fetch>(nameIndex(text, fetchNames(), where));
+}
+
+std::optional<glm::vec3> parseBackground(const std::string& text, const std::string& where) {
+    if (text == "transparent")
+        return std::nullopt;
+    if (text == "black")
+        return glm::vec3(0);
+    if (text == "white")
+        return glm::vec3(1);
+    const bool hex = text.size() == 7 && text[0] == '#' &&
+                     text.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
+    if (!hex)
+        throw badFile(where, "black, white, #rrggbb or transparent", "\"" + text.substr(0, 40) + "\"");
+    glm::vec3 linear(0);
+    for (int c = 0; c < 3; ++c) {
+        const int byte = std::stoi(text.substr(static_cast<std::size_t>(1 + 2 * c), 2), nullptr, 16);
+        linear[c] = static_cast<float>(linearFromSrgb(byte / 255.0));
+    }
+    return linear;
+}
+
+bool isSceneFile(const std::filesystem::path& path) {
+    std::error_code ignored;
+    if (path.extension() != ".json" || !std::filesystem::is_regular_file(path, ignored))
+        return false;
+    const json document = json::parse(readTextFile(path.string()), nullptr, false);
+    return document.is_discarded() || document.contains("tesseraScene") || document.contains("volumes") ||
+           document.contains("camera");
+}
+
+Scene parseScene(const std::string& text, const std::filesystem::path& folder, const std::string& where) {
+    const json document = parseStrictJson(text, where);
+    const JsonValue root(document, where);
+    root.requireKeys(kSceneKeys);
+    root.at("tesseraScene").integer(Scene::kVersion, Scene::kVersion);
+    Scene scene;
+    const std::vector<JsonValue> volumes = root.at("volumes").items();
+    if (volumes.size() != 1)
+        root.at("volumes").refuse("a list of exactly one volume (more are not drawn yet)");
+    scene.volumes.push_back(parseVolume(volumes.front(), folder));
+    if (root.has("camera"))
+        scene.camera = parseCamera(root.at("camera"));
+    if (root.has("shading"))
+        scene.shading = parseShading(root.at("shading"));
+    if (root.has("quality"))
+        scene.quality = parseQuality(root.at("quality"));
+    if (root.has("image"))
+        parseImage(root.at("image"), scene);
+    return scene;
+}
+
+Scene loadScene(const std::filesystem::path& file) {
+    return parseScene(readTextFile(file.string()), file.parent_path(), file.string());
+}
+
+std::string sceneJson(const Scene& scene) {
+    json volumes = json::array();
+    for (const SceneVolume& volume : scene.volumes) {
+        json function;
+        if (const auto* name = std::get_if<std::string>(&volume.transferFunction))
+            function = *name;
+        else
+            function = transferJson(std::get<TransferFunction>(volume.transferFunction));
+        volumes.push_back({{"path", volume.path.string()}, {"transferFunction", std::move(function)}});
+    }
+    const Shading& shading = scene.shading;
+    const Quality& quality = scene.quality;
+    const json document = {{"tesseraScene", Scene::kVersion},
+                           {"volumes", std::move(volumes)},
+                           {"camera", cameraJson(scene.camera)},
+                           {"shading",
+                            {{"shade", shading.on},
+                             {"ambient", shading.ambient},
+                             {"diffuse", shading.diffuse},
+                             {"specular", shading.specular},
+                             {"specularPower", shading.specularPower}}},
+                           {"quality",
+                            {{"stepVoxels", quality.stepVoxels},
+                             {"fetch", fetchNames()[static_cast<std::size_t>(quality.fetch)]},
+                             {"terminationTransmittance", quality.terminationTransmittance},
+                             {"skipping", quality.skipping}}},
+                           {"image",
+                            {{"size", {scene.imageSize.x, scene.imageSize.y}},
+                             {"background", backgroundJson(scene.background)}}}};
+    return document.dump(-1, ' ', true, json::error_handler_t::replace);
+}
+
+std::map<std::string, std::vector<std::string>> sceneKeys() {
+    return {{"$", kSceneKeys},
+            {"$.volumes[]", kVolumeKeys},
+            {"$.volumes[].transferFunction", transferKeys()},
+            {"$.camera", cameraKeys()},
+            {"$.shading", kShadingKeys},
+            {"$.quality", kQualityKeys},
+            {"$.image", kImageKeys}};
+}
+
+} // namespace tessera
