@@ -1,0 +1,68 @@
+// render/atlas.h: bricks on the GPU: pages of voxels in one 3D texture without duplicated border voxels, and the
+// index texture that says for every brick where it is, or what it stands for.
+//
+// Index texel (two 32-bit words) of a brick:
+//   resident: x = page.x | page.y << 10 | page.z << 20, y = slot.x | slot.y << 5 | slot.z << 10
+//   empty:    x = 0x80000000,                           y = bits of its mean (float, stored units)
+#pragma once
+
+#include "bricking/brick_cache.h"
+#include "bricking/selection.h"
+#include "core/budget.h"
+#include "core/volume.h"
+#include "render/gl/objects.h"
+#include "render/page_allocator.h"
+#include "render/work.h"
+
+#include <cstddef>
+#include <glm/vec3.hpp>
+
+namespace tessera {
+
+/// What a GPU texture may be: from the context, or assumed where there is none.
+struct TextureLimits {
+    int maxExtent = 2048;
+    std::size_t maxBytes = std::size_t{1} << 30;
+};
+
+/// Bytes of one texel. 8-bit volumes take 16 bits too: llvmpipe filters R8 to 256 levels only.
+std::size_t texelBytes(ValueType type);
+/// How stored values become texels and back: stored = 65535 * texel + bias for 16-bit texels.
+struct TexelFormat {
+    GLenum internal, external, type;
+    bool normalised;
+    float bias;
+};
+TexelFormat texelFormat(ValueType type);
+/// Converts `count` stored values to texels of texelFormat(type).
+void toTexels(ValueType type, const std::byte* stored, std::size_t count, std::byte* texels);
+
+/// Smallest box of pages that holds `bricks` bricks of a level; 0 along x when none can.
+glm::ivec3 atlasPages(std::size_t bricks, int level, ValueType type, const TextureLimits& limits);
+/// Bytes of that box; the largest size_t when none can.
+std::size_t atlasBytes(std::size_t bricks, int level, ValueType type, const TextureLimits& limits);
+
+class Atlas {
+  public:
+    /// Allocates pages for the selection's resident bricks and the index; nothing is uploaded yet.
+    Atlas(const VolumeInfo& info, const Selection& selection, const TextureLimits& limits, Ledger& gpu);
+    /// Loads every resident brick through the cache, batch by batch, and writes the index.
+    void load(BrickCache& cache, Ledger& ram, Work& work);
+    void bind(GLuint voxelUnit, GLuint indexUnit) const;
+    const glm::ivec3& extentTexels() const { return voxels_.extent(); }
+    static std::size_t indexBytes(const glm::ivec3& bricks) { return 8 * cellCount(bricks); }
+
+  private:
+    void uploadChunk(const ChunkKey& key, const Chunk& chunk, std::byte* staging, Work& work);
+    const VolumeInfo& info_;
+    const Selection& selection_;
+    TexelFormat format_;
+    GlTexture3d voxels_, index_;
+    PageAllocator allocator_;
+    std::vector<glm::uvec2> entries_; // until load() has written them
+};
+
+/// One level as one texture, for proving that bricks change nothing.
+GlTexture3d wholeLevelTexture(const VolumeInfo& info, int level, BrickCache& cache, Ledger& gpu, Ledger& ram);
+
+} // namespace tessera

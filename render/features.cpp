@@ -1,0 +1,26 @@
+// render/features.cpp: see features.h.
+#include "render/features.h"
+
+namespace tessera {
+
+const std::vector<FeatureName>& featureNames() {
+    static const std::vector<FeatureName> names = {
+        {kFeatureShading, "FEATURE_SHADING", "Phong shading with a head light"},
+        {kFeatureSkipping, "FEATURE_SKIPPING", "empty-space skipping"},
+        {kFeatureHardware, "FEATURE_HARDWARE", "hardware-filtered fetches"},
+        {kFeatureNormalised, "FEATURE_NORMALISED", "16-bit voxels"},
+        {kFeatureBricked, "FEATURE_BRICKED", "brick atlas"},
+        {kFeatureTermination, "FEATURE_TERMINATION", "early ray termination"},
+        {kFeatureCounting, "FEATURE_COUNTING", "work counters"},
+    };
+    return names;
+}
+
+std::string featureDefines(std::uint32_t features) {
+    std::string text;
+    for (const FeatureName& f : featureNames())
+        text += std::string("#define ") + f.define + ((features & f.bit) ? " 1\n" : " 0\n");
+    return text;
+}
+
+} // namespace tessera

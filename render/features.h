@@ -1,0 +1,32 @@
+// render/features.h: what a scene can need of the march. Each bit becomes FEATURE_<NAME> 0 or 1 in the shaders;
+// what is 0 is not compiled. Structure is a feature, numbers are uniforms: moving a slider never recompiles.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+enum Feature : std::uint32_t {
+    kFeatureShading = 1u << 0,     // Phong with a head light; needs gradients
+    kFeatureSkipping = 1u << 1,    // empty-space skipping by the distance map
+    kFeatureHardware = 1u << 2,    // filtered fetches inside a brick; else texel fetches and float arithmetic
+    kFeatureNormalised = 1u << 3,  // 16-bit texels; else 32-bit float
+    kFeatureBricked = 1u << 4,     // atlas and index; else the whole level is one texture (tests)
+    kFeatureTermination = 1u << 5, // stop below the scene's transmittance
+    kFeatureCounting = 1u << 6,    // work counters
+};
+constexpr std::uint32_t kAllFeatures = (1u << 7) - 1;
+
+struct FeatureName {
+    Feature bit;
+    const char* define;  // FEATURE_...
+    const char* meaning; // for --explain
+};
+const std::vector<FeatureName>& featureNames();
+
+/// "FEATURE_SHADING 1" and so on, a line each.
+std::string featureDefines(std::uint32_t features);
+
+} // namespace tessera

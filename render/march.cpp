@@ -1,0 +1,201 @@
+// render/march.cpp: see march.h.
+#include "render/march.h"
+
+#include "core/error.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <chrono>
+#include <cmath>
+
+namespace tessera {
+namespace {
+
+constexpr int kGroup = 8;          // local size of the shaders, both axes
+constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kDistanceUnit = 2;
+
+struct GpuWork { // layout of the Work buffer in march.comp
+    std::uint32_t unfinished, iterations, segments, samples, fetches;
+};
+static_assert(sizeof(GpuWork) == 20);
+
+/// Learns what an iteration costs here and says how many one dispatch may hold. A dispatch of n rays cannot run
+/// more than n times its iteration limit, so the bound holds for tiles that turn out dense, not just for those
+/// seen so far.
+class Pace {
+  public:
+    explicit Pace(double targetMs) : targetMs_(targetMs) {}
+    std::size_t iterationsPerDispatch() const {
+        return static_cast<std::size_t>(std::clamp(targetMs_ / msPerIteration_, 65536.0, 4e9));
+    }
+    void observe(double ms, std::size_t iterations) {
+        constexpr std::size_t kTelling = 16384; // below it the cost of the dispatch itself drowns the rest
+        if (iterations < kTelling) return;
+        msPerIteration_ = std::max(ms / static_cast<double>(iterations), msPerIteration_ * 0.7);
+    }
+
+  private:
+    double targetMs_;
+    double msPerIteration_ = 1e-3; // a cautious start: a microsecond
+};
+
+} // namespace
+
+std::size_t March::stateBytes(const glm::ivec2& size) {
+    return 20 * static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) + sizeof(GpuWork);
+}
+
+void setRayUniforms(const GlProgram& program, const RayFrame<double>& frame) {
+    const RayFrame<float> f = cast<float>(frame);
+    program.set("uCentre", f.centre);
+    program.set("uRight", f.right);
+    program.set("uUp", f.up);
+    program.set("uToCentre", f.toCentre);
+    program.set("uPatientFromVoxel", f.patientFromVoxel);
+    program.set("uExtent", f.extent);
+    program.set("uImageSize", f.imageSize);
+    program.set("uSegmentVoxels", f.segmentVoxels);
+    program.set("uPerspective", f.perspective ? 1 : 0);
+}
+
+March::March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info, int level,
+             const Optics& optics, const Occupancy* occupancy, Ledger& gpu)
+    : size_(glm::ivec2(frame.imageSize)), features_(features),
+      maxCount_(static_cast<int>(std::ceil(glm::length(frame.extent) / frame.segmentVoxels)) + 2),
+      program_("march.comp", featureDefines(features)) {
+    TESSERA_CHECK((occupancy != nullptr) == ((features & kFeatureSkipping) != 0));
+    const std::size_t pixels = static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y);
+    table_ = GlBuffer(optics.table.size() * sizeof(glm::vec4), std::as_bytes(std::span(optics.table)), gpu,
+                      "the transfer function's table");
+    colour_ = GlBuffer(16 * pixels, {}, gpu, "the picture");
+    next_ = GlBuffer(4 * pixels, {}, gpu, "the rays' state");
+    work_ = GlBuffer(sizeof(GpuWork), {}, gpu, "the work counters");
+    if (occupancy) {
+        distance_ = GlTexture3d(GL_R8UI, occupancy->cells, 1, GL_NEAREST, gpu, "the distance map");
+        distance_.upload(glm::ivec3(0), occupancy->cells, GL_RED_INTEGER, GL_UNSIGNED_BYTE,
+                         occupancy->distance.data());
+        program_.set("uCells", occupancy->cells);
+        program_.set("uDistance", static_cast<int>(kDistanceUnit));
+    }
+    setRayUniforms(program_, frame);
+    program_.set("uVoxels", static_cast<int>(kVoxelUnit));
+    program_.set("uIndex", static_cast<int>(kIndexUnit));
+    program_.set("uLevelExtent", levelExtent(info.extentVoxels, level));
+    program_.set("uSamplesPerVoxel", std::ldexp(1.0f, -level));
+    program_.set("uVoxelsPerSample", std::ldexp(1.0f, level));
+    program_.set("uBrickShift", 5 - level);
+    program_.set("uStoredBias", texelFormat(info.type).bias);
+    program_.set("uTableScale", optics.scale);
+    program_.set("uTableOffset", optics.offset);
+    program_.set("uTableLast", static_cast<int>(optics.table.size()) - 1);
+    program_.set("uVoxelFromPatientTransposed", optics.voxelFromPatientTransposed);
+    program_.set("uPhong", optics.phong);
+    program_.set("uSpecularPower", optics.specularPower);
+    program_.set("uTermination", optics.termination);
+}
+
+void March::run(const Atlas* atlas, const GlTexture3d* wholeLevel, const MarchSlicing& slicing, Work& work) {
+    glm::ivec3 texels(1);
+    if (features_ & kFeatureBricked) {
+        TESSERA_CHECK(atlas != nullptr);
+        atlas->bind(kVoxelUnit, kIndexUnit);
+        texels = atlas->extentTexels();
+    } else {
+        TESSERA_CHECK(wholeLevel != nullptr);
+        wholeLevel->bind(kVoxelUnit);
+        texels = wholeLevel->extent();
+    }
+    program_.set("uTexelSize", 1.0f / glm::vec3(texels));
+    if (features_ & kFeatureSkipping) distance_.bind(kDistanceUnit);
+    table_.bind(0);
+    colour_.bind(1);
+    next_.bind(2);
+    work_.bind(3);
+    program_.use();
+
+    const auto dispatch = [&](const glm::ivec2& origin, const glm::ivec2& end, int iterations) {
+        work_.clear();
+        program_.set("uTileOrigin", origin);
+        program_.set("uTileEnd", end);
+        program_.set("uMaxIterations", iterations);
+        const glm::ivec2 groups = (end - origin + (kGroup - 1)) / kGroup;
+        const auto start = std::chrono::steady_clock::now();
+        glDispatchCompute(static_cast<GLuint>(groups.x), static_cast<GLuint>(groups.y), 1);
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+        glFinish();
+        const double ms =
+            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        GpuWork counted{};
+        work_.read(0, std::as_writable_bytes(std::span(&counted, 1)));
+        work += Work{counted.iterations, counted.segments, counted.samples, counted.fetches};
+        return std::pair(ms, counted);
+    };
+    dispatch({0, 0}, {1, 1}, 0); // the driver compiles at the first dispatch; that is not marching
+
+    Pace pace(slicing.targetMs);
+    for (glm::ivec2 origin(0); origin.y < size_.y;) {
+        // Tiles in rows; the edge is a power of two that keeps whole rays within one dispatch where possible.
+        int edge = slicing.fixedTile;
+        if (edge == 0) {
+            edge = 64;
+            while (edge < 4096 && static_cast<std::size_t>(4 * edge * edge) * static_cast<std::size_t>(maxCount_) <=
+                                      pace.iterationsPerDispatch())
+                edge *= 2;
+            // A row of tiles keeps one height; a tile may only grow where it starts a row.
+            if (origin.x > 0) edge = rowEdge_;
+            rowEdge_ = edge;
+        }
+        const glm::ivec2 end = glm::min(origin + edge, size_);
+        const std::size_t rays = static_cast<std::size_t>(end.x - origin.x) * static_cast<std::size_t>(end.y - origin.y);
+        for (bool unfinished = true; unfinished;) {
+            int iterations = slicing.fixedIterations;
+            if (iterations == 0)
+                iterations = static_cast<int>(std::clamp<std::size_t>(
+                    pace.iterationsPerDispatch() / rays, 1, static_cast<std::size_t>(maxCount_)));
+            const auto [ms, counted] = dispatch(origin, end, iterations);
+            pace.observe(ms, counted.iterations);
+            unfinished = counted.unfinished > 0;
+            ++work.dispatches;
+            work.marchMs += ms;
+            work.longestDispatchMs = std::max(work.longestDispatchMs, ms);
+        }
+        origin.x = end.x;
+        if (origin.x >= size_.x) origin = {0, end.y};
+    }
+}
+
+Image March::image() const {
+    Image image(size_);
+    colour_.read(0, std::as_writable_bytes(std::span(image.pixels)));
+    return image;
+}
+
+std::vector<SegmentedRay<float>> gpuRays(const RayFrame<double>& frame, Ledger& gpu) {
+    constexpr std::size_t kFloats = 12; // per ray, rays.comp
+    const glm::ivec2 size(frame.imageSize);
+    const std::size_t pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+    const GlProgram program("rays.comp", "");
+    setRayUniforms(program, frame);
+    GlBuffer buffer(4 * kFloats * pixels, {}, gpu, "the rays");
+    buffer.bind(1);
+    program.use();
+    glDispatchCompute(static_cast<GLuint>((size.x + kGroup - 1) / kGroup),
+                      static_cast<GLuint>((size.y + kGroup - 1) / kGroup), 1);
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    std::vector<float> raw(kFloats * pixels);
+    buffer.read(0, std::as_writable_bytes(std::span(raw)));
+    std::vector<SegmentedRay<float>> rays(pixels);
+    for (std::size_t i = 0; i < pixels; ++i) {
+        const float* r = raw.data() + kFloats * i;
+        rays[i].entry = {r[0], r[1], r[2]};
+        rays[i].step = {r[3], r[4], r[5]};
+        rays[i].direction = {r[6], r[7], r[8]};
+        rays[i].segmentMm = r[9];
+        rays[i].tail = r[10];
+        rays[i].count = std::bit_cast<int>(r[11]);
+    }
+    return rays;
+}
+
+} // namespace tessera

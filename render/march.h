@@ -1,0 +1,60 @@
+// render/march.h: the single-pass ray caster on the GPU: one compute shader over resumable rays, cut into tiles and
+// iteration limits so that no dispatch runs long, whatever the scene.
+#pragma once
+
+#include "core/budget.h"
+#include "core/image.h"
+#include "render/atlas.h"
+#include "render/features.h"
+#include "render/gl/context.h"
+#include "render/gl/objects.h"
+#include "render/gl/program.h"
+#include "render/occupancy.h"
+#include "render/optics.h"
+#include "render/ray.h"
+#include "render/work.h"
+
+#include <glm/vec2.hpp>
+#include <vector>
+
+namespace tessera {
+
+/// How rays are cut into dispatches. It never changes the picture; tests vary it to prove that.
+struct MarchSlicing {
+    double targetMs = 80;    // adaptive: a dispatch aims at this, so that twice a misjudged cost stays below 250 ms
+    int fixedTile = 0;       // pixels; 0: adaptive
+    int fixedIterations = 0; // per ray and dispatch; 0: adaptive
+};
+
+class March {
+  public:
+    /// Compiles the program and allocates table, distance map and ray state on the GPU ledger.
+    /// occupancy is needed exactly when features has kFeatureSkipping.
+    March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info, int level,
+          const Optics& optics, const Occupancy* occupancy, Ledger& gpu);
+
+    /// Marches all rays to their end, reading voxels from the atlas or (kFeatureBricked off) the whole level.
+    void run(const Atlas* atlas, const GlTexture3d* wholeLevel, const MarchSlicing& slicing, Work& work);
+    /// The picture; charged by the caller.
+    Image image() const;
+    const GlProgram& program() const { return program_; }
+
+    /// GPU bytes besides the atlas: index not included.
+    static std::size_t stateBytes(const glm::ivec2& size);
+
+  private:
+    glm::ivec2 size_;
+    std::uint32_t features_;
+    int maxCount_; // most iterations any ray can need
+    int rowEdge_ = 0; // edge of the tiles in the row that is being marched
+    GlProgram program_;
+    GlBuffer table_, colour_, next_, work_;
+    GlTexture3d distance_;
+};
+
+/// Sets the uniforms of common_ray.glsl.
+void setRayUniforms(const GlProgram& program, const RayFrame<double>& frame);
+/// The rays that the GPU makes of a frame, row by row: for marching the mirror on exactly these.
+std::vector<SegmentedRay<float>> gpuRays(const RayFrame<double>& frame, Ledger& gpu);
+
+} // namespace tessera

@@ -1,0 +1,87 @@
+// render/mirror.h: the contract of docs/sampling.md on the CPU, in float and in double. What the march draws in
+// exact mode must equal the float mirror; a difference is a fault of one of them.
+#pragma once
+
+#include "render/lattice.h"
+#include "render/occupancy.h"
+#include "render/optics.h"
+#include "render/ray.h"
+#include "render/sampler.h"
+#include "render/work.h"
+
+#include <functional>
+#include <glm/vec4.hpp>
+#include <vector>
+
+namespace tessera {
+
+/// All that a mirror needs besides its rays. The pointed-to objects outlive it.
+struct MirrorInput {
+    BrickCache* cache = nullptr;
+    const VolumeInfo* info = nullptr;
+    const Selection* selection = nullptr; // its level is the level that is sampled
+    const Optics* optics = nullptr;
+    const Occupancy* occupancy = nullptr; // null: no skipping
+};
+
+/// Premultiplied colour and alpha of one ray.
+template <typename Real, typename Samples>
+glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Samples& samples, Real samplesPerVoxel,
+                            const Optics& optics, const Occupancy* occupancy, Work& work) {
+    glm::vec<4, Real> sum(0);
+    for (int i = 0; i < ray.count;) {
+        ++work.iterations;
+        const glm::vec<3, Real> p = segmentPosition(ray, i);
+        if (occupancy) {
+            const int next = nextOccupied(*occupancy, ray, i, p);
+            if (next > i) {
+                i = next;
+                continue;
+            }
+        }
+        ++work.segments;
+        ++work.samples;
+        const glm::vec<4, Real> optical = lookUp(optics, fieldValue(samples, p, samplesPerVoxel));
+        if (optical.a > Real(0)) {
+            const Real alpha = opacityOf(optical.a * segmentLengthMm(ray, i));
+            glm::vec<3, Real> colour(optical);
+            if (optics.shading) {
+                colour = shade(optics, colour, fieldGradient(samples, p, samplesPerVoxel), ray.direction);
+                work.samples += 6;
+            }
+            const Real weight = (Real(1) - sum.a) * alpha;
+            sum.r = sum.r + weight * colour.r;
+            sum.g = sum.g + weight * colour.g;
+            sum.b = sum.b + weight * colour.b;
+            sum.a = sum.a + weight;
+            if (Real(1) - sum.a < static_cast<Real>(optics.termination)) break;
+        }
+        ++i;
+    }
+    return sum;
+}
+
+/// Where the rays come from: pixel index (row by row) -> ray.
+template <typename Real> using RaySource = std::function<SegmentedRay<Real>(std::size_t)>;
+
+/// One colour per ray, in order. Bit-equal at any number of threads.
+template <typename Real>
+std::vector<glm::vec<4, Real>> mirrorRays(const MirrorInput& input, std::size_t rayCount,
+                                          const RaySource<Real>& rays, int threads, Work& work);
+
+extern template std::vector<glm::vec4> mirrorRays<float>(const MirrorInput&, std::size_t,
+                                                         const RaySource<float>&, int, Work&);
+extern template std::vector<glm::dvec4> mirrorRays<double>(const MirrorInput&, std::size_t,
+                                                           const RaySource<double>&, int, Work&);
+
+/// Rays of a frame, row by row from the top left pixel.
+template <typename Real> RaySource<Real> frameRays(const RayFrame<Real>& frame) {
+    return [frame](std::size_t index) {
+        const auto width = static_cast<std::size_t>(frame.imageSize.x);
+        const glm::vec<2, Real> pixel(static_cast<Real>(index % width) + Real(0.5),
+                                      static_cast<Real>(index / width) + Real(0.5));
+        return segmentedRay(frame, pixel);
+    };
+}
+
+} // namespace tessera

@@ -1,0 +1,41 @@
+// render/reference.h: the true volume rendering integral of the finest level, in double, cell by cell. Not fast;
+// a difference to it is the error that reports speak of. It reads the transfer function's points, not the table,
+// and knows neither levels, nor empty bricks, nor steps.
+#pragma once
+
+#include "bricking/brick_cache.h"
+#include "bricking/statistics.h"
+#include "core/camera.h"
+#include "core/scene.h"
+#include "core/transfer_function.h"
+#include "core/volume.h"
+
+#include <glm/vec2.hpp>
+#include <glm/vec4.hpp>
+#include <vector>
+
+namespace tessera {
+
+struct ReferenceInput {
+    BrickCache* cache = nullptr;
+    const VolumeInfo* info = nullptr;
+    const TransferFunction* function = nullptr;
+    Shading shading;
+    /// Optional: cells of 8^3 voxels whose range has no extinction are passed in one stride.
+    const Statistics* statistics = nullptr;
+};
+
+/// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, inf).
+struct ReferenceRay {
+    glm::dvec3 base{0}, direction{0}; // voxels; voxels per mm
+    double tMin = 0;                  // mm
+};
+
+/// The camera's rays, row by row from the top left pixel, through pixel centres.
+std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size);
+
+/// Premultiplied colour and alpha per ray. Bit-equal at any number of threads.
+std::vector<glm::dvec4> renderReference(const ReferenceInput& input, const std::vector<ReferenceRay>& rays,
+                                        int threads);
+
+} // namespace tessera

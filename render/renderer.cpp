@@ -1,0 +1,150 @@
+// render/renderer.cpp: see renderer.h.
+#include "render/renderer.h"
+
+#include "core/error.h"
+#include "render/mirror.h"
+#include "render/prepare.h"
+#include "render/reference.h"
+
+#include <chrono>
+#include <cstdio>
+#include <optional>
+
+namespace tessera {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double secondsSince(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Only what the scene needs is compiled.
+std::uint32_t featuresOf(const Scene& scene, const VolumeInfo& info, bool counting) {
+    std::uint32_t f = kFeatureBricked;
+    if (scene.shading.on) f |= kFeatureShading;
+    if (scene.quality.skipping) f |= kFeatureSkipping;
+    if (scene.quality.fetch == Fetch::hardware) f |= kFeatureHardware;
+    if (texelFormat(info.type).normalised) f |= kFeatureNormalised;
+    if (scene.quality.terminationTransmittance > 0) f |= kFeatureTermination;
+    if (counting) f |= kFeatureCounting;
+    return f;
+}
+
+template <typename Real> Image toImage(const std::vector<glm::vec<4, Real>>& pixels, const glm::ivec2& size) {
+    Image image(size);
+    for (std::size_t i = 0; i < pixels.size(); ++i) image.pixels[i] = glm::vec4(pixels[i]);
+    return image;
+}
+
+void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledger& ram, Ledger& gpu,
+                 const RenderOptions& options, RenderResult& result) {
+    const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};
+    result.features = featuresOf(scene, p.info(), options.counting);
+    const Occupancy* occupancy = scene.quality.skipping ? &p.occupancy : nullptr;
+    const auto loading = Clock::now();
+    March march(result.features, p.frame, p.info(), p.selection.level, p.optics, occupancy, gpu);
+    Atlas atlas(p.info(), p.selection, limits, gpu);
+    atlas.load(*p.cache, ram, result.work);
+    result.secondsLoading = secondsSince(loading);
+    const auto drawing = Clock::now();
+    march.run(&atlas, nullptr, options.slicing, result.work);
+    result.image = march.image();
+    result.secondsDrawing = secondsSince(drawing);
+    if (!context.errors().empty()) throw Error("OpenGL: " + context.errors().front());
+}
+
+} // namespace
+
+const char* name(Engine engine) {
+    switch (engine) {
+    case Engine::march: return "march";
+    case Engine::mirror: return "mirror";
+    case Engine::reference: return "reference";
+    }
+    return "?";
+}
+
+RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& ram, Ledger& gpu,
+                         const RenderOptions& options) {
+    RenderResult result;
+    const auto start = Clock::now();
+    std::optional<GlContext> context;
+    TextureLimits limits;
+    result.device = "CPU";
+    if (options.engine == Engine::march) {
+        context.emplace(options.device);
+        limits = {context->max3dTextureSize(), context->maxTextureBytes()};
+        result.device = context->renderer();
+        result.glVersion = context->version();
+    }
+    PreparedScene p = prepareScene(scene, store, limits, ram, gpu, options.threads, true);
+    result.camera = p.camera;
+    result.tableRelativeError = p.table.relativeError;
+    result.level = p.selection.level;
+    result.residentBricks = p.selection.residentCount;
+    result.emptyBricks = p.selection.states.size() - p.selection.residentCount;
+    result.cells = cellCount(p.statistics.cells);
+    result.occupiedCells = scene.quality.skipping ? p.occupancy.occupiedCells : result.cells;
+    const ValueSummary values = summarise(p.statistics, p.info());
+    result.lowest = values.lowest;
+    result.highest = values.highest;
+    result.secondsPreparing = secondsSince(start);
+
+    if (options.engine == Engine::march) {
+        drawByMarch(scene, p, *context, ram, gpu, options, result);
+        return result;
+    }
+    const auto drawing = Clock::now();
+    const std::size_t pixels =
+        static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y);
+    if (options.engine == Engine::mirror) {
+        const Occupancy* occupancy = scene.quality.skipping ? &p.occupancy : nullptr;
+        const MirrorInput input{p.cache.get(), &p.info(), &p.selection, &p.optics, occupancy};
+        result.image = toImage(mirrorRays<float>(input, pixels, frameRays(cast<float>(p.frame)),
+                                                 options.threads, result.work),
+                               scene.imageSize);
+    } else {
+        result.level = 0;
+        const ReferenceInput input{p.cache.get(), &p.info(), &p.function, scene.shading, &p.statistics};
+        result.image = toImage(
+            renderReference(input, referenceRays(p.camera, p.info(), scene.imageSize), options.threads),
+            scene.imageSize);
+    }
+    result.secondsDrawing = secondsSince(drawing);
+    return result;
+}
+
+std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
+    std::vector<std::string> lines;
+    const auto line = [&](const char* format, auto... values) {
+        char text[256];
+        std::snprintf(text, sizeof text, format, values...);
+        lines.emplace_back(text);
+    };
+    const auto percent = [](std::size_t part, std::size_t whole) {
+        return whole ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0.0;
+    };
+    if (r.glVersion.empty()) line("device: %s", r.device.c_str());
+    else {
+        line("device: %s, OpenGL %s", r.device.c_str(), r.glVersion.c_str());
+        for (const FeatureName& f : featureNames())
+            line("%s: %s", f.meaning, (r.features & f.bit) ? "compiled in" : "left out");
+    }
+    line("level: %d (every sample stands for %d^3 voxels)", r.level, 1 << r.level);
+    line("bricks: %zu resident, %zu (%.1f %%) show nothing and take no memory", r.residentBricks, r.emptyBricks,
+         percent(r.emptyBricks, r.residentBricks + r.emptyBricks));
+    if (scene.quality.skipping)
+        line("cells of 8^3 voxels: %.1f %% can show something; rays leap over the rest",
+             percent(r.occupiedCells, r.cells));
+    if (r.features & kFeatureCounting)
+        line("work: %llu segments, %llu samples, %llu fetches, %llu dispatches, the longest %.0f ms",
+             static_cast<unsigned long long>(r.work.segments), static_cast<unsigned long long>(r.work.samples),
+             static_cast<unsigned long long>(r.work.fetches), static_cast<unsigned long long>(r.work.dispatches),
+             r.work.longestDispatchMs);
+    line("transfer function table: off by at most %.2g of the largest extinction, steps aside",
+         r.tableRelativeError);
+    line("ray termination: at most %.2g of a pixel's light is left out", scene.quality.terminationTransmittance);
+    return lines;
+}
+
+} // namespace tessera

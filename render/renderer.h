@@ -1,0 +1,53 @@
+// render/renderer.h: a scene to a picture, by any engine: the only place where selection, loader, atlas and march
+// meet.
+#pragma once
+
+#include "bricking/store/store_reader.h"
+#include "core/budget.h"
+#include "core/image.h"
+#include "core/scene.h"
+#include "render/gl/context.h"
+#include "render/march.h"
+#include "render/work.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+enum class Engine { march, mirror, reference };
+const char* name(Engine engine);
+
+struct RenderOptions {
+    Engine engine = Engine::march;
+    GlDeviceChoice device;
+    int threads = 0;      // CPU engines and loaders; 0: all processors
+    MarchSlicing slicing; // march only
+    bool counting = true; // work counters; false: they are not compiled
+};
+
+struct RenderResult {
+    Image image;       // linear, premultiplied, on nothing: put it on the scene's background to show it
+    Camera camera;     // as used: a fitted view spelled out
+    Work work;
+    std::string device;     // GL_RENDERER, or "CPU"
+    std::string glVersion;  // "" for CPU engines
+    int level = 0;          // resident level; 0 for the reference
+    std::size_t residentBricks = 0, emptyBricks = 0;
+    std::size_t cells = 0, occupiedCells = 0;
+    std::uint32_t features = 0;  // of render/features.h; march only
+    double tableRelativeError = 0;
+    double lowest = 0, highest = 0; // values of the volume, physical units
+    double secondsPreparing = 0, secondsLoading = 0, secondsDrawing = 0;
+};
+
+/// Renders one converged picture. Everything large is charged to ram and gpu.
+/// Throws InputError for budgets below the scene's floor, Error for what fails outside.
+RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& ram, Ledger& gpu,
+                         const RenderOptions& options);
+
+/// What is in the picture and what was left out, a line each: features, level, culled bricks, empty space.
+std::vector<std::string> explain(const RenderResult& result, const Scene& scene);
+
+} // namespace tessera

@@ -1,0 +1,73 @@
+// march.comp: the single-pass ray caster over resumable rays. A dispatch covers a tile and takes at most
+// uMaxIterations steps per ray; what a ray knows (next segment, colour, alpha) waits in uState, so that tiles,
+// dispatches and passes can be cut anywhere with the same result.
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+#include "common_ray.glsl"
+#include "sampler_field.glsl"
+#include "march_optics.glsl"
+#include "march_skipping.glsl"
+
+layout(std430, binding = 1) buffer RayColour { vec4 uColour[]; }; // rgb premultiplied, alpha
+layout(std430, binding = 2) buffer RayNext { int uNext[]; };      // next segment; -1: finished
+layout(std430, binding = 3) buffer Work { uint uUnfinished, uIterations, uSegments, uSamples, uFetches; };
+uniform ivec2 uTileOrigin, uTileEnd;
+uniform int uMaxIterations;
+#if FEATURE_TERMINATION
+uniform float uTermination; // transmittance below which a ray ends
+#endif
+
+void main() {
+    ivec2 pixel = uTileOrigin + ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, uTileEnd))) return;
+    int slot = pixel.y * int(uImageSize.x) + pixel.x;
+    int i = uNext[slot];
+    if (i < 0) return;
+    Ray ray = makeRay(vec2(pixel) + 0.5);
+    precise vec4 sum = uColour[slot];
+    uint iterations = 0u;
+    uint segments = 0u;
+    uint samples = 0u;
+    int left = uMaxIterations;
+    for (; i < ray.count && left > 0; --left) {
+        ++iterations;
+        vec3 p = segmentPosition(ray, i);
+        int next = nextOccupied(ray, i, p);
+        if (next > i) {
+            i = next;
+            continue;
+        }
+        ++segments;
+        ++samples;
+        vec4 optical = lookUp(fieldValue(p));
+        if (optical.a > 0.0) {
+            precise float alpha = opacityOf(optical.a * segmentLengthMm(ray, i));
+#if FEATURE_SHADING
+            vec3 colour = shade(optical.rgb, fieldGradient(p), ray.direction);
+            samples += 6u;
+#else
+            vec3 colour = optical.rgb;
+#endif
+            precise float weight = (1.0 - sum.a) * alpha;
+            sum.rgb = sum.rgb + weight * colour;
+            sum.a = sum.a + weight;
+#if FEATURE_TERMINATION
+            if (1.0 - sum.a < uTermination) {
+                i = ray.count;
+                break;
+            }
+#endif
+        }
+        ++i;
+    }
+    uColour[slot] = sum;
+    uNext[slot] = i < ray.count ? i : -1;
+    if (i < ray.count) atomicAdd(uUnfinished, 1u);
+    atomicAdd(uIterations, iterations); // always: it paces the dispatches
+#if FEATURE_COUNTING
+    atomicAdd(uSegments, segments);
+    atomicAdd(uSamples, samples);
+    atomicAdd(uFetches, gFetches);
+#endif
+}

@@ -1,0 +1,65 @@
+// march_optics.glsl: what a value looks like and what a segment adds; twin of render/optics.h. Powers and
+// exponentials are written out in additions and multiplications, because drivers' own differ by many ulp.
+// Needs FEATURE_SHADING, common_ray.glsl. Gives lookUp(value), opacityOf(depth), shade(...).
+
+layout(std430, binding = 0) readonly buffer TransferTable { vec4 uTable[]; }; // rgb colour, a extinction per mm
+uniform float uTableScale, uTableOffset; // entry = stored value * scale + offset
+uniform int uTableLast;
+
+vec4 lookUp(float stored) {
+    precise float x = clamp(stored * uTableScale + uTableOffset, 0.0, float(uTableLast));
+    int i = min(int(x), uTableLast - 1);
+    precise float f = x - float(i);
+    vec4 a = uTable[i];
+    vec4 b = uTable[i + 1];
+    precise vec4 v = a + f * (b - a);
+    return v;
+}
+
+// 1 - exp(-depth), accurate also where depth is tiny.
+float opacityOf(float depth) {
+    precise float x = depth;
+    if (x < 0.25) {
+        precise float small = x * (1.0 - x * (1.0 / 2.0) * (1.0 - x * (1.0 / 3.0) * (1.0 - x * (1.0 / 4.0) *
+                              (1.0 - x * (1.0 / 5.0) * (1.0 - x * (1.0 / 6.0))))));
+        return small;
+    }
+    precise float y = max(x * -1.44269504, -126.0); // -depth / ln 2
+    precise float n = floor(y);
+    precise float r = (y - n) * 0.693147181;        // 2^(y-n) = e^r, r in [0, ln 2): Taylor to r^8/8!
+    precise float p = 1.0 + r * (1.0 + r * (1.0 / 2.0) * (1.0 + r * (1.0 / 3.0) * (1.0 + r * (1.0 / 4.0) *
+                      (1.0 + r * (1.0 / 5.0) * (1.0 + r * (1.0 / 6.0) * (1.0 + r * (1.0 / 7.0) *
+                      (1.0 + r * (1.0 / 8.0))))))));
+    precise float alpha = 1.0 - p * uintBitsToFloat(uint(int(n) + 127) << 23);
+    return alpha;
+}
+
+#if FEATURE_SHADING
+uniform mat3 uVoxelFromPatientTransposed; // linear part: patient gradient = this * voxel gradient
+uniform vec3 uPhong;                      // ambient, diffuse, specular
+uniform int uSpecularPower;               // whole, 1 or more
+
+float wholePower(float x, int n) {
+    precise float result = 1.0;
+    precise float square = x;
+    for (; n > 0; n >>= 1) {
+        if ((n & 1) != 0) result = result * square;
+        square = square * square;
+    }
+    return result;
+}
+
+// gradient: voxel space, any scale; direction: the ray's, unit in voxel space. The head light lies on the ray.
+vec3 shade(vec3 colour, vec3 gradient, vec3 direction) {
+    precise vec3 g = uVoxelFromPatientTransposed[0] * gradient.x + uVoxelFromPatientTransposed[1] * gradient.y +
+                     uVoxelFromPatientTransposed[2] * gradient.z;
+    precise vec3 d = uPatientFromVoxel[0] * direction.x + uPatientFromVoxel[1] * direction.y +
+                     uPatientFromVoxel[2] * direction.z;
+    precise float lengths = (g.x * g.x + g.y * g.y + g.z * g.z) * (d.x * d.x + d.y * d.y + d.z * d.z);
+    if (!(lengths > 0.0)) return colour; // no direction to light from
+    precise float cosine = min(1.0, abs(g.x * d.x + g.y * d.y + g.z * d.z) / sqrt(lengths));
+    precise float mirrored = max(0.0, 2.0 * cosine * cosine - 1.0); // r.v with light, viewer on one line
+    precise vec3 lit = colour * (uPhong.x + uPhong.y * cosine) + uPhong.z * wholePower(mirrored, uSpecularPower);
+    return lit;
+}
+#endif
