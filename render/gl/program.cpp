@@ -43,14 +43,15 @@ ComposedShader composeShader(const EmbeddedFiles& files, const std::string& main
 }
 
 std::string mapShaderLog(const std::string& log, const std::vector<std::string>& files) {
-    static const std::regex place(R"(^(\d+)[:(](\d+)\)?)"); // Mesa "7:100(1): …", NVIDIA "7(100) : …"
+    // Mesa writes "7:100(1): …" (the column in brackets), NVIDIA "7(100) : …".
+    static const std::regex place(R"(^(\d+)(?::(\d+)(?:\(\d+\))?|\((\d+)\)))");
     std::istringstream lines(log);
     std::string line, out;
     while (std::getline(lines, line)) {
         std::smatch match;
         if (std::regex_search(line, match, place) && match[1].length() < 6) {
             const std::size_t number = std::stoul(match[1].str());
-            if (number < files.size()) line = files[number] + ":" + match[2].str() + match.suffix().str();
+            if (number < files.size()) line = files[number] + ":" + match[2].str() + match[3].str() + match.suffix().str();
         }
         out += line + "\n";
     }

@@ -4,6 +4,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
+#include "common_features.glsl"
 #include "common_ray.glsl"
 #include "sampler_field.glsl"
 #include "march_optics.glsl"

@@ -1,0 +1,85 @@
+// The ledger keeps its promise under many threads, and sizes are parsed as people write them.
+#include "core/budget.h"
+
+#include "core/colour.h"
+#include "core/error.h"
+#include "core/threads.h"
+
+#include <atomic>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdexcept>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+TEST(Ledger, NeverExceedsItsLimitUnderThreads) {
+    Ledger ledger("RAM", "--ram", 1000);
+    std::atomic<int> refused{0};
+    parallelFor(2000, 4, [&](std::size_t i) {
+        auto held = ledger.tryCharge(i % 400);
+        if (!held) ++refused;
+        if (ledger.usedBytes() > 1000) throw std::logic_error("over the limit");
+    });
+    EXPECT_LE(ledger.peakBytes(), 1000u);
+    EXPECT_EQ(ledger.usedBytes(), 0u);
+}
+
+TEST(Ledger, RefusalNamesEverythingNeeded) {
+    Ledger ledger("GPU memory", "--gpu-memory", 1 << 20);
+    const Charge most = ledger.charge(1 << 19, "first");
+    try {
+        (void)ledger.charge(1 << 20, "the brick atlas");
+        FAIL();
+    } catch (const InputError& e) {
+        EXPECT_THAT(e.what(), testing::AllOf(testing::HasSubstr("the brick atlas"), testing::HasSubstr("1 MiB"),
+                                             testing::HasSubstr("512 KiB"), testing::HasSubstr("--gpu-memory")));
+    }
+}
+
+TEST(Ledger, ChargesMoveAndReturn) {
+    Ledger ledger("RAM", "--ram", 100);
+    {
+        Charge a = ledger.charge(60, "a");
+        Charge b = std::move(a);
+        EXPECT_EQ(ledger.usedBytes(), 60u);
+        std::vector<Charge> many;
+        many.push_back(std::move(b));
+        many.push_back(ledger.charge(40, "c"));
+        EXPECT_FALSE(ledger.tryCharge(1));
+    }
+    EXPECT_EQ(ledger.usedBytes(), 0u);
+    EXPECT_EQ(ledger.peakBytes(), 100u);
+}
+
+TEST(Bytes, Parses) {
+    EXPECT_EQ(parseBytes("512MiB", "--ram"), std::size_t{512} << 20);
+    EXPECT_EQ(parseBytes("1.5 GiB", "--ram"), std::size_t{3} << 29);
+    EXPECT_EQ(parseBytes("65536", "--ram"), 65536u);
+    for (const char* bad : {"", "0", "-1MiB", "12MB", "MiB", "nan", "inf", "1e30GiB", "1 2"})
+        EXPECT_THROW(parseBytes(bad, "--ram"), InputError) << bad;
+    EXPECT_EQ(formatBytes(std::size_t{512} << 20), "512 MiB");
+    EXPECT_EQ(formatBytes(1536), "1.50 KiB");
+}
+
+TEST(Threads, FirstExceptionReachesTheCaller) {
+    EXPECT_THROW(parallelFor(100, 4, [](std::size_t i) {
+                     if (i == 37) throw std::runtime_error("37");
+                 }),
+                 std::runtime_error);
+}
+
+TEST(Colour, KnownValues) {
+    EXPECT_NEAR(srgbFromLinear(0.5), 0.735357, 1e-6);
+    for (double x = 0; x <= 1; x += 0.01) EXPECT_NEAR(linearFromSrgb(srgbFromLinear(x)), x, 1e-12);
+    const glm::dvec3 white = luvFromLinear({1, 1, 1}), red = luvFromLinear({1, 0, 0});
+    EXPECT_NEAR(white.x, 100, 1e-4);
+    EXPECT_NEAR(white.y, 0, 1e-9);
+    EXPECT_NEAR(red.x, 53.24, 0.01); // CIE L*u*v* of the sRGB red primary, D65
+    EXPECT_NEAR(red.y, 175.01, 0.05);
+    EXPECT_NEAR(red.z, 37.75, 0.05);
+}
+
+} // namespace
+} // namespace tessera

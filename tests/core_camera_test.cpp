@@ -1,0 +1,107 @@
+// Cameras in patient space: which side faces the viewer, where left is, that everything fits, and that rays of a
+// far camera stay exact.
+#include "core/camera.h"
+
+#include "core/error.h"
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+namespace tessera {
+namespace {
+
+VolumeInfo ctVolume() {
+    VolumeInfo info;
+    info.extentVoxels = {100, 80, 120};
+    info.patientFromVoxel = patientFromVoxelOf({-50, -40, 10}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1.5});
+    return info;
+}
+
+/// Where a patient point lands, in pixels, by intersecting the ray plane.
+glm::dvec2 project(const RayPlane& plane, const glm::dvec3& point, const glm::ivec2& size) {
+    glm::dvec3 at = point;
+    if (plane.perspective) {
+        const glm::dvec3 eye = plane.centre - plane.toCentre;
+        at = eye + (point - eye) * (glm::dot(plane.toCentre, plane.forward) / glm::dot(point - eye, plane.forward));
+    }
+    const glm::dvec3 offset = at - plane.centre;
+    const double x = glm::dot(offset, plane.right) / glm::dot(plane.right, plane.right);
+    const double y = glm::dot(offset, plane.up) / glm::dot(plane.up, plane.up);
+    return {0.5 * (x + 1) * size.x, 0.5 * (1 - y) * size.y};
+}
+
+class EveryView : public testing::TestWithParam<std::tuple<View, Projection>> {};
+
+TEST_P(EveryView, ShowsTheWholeVolume) {
+    const VolumeInfo info = ctVolume();
+    for (const glm::ivec2 size : {glm::ivec2(512, 512), glm::ivec2(640, 200), glm::ivec2(200, 640)}) {
+        const Camera camera = fitCamera(info, std::get<0>(GetParam()), std::get<1>(GetParam()), size);
+        camera.validate("test");
+        const RayPlane plane = rayPlane(camera, info, size);
+        for (int corner = 0; corner < 8; ++corner) {
+            const glm::dvec3 voxel = glm::dvec3(info.extentVoxels) *
+                                     glm::dvec3(corner & 1, (corner >> 1) & 1, corner >> 2);
+            const glm::dvec2 pixel =
+                project(plane, glm::dvec3(info.patientFromVoxel * glm::dvec4(voxel, 1)), size);
+            EXPECT_GT(pixel.x, 0) << size.x;
+            EXPECT_LT(pixel.x, size.x);
+            EXPECT_GT(pixel.y, 0);
+            EXPECT_LT(pixel.y, size.y);
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Views, EveryView,
+    testing::Combine(testing::Values(View::anterior, View::posterior, View::left, View::right, View::superior,
+                                     View::inferior),
+                     testing::Values(Projection::perspective, Projection::parallel)));
+
+TEST(Camera, LeftAndRightAsRadiologistsExpect) {
+    const VolumeInfo info = ctVolume();
+    const glm::ivec2 size(100, 100);
+    const glm::dvec3 middle(0, 0, 100);
+    const auto at = [&](View view, const glm::dvec3& p) {
+        return project(rayPlane(fitCamera(info, view, Projection::parallel, size), info, size), p, size);
+    };
+    const glm::dvec3 left(20, 0, 0), posterior(0, 20, 0), superior(0, 0, 20); // LPS
+    EXPECT_GT(at(View::anterior, middle + left).x, at(View::anterior, middle).x);
+    EXPECT_LT(at(View::posterior, middle + left).x, at(View::posterior, middle).x);
+    EXPECT_GT(at(View::left, middle + posterior).x, at(View::left, middle).x);
+    EXPECT_LT(at(View::right, middle + posterior).x, at(View::right, middle).x);
+    for (const View view : {View::anterior, View::posterior, View::left, View::right})
+        EXPECT_LT(at(view, middle + superior).y, at(view, middle).y); // up in the picture
+    EXPECT_GT(at(View::superior, middle + posterior).y, at(View::superior, middle).y);
+    EXPECT_LT(at(View::superior, middle + left).x, at(View::superior, middle).x);
+    EXPECT_GT(at(View::inferior, middle + left).x, at(View::inferior, middle).x);
+}
+
+TEST(Camera, RayBasesStayNearTheVolumeFromAMillionMillimetres) {
+    const VolumeInfo info = ctVolume();
+    Camera camera;
+    camera.position = {0, -1e6, 100};
+    camera.focalPoint = {0, 0, 100};
+    camera.viewAngle = 0.01;
+    const RayPlane plane = rayPlane(camera, info, {64, 64});
+    for (const glm::dvec2 pixel : {glm::dvec2(0.5, 0.5), glm::dvec2(32, 32), glm::dvec2(63.5, 10.5)}) {
+        const PatientRay ray = pixelRay(plane, pixel, {64, 64});
+        EXPECT_LT(glm::length(ray.base - glm::dvec3(0, 0, 100)), 300);
+        EXPECT_NEAR(glm::length(ray.direction), 1, 1e-12);
+        EXPECT_LT(glm::length(ray.base + ray.minT * ray.direction - camera.position), 1e-6);
+    }
+}
+
+TEST(Camera, RefusesWhatCannotBeDrawn) {
+    Camera camera;
+    camera.focalPoint = camera.position;
+    EXPECT_THROW(camera.validate("scene.json"), InputError);
+    camera = Camera{};
+    camera.viewUp = {0, 1, 0}; // along the direction of view
+    EXPECT_THROW(camera.validate("scene.json"), InputError);
+    camera = Camera{};
+    camera.viewAngle = 180;
+    EXPECT_THROW(camera.validate("scene.json"), InputError);
+}
+
+} // namespace
+} // namespace tessera
