@@ -11,8 +11,8 @@
 namespace tessera {
 
 struct SourceOptions {
-    int series = 0;          // DICOM: 1-based number from the list; 0: the only one, or refuse with the list
-    bool resampleZ = false;  // DICOM: uneven slices are interpolated to an even spacing
+    int series = 0;         // DICOM: 1-based number from the list; 0: the only one, or refuse with the list
+    bool resampleZ = false; // DICOM: uneven slices are interpolated to an even spacing
     std::filesystem::path scratchFolder; // where data is spooled whose slowest axis has to move; "": temp dir
 };
 

@@ -1,0 +1,302 @@
+// bricking/import/dicom_scan.cpp: see dicom_scan.h. The headers are parsed by vtk-dicom.
+#include "bricking/import/dicom_scan.h"
+
+#include "bricking/import/input_file.h"
+#include "bricking/import/vtk_quiet.h"
+#include "core/error.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <vtkDICOMDictionary.h>
+#include <vtkDICOMMetaData.h>
+#include <vtkDICOMParser.h>
+#include <vtkDICOMValue.h>
+#include <vtkNew.h>
+
+namespace tessera {
+namespace {
+
+constexpr int kMostFrames = 65536;
+
+// Storage classes whose every file should be a readable slice: CT, enhanced CT, legacy converted CT, MR,
+// enhanced MR, legacy converted MR, PET, enhanced PET, cone-beam CT.
+constexpr std::array kSliceClasses = {
+    "1.2.840.10008.5.1.4.1.1.2",   "1.2.840.10008.5.1.4.1.1.2.1", "1.2.840.10008.5.1.4.1.1.2.2",
+    "1.2.840.10008.5.1.4.1.1.4",   "1.2.840.10008.5.1.4.1.1.4.1", "1.2.840.10008.5.1.4.1.1.4.4",
+    "1.2.840.10008.5.1.4.1.1.128", "1.2.840.10008.5.1.4.1.1.130", "1.2.840.10008.5.1.4.1.1.13.1.1"};
+
+constexpr const char* kImplicitLittle = "1.2.840.10008.1.2";
+constexpr const char* kExplicitLittle = "1.2.840.10008.1.2.1";
+constexpr const char* kExplicitBig = "1.2.840.10008.1.2.2";
+constexpr const char* kJpegExtended = "1.2.840.10008.1.2.4.51"; // right at 8 bits only
+// What the decoder behind vtk-dicom was seen to decode rightly. Others it may decode wrongly without a word
+// (12-bit lossy JPEG gave an empty picture and no error), so they are refused.
+constexpr std::array kDecodable = {
+    "1.2.840.10008.1.2.5",                              // RLE
+    "1.2.840.10008.1.2.4.50",                           // JPEG baseline, 8 bits
+    "1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70", // JPEG lossless
+    "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81", // JPEG-LS
+    "1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.4.91"  // JPEG 2000
+};
+
+template <class List> bool contains(const List& list, const std::string& word) {
+    return std::any_of(list.begin(), list.end(), [&](const char* item) { return word == item; });
+}
+
+/// A header of one file, asked per frame: the functional groups of multi-frame files come before the top
+/// level.
+class Header {
+  public:
+    explicit Header(vtkDICOMMetaData* data) : data_(data) {}
+
+    std::string text(vtkDICOMTag tag) const {
+        std::string value = data_->Get(0, 0, tag).AsString();
+        while (!value.empty() && (value.back() == ' ' || value.back() == '\0'))
+            value.pop_back();
+        return value;
+    }
+    std::optional<int> integer(vtkDICOMTag tag, int frame = 0) const {
+        const vtkDICOMValue& value = data_->Get(0, frame, tag);
+        if (!value.IsValid() || value.GetNumberOfValues() < 1)
+            return std::nullopt;
+        return value.AsInt();
+    }
+    /// Exactly N finite numbers, or nothing.
+    template <int N> std::optional<std::array<double, N>> reals(vtkDICOMTag tag, int frame) const {
+        const vtkDICOMValue& value = data_->Get(0, frame, tag);
+        if (!value.IsValid() || value.GetNumberOfValues() != N)
+            return std::nullopt;
+        std::array<double, N> out{};
+        for (std::size_t i = 0; i < N; ++i) {
+            out[i] = value.GetDouble(i);
+            if (!std::isfinite(out[i]))
+                return std::nullopt;
+        }
+        return out;
+    }
+    std::optional<double> real(vtkDICOMTag tag, int frame = 0) const {
+        const auto value = reals<1>(tag, frame);
+        return value ? std::optional((*value)[0]) : std::nullopt;
+    }
+
+  private:
+    vtkDICOMMetaData* data_;
+};
+
+/// Short code words only: what a whitelist entry may hold. Anything else is dropped, not shortened.
+std::string codeWord(const std::string& text) {
+    const auto plain = [](char c) {
+        return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') ||
+               std::strchr("+-_./\\ ", c) != nullptr;
+    };
+    return text.size() <= 16 && std::all_of(text.begin(), text.end(), plain) ? text : "";
+}
+
+/// The shape and number format of the pixels. False: an image, but not a slice of scalars.
+bool readPixelFormat(const Header& header, DicomSlice& slice) {
+    slice.columns = header.integer(DC::Columns).value_or(0);
+    slice.rows = header.integer(DC::Rows).value_or(0);
+    slice.bitsAllocated = header.integer(DC::BitsAllocated).value_or(0);
+    slice.bitsStored = header.integer(DC::BitsStored).value_or(slice.bitsAllocated);
+    slice.highBit = header.integer(DC::HighBit).value_or(slice.bitsStored - 1);
+    slice.isSigned = header.integer(DC::PixelRepresentation).value_or(0) == 1;
+    return slice.columns > 0 && slice.rows > 0 && header.integer(DC::SamplesPerPixel).value_or(1) == 1 &&
+           (slice.bitsAllocated == 8 || slice.bitsAllocated == 16) && slice.bitsStored >= 1 &&
+           slice.highBit < slice.bitsAllocated && slice.highBit + 1 >= slice.bitsStored;
+}
+
+/// Padding is a stored value; whether it is signed follows the pixels, whatever the file's own coding says.
+std::optional<std::int32_t> storedValueOf(std::optional<int> value, const DicomSlice& slice) {
+    if (!value)
+        return std::nullopt;
+    const int bits = *value & 0xffff;
+    return slice.isSigned && bits >= 0x8000 ? bits - 0x10000 : bits;
+}
+
+void readPlace(const Header& header, int frame, DicomSlice& slice) {
+    slice.positionMm = slice.rowDirection = slice.columnDirection = std::nullopt;
+    slice.spacingMm = std::nullopt;
+    if (const auto p = header.reals<3>(DC::ImagePositionPatient, frame))
+        slice.positionMm = glm::dvec3((*p)[0], (*p)[1], (*p)[2]);
+    if (const auto o = header.reals<6>(DC::ImageOrientationPatient, frame)) {
+        slice.rowDirection = glm::dvec3((*o)[0], (*o)[1], (*o)[2]);
+        slice.columnDirection = glm::dvec3((*o)[3], (*o)[4], (*o)[5]);
+    }
+    // PixelSpacing is the distance between rows, then between columns.
+    if (const auto s = header.reals<2>(DC::PixelSpacing, frame))
+        slice.spacingMm = glm::dvec2((*s)[1], (*s)[0]);
+    slice.slope = header.real(DC::RescaleSlope, frame);
+    slice.intercept = header.real(DC::RescaleIntercept, frame);
+    slice.paddingFirst = storedValueOf(header.integer(DC::PixelPaddingValue, frame), slice);
+    slice.paddingLast = storedValueOf(header.integer(DC::PixelPaddingRangeLimit, frame), slice);
+    if (!slice.paddingLast)
+        slice.paddingLast = slice.paddingFirst;
+    if (slice.paddingFirst && *slice.paddingLast < *slice.paddingFirst)
+        std::swap(slice.paddingFirst, slice.paddingLast);
+}
+
+/// Scans files into series.
+class Scanner {
+  public:
+    void add(const std::filesystem::path& file) {
+        if (!looksLikeDicom(file)) {
+            ++scan_.otherFiles;
+            return;
+        }
+        vtkNew<vtkDICOMMetaData> data;
+        vtkNew<vtkDICOMParser> parser;
+        parser->SetMetaData(data);
+        parser->SetFileName(file.c_str());
+        parser->Update();
+        const Header header(data);
+        const std::string storageClass = header.text(DC::MediaStorageSOPClassUID);
+        const bool shouldBeSlice = contains(kSliceClasses, storageClass) || storageClass.empty();
+        const std::string syntax = header.text(DC::TransferSyntaxUID);
+        if (!parser->GetPixelDataFound()) {
+            if (shouldBeSlice && syntax == "1.2.840.10008.1.2.1.99")
+                damaged(file, "a transfer syntax that can be decoded", "a deflated one");
+            else if (contains(kSliceClasses, storageClass) || (shouldBeSlice && parser->GetErrorCode() != 0))
+                damaged(file, "a whole DICOM image", "a header that breaks off (is it truncated?)");
+            else
+                ++scan_.otherFiles;
+            return;
+        }
+        addImage(file, header, syntax, *parser);
+    }
+
+    DicomScan take() {
+        // A series in which nothing has a position (a radiograph, a screen shot) is no volume. One in which
+        // something has is kept whole, so that a slice without a position is noticed.
+        std::erase_if(scan_.series, [this](const DicomSeries& series) {
+            const bool placed =
+                std::any_of(series.slices.begin(), series.slices.end(),
+                            [](const DicomSlice& slice) { return slice.positionMm.has_value(); });
+            if (!placed)
+                scan_.imagesWithoutPlace += static_cast<int>(series.slices.size());
+            return !placed;
+        });
+        return std::move(scan_);
+    }
+
+  private:
+    void damaged(const std::filesystem::path& file, std::string expected, std::string found) {
+        scan_.damaged.push_back({file, std::move(expected), std::move(found)});
+    }
+
+    void addImage(const std::filesystem::path& file, const Header& header, const std::string& syntax,
+                  vtkDICOMParser& parser) {
+        DicomSlice slice;
+        slice.file = file;
+        const int frames = std::max(1, header.integer(DC::NumberOfFrames).value_or(1));
+        if (!readPixelFormat(header, slice)) {
+            ++scan_.imagesWithoutPlace;
+            return;
+        }
+        const bool plain = syntax.empty() || syntax == kImplicitLittle || syntax == kExplicitLittle ||
+                           (syntax == kExplicitBig && slice.bitsAllocated == 16);
+        if (plain) {
+            slice.coding = syntax == kExplicitBig ? PixelCoding::bigEndian : PixelCoding::littleEndian;
+        } else if (contains(kDecodable, syntax) || (syntax == kJpegExtended && slice.bitsAllocated == 8)) {
+            slice.coding = PixelCoding::compressed;
+        } else {
+            return damaged(file, "a transfer syntax that can be decoded",
+                           "transfer syntax " + codeUid(syntax));
+        }
+        if (frames > kMostFrames)
+            return damaged(file, "at most 65536 frames", std::to_string(frames));
+        if (frames > 1 && !plain)
+            return damaged(file, "a multi-frame image that is not compressed",
+                           "transfer syntax " + codeUid(syntax));
+        const std::uint64_t frameBytes = static_cast<std::uint64_t>(slice.columns) *
+                                         static_cast<std::uint64_t>(slice.rows) *
+                                         static_cast<std::uint64_t>(slice.bitsAllocated / 8);
+        const auto offset = static_cast<std::uint64_t>(parser.GetFileOffset());
+        const auto fileBytes = static_cast<std::uint64_t>(parser.GetFileSize());
+        const std::uint64_t present = std::min<std::uint64_t>(fileBytes - std::min(offset, fileBytes),
+                                                              plain ? parser.GetPixelDataVL() : fileBytes);
+        const std::uint64_t needed = plain ? frameBytes * static_cast<std::uint64_t>(frames) : 1;
+        // No codec here gains more than a thousandfold; a larger claim is not worth allocating for.
+        if (present < needed || frameBytes > present * 1000 + (std::uint64_t{1} << 26))
+            return damaged(file, std::to_string(plain ? needed : frameBytes) + " bytes of pixels",
+                           std::to_string(present) + " bytes (is the file truncated?)");
+
+        DicomSeries& series = seriesOf(header);
+        for (int frame = 0; frame < frames; ++frame) {
+            readPlace(header, frame, slice);
+            slice.pixelOffsetBytes = offset + static_cast<std::uint64_t>(frame) * frameBytes;
+            series.slices.push_back(slice);
+        }
+    }
+
+    /// Only UID characters reach a message.
+    static std::string codeUid(const std::string& uid) {
+        const bool clean = uid.size() <= 64 && uid.find_first_not_of("0123456789.") == std::string::npos;
+        return clean ? uid : "(not a UID)";
+    }
+
+    DicomSeries& seriesOf(const Header& header) {
+        const std::string uid = header.text(DC::SeriesInstanceUID);
+        const auto [at, isNew] = indexOfUid_.try_emplace(uid, scan_.series.size());
+        if (isNew) {
+            DicomSeries series;
+            series.acquisition.modality = codeWord(header.text(DC::Modality));
+            series.acquisition.kernel = codeWord(header.text(DC::ConvolutionKernel));
+            series.acquisition.tubeVoltageKv = header.real(DC::KVP).value_or(0);
+            series.acquisition.sliceThicknessMm = header.real(DC::SliceThickness).value_or(0);
+            series.betweenSlicesMm = std::abs(header.real(DC::SpacingBetweenSlices).value_or(0));
+            const std::string type = header.text(DC::RescaleType);
+            series.isHounsfield = series.acquisition.modality == "CT" && header.real(DC::RescaleIntercept) &&
+                                  (type.empty() || type == "HU");
+            scan_.series.push_back(std::move(series));
+        }
+        return scan_.series[at->second];
+    }
+
+    DicomScan scan_;
+    std::map<std::string, std::size_t> indexOfUid_; // a UID identifies a study: it stays in here
+};
+
+} // namespace
+
+bool looksLikeDicom(const std::filesystem::path& file) {
+    try {
+        std::array<std::byte, 132> head{};
+        return InputFile(file).readSome(0, head) == head.size() &&
+               std::memcmp(head.data() + 128, "DICM", 4) == 0;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
+DicomScan scanDicom(const std::filesystem::path& fileOrFolder) {
+    std::error_code error;
+    if (!std::filesystem::exists(fileOrFolder, error))
+        throw badFile(fileOrFolder.string(), "a file or a folder", "nothing");
+    std::vector<std::filesystem::path> files;
+    if (std::filesystem::is_directory(fileOrFolder, error)) {
+        const auto options = std::filesystem::directory_options::skip_permission_denied;
+        for (auto it = std::filesystem::recursive_directory_iterator(fileOrFolder, options, error);
+             it != std::filesystem::recursive_directory_iterator(); it.increment(error)) {
+            if (error)
+                break;
+            // A store has thousands of files, none of them DICOM.
+            if (it->is_directory(error) && it->path().extension() == ".zarr")
+                it.disable_recursion_pending();
+            if (it->is_regular_file(error))
+                files.push_back(it->path());
+        }
+        std::sort(files.begin(), files.end());
+    } else {
+        files.push_back(fileOrFolder);
+    }
+    const QuietVtk quiet;
+    Scanner scanner;
+    for (const auto& file : files)
+        scanner.add(file);
+    return scanner.take();
+}
+
+} // namespace tessera

@@ -1,0 +1,65 @@
+// bricking/import/dicom_scan.h: reads the headers of DICOM files, keeps the few values that a volume needs
+// and groups the slices by series. Everything else in a header, every identifier included, is dropped here.
+#pragma once
+
+#include "core/volume.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// How a slice's pixels lie in its file.
+enum class PixelCoding : std::uint8_t {
+    littleEndian, // plain, read by position
+    bigEndian,    // plain, read by position
+    compressed    // decoded by vtk-dicom; one frame a file
+};
+
+/// One image: a file, or a frame of a multi-frame file.
+struct DicomSlice {
+    std::filesystem::path file;
+    std::uint64_t pixelOffsetBytes = 0; // plain codings: of this frame
+    PixelCoding coding = PixelCoding::littleEndian;
+    int columns = 0, rows = 0;
+    int bitsAllocated = 16, bitsStored = 16, highBit = 15;
+    bool isSigned = false;
+    std::optional<double> slope, intercept;                  // absent: not rescaled
+    std::optional<std::int32_t> paddingFirst, paddingLast;   // stored values, inclusive; both or none
+    std::optional<glm::dvec3> positionMm;                    // ImagePositionPatient
+    std::optional<glm::dvec3> rowDirection, columnDirection; // along a row (x), along a column (y)
+    std::optional<glm::dvec2> spacingMm;                     // x, y
+};
+
+struct DicomSeries {
+    std::vector<DicomSlice> slices; // in the order of the files' names
+    Acquisition acquisition;
+    bool isHounsfield = false;  // CT, rescaled, and not said to be in another unit
+    double betweenSlicesMm = 0; // SpacingBetweenSlices, 0 unknown; used for a single slice only
+};
+
+/// A file that looks like an image but cannot be used, and why.
+struct DamagedDicom {
+    std::filesystem::path file;
+    std::string expected, found;
+};
+
+struct DicomScan {
+    std::vector<DicomSeries> series; // by the name of their first file
+    std::vector<DamagedDicom> damaged;
+    int imagesWithoutPlace = 0; // images that are no slices: no position, colour, 1 bit
+    int otherFiles = 0;         // everything else
+};
+
+/// Reads one file, or every file of a folder and its sub-folders. Throws InputError if the path is missing.
+DicomScan scanDicom(const std::filesystem::path& fileOrFolder);
+
+/// True if the file has the DICOM mark at byte 128.
+bool looksLikeDicom(const std::filesystem::path& file);
+
+} // namespace tessera

@@ -1,0 +1,113 @@
+// bricking/import/nifti.cpp: openNifti of nifti.h. Uncompressed files are read by position, gzip files in one
+// forward pass.
+#include "bricking/import/nifti.h"
+
+#include "bricking/import/gzip_stream.h"
+#include "bricking/import/plain_file_source.h"
+#include "core/error.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+// Deflate cannot shrink by more than 1032 to 1 (zlib's technical note), so a small file cannot hold a huge
+// volume: such a header lies.
+constexpr double kLargestGzipRatio = 1032;
+
+class GzipNiftiSource final : public SlabSource {
+  public:
+    GzipNiftiSource(GzipStream stream, const NiftiHeader& header, std::string description)
+        : stream_(std::move(stream)), info_(header.info), type_(header.type), bigEndian_(header.bigEndian),
+          description_(std::move(description)) {}
+
+    const VolumeInfo& info() const override { return info_; }
+    std::string describe() const override { return description_; }
+
+    void readSlices(int count, std::span<std::byte> out) override {
+        const std::size_t sliceBytes = sliceBytesOf(info_);
+        TESSERA_CHECK(count >= 0 && next_ + count <= info_.extentVoxels.z);
+        TESSERA_CHECK(out.size() == static_cast<std::size_t>(count) * sliceBytes);
+        buffer_.resize(sliceBytes / bytesPerValue(info_.type) * bytesPerFileValue(type_));
+        for (int i = 0; i < count; ++i) {
+            stream_.read(buffer_);
+            VoxelCounts counts;
+            storeVoxels(type_, bigEndian_, buffer_, info_.fillStored,
+                        out.subspan(static_cast<std::size_t>(i) * sliceBytes, sliceBytes), counts);
+            info_.nonFiniteVoxels += counts.nonFinite;
+            info_.clampedVoxels += counts.clamped;
+        }
+        next_ += count;
+        if (next_ == info_.extentVoxels.z)
+            stream_.finish();
+    }
+
+  private:
+    GzipStream stream_;
+    VolumeInfo info_;
+    FileType type_;
+    bool bigEndian_;
+    std::string description_;
+    int next_ = 0;
+    std::vector<std::byte> buffer_; // one slice, as it lies in the file
+};
+
+std::string describeNifti(const NiftiHeader& header, bool compressed) {
+    std::string text = "NIfTI-" + std::to_string(header.version) + (compressed ? " (gzip), " : ", ") +
+                       name(header.type) + ", orientation from " + header.orientation;
+    if (losesPrecision(header.type))
+        text += ", converted to float32";
+    return text;
+}
+
+void checkLength(const std::string& path, const NiftiHeader& header, double available) {
+    const double needed = static_cast<double>(header.dataOffsetBytes) +
+                          static_cast<double>(voxelBytesInFile(header.info, header.type));
+    if (needed > available) {
+        const glm::ivec3 n = header.info.extentVoxels;
+        throw badFile(path,
+                      std::to_string(static_cast<std::uint64_t>(needed)) + " bytes for " +
+                          std::to_string(n.x) + " x " + std::to_string(n.y) + " x " + std::to_string(n.z) +
+                          " voxels of " + name(header.type),
+                      "at most " + std::to_string(static_cast<std::uint64_t>(available)) + " bytes");
+    }
+}
+
+} // namespace
+
+std::unique_ptr<SlabSource> openNifti(const std::filesystem::path& path) {
+    InputFile file(path);
+    std::array<std::byte, kNiftiHeaderBytes> head{};
+    const std::size_t got = file.readSome(0, head);
+    const bool compressed = got >= 2 && head[0] == std::byte{0x1f} && head[1] == std::byte{0x8b};
+    if (!compressed) {
+        const NiftiHeader header = parseNiftiHeader(std::span(head).first(got), path.string());
+        checkLength(path.string(), header, static_cast<double>(file.sizeBytes()));
+        return makePlainFileSource(std::move(file), header.info,
+                                   {header.type, header.bigEndian, header.dataOffsetBytes},
+                                   describeNifti(header, false));
+    }
+    const double largest = static_cast<double>(file.sizeBytes()) * kLargestGzipRatio;
+    GzipStream stream(std::move(file));
+    stream.read(std::span(head).first(348));
+    std::size_t have = 348;
+    // A NIfTI-2 header is longer; only then are more bytes sure to exist.
+    const auto first = std::to_integer<int>(head[0]), last = std::to_integer<int>(head[3]);
+    if ((first == 540 % 256 && last == 0) || (first == 0 && last == 540 % 256)) {
+        stream.read(std::span(head).subspan(have));
+        have = kNiftiHeaderBytes;
+    }
+    const NiftiHeader header = parseNiftiHeader(std::span(head).first(have), path.string());
+    checkLength(path.string(), header, largest);
+    std::vector<std::byte> skipped(64 * 1024);
+    for (std::uint64_t at = have; at < header.dataOffsetBytes;) {
+        const auto step = std::min<std::uint64_t>(skipped.size(), header.dataOffsetBytes - at);
+        stream.read(std::span(skipped).first(step));
+        at += step;
+    }
+    return std::make_unique<GzipNiftiSource>(std::move(stream), header, describeNifti(header, true));
+}
+
+} // namespace tessera
