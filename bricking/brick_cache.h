@@ -1,10 +1,12 @@
 // bricking/brick_cache.h: decoded chunks in RAM, least recently used, inside a byte budget, filled by loader
 // threads. A brick of level l is a sub-box of one chunk of level l, so chunks are the unit.
 //
-//   absent --request--> queued --thread--> decoding --> resident --evicted (unpinned, least recent)--> absent
-//                          \-------------- failed: the request's future holds the exception; absent again
+//   absent --request--> queued --room, thread--> decoding --> resident --unpinned, least recent--> absent
+//                                                    \-- failed: the future holds the exception --> absent
 //
-// A request for a chunk that is queued or decoding joins it. A chunk is pinned while anyone holds its pointer.
+// A request for a chunk that is queued or decoding joins it. A chunk is pinned while anyone holds its pointer, or a
+// future that has it; only unpinned chunks are evicted. A queued chunk waits until there is room: it takes the bytes
+// of one chunk before it is decoded. See bricking/README.md for who may move what.
 #pragma once
 
 #include "bricking/store/store_reader.h"
@@ -16,44 +18,52 @@
 #include <future>
 #include <memory>
 #include <span>
+#include <thread>
 #include <vector>
 
 namespace tessera {
 
-/// One decoded chunk: [z][y][x], kChunkExtent^3 stored values.
+/// One decoded chunk: [z][y][x], kChunkExtent^3 stored values. Its bytes are part of what the cache charges.
 struct Chunk {
     std::unique_ptr<std::byte[]> bytes;
     std::size_t size = 0;
-    Charge charge;
 };
 using ChunkPointer = std::shared_ptr<const Chunk>;
 using ChunkFuture = std::shared_future<ChunkPointer>;
 
 class BrickCache {
   public:
-    /// @param budgetBytes  most bytes of chunks, resident and in flight, also charged to ram; at least
-    ///                     floorBytes(), else InputError that names the floor
+    /// @param budgetBytes  most bytes of chunks, pinned, resident and in flight; charged to ram as a whole, so that
+    ///                     no chunk is ever refused later; at least floorBytes(), else InputError naming the floor
+    /// @param threads  that decode; 0: all processors
+    /// store must outlive the cache; ram must outlive every pointer as well.
     BrickCache(const StoreReader& store, Ledger& ram, std::size_t budgetBytes, int threads);
-    ~BrickCache(); // drops queued work, waits for what is being decoded
+    /// Drops queued work (its futures throw Error) and waits for what is being decoded. Pointers stay valid.
+    ~BrickCache();
     BrickCache(const BrickCache&) = delete;
     BrickCache& operator=(const BrickCache&) = delete;
 
-    /// Asks for a batch; one future per key, in order. Never blocks on decoding.
+    /// Asks for a batch; one future per key, in order. Never blocks on decoding. A key must be inside its level.
+    /// Dropping the future leaves the work queued: that is how to prefetch.
     std::vector<ChunkFuture> request(std::span<const ChunkKey> keys);
     /// One chunk, now: resident at once, or waits. Thread-safe. Throws what decoding threw.
     ChunkPointer get(const ChunkKey& key);
-    /// Chunks that one caller may keep pinned and still expect progress.
+    /// No deadlock as long as the chunks that all callers together hold (pointers, and futures not yet dropped)
+    /// are at most this many: budget / chunk bytes - threads, so that every loader has room to work in.
     std::size_t pinnableChunks() const;
+    /// Eight pinned chunks, the neighbourhood of one sample, and one per loader.
     static std::size_t floorBytes(const StoreReader& store, int threads);
 
     struct Counters {
         std::uint64_t hits = 0, joins = 0, misses = 0, evictions = 0, bytesDecoded = 0;
+        std::size_t heldBytes = 0, peakBytes = 0; // of chunks, now and at most so far
     };
     Counters counters() const;
 
   private:
     struct State;
-    std::unique_ptr<State> state_;
+    std::shared_ptr<State> state_; // shared with the pointers given out
+    std::vector<std::jthread> loaders_;
 };
 
 } // namespace tessera

@@ -15,6 +15,9 @@ namespace tessera {
 
 constexpr int kHistogramBins = 64; // equal bins over [lowest, highest] of the whole volume
 
+/// Bin of a value: floor((value - lowest) * 64 / (highest - lowest)) in double, at most 63; 0 where all are equal.
+int histogramBin(double value, double lowest, double highest);
+
 /// All values as stored (physical = slope * stored + intercept).
 struct Statistics {
     glm::ivec3 cells{0};                   // cellGrid(extent)
@@ -29,11 +32,23 @@ struct Statistics {
     void brickRange(const BrickId& brick, float& lo, float& hi) const;
 };
 
+/// Memory that computing the statistics of such a volume takes, its reader included.
+std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads);
+
 /// Computes everything from the chunks (two passes over the store), writing the arrays under STORE/stats.
 /// Per brick and level histograms go to disk only (stats/histogram/<level>, uint16, [Bz,By,Bx,bins]).
 void buildStatistics(const StoreReader& store, const std::filesystem::path& folder, Ledger& ram, int threads);
 
 /// Loads what rendering needs. Missing or inconsistent statistics are rebuilt in memory (not written).
 Statistics loadStatistics(const StoreReader& store, Ledger& ram, int threads);
+
+/// How often values of a brick at one level fall into each of the bins of Statistics::histogram.
+struct BrickHistograms {
+    glm::ivec3 bricks{0};
+    std::vector<std::uint16_t> counts; // [z][y][x][bin]; a brick's counts add up to its samples at that level
+    Charge charge;
+};
+/// Reads them from the store. Throws InputError naming the file when they are missing or damaged.
+BrickHistograms loadBrickHistograms(const StoreReader& store, int level, Ledger& ram);
 
 } // namespace tessera

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
+#include <initializer_list>
 
 namespace tessera {
 

@@ -6,6 +6,7 @@
 #include "core/budget.h"
 #include "core/progress.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 
@@ -21,9 +22,13 @@ struct ImportReport {
     double seconds = 0;
 };
 
+/// Memory that importing such a volume takes at least.
+std::size_t importFloorBytes(const VolumeInfo& info, int threads);
+
 /// Writes to a temporary folder beside `store`, then renames: an unfinished store never has the final name.
 /// Memory: one slab of 32 slices per level, charged to ram; throws InputError (the floor) if that cannot fit,
 /// and if the store exists and force is off, and if the existing path is not a store.
+/// The source's order of slices and its infos are taken as they are; texts are cut to 64 printable ASCII characters.
 ImportReport importToStore(SlabSource& source, const std::filesystem::path& store, Ledger& ram,
                            const ImportOptions& options);
 

@@ -15,8 +15,9 @@ namespace tessera {
 
 class StoreReader {
   public:
-    /// Reads and checks all metadata; no voxels. Shard indices are read on first use, checked, kept, and
-    /// charged to ram, which must outlive the reader.
+    /// Reads and checks all metadata; no voxels. Shard indices are read on first use and checked. Room for them
+    /// and for decoding is charged to ram at once, at most a quarter of what is free there but at least
+    /// readerFloorBytes(); with less room shards are opened more often. ram must outlive the reader.
     /// Throws InputError naming the file for anything missing, unreadable or inconsistent.
     StoreReader(const std::filesystem::path& path, Ledger& ram);
     ~StoreReader();
@@ -39,6 +40,9 @@ class StoreReader {
     struct State;
     std::unique_ptr<State> state_;
 };
+
+/// Memory that a reader of such a volume takes at least: one shard's index and one encoded chunk.
+std::size_t readerFloorBytes(const VolumeInfo& info);
 
 /// True when path looks like a store of ours (a folder whose zarr.json has attributes.tessera).
 bool isStore(const std::filesystem::path& path);

@@ -1,0 +1,57 @@
+// bricking/import/importer.cpp: see importer.h.
+#include "bricking/import/importer.h"
+
+#include "bricking/statistics.h"
+#include "bricking/store/store_reader.h"
+#include "bricking/store/store_writer.h"
+#include "core/error.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace tessera {
+
+std::size_t importFloorBytes(const VolumeInfo& info, int threads) {
+    // Writing gives its memory back before the statistics are made.
+    return std::max(StoreWriter::floorBytes(info, threads), statisticsFloorBytes(info, threads));
+}
+
+ImportReport importToStore(SlabSource& source, const std::filesystem::path& store, Ledger& ram,
+                           const ImportOptions& options) {
+    const auto start = std::chrono::steady_clock::now();
+    const VolumeInfo info = source.info();
+    info.validate(source.describe());
+    {
+        const Charge floor = ram.charge(importFloorBytes(info, options.threads), "importing " + source.describe());
+    }
+    StoreWriter writer(store, info, ram, options.threads, options.force);
+    ImportReport report;
+    {
+        Progress progress("importing " + source.describe(), static_cast<std::uint64_t>(info.extentVoxels.z),
+                          options.verbosity);
+        std::uint64_t slices = 0;
+        while (const int count = writer.nextSlices()) {
+            const std::span<std::byte> slab = writer.next();
+            source.readSlices(count, slab);
+            writer.push();
+            report.bytesIn += slab.size();
+            slices += static_cast<std::uint64_t>(count);
+            progress.update(slices);
+        }
+    }
+    writer.finish(source.info());
+    {
+        const StoreReader reader(writer.folder(), ram);
+        buildStatistics(reader, writer.folder(), ram, options.threads);
+    }
+    writer.commit();
+    const StoreWriter::Counters counters = writer.counters();
+    report.voxels = info.voxelCount();
+    report.bytesOut = counters.bytesWritten;
+    report.chunksWritten = counters.chunksWritten;
+    report.chunksFill = counters.chunksFill;
+    report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return report;
+}
+
+} // namespace tessera

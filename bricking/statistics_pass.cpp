@@ -1,0 +1,226 @@
+// bricking/statistics_pass.cpp: see statistics_pass.h.
+#include "bricking/statistics_pass.h"
+
+#include "core/error.h"
+#include "core/threads.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <mutex>
+
+namespace tessera {
+namespace {
+
+// Cells that voxels of one chunk touch along an axis: its own four, and by their apron the last of the chunk
+// before (slot 0) and the first of the chunk after (slot 5).
+constexpr int kSlots = kChunkExtent / kCellExtent + 2;
+
+struct SlotRange {
+    int first, last; // voxels of the chunk, inclusive; empty when first > last
+};
+SlotRange slotRange(int slot, int valid) {
+    const int start = (slot - 1) * kCellExtent;
+    return {std::max(start - 1, 0), std::min(start + kCellExtent, valid - 1)};
+}
+
+template <typename Value> struct CellBox {
+    Value lo[kSlots][kSlots][kSlots], hi[kSlots][kSlots][kSlots]; // [z][y][x]
+};
+
+/// Minima and maxima axis by axis, y first and z next because whole rows of x go through the vector unit.
+/// @param valid  voxels inside the volume; rows are kChunkExtent long all the same
+template <typename Value> void boxOf(const Value* chunk, const glm::ivec3& valid, CellBox<Value>& box) {
+    using Row = std::array<Value, kChunkExtent>;
+    static thread_local std::array<std::array<Row, kSlots>, kChunkExtent> loY, hiY; // 48 KiB: not for the stack
+    const auto fold = [](Row& lo, Row& hi, const Value* l, const Value* h) {
+        for (std::size_t x = 0; x < kChunkExtent; ++x) {
+            lo[x] = std::min(lo[x], l[x]);
+            hi[x] = std::max(hi[x], h[x]);
+        }
+    };
+    const auto start = [](Row& lo, Row& hi) {
+        lo.fill(std::numeric_limits<Value>::max());
+        hi.fill(std::numeric_limits<Value>::lowest());
+    };
+    for (int z = 0; z < valid.z; ++z)
+        for (int sy = 0; sy < kSlots; ++sy) {
+            Row &lo = loY[static_cast<std::size_t>(z)][static_cast<std::size_t>(sy)],
+                &hi = hiY[static_cast<std::size_t>(z)][static_cast<std::size_t>(sy)];
+            start(lo, hi);
+            const SlotRange range = slotRange(sy, valid.y);
+            for (int y = range.first; y <= range.last; ++y) {
+                const Value* row = chunk + linearIndex({0, y, z}, glm::ivec3(kChunkExtent));
+                fold(lo, hi, row, row);
+            }
+        }
+    for (int sz = 0; sz < kSlots; ++sz)
+        for (int sy = 0; sy < kSlots; ++sy) {
+            Row lo, hi;
+            start(lo, hi);
+            const SlotRange rangeZ = slotRange(sz, valid.z);
+            for (int z = rangeZ.first; z <= rangeZ.last; ++z)
+                fold(lo, hi, loY[static_cast<std::size_t>(z)][static_cast<std::size_t>(sy)].data(),
+                     hiY[static_cast<std::size_t>(z)][static_cast<std::size_t>(sy)].data());
+            for (int sx = 0; sx < kSlots; ++sx) {
+                Value low = std::numeric_limits<Value>::max(), high = std::numeric_limits<Value>::lowest();
+                const SlotRange rangeX = slotRange(sx, valid.x);
+                for (int x = rangeX.first; x <= rangeX.last; ++x) {
+                    low = std::min(low, lo[static_cast<std::size_t>(x)]);
+                    high = std::max(high, hi[static_cast<std::size_t>(x)]);
+                }
+                box.lo[sz][sy][sx] = low;
+                box.hi[sz][sy][sx] = high;
+            }
+        }
+}
+
+template <typename Value>
+void mergeCells(const glm::ivec3& chunk, const glm::ivec3& valid, std::span<const std::byte> bytes,
+                Statistics& statistics, std::mutex& mutex) {
+    CellBox<Value> box;
+    boxOf(reinterpret_cast<const Value*>(bytes.data()), valid, box);
+    const std::lock_guard lock(mutex);
+    const glm::ivec3 first = chunk * (kChunkExtent / kCellExtent) - 1;
+    for (int z = 0; z < kSlots; ++z)
+        for (int y = 0; y < kSlots; ++y)
+            for (int x = 0; x < kSlots; ++x) {
+                const glm::ivec3 cell = first + glm::ivec3(x, y, z);
+                if (box.lo[z][y][x] > box.hi[z][y][x]) continue; // no voxel
+                if (glm::any(glm::lessThan(cell, glm::ivec3(0))) ||
+                    glm::any(glm::greaterThanEqual(cell, statistics.cells)))
+                    continue;
+                const auto lo = static_cast<float>(box.lo[z][y][x]), hi = static_cast<float>(box.hi[z][y][x]);
+                const std::size_t at = linearIndex(cell, statistics.cells);
+                statistics.cellMin[at] = std::min(statistics.cellMin[at], lo);
+                statistics.cellMax[at] = std::max(statistics.cellMax[at], hi);
+                statistics.lowest = std::min(statistics.lowest, lo);
+                statistics.highest = std::max(statistics.highest, hi);
+            }
+}
+
+/// Calls body with the value type that a ValueType names.
+template <typename Body> void withType(ValueType type, const Body& body) {
+    switch (type) {
+    case ValueType::u8: return body(std::uint8_t{});
+    case ValueType::i16: return body(std::int16_t{});
+    case ValueType::u16: return body(std::uint16_t{});
+    case ValueType::f32: return body(float{});
+    }
+}
+
+/// Value to bin; by table where there are few values, because the division is slow.
+template <typename Value> class Binner {
+  public:
+    Binner(double lowest, double highest) : lowest_(lowest), highest_(highest) {
+        if constexpr (sizeof(Value) <= 2)
+            for (int value = kFirst; value <= std::numeric_limits<Value>::max(); ++value)
+                table_.push_back(static_cast<std::uint8_t>(histogramBin(value, lowest, highest)));
+    }
+    std::size_t operator()(Value value) const {
+        if constexpr (sizeof(Value) <= 2)
+            return table_[static_cast<std::size_t>(static_cast<int>(value) - kFirst)];
+        else
+            return static_cast<std::size_t>(histogramBin(static_cast<double>(value), lowest_, highest_));
+    }
+
+  private:
+    static constexpr int kFirst = sizeof(Value) <= 2 ? static_cast<int>(std::numeric_limits<Value>::lowest()) : 0;
+    double lowest_, highest_;
+    std::vector<std::uint8_t> table_;
+};
+
+} // namespace
+
+void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads) {
+    const VolumeInfo& info = store.info();
+    std::fill(statistics.cellMin.begin(), statistics.cellMin.end(), std::numeric_limits<float>::infinity());
+    std::fill(statistics.cellMax.begin(), statistics.cellMax.end(), -std::numeric_limits<float>::infinity());
+    statistics.lowest = std::numeric_limits<float>::infinity();
+    statistics.highest = -statistics.lowest;
+    const glm::ivec3 grid = chunkGrid(info.extentVoxels, 0);
+    std::mutex mutex;
+    parallelFor(cellCount(grid), threads, [&](std::size_t n) {
+        const auto nx = static_cast<std::size_t>(grid.x), ny = static_cast<std::size_t>(grid.y);
+        const glm::ivec3 chunk(static_cast<int>(n % nx), static_cast<int>(n / nx % ny),
+                               static_cast<int>(n / nx / ny));
+        const BufferPool::Lease buffer(pool);
+        store.readChunk({0, chunk.x, chunk.y, chunk.z}, buffer.bytes());
+        const glm::ivec3 valid =
+            glm::min(info.extentVoxels - chunk * kChunkExtent, glm::ivec3(kChunkExtent));
+        withType(info.type, [&](auto value) {
+            mergeCells<decltype(value)>(chunk, valid, buffer.bytes(), statistics, mutex);
+        });
+    });
+}
+
+void gatherMeans(const StoreReader& store, Statistics& statistics, BufferPool& pool) {
+    constexpr int level = kLevelCount - 1;
+    static_assert(kBrickExtent >> level == 1, "a sample of the coarsest level is a brick");
+    const glm::ivec3 grid = chunkGrid(store.info().extentVoxels, level);
+    const BufferPool::Lease buffer(pool);
+    for (int k = 0; k < grid.z; ++k)
+        for (int j = 0; j < grid.y; ++j)
+            for (int i = 0; i < grid.x; ++i) {
+                store.readChunk({level, i, j, k}, buffer.bytes());
+                const glm::ivec3 first = glm::ivec3(i, j, k) * kChunkExtent;
+                const glm::ivec3 size = glm::min(statistics.bricks - first, glm::ivec3(kChunkExtent));
+                withType(store.info().type, [&](auto value) {
+                    const auto* values = reinterpret_cast<const decltype(value)*>(buffer.bytes().data());
+                    for (int z = 0; z < size.z; ++z)
+                        for (int y = 0; y < size.y; ++y)
+                            for (int x = 0; x < size.x; ++x)
+                                statistics.brickMean[linearIndex(first + glm::ivec3(x, y, z), statistics.bricks)] =
+                                    static_cast<float>(
+                                        values[linearIndex({x, y, z}, glm::ivec3(kChunkExtent))]);
+                });
+            }
+}
+
+void gatherHistograms(const StoreReader& store, int level, double lowest, double highest, BufferPool& pool,
+                      std::span<std::uint16_t> counts, int threads,
+                      const std::function<void(int, std::span<const std::uint16_t>)>& done) {
+    static_assert(kBrickExtent * kBrickExtent * kBrickExtent <= 65535, "a count fits 16 bits");
+    const glm::ivec3 extent = levelExtent(store.info().extentVoxels, level);
+    const glm::ivec3 bricks = brickGrid(store.info().extentVoxels);
+    const glm::ivec3 chunks = ceilDiv(extent, kChunkExtent);
+    const int brickSamples = kBrickExtent >> level, bricksPerChunk = 1 << level;
+    withType(store.info().type, [&](auto example) {
+        using Value = decltype(example);
+        const Binner<Value> binOf(lowest, highest);
+        for (int group = 0; group * kHistogramLayers < bricks.z; ++group) {
+            const int firstZ = group * kHistogramLayers, endZ = std::min(firstZ + kHistogramLayers, bricks.z);
+            const auto used = counts.first(cellCount({bricks.x, bricks.y, endZ - firstZ}) * kHistogramBins);
+            std::fill(used.begin(), used.end(), std::uint16_t{0});
+            // Coarse chunks span several groups and are decoded once per group: a third more work in all,
+            // for a small buffer.
+            const int firstK = firstZ / bricksPerChunk, endK = (endZ - 1) / bricksPerChunk + 1;
+            const glm::ivec3 grid(chunks.x, chunks.y, endK - firstK);
+            parallelFor(cellCount(grid), threads, [&](std::size_t n) {
+                const auto nx = static_cast<std::size_t>(grid.x), ny = static_cast<std::size_t>(grid.y);
+                const glm::ivec3 chunk(static_cast<int>(n % nx), static_cast<int>(n / nx % ny),
+                                       firstK + static_cast<int>(n / nx / ny));
+                const BufferPool::Lease buffer(pool);
+                store.readChunk({level, chunk.x, chunk.y, chunk.z}, buffer.bytes());
+                const auto* values = reinterpret_cast<const Value*>(buffer.bytes().data());
+                const glm::ivec3 first = chunk * kChunkExtent;
+                const glm::ivec3 end = glm::min(first + kChunkExtent, extent);
+                for (int z = first.z; z < end.z; ++z) {
+                    const int brickZ = z / brickSamples;
+                    if (brickZ < firstZ || brickZ >= endZ) continue;
+                    for (int y = first.y; y < end.y; ++y) {
+                        const Value* row = values + linearIndex({0, y - first.y, z - first.z},
+                                                                glm::ivec3(kChunkExtent));
+                        for (int x = first.x; x < end.x; ++x) {
+                            const glm::ivec3 brick(x / brickSamples, y / brickSamples, brickZ - firstZ);
+                            ++used[linearIndex(brick, bricks) * kHistogramBins + binOf(row[x - first.x])];
+                        }
+                    }
+                }
+            });
+            done(group, used);
+        }
+    });
+}
+
+} // namespace tessera

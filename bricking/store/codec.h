@@ -1,0 +1,29 @@
+// bricking/store/codec.h: one chunk to bytes and back: blosc(lz4, level 5, bitshuffle), then CRC-32C.
+// The writer's parameters are fixed; the reader trusts blosc's own header, whose size it checks first.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace tessera {
+
+constexpr std::size_t kCrcBytes = 4;
+
+/// Largest number of bytes that rawBytes can encode to.
+std::size_t encodedBound(std::size_t rawBytes);
+
+struct EncodedChunk {
+    std::size_t bytes = 0; // used in the output buffer, CRC included
+    std::uint32_t crc = 0;
+};
+/// Encodes raw (values of valueBytes each, little-endian) into out, at least encodedBound(raw.size()) long.
+/// Deterministic: the same input gives the same bytes on every machine. Thread-safe.
+EncodedChunk encodeChunk(std::span<const std::byte> raw, std::size_t valueBytes, std::span<std::byte> out);
+
+/// Decodes into exactly out.size() bytes. Thread-safe.
+/// Throws InputError that begins with where, when the checksum, the header or the size is wrong.
+void decodeChunk(std::span<const std::byte> encoded, std::span<std::byte> out, const std::string& where);
+
+} // namespace tessera

@@ -1,0 +1,59 @@
+// bricking/store/file_io.h: the few file operations a store needs, with errors that name the file. Reading
+// follows no link below the store's folder and opens regular files only, so that a store cannot point elsewhere.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace tessera {
+
+/// An owned file descriptor; move-only.
+class FileHandle {
+  public:
+    FileHandle() = default;
+    explicit FileHandle(int descriptor) : descriptor_(descriptor) {}
+    FileHandle(FileHandle&& other) noexcept;
+    FileHandle& operator=(FileHandle&& other) noexcept;
+    ~FileHandle();
+    int descriptor() const { return descriptor_; }
+
+  private:
+    int descriptor_ = -1;
+};
+
+/// Opens a folder for openIn(). Throws InputError naming it.
+FileHandle openFolder(const std::filesystem::path& path);
+
+/// Opens a regular file below folder for reading.
+/// @param relative  names joined by '/', none of them "", "." or ".."
+/// @param shown  the folder's path, for messages
+/// @return nothing when the file or a folder on the way is missing
+/// Throws InputError naming the path for links, for what is not a regular file, and when it cannot be opened.
+std::optional<FileHandle> openIn(const FileHandle& folder, std::string_view relative,
+                                 const std::filesystem::path& shown);
+
+std::uint64_t fileSize(const FileHandle& file, const std::string& shown);
+/// Fills out from offset. Throws InputError naming the file when it ends too early or cannot be read.
+void readAt(const FileHandle& file, std::uint64_t offset, std::span<std::byte> out, const std::string& shown);
+/// The whole file as text; nothing when missing. Throws InputError when it is larger than limitBytes.
+std::optional<std::string> readText(const FileHandle& folder, std::string_view relative,
+                                    const std::filesystem::path& shown, std::uint64_t limitBytes);
+
+/// Opens a file for writing, made if missing, kept if not. Throws Error naming it.
+FileHandle openForWriting(const std::filesystem::path& path);
+void writeAt(const FileHandle& file, std::uint64_t offset, std::span<const std::byte> bytes,
+             const std::filesystem::path& shown);
+/// Asks the system to make what was written durable. Throws Error.
+void syncFile(const FileHandle& file, const std::filesystem::path& shown);
+/// As syncFile(), for the folder's list of names.
+void syncFolder(const std::filesystem::path& path);
+/// Writes a new file and makes it durable.
+void writeDurably(const std::filesystem::path& path, std::span<const std::byte> bytes);
+void writeDurably(const std::filesystem::path& path, std::string_view text);
+
+} // namespace tessera

@@ -1,0 +1,55 @@
+// bricking/store/zarr_metadata.h: the JSON documents of a store, made from and checked against one description.
+// OME-Zarr 0.5: the group's zarr.json holds attributes.ome (what others read) and attributes.tessera (the whole
+// truth: affine, rescale, counts). Reading parses attributes.tessera, makes the documents anew from it and
+// demands equality, so that every field others rely on is known to be right. Layout: docs/formats.md.
+#pragma once
+
+#include "core/brick.h"
+#include "core/volume.h"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tessera {
+
+constexpr int kStoreVersion = 1;
+constexpr std::uint64_t kMaxMetadataBytes = 16u << 20; // 500 000 shards, 500 TB of int16
+
+/// What the metadata knows of one shard, so that a lost or exchanged file is told from an empty one.
+struct ShardRecord {
+    std::uint32_t chunks = 0;     // chunks written; 0: the file does not exist, all is fill
+    std::uint32_t indexCrc = 0;   // CRC-32C of the index as stored, without its own checksum
+    std::uint32_t payloadCrc = 0; // CRC-32C over the CRCs of the written chunks, in index order
+};
+
+struct StoreMetadata {
+    VolumeInfo info;
+    double lowest = 0, highest = 0; // stored values of level 0
+    std::array<std::vector<ShardRecord>, kLevelCount> shards; // per level [z][y][x] of the shard grid
+};
+
+/// Throws InputError naming where when info cannot be stored: validate(), or fillStored does not fit its type.
+void checkStorable(const VolumeInfo& info, const std::string& where);
+/// info with its texts cut to 64 printable ASCII characters, as a store holds them.
+VolumeInfo withPlainTexts(VolumeInfo info);
+
+/// zarr.json of the group, with a CRC-32C over itself in attributes.tessera.checksum.
+std::string groupDocument(const StoreMetadata& metadata);
+/// zarr.json of the array of one level.
+std::string levelDocument(const VolumeInfo& info, int level);
+
+/// Throws InputError that begins with where and names the first key that is wrong.
+StoreMetadata parseGroup(std::string_view text, const std::string& where);
+void checkLevel(std::string_view text, const VolumeInfo& info, int level, const std::string& where);
+/// Whether text is JSON that has attributes.tessera; nothing else is checked.
+bool isGroupOfOurs(std::string_view text);
+/// 16 hex digits over the canonical group document, which holds the CRCs of all shards and chunks.
+std::string contentHashOf(const StoreMetadata& metadata);
+
+/// Writes fillStored as one value of type into out (bytesPerValue bytes).
+void storeFill(const VolumeInfo& info, std::byte* out);
+
+} // namespace tessera
