@@ -92,7 +92,7 @@ std::unique_ptr<SlabSource> makePhantom(const std::string& name, const glm::ivec
     if (std::find(names.begin(), names.end(), name) == names.end())
         throw badFile("phantom", "one of torso, marschner-lobb, sphere, ramp, checkerboard",
                       "'" + name + "' (did you mean '" + nearestPhantom(name) + "'?)");
-    auto slices = makeAnalytic(name, extentVoxels);
+    auto slices = name == "torso" ? makeTorso(extentVoxels) : makeAnalytic(name, extentVoxels);
     return std::make_unique<PhantomSource>(name, std::move(slices), threads);
 }
 

@@ -25,4 +25,14 @@ std::vector<glm::dvec3> torsoColonCentreline();
 /// Radius of the colon's lumen without folds at arc fraction u in [0,1], mm.
 double torsoColonRadiusMm(double u);
 
+/// One of the torso's polyps: a half-sunk sphere, or a sphere on a stalk.
+struct ColonPolyp {
+    glm::dvec3 centreMm; ///< middle of its head, patient space
+    double arcFraction;  ///< where it sits along the centre-line, in [0,1]
+    double diameterMm;   ///< of its head
+    bool pedunculated;   ///< has a stalk
+};
+/// From caecum to rectum.
+std::vector<ColonPolyp> torsoColonPolyps();
+
 } // namespace tessera

@@ -1,0 +1,28 @@
+// datasets/branching_tree.h: trees that fill a region, for airways and vessels. A branch grows towards the
+// middle of the points it has to serve, then the points are split in two halves, each served by a child;
+// radii follow Murray's law.
+#pragma once
+
+#include "datasets/shapes.h"
+
+#include <functional>
+
+namespace tessera {
+
+struct TreeRules {
+    float rootRadiusMm = 5;
+    float tipRadiusMm = 0.7F; ///< no branch is thinner
+    float reach = 0.42F;      ///< part of the way to the points' middle that a branch goes
+    float murray = 2.7F;      ///< radius^murray is shared out among the children
+    float shortestMm = 3;     ///< a branch shorter than this ends the tree
+    int generations = 14;
+};
+
+/// Jittered points of a cubic lattice of the given pitch where inside() holds; the same for the same seed.
+std::vector<glm::vec3> scatter(const Box& box, float pitchMm, std::uint32_t seed,
+                               const std::function<bool(const glm::vec3&)>& inside);
+/// Adds the tree's tubes that serve the points, from root on.
+void growTree(ShapeList& shapes, const glm::vec3& root, std::vector<glm::vec3> points, const TreeRules& rules,
+              float voxelMm);
+
+} // namespace tessera

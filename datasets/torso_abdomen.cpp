@@ -1,0 +1,116 @@
+// datasets/torso_abdomen.cpp: diaphragm, liver, gall bladder, spleen, stomach, pancreas, kidneys, small bowel
+// and bladder. The colon has its own file.
+#include "datasets/torso_parts.h"
+
+namespace tessera {
+namespace {
+
+constexpr float kFatHu = -98, kLiverHu = 110, kSpleenHu = 120, kCortexHu = 190, kMedullaHu = 150;
+constexpr float kGasHu = -960, kContentsHu = 22, kWallHu = 75;
+
+Tissue& organ(TorsoBuilder& torso, std::vector<Shell> shells, float smoothMm, float gapMm) {
+    Tissue& tissue = torso.add(std::move(shells), smoothMm);
+    tissue.clip = torso.innerWall;
+    tissue.clipOffsetMm = -gapMm;
+    return tissue;
+}
+
+void ellipsoid(Tissue& tissue, const glm::vec3& centre, const glm::vec3& radii,
+               const glm::vec3& along = glm::vec3(0, 0, 1)) {
+    tissue.shapes.push_back(std::make_unique<Ellipsoid>(centre, radii, axesAlong(along)));
+}
+
+void addStomach(TorsoBuilder& torso) {
+    const std::vector<Knot> course = {{{62, 8, -6}, 22},    {{62, 0, -14}, 26},   {{56, -20, -30}, 24},
+                                      {{38, -40, -48}, 18}, {{12, -46, -54}, 14}, {{-14, -38, -46}, 10},
+                                      {{-24, -26, -40}, 8}};
+    Tissue& stomach = organ(torso, {{0, kWallHu}, {-4, kContentsHu}}, 3, 4);
+    addTube(stomach.shapes, course, torso.voxelMm, 5);
+    Tissue& gas = torso.add({{-4.5F, kGasHu}}, 3); // the patient lies on the back: gas rises to the front
+    addTube(gas.shapes, course, torso.voxelMm, 5);
+    gas.clip = std::make_shared<HalfSpace>(glm::vec3(0, 1, 0), -29.0F);
+}
+
+void addKidneys(TorsoBuilder& torso) {
+    Tissue& kidneys = torso.add({{0, kCortexHu}});
+    Tissue& pyramids = torso.add({{0, kMedullaHu}});
+    Tissue& sinus = torso.add({{0, -60}}, 5);
+    for (const float side : {-1.0F, 1.0F}) {
+        const float down = side < 0 ? -8.0F : 0.0F; // the right one lies lower, under the liver
+        const glm::vec3 along = glm::normalize(glm::vec3(side * -0.25F, 0.12F, 1));
+        const glm::vec3 centre(side * 64, 33, -42 + down);
+        ellipsoid(kidneys, centre, {23, 21, 45}, along);
+        for (int k = 0; k < 7; ++k) { // a row of pyramids in front and one behind
+            const float t = static_cast<float>(k) - 3;
+            for (const float face : {-1.0F, 1.0F})
+                ellipsoid(pyramids,
+                          centre + along * (t * 10.5F) + glm::vec3(side * (6 - 0.8F * t * t), face * 7, 0),
+                          {6.5F, 5, 4.6F}, along);
+        }
+        ellipsoid(sinus, centre - glm::vec3(side * 9, 2, 0), {9, 6, 21}, along);
+        ellipsoid(sinus, centre - glm::vec3(side * 21, 3, 0), {10, 6, 13}, along);
+    }
+}
+
+void addSmallBowel(TorsoBuilder& torso) {
+    // loops to and fro in two layers, inside the frame of the colon
+    std::vector<Knot> course;
+    for (int layer = 0; layer < 2; ++layer)
+        for (int row = 0; row < 5; ++row)
+            for (int k = 0; k < 5; ++k) {
+                const auto n = static_cast<std::uint32_t>(layer * 25 + row * 5 + k);
+                const int turn = (row + layer) % 2 == 0 ? k : 4 - k;
+                const float bend = k % 2 == 0 ? -7.0F : 7.0F;
+                const auto fr = static_cast<float>(row);
+                const float z = (layer == 0 ? -78 - 19 * fr : -154 + 19 * fr) + bend + 8 * hashUnit(n, 3);
+                const float y =
+                    (layer == 0 ? -46.0F : -20.0F) + 12 * hashUnit(n, 4) - 6 - (row > 1 ? 3.0F : 0.0F);
+                course.push_back({{-58 + 29 * static_cast<float>(turn) + 8 * hashUnit(n, 5), y, z},
+                                  9 + 3 * hashUnit(n, 6)});
+            }
+    Tissue& bowel = organ(torso, {{0, 95}, {-2.2F, kContentsHu}}, 0, 5);
+    addTube(bowel.shapes, course, torso.voxelMm, 4);
+    Tissue& gas = torso.add({{-2.6F, kGasHu}});
+    addTube(gas.shapes, {course.begin() + 6, course.begin() + 9}, torso.voxelMm, 4);
+    addTube(gas.shapes, {course.begin() + 17, course.begin() + 19}, torso.voxelMm, 4);
+    gas.clip = std::make_shared<HalfSpace>(glm::vec3(0, 1, 0), -50.0F);
+}
+
+} // namespace
+
+ShapeList diaphragmShapes() {
+    ShapeList shapes;
+    shapes.push_back(std::make_unique<Ellipsoid>(glm::vec3(-58, -2, -62), glm::vec3(80, 88, 96)));
+    shapes.push_back(std::make_unique<Ellipsoid>(glm::vec3(58, 0, -62), glm::vec3(78, 86, 79)));
+    return shapes;
+}
+
+void addAbdomen(TorsoBuilder& torso) {
+    Tissue& diaphragm = organ(torso, {{0, 55}, {-3.2F, kFatHu}}, 18, 1);
+    diaphragm.shapes = diaphragmShapes();
+
+    Tissue& liver = organ(torso, {{0, kLiverHu}}, 16, 4.5F);
+    ellipsoid(liver, {-66, 0, -22}, {58, 68, 50});
+    ellipsoid(liver, {-70, 8, -50}, {44, 54, 42});
+    ellipsoid(liver, {-14, -38, -4}, {52, 32, 26}, {0.35F, 0, 1});
+    ellipsoid(liver, {26, -44, 0}, {34, 22, 13}, {0.2F, 0, 1});
+    Tissue& gallBladder = organ(torso, {{0, 60}, {-1.6F, 8}}, 0, 5);
+    ellipsoid(gallBladder, {-42, -48, -58}, {12, 13, 22}, {0.1F, 0.5F, 1});
+    Tissue& spleen = organ(torso, {{0, kSpleenHu}}, 10, 4.5F);
+    ellipsoid(spleen, {98, 32, -8}, {22, 36, 34}, {0.1F, -0.5F, 1});
+    addStomach(torso);
+    Tissue& pancreas = torso.add({{0, 100}}, 5);
+    addTube(pancreas.shapes,
+            {{{-26, -12, -58}, 12},
+             {{-10, -16, -50}, 11},
+             {{14, -20, -42}, 8.5F},
+             {{44, -2, -32}, 9},
+             {{78, 18, -22}, 7}},
+            torso.voxelMm, 5);
+    addKidneys(torso);
+    addSmallBowel(torso);
+    Tissue& bladder = torso.add({{0, 45}, {-3, 8}}, 6);
+    ellipsoid(bladder, {0, -30, -202}, {32, 24, 19});
+}
+
+} // namespace tessera

@@ -1,0 +1,111 @@
+// datasets/torso_chest.cpp: lungs, mediastinum, heart, and the trees of the lungs: arteries, veins, airways.
+#include "datasets/branching_tree.h"
+#include "datasets/torso_parts.h"
+
+#include <algorithm>
+
+namespace tessera {
+namespace {
+
+constexpr float kLungHu = -860, kMediastinalFatHu = -85, kMyocardiumHu = 100, kBloodHu = 180;
+constexpr float kLungVesselHu = 230, kAirwayWallHu = -50, kAirHu = -1000;
+constexpr float kLungFloorMm = -46; // the recesses beside the diaphragm end here
+
+void ellipsoid(ShapeList& shapes, const glm::vec3& centre, const glm::vec3& radii) {
+    shapes.push_back(std::make_unique<Ellipsoid>(centre, radii));
+}
+
+ShapeList mediastinumShapes() {
+    ShapeList shapes;
+    ellipsoid(shapes, {0, 14, 178}, {30, 34, 50});
+    ellipsoid(shapes, {0, -8, 120}, {31, 62, 48});
+    ellipsoid(shapes, {2, -54, 120}, {13, 30, 62});
+    ellipsoid(shapes, {6, 34, 60}, {27, 30, 118});
+    ellipsoid(shapes, {10, -34, 52}, {50, 46, 50});
+    ellipsoid(shapes, {38, -40, 40}, {42, 38, 36});
+    return shapes;
+}
+
+float nearest(const ShapeList& shapes, const glm::vec3& p) {
+    float d = 1e9F;
+    for (const auto& shape : shapes)
+        d = std::min(d, shape->distance(p));
+    return d;
+}
+
+} // namespace
+
+void addLungs(TorsoBuilder& torso) {
+    Tissue& lungs = torso.add({{-3, kLungHu}});
+    lungs.shapes.push_back(std::make_unique<Loft>(*torso.innerWall));
+    lungs.clip = std::make_shared<HalfSpace>(glm::vec3(0, 0, -1), -kLungFloorMm);
+    Tissue& fat = torso.add({{0, kMediastinalFatHu}}, 12);
+    fat.shapes = mediastinumShapes();
+    fat.clip = torso.innerWall;
+    fat.clipOffsetMm = -2;
+}
+
+void addHeart(TorsoBuilder& torso) {
+    const glm::mat3 axes = axesAlong(glm::normalize(glm::vec3(0.74F, -0.52F, -0.43F))); // base to apex
+    Tissue& muscle = torso.add({{0, kMyocardiumHu}}, 8);
+    muscle.shapes.push_back(std::make_unique<Ellipsoid>(glm::vec3(38, -29, 47), glm::vec3(28, 28, 43), axes));
+    ellipsoid(muscle.shapes, {10, -50, 47}, {35, 20, 31});
+    ellipsoid(muscle.shapes, {-29, -27, 57}, {22, 26, 30});
+    ellipsoid(muscle.shapes, {4, 6, 72}, {34, 18, 22});
+    muscle.clip = torso.innerWall;
+    muscle.clipOffsetMm = -5;
+    Tissue& blood = torso.add({{0, kBloodHu}});
+    ellipsoid(blood.shapes, {8, -52, 50}, {29, 14.5F, 25});
+    ellipsoid(blood.shapes, {-29, -27, 57}, {19.5F, 23, 27});
+    ellipsoid(blood.shapes, {4, 6, 72}, {31, 15, 19});
+    blood.shapes.push_back(
+        std::make_unique<Ellipsoid>(glm::vec3(33, -26, 50), glm::vec3(16.5F, 16.5F, 32), axes));
+    blood.clip = torso.innerWall;
+    blood.clipOffsetMm = -8;
+    Tissue& papillary = torso.add({{0, kMyocardiumHu}});
+    for (const glm::vec3& at : {glm::vec3(42, -20, 36), glm::vec3(46, -38, 46)})
+        papillary.shapes.push_back(std::make_unique<Ellipsoid>(at, glm::vec3(4, 4, 13), axes));
+}
+
+void addLungTrees(TorsoBuilder& torso) {
+    const ShapeList middle = mediastinumShapes();
+    const ShapeList domes = diaphragmShapes();
+    const float voxelMm = torso.voxelMm;
+    const auto pointsOf = [&](float side, float pitch, std::uint32_t seed) {
+        const Box box{{side > 0 ? 0.0F : -135.0F, -90, kLungFloorMm}, {side > 0 ? 135.0F : 0.0F, 85, 205}};
+        return scatter(box, pitch, seed, [&](const glm::vec3& p) {
+            return torso.innerWall->distance(p) < -8 && p.z > kLungFloorMm + 8 && nearest(middle, p) > 3 &&
+                   nearest(domes, p) > 7;
+        });
+    };
+    Tissue& vessels = torso.add({{0, kLungVesselHu}}, 1.5F);
+    addTube(vessels.shapes, {{{12, -46, 62}, 13}, {{22, -34, 84}, 13}, {{18, -14, 100}, 12}}, voxelMm);
+    addTube(vessels.shapes, {{{18, -14, 100}, 11}, {{-6, -4, 98}, 9.5F}, {{-36, 4, 88}, 8}}, voxelMm);
+    addTube(vessels.shapes, {{{18, -14, 100}, 11}, {{34, 4, 101}, 9}, {{46, 14, 94}, 8}}, voxelMm);
+    growTree(vessels.shapes, {-36, 4, 88}, pointsOf(-1, 12.5F, 11), {7.0F, 0.75F, 0.42F, 2.6F}, voxelMm);
+    growTree(vessels.shapes, {46, 14, 94}, pointsOf(1, 12.5F, 12), {7.0F, 0.75F, 0.42F, 2.6F}, voxelMm);
+    addTube(vessels.shapes, {{{-14, 8, 72}, 8}, {{-38, 10, 66}, 7}}, voxelMm);
+    addTube(vessels.shapes, {{{20, 8, 72}, 8}, {{42, 16, 68}, 7}}, voxelMm);
+    growTree(vessels.shapes, {-38, 10, 66}, pointsOf(-1, 13.5F, 21), {6.2F, 0.75F, 0.40F, 2.6F}, voxelMm);
+    growTree(vessels.shapes, {42, 16, 68}, pointsOf(1, 13.5F, 22), {6.2F, 0.75F, 0.40F, 2.6F}, voxelMm);
+
+    Tissue& gullet = torso.add({{0, 45}, {-5, 10}, {-6, -500}});
+    addTube(gullet.shapes,
+            {{{4, 22, 216}, 7},
+             {{4, 28, 150}, 7},
+             {{5, 29, 100}, 7},
+             {{10, 24, 50}, 7.5F},
+             {{22, 8, 22}, 8},
+             {{36, 2, 8}, 8}},
+            voxelMm);
+    Tissue& airways = torso.add({{1.3F, kAirwayWallHu}, {0, kAirHu}}, 1);
+    const glm::vec3 carina(2, 15, 114), right(-38, 14, 88), left(48, 22, 84);
+    addTube(airways.shapes, {{{0, 2, 216}, 8.5F}, {{0, 5, 180}, 8.2F}, {{1, 11, 140}, 8}, {carina, 8}},
+            voxelMm);
+    addTube(airways.shapes, {{carina, 7}, {{-17, 17, 102}, 6.6F}, {right, 6}}, voxelMm);
+    addTube(airways.shapes, {{carina, 6.4F}, {{22, 20, 99}, 5.7F}, {left, 5.4F}}, voxelMm);
+    growTree(airways.shapes, right, pointsOf(-1, 17, 31), {5.8F, 0.9F, 0.38F, 2.7F}, voxelMm);
+    growTree(airways.shapes, left, pointsOf(1, 17, 32), {5.2F, 0.9F, 0.38F, 2.7F}, voxelMm);
+}
+
+} // namespace tessera

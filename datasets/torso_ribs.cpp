@@ -1,0 +1,162 @@
+// datasets/torso_ribs.cpp: ribs with their cartilage, sternum, shoulder girdle and pelvis: cortex outside,
+// marrow inside.
+#include "datasets/torso_parts.h"
+
+#include <algorithm>
+
+namespace tessera {
+namespace {
+
+constexpr float kCortexHu = 1000, kMarrowHu = 200, kCartilageHu = 115;
+
+void addRibs(TorsoBuilder& torso) {
+    Tissue& cartilage = torso.add({{0, kCartilageHu}});
+    Tissue& ribs = torso.add({{0, kCortexHu}, {-1.4F, kMarrowHu}});
+    const Loft& wall = *torso.innerWall;
+    for (const float side : {-1.0F, 1.0F})
+        for (int i = 0; i < kThoracic; ++i) {
+            const auto f = static_cast<float>(i);
+            const float zBack = vertebraZ(i) + 4;
+            const float drop = i == 0   ? 26.0F
+                               : i < 8  ? 40 + 6 * f
+                               : i < 10 ? 82.0F
+                                        : 30.0F + 12.0F * (11 - f);
+            const float last = i == 0   ? 148.0F
+                               : i < 7  ? 146 - 3 * f
+                               : i < 10 ? 122 - 7 * (f - 7)
+                                        : 82 - 22 * (f - 10);
+            const glm::vec3 head = spineMiddle(zBack) + glm::vec3(side * (vertebraHalf(i).x + 1), 9, 0);
+            const glm::vec3 neck = spineMiddle(zBack) + glm::vec3(side * (vertebraHalf(i).x + 15), 19, 1);
+            std::vector<glm::vec3> points = {head, neck};
+            const float firstAngle = i == 0 ? 48.0F : 32.0F;
+            for (float angle = firstAngle; angle <= last; angle += 5) {
+                const float t = (angle - firstAngle) / (146 - firstAngle);
+                // little fall near the spine, most of it along the side
+                points.push_back(wall.wallPoint(angle, zBack - drop * t * (0.55F + 0.45F * t), 4));
+                points.back().x *= side;
+            }
+            const float tall = i == 0 ? 5.5F : i > 9 ? 4.6F : 5.8F;
+            std::vector<Knot> course;
+            for (const glm::vec3& p : points)
+                course.push_back({p, tall});
+            course = curveThrough(course, 4);
+            for (std::size_t k = 0; k + 1 < course.size(); ++k) {
+                const glm::vec3 middle = 0.5F * (course[k].at + course[k + 1].at);
+                const glm::vec3 along = glm::normalize(course[k + 1].at - course[k].at);
+                glm::vec3 outward = glm::vec3(middle.x / 1.6F, middle.y - 5, 0);
+                outward = glm::normalize(outward - glm::dot(outward, along) * along);
+                ribs.shapes.push_back(std::make_unique<FlatSegment>(course[k].at, course[k + 1].at, tall,
+                                                                    tall / 3.2F, outward));
+            }
+            if (i >= 10)
+                continue; // floating ribs end free
+            const glm::vec3 end = course.back().at;
+            if (i < 7) {
+                const float zSternum = 160 - 18.5F * f;
+                const glm::vec3 notch = wall.wallPoint(180 - (i == 0 ? 16.0F : 9.0F), zSternum, 4);
+                const glm::vec3 meets(side * (i == 0 ? 17.0F : 12.0F), notch.y, zSternum);
+                glm::vec3 bend = 0.5F * (end + meets);
+                bend.z = std::min(end.z, zSternum) - (i > 2 ? 3.0F * (f - 2) : 0);
+                bend.y = wall.wallPoint(155, bend.z, 5).y;
+                addTube(cartilage.shapes, {{end, 4.6F}, {bend, 4.8F}, {meets, 4.6F}}, torso.voxelMm, 5);
+            } else { // the costal arch: up along the margin to the cartilage above
+                const glm::vec3 p = wall.wallPoint(last + 14, end.z + 6, 4);
+                const glm::vec3 q = wall.wallPoint(last + 26, end.z + 24, 4);
+                addTube(cartilage.shapes, {{end, 4.2F}, {mirrored(p, side), 4.2F}, {mirrored(q, side), 4}},
+                        torso.voxelMm, 5);
+            }
+        }
+}
+
+void addSternumAndGirdle(TorsoBuilder& torso) {
+    Tissue& bones = torso.add({{0, kCortexHu}, {-1.5F, kMarrowHu}}, 3);
+    const Loft& wall = *torso.innerWall;
+    const auto front = [&](float z) { return glm::vec3(0, wall.wallPoint(180, z, 5).y, z); };
+    const glm::vec3 thin(0, 1, 0.15F);
+    const auto plate = [&](float z0, float z1, float width, float thickness) {
+        bones.shapes.push_back(std::make_unique<FlatSegment>(front(z0), front(z1), width, width / thickness,
+                                                             glm::normalize(thin)));
+    };
+    plate(164, 152, 17, 5);
+    plate(150, 137, 13, 5);
+    for (int k = 0; k < 8; ++k) {
+        const auto f = static_cast<float>(k);
+        plate(132 - 11 * f, 121 - 11 * f, 11 + (k == 5 ? 2.0F : 0.0F), 4.6F);
+    }
+    plate(42, 24, 5, 2.6F); // xiphoid
+    Tissue& girdle = torso.add({{0, kCortexHu}, {-1.6F, kMarrowHu}}, 4);
+    Tissue& humerus = torso.add({{0, kCortexHu}, {-1.8F, kMarrowHu}});
+    for (const float side : {-1.0F, 1.0F}) {
+        addTube(girdle.shapes,
+                {{{side * 17, -60, 169}, 7},
+                 {{side * 50, -58, 176}, 5.2F},
+                 {{side * 92, -22, 188}, 4.8F},
+                 {{side * 122, 14, 190}, 6}},
+                torso.voxelMm, 5);
+        // scapula: blade, spine with acromion, coracoid, lateral border; head of the humerus
+        const glm::vec3 normal = glm::normalize(glm::vec3(side * 0.42F, 0.9F, 0.1F));
+        const glm::vec3 along = glm::normalize(glm::vec3(side * -0.1F, 0, 1) -
+                                               normal * glm::dot(normal, glm::vec3(side * -0.1F, 0, 1)));
+        const glm::mat3 axes(glm::cross(normal, along), normal, along);
+        girdle.shapes.push_back(
+            std::make_unique<Ellipsoid>(glm::vec3(side * 88, 79, 128), glm::vec3(30, 2.6F, 52), axes));
+        addTube(girdle.shapes,
+                {{{side * 66, 88, 158}, 3},
+                 {{side * 95, 82, 170}, 4},
+                 {{side * 122, 56, 184}, 5.5F},
+                 {{side * 130, 30, 192}, 6}},
+                torso.voxelMm, 6);
+        addTube(girdle.shapes,
+                {{{side * 84, 82, 80}, 4}, {{side * 104, 66, 130}, 4.2F}, {{side * 112, 46, 166}, 8}},
+                torso.voxelMm, 6);
+        addTube(girdle.shapes, {{{side * 108, 42, 178}, 5}, {{side * 103, 8, 182}, 4.5F}}, torso.voxelMm, 6);
+        humerus.shapes.push_back(
+            std::make_unique<Ellipsoid>(glm::vec3(side * 124, 30, 165), glm::vec3(17, 17, 18)));
+    }
+}
+
+void addPelvis(TorsoBuilder& torso) {
+    Tissue& wings = torso.add({{0, kCortexHu}, {-1.6F, kMarrowHu}}, 7);
+    Tissue& femur = torso.add({{0, kCortexHu}, {-2, kMarrowHu}}, 5);
+    for (const float side : {-1.0F, 1.0F}) {
+        // the wing: a plate that flares outwards above and in front
+        const glm::vec3 normal = glm::normalize(glm::vec3(side * 0.86F, -0.38F, -0.34F));
+        const glm::vec3 up = glm::normalize(glm::vec3(0, 0, 1) - normal * normal.z);
+        const glm::mat3 axes(glm::cross(normal, up), normal, up);
+        wings.shapes.push_back(
+            std::make_unique<Ellipsoid>(glm::vec3(side * 86, 16, -140), glm::vec3(48, 5, 38), axes));
+        addTube(wings.shapes,
+                {{{side * 48, 64, -126}, 7},
+                 {{side * 68, 52, -108}, 5.5F},
+                 {{side * 92, 24, -102}, 5},
+                 {{side * 112, -14, -116}, 5.5F},
+                 {{side * 114, -36, -136}, 6}},
+                torso.voxelMm, 5);
+        addTube(wings.shapes,
+                {{{side * 50, 62, -128}, 8},
+                 {{side * 54, 54, -150}, 9},
+                 {{side * 70, 28, -174}, 11},
+                 {{side * 84, 6, -190}, 14}},
+                torso.voxelMm, 5);
+        addTube(wings.shapes,
+                {{{side * 112, -34, -138}, 6}, {{side * 100, -24, -166}, 8}, {{side * 86, -10, -188}, 13}},
+                torso.voxelMm, 5);
+        addTube(wings.shapes,
+                {{{side * 78, -22, -194}, 9}, {{side * 52, -46, -204}, 7.5F}, {{side * 20, -56, -210}, 8}},
+                torso.voxelMm, 5);
+        addTube(wings.shapes, {{{side * 84, 20, -192}, 13}, {{side * 76, 34, -212}, 11}}, torso.voxelMm, 5);
+        femur.shapes.push_back(
+            std::make_unique<Ellipsoid>(glm::vec3(side * 98, 0, -203), glm::vec3(19, 19, 19)));
+        addTube(femur.shapes, {{{side * 102, 2, -206}, 14}, {{side * 126, 8, -216}, 14}}, torso.voxelMm, 6);
+    }
+}
+
+} // namespace
+
+void addRibsAndGirdles(TorsoBuilder& torso) {
+    addRibs(torso);
+    addSternumAndGirdle(torso);
+    addPelvis(torso);
+}
+
+} // namespace tessera
