@@ -1,6 +1,7 @@
 // bricking/import/dicom_pixels.cpp: see dicom_pixels.h.
 #include "bricking/import/dicom_pixels.h"
 
+#include "bricking/import/dicom_deflated.h"
 #include "bricking/import/input_file.h"
 #include "bricking/import/vtk_quiet.h"
 #include "core/error.h"
@@ -63,7 +64,14 @@ void DicomPixels::read(const DicomSlice& slice, std::span<std::int32_t> out) {
         return decode(slice, out);
     const auto valueBytes = static_cast<std::size_t>(slice.bitsAllocated / 8);
     buffer_.resize(out.size() * valueBytes);
-    InputFile(slice.file).readAt(slice.pixelOffsetBytes, buffer_);
+    if (slice.coding == PixelCoding::deflated) {
+        const std::vector<std::byte> whole = inflateDicom(slice.file);
+        if (whole.size() < slice.pixelOffsetBytes + buffer_.size())
+            throw badFile(slice.file.string(), "the pixels that it had when it was opened", "fewer");
+        std::memcpy(buffer_.data(), whole.data() + slice.pixelOffsetBytes, buffer_.size());
+    } else {
+        InputFile(slice.file).readAt(slice.pixelOffsetBytes, buffer_);
+    }
     const auto byte = [this](std::size_t i) { return std::to_integer<std::uint32_t>(buffer_[i]); };
     if (valueBytes == 1) {
         unpack(slice, out, byte);

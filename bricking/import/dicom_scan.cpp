@@ -1,6 +1,7 @@
 // bricking/import/dicom_scan.cpp: see dicom_scan.h. The headers are parsed by vtk-dicom.
 #include "bricking/import/dicom_scan.h"
 
+#include "bricking/import/dicom_deflated.h"
 #include "bricking/import/input_file.h"
 #include "bricking/import/vtk_quiet.h"
 #include "core/error.h"
@@ -10,6 +11,8 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <sys/mman.h> // memfd_create
+#include <unistd.h>
 #include <vtkDICOMDictionary.h>
 #include <vtkDICOMMetaData.h>
 #include <vtkDICOMParser.h>
@@ -138,6 +141,27 @@ void readPlace(const Header& header, int frame, DicomSlice& slice) {
         std::swap(slice.paddingFirst, slice.paddingLast);
 }
 
+/// Bytes under a name that a parser can open, without touching a disk (they hold identifiers).
+class MemoryFile {
+  public:
+    explicit MemoryFile(const std::vector<std::byte>& bytes)
+        : descriptor_(::memfd_create("tessera", MFD_CLOEXEC)) {
+        if (descriptor_ < 0 ||
+            ::write(descriptor_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) {
+            if (descriptor_ >= 0)
+                ::close(descriptor_);
+            throw Error("no memory file for a deflated DICOM file");
+        }
+    }
+    ~MemoryFile() { ::close(descriptor_); }
+    MemoryFile(const MemoryFile&) = delete;
+    MemoryFile& operator=(const MemoryFile&) = delete;
+    std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
+
+  private:
+    int descriptor_;
+};
+
 /// Scans files into series.
 class Scanner {
   public:
@@ -148,23 +172,26 @@ class Scanner {
         }
         vtkNew<vtkDICOMMetaData> data;
         vtkNew<vtkDICOMParser> parser;
-        parser->SetMetaData(data);
-        parser->SetFileName(file.c_str());
-        parser->Update();
-        const Header header(data);
-        const std::string storageClass = header.text(DC::MediaStorageSOPClassUID);
-        const bool shouldBeSlice = contains(kSliceClasses, storageClass) || storageClass.empty();
-        const std::string syntax = header.text(DC::TransferSyntaxUID);
-        if (!parser->GetPixelDataFound()) {
-            if (shouldBeSlice && syntax == "1.2.840.10008.1.2.1.99")
-                damaged(file, "a transfer syntax that can be decoded", "a deflated one");
-            else if (contains(kSliceClasses, storageClass) || (shouldBeSlice && parser->GetErrorCode() != 0))
-                damaged(file, "a whole DICOM image", "a header that breaks off (is it truncated?)");
-            else
-                ++scan_.otherFiles;
-            return;
+        parse(*parser, *data, file.string());
+        const std::string syntax = Header(data).text(DC::TransferSyntaxUID);
+        if (syntax == kDeflatedSyntax) {
+            try {
+                const MemoryFile inflated(inflateDicom(file));
+                data->Clear();
+                parse(*parser, *data, inflated.path());
+            } catch (const InputError&) {
+                return damaged(file, "a deflated DICOM file", "one that does not inflate");
+            }
         }
-        addImage(file, header, syntax, *parser);
+        const Header header(data);
+        const std::string storageClass =
+            header.text(syntax == kDeflatedSyntax ? DC::SOPClassUID : DC::MediaStorageSOPClassUID);
+        if (parser->GetPixelDataFound())
+            return addImage(file, header, syntax, *parser);
+        if (contains(kSliceClasses, storageClass) || (storageClass.empty() && parser->GetErrorCode() != 0))
+            damaged(file, "a whole DICOM image", "a header that breaks off (is it truncated?)");
+        else
+            ++scan_.otherFiles;
     }
 
     DicomScan take() {
@@ -182,6 +209,12 @@ class Scanner {
     }
 
   private:
+    static void parse(vtkDICOMParser& parser, vtkDICOMMetaData& data, const std::string& file) {
+        parser.SetMetaData(&data);
+        parser.SetFileName(file.c_str());
+        parser.Update();
+    }
+
     void damaged(const std::filesystem::path& file, std::string expected, std::string found) {
         scan_.damaged.push_back({file, std::move(expected), std::move(found)});
     }
@@ -195,10 +228,12 @@ class Scanner {
             ++scan_.imagesWithoutPlace;
             return;
         }
-        const bool plain = syntax.empty() || syntax == kImplicitLittle || syntax == kExplicitLittle ||
-                           (syntax == kExplicitBig && slice.bitsAllocated == 16);
+        const bool plain = syntax.empty() || syntax == kDeflatedSyntax || syntax == kImplicitLittle ||
+                           syntax == kExplicitLittle || (syntax == kExplicitBig && slice.bitsAllocated == 16);
         if (plain) {
-            slice.coding = syntax == kExplicitBig ? PixelCoding::bigEndian : PixelCoding::littleEndian;
+            slice.coding = syntax == kExplicitBig      ? PixelCoding::bigEndian
+                           : syntax == kDeflatedSyntax ? PixelCoding::deflated
+                                                       : PixelCoding::littleEndian;
         } else if (contains(kDecodable, syntax) || (syntax == kJpegExtended && slice.bitsAllocated == 8)) {
             slice.coding = PixelCoding::compressed;
         } else {

@@ -18,6 +18,7 @@ namespace tessera {
 enum class PixelCoding : std::uint8_t {
     littleEndian, // plain, read by position
     bigEndian,    // plain, read by position
+    deflated,     // the whole data set is deflated; the offset is that in inflateDicom()
     compressed    // decoded by vtk-dicom; one frame a file
 };
 

@@ -13,7 +13,8 @@ namespace tessera {
 struct SourceOptions {
     int series = 0;         // DICOM: 1-based number from the list; 0: the only one, or refuse with the list
     bool resampleZ = false; // DICOM: uneven slices are interpolated to an even spacing
-    std::filesystem::path scratchFolder; // where data is spooled whose slowest axis has to move; "": temp dir
+    /// Where data is spooled whose slowest axis has to move; "": the folder for temporary files.
+    std::filesystem::path scratchFolder = {};
 };
 
 /// Opens a DICOM file or folder, .nii, .nii.gz, or the .json sidecar of a raw file. What comes out is in the

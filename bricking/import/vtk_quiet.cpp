@@ -3,6 +3,7 @@
 
 #include <iostream>
 #include <sstream>
+#include <vtkLogger.h>
 #include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
 #include <vtkSmartPointer.h>
@@ -34,6 +35,7 @@ struct QuietVtk::State {
 QuietVtk::QuietVtk(bool decoderToo) : state_(std::make_unique<State>()) {
     state_->before = vtkOutputWindow::GetInstance();
     vtkOutputWindow::SetInstance(state_->silent);
+    vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF); // VTK 9 logs beside the output window
     if (decoderToo)
         state_->cerrBefore = std::cerr.rdbuf(state_->swallowed.rdbuf());
 }
@@ -42,6 +44,7 @@ QuietVtk::~QuietVtk() {
     if (state_->cerrBefore)
         std::cerr.rdbuf(state_->cerrBefore);
     vtkOutputWindow::SetInstance(state_->before);
+    vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_INFO); // VTK's default; it cannot be asked
 }
 
 bool QuietVtk::sawError() const {

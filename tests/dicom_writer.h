@@ -1,0 +1,163 @@
+// tests/dicom_writer.h: writes small DICOM files, explicit VR little endian, with every value that matters
+// under the test's control and identifiers planted in all of them.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tessera::test {
+
+/// What is planted in every file; none of it may ever come out again.
+inline const std::vector<std::string> kPlanted = {
+    "PLANTED^PATIENT",     "PLANTED-ID-4711",  "19470301",       "20230517",
+    "PLANTED DESCRIPTION", "PLANTED HOSPITAL", "1.2.826.99.4711"};
+
+struct DicomImage {
+    int columns = 4, rows = 3, frames = 1;
+    std::vector<std::uint16_t> pixels; // [frame][y][x], raw words
+    int bitsStored = 16, pixelRepresentation = 1;
+    std::optional<std::string> slope = "1", intercept = "-1024";
+    std::optional<int> padding;
+    std::optional<glm::dvec3> position = glm::dvec3(0);
+    std::vector<glm::dvec3> framePositions; // multi-frame only
+    glm::dvec3 rowDirection{1, 0, 0}, columnDirection{0, 1, 0};
+    double spacingX = 0.5, spacingY = 0.7; // PixelSpacing is written as Y\X
+    std::string series = "1", modality = "CT";
+    bool withPixels = true;
+    std::string storageClass = "1.2.840.10008.5.1.4.1.1.2";
+};
+
+class DicomBytes {
+  public:
+    void u16(unsigned v) {
+        bytes_ += static_cast<char>(v & 255);
+        bytes_ += static_cast<char>(v >> 8 & 255);
+    }
+    void u32(std::size_t v) { u16(v & 0xffff), u16(v >> 16 & 0xffff); }
+    void element(unsigned group, unsigned tag, const char* vr, std::string value) {
+        const bool longForm = std::string("OB OW SQ").find(vr) != std::string::npos;
+        if (value.size() % 2)
+            value += std::string(vr) == "UI" ? '\0' : ' ';
+        u16(group), u16(tag);
+        bytes_ += vr;
+        if (longForm)
+            u16(0), u32(value.size());
+        else
+            u16(static_cast<unsigned>(value.size()));
+        bytes_ += value;
+    }
+    void number(unsigned group, unsigned tag, int value, const char* vr = "US") {
+        DicomBytes b;
+        b.u16(static_cast<unsigned>(value) & 0xffff);
+        element(group, tag, vr, b.bytes_);
+    }
+    /// One item of a sequence.
+    static std::string item(const std::string& content) {
+        DicomBytes b;
+        b.u16(0xfffe), b.u16(0xe000), b.u32(content.size());
+        return b.bytes_ + content;
+    }
+    const std::string& bytes() const { return bytes_; }
+    std::string bytes_;
+};
+
+inline std::string decimals(std::initializer_list<double> values) {
+    std::string text;
+    for (const double v : values) {
+        char one[32];
+        std::snprintf(one, sizeof one, "%s%.8g", text.empty() ? "" : "\\", v);
+        text += one;
+    }
+    return text;
+}
+inline std::string decimals(const glm::dvec3& v) {
+    return decimals({v.x, v.y, v.z});
+}
+
+inline std::string dicomBytes(const DicomImage& image) {
+    static int instance = 0; // every file needs its own UID
+    const std::string uid = kPlanted[6] + "." + image.series + "." + std::to_string(++instance);
+    DicomBytes meta, d;
+    meta.element(0x2, 0x2, "UI", image.storageClass);
+    meta.element(0x2, 0x3, "UI", uid);
+    meta.element(0x2, 0x10, "UI", "1.2.840.10008.1.2.1");
+    d.element(0x8, 0x16, "UI", image.storageClass);
+    d.element(0x8, 0x18, "UI", uid);
+    d.element(0x8, 0x20, "DA", kPlanted[3]);
+    d.element(0x8, 0x60, "CS", image.modality);
+    d.element(0x8, 0x80, "LO", kPlanted[5]);
+    d.element(0x8, 0x103e, "LO", kPlanted[4]);
+    d.element(0x10, 0x10, "PN", kPlanted[0]);
+    d.element(0x10, 0x20, "LO", kPlanted[1]);
+    d.element(0x10, 0x30, "DA", kPlanted[2]);
+    d.element(0x18, 0x50, "DS", "1.5");
+    d.element(0x18, 0x60, "DS", "120");
+    d.element(0x18, 0x1210, "SH", "B30f");
+    d.element(0x20, 0xd, "UI", kPlanted[6]);
+    d.element(0x20, 0xe, "UI", kPlanted[6] + ".7." + image.series);
+    d.element(0x20, 0x13, "IS", "1"); // instance numbers say nothing: order comes from positions
+    const std::string orientation = decimals(image.rowDirection) + "\\" + decimals(image.columnDirection);
+    if (image.framePositions.empty()) {
+        if (image.position)
+            d.element(0x20, 0x32, "DS", decimals(*image.position));
+        d.element(0x20, 0x37, "DS", orientation);
+    }
+    d.number(0x28, 0x2, 1);
+    d.element(0x28, 0x4, "CS", "MONOCHROME2");
+    if (image.frames > 1)
+        d.element(0x28, 0x8, "IS", std::to_string(image.frames));
+    d.number(0x28, 0x10, image.rows);
+    d.number(0x28, 0x11, image.columns);
+    d.element(0x28, 0x30, "DS", decimals({image.spacingY, image.spacingX}));
+    d.number(0x28, 0x100, 16);
+    d.number(0x28, 0x101, image.bitsStored);
+    d.number(0x28, 0x102, image.bitsStored - 1);
+    d.number(0x28, 0x103, image.pixelRepresentation);
+    if (image.padding)
+        d.number(0x28, 0x120, *image.padding, image.pixelRepresentation ? "SS" : "US");
+    if (image.intercept)
+        d.element(0x28, 0x1052, "DS", *image.intercept);
+    if (image.slope)
+        d.element(0x28, 0x1053, "DS", *image.slope);
+    if (!image.framePositions.empty()) {
+        DicomBytes plane, shared;
+        plane.element(0x20, 0x37, "DS", orientation);
+        shared.element(0x20, 0x9116, "SQ", DicomBytes::item(plane.bytes()));
+        d.element(0x5200, 0x9229, "SQ", DicomBytes::item(shared.bytes()));
+        std::string items;
+        for (const glm::dvec3& position : image.framePositions) {
+            DicomBytes place, groups;
+            place.element(0x20, 0x32, "DS", decimals(position));
+            groups.element(0x20, 0x9113, "SQ", DicomBytes::item(place.bytes()));
+            items += DicomBytes::item(groups.bytes());
+        }
+        d.element(0x5200, 0x9230, "SQ", items);
+    }
+    if (image.withPixels) {
+        DicomBytes words;
+        for (const std::uint16_t word : image.pixels)
+            words.u16(word);
+        d.element(0x7fe0, 0x10, "OW", words.bytes());
+    }
+    DicomBytes length;
+    DicomBytes four;
+    four.u32(meta.bytes().size());
+    length.element(0x2, 0x0, "UL", four.bytes());
+    return std::string(128, '\0') + "DICM" + length.bytes() + meta.bytes() + d.bytes();
+}
+
+inline void writeDicom(const std::filesystem::path& path, const DicomImage& image) {
+    std::ofstream file(path, std::ios::binary);
+    const std::string bytes = dicomBytes(image);
+    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+}
+
+} // namespace tessera::test
