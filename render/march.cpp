@@ -2,6 +2,7 @@
 #include "render/march.h"
 
 #include "core/error.h"
+#include "render/field_binding.h"
 
 #include <algorithm>
 #include <array>
@@ -12,8 +13,7 @@
 namespace tessera {
 namespace {
 
-constexpr int kGroup = 8;          // local size of the shaders, both axes
-constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kDistanceUnit = 2;
+constexpr int kGroup = 8; // local size of the shaders, both axes
 
 struct GpuWork { // layout of the Work buffer in march.comp
     std::uint32_t unfinished, iterations, segments, samples, fetches;
@@ -27,10 +27,10 @@ class Pace {
   public:
     explicit Pace(double targetMs) : targetMs_(targetMs) {}
     std::size_t iterationsPerDispatch() const {
-        return static_cast<std::size_t>(std::clamp(targetMs_ / msPerIteration_, 65536.0, 4e9));
+        return static_cast<std::size_t>(std::clamp(targetMs_ / msPerIteration_, 16384.0, 4e9));
     }
     void observe(double ms, std::size_t iterations) {
-        constexpr std::size_t kTelling = 16384; // below it the cost of the dispatch itself drowns the rest
+        constexpr std::size_t kTelling = 4096; // below it the cost of the dispatch itself drowns the rest
         if (iterations < kTelling) return;
         msPerIteration_ = std::max(ms / static_cast<double>(iterations), msPerIteration_ * 0.7);
     }
@@ -61,7 +61,7 @@ void setRayUniforms(const GlProgram& program, const RayFrame<double>& frame) {
 
 March::March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info, int level,
              const Optics& optics, const Occupancy* occupancy, Ledger& gpu)
-    : size_(glm::ivec2(frame.imageSize)), features_(features),
+    : size_(glm::ivec2(frame.imageSize)), features_(features), info_(info), level_(level),
       maxCount_(static_cast<int>(std::ceil(glm::length(frame.extent) / frame.segmentVoxels)) + 2),
       program_("march.comp", featureDefines(features)) {
     TESSERA_CHECK((occupancy != nullptr) == ((features & kFeatureSkipping) != 0));
@@ -79,13 +79,6 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
         program_.set("uDistance", static_cast<int>(kDistanceUnit));
     }
     setRayUniforms(program_, frame);
-    program_.set("uVoxels", static_cast<int>(kVoxelUnit));
-    program_.set("uIndex", static_cast<int>(kIndexUnit));
-    program_.set("uLevelExtent", levelExtent(info.extentVoxels, level));
-    program_.set("uSamplesPerVoxel", std::ldexp(1.0f, -level));
-    program_.set("uVoxelsPerSample", std::ldexp(1.0f, level));
-    program_.set("uBrickShift", 5 - level);
-    program_.set("uStoredBias", texelFormat(info.type).bias);
     program_.set("uTableScale", optics.scale);
     program_.set("uTableOffset", optics.offset);
     program_.set("uTableLast", static_cast<int>(optics.table.size()) - 1);
@@ -96,17 +89,7 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
 }
 
 void March::run(const Atlas* atlas, const GlTexture3d* wholeLevel, const MarchSlicing& slicing, Work& work) {
-    glm::ivec3 texels(1);
-    if (features_ & kFeatureBricked) {
-        TESSERA_CHECK(atlas != nullptr);
-        atlas->bind(kVoxelUnit, kIndexUnit);
-        texels = atlas->extentTexels();
-    } else {
-        TESSERA_CHECK(wholeLevel != nullptr);
-        wholeLevel->bind(kVoxelUnit);
-        texels = wholeLevel->extent();
-    }
-    program_.set("uTexelSize", 1.0f / glm::vec3(texels));
+    bindField(program_, features_, info_, level_, atlas, wholeLevel);
     if (features_ & kFeatureSkipping) distance_.bind(kDistanceUnit);
     table_.bind(0);
     colour_.bind(1);

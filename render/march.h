@@ -29,7 +29,7 @@ struct MarchSlicing {
 class March {
   public:
     /// Compiles the program and allocates table, distance map and ray state on the GPU ledger.
-    /// occupancy is needed exactly when features has kFeatureSkipping.
+    /// occupancy is needed exactly when features has kFeatureSkipping; info must outlive this.
     March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info, int level,
           const Optics& optics, const Occupancy* occupancy, Ledger& gpu);
 
@@ -45,6 +45,8 @@ class March {
   private:
     glm::ivec2 size_;
     std::uint32_t features_;
+    const VolumeInfo& info_;
+    int level_;
     int maxCount_; // most iterations any ray can need
     int rowEdge_ = 0; // edge of the tiles in the row that is being marched
     GlProgram program_;

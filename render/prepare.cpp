@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/threads.h"
+#include "render/lattice.h"
 #include "render/march.h" // March::stateBytes
 
 #include <algorithm>
@@ -64,7 +65,10 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
     // The cache takes what is left, less room for shard indices and upload staging.
     const int cacheThreads = threads > 0 ? threads : defaultThreads();
     const std::size_t spare = ram.freeBytes() / 8 + (std::size_t{1} << 20);
-    const std::size_t floor = BrickCache::floorBytes(store, cacheThreads);
+    // Every CPU renderer's thread pins the chunks of one neighbourhood while the loaders need one each.
+    const std::size_t floor =
+        std::max(BrickCache::floorBytes(store, cacheThreads),
+                 store.chunkBytes() * (LatticeReader::kPinnedChunks + 1) * static_cast<std::size_t>(cacheThreads));
     const std::size_t left = ram.freeBytes() > spare ? ram.freeBytes() - spare : 0;
     if (left < floor)
         throw InputError(ram.option() + ": this scene needs at least " +

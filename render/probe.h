@@ -1,0 +1,21 @@
+// render/probe.h: the GPU's field at single points: for tests of the sampler, and for picking.
+#pragma once
+
+#include "core/budget.h"
+#include "core/volume.h"
+#include "render/atlas.h"
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <vector>
+
+namespace tessera {
+
+/// xyz: gradient (stored units per sample pitch, voxel space), w: value (stored units), per position in voxels.
+/// @param features  kFeatureBricked, kFeatureHardware and kFeatureNormalised decide how it is fetched
+std::vector<glm::vec4> probeField(const std::vector<glm::vec3>& positions, std::uint32_t features,
+                                  const VolumeInfo& info, int level, const Atlas* atlas,
+                                  const GlTexture3d* wholeLevel, Ledger& gpu);
+
+} // namespace tessera

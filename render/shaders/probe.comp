@@ -1,0 +1,16 @@
+// probe.comp: value and gradient of the field at given positions, by the very functions that the march uses.
+
+layout(local_size_x = 64) in;
+
+#include "common_features.glsl"
+#include "sampler_field.glsl"
+
+layout(std430, binding = 1) buffer Probes { vec4 uProbes[]; }; // in: position (voxels); out: gradient, value
+uniform int uCount;
+
+void main() {
+    int i = int(gl_GlobalInvocationID.x);
+    if (i >= uCount) return;
+    vec3 p = uProbes[i].xyz;
+    uProbes[i] = vec4(fieldGradient(p), fieldValue(p));
+}

@@ -1,0 +1,98 @@
+// tests/scene_fixture.h: what the image tests share: stores in the build folder (made by prepare_test_stores, a
+// fixture of ctest), scenes on them, and cameras, one of them inside.
+#pragma once
+
+#include "core/scene.h"
+#include "render/mirror.h"
+#include "render/march.h"
+#include "render/prepare.h"
+
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+#include <memory>
+#include <string>
+
+namespace tessera::test {
+
+inline std::filesystem::path storePath(const std::string& name) {
+    return std::filesystem::path(TESSERA_TEST_STORES) / (name + ".zarr");
+}
+
+/// Roomy ledgers: budgets have tests of their own.
+struct Budgets {
+    Ledger ram{"RAM", "--ram", std::size_t{1} << 30};
+    Ledger gpu{"GPU memory", "--gpu-memory", std::size_t{1} << 30};
+};
+
+/// Camera number 0: outside, perspective, oblique; 1: outside, parallel, a side; 2: inside, wide angle.
+inline Camera cameraNumber(int number, const VolumeInfo& info, const glm::ivec2& size) {
+    if (number == 1) return fitCamera(info, View::left, Projection::parallel, size);
+    Camera camera = fitCamera(info, View::anterior, Projection::perspective, size);
+    const glm::dvec3 centre = camera.focalPoint;
+    const double distance = glm::length(camera.position - centre);
+    camera.position = centre + distance * 0.8 * glm::normalize(glm::dvec3(0.4, -1, 0.35));
+    if (number == 2) {
+        const glm::dvec3 extent(info.extentVoxels);
+        camera.position = glm::dvec3(info.patientFromVoxel * glm::dvec4(extent * glm::dvec3(0.53, 0.31, 0.45), 1));
+        camera.focalPoint = glm::dvec3(info.patientFromVoxel * glm::dvec4(extent * glm::dvec3(0.2, 0.9, 0.7), 1));
+        camera.viewAngle = 110;
+    }
+    return camera;
+}
+
+inline Scene sceneOn(const VolumeInfo& info, const std::string& preset, int camera, const glm::ivec2& size) {
+    Scene scene;
+    SceneVolume volume;
+    volume.transferFunction = preset;
+    scene.volumes = {volume};
+    scene.imageSize = size;
+    scene.camera = cameraNumber(camera, info, size);
+    scene.quality.fetch = Fetch::exact;
+    scene.quality.terminationTransmittance = 0;
+    return scene;
+}
+
+/// One prepared scene with everything that must outlive it.
+struct Prepared {
+    Prepared(const std::string& store, const Scene& scene, bool culling = true, std::size_t gpuBytes = 0)
+        : reader(storePath(store), budgets.ram) {
+        Ledger small("GPU memory", "--gpu-memory", gpuBytes ? gpuBytes : std::size_t{1} << 30);
+        p = prepareScene(scene, reader, TextureLimits{}, budgets.ram, small, 0, culling);
+    }
+    Budgets budgets;
+    StoreReader reader;
+    PreparedScene p;
+};
+
+/// Marches a prepared scene on the software device; features beside those of the volume's type are the caller's.
+struct GpuPicture {
+    Image image;
+    Work work;
+};
+inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const MarchSlicing& slicing = {}) {
+    PreparedScene& p = prepared.p;
+    Ledger& gpu = prepared.budgets.gpu;
+    if (texelFormat(p.info().type).normalised) features |= kFeatureNormalised;
+    features |= kFeatureCounting;
+    const Occupancy* occupancy = (features & kFeatureSkipping) ? &p.occupancy : nullptr;
+    GpuPicture out;
+    March march(features, p.frame, p.info(), p.selection.level, p.optics, occupancy, gpu);
+    if (features & kFeatureBricked) {
+        Atlas atlas(p.info(), p.selection, TextureLimits{}, gpu);
+        atlas.load(*p.cache, prepared.budgets.ram, out.work);
+        march.run(&atlas, nullptr, slicing, out.work);
+    } else {
+        const GlTexture3d whole = wholeLevelTexture(p.info(), p.selection.level, *p.cache, gpu, prepared.budgets.ram);
+        march.run(nullptr, &whole, slicing, out.work);
+    }
+    out.image = march.image();
+    return out;
+}
+
+inline bool bitEqual(const Image& a, const Image& b) {
+    return a.size == b.size &&
+           std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(glm::vec4)) == 0;
+}
+
+} // namespace tessera::test
