@@ -1,5 +1,5 @@
-// bricking/brick_cache.cpp: see brick_cache.h. One mutex guards all state; nothing that can run a pointer's release
-// or a waiter's wake-up happens while it is held.
+// bricking/brick_cache.cpp: see brick_cache.h. One mutex guards all state; nothing that can run a pointer's
+// release or a waiter's wake-up happens while it is held.
 #include "bricking/brick_cache.h"
 
 #include "core/error.h"
@@ -18,7 +18,9 @@ namespace tessera {
 namespace {
 
 constexpr std::size_t kPinnedFloor = 8; // the chunks around one corner
-std::size_t loaderCount(int threads) { return static_cast<std::size_t>(threads > 0 ? threads : defaultThreads()); }
+std::size_t loaderCount(int threads) {
+    return static_cast<std::size_t>(threads > 0 ? threads : defaultThreads());
+}
 
 enum class Stage { queued, decoding, resident };
 
@@ -57,8 +59,8 @@ struct BrickCache::State : std::enable_shared_from_this<State> {
     bool stop = false;
     std::unordered_map<ChunkKey, Entry, ChunkKeyHash> entries;
     std::deque<ChunkKey> queue;
-    std::list<ChunkKey> idle;  // resident and unpinned, least recently used first
-    std::size_t held = 0;      // chunks decoding or resident; held <= capacity
+    std::list<ChunkKey> idle; // resident and unpinned, least recently used first
+    std::size_t held = 0;     // chunks decoding or resident; held <= capacity
     Counters counters;
 };
 
@@ -68,14 +70,16 @@ ChunkPointer BrickCache::State::pin(const ChunkKey& key, Entry& entry) {
         idle.erase(entry.idleAt);
         entry.idleAt = idle.end();
     }
-    return ChunkPointer(entry.chunk.get(), [self = shared_from_this(), key](const Chunk*) { self->unpin(key); });
+    return ChunkPointer(entry.chunk.get(),
+                        [self = shared_from_this(), key](const Chunk*) { self->unpin(key); });
 }
 
 void BrickCache::State::unpin(const ChunkKey& key) {
     {
         const std::lock_guard lock(mutex);
         Entry& entry = entries.at(key);
-        if (--entry.pins > 0) return;
+        if (--entry.pins > 0)
+            return;
         entry.idleAt = idle.insert(idle.end(), key);
     }
     wake.notify_one();
@@ -86,7 +90,8 @@ ChunkFuture BrickCache::State::ask(const ChunkKey& key, ChunkPointer& resident) 
     const glm::ivec3 grid = key.level >= 0 && key.level < kLevelCount
                                 ? chunkGrid(store.info().extentVoxels, key.level)
                                 : glm::ivec3(0);
-    TESSERA_CHECK(key.i >= 0 && key.j >= 0 && key.k >= 0 && key.i < grid.x && key.j < grid.y && key.k < grid.z);
+    TESSERA_CHECK(key.i >= 0 && key.j >= 0 && key.k >= 0 && key.i < grid.x && key.j < grid.y &&
+                  key.k < grid.z);
     ChunkFuture future;
     {
         const std::lock_guard lock(mutex);
@@ -118,7 +123,8 @@ void BrickCache::State::loaderLoop() {
         {
             std::unique_lock lock(mutex);
             wake.wait(lock, [&] { return stop || (!queue.empty() && roomForOne()); });
-            if (stop) return;
+            if (stop)
+                return;
             key = queue.front();
             queue.pop_front();
             if (held == capacity) {
@@ -193,7 +199,8 @@ BrickCache::BrickCache(const StoreReader& store, Ledger& ram, std::size_t budget
 }
 
 BrickCache::~BrickCache() {
-    if (!state_) return;
+    if (!state_)
+        return;
     std::vector<std::promise<ChunkPointer>> dropped;
     {
         const std::lock_guard lock(state_->mutex);
@@ -207,7 +214,8 @@ BrickCache::~BrickCache() {
     }
     state_->wake.notify_all();
     for (auto& promise : dropped)
-        promise.set_exception(std::make_exception_ptr(Error("the cache was closed before the chunk was loaded")));
+        promise.set_exception(
+            std::make_exception_ptr(Error("the cache was closed before the chunk was loaded")));
     loaders_.clear(); // joins
 }
 
@@ -233,7 +241,9 @@ ChunkPointer BrickCache::get(const ChunkKey& key) {
     return resident ? resident : future.get();
 }
 
-std::size_t BrickCache::pinnableChunks() const { return state_->capacity - loaders_.size(); }
+std::size_t BrickCache::pinnableChunks() const {
+    return state_->capacity - loaders_.size();
+}
 
 std::size_t BrickCache::floorBytes(const StoreReader& store, int threads) {
     return (kPinnedFloor + loaderCount(threads)) * store.chunkBytes();

@@ -4,9 +4,9 @@
 //   absent --request--> queued --room, thread--> decoding --> resident --unpinned, least recent--> absent
 //                                                    \-- failed: the future holds the exception --> absent
 //
-// A request for a chunk that is queued or decoding joins it. A chunk is pinned while anyone holds its pointer, or a
-// future that has it; only unpinned chunks are evicted. A queued chunk waits until there is room: it takes the bytes
-// of one chunk before it is decoded. See bricking/README.md for who may move what.
+// A request for a chunk that is queued or decoding joins it. A chunk is pinned while anyone holds its
+// pointer, or a future that has it; only unpinned chunks are evicted. A queued chunk waits until there is
+// room: it takes the bytes of one chunk before it is decoded. See bricking/README.md for who may move what.
 #pragma once
 
 #include "bricking/store/store_reader.h"
@@ -33,8 +33,10 @@ using ChunkFuture = std::shared_future<ChunkPointer>;
 
 class BrickCache {
   public:
-    /// @param budgetBytes  most bytes of chunks, pinned, resident and in flight; charged to ram as a whole, so that
-    ///                     no chunk is ever refused later; at least floorBytes(), else InputError naming the floor
+    /// @param budgetBytes  most bytes of chunks, pinned, resident and in flight; charged to ram as a whole,
+    /// so that
+    ///                     no chunk is ever refused later; at least floorBytes(), else InputError naming the
+    ///                     floor
     /// @param threads  that decode; 0: all processors
     /// store must outlive the cache; ram must outlive every pointer as well.
     BrickCache(const StoreReader& store, Ledger& ram, std::size_t budgetBytes, int threads);
@@ -43,13 +45,14 @@ class BrickCache {
     BrickCache(const BrickCache&) = delete;
     BrickCache& operator=(const BrickCache&) = delete;
 
-    /// Asks for a batch; one future per key, in order. Never blocks on decoding. A key must be inside its level.
-    /// Dropping the future leaves the work queued: that is how to prefetch.
+    /// Asks for a batch; one future per key, in order. Never blocks on decoding. A key must be inside its
+    /// level. Dropping the future leaves the work queued: that is how to prefetch.
     std::vector<ChunkFuture> request(std::span<const ChunkKey> keys);
     /// One chunk, now: resident at once, or waits. Thread-safe. Throws what decoding threw.
     ChunkPointer get(const ChunkKey& key);
-    /// No deadlock as long as the chunks that all callers together hold (pointers, and futures not yet dropped)
-    /// are at most this many: budget / chunk bytes - threads, so that every loader has room to work in.
+    /// No deadlock as long as the chunks that all callers together hold (pointers, and futures not yet
+    /// dropped) are at most this many: budget / chunk bytes - threads, so that every loader has room to work
+    /// in.
     std::size_t pinnableChunks() const;
     /// Eight pinned chunks, the neighbourhood of one sample, and one per loader.
     static std::size_t floorBytes(const StoreReader& store, int threads);

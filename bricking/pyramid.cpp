@@ -22,8 +22,7 @@ template <> struct Mean<float> {
     static float of(Sum sum) { return static_cast<float>(sum * 0.125); }
 };
 
-template <typename Value>
-void reduceSlice(const glm::ivec3& extent, const Value* in, Value* out, int z) {
+template <typename Value> void reduceSlice(const glm::ivec3& extent, const Value* in, Value* out, int z) {
     using Sum = typename Mean<Value>::Sum;
     const glm::ivec3 half = ceilDiv(extent, 2);
     const auto row = [&](int y, int slice) {
@@ -36,14 +35,16 @@ void reduceSlice(const glm::ivec3& extent, const Value* in, Value* out, int z) {
         const Value* const r11 = row(2 * y + 1, 2 * z + 1);
         Value* const to = out + linearIndex({0, y, z}, half);
         const auto meanOf = [&](int a, int b) {
-            return Mean<Value>::of(static_cast<Sum>(r00[a]) + static_cast<Sum>(r00[b]) + static_cast<Sum>(r01[a]) +
-                                   static_cast<Sum>(r01[b]) + static_cast<Sum>(r10[a]) +
-                                   static_cast<Sum>(r10[b]) + static_cast<Sum>(r11[a]) +
-                                   static_cast<Sum>(r11[b]));
+            return Mean<Value>::of(static_cast<Sum>(r00[a]) + static_cast<Sum>(r00[b]) +
+                                   static_cast<Sum>(r01[a]) + static_cast<Sum>(r01[b]) +
+                                   static_cast<Sum>(r10[a]) + static_cast<Sum>(r10[b]) +
+                                   static_cast<Sum>(r11[a]) + static_cast<Sum>(r11[b]));
         };
         const int whole = extent.x / 2;
-        for (int x = 0; x < whole; ++x) to[x] = meanOf(2 * x, 2 * x + 1);
-        if (whole < half.x) to[whole] = meanOf(2 * whole, 2 * whole);
+        for (int x = 0; x < whole; ++x)
+            to[x] = meanOf(2 * x, 2 * x + 1);
+        if (whole < half.x)
+            to[whole] = meanOf(2 * whole, 2 * whole);
     }
 }
 
@@ -63,10 +64,14 @@ void reduce(const glm::ivec3& extent, std::span<const std::byte> in, std::span<s
 void reduceByTwo(ValueType type, const glm::ivec3& extent, std::span<const std::byte> in,
                  std::span<std::byte> out, int threads) {
     switch (type) {
-    case ValueType::u8: return reduce<std::uint8_t>(extent, in, out, threads);
-    case ValueType::i16: return reduce<std::int16_t>(extent, in, out, threads);
-    case ValueType::u16: return reduce<std::uint16_t>(extent, in, out, threads);
-    case ValueType::f32: return reduce<float>(extent, in, out, threads);
+    case ValueType::u8:
+        return reduce<std::uint8_t>(extent, in, out, threads);
+    case ValueType::i16:
+        return reduce<std::int16_t>(extent, in, out, threads);
+    case ValueType::u16:
+        return reduce<std::uint16_t>(extent, in, out, threads);
+    case ValueType::f32:
+        return reduce<float>(extent, in, out, threads);
     }
 }
 
@@ -100,7 +105,8 @@ int SlabPyramid::nextSlices() const {
 }
 
 std::span<std::byte> SlabPyramid::next() {
-    return std::span(levels_[0].values).first(sliceBytes(levels_[0]) * static_cast<std::size_t>(nextSlices()));
+    return std::span(levels_[0].values)
+        .first(sliceBytes(levels_[0]) * static_cast<std::size_t>(nextSlices()));
 }
 
 void SlabPyramid::push() {
@@ -111,8 +117,8 @@ void SlabPyramid::push() {
 
 void SlabPyramid::complete(int l) {
     Level& level = levels_[static_cast<std::size_t>(l)];
-    const auto values =
-        std::span(std::as_const(level.values)).first(sliceBytes(level) * static_cast<std::size_t>(level.filled));
+    const auto values = std::span(std::as_const(level.values))
+                            .first(sliceBytes(level) * static_cast<std::size_t>(level.filled));
     sink_({l, level.firstSlice, level.filled, values});
     if (l + 1 < kLevelCount) {
         Level& coarser = levels_[static_cast<std::size_t>(l) + 1];
@@ -122,7 +128,8 @@ void SlabPyramid::complete(int l) {
                                       sliceBytes(coarser) * static_cast<std::size_t>(slices));
         reduceByTwo(type_, {level.extent.x, level.extent.y, level.filled}, values, out, threads_);
         coarser.filled += slices;
-        if (coarser.filled == std::min(kChunkExtent, coarser.extent.z - coarser.firstSlice)) complete(l + 1);
+        if (coarser.filled == std::min(kChunkExtent, coarser.extent.z - coarser.firstSlice))
+            complete(l + 1);
     }
     level.firstSlice += level.filled;
     level.filled = 0;

@@ -1,10 +1,11 @@
 // bricking/pyramid.h: the levels of a volume, computed from slabs as they stream by.
 //
-// The rule: extent_l = ceil(extent_(l-1) / 2) along each axis. Sample (i,j,k) of level l is the mean of the eight
-// samples (2i+a, 2j+b, 2k+c), a, b, c in {0,1}, of level l-1, each coordinate clamped to the last sample of level
-// l-1: at an odd edge the missing neighbour is the edge sample again. Integers: the exact sum of eight, divided
-// by 8, halves to even. Float: the terms added in double, c slowest, b, a fastest, times 1/8, rounded to float.
-// Level by level, never from level 0 directly: the results differ, and this one can be streamed.
+// The rule: extent_l = ceil(extent_(l-1) / 2) along each axis. Sample (i,j,k) of level l is the mean of the
+// eight samples (2i+a, 2j+b, 2k+c), a, b, c in {0,1}, of level l-1, each coordinate clamped to the last
+// sample of level l-1: at an odd edge the missing neighbour is the edge sample again. Integers: the exact sum
+// of eight, divided by 8, halves to even. Float: the terms added in double, c slowest, b, a fastest, times
+// 1/8, rounded to float. Level by level, never from level 0 directly: the results differ, and this one can be
+// streamed.
 #pragma once
 
 #include "core/brick.h"
@@ -37,7 +38,8 @@ class SlabPyramid {
         int level = 0;
         int firstSlice = 0; // multiple of kChunkExtent
         int slices = 0;     // kChunkExtent, fewer in the last slab of a level
-        std::span<const std::byte> values; // [slices][extent.y][extent.x] of this level; valid during the call
+        std::span<const std::byte>
+            values; // [slices][extent.y][extent.x] of this level; valid during the call
     };
     using Sink = std::function<void(const Slab&)>;
 
@@ -55,8 +57,8 @@ class SlabPyramid {
   private:
     struct Level {
         glm::ivec3 extent{0};
-        int firstSlice = 0;  // of the slab in the buffer
-        int filled = 0;      // slices in the buffer
+        int firstSlice = 0; // of the slab in the buffer
+        int filled = 0;     // slices in the buffer
         std::vector<std::byte> values;
     };
     std::size_t sliceBytes(const Level& level) const;

@@ -1,6 +1,6 @@
-// bricking/statistics.cpp: see statistics.h. On disk: STORE/stats/cell_min, cell_max (float32 [z][y][x] over cells),
-// STORE/stats/histogram/<level> (uint16 [z][y][x][bin] over bricks), and in the group's attributes.tessera the range,
-// the whole histogram, the store's content hash and a CRC-32C of every array.
+// bricking/statistics.cpp: see statistics.h. On disk: STORE/stats/cell_min, cell_max (float32 [z][y][x] over
+// cells), STORE/stats/histogram/<level> (uint16 [z][y][x][bin] over bricks), and in the group's
+// attributes.tessera the range, the whole histogram, the store's content hash and a CRC-32C of every array.
 #include "bricking/statistics.h"
 
 #include "bricking/statistics_pass.h"
@@ -29,7 +29,9 @@ ArraySpec histogramSpec(const glm::ivec3& bricks) {
     return {"uint16", sizeof(std::uint16_t), bricks, glm::min(bricks, glm::ivec3(16, 16, kHistogramLayers)),
             kHistogramBins};
 }
-std::string histogramPath(int level) { return "stats/histogram/" + std::to_string(level); }
+std::string histogramPath(int level) {
+    return "stats/histogram/" + std::to_string(level);
+}
 
 std::size_t heldBytes(const VolumeInfo& info) {
     return 2 * sizeof(float) * cellCount(cellGrid(info.extentVoxels)) +
@@ -39,7 +41,9 @@ std::size_t groupCounts(const VolumeInfo& info) {
     const glm::ivec3 bricks = brickGrid(info.extentVoxels);
     return cellCount({bricks.x, bricks.y, std::min(bricks.z, kHistogramLayers)}) * kHistogramBins;
 }
-std::size_t threadCount(int threads) { return static_cast<std::size_t>(threads > 0 ? threads : defaultThreads()); }
+std::size_t threadCount(int threads) {
+    return static_cast<std::size_t>(threads > 0 ? threads : defaultThreads());
+}
 std::size_t scratchBytes(const VolumeInfo& info) {
     return std::max(cellSpec(cellGrid(info.extentVoxels)).scratchBytes(),
                     histogramSpec(brickGrid(info.extentVoxels)).scratchBytes());
@@ -88,7 +92,8 @@ void readStatistics(const StoreReader& store, Statistics& statistics) {
     const FileHandle folder = openFolder(store.path());
     const std::string where = (store.path() / "stats/zarr.json").string();
     const auto text = readText(folder, "stats/zarr.json", store.path(), kMaxGroupBytes);
-    if (!text) throw badFile(where, "statistics", "none");
+    if (!text)
+        throw badFile(where, "statistics", "none");
     const Json group = parseJson(*text, where);
     checkSeal(group, where);
     const std::string root = "/attributes/tessera/";
@@ -112,7 +117,8 @@ void readStatistics(const StoreReader& store, Statistics& statistics) {
             readArrayLayer(folder, relative, spec, layer, layerOf(cells, spec, layer), store.path());
         const auto expected = integerAt(group, root + "arrays/" + name, 0, UINT32_MAX, where);
         if (crc32c(std::as_bytes(std::span(cells))) != expected)
-            throw badFile((store.path() / relative).string(), "the array that stats/zarr.json describes", "another");
+            throw badFile((store.path() / relative).string(), "the array that stats/zarr.json describes",
+                          "another");
     };
     readCells("cell_min", statistics.cellMin);
     readCells("cell_max", statistics.cellMax);
@@ -121,9 +127,11 @@ void readStatistics(const StoreReader& store, Statistics& statistics) {
 } // namespace
 
 int histogramBin(double value, double lowest, double highest) {
-    if (!(value > lowest) || !(highest > lowest)) return 0; // also where a value is not a number
-    return std::min(kHistogramBins - 1, static_cast<int>(std::min(kHistogramBins - 1.0, (value - lowest) *
-                                                                   kHistogramBins / (highest - lowest))));
+    if (!(value > lowest) || !(highest > lowest))
+        return 0; // also where a value is not a number
+    return std::min(kHistogramBins - 1,
+                    static_cast<int>(std::min(kHistogramBins - 1.0,
+                                              (value - lowest) * kHistogramBins / (highest - lowest))));
 }
 
 void Statistics::brickRange(const BrickId& brick, float& lo, float& hi) const {
@@ -155,7 +163,7 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, Ledger& r
     for (int level = 0; level < kLevelCount; ++level)
         writeArrayMetadata(folder / histogramPath(level), histograms);
     const Json plainGroup = {{"zarr_format", 3}, {"node_type", "group"}, {"attributes", Json::object()}};
-    writeDurably(folder / "stats/histogram/zarr.json", plainGroup.dump(1) + "\n");
+    writeFile(folder / "stats/histogram/zarr.json", plainGroup.dump(1) + "\n");
 
     Json crcs = Json::object();
     std::array<std::uint32_t, kLevelCount> histogramCrcs{};
@@ -178,14 +186,11 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, Ledger& r
     writeCells("cell_max", statistics.cellMax);
 
     Json group = plainGroup;
-    group["attributes"]["tessera"] = {{"kind", "statistics"},
-                                      {"store", store.contentHash()},
-                                      {"lowest", statistics.lowest},
-                                      {"highest", statistics.highest},
-                                      {"histogram", statistics.histogram},
-                                      {"arrays", crcs}};
+    group["attributes"]["tessera"] = {
+        {"kind", "statistics"},          {"store", store.contentHash()},      {"lowest", statistics.lowest},
+        {"highest", statistics.highest}, {"histogram", statistics.histogram}, {"arrays", crcs}};
     seal(group);
-    writeDurably(folder / "stats/zarr.json", group.dump(1) + "\n");
+    writeFile(folder / "stats/zarr.json", group.dump(1) + "\n");
 }
 
 Statistics loadStatistics(const StoreReader& store, Ledger& ram, int threads) {
@@ -227,7 +232,8 @@ BrickHistograms loadBrickHistograms(const StoreReader& store, int level, Ledger&
     }
     const std::string where = (store.path() / "stats/zarr.json").string();
     const auto text = readText(folder, "stats/zarr.json", store.path(), kMaxGroupBytes);
-    if (!text) throw badFile(where, "statistics", "none");
+    if (!text)
+        throw badFile(where, "statistics", "none");
     const Json group = parseJson(*text, where);
     checkSeal(group, where);
     const std::string root = "/attributes/tessera/";

@@ -15,18 +15,19 @@ namespace tessera {
 
 constexpr int kHistogramBins = 64; // equal bins over [lowest, highest] of the whole volume
 
-/// Bin of a value: floor((value - lowest) * 64 / (highest - lowest)) in double, at most 63; 0 where all are equal.
+/// Bin of a value: floor((value - lowest) * 64 / (highest - lowest)) in double, at most 63; 0 where all are
+/// equal.
 int histogramBin(double value, double lowest, double highest);
 
 /// All values as stored (physical = slope * stored + intercept).
 struct Statistics {
-    glm::ivec3 cells{0};                   // cellGrid(extent)
-    std::vector<float> cellMin, cellMax;   // [z][y][x] over cells, apron of one voxel included
-    glm::ivec3 bricks{0};                  // brickGrid(extent)
-    std::vector<float> brickMean;          // [z][y][x] over bricks: the sample of level kLevelCount-1
-    float lowest = 0, highest = 0;         // over the whole volume, level 0
-    std::vector<std::uint64_t> histogram;  // kHistogramBins, whole volume, level 0
-    Charge charge;                         // what the vectors above hold on the ledger
+    glm::ivec3 cells{0};                  // cellGrid(extent)
+    std::vector<float> cellMin, cellMax;  // [z][y][x] over cells, apron of one voxel included
+    glm::ivec3 bricks{0};                 // brickGrid(extent)
+    std::vector<float> brickMean;         // [z][y][x] over bricks: the sample of level kLevelCount-1
+    float lowest = 0, highest = 0;        // over the whole volume, level 0
+    std::vector<std::uint64_t> histogram; // kHistogramBins, whole volume, level 0
+    Charge charge;                        // what the vectors above hold on the ledger
 
     /// Range of a brick's voxels and one layer around it.
     void brickRange(const BrickId& brick, float& lo, float& hi) const;

@@ -32,7 +32,8 @@ template <typename Value> struct CellBox {
 /// @param valid  voxels inside the volume; rows are kChunkExtent long all the same
 template <typename Value> void boxOf(const Value* chunk, const glm::ivec3& valid, CellBox<Value>& box) {
     using Row = std::array<Value, kChunkExtent>;
-    static thread_local std::array<std::array<Row, kSlots>, kChunkExtent> loY, hiY; // 48 KiB: not for the stack
+    static thread_local std::array<std::array<Row, kSlots>, kChunkExtent> loY,
+        hiY; // 48 KiB: not for the stack
     const auto fold = [](Row& lo, Row& hi, const Value* l, const Value* h) {
         for (std::size_t x = 0; x < kChunkExtent; ++x) {
             lo[x] = std::min(lo[x], l[x]);
@@ -86,7 +87,8 @@ void mergeCells(const glm::ivec3& chunk, const glm::ivec3& valid, std::span<cons
         for (int y = 0; y < kSlots; ++y)
             for (int x = 0; x < kSlots; ++x) {
                 const glm::ivec3 cell = first + glm::ivec3(x, y, z);
-                if (box.lo[z][y][x] > box.hi[z][y][x]) continue; // no voxel
+                if (box.lo[z][y][x] > box.hi[z][y][x])
+                    continue; // no voxel
                 if (glm::any(glm::lessThan(cell, glm::ivec3(0))) ||
                     glm::any(glm::greaterThanEqual(cell, statistics.cells)))
                     continue;
@@ -102,10 +104,14 @@ void mergeCells(const glm::ivec3& chunk, const glm::ivec3& valid, std::span<cons
 /// Calls body with the value type that a ValueType names.
 template <typename Body> void withType(ValueType type, const Body& body) {
     switch (type) {
-    case ValueType::u8: return body(std::uint8_t{});
-    case ValueType::i16: return body(std::int16_t{});
-    case ValueType::u16: return body(std::uint16_t{});
-    case ValueType::f32: return body(float{});
+    case ValueType::u8:
+        return body(std::uint8_t{});
+    case ValueType::i16:
+        return body(std::int16_t{});
+    case ValueType::u16:
+        return body(std::uint16_t{});
+    case ValueType::f32:
+        return body(float{});
     }
 }
 
@@ -125,7 +131,8 @@ template <typename Value> class Binner {
     }
 
   private:
-    static constexpr int kFirst = sizeof(Value) <= 2 ? static_cast<int>(std::numeric_limits<Value>::lowest()) : 0;
+    static constexpr int kFirst =
+        sizeof(Value) <= 2 ? static_cast<int>(std::numeric_limits<Value>::lowest()) : 0;
     double lowest_, highest_;
     std::vector<std::uint8_t> table_;
 };
@@ -146,8 +153,7 @@ void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& p
                                static_cast<int>(n / nx / ny));
         const BufferPool::Lease buffer(pool);
         store.readChunk({0, chunk.x, chunk.y, chunk.z}, buffer.bytes());
-        const glm::ivec3 valid =
-            glm::min(info.extentVoxels - chunk * kChunkExtent, glm::ivec3(kChunkExtent));
+        const glm::ivec3 valid = glm::min(info.extentVoxels - chunk * kChunkExtent, glm::ivec3(kChunkExtent));
         withType(info.type, [&](auto value) {
             mergeCells<decltype(value)>(chunk, valid, buffer.bytes(), statistics, mutex);
         });
@@ -170,7 +176,8 @@ void gatherMeans(const StoreReader& store, Statistics& statistics, BufferPool& p
                     for (int z = 0; z < size.z; ++z)
                         for (int y = 0; y < size.y; ++y)
                             for (int x = 0; x < size.x; ++x)
-                                statistics.brickMean[linearIndex(first + glm::ivec3(x, y, z), statistics.bricks)] =
+                                statistics
+                                    .brickMean[linearIndex(first + glm::ivec3(x, y, z), statistics.bricks)] =
                                     static_cast<float>(
                                         values[linearIndex({x, y, z}, glm::ivec3(kChunkExtent))]);
                 });
@@ -207,10 +214,11 @@ void gatherHistograms(const StoreReader& store, int level, double lowest, double
                 const glm::ivec3 end = glm::min(first + kChunkExtent, extent);
                 for (int z = first.z; z < end.z; ++z) {
                     const int brickZ = z / brickSamples;
-                    if (brickZ < firstZ || brickZ >= endZ) continue;
+                    if (brickZ < firstZ || brickZ >= endZ)
+                        continue;
                     for (int y = first.y; y < end.y; ++y) {
-                        const Value* row = values + linearIndex({0, y - first.y, z - first.z},
-                                                                glm::ivec3(kChunkExtent));
+                        const Value* row =
+                            values + linearIndex({0, y - first.y, z - first.z}, glm::ivec3(kChunkExtent));
                         for (int x = first.x; x < end.x; ++x) {
                             const glm::ivec3 brick(x / brickSamples, y / brickSamples, brickZ - firstZ);
                             ++used[linearIndex(brick, bricks) * kHistogramBins + binOf(row[x - first.x])];

@@ -22,7 +22,8 @@ ImportReport importToStore(SlabSource& source, const std::filesystem::path& stor
     const VolumeInfo info = source.info();
     info.validate(source.describe());
     {
-        const Charge floor = ram.charge(importFloorBytes(info, options.threads), "importing " + source.describe());
+        const Charge floor =
+            ram.charge(importFloorBytes(info, options.threads), "importing " + source.describe());
     }
     StoreWriter writer(store, info, ram, options.threads, options.force);
     ImportReport report;
@@ -44,7 +45,7 @@ ImportReport importToStore(SlabSource& source, const std::filesystem::path& stor
         const StoreReader reader(writer.folder(), ram);
         buildStatistics(reader, writer.folder(), ram, options.threads);
     }
-    writer.commit();
+    writer.commit(options.durable);
     const StoreWriter::Counters counters = writer.counters();
     report.voxels = info.voxelCount();
     report.bytesOut = counters.bytesWritten;

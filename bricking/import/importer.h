@@ -13,8 +13,9 @@
 namespace tessera {
 
 struct ImportOptions {
-    bool force = false;   // replace an existing store
-    int threads = 0;      // 0: all processors
+    bool force = false;  // replace an existing store
+    int threads = 0;     // 0: all processors
+    bool durable = true; // wait for the disk before the final name is given; off for scratch stores and tests
     Verbosity verbosity = Verbosity::quiet;
 };
 struct ImportReport {
@@ -28,7 +29,8 @@ std::size_t importFloorBytes(const VolumeInfo& info, int threads);
 /// Writes to a temporary folder beside `store`, then renames: an unfinished store never has the final name.
 /// Memory: one slab of 32 slices per level, charged to ram; throws InputError (the floor) if that cannot fit,
 /// and if the store exists and force is off, and if the existing path is not a store.
-/// The source's order of slices and its infos are taken as they are; texts are cut to 64 printable ASCII characters.
+/// The source's order of slices and its infos are taken as they are; texts are cut to 64 printable ASCII
+/// characters.
 ImportReport importToStore(SlabSource& source, const std::filesystem::path& store, Ledger& ram,
                            const ImportOptions& options);
 

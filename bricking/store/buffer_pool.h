@@ -1,5 +1,6 @@
-// bricking/store/buffer_pool.h: a fixed number of equal scratch buffers, charged once. A thread takes one, waits
-// while all are taken, and gives it back when the lease dies; nobody holds two, so nobody waits for ever.
+// bricking/store/buffer_pool.h: a fixed number of equal scratch buffers, charged once. A thread takes one,
+// waits while all are taken, and gives it back when the lease dies; nobody holds two, so nobody waits for
+// ever.
 #pragma once
 
 #include "core/budget.h"
@@ -18,7 +19,8 @@ class BufferPool {
     /// Throws InputError naming what when ram cannot hold count buffers.
     BufferPool(Ledger& ram, std::size_t count, std::size_t bytesEach, std::string_view what)
         : charge_(ram.charge(count * bytesEach, what)), bytesEach_(bytesEach), storage_(count * bytesEach) {
-        for (std::size_t i = 0; i < count; ++i) free_.push_back(storage_.data() + i * bytesEach);
+        for (std::size_t i = 0; i < count; ++i)
+            free_.push_back(storage_.data() + i * bytesEach);
     }
 
     class Lease {

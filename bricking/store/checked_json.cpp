@@ -23,7 +23,8 @@ std::string sealOf(Json document) {
 
 std::string brief(const Json& value) {
     std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
-    if (text.size() > 80) text = text.substr(0, 77) + "...";
+    if (text.size() > 80)
+        text = text.substr(0, 77) + "...";
     return text;
 }
 
@@ -39,7 +40,8 @@ Json parseJson(std::string_view text, const std::string& where) {
 
 const Json& jsonAt(const Json& document, const std::string& pointer, const std::string& where) {
     const Json::json_pointer at(pointer);
-    if (!document.contains(at)) throw badFile(where, "the key " + pointer, "none");
+    if (!document.contains(at))
+        throw badFile(where, "the key " + pointer, "none");
     return document.at(at);
 }
 
@@ -66,26 +68,32 @@ double numberAt(const Json& document, const std::string& pointer, const std::str
 
 std::string textAt(const Json& document, const std::string& pointer, const std::string& where) {
     const Json& value = jsonAt(document, pointer, where);
-    if (!value.is_string()) throw badFile(where, pointer + " to be a text", brief(value));
+    if (!value.is_string())
+        throw badFile(where, pointer + " to be a text", brief(value));
     return value.get<std::string>();
 }
 
 bool flagAt(const Json& document, const std::string& pointer, const std::string& where) {
     const Json& value = jsonAt(document, pointer, where);
-    if (!value.is_boolean()) throw badFile(where, pointer + " to be true or false", brief(value));
+    if (!value.is_boolean())
+        throw badFile(where, pointer + " to be true or false", brief(value));
     return value.get<bool>();
 }
 
-void seal(Json& document) { document["attributes"]["tessera"]["checksum"] = sealOf(document); }
+void seal(Json& document) {
+    document["attributes"]["tessera"]["checksum"] = sealOf(document);
+}
 
 void checkSeal(const Json& document, const std::string& where) {
     const std::string expected = textAt(document, kSealPath, where);
     if (const std::string found = sealOf(document); found != expected)
-        throw badFile(where, "metadata with checksum " + expected, found + "; the file is damaged or was edited");
+        throw badFile(where, "metadata with checksum " + expected,
+                      found + "; the file is damaged or was edited");
 }
 
 void checkEqual(const Json& found, const Json& expected, const std::string& where) {
-    if (found == expected) return;
+    if (found == expected)
+        return;
     const Json difference = Json::diff(expected, found);
     std::string pointer = difference.empty() ? "/" : difference.at(0).at("path").get<std::string>();
     const Json::json_pointer at(pointer.empty() ? "" : pointer);

@@ -1,5 +1,5 @@
-// bricking/store/checked_json.h: JSON that comes from files: every access says where it is and what was expected.
-// Internal to bricking's .cpp files.
+// bricking/store/checked_json.h: JSON that comes from files: every access says where it is and what was
+// expected. Internal to bricking's .cpp files.
 #pragma once
 
 #include <cstdint>

@@ -21,13 +21,16 @@ std::string hex(std::uint32_t value) {
 
 } // namespace
 
-std::size_t encodedBound(std::size_t rawBytes) { return rawBytes + BLOSC_MAX_OVERHEAD + kCrcBytes; }
+std::size_t encodedBound(std::size_t rawBytes) {
+    return rawBytes + BLOSC_MAX_OVERHEAD + kCrcBytes;
+}
 
 EncodedChunk encodeChunk(std::span<const std::byte> raw, std::size_t valueBytes, std::span<std::byte> out) {
     TESSERA_CHECK(out.size() >= encodedBound(raw.size()));
     const int bytes = blosc_compress_ctx(kBloscLevel, BLOSC_BITSHUFFLE, valueBytes, raw.size(), raw.data(),
                                          out.data(), out.size() - kCrcBytes, BLOSC_LZ4_COMPNAME, 0, 1);
-    if (bytes <= 0) throw Error("blosc: compression failed with code " + std::to_string(bytes));
+    if (bytes <= 0)
+        throw Error("blosc: compression failed with code " + std::to_string(bytes));
     EncodedChunk chunk;
     chunk.crc = crc32c(out.first(static_cast<std::size_t>(bytes)));
     std::memcpy(out.data() + bytes, &chunk.crc, kCrcBytes);

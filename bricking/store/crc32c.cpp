@@ -16,7 +16,8 @@ constexpr Table makeTables() {
     Table tables{};
     for (std::uint32_t byte = 0; byte < 256; ++byte) {
         std::uint32_t value = byte;
-        for (int bit = 0; bit < 8; ++bit) value = (value >> 1) ^ ((value & 1) ? 0x82F63B78u : 0u);
+        for (int bit = 0; bit < 8; ++bit)
+            value = (value >> 1) ^ ((value & 1) ? 0x82F63B78u : 0u);
         tables[0][byte] = value;
     }
     for (std::size_t n = 1; n < 8; ++n)
@@ -40,7 +41,8 @@ std::uint32_t crc32c(std::span<const std::byte> bytes, std::uint32_t before) {
         std::memcpy(&word, at, 8);
         word ^= crc;
         crc = 0;
-        for (std::size_t n = 0; n < 8; ++n) crc ^= kTables[7 - n][(word >> (8 * n)) & 0xFF];
+        for (std::size_t n = 0; n < 8; ++n)
+            crc ^= kTables[7 - n][(word >> (8 * n)) & 0xFF];
     }
     for (; left > 0; --left, ++at)
         crc = (crc >> 8) ^ kTables[0][(crc ^ static_cast<std::uint32_t>(*at)) & 0xFF];

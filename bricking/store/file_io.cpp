@@ -13,7 +13,9 @@
 namespace tessera {
 namespace {
 
-std::string reason() { return std::strerror(errno); }
+std::string reason() {
+    return std::strerror(errno);
+}
 
 Error writeFailed(const std::filesystem::path& path, const char* what) {
     return Error(path.string() + ": could not " + what + ": " + reason());
@@ -29,12 +31,14 @@ FileHandle& FileHandle::operator=(FileHandle&& other) noexcept {
 }
 
 FileHandle::~FileHandle() {
-    if (descriptor_ >= 0) ::close(descriptor_);
+    if (descriptor_ >= 0)
+        ::close(descriptor_);
 }
 
 FileHandle openFolder(const std::filesystem::path& path) {
     FileHandle folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    if (folder.descriptor() < 0) throw badFile(path.string(), "a folder that can be opened", reason());
+    if (folder.descriptor() < 0)
+        throw badFile(path.string(), "a folder that can be opened", reason());
     return folder;
 }
 
@@ -52,12 +56,14 @@ std::optional<FileHandle> openIn(const FileHandle& folder, std::string_view rela
         const int flags = O_RDONLY | O_CLOEXEC | O_NOFOLLOW | (last ? O_NONBLOCK : O_DIRECTORY);
         FileHandle next(::openat(parent, name.c_str(), flags));
         if (next.descriptor() < 0) {
-            if (errno == ENOENT) return std::nullopt;
+            if (errno == ENOENT)
+                return std::nullopt;
             const std::string found = errno == ELOOP ? "a symbolic link" : reason();
             throw badFile((shown / relative).string(), "a regular file in regular folders", found);
         }
         at = std::move(next);
-        if (last) break;
+        if (last)
+            break;
         parent = at.descriptor();
         rest.remove_prefix(slash + 1);
     }
@@ -69,17 +75,22 @@ std::optional<FileHandle> openIn(const FileHandle& folder, std::string_view rela
 
 std::uint64_t fileSize(const FileHandle& file, const std::string& shown) {
     struct stat facts {};
-    if (::fstat(file.descriptor(), &facts) != 0) throw badFile(shown, "a readable file", reason());
+    if (::fstat(file.descriptor(), &facts) != 0)
+        throw badFile(shown, "a readable file", reason());
     return static_cast<std::uint64_t>(facts.st_size);
 }
 
-void readAt(const FileHandle& file, std::uint64_t offset, std::span<std::byte> out, const std::string& shown) {
+void readAt(const FileHandle& file, std::uint64_t offset, std::span<std::byte> out,
+            const std::string& shown) {
     while (!out.empty()) {
         const ssize_t got = ::pread(file.descriptor(), out.data(), out.size(), static_cast<off_t>(offset));
-        if (got < 0 && errno == EINTR) continue;
-        if (got < 0) throw badFile(shown, "a readable file", reason());
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got < 0)
+            throw badFile(shown, "a readable file", reason());
         if (got == 0)
-            throw badFile(shown, std::to_string(out.size()) + " more bytes at offset " + std::to_string(offset),
+            throw badFile(shown,
+                          std::to_string(out.size()) + " more bytes at offset " + std::to_string(offset),
                           "the end of the file");
         offset += static_cast<std::uint64_t>(got);
         out = out.subspan(static_cast<std::size_t>(got));
@@ -89,7 +100,8 @@ void readAt(const FileHandle& file, std::uint64_t offset, std::span<std::byte> o
 std::optional<std::string> readText(const FileHandle& folder, std::string_view relative,
                                     const std::filesystem::path& shown, std::uint64_t limitBytes) {
     const std::optional<FileHandle> file = openIn(folder, relative, shown);
-    if (!file) return std::nullopt;
+    if (!file)
+        return std::nullopt;
     const std::string name = (shown / relative).string();
     const std::uint64_t size = fileSize(*file, name);
     if (size > limitBytes)
@@ -101,7 +113,8 @@ std::optional<std::string> readText(const FileHandle& folder, std::string_view r
 
 FileHandle openForWriting(const std::filesystem::path& path) {
     FileHandle file(::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666));
-    if (file.descriptor() < 0) throw writeFailed(path, "write");
+    if (file.descriptor() < 0)
+        throw writeFailed(path, "write");
     return file;
 }
 
@@ -110,32 +123,32 @@ void writeAt(const FileHandle& file, std::uint64_t offset, std::span<const std::
     while (!bytes.empty()) {
         const ssize_t put =
             ::pwrite(file.descriptor(), bytes.data(), bytes.size(), static_cast<off_t>(offset));
-        if (put < 0 && errno == EINTR) continue;
-        if (put <= 0) throw writeFailed(shown, "write");
+        if (put < 0 && errno == EINTR)
+            continue;
+        if (put <= 0)
+            throw writeFailed(shown, "write");
         offset += static_cast<std::uint64_t>(put);
         bytes = bytes.subspan(static_cast<std::size_t>(put));
     }
 }
 
-void syncFile(const FileHandle& file, const std::filesystem::path& shown) {
-    if (::fsync(file.descriptor()) != 0) throw writeFailed(shown, "make durable");
+void writeFile(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+    writeAt(openForWriting(path), 0, bytes, path);
 }
 
-void syncFolder(const std::filesystem::path& path) {
-    const FileHandle folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+void writeFile(const std::filesystem::path& path, std::string_view text) {
+    writeFile(path, std::as_bytes(std::span(text)));
+}
+
+void syncAll(const std::filesystem::path& folder) {
+    if (::syncfs(openFolder(folder).descriptor()) != 0)
+        throw writeFailed(folder, "make durable");
+}
+
+void syncFolder(const std::filesystem::path& folder) {
     // Some file systems refuse fsync on folders (EINVAL); they order names by themselves.
-    if (folder.descriptor() < 0 || (::fsync(folder.descriptor()) != 0 && errno != EINVAL))
-        throw writeFailed(path, "make durable");
-}
-
-void writeDurably(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-    const FileHandle file = openForWriting(path);
-    writeAt(file, 0, bytes, path);
-    syncFile(file, path);
-}
-
-void writeDurably(const std::filesystem::path& path, std::string_view text) {
-    writeDurably(path, std::as_bytes(std::span(text)));
+    if (::fsync(openFolder(folder).descriptor()) != 0 && errno != EINVAL)
+        throw writeFailed(folder, "make durable");
 }
 
 } // namespace tessera

@@ -1,5 +1,6 @@
 // bricking/store/file_io.h: the few file operations a store needs, with errors that name the file. Reading
-// follows no link below the store's folder and opens regular files only, so that a store cannot point elsewhere.
+// follows no link below the store's folder and opens regular files only, so that a store cannot point
+// elsewhere.
 #pragma once
 
 #include <cstddef>
@@ -48,12 +49,14 @@ std::optional<std::string> readText(const FileHandle& folder, std::string_view r
 FileHandle openForWriting(const std::filesystem::path& path);
 void writeAt(const FileHandle& file, std::uint64_t offset, std::span<const std::byte> bytes,
              const std::filesystem::path& shown);
-/// Asks the system to make what was written durable. Throws Error.
-void syncFile(const FileHandle& file, const std::filesystem::path& shown);
-/// As syncFile(), for the folder's list of names.
-void syncFolder(const std::filesystem::path& path);
-/// Writes a new file and makes it durable.
-void writeDurably(const std::filesystem::path& path, std::span<const std::byte> bytes);
-void writeDurably(const std::filesystem::path& path, std::string_view text);
+/// Writes a whole file. Not durable until syncAll().
+void writeFile(const std::filesystem::path& path, std::span<const std::byte> bytes);
+void writeFile(const std::filesystem::path& path, std::string_view text);
+
+/// Makes everything written so far to folder's file system durable, names included: one wait, where a store's
+/// hundred files and folders would each cost a journal commit. Throws Error.
+void syncAll(const std::filesystem::path& folder);
+/// Makes the list of names in one folder durable: after a rename.
+void syncFolder(const std::filesystem::path& folder);
 
 } // namespace tessera

@@ -55,7 +55,8 @@ std::vector<ShardEntry> decodeIndex(std::span<const std::byte> file, const Shard
     const std::uint64_t payloadBytes = fileBytes - file.size();
     for (std::size_t at = 0; at < entries.size(); ++at) {
         const ShardEntry& entry = entries[at];
-        if (entry.absent()) continue;
+        if (entry.absent())
+            continue;
         // Compared without a sum, which a lying offset would make overflow.
         if (entry.offset > payloadBytes || entry.bytes > payloadBytes - entry.offset)
             throw badFile(where, "index entry " + std::to_string(at) + " inside the file",

@@ -1,7 +1,8 @@
 // bricking/store/shard.h: how a level's array is cut into shard files, and the index that ends each file.
-// A shard is 512^3 samples, or, along an axis where the array is shorter, the array rounded up to whole chunks.
-// File: encoded chunks in any order, then the index: per chunk of the shard, [z][y][x], two uint64 (offset,
-// bytes), both all ones where the chunk is left out because it holds the fill value only; then CRC-32C.
+// A shard is 512^3 samples, or, along an axis where the array is shorter, the array rounded up to whole
+// chunks. File: encoded chunks in any order, then the index: per chunk of the shard, [z][y][x], two uint64
+// (offset, bytes), both all ones where the chunk is left out because it holds the fill value only; then
+// CRC-32C.
 #pragma once
 
 #include "core/brick.h"

@@ -13,10 +13,12 @@ const OpenShard& ShardTable::pin(const Key& key, const std::function<OpenShard()
     while (true) {
         if (const auto found = open_.find(key); found != open_.end()) {
             Slot& slot = found->second;
-            if (slot.pins++ == 0) idle_.erase(slot.idleAt);
+            if (slot.pins++ == 0)
+                idle_.erase(slot.idleAt);
             return slot.shard;
         }
-        if (open_.size() < slots_) break;
+        if (open_.size() < slots_)
+            break;
         if (!idle_.empty()) {
             open_.erase(idle_.front());
             idle_.pop_front();
@@ -35,7 +37,8 @@ void ShardTable::unpin(const Key& key) {
     {
         const std::lock_guard lock(mutex_);
         Slot& slot = open_.at(key);
-        if (--slot.pins == 0) slot.idleAt = idle_.insert(idle_.end(), key);
+        if (--slot.pins == 0)
+            slot.idleAt = idle_.insert(idle_.end(), key);
     }
     released_.notify_all();
 }

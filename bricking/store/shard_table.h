@@ -1,5 +1,5 @@
-// bricking/store/shard_table.h: the shards that a reader has open: descriptor and checked index. A fixed number of
-// slots bounds descriptors and memory; the least recently used shard nobody reads gives way.
+// bricking/store/shard_table.h: the shards that a reader has open: descriptor and checked index. A fixed
+// number of slots bounds descriptors and memory; the least recently used shard nobody reads gives way.
 #pragma once
 
 #include "bricking/store/file_io.h"
@@ -48,7 +48,8 @@ class ShardTable {
         const OpenShard& shard_;
     };
 
-    static constexpr std::size_t kMaxSlots = 128; // 8 MiB of full indices, and far below the usual 1024 descriptors
+    static constexpr std::size_t kMaxSlots =
+        128; // 8 MiB of full indices, and far below the usual 1024 descriptors
 
   private:
     struct Slot {

@@ -32,21 +32,23 @@ std::size_t bufferBytes(const VolumeInfo& info) {
 Appetite appetiteOf(const StoreMetadata& metadata, const Ledger& ram) {
     Appetite wanted;
     for (const auto& level : metadata.shards)
-        for (const ShardRecord& record : level) wanted.shards += record.chunks > 0;
+        for (const ShardRecord& record : level)
+            wanted.shards += record.chunks > 0;
     wanted.indexBytes = largestIndexBytes(metadata.info);
     wanted.bufferBytes = bufferBytes(metadata.info);
     const std::size_t share = ram.freeBytes() / 8; // a quarter for both, but at least one of each
-    wanted.shards = std::clamp<std::size_t>(std::min(wanted.shards, share / wanted.indexBytes), 1,
-                                            ShardTable::kMaxSlots);
-    wanted.buffers = std::clamp<std::size_t>(share / wanted.bufferBytes, 1,
-                                             static_cast<std::size_t>(defaultThreads()));
+    wanted.shards =
+        std::clamp<std::size_t>(std::min(wanted.shards, share / wanted.indexBytes), 1, ShardTable::kMaxSlots);
+    wanted.buffers =
+        std::clamp<std::size_t>(share / wanted.bufferBytes, 1, static_cast<std::size_t>(defaultThreads()));
     return wanted;
 }
 
 StoreMetadata readMetadata(const FileHandle& folder, const std::filesystem::path& path) {
     const auto document = [&](const std::string& relative) {
         const auto text = readText(folder, relative, path, kMaxMetadataBytes);
-        if (!text) throw badFile((path / relative).string(), "the metadata of a store", "no such file");
+        if (!text)
+            throw badFile((path / relative).string(), "the metadata of a store", "no such file");
         return *text;
     };
     StoreMetadata metadata = parseGroup(document("zarr.json"), (path / "zarr.json").string());
@@ -87,7 +89,8 @@ OpenShard StoreReader::State::openShard(int level, const glm::ivec3& at, const S
     shard.shown = (path / relative).string();
     auto file = openIn(folder, relative, path);
     if (!file)
-        throw badFile(shard.shown, "a shard with " + std::to_string(record.chunks) + " chunks", "no such file");
+        throw badFile(shard.shown, "a shard with " + std::to_string(record.chunks) + " chunks",
+                      "no such file");
     shard.file = std::move(*file);
     const std::uint64_t bytes = fileSize(shard.file, shard.shown);
     if (bytes < layout.indexBytes())
@@ -100,8 +103,8 @@ OpenShard StoreReader::State::openShard(int level, const glm::ivec3& at, const S
         std::count_if(shard.index.begin(), shard.index.end(), [](const auto& e) { return !e.absent(); }));
     const std::uint32_t crc = crc32c(std::span(raw).first(raw.size() - kCrcBytes));
     if (written != record.chunks || crc != record.indexCrc)
-        throw badFile(shard.shown, "the shard that zarr.json describes, with " + std::to_string(record.chunks) +
-                                       " chunks",
+        throw badFile(shard.shown,
+                      "the shard that zarr.json describes, with " + std::to_string(record.chunks) + " chunks",
                       "another index, with " + std::to_string(written) + " chunks");
     return shard;
 }
@@ -110,8 +113,12 @@ StoreReader::StoreReader(const std::filesystem::path& path, Ledger& ram)
     : state_(std::make_unique<State>(path, ram)) {}
 StoreReader::~StoreReader() = default;
 
-const std::filesystem::path& StoreReader::path() const { return state_->path; }
-const VolumeInfo& StoreReader::info() const { return state_->metadata.info; }
+const std::filesystem::path& StoreReader::path() const {
+    return state_->path;
+}
+const VolumeInfo& StoreReader::info() const {
+    return state_->metadata.info;
+}
 
 std::size_t StoreReader::chunkBytes() const {
     return cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info().type);
@@ -120,7 +127,8 @@ std::size_t StoreReader::chunkBytes() const {
 void StoreReader::readChunk(const ChunkKey& key, std::span<std::byte> out) const {
     TESSERA_CHECK(key.level >= 0 && key.level < kLevelCount && out.size() == chunkBytes());
     const glm::ivec3 grid = chunkGrid(info().extentVoxels, key.level);
-    TESSERA_CHECK(key.i >= 0 && key.j >= 0 && key.k >= 0 && key.i < grid.x && key.j < grid.y && key.k < grid.z);
+    TESSERA_CHECK(key.i >= 0 && key.j >= 0 && key.k >= 0 && key.i < grid.x && key.j < grid.y &&
+                  key.k < grid.z);
 
     const ShardLayout& layout = state_->layouts[static_cast<std::size_t>(key.level)];
     const glm::ivec3 at = layout.shardOf(key);
@@ -138,7 +146,8 @@ void StoreReader::readChunk(const ChunkKey& key, std::span<std::byte> out) const
             where = shard->shown;
             if (!entry.absent()) {
                 if (entry.bytes > buffer.bytes().size())
-                    throw badFile(where, "at most " + std::to_string(buffer.bytes().size()) + " encoded bytes",
+                    throw badFile(where,
+                                  "at most " + std::to_string(buffer.bytes().size()) + " encoded bytes",
                                   std::to_string(entry.bytes));
                 encoded = buffer.bytes().first(static_cast<std::size_t>(entry.bytes));
                 readAt(shard->file, entry.offset, encoded, where);
@@ -147,21 +156,28 @@ void StoreReader::readChunk(const ChunkKey& key, std::span<std::byte> out) const
         } catch (const InputError& problem) {
             throw InputError(std::string(problem.what()) + " (" + describe(key) + ")");
         }
-        if (found) return decodeChunk(encoded, out, where + ": " + describe(key));
+        if (found)
+            return decodeChunk(encoded, out, where + ": " + describe(key));
     }
     std::byte fill[8];
     const std::size_t valueBytes = bytesPerValue(info().type);
     storeFill(info(), fill);
-    for (std::size_t i = 0; i < out.size(); i += valueBytes) std::memcpy(out.data() + i, fill, valueBytes);
+    for (std::size_t i = 0; i < out.size(); i += valueBytes)
+        std::memcpy(out.data() + i, fill, valueBytes);
 }
 
-std::string StoreReader::contentHash() const { return contentHashOf(state_->metadata); }
+std::string StoreReader::contentHash() const {
+    return contentHashOf(state_->metadata);
+}
 
-std::size_t readerFloorBytes(const VolumeInfo& info) { return largestIndexBytes(info) + bufferBytes(info); }
+std::size_t readerFloorBytes(const VolumeInfo& info) {
+    return largestIndexBytes(info) + bufferBytes(info);
+}
 
 bool isStore(const std::filesystem::path& path) {
     std::error_code ignored;
-    if (!std::filesystem::is_regular_file(path / "zarr.json", ignored)) return false;
+    if (!std::filesystem::is_regular_file(path / "zarr.json", ignored))
+        return false;
     try {
         const auto text = readText(openFolder(path), "zarr.json", path, kMaxMetadataBytes);
         return text && isGroupOfOurs(*text);

@@ -1,5 +1,6 @@
-// bricking/store/store_writer.cpp: see store_writer.h. Slabs of any level are cut into chunks, compressed in parallel
-// a batch at a time, and appended to their shards in a fixed order, so that the same volume gives the same files.
+// bricking/store/store_writer.cpp: see store_writer.h. Slabs of any level are cut into chunks, compressed in
+// parallel a batch at a time, and appended to their shards in a fixed order, so that the same volume gives
+// the same files.
 #include "bricking/store/store_writer.h"
 
 #include "bricking/pyramid.h"
@@ -48,8 +49,12 @@ struct Slot {
     bool finite = true;
 };
 
-int threadCount(int threads) { return threads > 0 ? threads : defaultThreads(); }
-std::size_t slotCount(int threads) { return static_cast<std::size_t>(kSlotsPerThread * threadCount(threads)); }
+int threadCount(int threads) {
+    return threads > 0 ? threads : defaultThreads();
+}
+std::size_t slotCount(int threads) {
+    return static_cast<std::size_t>(kSlotsPerThread * threadCount(threads));
+}
 
 std::size_t chunkBytesOf(const VolumeInfo& info) {
     return cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info.type);
@@ -70,7 +75,8 @@ template <typename Value> void scanRow(const std::byte* row, int count, Slot& sl
     const auto* values = reinterpret_cast<const Value*>(row);
     Value lowest = values[0], highest = values[0];
     for (int i = 0; i < count; ++i) {
-        if constexpr (std::is_floating_point_v<Value>) slot.finite = slot.finite && std::isfinite(values[i]);
+        if constexpr (std::is_floating_point_v<Value>)
+            slot.finite = slot.finite && std::isfinite(values[i]);
         lowest = std::min(lowest, values[i]);
         highest = std::max(highest, values[i]);
     }
@@ -80,10 +86,14 @@ template <typename Value> void scanRow(const std::byte* row, int count, Slot& sl
 
 void scanRow(ValueType type, const std::byte* row, int count, Slot& slot) {
     switch (type) {
-    case ValueType::u8: return scanRow<std::uint8_t>(row, count, slot);
-    case ValueType::i16: return scanRow<std::int16_t>(row, count, slot);
-    case ValueType::u16: return scanRow<std::uint16_t>(row, count, slot);
-    case ValueType::f32: return scanRow<float>(row, count, slot);
+    case ValueType::u8:
+        return scanRow<std::uint8_t>(row, count, slot);
+    case ValueType::i16:
+        return scanRow<std::int16_t>(row, count, slot);
+    case ValueType::u16:
+        return scanRow<std::uint16_t>(row, count, slot);
+    case ValueType::f32:
+        return scanRow<float>(row, count, slot);
     }
 }
 
@@ -117,8 +127,10 @@ const fs::path& checkedTarget(const fs::path& target, const VolumeInfo& info, bo
     std::error_code ignored;
     if (fs::symlink_status(target, ignored).type() != fs::file_type::not_found) {
         if (!isStore(target))
-            throw badFile(target.string(), "a new name or a store of Tessera", "something else; it is left alone");
-        if (!force) throw badFile(target.string(), "a new name, or --force to replace", "an existing store");
+            throw badFile(target.string(), "a new name or a store of Tessera",
+                          "something else; it is left alone");
+        if (!force)
+            throw badFile(target.string(), "a new name, or --force to replace", "an existing store");
     }
     return target;
 }
@@ -175,12 +187,14 @@ void StoreWriter::State::writeSlab(const SlabPyramid::Slab& slab) {
             for (int j = first.y; j < end.y; ++j)
                 for (int i = first.x; i < end.x; ++i) {
                     slots[used++].key = {slab.level, i, j, k};
-                    if (used == slots.size()) flush();
+                    if (used == slots.size())
+                        flush();
                 }
         }
     flush();
     const int shardChunks = level.layout.chunks.z;
-    if (k + 1 == grid.z || (k + 1) % shardChunks == 0) closeRow(slab.level, k / shardChunks);
+    if (k + 1 == grid.z || (k + 1) % shardChunks == 0)
+        closeRow(slab.level, k / shardChunks);
 }
 
 void StoreWriter::State::prepare(Slot& slot, const SlabPyramid::Slab& slab) const {
@@ -192,14 +206,16 @@ void StoreWriter::State::prepare(Slot& slot, const SlabPyramid::Slab& slab) cons
     slot.lowest = std::numeric_limits<double>::infinity();
     slot.highest = -slot.lowest;
     slot.finite = true;
-    if (size != glm::ivec3(kChunkExtent)) slot.raw = fillChunk;
+    if (size != glm::ivec3(kChunkExtent))
+        slot.raw = fillChunk;
     for (int z = 0; z < size.z; ++z)
         for (int y = 0; y < size.y; ++y) {
             const std::byte* from =
                 slab.values.data() + linearIndex(first + glm::ivec3(0, y, z), extent) * valueBytes;
             std::byte* to = slot.raw.data() + linearIndex({0, y, z}, glm::ivec3(kChunkExtent)) * valueBytes;
             std::memcpy(to, from, static_cast<std::size_t>(size.x) * valueBytes);
-            if (slab.level == 0) scanRow(info.type, from, size.x, slot);
+            if (slab.level == 0)
+                scanRow(info.type, from, size.x, slot);
         }
     const bool fill = std::memcmp(slot.raw.data(), fillChunk.data(), slot.raw.size()) == 0;
     slot.result = fill ? EncodedChunk{} : encodeChunk(slot.raw, valueBytes, slot.encoded);
@@ -244,8 +260,8 @@ void StoreWriter::State::closeRow(int l, int shardZ) {
         for (int x = 0; x < level.layout.shards.x; ++x) {
             GrowingShard& shard = level.growing[linearIndex({x, y, 0}, level.layout.shards)];
             if (shard.bytes > 0) {
-                ShardRecord& record =
-                    metadata.shards[static_cast<std::size_t>(l)][linearIndex({x, y, shardZ}, level.layout.shards)];
+                ShardRecord& record = metadata.shards[static_cast<std::size_t>(l)]
+                                                     [linearIndex({x, y, shardZ}, level.layout.shards)];
                 for (std::size_t i = 0; i < shard.index.size(); ++i)
                     if (!shard.index[i].absent()) {
                         ++record.chunks;
@@ -257,7 +273,6 @@ void StoreWriter::State::closeRow(int l, int shardZ) {
                 const fs::path path = folder.path() / shardPath(l, {x, y, shardZ});
                 const FileHandle file = openForWriting(path);
                 writeAt(file, shard.bytes, index, path);
-                syncFile(file, path);
                 counters.bytesWritten += shard.bytes + index.size();
             }
             shard.bytes = 0;
@@ -274,9 +289,15 @@ std::size_t StoreWriter::floorBytes(const VolumeInfo& info, int threads) {
            slotCount(threads) * slotBytes(info) + chunkBytesOf(info);
 }
 
-int StoreWriter::nextSlices() const { return state_->pyramid ? state_->pyramid->nextSlices() : 0; }
-std::span<std::byte> StoreWriter::next() { return state_->pyramid->next(); }
-void StoreWriter::push() { state_->pyramid->push(); }
+int StoreWriter::nextSlices() const {
+    return state_->pyramid ? state_->pyramid->nextSlices() : 0;
+}
+std::span<std::byte> StoreWriter::next() {
+    return state_->pyramid->next();
+}
+void StoreWriter::push() {
+    state_->pyramid->push();
+}
 
 void StoreWriter::finish(const VolumeInfo& final) {
     State& s = *state_;
@@ -289,27 +310,32 @@ void StoreWriter::finish(const VolumeInfo& final) {
         const std::string text = levelDocument(s.info, level);
         const fs::path folder = s.folder.path() / std::to_string(level);
         fs::create_directories(folder); // a level of nothing but fill has no shard
-        writeDurably(folder / "zarr.json", text);
+        writeFile(folder / "zarr.json", text);
         s.counters.bytesWritten += text.size();
     }
     const std::string text = groupDocument(s.metadata);
     if (text.size() > kMaxMetadataBytes)
         throw badFile(s.folder.path().string(), "metadata of at most 16 MiB", "a volume with more shards");
-    writeDurably(s.folder.path() / "zarr.json", text);
+    writeFile(s.folder.path() / "zarr.json", text);
     s.counters.bytesWritten += text.size();
     std::vector<Slot>().swap(s.slots);
     std::vector<std::byte>().swap(s.fillChunk);
-    for (LevelState& level : s.levels) std::vector<GrowingShard>().swap(level.growing);
+    for (LevelState& level : s.levels)
+        std::vector<GrowingShard>().swap(level.growing);
     { const Charge returned = std::move(s.charge); }
     s.finished = true;
 }
 
-void StoreWriter::commit() {
+void StoreWriter::commit(bool durable) {
     TESSERA_CHECK(state_->finished);
-    state_->folder.commit();
+    state_->folder.commit(durable);
 }
 
-const fs::path& StoreWriter::folder() const { return state_->folder.path(); }
-StoreWriter::Counters StoreWriter::counters() const { return state_->counters; }
+const fs::path& StoreWriter::folder() const {
+    return state_->folder.path();
+}
+StoreWriter::Counters StoreWriter::counters() const {
+    return state_->counters;
+}
 
 } // namespace tessera

@@ -1,5 +1,5 @@
-// bricking/store/store_writer.h: writes a store, slab by slab, into a temporary folder beside the target; only
-// commit() gives it the final name. A writer that dies uncommitted removes what it wrote.
+// bricking/store/store_writer.h: writes a store, slab by slab, into a temporary folder beside the target;
+// only commit() gives it the final name. A writer that dies uncommitted removes what it wrote.
 //
 //     StoreWriter writer(target, info, ram, threads, force);
 //     while (writer.nextSlices() > 0) { fill writer.next(); writer.push(); }
@@ -21,9 +21,10 @@ namespace tessera {
 class StoreWriter {
   public:
     /// Charges floorBytes() to ram. @param threads  that compress; 0: all processors
-    /// Throws InputError: the target exists and force is off, or is no store; its parent is missing; the budget is
-    /// below the floor; info cannot be stored. Throws Error when the folder cannot be made.
-    StoreWriter(const std::filesystem::path& target, const VolumeInfo& info, Ledger& ram, int threads, bool force);
+    /// Throws InputError: the target exists and force is off, or is no store; its parent is missing; the
+    /// budget is below the floor; info cannot be stored. Throws Error when the folder cannot be made.
+    StoreWriter(const std::filesystem::path& target, const VolumeInfo& info, Ledger& ram, int threads,
+                bool force);
     ~StoreWriter();
     StoreWriter(const StoreWriter&) = delete;
     StoreWriter& operator=(const StoreWriter&) = delete;
@@ -42,7 +43,8 @@ class StoreWriter {
     /// Gives the memory back.
     void finish(const VolumeInfo& final);
     /// Renames the temporary folder to the target, replacing a store where force was given.
-    void commit();
+    /// @param durable  wait for the disk first, so that not even a power cut leaves the name without the data
+    void commit(bool durable = true);
 
     /// The temporary folder.
     const std::filesystem::path& folder() const;

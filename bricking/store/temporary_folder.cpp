@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 
 TemporaryFolder::TemporaryFolder(const fs::path& target) {
     fs::path plain = fs::absolute(target).lexically_normal();
-    if (plain.filename().empty()) plain = plain.parent_path(); // "x.zarr/" means x.zarr
+    if (plain.filename().empty())
+        plain = plain.parent_path(); // "x.zarr/" means x.zarr
     target_ = plain;
     std::error_code ignored;
     if (!fs::is_directory(target_.parent_path(), ignored))
@@ -28,7 +29,8 @@ TemporaryFolder::TemporaryFolder(const fs::path& target) {
         name += ".importing-" + std::to_string(::getpid());
         name += "-" + std::to_string(attempt);
         path_ = target_.parent_path() / name;
-        if (::mkdir(path_.c_str(), 0777) == 0) return;
+        if (::mkdir(path_.c_str(), 0777) == 0)
+            return;
         if (errno != EEXIST || attempt == 1000)
             throw Error(path_.string() + ": could not make the folder: " + std::strerror(errno));
     }
@@ -36,29 +38,32 @@ TemporaryFolder::TemporaryFolder(const fs::path& target) {
 
 TemporaryFolder::~TemporaryFolder() {
     std::error_code ignored;
-    if (!committed_) fs::remove_all(path_, ignored);
+    if (!committed_)
+        fs::remove_all(path_, ignored);
 }
 
-void TemporaryFolder::commit() {
-    for (const auto& entry : fs::recursive_directory_iterator(path_))
-        if (entry.is_directory()) syncFolder(entry.path());
-    syncFolder(path_);
+void TemporaryFolder::commit(bool durable) {
+    if (durable)
+        syncAll(path_); // before the rename: a crash must not leave the name without the data
     const fs::path parent = target_.parent_path();
     const auto failed = [&] {
         return Error(target_.string() + ": could not rename the finished store: " + std::strerror(errno));
     };
     if (fs::symlink_status(target_).type() == fs::file_type::not_found) {
-        if (::rename(path_.c_str(), target_.c_str()) != 0) throw failed();
+        if (::rename(path_.c_str(), target_.c_str()) != 0)
+            throw failed();
         committed_ = true;
     } else if (::renameat2(AT_FDCWD, path_.c_str(), AT_FDCWD, target_.c_str(), RENAME_EXCHANGE) == 0) {
         committed_ = true; // the old store now has the temporary name
-        syncFolder(parent);
+        if (durable)
+            syncFolder(parent);
         std::error_code ignored;
         fs::remove_all(path_, ignored);
     } else {
         // No exchange on this file system: the name is missing for a moment, but never half a store.
         const fs::path old = path_.string() + ".old";
-        if (::rename(target_.c_str(), old.c_str()) != 0) throw failed();
+        if (::rename(target_.c_str(), old.c_str()) != 0)
+            throw failed();
         if (::rename(path_.c_str(), target_.c_str()) != 0) {
             const Error problem = failed();
             if (::rename(old.c_str(), target_.c_str()) != 0)
@@ -69,7 +74,8 @@ void TemporaryFolder::commit() {
         std::error_code ignored;
         fs::remove_all(old, ignored);
     }
-    syncFolder(parent);
+    if (durable)
+        syncFolder(parent);
 }
 
 } // namespace tessera

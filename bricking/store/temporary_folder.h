@@ -16,9 +16,10 @@ class TemporaryFolder {
     TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
     const std::filesystem::path& path() const { return path_; }
-    /// Makes the folder tree durable and renames it to the target. An existing target is exchanged with it in one
-    /// step where the file system can, and removed afterwards. Throws Error; the target is then as it was.
-    void commit();
+    /// Makes the folder tree durable, unless told not to wait for that, and renames it to the target. An
+    /// existing target is exchanged with it in one step where the file system can, and removed afterwards.
+    /// Throws Error; the target is then as it was.
+    void commit(bool durable = true);
 
   private:
     std::filesystem::path target_, path_;

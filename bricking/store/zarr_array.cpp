@@ -64,15 +64,20 @@ template <typename Body> void eachChunk(const ArraySpec& spec, int layer, const 
 
 } // namespace
 
-std::size_t ArraySpec::chunkBytes() const { return cellCount(chunk) * elementBytes(); }
-std::size_t ArraySpec::scratchBytes() const { return chunkBytes() + encodedBound(chunkBytes()); }
+std::size_t ArraySpec::chunkBytes() const {
+    return cellCount(chunk) * elementBytes();
+}
+std::size_t ArraySpec::scratchBytes() const {
+    return chunkBytes() + encodedBound(chunkBytes());
+}
 
 void writeArrayMetadata(const fs::path& folder, const ArraySpec& spec) {
     fs::create_directories(folder);
-    writeDurably(folder / "zarr.json", metadataOf(spec).dump(1) + "\n");
+    writeFile(folder / "zarr.json", metadataOf(spec).dump(1) + "\n");
 }
 
-void writeArrayLayer(const fs::path& folder, const ArraySpec& spec, int layer, std::span<const std::byte> slices) {
+void writeArrayLayer(const fs::path& folder, const ArraySpec& spec, int layer,
+                     std::span<const std::byte> slices) {
     std::vector<std::byte> raw(spec.chunkBytes()), encoded(encodedBound(raw.size()));
     const std::size_t element = spec.elementBytes();
     eachChunk(spec, layer, [&](const glm::ivec3& at, const glm::ivec3& first, const glm::ivec3& size) {
@@ -85,7 +90,7 @@ void writeArrayLayer(const fs::path& folder, const ArraySpec& spec, int layer, s
         const EncodedChunk chunk = encodeChunk(raw, spec.valueBytes, encoded);
         const fs::path path = folder / chunkPath(spec, at);
         fs::create_directories(path.parent_path());
-        writeDurably(path, std::span(std::as_const(encoded)).first(chunk.bytes));
+        writeFile(path, std::span(std::as_const(encoded)).first(chunk.bytes));
     });
 }
 
@@ -95,7 +100,8 @@ void checkArrayMetadata(const FileHandle& store, const std::string& relative, co
     const std::string name = relative + "/zarr.json";
     const auto text = readText(store, name, shown, kLimitBytes);
     const std::string where = (shown / name).string();
-    if (!text) throw badFile(where, "the metadata of an array", "no such file");
+    if (!text)
+        throw badFile(where, "the metadata of an array", "no such file");
     checkEqual(parseJson(*text, where), metadataOf(spec), where);
 }
 
@@ -107,10 +113,12 @@ void readArrayLayer(const FileHandle& store, const std::string& relative, const 
         const std::string name = relative + "/" + chunkPath(spec, at);
         const std::string where = (shown / name).string();
         const auto file = openIn(store, name, shown);
-        if (!file) throw badFile(where, "a chunk", "no such file");
+        if (!file)
+            throw badFile(where, "a chunk", "no such file");
         const std::uint64_t bytes = fileSize(*file, where);
         if (bytes > encoded.size())
-            throw badFile(where, "at most " + std::to_string(encoded.size()) + " bytes", std::to_string(bytes));
+            throw badFile(where, "at most " + std::to_string(encoded.size()) + " bytes",
+                          std::to_string(bytes));
         const auto used = std::span(encoded).first(static_cast<std::size_t>(bytes));
         readAt(*file, 0, used, where);
         decodeChunk(used, raw, where);

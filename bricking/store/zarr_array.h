@@ -1,6 +1,6 @@
-// bricking/store/zarr_array.h: small dense arrays beside the levels (statistics), as ordinary unsharded Zarr v3: a
-// grid [z][y][x] of elements, each one value or a row of values, with the same codecs as the levels. Every chunk is
-// written, so a missing one is a fault.
+// bricking/store/zarr_array.h: small dense arrays beside the levels (statistics), as ordinary unsharded Zarr
+// v3: a grid [z][y][x] of elements, each one value or a row of values, with the same codecs as the levels.
+// Every chunk is written, so a missing one is a fault.
 #pragma once
 
 #include "bricking/store/file_io.h"
@@ -20,7 +20,8 @@ struct ArraySpec {
     std::size_t valueBytes = 0; // of one value
     glm::ivec3 grid{0};         // elements
     glm::ivec3 chunk{0};        // elements of a chunk
-    std::size_t row = 0;        // values of an element as a fourth dimension, never split; 0: one value, no dimension
+    std::size_t row =
+        0; // values of an element as a fourth dimension, never split; 0: one value, no dimension
 
     std::size_t elementBytes() const { return valueBytes * (row == 0 ? 1 : row); }
     /// Layers of chunks along z; layer n holds grid slices [n * chunk.z, min((n + 1) * chunk.z, grid.z)).

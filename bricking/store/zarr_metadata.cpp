@@ -18,28 +18,37 @@ constexpr std::size_t kMaxTextBytes = 64;
 
 /// A number as JSON: integer types without fraction, as Zarr demands of fill values.
 Json valueJson(const VolumeInfo& info, double value) {
-    if (info.type == ValueType::f32) return value;
+    if (info.type == ValueType::f32)
+        return value;
     return static_cast<std::int64_t>(value);
 }
 
-Json zyx(const glm::dvec3& v) { return Json::array({v.z, v.y, v.x}); }
-Json zyx(const glm::ivec3& v) { return Json::array({v.z, v.y, v.x}); }
+Json zyx(const glm::dvec3& v) {
+    return Json::array({v.z, v.y, v.x});
+}
+Json zyx(const glm::ivec3& v) {
+    return Json::array({v.z, v.y, v.x});
+}
 
 bool fits(ValueType type, double value) {
     const auto whole = [&](double lowest, double highest) {
         return value == std::floor(value) && value >= lowest && value <= highest;
     };
     switch (type) {
-    case ValueType::u8: return whole(0, 255);
-    case ValueType::i16: return whole(-32768, 32767);
-    case ValueType::u16: return whole(0, 65535);
-    case ValueType::f32: return std::isfinite(value) && static_cast<double>(static_cast<float>(value)) == value;
+    case ValueType::u8:
+        return whole(0, 255);
+    case ValueType::i16:
+        return whole(-32768, 32767);
+    case ValueType::u16:
+        return whole(0, 65535);
+    case ValueType::f32:
+        return std::isfinite(value) && static_cast<double>(static_cast<float>(value)) == value;
     }
     return false;
 }
 
-/// RFC-4 names per array axis x, y, z: the patient axis a voxel step mostly follows; empty where two axes follow
-/// the same one.
+/// RFC-4 names per array axis x, y, z: the patient axis a voxel step mostly follows; empty where two axes
+/// follow the same one.
 std::array<std::string, 3> orientations(const VolumeInfo& info) {
     static const char* const kNames[3][2] = {{"right-to-left", "left-to-right"},
                                              {"anterior-to-posterior", "posterior-to-anterior"},
@@ -50,11 +59,13 @@ std::array<std::string, 3> orientations(const VolumeInfo& info) {
         const glm::dvec3 step(info.patientFromVoxel[axis]);
         int main = 0;
         for (int i = 1; i < 3; ++i)
-            if (std::abs(step[i]) > std::abs(step[main])) main = i;
+            if (std::abs(step[i]) > std::abs(step[main]))
+                main = i;
         seen |= 1u << main;
         names[static_cast<std::size_t>(axis)] = kNames[main][step[main] < 0];
     }
-    if (seen != 7) return {};
+    if (seen != 7)
+        return {};
     return names;
 }
 
@@ -84,8 +95,10 @@ Json omeAttributes(const StoreMetadata& metadata) {
         return (physical - info.rescaleIntercept) / info.rescaleSlope;
     };
     // Other viewers show stored values: the soft tissue window -160..240 HU, or all there is.
-    double start = hounsfield ? stored(-160) : metadata.lowest, end = hounsfield ? stored(240) : metadata.highest;
-    if (start > end) std::swap(start, end);
+    double start = hounsfield ? stored(-160) : metadata.lowest,
+           end = hounsfield ? stored(240) : metadata.highest;
+    if (start > end)
+        std::swap(start, end);
     const Json window = {{"min", valueJson(info, metadata.lowest)},
                          {"max", valueJson(info, metadata.highest)},
                          {"start", start},
@@ -105,7 +118,8 @@ Json tesseraAttributes(const StoreMetadata& metadata) {
     Json affine = Json::array();
     for (int row = 0; row < 4; ++row) {
         Json line = Json::array();
-        for (int column = 0; column < 4; ++column) line.push_back(info.patientFromVoxel[column][row]);
+        for (int column = 0; column < 4; ++column)
+            line.push_back(info.patientFromVoxel[column][row]);
         affine.push_back(line);
     }
     Json levels = Json::array();
@@ -135,7 +149,8 @@ Json tesseraAttributes(const StoreMetadata& metadata) {
               {"sliceThicknessMm", info.acquisition.sliceThicknessMm}}},
             {"nonFiniteVoxels", info.nonFiniteVoxels},
             {"clampedVoxels", info.clampedVoxels},
-            {"range", {{"lowest", valueJson(info, metadata.lowest)}, {"highest", valueJson(info, metadata.highest)}}},
+            {"range",
+             {{"lowest", valueJson(info, metadata.lowest)}, {"highest", valueJson(info, metadata.highest)}}},
             {"levelRule", kPyramidRule},
             {"levels", levels},
             {"stats", {{"path", "stats"}, {"brick", kBrickExtent}, {"cell", kCellExtent}}}};
@@ -168,19 +183,22 @@ Json levelJson(const VolumeInfo& info, int level) {
                              {"codecs", Json::array({bytes, blosc, crc})},
                              {"index_codecs", Json::array({bytes, crc})},
                              {"index_location", "end"}}}}; // the only place that all readers honour
-    return {{"zarr_format", 3},
-            {"node_type", "array"},
-            {"shape", zyx(extent)},
-            {"data_type", name(info.type)},
-            {"chunk_grid", {{"name", "regular"}, {"configuration", {{"chunk_shape", zyx(layout.shardExtent)}}}}},
-            {"chunk_key_encoding", {{"name", "default"}, {"configuration", {{"separator", "/"}}}}},
-            {"fill_value", valueJson(info, info.fillStored)},
-            {"codecs", Json::array({sharding})},
-            {"dimension_names", Json::array({"z", "y", "x"})},
-            {"attributes", Json::object()}};
+    return {
+        {"zarr_format", 3},
+        {"node_type", "array"},
+        {"shape", zyx(extent)},
+        {"data_type", name(info.type)},
+        {"chunk_grid", {{"name", "regular"}, {"configuration", {{"chunk_shape", zyx(layout.shardExtent)}}}}},
+        {"chunk_key_encoding", {{"name", "default"}, {"configuration", {{"separator", "/"}}}}},
+        {"fill_value", valueJson(info, info.fillStored)},
+        {"codecs", Json::array({sharding})},
+        {"dimension_names", Json::array({"z", "y", "x"})},
+        {"attributes", Json::object()}};
 }
 
-std::string numbered(const std::string& pointer, std::size_t i) { return pointer + "/" + std::to_string(i); }
+std::string numbered(const std::string& pointer, std::size_t i) {
+    return pointer + "/" + std::to_string(i);
+}
 
 std::uint64_t countAt(const Json& document, const std::string& pointer, const std::string& where) {
     return static_cast<std::uint64_t>(
@@ -192,8 +210,8 @@ VolumeInfo parseInfo(const Json& document, const std::string& where) {
     VolumeInfo info;
     for (int axis = 0; axis < 3; ++axis)
         info.extentVoxels[axis] = static_cast<int>(
-            integerAt(document, numbered(root + "/extentVoxels", static_cast<std::size_t>(axis)), 1, kMaxExtent,
-                      where));
+            integerAt(document, numbered(root + "/extentVoxels", static_cast<std::size_t>(axis)), 1,
+                      kMaxExtent, where));
     const std::string typeName = textAt(document, root + "/valueType", where);
     bool known = false;
     for (const ValueType type : {ValueType::u8, ValueType::i16, ValueType::u16, ValueType::f32})
@@ -201,7 +219,8 @@ VolumeInfo parseInfo(const Json& document, const std::string& where) {
             info.type = type;
             known = true;
         }
-    if (!known) throw badFile(where, "a value type uint8, int16, uint16 or float32", "'" + typeName + "'");
+    if (!known)
+        throw badFile(where, "a value type uint8, int16, uint16 or float32", "'" + typeName + "'");
     info.rescaleSlope = numberAt(document, root + "/rescale/slope", where);
     info.rescaleIntercept = numberAt(document, root + "/rescale/intercept", where);
     info.unit = textAt(document, root + "/unit", where);
@@ -211,9 +230,10 @@ VolumeInfo parseInfo(const Json& document, const std::string& where) {
             info.patientFromVoxel[static_cast<int>(column)][static_cast<int>(row)] =
                 numberAt(document, numbered(numbered(root + "/patientFromVoxel", row), column), where);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        info.originalOrder.sourceAxis[axis] =
-            static_cast<int>(integerAt(document, numbered(root + "/originalOrder/sourceAxis", axis), 0, 2, where));
-        info.originalOrder.flipped[axis] = flagAt(document, numbered(root + "/originalOrder/flipped", axis), where);
+        info.originalOrder.sourceAxis[axis] = static_cast<int>(
+            integerAt(document, numbered(root + "/originalOrder/sourceAxis", axis), 0, 2, where));
+        info.originalOrder.flipped[axis] =
+            flagAt(document, numbered(root + "/originalOrder/flipped", axis), where);
     }
     info.acquisition.modality = textAt(document, root + "/acquisition/modality", where);
     info.acquisition.kernel = textAt(document, root + "/acquisition/kernel", where);
@@ -224,8 +244,8 @@ VolumeInfo parseInfo(const Json& document, const std::string& where) {
     return info;
 }
 
-std::vector<ShardRecord> parseShards(const Json& document, const std::string& pointer, const ShardLayout& layout,
-                                     const std::string& where) {
+std::vector<ShardRecord> parseShards(const Json& document, const std::string& pointer,
+                                     const ShardLayout& layout, const std::string& where) {
     const Json& list = jsonAt(document, pointer, where);
     if (!list.is_array() || list.size() != cellCount(layout.shards))
         throw badFile(where, pointer + " to hold " + std::to_string(cellCount(layout.shards)) + " shards",
@@ -236,7 +256,8 @@ std::vector<ShardRecord> parseShards(const Json& document, const std::string& po
         if (!entry.is_array() || entry.size() != 3)
             throw badFile(where, numbered(pointer, i) + " to be three numbers", "something else");
         const auto part = [&](const char* at, std::size_t most) {
-            return static_cast<std::uint32_t>(integerAt(entry, at, 0, static_cast<std::int64_t>(most), where));
+            return static_cast<std::uint32_t>(
+                integerAt(entry, at, 0, static_cast<std::int64_t>(most), where));
         };
         records[i] = {part("/0", layout.entries()), part("/1", UINT32_MAX), part("/2", UINT32_MAX)};
     }
@@ -249,12 +270,14 @@ void checkStorable(const VolumeInfo& info, const std::string& where) {
     info.validate(where);
     for (int axis = 0; axis < 3; ++axis)
         if (info.extentVoxels[axis] > kMaxExtent)
-            throw badFile(where, "at most 2^30 voxels along every axis", std::to_string(info.extentVoxels[axis]));
+            throw badFile(where, "at most 2^30 voxels along every axis",
+                          std::to_string(info.extentVoxels[axis]));
     if (!fits(info.type, info.fillStored))
         throw badFile(where, std::string("a fill value that ") + name(info.type) + " can hold",
                       std::to_string(info.fillStored));
     for (const double value : {info.acquisition.tubeVoltageKv, info.acquisition.sliceThicknessMm})
-        if (!std::isfinite(value)) throw badFile(where, "finite acquisition values", std::to_string(value));
+        if (!std::isfinite(value))
+            throw badFile(where, "finite acquisition values", std::to_string(value));
     for (int column = 0; column < 4; ++column)
         if (info.patientFromVoxel[column][3] != (column == 3 ? 1.0 : 0.0))
             throw badFile(where, "an affine whose last row is 0 0 0 1", "another one");
@@ -262,16 +285,22 @@ void checkStorable(const VolumeInfo& info, const std::string& where) {
 
 VolumeInfo withPlainTexts(VolumeInfo info) {
     for (std::string* text : {&info.unit, &info.acquisition.modality, &info.acquisition.kernel}) {
-        if (text->size() > kMaxTextBytes) text->resize(kMaxTextBytes);
+        if (text->size() > kMaxTextBytes)
+            text->resize(kMaxTextBytes);
         for (char& c : *text)
-            if (c < 0x20 || c > 0x7e) c = '?';
+            if (c < 0x20 || c > 0x7e)
+                c = '?';
     }
     return info;
 }
 
-std::string groupDocument(const StoreMetadata& metadata) { return groupJson(metadata).dump(1) + "\n"; }
+std::string groupDocument(const StoreMetadata& metadata) {
+    return groupJson(metadata).dump(1) + "\n";
+}
 
-std::string levelDocument(const VolumeInfo& info, int level) { return levelJson(info, level).dump(1) + "\n"; }
+std::string levelDocument(const VolumeInfo& info, int level) {
+    return levelJson(info, level).dump(1) + "\n";
+}
 
 StoreMetadata parseGroup(std::string_view text, const std::string& where) {
     const Json document = parseJson(text, where);
@@ -290,9 +319,8 @@ StoreMetadata parseGroup(std::string_view text, const std::string& where) {
         throw badFile(where, "a range of values of the stored type", "another one");
     for (int level = 0; level < kLevelCount; ++level) {
         const auto at = static_cast<std::size_t>(level);
-        metadata.shards[at] =
-            parseShards(document, numbered(root + "/levels", at) + "/shards",
-                        shardLayout(levelExtent(metadata.info.extentVoxels, level)), where);
+        metadata.shards[at] = parseShards(document, numbered(root + "/levels", at) + "/shards",
+                                          shardLayout(levelExtent(metadata.info.extentVoxels, level)), where);
     }
     checkEqual(document, groupJson(metadata), where);
     return metadata;
@@ -319,10 +347,14 @@ std::string contentHashOf(const StoreMetadata& metadata) {
 void storeFill(const VolumeInfo& info, std::byte* out) {
     const auto put = [&](auto value) { std::memcpy(out, &value, sizeof value); };
     switch (info.type) {
-    case ValueType::u8: return put(static_cast<std::uint8_t>(info.fillStored));
-    case ValueType::i16: return put(static_cast<std::int16_t>(info.fillStored));
-    case ValueType::u16: return put(static_cast<std::uint16_t>(info.fillStored));
-    case ValueType::f32: return put(static_cast<float>(info.fillStored));
+    case ValueType::u8:
+        return put(static_cast<std::uint8_t>(info.fillStored));
+    case ValueType::i16:
+        return put(static_cast<std::int16_t>(info.fillStored));
+    case ValueType::u16:
+        return put(static_cast<std::uint16_t>(info.fillStored));
+    case ValueType::f32:
+        return put(static_cast<float>(info.fillStored));
     }
 }
 

@@ -1,7 +1,8 @@
-// bricking/store/zarr_metadata.h: the JSON documents of a store, made from and checked against one description.
-// OME-Zarr 0.5: the group's zarr.json holds attributes.ome (what others read) and attributes.tessera (the whole
-// truth: affine, rescale, counts). Reading parses attributes.tessera, makes the documents anew from it and
-// demands equality, so that every field others rely on is known to be right. Layout: docs/formats.md.
+// bricking/store/zarr_metadata.h: the JSON documents of a store, made from and checked against one
+// description. OME-Zarr 0.5: the group's zarr.json holds attributes.ome (what others read) and
+// attributes.tessera (the whole truth: affine, rescale, counts). Reading parses attributes.tessera, makes the
+// documents anew from it and demands equality, so that every field others rely on is known to be right.
+// Layout: docs/formats.md.
 #pragma once
 
 #include "core/brick.h"
@@ -27,11 +28,12 @@ struct ShardRecord {
 
 struct StoreMetadata {
     VolumeInfo info;
-    double lowest = 0, highest = 0; // stored values of level 0
+    double lowest = 0, highest = 0;                           // stored values of level 0
     std::array<std::vector<ShardRecord>, kLevelCount> shards; // per level [z][y][x] of the shard grid
 };
 
-/// Throws InputError naming where when info cannot be stored: validate(), or fillStored does not fit its type.
+/// Throws InputError naming where when info cannot be stored: validate(), or fillStored does not fit its
+/// type.
 void checkStorable(const VolumeInfo& info, const std::string& where);
 /// info with its texts cut to 64 printable ASCII characters, as a store holds them.
 VolumeInfo withPlainTexts(VolumeInfo info);
