@@ -1,0 +1,61 @@
+# cmake/setup.sh: for demo.sh, test.sh and .ci/run: installs what is missing, configures and builds.
+# Sourced with `root` set to the repository's folder. Quick when nothing is to do.
+
+# Prints the packages of a list that are missing. A line is "package" or "package command".
+missing_packages() {
+    local package command
+    while read -r package command; do
+        [[ -z $package || $package == \#* ]] && continue
+        if [[ -n $command ]]; then
+            command -v "$command" >/dev/null || echo "$package"
+        elif ! grep -q "^$package installed\$" <<<"$installed"; then
+            echo "$package"
+        fi
+    done <"$1"
+}
+
+# Installs what the lists name and is missing: as root or through sudo without a password; else says how.
+ensure_packages() {
+    local installed="" list missing=() sudo=()
+    if command -v dpkg-query >/dev/null; then
+        installed=$(dpkg-query -W -f='${Package} ${db:Status-Status}\n')
+    fi
+    for list in "$@"; do
+        mapfile -t -O "${#missing[@]}" missing < <(missing_packages "$list")
+    done
+    [[ ${#missing[@]} -eq 0 ]] && return
+    if ((EUID != 0)); then sudo=(sudo -n); fi
+    if ! command -v apt-get >/dev/null || { ((EUID != 0)) && ! sudo -n true 2>/dev/null; }; then
+        echo "These packages (Debian 12 names) are missing:" >&2
+        printf '    %s\n' "${missing[@]}" >&2
+        echo "Install them, for example with:" >&2
+        echo "    sudo apt-get install --no-install-recommends ${missing[*]}" >&2
+        exit 1
+    fi
+    echo "Installing ${#missing[@]} packages: ${missing[*]}" >&2
+    "${sudo[@]}" apt-get update -q >&2
+    "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive \
+        apt-get install -q -y --no-install-recommends "${missing[@]}" >&2
+}
+
+# Builds preset release; arguments: targets (none: everything). Silent unless something is built or fails.
+build_release() {
+    local targets=() log
+    (($#)) && targets=(--target "$@")
+    log=$(mktemp)
+    if [[ ! -f $root/build/release/build.ninja ]]; then
+        echo "Configuring ..." >&2
+        if ! (cd "$root" && cmake --preset release) >"$log" 2>&1; then
+            cat "$log" >&2
+            rm -f "$log"
+            exit 1
+        fi
+    fi
+    rm -f "$log"
+    # ninja -n: is there anything to do? Only then is it worth a word.
+    if ! (cd "$root/build/release" && ninja -n ${targets[@]:+"${targets[@]:1}"}) 2>/dev/null |
+        grep -q "no work to do"; then
+        echo "Building (some minutes the first time) ..." >&2
+        (cd "$root" && cmake --build --preset release ${targets[@]:+"${targets[@]}"}) >&2
+    fi
+}

@@ -1,0 +1,49 @@
+// viewer/command_import.cpp: `tessera import IN OUT.zarr`: any readable input to a store, streaming.
+#include "bricking/import/importer.h"
+#include "viewer/commands.h"
+#include "viewer/volume_input.h"
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+namespace tessera {
+namespace {
+
+struct ImportArguments {
+    std::string in, out, ram;
+    InputOptions input;
+    bool force = false;
+};
+
+void runImport(const ImportArguments& arguments, const CommonOptions& common) {
+    Ledger ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
+    const std::filesystem::path out(arguments.out);
+    requireStorePath(out, arguments.force);
+    const auto source = openInput(arguments.in, arguments.input, out.parent_path(), common);
+    common.note("importing " + source->describe() + " to " + out.string());
+    ImportOptions options;
+    options.force = arguments.force;
+    options.verbosity = common.verbosity();
+    noteImport(importToStore(*source, out, ram, options), out, ram, common);
+}
+
+} // namespace
+
+void addImportCommand(CLI::App& program, const CommonOptions& common, Action& action) {
+    auto* command = program.add_subcommand("import", "Turn files into a store, streaming, in bounded memory");
+    auto arguments = std::make_shared<ImportArguments>();
+    command->add_option("IN", arguments->in, "DICOM file or folder, .nii, .nii.gz, or a raw file's .json")
+        ->required();
+    command->add_option("OUT", arguments->out, "store to write, OUT.zarr")->required();
+    command->add_flag("--force", arguments->force, "replace an existing store");
+    command->add_option("--series", arguments->input.series, "number of the DICOM series, as listed");
+    command->add_flag("--largest", arguments->input.largest, "of a folder with several, the largest CT");
+    command->add_flag("--resample-z", arguments->input.resampleZ,
+                      "interpolate uneven slices to even spacing");
+    command->add_option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command->footer("Example:\n  tessera import scans/abdomen abdomen.zarr --ram 512MiB");
+    command->callback(
+        [arguments, &common, &action] { action = [arguments, &common] { runImport(*arguments, common); }; });
+}
+
+} // namespace tessera

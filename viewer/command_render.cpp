@@ -1,0 +1,226 @@
+// viewer/command_render.cpp: `tessera render X -o OUT`: one converged picture of a scene, a store or source
+// files.
+#include "bricking/store/store_reader.h"
+#include "core/error.h"
+#include "core/nearest_name.h"
+#include "core/preset.h"
+#include "core/scene.h"
+#include "render/renderer.h"
+#include "viewer/commands.h"
+#include "viewer/manifest.h"
+#include "viewer/volume_input.h"
+#if TESSERA_WITH_IMAGE_FILES
+#include "core/image_file.h"
+#endif
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RenderArguments {
+    std::string in, out, engine = "march", ram, gpuMemory, size, preset, view, projection, background, fetch;
+    std::string device = "auto";
+    double step = 0; // 0: as the scene says
+    bool noShading = false, noSkipping = false, explain = false, json = false;
+    InputOptions input;
+};
+
+const std::vector<std::string> kEngineNames = {"march", "mirror", "reference"}; // in the order of Engine
+const std::vector<std::string> kProjectionNames = {"perspective", "parallel"};  // in the order of Projection
+
+std::size_t chosen(const std::string& text, const std::vector<std::string>& names,
+                   const std::string& option) {
+    const auto found = std::find(names.begin(), names.end(), text);
+    if (found == names.end())
+        throw badFile(option, "one of " + joinNames(names),
+                      "\"" + text + "\"; nearest: \"" + nearestName(text, names) + "\"");
+    return static_cast<std::size_t>(found - names.begin());
+}
+
+/// Options win over the scene.
+void applyOptions(const RenderArguments& arguments, Scene& scene) {
+    if (!arguments.preset.empty()) {
+        chosen(arguments.preset, presetNames(), "--preset");
+        scene.volumes.front().transferFunction = arguments.preset;
+    }
+    if (!arguments.size.empty())
+        scene.imageSize = parseImageSize(arguments.size, "--size", Scene::kMaxImageExtent);
+    if (!arguments.background.empty())
+        scene.background = parseBackground(arguments.background, "--background");
+    if (!arguments.view.empty()) {
+        FittedView view{parseView(arguments.view, "--view"), Projection::perspective};
+        if (const auto* before = std::get_if<FittedView>(&scene.camera))
+            view.projection = before->projection;
+        scene.camera = view;
+    }
+    if (!arguments.projection.empty()) {
+        const auto projection =
+            static_cast<Projection>(chosen(arguments.projection, kProjectionNames, "--projection"));
+        std::visit([projection](auto& camera) { camera.projection = projection; }, scene.camera);
+    }
+    if (!arguments.fetch.empty())
+        scene.quality.fetch = parseFetch(arguments.fetch, "--fetch");
+    if (arguments.step != 0) {
+        if (!(arguments.step >= 1.0 / 64 && arguments.step <= 16))
+            throw badFile("--step", "voxels from 1/64 to 16", formatNumber(arguments.step));
+        scene.quality.stepVoxels = arguments.step;
+    }
+    if (arguments.noShading)
+        scene.shading.on = false;
+    if (arguments.noSkipping)
+        scene.quality.skipping = false;
+}
+
+/// Whether the transfer function shows any value of the volume.
+bool showsAnything(const TransferChoice& choice, const RenderResult& result) {
+    const auto* function = std::get_if<TransferFunction>(&choice);
+    if (!function) {
+        const std::string& preset = std::get<std::string>(choice);
+        if (preset == "auto")
+            return result.highest > result.lowest;
+        const TransferFunction named = presetFunction(preset, {result.lowest, result.highest, true, 1, {}});
+        return showsAnything(named, result);
+    }
+    if (function->extinction(result.lowest) > 0 || function->extinction(result.highest) > 0)
+        return true;
+    return std::any_of(function->kinks().begin(), function->kinks().end(), [&](double v) {
+        return v >= result.lowest && v <= result.highest && function->extinction(v) > 0;
+    });
+}
+
+/// A blank picture is no error, but never a silent one.
+void warnBlank(const RenderArguments& arguments, const Scene& scene, const VolumeInfo& info,
+               const RenderResult& result) {
+    const std::string unit = info.unit.empty() ? "" : " " + info.unit;
+    std::string why = "the camera sees nothing of the volume", fix = " --view anterior";
+    if (!(result.highest > result.lowest)) {
+        why = "all values of the volume are the same", fix = "";
+    } else if (!showsAnything(scene.volumes.front().transferFunction, result)) {
+        why = "the transfer function shows none of the volume's values", fix = " --preset auto";
+    }
+    printProblem("the picture is blank: " + why + "; they go from " + formatNumber(result.lowest) + " to " +
+                 formatNumber(result.highest) + unit + "; try: " +
+                 (fix.empty() ? "tessera info " + arguments.in
+                              : "tessera render " + arguments.in + " -o " + arguments.out + fix));
+}
+
+Scene sceneOf(const RenderArguments& arguments) {
+    if (isSceneFile(arguments.in))
+        return loadScene(arguments.in);
+    Scene scene;
+    scene.volumes.push_back(
+        {fs::path(arguments.in), std::string()}); // the function follows from the values' unit
+    return scene;
+}
+
+#if TESSERA_WITH_IMAGE_FILES
+void checkOutput(const fs::path& out) {
+    checkImagePath(out);
+    std::error_code ignored;
+    if (fs::is_directory(out, ignored))
+        throw badFile(out.string(), "a file to write", "a folder");
+    const fs::path folder = out.has_parent_path() ? out.parent_path() : fs::path(".");
+    if (!fs::is_directory(folder, ignored))
+        throw badFile(out.string(), "an existing folder to write in", "none");
+}
+#else
+void checkOutput(const fs::path&) {
+    throw InputError("render: this program was built without picture files (OpenImageIO)");
+}
+void writeImage(const fs::path&, const Image&, const std::string&) {}
+#endif
+
+void runRender(const RenderArguments& arguments, const CommonOptions& common) {
+    // Everything that can be refused is refused before the long work.
+    checkOutput(arguments.out);
+    const auto engine = static_cast<Engine>(chosen(arguments.engine, kEngineNames, "--engine"));
+    Scene scene = sceneOf(arguments);
+    applyOptions(arguments, scene);
+    Ledger ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
+    Ledger gpu("GPU memory", "--gpu-memory", budgetBytes(arguments.gpuMemory, "--gpu-memory", common));
+
+    SceneVolume& volume = scene.volumes.front();
+    volume.path = storeFor(volume.path, arguments.input, ram, common);
+    const StoreReader store(volume.path, ram);
+    if (const auto* preset = std::get_if<std::string>(&volume.transferFunction); preset && preset->empty())
+        volume.transferFunction = std::string(store.info().unit == "HU" ? "bone" : "auto");
+
+    RenderOptions options;
+    options.engine = engine;
+    options.device.text = arguments.device;
+    const RenderResult result = renderScene(scene, store, ram, gpu, options);
+
+    nlohmann::json report = makeManifest(scene, store, result, engine, ram, gpu);
+    const Image picture = scene.background ? overBackground(result.image, *scene.background) : result.image;
+    // ASCII only: PNG's text is Latin-1, and what a device calls itself is not ours to trust.
+    writeImage(arguments.out, picture, report.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace));
+
+    const bool blank = isBlank(result.image);
+    if (blank)
+        warnBlank(arguments, scene, store.info(), result);
+    const std::vector<std::string> lines =
+        arguments.explain ? explain(result, scene) : std::vector<std::string>();
+    if (arguments.json) {
+        report["output"] = arguments.out;
+        report["blank"] = blank;
+        report["seconds"] = {{"preparing", result.secondsPreparing},
+                             {"loading", result.secondsLoading},
+                             {"drawing", result.secondsDrawing}};
+        if (arguments.explain)
+            report["explain"] = lines;
+        std::printf("%s\n", report.dump(2, ' ', true, nlohmann::json::error_handler_t::replace).c_str());
+    } else {
+        for (const std::string& line : lines)
+            std::printf("%s\n", line.c_str());
+    }
+    common.note("wrote " + arguments.out + ": " + std::to_string(scene.imageSize.x) + " x " +
+                std::to_string(scene.imageSize.y) + ", level " + std::to_string(result.level) + ", " +
+                result.device + ", " +
+                formatNumber(result.secondsPreparing + result.secondsLoading + result.secondsDrawing, 3) +
+                " s");
+    common.detail("most charged: RAM " + formatBytes(ram.peakBytes()) + " of " +
+                  formatBytes(ram.limitBytes()) + ", GPU memory " + formatBytes(gpu.peakBytes()) + " of " +
+                  formatBytes(gpu.limitBytes()));
+}
+
+} // namespace
+
+void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& action) {
+    auto* command = program.add_subcommand("render", "Draw a picture of a scene, a store or source files");
+    auto a = std::make_shared<RenderArguments>();
+    command->add_option("X", a->in, "scene (.json), store (.zarr), DICOM folder, .nii, ...")->required();
+    command->add_option("-o,--output", a->out, "picture to write: .png, .exr, .tif; replaced if it exists")
+        ->required();
+    command->add_option("--size", a->size, "pixels, WIDTHxHEIGHT (default: 512x512)");
+    command->add_option("--preset", a->preset,
+                        joinNames(presetNames()) + " (default: bone for HU, auto for other values)");
+    command->add_option("--view", a->view, joinNames(viewNames()) + " (default: anterior)");
+    command->add_option("--projection", a->projection, joinNames(kProjectionNames));
+    command->add_option("--background", a->background, "black, white, #rrggbb or transparent");
+    command->add_option("--engine", a->engine, joinNames(kEngineNames))->capture_default_str();
+    command->add_option("--step", a->step, "distance of samples, in voxels (default: 0.5)");
+    command->add_option("--fetch", a->fetch, joinNames(fetchNames()));
+    command->add_flag("--no-shading", a->noShading, "colours as the transfer function has them");
+    command->add_flag("--no-skipping", a->noSkipping, "sample empty space too; the picture is the same");
+    command->add_option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
+    command->add_option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command->add_option("--gl-device", a->device, "auto, software, or a device's number")
+        ->capture_default_str();
+    command->add_flag("--explain", a->explain, "list what is in the picture and what was left out");
+    command->add_flag("--json", a->json, "print the picture's manifest and timings");
+    command->add_option("--series", a->input.series, "source files: number of the DICOM series");
+    command->add_flag("--largest", a->input.largest,
+                      "source files: of a folder with several, the largest CT");
+    command->add_flag("--resample-z", a->input.resampleZ, "source files: interpolate uneven slices");
+    command->footer("Example:\n  tessera render abdomen.zarr -o liver.png --preset soft-tissue --view left");
+    command->callback([a, &common, &action] { action = [a, &common] { runRender(*a, common); }; });
+}
+
+} // namespace tessera

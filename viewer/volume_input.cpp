@@ -1,0 +1,180 @@
+// viewer/volume_input.cpp: see volume_input.h.
+#include "viewer/volume_input.h"
+
+#include "bricking/store/store_reader.h" // isStore
+#include "core/error.h"
+#if TESSERA_WITH_IMPORT
+#include "bricking/import/open_source.h"
+#endif
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What decides an import's result, as text: paths, sizes and times of the files, and the options.
+std::string fingerprint(const fs::path& path, const InputOptions& options) {
+    std::error_code ignored;
+    std::vector<std::string> files;
+    const auto add = [&](const fs::path& file) {
+        files.push_back(file.string() + "|" + std::to_string(fs::file_size(file, ignored)) + "|" +
+                        std::to_string(fs::last_write_time(file, ignored).time_since_epoch().count()));
+    };
+    if (fs::is_directory(path, ignored)) {
+        for (const auto& entry :
+             fs::recursive_directory_iterator(path, fs::directory_options::skip_permission_denied, ignored))
+            if (entry.is_regular_file(ignored))
+                add(entry.path());
+    } else {
+        add(path);
+    }
+    std::sort(files.begin(), files.end()); // the order of a listing is the file system's whim
+    std::string text = "1|" + std::to_string(options.series) + "|" + std::to_string(options.resampleZ) + "|" +
+                       std::to_string(options.largest);
+    for (const std::string& file : files)
+        text += "\n" + file;
+    return text;
+}
+
+/// FNV-1a, 64 bits: names a cache entry; nobody attacks their own cache.
+std::string hexHash(const std::string& text) {
+    std::uint64_t h = 0xCBF29CE484222325u;
+    for (const char c : text)
+        h = (h ^ static_cast<unsigned char>(c)) * 0x100000001B3u;
+    char hex[17];
+    std::snprintf(hex, sizeof hex, "%016llx", static_cast<unsigned long long>(h));
+    return hex;
+}
+
+void requireExisting(const fs::path& path) {
+    std::error_code ignored;
+    if (!fs::exists(path, ignored))
+        throw badFile(path.string(), "a file or folder", "nothing there");
+}
+
+} // namespace
+
+#if TESSERA_WITH_IMPORT
+std::vector<ListedVolume> listInput(const fs::path& path) {
+    requireExisting(path);
+    std::vector<ListedVolume> listed;
+    for (const SourceCandidate& candidate : listVolumes(path)) {
+        std::string label = candidate.path.filename().string();
+        if (candidate.series > 0)
+            label = "series " + std::to_string(candidate.series);
+        listed.push_back({label, candidate.info, candidate.path, candidate.series});
+    }
+    return listed;
+}
+
+std::unique_ptr<SlabSource> openInput(const fs::path& path, const InputOptions& options,
+                                      const fs::path& scratchFolder, const CommonOptions& common) {
+    requireExisting(path);
+    SourceOptions source{options.series, options.resampleZ, scratchFolder};
+    std::error_code ignored;
+    if (!fs::is_directory(path, ignored))
+        return openSource(path, source);
+    if (fs::is_empty(path, ignored))
+        throw badFile(path.string(),
+                      "a folder with DICOM files, NIfTI files or raw files with a .json sidecar",
+                      "an empty folder");
+    const std::vector<ListedVolume> listed = listInput(path);
+    // Nothing usable, or a choice that only a series of DICOM can answer: the importer knows what to say.
+    if (listed.empty() || options.series > 0)
+        return openSource(path, source);
+    if (options.largest) {
+        // Largest first; a CT goes before anything else.
+        const auto ct = std::find_if(listed.begin(), listed.end(), [](const ListedVolume& v) {
+            return v.info.acquisition.modality == "CT";
+        });
+        const ListedVolume& chosen = ct != listed.end() ? *ct : listed.front();
+        const glm::dvec3 mm = chosen.info.spacingMm();
+        common.note("chose " + chosen.label + " of " + std::to_string(listed.size()) +
+                    " found: " + formatExtent(chosen.info.extentVoxels) + " voxels of " + formatNumber(mm.x) +
+                    " x " + formatNumber(mm.y) + " x " + formatNumber(mm.z) + " mm");
+        source.series = chosen.series;
+        return openSource(chosen.path, source);
+    }
+    // A folder that holds one volume means that volume, whatever its format.
+    if (listed.size() == 1)
+        source.series = listed.front().series;
+    return openSource(listed.size() == 1 ? listed.front().path : path, source);
+}
+#else
+std::vector<ListedVolume> listInput(const fs::path& path) {
+    requireExisting(path);
+    return {};
+}
+
+std::unique_ptr<SlabSource> openInput(const fs::path& path, const InputOptions&, const fs::path&,
+                                      const CommonOptions&) {
+    requireExisting(path);
+    throw badFile(path.string(), "a store", "something else, and this program was built without importers");
+}
+#endif
+
+void requireStorePath(const fs::path& out, bool force) {
+    std::error_code ignored;
+    if (out.extension() != ".zarr")
+        throw badFile(out.string(), "a store's name ending in .zarr", "another");
+    if (!fs::exists(out, ignored))
+        return;
+    if (!isStore(out))
+        throw badFile(out.string(), "a new name or a store to replace", "something else there");
+    if (!force)
+        throw badFile(out.string(), "a new name, or --force to replace", "a store of that name");
+}
+
+void noteImport(const ImportReport& report, const fs::path& store, const Ledger& ram,
+                const CommonOptions& common) {
+    common.note("wrote " + store.string() + ": " + formatBytes(report.bytesOut) + " from " +
+                formatBytes(report.bytesIn) + " in " + formatNumber(report.seconds, 3) + " s");
+    common.detail("chunks: " + std::to_string(report.chunksWritten) + " written, " +
+                  std::to_string(report.chunksFill) +
+                  " left out (fill only); most RAM charged: " + formatBytes(ram.peakBytes()));
+}
+
+fs::path cacheFolder() {
+    const char* const cache = std::getenv("XDG_CACHE_HOME");
+    if (cache && *cache)
+        return fs::path(cache) / "tessera";
+    const char* const home = std::getenv("HOME");
+    if (home && *home)
+        return fs::path(home) / ".cache" / "tessera";
+    return fs::temp_directory_path() / "tessera-cache";
+}
+
+fs::path storeFor(const fs::path& path, const InputOptions& options, Ledger& ram,
+                  const CommonOptions& common) {
+    requireExisting(path);
+    if (isStore(path))
+        return path;
+    const fs::path absolute = fs::canonical(path);
+    const fs::path store = cacheFolder() / (hexHash(fingerprint(absolute, options)) + ".zarr");
+    if (isStore(store)) {
+        common.detail("reusing the import in " + store.string());
+        return store;
+    }
+    std::error_code error;
+    fs::create_directories(store.parent_path(), error);
+    if (error)
+        throw Error(store.parent_path().string() + ": cannot be made: " + error.message());
+    const auto source = openInput(path, options, store.parent_path(), common);
+    common.note("importing " + source->describe() + " to " + store.string());
+    ImportOptions import;
+    import.verbosity = common.verbosity();
+    try {
+        importToStore(*source, store, ram, import);
+    } catch (const InputError&) {
+        if (!isStore(store))
+            throw; // else another process was faster, with the same result
+    }
+    return store;
+}
+
+} // namespace tessera

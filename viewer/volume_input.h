@@ -1,0 +1,52 @@
+// viewer/volume_input.h: from what a user names (store, DICOM folder, NIfTI file, ...) to a store. Source
+// files that are rendered straight away are imported once, to a cache folder.
+#pragma once
+
+#include "bricking/import/importer.h" // ImportReport
+#include "bricking/import/slab_source.h"
+#include "core/budget.h"
+#include "viewer/options.h"
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+struct InputOptions {
+    int series = 0;
+    bool resampleZ = false;
+    bool largest = false; // a folder's largest CT, or its largest volume if there is no CT
+};
+
+/// Opens source files. scratchFolder: for data whose slowest axis has to move. Throws InputError naming path,
+/// also when this program was built without importers.
+std::unique_ptr<SlabSource> openInput(const std::filesystem::path& path, const InputOptions& options,
+                                      const std::filesystem::path& scratchFolder,
+                                      const CommonOptions& common);
+
+struct ListedVolume {
+    std::string label; // "series 2 of FOLDER", "FILE"
+    VolumeInfo info;
+    std::filesystem::path path;
+    int series = 0;
+};
+/// The volumes that a folder or file offers, largest first.
+std::vector<ListedVolume> listInput(const std::filesystem::path& path);
+
+/// The store for path: itself if it is one, else its import in the cache folder, made now if it is not there.
+std::filesystem::path storeFor(const std::filesystem::path& path, const InputOptions& options, Ledger& ram,
+                               const CommonOptions& common);
+
+/// Refuses early, before long work, what importToStore() would refuse: an output that does not end in .zarr,
+/// that exists without force, or that is no store. Throws InputError naming it.
+void requireStorePath(const std::filesystem::path& out, bool force);
+/// One line about a finished import, more with --verbose.
+void noteImport(const ImportReport& report, const std::filesystem::path& store, const Ledger& ram,
+                const CommonOptions& common);
+
+/// ${XDG_CACHE_HOME}/tessera, or ~/.cache/tessera.
+std::filesystem::path cacheFolder();
+
+} // namespace tessera
