@@ -2,7 +2,7 @@
 // description. OME-Zarr 0.5: the group's zarr.json holds attributes.ome (what others read) and
 // attributes.tessera (the whole truth: affine, rescale, counts). Reading parses attributes.tessera, makes the
 // documents anew from it and demands equality, so that every field others rely on is known to be right.
-// Layout: docs/formats.md.
+// Layout: bricking/README.md.
 #pragma once
 
 #include "core/brick.h"
