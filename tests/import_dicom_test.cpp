@@ -7,6 +7,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <gmock/gmock.h>
+#include <random>
 
 namespace tessera::test {
 namespace {
@@ -110,6 +111,16 @@ TEST_F(DicomFolder, JitterBelowOnePercentIsAcceptedAndAboveIsNot) {
     for (const double z : {0.0, 2.0, 4.03, 6.0, 8.0})
         writeDicom(other / std::to_string(n), imageAt(n, z)), ++n;
     EXPECT_THAT(refusalOfOpening(other.path()), HasSubstr("2 of 4 gaps"));
+}
+
+TEST_F(DicomFolder, SmallDeviationsThatAddUpAreRefused) {
+    std::vector<double> zs = {0};
+    for (int n = 0; n < 200; ++n)
+        zs.push_back(zs.back() + (n < 100 ? 1.004 : 0.996) * 2);
+    for (std::size_t n = 0; n < zs.size(); ++n)
+        writeDicom(folder / std::to_string(n), imageAt(0, zs[n]));
+    EXPECT_THAT(refused(), HasSubstr("from its place"));
+    EXPECT_EQ(open({.resampleZ = true})->info().extentVoxels.z, 202); // at the smallest gap
 }
 
 TEST_F(DicomFolder, AVeryCloseSliceDoesNotBlowTheVolumeUp) {
@@ -281,6 +292,30 @@ TEST_F(DicomFolder, EveryTruncationNamesTheFile) {
     }
     writeFile(folder / "cut.dcm", whole);
     EXPECT_EQ(open()->info().extentVoxels.z, 4);
+}
+
+TEST_F(DicomFolder, DamagedBytesNeverDoWorseThanAnError) {
+    const std::string whole = dicomBytes(imageAt(1, 2));
+    std::mt19937 random(4711);
+    int opened = 0;
+    testing::internal::CaptureStderr();
+    for (int n = 0; n < 500; ++n) {
+        std::string bytes = whole;
+        const std::size_t at = 132 + random() % (whole.size() - 132), count = 1 + random() % 4;
+        for (std::size_t i = at; i < std::min(at + count, bytes.size()); ++i)
+            bytes[i] = static_cast<char>(random());
+        writeFile(folder / "damaged", bytes);
+        try {
+            const auto source = openSource(folder / "damaged", {});
+            std::vector<std::byte> slice(bytesPerValue(source->info().type) * source->info().voxelCount());
+            source->readSlices(source->info().extentVoxels.z, slice);
+            ++opened;
+        } catch (const InputError&) {
+        }
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    EXPECT_GT(opened, 150); // most bytes of a header do not matter
+    EXPECT_LT(opened, 500);
 }
 
 TEST_F(DicomFolder, AFileThatShrinksAfterOpeningIsAnErrorThatNamesIt) {

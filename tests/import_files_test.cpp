@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <limits>
+#include <random>
 
 namespace tessera::test {
 namespace {
@@ -182,6 +183,30 @@ TEST(ImportNifti, LyingHeadersAreRefused) {
     refusedWith([](std::string& b) { put<std::int16_t>(b, 254, 0), put(b, 84, -1.f); }, "pixdim[2]");
     refusedWith([](std::string& b) { b.replace(344, 3, "ni1"); }, "detached");
     refusedWith([](std::string& b) { b.replace(0, 4, "text"); }, "NIfTI");
+}
+
+TEST(ImportNifti, DamagedHeaderBytesNeverDoWorseThanAnError) {
+    const TemporaryFolder folder;
+    NiftiImage image;
+    image.voxels = std::string(48, '\1');
+    std::mt19937 random(4711);
+    for (int n = 0; n < 600; ++n) {
+        image.version = 1 + n % 2;
+        std::string bytes = niftiBytes(image);
+        const std::size_t at = random() % 348;
+        for (std::size_t i = at; i < at + 1 + random() % 4; ++i)
+            bytes[i] = static_cast<char>(random());
+        const bool compressed = n % 4 >= 2;
+        const auto path = folder / (compressed ? "d.nii.gz" : "d.nii");
+        writeFile(path, compressed ? gzip(bytes) : bytes);
+        try {
+            const auto source = openSource(path, {});
+            ASSERT_LT(source->info().voxelCount(), 1u << 20);
+            std::vector<std::byte> out(bytesPerValue(source->info().type) * source->info().voxelCount());
+            source->readSlices(source->info().extentVoxels.z, out);
+        } catch (const InputError&) {
+        }
+    }
 }
 
 class RawFile : public ::testing::Test {

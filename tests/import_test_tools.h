@@ -37,6 +37,7 @@ class TemporaryFolder {
 };
 
 inline void writeFile(const std::filesystem::path& path, const std::string& bytes) {
+    std::filesystem::remove(path); // some file systems flush a file that is truncated and rewritten
     std::ofstream file(path, std::ios::binary);
     file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }

@@ -13,9 +13,10 @@
 namespace tessera {
 namespace {
 
-constexpr double kGapTolerance = 0.01;       // of the median gap; beyond, voxels would be misplaced visibly
-constexpr double kMissingFactor = 1.5;       // a gap above this many medians is a missing slice
-constexpr double kSamePlaceMm = 1e-3;        // headers are written with 3 to 7 decimals
+constexpr double kGapTolerance = 0.01; // of the median gap; beyond, voxels would be misplaced visibly
+constexpr double kDriftAlong = 0.25;   // of a gap: many small deviations must not add up to a squeezed volume
+constexpr double kMissingFactor = 1.5; // a gap above this many medians is a missing slice
+constexpr double kSamePlaceMm = 1e-3;  // headers are written with 3 to 7 decimals
 constexpr double kDirectionTolerance = 1e-3; // of unit vectors; 0.5 mm at the edge of a 500 mm field
 constexpr double kSpacingTolerance = 1e-3;   // of the pixel spacing, between slices
 constexpr double kDriftTolerance = 0.05;     // of a pixel, sideways from the straight stack
@@ -123,6 +124,15 @@ std::vector<double> sortAlongNormal(const DicomSeries& series, const Stack& stac
     return distance;
 }
 
+/// The largest distance of a slice from its place in an even stack of the same ends, mm.
+double driftAlong(const std::vector<double>& distance) {
+    double largest = 0;
+    const double step = distance.back() / static_cast<double>(distance.size() - 1);
+    for (std::size_t n = 0; n < distance.size(); ++n)
+        largest = std::max(largest, std::abs(distance[n] - step * static_cast<double>(n)));
+    return largest;
+}
+
 /// A straight stack: each position lies on the line from the first to the last, whatever its distance along.
 void checkStraight(const DicomSeries& series, const Stack& stack, const SlicePlan& plan,
                    const std::vector<double>& distance, const std::string& where) {
@@ -192,8 +202,14 @@ SlicePlan planSlices(const DicomSeries& series, bool resampleZ, const std::strin
                           std::to_string(uneven) + " of " + std::to_string(gaps.size()) +
                               " gaps that are not: " + listGaps(gaps, median) +
                               "; --resample-z interpolates to an even spacing");
+        const bool drifts = driftAlong(distance) > kDriftAlong * median;
+        if (drifts && !resampleZ)
+            throw badFile(where, "evenly spaced slices (gaps of " + mm(median) + " mm)",
+                          "gaps that change slowly, so that a slice is " + mm(driftAlong(distance)) +
+                              " mm from its place: " + listGaps(gaps, median) +
+                              "; --resample-z interpolates to an even spacing");
         checkStraight(series, stack, plan, distance, where);
-        if (uneven > 0) {
+        if (uneven > 0 || drifts) {
             const double smallest = *std::min_element(gaps.begin(), gaps.end());
             const double mean = distance.back() / static_cast<double>(gaps.size());
             planResampling(distance, std::max(smallest, mean / kMostGrowth), plan);
