@@ -14,11 +14,11 @@ constexpr float kSqrt3Half = 0.8660254F;
 
 // control points of a cubic B-spline; caecum first
 const std::vector<glm::vec3> kControl = {
-    {-78, -24, -158}, {-82, -20, -150}, {-88, -8, -128}, {-92, 6, -104},   {-93, 12, -84},  {-90, 4, -66},
-    {-84, -22, -64},  {-72, -44, -76},  {-48, -54, -92}, {-18, -58, -104}, {14, -58, -106}, {44, -56, -94},
-    {66, -46, -72},   {82, -26, -46},   {92, -4, -34},   {96, 14, -44},    {98, 20, -66},   {97, 18, -92},
-    {95, 10, -118},   {88, -8, -142},   {70, -30, -158}, {44, -40, -162},  {20, -34, -150}, {0, -14, -138},
-    {-14, 8, -138},   {-14, 28, -150},  {-4, 42, -166},  {0, 44, -184},    {0, 38, -200},   {0, 30, -214}};
+    {-64, -36, -166}, {-66, -34, -158}, {-74, -26, -134}, {-84, -10, -108}, {-90, 6, -86},   {-90, 4, -66},
+    {-84, -22, -64},  {-72, -44, -76},  {-48, -54, -92},  {-18, -58, -104}, {14, -58, -106}, {44, -56, -94},
+    {66, -46, -72},   {82, -26, -46},   {92, -4, -34},    {96, 14, -44},    {98, 20, -66},   {95, 15, -90},
+    {89, 2, -114},    {80, -16, -138},  {66, -32, -156},  {44, -40, -162},  {20, -34, -150}, {0, -14, -138},
+    {-14, 8, -138},   {-14, 28, -150},  {-4, 42, -166},   {0, 44, -184},    {0, 38, -200},   {0, 30, -214}};
 
 glm::vec3 bspline(float u) { // u in [0, control - 3]
     const auto i = std::min(static_cast<std::size_t>(u), kControl.size() - 4);
@@ -120,8 +120,7 @@ ColonCourse::Lumen ColonCourse::lumen(float arcMm, float cosine, float sine, boo
     return lumen;
 }
 
-Colon::Colon(std::shared_ptr<const ColonCourse> course, bool withFolds)
-    : course_(std::move(course)), withFolds_(withFolds) {
+ColonGrid::ColonGrid(std::shared_ptr<const ColonCourse> course) : course_(std::move(course)) {
     const auto& stations = course_->stations();
     low_ = glm::vec3(1e9F);
     glm::vec3 high(-1e9F);
@@ -132,26 +131,29 @@ Colon::Colon(std::shared_ptr<const ColonCourse> course, bool withFolds)
     low_ -= kReachMm;
     cells_ = glm::ivec3(glm::ceil((high + kReachMm - low_) / kCellMm));
     const float halfDiagonal = kCellMm * kSqrt3Half;
+    std::vector<float> squared(stations.size());
     for (int k = 0; k < cells_.z; ++k)
         for (int j = 0; j < cells_.y; ++j)
             for (int i = 0; i < cells_.x; ++i) {
                 firstOfCell_.push_back(static_cast<std::uint32_t>(candidates_.size()));
                 const glm::vec3 centre = low_ + (glm::vec3(i, j, k) + 0.5F) * kCellMm;
-                const auto toStation = [&](std::size_t s) { return glm::length(stations[s].at - centre); };
-                float best = 1e9F;
-                for (std::size_t s = 0; s < stations.size(); ++s)
-                    best = std::min(best, toStation(s));
-                if (best > kReachMm + halfDiagonal)
+                float best = 1e18F;
+                for (std::size_t s = 0; s < stations.size(); ++s) {
+                    const glm::vec3 away = stations[s].at - centre;
+                    squared[s] = glm::dot(away, away);
+                    best = std::min(best, squared[s]);
+                }
+                const float reach = std::sqrt(best) + 2 * halfDiagonal;
+                if (reach > kReachMm + 3 * halfDiagonal)
                     continue;
-                for (std::size_t s = 0; s + 1 < stations.size(); ++s)
-                    if (std::min(toStation(s), toStation(s + 1)) <=
-                        best + 2 * halfDiagonal + course_->stationMm())
+                for (std::size_t s = 0; s < stations.size(); ++s)
+                    if (squared[s] <= reach * reach)
                         candidates_.push_back(static_cast<std::uint16_t>(s));
             }
     firstOfCell_.push_back(static_cast<std::uint32_t>(candidates_.size()));
 }
 
-bool Colon::nearest(const glm::vec3& p, Nearest& found) const {
+bool ColonGrid::nearest(const glm::vec3& p, Nearest& found) const {
     const glm::vec3 place = (p - low_) / kCellMm;
     if (place.x < 0 || place.y < 0 || place.z < 0)
         return false;
@@ -160,9 +162,23 @@ bool Colon::nearest(const glm::vec3& p, Nearest& found) const {
         return false;
     const auto at = static_cast<std::size_t>((cell.z * cells_.y + cell.y) * cells_.x + cell.x);
     const auto& stations = course_->stations();
+    std::size_t closest = stations.size();
     float best = 1e18F;
     for (std::uint32_t k = firstOfCell_[at]; k < firstOfCell_[at + 1]; ++k) {
-        const std::size_t s = candidates_[k];
+        const glm::vec3 away = p - stations[candidates_[k]].at;
+        const float d2 = glm::dot(away, away);
+        if (d2 < best) {
+            best = d2;
+            closest = candidates_[k];
+        }
+    }
+    if (closest == stations.size())
+        return false;
+    // the stations are close beside the curve's bends, so the nearest point is on one of the two segments
+    // here
+    best = 1e18F;
+    const std::size_t first = closest > 0 ? closest - 1 : 0;
+    for (std::size_t s = first; s <= closest && s + 1 < stations.size(); ++s) {
         const glm::vec3 fromA = p - stations[s].at, ab = stations[s + 1].at - stations[s].at;
         const float t = std::clamp(glm::dot(fromA, ab) / glm::dot(ab, ab), 0.0F, 1.0F);
         const glm::vec3 away = fromA - t * ab;
@@ -173,30 +189,30 @@ bool Colon::nearest(const glm::vec3& p, Nearest& found) const {
         }
     }
     found.distanceMm = std::sqrt(best);
-    return best < 1e17F;
+    return true;
 }
 
 float Colon::distance(const glm::vec3& p) const {
-    Nearest n{};
-    if (!nearest(p, n))
-        return kReachMm * 0.25F;
-    const auto &a = course_->stations()[n.station], &b = course_->stations()[n.station + 1];
+    ColonGrid::Nearest n{};
+    if (!grid_->nearest(p, n))
+        return ColonGrid::kReachMm * 0.25F;
+    const auto &a = grid_->course().stations()[n.station], &b = grid_->course().stations()[n.station + 1];
     const glm::vec3 away = p - (a.at + n.t * (b.at - a.at));
     const float u = glm::dot(away, a.normal + n.t * (b.normal - a.normal));
     const float v = glm::dot(away, a.binormal + n.t * (b.binormal - a.binormal));
     const float across = std::sqrt(u * u + v * v);
     const float cosine = across > 1e-4F ? u / across : 1, sine = across > 1e-4F ? v / across : 0;
-    const ColonCourse::Lumen lumen = course_->lumen(n.arcMm, cosine, sine, withFolds_);
+    const ColonCourse::Lumen lumen = grid_->course().lumen(n.arcMm, cosine, sine, withFolds_);
     return (n.distanceMm - lumen.radiusMm) / std::sqrt(1 + lumen.slope * lumen.slope);
 }
 
 Range Colon::bounds(const glm::vec3& c, float r) const {
     constexpr float kNarrowest = 14.4F * 0.5F, kWidest = 23.1F * 1.16F, kSteepest = 8; // of radius and slope
-    Nearest n{};
+    ColonGrid::Nearest n{};
     if (r > 20)
         return {-1e9F, 1e9F};
-    if (!nearest(c, n) || n.distanceMm > kReachMm - 1)
-        return {(kReachMm - 1 - r - kWidest) / kSteepest, 1e9F};
+    if (!grid_->nearest(c, n) || n.distanceMm > ColonGrid::kReachMm - 1)
+        return {(ColonGrid::kReachMm - 1 - r - kWidest) / kSteepest, 1e9F};
     const float low = n.distanceMm - r - kWidest, high = n.distanceMm + r - kNarrowest;
     return {low > 0 ? low / kSteepest : low, high < 0 ? high / kSteepest : high};
 }

@@ -30,29 +30,44 @@ class ColonCourse {
     float lengthMm_ = 0, stationMm_ = 2;
 };
 
-class Colon final : public Shape {
+/// Finds the nearest place on the course from a grid of cells that know the stations near them.
+class ColonGrid {
   public:
-    Colon(std::shared_ptr<const ColonCourse> course, bool withFolds);
-    float distance(const glm::vec3& p) const override;
-    Range bounds(const glm::vec3& c, float r) const override;
-    Box box() const override { return {low_, low_ + glm::vec3(cells_) * kCellMm}; }
-
-  private:
+    explicit ColonGrid(std::shared_ptr<const ColonCourse> course);
     struct Nearest {
         float arcMm, distanceMm;
-        std::size_t station;
-        float t;
+        std::size_t station; ///< the segment from this station to the next ...
+        float t;             ///< ... at this fraction
     };
+    /// False where the course is farther than kReachMm.
     bool nearest(const glm::vec3& p, Nearest& found) const;
+    const ColonCourse& course() const { return *course_; }
+    Box box() const { return {low_, low_ + glm::vec3(cells_) * kCellMm}; }
 
-    static constexpr float kCellMm = 10;
-    static constexpr float kReachMm = 44; // beyond, the distance is only known to be large
+    static constexpr float kReachMm = 44;
+
+  private:
+    static constexpr float kCellMm = 7;
     std::shared_ptr<const ColonCourse> course_;
-    bool withFolds_;
     glm::vec3 low_;
     glm::ivec3 cells_;
     std::vector<std::uint32_t> firstOfCell_; // into candidates_, one more than cells
-    std::vector<std::uint16_t> candidates_;  // segments that can be the nearest to a point of the cell
+    std::vector<std::uint16_t> candidates_;  // stations that can be the nearest to a point of the cell
+};
+
+/// The solid inside the colon's wall: with the folds cut out it is the lumen, without them it bounds the
+/// wall.
+class Colon final : public Shape {
+  public:
+    Colon(std::shared_ptr<const ColonGrid> grid, bool withFolds)
+        : grid_(std::move(grid)), withFolds_(withFolds) {}
+    float distance(const glm::vec3& p) const override;
+    Range bounds(const glm::vec3& c, float r) const override;
+    Box box() const override { return grid_->box(); }
+
+  private:
+    std::shared_ptr<const ColonGrid> grid_;
+    bool withFolds_;
 };
 
 } // namespace tessera

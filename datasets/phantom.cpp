@@ -3,11 +3,11 @@
 #include "datasets/phantom.h"
 
 #include "core/error.h"
+#include "core/nearest_name.h"
 #include "core/threads.h"
 #include "datasets/slice_generator.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 namespace tessera {
@@ -47,27 +47,6 @@ class PhantomSource final : public SlabSource {
     int next_ = 0; // first slice not read yet
 };
 
-/// Least number of inserted, deleted and replaced letters between two words (Levenshtein).
-std::size_t editDistance(const std::string& a, const std::string& b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 1; i <= a.size(); ++i) {
-        std::size_t diagonal = std::exchange(row[0], i);
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-            diagonal = std::exchange(row[j], std::min({row[j] + 1, row[j - 1] + 1, replaced}));
-        }
-    }
-    return row.back();
-}
-
-std::string nearestPhantom(const std::string& name) {
-    const std::vector<std::string> names = phantomNames();
-    return *std::min_element(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
-        return editDistance(name, a) < editDistance(name, b);
-    });
-}
-
 } // namespace
 
 VolumeInfo centredVolume(const std::string& name, const glm::ivec3& extentVoxels, const glm::dvec3& bodyMm,
@@ -90,8 +69,8 @@ std::unique_ptr<SlabSource> makePhantom(const std::string& name, const glm::ivec
                                         int threads) {
     const std::vector<std::string> names = phantomNames();
     if (std::find(names.begin(), names.end(), name) == names.end())
-        throw badFile("phantom", "one of torso, marschner-lobb, sphere, ramp, checkerboard",
-                      "'" + name + "' (did you mean '" + nearestPhantom(name) + "'?)");
+        throw badFile("phantom", "one of " + joinNames(names),
+                      "'" + name + "' (did you mean '" + nearestName(name, names) + "'?)");
     auto slices = name == "torso" ? makeTorso(extentVoxels) : makeAnalytic(name, extentVoxels);
     return std::make_unique<PhantomSource>(name, std::move(slices), threads);
 }

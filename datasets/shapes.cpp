@@ -116,19 +116,21 @@ Loft::Loft(const std::vector<Section>& sections) {
     }
 }
 
-Section Loft::at(float z) const {
+Section Loft::at(float z, Section* slope) const {
     const float offset = std::clamp(z - perMm_.front().z, 0.0F, static_cast<float>(perMm_.size() - 1));
     const std::size_t i = std::min(static_cast<std::size_t>(offset), perMm_.size() - 2);
     const float t = offset - static_cast<float>(i);
     const Section &a = perMm_[i], &b = perMm_[i + 1];
-    const auto mix = [t](float x, float y) { return x + t * (y - x); };
-    return {z, mix(a.halfWidth, b.halfWidth), mix(a.front, b.front), mix(a.back, b.back),
-            mix(a.middleY, b.middleY)};
+    const Section d{1, b.halfWidth - a.halfWidth, b.front - a.front, b.back - a.back, b.middleY - a.middleY};
+    if (slope != nullptr)
+        *slope = d;
+    return {z, a.halfWidth + t * d.halfWidth, a.front + t * d.front, a.back + t * d.back,
+            a.middleY + t * d.middleY};
 }
 
 float Loft::distance(const glm::vec3& p) const {
-    const Section s = at(p.z);
-    const Section next = at(p.z + 1), before = at(p.z - 1);
+    Section slope{};
+    const Section s = at(p.z, &slope);
     const float y = p.y - s.middleY;
     const float depth = y < 0 ? s.front : s.back;
     const float u = p.x / s.halfWidth, v = y / depth;
@@ -139,9 +141,9 @@ float Loft::distance(const glm::vec3& p) const {
     const float cube = norm4 * norm4 * norm4;
     const float gu = (1 - kSquareness) * u / norm2 + kSquareness * u2 * u / cube;
     const float gv = (1 - kSquareness) * v / norm2 + kSquareness * v2 * v / cube;
-    const float depthSlope = 0.5F * (y < 0 ? next.front - before.front : next.back - before.back) * v / depth;
-    const float middleSlope = 0.5F * (next.middleY - before.middleY) / depth;
-    const float widthSlope = 0.5F * (next.halfWidth - before.halfWidth) * u / s.halfWidth;
+    const float depthSlope = (y < 0 ? slope.front : slope.back) * v / depth;
+    const float middleSlope = slope.middleY / depth;
+    const float widthSlope = slope.halfWidth * u / s.halfWidth;
     const float gz = -gu * widthSlope - gv * (depthSlope + middleSlope);
     const float gx = gu / s.halfWidth, gy = gv / depth;
     const float side = (g - 1) / std::sqrt(gx * gx + gy * gy + gz * gz + 1e-9F);

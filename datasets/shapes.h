@@ -108,8 +108,8 @@ class Loft final : public Shape {
     glm::vec3 wallPoint(float angleDegrees, float z, float outwardsMm) const;
 
   private:
-    Section at(float z) const;
-    std::vector<Section> perMm_; // one every millimetre
+    Section at(float z, Section* slope = nullptr) const; // slope: change of each per mm of z
+    std::vector<Section> perMm_;                         // one every millimetre
 };
 
 /// Points with dot(normal, p) <= offset.

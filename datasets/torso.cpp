@@ -25,9 +25,9 @@ std::deque<Tissue> buildTorso(float voxelMm) {
     addBodyWall(torso);
     addLungs(torso);
     addAbdomen(torso);
+    addLungTrees(torso);
     addHeart(torso);
     addVessels(torso);
-    addLungTrees(torso);
     addRibsAndGirdles(torso);
     addSpine(torso);
     addColon(torso);

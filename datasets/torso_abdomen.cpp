@@ -47,8 +47,8 @@ void addKidneys(TorsoBuilder& torso) {
                           centre + along * (t * 10.5F) + glm::vec3(side * (6 - 0.8F * t * t), face * 7, 0),
                           {6.5F, 5, 4.6F}, along);
         }
-        ellipsoid(sinus, centre - glm::vec3(side * 9, 2, 0), {9, 6, 21}, along);
-        ellipsoid(sinus, centre - glm::vec3(side * 21, 3, 0), {10, 6, 13}, along);
+        ellipsoid(sinus, centre - glm::vec3(side * 9, 2, 0), {9, 5, 15}, along);
+        ellipsoid(sinus, centre - glm::vec3(side * 21, 3, 0), {10, 5, 9}, along);
     }
 }
 
@@ -56,15 +56,15 @@ void addSmallBowel(TorsoBuilder& torso) {
     // loops to and fro in two layers, inside the frame of the colon
     std::vector<Knot> course;
     for (int layer = 0; layer < 2; ++layer)
-        for (int row = 0; row < 5; ++row)
+        for (int row = 0; row < 6; ++row)
             for (int k = 0; k < 5; ++k) {
-                const auto n = static_cast<std::uint32_t>(layer * 25 + row * 5 + k);
+                const auto n = static_cast<std::uint32_t>(layer * 30 + row * 5 + k);
                 const int turn = (row + layer) % 2 == 0 ? k : 4 - k;
                 const float bend = k % 2 == 0 ? -7.0F : 7.0F;
                 const auto fr = static_cast<float>(row);
-                const float z = (layer == 0 ? -78 - 19 * fr : -154 + 19 * fr) + bend + 8 * hashUnit(n, 3);
+                const float z = (layer == 0 ? -78 - 19 * fr : -173 + 19 * fr) + bend + 8 * hashUnit(n, 3);
                 const float y =
-                    (layer == 0 ? -46.0F : -20.0F) + 12 * hashUnit(n, 4) - 6 - (row > 1 ? 3.0F : 0.0F);
+                    (layer == 0 ? -46.0F : -20.0F) + 12 * hashUnit(n, 4) - 6 - (row > 1 ? 2.0F : 0.0F);
                 course.push_back({{-58 + 29 * static_cast<float>(turn) + 8 * hashUnit(n, 5), y, z},
                                   9 + 3 * hashUnit(n, 6)});
             }
@@ -81,13 +81,16 @@ void addSmallBowel(TorsoBuilder& torso) {
 ShapeList diaphragmShapes() {
     ShapeList shapes;
     shapes.push_back(std::make_unique<Ellipsoid>(glm::vec3(-58, -2, -62), glm::vec3(80, 88, 96)));
-    shapes.push_back(std::make_unique<Ellipsoid>(glm::vec3(58, 0, -62), glm::vec3(78, 86, 79)));
+    shapes.push_back(std::make_unique<Ellipsoid>(glm::vec3(58, 0, -62), glm::vec3(79, 87, 90)));
+    shapes.push_back(std::make_unique<Ellipsoid>(glm::vec3(0, -52, -62), glm::vec3(84, 44, 82)));
     return shapes;
 }
 
 void addAbdomen(TorsoBuilder& torso) {
     Tissue& diaphragm = organ(torso, {{0, 55}, {-3.2F, kFatHu}}, 18, 1);
     diaphragm.shapes = diaphragmShapes();
+    Tissue& below = organ(torso, {{0, kFatHu}}, 0, 4); // the domes are open downwards
+    below.shapes.push_back(std::make_unique<HalfSpace>(glm::vec3(0, 0, 1), -62.0F));
 
     Tissue& liver = organ(torso, {{0, kLiverHu}}, 16, 4.5F);
     ellipsoid(liver, {-66, 0, -22}, {58, 68, 50});
@@ -97,7 +100,7 @@ void addAbdomen(TorsoBuilder& torso) {
     Tissue& gallBladder = organ(torso, {{0, 60}, {-1.6F, 8}}, 0, 5);
     ellipsoid(gallBladder, {-42, -48, -58}, {12, 13, 22}, {0.1F, 0.5F, 1});
     Tissue& spleen = organ(torso, {{0, kSpleenHu}}, 10, 4.5F);
-    ellipsoid(spleen, {98, 32, -8}, {22, 36, 34}, {0.1F, -0.5F, 1});
+    ellipsoid(spleen, {97, 33, -25}, {21, 34, 31}, {0.1F, -0.5F, 1});
     addStomach(torso);
     Tissue& pancreas = torso.add({{0, 100}}, 5);
     addTube(pancreas.shapes,
@@ -110,7 +113,7 @@ void addAbdomen(TorsoBuilder& torso) {
     addKidneys(torso);
     addSmallBowel(torso);
     Tissue& bladder = torso.add({{0, 45}, {-3, 8}}, 6);
-    ellipsoid(bladder, {0, -30, -202}, {32, 24, 19});
+    ellipsoid(bladder, {0, -26, -197}, {34, 25, 20});
 }
 
 } // namespace tessera

@@ -30,7 +30,15 @@ void addBodyWall(TorsoBuilder& torso) {
 
     Tissue& skin = torso.add({{0, 30}, {-kSkinMm, -105}});
     skin.shapes.push_back(std::make_unique<Loft>(kSkin));
-    Tissue& muscle = torso.add({{0, 55}});
+    Tissue& marks = torso.add({{0, 40}}, 8); // nipples
+    for (const float side : {-1.0F, 1.0F})
+        marks.shapes.push_back(std::make_unique<Ellipsoid>(
+            mirrored(torso.skin->wallPoint(136, 92, -1.5F), side), glm::vec3(4.5F, 4.5F, 4.5F)));
+    Tissue& navel = torso.add({{2.5F, 30}, {0, -1000}});
+    navel.shapes.push_back(
+        std::make_unique<Ellipsoid>(torso.skin->wallPoint(180, -92, 1), glm::vec3(5, 8, 7)));
+    navel.clip = torso.skin;
+    Tissue& muscle = torso.add({{0, 55}, {-6.2F, -40}, {-7.3F, 57}}); // in two layers
     muscle.shapes.push_back(std::make_unique<Loft>(kMuscle));
     // fat planes between the layers of muscle of the back and the flank
     Tissue& planes = torso.add({{0, -60}});

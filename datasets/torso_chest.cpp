@@ -9,7 +9,9 @@ namespace {
 
 constexpr float kLungHu = -860, kMediastinalFatHu = -85, kMyocardiumHu = 100, kBloodHu = 180;
 constexpr float kLungVesselHu = 230, kAirwayWallHu = -50, kAirHu = -1000;
-constexpr float kLungFloorMm = -46; // the recesses beside the diaphragm end here
+constexpr float kLungFloorMm = -52;
+// the recesses beside the diaphragm end at this plane: deep at the back, shallow in front
+const HalfSpace kRecesses(glm::normalize(glm::vec3(0, -0.35F, -1)), 28);
 
 void ellipsoid(ShapeList& shapes, const glm::vec3& centre, const glm::vec3& radii) {
     shapes.push_back(std::make_unique<Ellipsoid>(centre, radii));
@@ -38,7 +40,7 @@ float nearest(const ShapeList& shapes, const glm::vec3& p) {
 void addLungs(TorsoBuilder& torso) {
     Tissue& lungs = torso.add({{-3, kLungHu}});
     lungs.shapes.push_back(std::make_unique<Loft>(*torso.innerWall));
-    lungs.clip = std::make_shared<HalfSpace>(glm::vec3(0, 0, -1), -kLungFloorMm);
+    lungs.clip = std::make_shared<HalfSpace>(kRecesses);
     Tissue& fat = torso.add({{0, kMediastinalFatHu}}, 12);
     fat.shapes = mediastinumShapes();
     fat.clip = torso.innerWall;
@@ -74,8 +76,8 @@ void addLungTrees(TorsoBuilder& torso) {
     const auto pointsOf = [&](float side, float pitch, std::uint32_t seed) {
         const Box box{{side > 0 ? 0.0F : -135.0F, -90, kLungFloorMm}, {side > 0 ? 135.0F : 0.0F, 85, 205}};
         return scatter(box, pitch, seed, [&](const glm::vec3& p) {
-            return torso.innerWall->distance(p) < -8 && p.z > kLungFloorMm + 8 && nearest(middle, p) > 3 &&
-                   nearest(domes, p) > 7;
+            return torso.innerWall->distance(p) < -8 && kRecesses.distance(p) < -8 &&
+                   nearest(middle, p) > 3 && nearest(domes, p) > 7;
         });
     };
     Tissue& vessels = torso.add({{0, kLungVesselHu}}, 1.5F);
@@ -99,11 +101,11 @@ void addLungTrees(TorsoBuilder& torso) {
              {{36, 2, 8}, 8}},
             voxelMm);
     Tissue& airways = torso.add({{1.3F, kAirwayWallHu}, {0, kAirHu}}, 1);
-    const glm::vec3 carina(2, 15, 114), right(-38, 14, 88), left(48, 22, 84);
+    const glm::vec3 carina(2, 15, 114), right(-38, 14, 88), left(48, 20, 84);
     addTube(airways.shapes, {{{0, 2, 216}, 8.5F}, {{0, 5, 180}, 8.2F}, {{1, 11, 140}, 8}, {carina, 8}},
             voxelMm);
     addTube(airways.shapes, {{carina, 7}, {{-17, 17, 102}, 6.6F}, {right, 6}}, voxelMm);
-    addTube(airways.shapes, {{carina, 6.4F}, {{22, 20, 99}, 5.7F}, {left, 5.4F}}, voxelMm);
+    addTube(airways.shapes, {{carina, 6.4F}, {{22, 16, 99}, 5.7F}, {left, 5.4F}}, voxelMm);
     growTree(airways.shapes, right, pointsOf(-1, 17, 31), {5.8F, 0.9F, 0.38F, 2.7F}, voxelMm);
     growTree(airways.shapes, left, pointsOf(1, 17, 32), {5.2F, 0.9F, 0.38F, 2.7F}, voxelMm);
 }

@@ -45,10 +45,11 @@ Polyp place(const ColonCourse& course, const PolypPlan& plan) {
 
 void addColon(TorsoBuilder& torso) {
     const auto course = std::make_shared<const ColonCourse>();
+    const auto grid = std::make_shared<const ColonGrid>(course);
     Tissue& wall = torso.add({{kWallMm, kWallHu}});
-    wall.shapes.push_back(std::make_unique<Colon>(course, false));
+    wall.shapes.push_back(std::make_unique<Colon>(grid, false));
     Tissue& lumen = torso.add({{0, kLumenHu}});
-    lumen.shapes.push_back(std::make_unique<Colon>(course, true));
+    lumen.shapes.push_back(std::make_unique<Colon>(grid, true));
     Tissue& polyps = torso.add({{0, kPolypHu}}, 1.5F);
     for (const PolypPlan& plan : kPolyps) {
         const Polyp polyp = place(*course, plan);

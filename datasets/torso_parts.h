@@ -35,12 +35,12 @@ float vertebraZ(int i);
 glm::vec3 vertebraHalf(int i);
 
 // In painting order.
-void addBodyWall(TorsoBuilder& torso); // skin, fat, muscle, the space inside
-void addLungs(TorsoBuilder& torso);    // lungs and the mediastinum's fat
-void addAbdomen(TorsoBuilder& torso);  // diaphragm and solid and hollow organs but the colon
-void addHeart(TorsoBuilder& torso);
-void addVessels(TorsoBuilder& torso);   // great vessels and their branches
+void addBodyWall(TorsoBuilder& torso);  // skin, fat, muscle, the space inside
+void addLungs(TorsoBuilder& torso);     // lungs and the mediastinum's fat
+void addAbdomen(TorsoBuilder& torso);   // diaphragm and solid and hollow organs but the colon
 void addLungTrees(TorsoBuilder& torso); // pulmonary vessels, then airways
+void addHeart(TorsoBuilder& torso);
+void addVessels(TorsoBuilder& torso); // great vessels and their branches
 void addSpine(TorsoBuilder& torso);
 void addRibsAndGirdles(TorsoBuilder& torso); // ribs, sternum, shoulders, pelvis
 void addColon(TorsoBuilder& torso);          // wall, lumen with folds, polyps

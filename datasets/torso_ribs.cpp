@@ -119,19 +119,23 @@ void addPelvis(TorsoBuilder& torso) {
     Tissue& wings = torso.add({{0, kCortexHu}, {-1.6F, kMarrowHu}}, 7);
     Tissue& femur = torso.add({{0, kCortexHu}, {-2, kMarrowHu}}, 5);
     for (const float side : {-1.0F, 1.0F}) {
-        // the wing: a plate that flares outwards above and in front
-        const glm::vec3 normal = glm::normalize(glm::vec3(side * 0.86F, -0.38F, -0.34F));
-        const glm::vec3 up = glm::normalize(glm::vec3(0, 0, 1) - normal * normal.z);
-        const glm::mat3 axes(glm::cross(normal, up), normal, up);
-        wings.shapes.push_back(
-            std::make_unique<Ellipsoid>(glm::vec3(side * 86, 16, -140), glm::vec3(48, 5, 38), axes));
-        addTube(wings.shapes,
-                {{{side * 48, 64, -126}, 7},
-                 {{side * 68, 52, -108}, 5.5F},
-                 {{side * 92, 24, -102}, 5},
-                 {{side * 112, -14, -116}, 5.5F},
-                 {{side * 114, -36, -136}, 6}},
-                torso.voxelMm, 5);
+        // the wing: a fan of flat bars between the crest and the hip joint
+        const std::vector<Knot> crest = curveThrough({{{side * 50, 62, -130}, 6.5F},
+                                                      {{side * 70, 52, -112}, 5.5F},
+                                                      {{side * 100, 27, -107}, 5},
+                                                      {{side * 120, -8, -120}, 5.5F},
+                                                      {{side * 120, -34, -141}, 6}},
+                                                     5);
+        for (std::size_t k = 0; k < crest.size(); ++k) {
+            const float t = static_cast<float>(k) / static_cast<float>(crest.size() - 1);
+            const glm::vec3 foot(side * (76 + 12 * t), 26 - 34 * t, -178);
+            const glm::vec3 along = glm::normalize(foot - crest[k].at);
+            const glm::vec3 beside =
+                k + 1 < crest.size() ? crest[k + 1].at - crest[k].at : crest[k].at - crest[k - 1].at;
+            wings.shapes.push_back(std::make_unique<FlatSegment>(crest[k].at, foot, 9.0F, 9.0F / 3.2F,
+                                                                 glm::normalize(glm::cross(along, beside))));
+        }
+        addTube(wings.shapes, crest, torso.voxelMm, 5);
         addTube(wings.shapes,
                 {{{side * 50, 62, -128}, 8},
                  {{side * 54, 54, -150}, 9},
@@ -139,7 +143,7 @@ void addPelvis(TorsoBuilder& torso) {
                  {{side * 84, 6, -190}, 14}},
                 torso.voxelMm, 5);
         addTube(wings.shapes,
-                {{{side * 112, -34, -138}, 6}, {{side * 100, -24, -166}, 8}, {{side * 86, -10, -188}, 13}},
+                {{{side * 120, -34, -141}, 6}, {{side * 104, -24, -166}, 8}, {{side * 86, -10, -188}, 13}},
                 torso.voxelMm, 5);
         addTube(wings.shapes,
                 {{{side * 78, -22, -194}, 9}, {{side * 52, -46, -204}, 7.5F}, {{side * 20, -56, -210}, 8}},

@@ -93,7 +93,7 @@ void addSpine(TorsoBuilder& torso) {
     }
     Tissue& arches = torso.add({{0, kCortexHu}, {-1.7F, kMarrowHu}}, 2);
     Tissue& bodies =
-        torso.add({{0, 0.7F * kCortexHu}, {-1.2F, kSpongyHu}}); // last: they keep their back wall
+        torso.add({{0, 0.8F * kCortexHu}, {-1.5F, kSpongyHu}}); // last: they keep their back wall
     for (int i = 0; i < kVertebrae; ++i)
         addVertebra(bodies.shapes, arches.shapes, i, torso.voxelMm);
     Tissue& sacrum = torso.add({{0, 0.85F * kCortexHu}, {-1.8F, kMarrowHu}}, 9);

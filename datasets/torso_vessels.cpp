@@ -71,9 +71,9 @@ void addVessels(TorsoBuilder& torso) {
              {{-15, -26, 106}, 15},
              {{-10, -16, 130}, 14},
              {{4, 2, 142}, 13},
-             {{19, 22, 136}, 12.5F},
-             {{24, 31, 114}, 12},
-             {{23, 30, 70}, 11.5F},
+             {{20, 25, 136}, 12.5F},
+             {{25, 37, 114}, 12},
+             {{24, 34, 70}, 11.5F},
              {{18, 24, 35}, 11},
              {{10, 12, 8}, 10.5F},
              {{5, 4, -18}, 10},
@@ -119,7 +119,7 @@ void addVessels(TorsoBuilder& torso) {
     }
     // calcified plaques of the wall
     Tissue& plaques = torso.add({{0, 750}});
-    for (const glm::vec3& at : {glm::vec3(11, 3, -60), glm::vec3(-5, 1, -78), glm::vec3(30, 38, 118)})
+    for (const glm::vec3& at : {glm::vec3(11, 3, -60), glm::vec3(-5, 1, -78), glm::vec3(32, 43, 112)})
         plaques.shapes.push_back(std::make_unique<Ellipsoid>(at, glm::vec3(1.8F, 3, 4)));
 }
 
