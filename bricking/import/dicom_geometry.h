@@ -25,14 +25,13 @@ struct SlicePlan {
 };
 
 /// Orders the slices by position and checks them; `where` names the series in errors.
-/// A gap between neighbours may deviate by 1 % from the median gap, and a slice by a quarter of a gap from its
-/// place in an even stack. Beyond, resampleZ chooses an even
-/// spacing: the smallest gap, so that no slice is lost, but at least a quarter of the mean gap, so that the
-/// volume grows fourfold at most; then stretched by less than one gap in total so that the first and last
-/// slice are kept. Throws InputError for: missing position, orientation or spacing; mixed sizes, orientations
-/// or pixel spacings; two slices at one place; uneven gaps without resampleZ (all listed, those above 1.5
-/// medians named as missing slices); slices that drift sideways by more than 5 % of a pixel from a straight
-/// stack.
+/// A gap between neighbours may deviate by 1 % from the median gap, and a slice by a quarter of a gap from
+/// its place in an even stack. Beyond, resampleZ chooses an even spacing: the smallest gap, so that no slice
+/// is lost, but at least a quarter of the mean gap, so that the volume grows fourfold at most; then stretched
+/// by less than one gap in total so that the first and last slice are kept. Throws InputError for: missing
+/// position, orientation or spacing; mixed sizes, orientations or pixel spacings; two slices at one place;
+/// uneven gaps without resampleZ (all listed, those above 1.5 medians named as missing slices); slices that
+/// drift sideways by more than 5 % of a pixel from a straight stack.
 SlicePlan planSlices(const DicomSeries& series, bool resampleZ, const std::string& where);
 
 } // namespace tessera
