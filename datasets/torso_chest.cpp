@@ -102,7 +102,7 @@ void addLungTrees(TorsoBuilder& torso) {
             voxelMm);
     Tissue& airways = torso.add({{1.3F, kAirwayWallHu}, {0, kAirHu}}, 1);
     const glm::vec3 carina(2, 15, 114), right(-38, 14, 88), left(48, 20, 84);
-    addTube(airways.shapes, {{{0, 2, 216}, 8.5F}, {{0, 5, 180}, 8.2F}, {{1, 11, 140}, 8}, {carina, 8}},
+    addTube(airways.shapes, {{{0, 2, 216}, 8.5F}, {{0, 8, 180}, 8.2F}, {{1, 16, 140}, 8}, {carina, 8}},
             voxelMm);
     addTube(airways.shapes, {{carina, 7}, {{-17, 17, 102}, 6.6F}, {right, 6}}, voxelMm);
     addTube(airways.shapes, {{carina, 6.4F}, {{22, 16, 99}, 5.7F}, {left, 5.4F}}, voxelMm);

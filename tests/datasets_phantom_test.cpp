@@ -2,6 +2,7 @@
 #include "core/error.h"
 #include "datasets/analytic_field.h"
 #include "datasets/phantom.h"
+#include "datasets/torso_parts.h"
 
 #include <cmath>
 #include <cstring>
@@ -253,7 +254,7 @@ TEST(Torso, OrgansLieWhereTheyShould) {
     EXPECT_NEAR(torso.meanAt({0, 46, 100}), 280, 90) << "vertebral marrow";
     EXPECT_LT(torso.meanAt({-85, 0, 90}), -600) << "right lung";
     EXPECT_LT(torso.meanAt({85, 0, 90}), -600) << "left lung";
-    EXPECT_NEAR(torso.meanAt({0, 4, 190}), -1000, 20) << "trachea";
+    EXPECT_NEAR(torso.meanAt({0, 6.5, 190}), -1000, 20) << "trachea";
     EXPECT_NEAR(torso.meanAt({172, -120, 0}), -1000, 3) << "air around";
     std::size_t air = 0, lung = 0, bone = 0, fat = 0;
     for (const std::int16_t hu : torso.values()) {
@@ -269,6 +270,26 @@ TEST(Torso, OrgansLieWhereTheyShould) {
     EXPECT_NEAR(share(lung), 0.065, 0.02);
     EXPECT_NEAR(share(fat), 0.14, 0.05);
     EXPECT_NEAR(share(bone), 0.015, 0.008);
+}
+
+TEST(Torso, PruningTilesChangesNoVoxel) {
+    TorsoBuilder torso{1.2F, {}, nullptr, nullptr, nullptr};
+    for (const auto add : {addBodyWall, addLungs, addAbdomen, addLungTrees, addHeart, addVessels,
+                           addRibsAndGirdles, addSpine, addColon})
+        add(torso);
+    const TissuePainter painter(std::move(torso.tissues), -1000, 1.2F);
+    const int nx = 150, ny = 110;
+    std::vector<float> slice(static_cast<std::size_t>(nx * ny));
+    for (const float z : {-185.0F, -122.0F, -95.0F, -40.0F, 4.0F, 60.0F, 150.0F}) {
+        const glm::vec3 first(-179, -129, z);
+        painter.slice(first, 2.4F, 2.35F, nx, ny, slice);
+        for (int i = 3; i < nx * ny; i += 61) {
+            const glm::vec3 p =
+                first + glm::vec3(static_cast<float>(i % nx) * 2.4F, static_cast<float>(i / nx) * 2.35F, 0);
+            ASSERT_NEAR(slice[static_cast<std::size_t>(i)], painter.valueAt(p), 0.5)
+                << p.x << " " << p.y << " " << z;
+        }
+    }
 }
 
 } // namespace
