@@ -20,11 +20,11 @@ void runImport(const ImportArguments& arguments, const CommonOptions& common) {
     const std::filesystem::path out(arguments.out);
     requireStorePath(out, arguments.force);
     const auto source = openInput(arguments.in, arguments.input, out.parent_path(), common);
-    common.note("importing " + source->describe() + " to " + out.string());
+    common.detail("importing " + source->describe() + " to " + out.string());
     ImportOptions options;
     options.force = arguments.force;
     options.verbosity = common.verbosity();
-    noteImport(importToStore(*source, out, ram, options), out, ram, common);
+    noteImport(importToStore(*source, out, ram, options), *source, out, ram, common);
 }
 
 } // namespace

@@ -24,11 +24,11 @@ void runPhantom(const PhantomArguments& arguments, const CommonOptions& common) 
     const auto source = makePhantom(arguments.name, extent);
     const std::filesystem::path out(arguments.out);
     requireStorePath(out, arguments.force);
-    common.note("making " + source->describe() + " in " + out.string());
+    common.detail("making " + source->describe() + " in " + out.string());
     ImportOptions options;
     options.force = arguments.force;
     options.verbosity = common.verbosity();
-    noteImport(importToStore(*source, out, ram, options), out, ram, common);
+    noteImport(importToStore(*source, out, ram, options), *source, out, ram, common);
 }
 
 } // namespace

@@ -130,10 +130,10 @@ void requireStorePath(const fs::path& out, bool force) {
         throw badFile(out.string(), "a new name, or --force to replace", "a store of that name");
 }
 
-void noteImport(const ImportReport& report, const fs::path& store, const Ledger& ram,
-                const CommonOptions& common) {
-    common.note("wrote " + store.string() + ": " + formatBytes(report.bytesOut) + " from " +
-                formatBytes(report.bytesIn) + " in " + formatNumber(report.seconds, 3) + " s");
+void noteImport(const ImportReport& report, const SlabSource& source, const fs::path& store,
+                const Ledger& ram, const CommonOptions& common) {
+    common.note("wrote " + store.string() + ": " + source.describe() + ", " + formatBytes(report.bytesOut) +
+                " from " + formatBytes(report.bytesIn) + " in " + formatNumber(report.seconds, 3) + " s");
     common.detail("chunks: " + std::to_string(report.chunksWritten) + " written, " +
                   std::to_string(report.chunksFill) +
                   " left out (fill only); most RAM charged: " + formatBytes(ram.peakBytes()));
@@ -165,11 +165,11 @@ fs::path storeFor(const fs::path& path, const InputOptions& options, Ledger& ram
     if (error)
         throw Error(store.parent_path().string() + ": cannot be made: " + error.message());
     const auto source = openInput(path, options, store.parent_path(), common);
-    common.note("importing " + source->describe() + " to " + store.string());
+    common.detail("importing " + source->describe() + " to " + store.string());
     ImportOptions import;
     import.verbosity = common.verbosity();
     try {
-        importToStore(*source, store, ram, import);
+        noteImport(importToStore(*source, store, ram, import), *source, store, ram, common);
     } catch (const InputError&) {
         if (!isStore(store))
             throw; // else another process was faster, with the same result

@@ -43,8 +43,8 @@ std::filesystem::path storeFor(const std::filesystem::path& path, const InputOpt
 /// that exists without force, or that is no store. Throws InputError naming it.
 void requireStorePath(const std::filesystem::path& out, bool force);
 /// One line about a finished import, more with --verbose.
-void noteImport(const ImportReport& report, const std::filesystem::path& store, const Ledger& ram,
-                const CommonOptions& common);
+void noteImport(const ImportReport& report, const SlabSource& source, const std::filesystem::path& store,
+                const Ledger& ram, const CommonOptions& common);
 
 /// ${XDG_CACHE_HOME}/tessera, or ~/.cache/tessera.
 std::filesystem::path cacheFolder();
