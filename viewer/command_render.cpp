@@ -5,6 +5,7 @@
 #include "core/nearest_name.h"
 #include "core/preset.h"
 #include "core/scene.h"
+#include "render/prepare.h" // renderFloorBytes
 #include "render/renderer.h"
 #include "viewer/commands.h"
 #include "viewer/manifest.h"
@@ -137,6 +138,20 @@ void checkOutput(const fs::path&) {
 void writeImage(const fs::path&, const Image&, const std::string&) {}
 #endif
 
+/// A budget too small even for reading the store: the message names what the scene needs, not just the
+/// reader.
+void requireFloor(const fs::path& path, const Scene& scene, Engine engine, const Ledger& ram) {
+    constexpr std::size_t kReaderBytes = std::size_t{4} << 20; // enough for the reader of any store
+    if (ram.limitBytes() >= kReaderBytes)
+        return;
+    Ledger trial(ram.name(), ram.option(), kReaderBytes);
+    const VolumeInfo info = StoreReader(path, trial).info();
+    const std::size_t floor = renderFloorBytes(info, scene.imageSize, pictureBytesPerPixel(engine), 0);
+    if (ram.limitBytes() < floor)
+        throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
+                         ", but the budget is " + formatBytes(ram.limitBytes()));
+}
+
 void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     // Everything that can be refused is refused before the long work.
     checkOutput(arguments.out);
@@ -148,6 +163,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
 
     SceneVolume& volume = scene.volumes.front();
     volume.path = storeFor(volume.path, arguments.input, ram, common);
+    requireFloor(volume.path, scene, engine, ram);
     const StoreReader store(volume.path, ram);
     if (const auto* preset = std::get_if<std::string>(&volume.transferFunction); preset && preset->empty())
         volume.transferFunction = std::string(store.info().unit == "HU" ? "bone" : "auto");
@@ -156,6 +172,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     options.engine = engine;
     options.device.text = arguments.device;
     const RenderResult result = renderScene(scene, store, ram, gpu, options);
+    const Charge pictures = ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
 
     nlohmann::json report = makeManifest(scene, store, result, engine, ram, gpu);
     const Image picture = scene.background ? overBackground(result.image, *scene.background) : result.image;
