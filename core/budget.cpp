@@ -95,7 +95,8 @@ std::string formatBytes(std::size_t bytes) {
     }
     char text[48];
     const bool whole = number == std::floor(number) || number >= 100;
-    std::snprintf(text, sizeof text, whole ? "%.0f %s" : "%.2f %s", number, units[unit]);
+    const double shown = whole ? std::ceil(number) : std::ceil(number * 100) / 100;
+    std::snprintf(text, sizeof text, whole ? "%.0f %s" : "%.2f %s", shown, units[unit]);
     return text;
 }
 

@@ -4,6 +4,7 @@
 #include "core/error.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
@@ -17,15 +18,19 @@ struct Ball {
     double radius = 0;
 };
 
+std::array<glm::dvec3, 8> corners(const VolumeInfo& info) {
+    std::array<glm::dvec3, 8> out;
+    for (std::size_t i = 0; i < 8; ++i)
+        out[i] = glm::dvec3(info.patientFromVoxel *
+                            glm::dvec4(glm::dvec3(info.extentVoxels) * glm::dvec3(i & 1, (i >> 1) & 1, i >> 2), 1));
+    return out;
+}
+
 /// Smallest ball around the volume's centre that holds its eight corners.
 Ball boundingBall(const VolumeInfo& info) {
-    const glm::dvec3 extent(info.extentVoxels);
-    const glm::dvec3 centre(info.patientFromVoxel * glm::dvec4(0.5 * extent, 1));
+    const glm::dvec3 centre(info.patientFromVoxel * glm::dvec4(0.5 * glm::dvec3(info.extentVoxels), 1));
     double radius = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-        const glm::dvec3 at = extent * glm::dvec3(corner & 1, (corner >> 1) & 1, corner >> 2);
-        radius = std::max(radius, glm::length(glm::dvec3(info.patientFromVoxel * glm::dvec4(at, 1)) - centre));
-    }
+    for (const glm::dvec3& corner : corners(info)) radius = std::max(radius, glm::length(corner - centre));
     return {centre, radius};
 }
 
@@ -58,17 +63,25 @@ Camera fitCamera(const VolumeInfo& info, View view, Projection projection, const
     case View::superior: side = {0, 0, 1}, up = {0, -1, 0}; break;
     case View::inferior: side = {0, 0, -1}, up = {0, -1, 0}; break;
     }
-    const Ball ball = boundingBall(info);
-    // A wide picture is limited by its height; a tall one by its width, so the angle across it must hold.
-    const double narrow = std::min(1.0, static_cast<double>(imageSize.x) / imageSize.y);
     Camera camera;
     camera.projection = projection;
-    camera.focalPoint = ball.centre;
+    camera.focalPoint = boundingBall(info).centre;
     camera.viewUp = up;
     camera.viewAngle = 30;
-    const double halfAngle = std::atan(narrow * std::tan(glm::radians(camera.viewAngle) / 2));
-    camera.position = ball.centre + side * (ball.radius / std::sin(halfAngle));
-    camera.parallelScale = ball.radius / narrow;
+    // Every corner of the volume inside the picture, with a margin of 3 % around the tightest one.
+    constexpr double kMargin = 1.03;
+    const double aspect = static_cast<double>(imageSize.x) / imageSize.y;
+    const glm::dvec3 right = glm::cross(-side, up);
+    const double tangent = std::tan(glm::radians(camera.viewAngle) / 2) / kMargin;
+    double distance = 0, scale = 0;
+    for (const glm::dvec3& corner : corners(info)) {
+        const glm::dvec3 p = corner - camera.focalPoint;
+        const double half = std::max(std::abs(glm::dot(p, up)), std::abs(glm::dot(p, right)) / aspect);
+        distance = std::max(distance, half / tangent + glm::dot(p, side));
+        scale = std::max(scale, half * kMargin);
+    }
+    camera.position = camera.focalPoint + side * distance;
+    camera.parallelScale = scale;
     return camera;
 }
 

@@ -26,7 +26,7 @@ struct Camera {
 };
 
 /// Looks at the whole volume from a side of the patient: superior is up for the four horizontal views; for
-/// superior and inferior, anterior is up. The bounding sphere of the volume's box fits the smaller image axis.
+/// superior and inferior, anterior is up. The volume's box fits the picture tightly.
 Camera fitCamera(const VolumeInfo& info, View view, Projection projection, const glm::ivec2& imageSize);
 
 /// A pixel's ray in patient space: base + t * direction, t in mm from minT on.

@@ -105,10 +105,14 @@ Atlas::Atlas(const VolumeInfo& info, const Selection& selection, const TextureLi
     index_ = GlTexture3d(GL_RG32UI, selection.bricks, 8, GL_NEAREST, gpu, "the brick index");
 }
 
+std::size_t Atlas::stagingBytes(const VolumeInfo& info) {
+    return cellCount(glm::ivec3(kBrickExtent)) * texelBytes(info.type) +
+           2 * indexBytes(brickGrid(info.extentVoxels));
+}
+
 void Atlas::load(BrickCache& cache, Ledger& ram, Work& work) {
     const std::size_t chunkTexels = 32768;
-    const Charge charge = ram.charge(chunkTexels * texelBytes(info_.type) + 2 * Atlas::indexBytes(selection_.bricks),
-                                     "upload staging");
+    const Charge charge = ram.charge(stagingBytes(info_), "upload staging");
     std::vector<std::byte> staging(chunkTexels * texelBytes(info_.type));
     entries_.assign(cellCount(selection_.bricks), glm::uvec2(0));
     for (std::size_t b = 0; b < entries_.size(); ++b)

@@ -51,6 +51,8 @@ class Atlas {
     void bind(GLuint voxelUnit, GLuint indexUnit) const;
     const glm::ivec3& extentTexels() const { return voxels_.extent(); }
     static std::size_t indexBytes(const glm::ivec3& bricks) { return 8 * cellCount(bricks); }
+    /// RAM that load() takes besides the cache: one brick as texels, the index, and the driver's copy of it.
+    static std::size_t stagingBytes(const VolumeInfo& info);
 
   private:
     void uploadChunk(const ChunkKey& key, const Chunk& chunk, std::byte* staging, Work& work);

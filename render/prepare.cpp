@@ -23,15 +23,46 @@ ValueSummary summarise(const Statistics& statistics, const VolumeInfo& info) {
     return summary;
 }
 
+namespace {
+
+std::size_t pixelCount(const glm::ivec2& size) {
+    return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+}
+std::size_t selectionBytes(const VolumeInfo& info) {
+    return cellCount(brickGrid(info.extentVoxels)) * (sizeof(BrickState) + sizeof(float));
+}
+/// Every CPU renderer's thread pins the chunks of one neighbourhood while the loaders need one each.
+std::size_t cacheFloorBytes(const VolumeInfo& info, int threads) {
+    return BrickCache::floorBytes(info, threads) +
+           cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info.type) * LatticeReader::kPinnedChunks *
+               static_cast<std::size_t>(threads - 1);
+}
+
+} // namespace
+
+std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize, std::size_t bytesPerPixel,
+                             int threads) {
+    const int used = threads > 0 ? threads : defaultThreads();
+    const std::size_t own = bytesPerPixel * pixelCount(imageSize) + selectionBytes(info) +
+                            2 * cellCount(cellGrid(info.extentVoxels)) + // occupancy, and its copy
+                            cacheFloorBytes(info, used) + Atlas::stagingBytes(info);
+    // A reader takes up to a quarter of what is free (store_reader.h); the statistics' floor knows that.
+    return statisticsFloorBytes(info, used) + own / 3 * 4 + 4;
+}
+
 PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
-                           Ledger& ram, const Ledger& gpu, int threads, bool culling) {
+                           Ledger& ram, const Ledger& gpu, int threads, bool culling,
+                           std::size_t bytesPerPixel) {
     PreparedScene p;
     p.store = &store;
     const VolumeInfo& info = store.info();
     p.imageSize = scene.imageSize;
-    p.imageCharge = ram.charge(2 * sizeof(glm::vec4) * static_cast<std::size_t>(scene.imageSize.x) *
-                                   static_cast<std::size_t>(scene.imageSize.y),
-                               "the picture");
+    const std::size_t floor = renderFloorBytes(info, scene.imageSize, bytesPerPixel, threads);
+    if (ram.limitBytes() < floor)
+        throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
+                         ", but the budget is " + formatBytes(ram.limitBytes()));
+    p.imageCharge = ram.charge(bytesPerPixel * pixelCount(scene.imageSize), "the picture");
+    p.tableCharge = ram.charge(selectionBytes(info), "the selection of bricks");
     p.statistics = loadStatistics(store, ram, threads);
     const TransferChoice& choice = scene.volumes.at(0).transferFunction;
     if (const auto* name = std::get_if<std::string>(&choice))
@@ -52,29 +83,19 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
     const auto packed = [&](std::size_t bricks, int level) {
         return atlasBytes(bricks, level, info.type, limits);
     };
-    if (gpu.freeBytes() < fixed)
-        throw InputError(gpu.option() + ": this scene needs at least " +
-                         formatBytes(fixed + packed(1, kLevelCount - 1)) + " (picture, index and tables, one page of bricks), but the budget is " +
-                         formatBytes(gpu.limitBytes()));
-    p.selection = selectOneLevel(p.statistics, p.table, info, gpu.freeBytes() - fixed, packed, culling, gpu.option(), fixed);
+    p.selection = selectOneLevel(p.statistics, p.table, info, gpu.freeBytes(), packed, culling, gpu.option(), fixed);
     if (scene.quality.skipping)
         p.occupancy = makeOccupancy(p.statistics, p.table, info, p.selection, ram);
     p.frame = rayFrame(p.camera, info, scene.imageSize,
                        scene.quality.stepVoxels * static_cast<double>(1 << p.selection.level));
 
-    // The cache takes what is left, less room for shard indices and upload staging.
+    // The cache takes what is left, less upload staging and, where there is plenty, some air.
     const int cacheThreads = threads > 0 ? threads : defaultThreads();
-    const std::size_t spare = ram.freeBytes() / 8 + (std::size_t{1} << 20);
-    // Every CPU renderer's thread pins the chunks of one neighbourhood while the loaders need one each.
-    const std::size_t floor =
-        std::max(BrickCache::floorBytes(store, cacheThreads),
-                 store.chunkBytes() * (LatticeReader::kPinnedChunks + 1) * static_cast<std::size_t>(cacheThreads));
-    const std::size_t left = ram.freeBytes() > spare ? ram.freeBytes() - spare : 0;
-    if (left < floor)
-        throw InputError(ram.option() + ": this scene needs at least " +
-                         formatBytes(ram.limitBytes() - left + floor) + ", but the budget is " +
-                         formatBytes(ram.limitBytes()));
-    p.cache = std::make_unique<BrickCache>(store, ram, left, cacheThreads);
+    const std::size_t free = ram.freeBytes(), staging = Atlas::stagingBytes(info);
+    const std::size_t left = free > staging ? free - staging : 0;
+    const std::size_t cacheBytes =
+        std::max(std::min(left, cacheFloorBytes(info, cacheThreads)), left - left / 8);
+    p.cache = std::make_unique<BrickCache>(store, ram, cacheBytes, cacheThreads);
     return p;
 }
 

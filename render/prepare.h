@@ -29,18 +29,31 @@ struct PreparedScene {
     Occupancy occupancy;
     RayFrame<double> frame;
     glm::ivec2 imageSize{0};
-    Charge imageCharge;                // the picture in RAM, twice: as computed and on its background
+    Charge imageCharge;                // pictures and what an engine keeps of every ray, in RAM
+    Charge tableCharge;                // selection
     std::unique_ptr<BrickCache> cache; // last member: it goes first, its threads read the store
 
     const VolumeInfo& info() const { return store->info(); }
 };
 
+/// RAM a pixel takes while it is drawn and written: two float pictures (as computed, and converted or on its
+/// background) and the encoded one.
+constexpr std::size_t kPictureBytesPerPixel = 2 * sizeof(glm::vec4) + 4 * sizeof(std::uint16_t);
+
+/// The scene's floor of RAM, its store reader included: no smaller budget is accepted, and this one suffices.
+/// @param threads  0: all processors
+std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize, std::size_t bytesPerPixel,
+                             int threads);
+
 /// @param limits   of the device, or the defaults where none is used
+/// @param ram  the store's reader is charged to it, and little else
 /// @param culling  false: bricks that show nothing are kept too (equality tests)
+/// @param bytesPerPixel  RAM that the engine and its caller take for a pixel
 /// Throws InputError for a budget below the scene's floor, naming the floor, and for a transfer function that
 /// does not suit the volume.
 PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
-                           Ledger& ram, const Ledger& gpu, int threads, bool culling);
+                           Ledger& ram, const Ledger& gpu, int threads, bool culling,
+                           std::size_t bytesPerPixel = kPictureBytesPerPixel);
 
 /// What presets may know of a volume.
 ValueSummary summarise(const Statistics& statistics, const VolumeInfo& info);

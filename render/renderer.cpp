@@ -6,6 +6,7 @@
 #include "render/prepare.h"
 #include "render/reference.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <optional>
@@ -64,6 +65,12 @@ const char* name(Engine engine) {
     return "?";
 }
 
+std::size_t pictureBytesPerPixel(Engine engine) {
+    if (engine == Engine::reference) // its rays, their colours, and the picture made from them
+        return std::max(kPictureBytesPerPixel, sizeof(ReferenceRay) + sizeof(glm::dvec4) + sizeof(glm::vec4));
+    return kPictureBytesPerPixel;
+}
+
 RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& ram, Ledger& gpu,
                          const RenderOptions& options) {
     RenderResult result;
@@ -77,7 +84,8 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
         result.device = context->renderer();
         result.glVersion = context->version();
     }
-    PreparedScene p = prepareScene(scene, store, limits, ram, gpu, options.threads, true);
+    PreparedScene p = prepareScene(scene, store, limits, ram, gpu, options.threads, true,
+                                   pictureBytesPerPixel(options.engine));
     result.camera = p.camera;
     result.tableRelativeError = p.table.relativeError;
     result.level = p.selection.level;

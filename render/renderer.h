@@ -42,6 +42,9 @@ struct RenderResult {
     double secondsPreparing = 0, secondsLoading = 0, secondsDrawing = 0;
 };
 
+/// RAM that an engine and its caller take for a pixel; the caller charges it for as long as it keeps pictures.
+std::size_t pictureBytesPerPixel(Engine engine);
+
 /// Renders one converged picture. Everything large is charged to ram and gpu.
 /// Throws InputError for budgets below the scene's floor, Error for what fails outside.
 RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& ram, Ledger& gpu,

@@ -198,7 +198,7 @@ TEST_F(Cache, PointersOutliveTheCacheAndQueuedWorkIsDropped) {
 }
 
 TEST_F(Cache, ABudgetBelowTheFloorIsRefusedByName) {
-    const std::size_t floor = BrickCache::floorBytes(store, 3);
+    const std::size_t floor = BrickCache::floorBytes(store.info(), 3);
     EXPECT_EQ(floor, 11 * chunk);
     EXPECT_THAT([&] { BrickCache(store, ram, floor - 1, 3); },
                 ThrowsMessage<InputError>(HasSubstr(formatBytes(floor))));

@@ -61,6 +61,8 @@ TEST(Bytes, Parses) {
         EXPECT_THROW(parseBytes(bad, "--ram"), InputError) << bad;
     EXPECT_EQ(formatBytes(std::size_t{512} << 20), "512 MiB");
     EXPECT_EQ(formatBytes(1536), "1.50 KiB");
+    for (std::size_t bytes = 1; bytes < std::size_t{1} << 40; bytes = bytes * 5 / 3 + 1)
+        EXPECT_GE(parseBytes(formatBytes(bytes), "--ram"), bytes) << "a stated need must suffice";
 }
 
 TEST(Threads, FirstExceptionReachesTheCaller) {

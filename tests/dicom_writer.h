@@ -18,7 +18,9 @@ namespace tessera::test {
 /// What is planted in every file; none of it may ever come out again.
 inline const std::vector<std::string> kPlanted = {
     "PLANTED^PATIENT",     "PLANTED-ID-4711",  "19470301",       "20230517",
-    "PLANTED DESCRIPTION", "PLANTED HOSPITAL", "1.2.826.99.4711"};
+    "PLANTED DESCRIPTION", "PLANTED HOSPITAL", "1.2.826.99.4711", "PLANTED-ACC-12",
+    "PLANTED^REFERRER",    "PLANTED STREET 5", "PLANTED COMMENT", "PLANTED STATION",
+    "PLANTED PRIVATE",     "083015.4711"};
 
 struct DicomImage {
     int columns = 4, rows = 3, frames = 1;
@@ -92,12 +94,19 @@ inline std::string dicomBytes(const DicomImage& image) {
     d.element(0x8, 0x16, "UI", image.storageClass);
     d.element(0x8, 0x18, "UI", uid);
     d.element(0x8, 0x20, "DA", kPlanted[3]);
+    d.element(0x8, 0x30, "TM", kPlanted[13]);
+    d.element(0x8, 0x50, "SH", kPlanted[7]);
     d.element(0x8, 0x60, "CS", image.modality);
     d.element(0x8, 0x80, "LO", kPlanted[5]);
+    d.element(0x8, 0x90, "PN", kPlanted[8]);
+    d.element(0x8, 0x1010, "SH", kPlanted[11]);
     d.element(0x8, 0x103e, "LO", kPlanted[4]);
+    d.element(0x9, 0x10, "LO", kPlanted[12]);
     d.element(0x10, 0x10, "PN", kPlanted[0]);
     d.element(0x10, 0x20, "LO", kPlanted[1]);
     d.element(0x10, 0x30, "DA", kPlanted[2]);
+    d.element(0x10, 0x1040, "LO", kPlanted[9]);
+    d.element(0x10, 0x4000, "LT", kPlanted[10]);
     d.element(0x18, 0x50, "DS", "1.5");
     d.element(0x18, 0x60, "DS", "120");
     d.element(0x18, 0x1210, "SH", "B30f");

@@ -1,99 +1,15 @@
 // tests/program_test.cpp: the program from outside: exit codes, one-line messages, what it writes and what
 // not. Everything is generated; the cache folder is a temporary one.
-#include "viewer/program.h"
+#include "program_fixture.h"
 
-#include <algorithm>
-#include <atomic>
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <iostream>
 #include <nlohmann/json.hpp>
-#include <sstream>
-#include <string>
-#include <sys/wait.h>
-#include <unistd.h>
-#include <vector>
 
+namespace tessera::test {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-struct Outcome {
-    int exitCode = -1;
-    std::string out, problems;
-};
-
-std::string readAll(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::ostringstream text;
-    text << file.rdbuf();
-    return text.str();
-}
-
-class Program : public ::testing::Test {
-  protected:
-    void SetUp() override {
-        static std::atomic<int> count{0};
-        folder_ = fs::temp_directory_path() /
-                  ("tessera-program-" + std::to_string(::getpid()) + "-" + std::to_string(count++));
-        fs::create_directories(folder_);
-    }
-    void TearDown() override { fs::remove_all(folder_); }
-
-    /// Runs `tessera arguments` inside the temporary folder, in a child process; words split at blanks, and
-    /// '' is an empty one.
-    Outcome run(const std::string& arguments) {
-        std::vector<std::string> words = {"tessera"};
-        std::istringstream text(arguments);
-        for (std::string word; text >> word;)
-            words.push_back(word == "''" ? "" : word);
-        const pid_t child = ::fork();
-        if (child == 0)
-            ::_exit(runInChild(words));
-        int status = 0;
-        ::waitpid(child, &status, 0);
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readAll(folder_ / ".out"),
-                readAll(folder_ / ".err")};
-    }
-    int runInChild(std::vector<std::string>& words) const {
-        fs::current_path(folder_);
-        ::setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
-        if (!std::freopen(".out", "w", stdout) || !std::freopen(".err", "w", stderr))
-            return 100;
-        std::vector<char*> argv;
-        for (std::string& word : words)
-            argv.push_back(word.data());
-        argv.push_back(nullptr);
-        const int code = tessera::runProgram(static_cast<int>(words.size()), argv.data());
-        std::cout.flush(); // the parser prints its help there
-        std::fflush(nullptr);
-        return code;
-    }
-    /// Bad use: exit code 2, and one line that has all of the words.
-    void expectRefused(const std::string& arguments, const std::vector<std::string>& words) {
-        const Outcome outcome = run(arguments);
-        EXPECT_EQ(outcome.exitCode, 2) << arguments << "\n" << outcome.problems;
-        EXPECT_EQ(outcome.problems.rfind("tessera: ", 0), 0u) << outcome.problems;
-        EXPECT_EQ(std::count(outcome.problems.begin(), outcome.problems.end(), '\n'), 1) << outcome.problems;
-        EXPECT_EQ(outcome.problems.find('\033'), std::string::npos) << "colour, though no terminal";
-        for (const std::string& word : words)
-            EXPECT_THAT(outcome.problems, HasSubstr(word)) << arguments;
-    }
-    void write(const std::string& name, const std::string& text) { std::ofstream(folder_ / name) << text; }
-    void makeSphere() {
-        const Outcome outcome = run("phantom sphere --size 40x33x24 -o s.zarr");
-        ASSERT_EQ(outcome.exitCode, 0) << outcome.problems;
-    }
-    bool exists(const std::string& name) const { return fs::exists(folder_ / name); }
-
-    fs::path folder_;
-};
 
 TEST_F(Program, HelpAndVersionSucceed) {
     EXPECT_THAT(run("--version").out, HasSubstr("tessera 0."));
@@ -257,3 +173,4 @@ TEST_F(Program, SourceFilesAreImportedOnceAndThenReused) {
 #endif
 
 } // namespace
+} // namespace tessera::test

@@ -56,7 +56,7 @@ TEST_P(Contract, CuttingTheWorkAndSkippingChangeNoBit) {
     EXPECT_TRUE(bitEqual(whole.image, everySegment.image)) << "skipping changed the picture";
     EXPECT_LT(whole.work.segments, everySegment.work.segments) << "nothing was skipped";
     MarchSlicing shreds;
-    shreds.fixedTile = 24; // // not a divisor of the picture's size
+    shreds.fixedTile = 24; // not a divisor of the picture's size
     shreds.fixedIterations = 7;
     const GpuPicture resumed = marchOn(prepared, features, shreds);
     EXPECT_TRUE(bitEqual(whole.image, resumed.image)) << "tiles or resuming changed the picture";

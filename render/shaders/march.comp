@@ -29,38 +29,42 @@ void main() {
     precise vec4 sum = uColour[slot];
     uint iterations = 0u;
     uint segments = 0u;
-    uint samples = 0u;
+    uint gradients = 0u;
     int left = uMaxIterations;
-    for (; i < ray.count && left > 0; --left) {
-        ++iterations;
-        vec3 p = segmentPosition(ray, i);
-        int next = nextOccupied(ray, i, p);
-        if (next > i) {
-            i = next;
-            continue;
-        }
-        ++segments;
-        ++samples;
-        vec4 optical = lookUp(fieldValue(p));
-        if (optical.a > 0.0) {
-            precise float alpha = opacityOf(optical.a * segmentLengthMm(ray, i));
-#if FEATURE_SHADING
-            vec3 colour = shade(optical.rgb, fieldGradient(p), ray.direction);
-            samples += 6u;
-#else
-            vec3 colour = optical.rgb;
-#endif
-            precise float weight = (1.0 - sum.a) * alpha;
-            sum.rgb = sum.rgb + weight * colour;
-            sum.a = sum.a + weight;
-#if FEATURE_TERMINATION
-            if (1.0 - sum.a < uTermination) {
-                i = ray.count;
-                break;
+    while (i < ray.count && left > 0) {
+        // First every ray of the group finds its next sample that shows, leaping and looking; then all of them
+        // shade theirs at once. One loop for both would shade few lanes at a time while the others wait.
+        vec4 optical = vec4(0.0);
+        vec3 p = vec3(0.0);
+        while (i < ray.count && left > 0) {
+            --left;
+            ++iterations;
+            p = segmentPosition(ray, i);
+            int next = nextOccupied(ray, i, p);
+            if (next > i) {
+                i = next;
+                continue;
             }
-#endif
+            ++segments;
+            optical = lookUp(fieldValue(p));
+            if (optical.a > 0.0) break;
+            ++i;
         }
+        if (!(optical.a > 0.0)) break;
+        precise float alpha = opacityOf(optical.a * segmentLengthMm(ray, i));
+#if FEATURE_SHADING
+        vec3 colour = shade(optical.rgb, fieldGradient(p), ray.direction);
+        ++gradients;
+#else
+        vec3 colour = optical.rgb;
+#endif
+        precise float weight = (1.0 - sum.a) * alpha;
+        sum.rgb = sum.rgb + weight * colour;
+        sum.a = sum.a + weight;
         ++i;
+#if FEATURE_TERMINATION
+        if (1.0 - sum.a < uTermination) i = ray.count;
+#endif
     }
     uColour[slot] = sum;
     uNext[slot] = i < ray.count ? i : -1;
@@ -68,7 +72,7 @@ void main() {
     atomicAdd(uIterations, iterations); // always: it paces the dispatches
 #if FEATURE_COUNTING
     atomicAdd(uSegments, segments);
-    atomicAdd(uSamples, samples);
+    atomicAdd(uSamples, segments + 6u * gradients);
     atomicAdd(uFetches, gFetches);
 #endif
 }

@@ -84,26 +84,43 @@ float trilinear(ivec3 low, ivec3 high, vec3 f) {
     return v;
 }
 
+#if FEATURE_HARDWARE && FEATURE_BRICKED
+// at: lattice coordinates, between samples of this one brick.
+float filteredInBrick(ivec3 brick, vec3 at) {
+    COUNT_FETCHES(1u);
+    uvec2 entry = texelFetch(uIndex, brick, 0).xy;
+    if ((entry.x & kEntryEmpty) != 0u) return uintBitsToFloat(entry.y);
+    vec3 texel = vec3(slotOrigin(entry) - (brick << uBrickShift)) + at + 0.5;
+    return storedFromFiltered(textureLod(uVoxels, texel * uTexelSize, 0.0).r);
+}
+#endif
+
 float fieldValue(vec3 p) {
     precise vec3 at = p * uSamplesPerVoxel - 0.5;
     at = clamp(at, vec3(0.0), vec3(uLevelExtent - 1));
     ivec3 low = ivec3(at); // not negative, so this is floor
     ivec3 high = min(low + 1, uLevelExtent - 1);
 #if FEATURE_HARDWARE && FEATURE_BRICKED
+    // One filtered fetch per brick that holds a part of the eight samples: one almost everywhere, two across a
+    // face. In the axes that cross, the fetch sits on the outermost sample, so the filter never leaves the slot.
     ivec3 brick = low >> uBrickShift;
-    if (brick == high >> uBrickShift) {
-        // One fetch: all eight samples lie in one slot, so the filter cannot reach a neighbour of the slot.
-        uvec2 entry = texelFetch(uIndex, brick, 0).xy;
-        COUNT_FETCHES(1u);
-        if ((entry.x & kEntryEmpty) != 0u) return uintBitsToFloat(entry.y);
-        vec3 texel = vec3(slotOrigin(entry) - (brick << uBrickShift)) + at + 0.5;
-        return storedFromFiltered(textureLod(uVoxels, texel * uTexelSize, 0.0).r);
-    }
+    ivec3 crosses = (high >> uBrickShift) - brick;
+    vec3 f = at - vec3(low);
+    int mask = crosses.x | crosses.y << 1 | crosses.z << 2;
+    int corner = 0;
+    float value = 0.0;
+    do {
+        ivec3 far = ivec3(corner, corner >> 1, corner >> 2) & 1;
+        vec3 weights = mix(vec3(1.0), mix(1.0 - f, f, vec3(far)), vec3(crosses));
+        value += weights.x * weights.y * weights.z *
+                 filteredInBrick(brick + far, mix(at, vec3(low + far), vec3(crosses)));
+        corner = (corner - mask) & mask; // the next subset of the axes that cross
+    } while (corner != 0);
+    return value;
 #elif FEATURE_HARDWARE
     COUNT_FETCHES(1u);
     return storedFromFiltered(textureLod(uVoxels, (at + 0.5) * uTexelSize, 0.0).r);
-#endif
-#if !FEATURE_HARDWARE || FEATURE_BRICKED
+#else
     precise vec3 f = at - vec3(low);
     return trilinear(low, high, f);
 #endif

@@ -1,0 +1,183 @@
+// tests/bench/bench_tools.cpp: see bench_tools.h.
+#include "tests/bench/bench_tools.h"
+
+#include "bricking/import/importer.h"
+#include "core/error.h"
+#include "datasets/phantom.h"
+#include "render/features.h"
+#include "render/march.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <unistd.h>
+
+namespace tessera::bench {
+
+double minimum(const std::vector<double>& values) {
+    return *std::min_element(values.begin(), values.end());
+}
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    const std::size_t n = values.size();
+    return 0.5 * (values[(n - 1) / 2] + values[n / 2]);
+}
+
+SceneOnDevice::SceneOnDevice(const Scene& scene, const StoreReader& store, const GlContext& context,
+                             Budgets& budgets)
+    : scene_(scene), budgets_(budgets) {
+    scene_.imageSize = glm::ivec2(512); // the camera is fitted for a square; draw() names the real size
+    const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};
+    prepared_ = prepareScene(scene_, store, limits, budgets.ram, budgets.gpu, 0, true);
+    atlas_ = std::make_unique<Atlas>(store.info(), prepared_.selection, limits, budgets.gpu);
+    atlas_->load(*prepared_.cache, budgets.ram, upload_);
+    prepared_.cache.reset(); // every brick is on the device now
+}
+
+std::uint32_t SceneOnDevice::features(Fetch fetch) const {
+    std::uint32_t f = kFeatureBricked;
+    if (scene_.shading.on)
+        f |= kFeatureShading;
+    if (scene_.quality.skipping)
+        f |= kFeatureSkipping;
+    if (fetch == Fetch::hardware)
+        f |= kFeatureHardware;
+    if (texelFormat(prepared_.info().type).normalised)
+        f |= kFeatureNormalised;
+    if (scene_.quality.terminationTransmittance > 0)
+        f |= kFeatureTermination;
+    return f;
+}
+
+Frame SceneOnDevice::draw(const glm::ivec2& size, double stepVoxels, std::uint32_t features, Image* picture) {
+    const PreparedScene& p = prepared_;
+    const double segmentVoxels = stepVoxels * static_cast<double>(1 << p.selection.level);
+    const RayFrame<double> frame = rayFrame(p.camera, p.info(), size, segmentVoxels);
+    const Occupancy* occupancy = (features & kFeatureSkipping) ? &p.occupancy : nullptr;
+    March march(features, frame, p.info(), p.selection.level, p.optics, occupancy, budgets_.gpu);
+    Frame out;
+    const auto start = Clock::now();
+    march.run(atlas_.get(), nullptr, MarchSlicing{}, out.work);
+    const auto reading = Clock::now();
+    Image image = march.image();
+    out.ms = out.work.marchMs + msSince(reading);
+    out.wallMs = msSince(start);
+    if (picture)
+        *picture = std::move(image);
+    return out;
+}
+
+void MemorySource::readSlices(int count, std::span<std::byte> out) {
+    (void)count; // out says the same in bytes
+    TESSERA_CHECK(out.size() <= voxels_.size() - next_);
+    std::memcpy(out.data(), voxels_.data() + next_, out.size());
+    next_ += out.size();
+}
+
+namespace {
+
+template <typename To>
+void convert(const std::vector<std::byte>& from, std::vector<std::byte>& to, double bias) {
+    for (std::size_t i = 0; i < from.size() / 2; ++i) {
+        std::int16_t stored;
+        std::memcpy(&stored, from.data() + 2 * i, 2);
+        const To value = static_cast<To>(static_cast<double>(stored) + bias);
+        std::memcpy(to.data() + sizeof(To) * i, &value, sizeof(To));
+    }
+}
+
+} // namespace
+
+MemoryVolume phantomInMemory(const std::string& name, const glm::ivec3& extent, ValueType type) {
+    const auto source = makePhantom(name, extent);
+    MemoryVolume volume{source->info(), {}};
+    const std::size_t values = cellCount(extent);
+    volume.voxels.resize(values * bytesPerValue(volume.info.type));
+    source->readSlices(extent.z, volume.voxels);
+    if (type == volume.info.type)
+        return volume;
+    TESSERA_CHECK(volume.info.type == ValueType::i16 && (type == ValueType::u16 || type == ValueType::f32));
+    std::vector<std::byte> converted(values * bytesPerValue(type));
+    const double bias = type == ValueType::u16 ? 32768 : 0;
+    if (type == ValueType::u16)
+        convert<std::uint16_t>(volume.voxels, converted, bias);
+    else
+        convert<float>(volume.voxels, converted, bias);
+    volume.info.type = type;
+    volume.info.fillStored += bias;
+    volume.info.rescaleIntercept -= bias * volume.info.rescaleSlope;
+    volume.voxels = std::move(converted);
+    return volume;
+}
+
+ScratchFolder::ScratchFolder() {
+    path_ = std::filesystem::temp_directory_path() / ("tessera-bench-" + std::to_string(::getpid()));
+    std::filesystem::remove_all(path_);
+    std::filesystem::create_directories(path_);
+}
+ScratchFolder::~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+}
+
+std::map<std::string, std::string> parseOptions(int argc, char** argv,
+                                                std::map<std::string, std::string> defaults) {
+    for (int i = 1; i < argc; i += 2) {
+        const auto at = defaults.find(argv[i]);
+        if (at == defaults.end()) {
+            std::string known;
+            for (const auto& [name, value] : defaults)
+                known += " " + name + " (" + value + ")";
+            throw InputError(std::string(argv[i]) + ": expected one of" + known);
+        }
+        if (i + 1 >= argc)
+            throw InputError(std::string(argv[i]) + ": expected a value after it");
+        at->second = argv[i + 1];
+    }
+    return defaults;
+}
+
+std::vector<double> parseNumbers(const std::string& text, const std::string& option) {
+    std::vector<double> numbers;
+    for (const char* at = text.c_str(); *at;) {
+        char* end = nullptr;
+        const double value = std::strtod(at, &end);
+        if (end == at || !(value > 0) || !std::isfinite(value) || (*end != '\0' && *end != ','))
+            throw InputError(option + ": expected positive numbers with commas between, found \"" + text +
+                             "\"");
+        numbers.push_back(value);
+        at = *end ? end + 1 : end;
+    }
+    return numbers;
+}
+
+glm::ivec3 parseExtent(const std::string& text, const std::string& option) {
+    glm::ivec3 extent(0);
+    char rest = 0;
+    if (std::sscanf(text.c_str(), "%dx%dx%d%c", &extent.x, &extent.y, &extent.z, &rest) != 3 ||
+        extent.x < 1 || extent.y < 1 || extent.z < 1)
+        throw InputError(option + ": expected voxels as XxYxZ, found \"" + text + "\"");
+    return extent;
+}
+
+void ensurePhantomStore(const std::filesystem::path& store, const std::string& name,
+                        const glm::ivec3& extent) {
+    if (std::filesystem::exists(store))
+        return;
+    std::fprintf(stderr, "making %s: %s, %dx%dx%d\n", store.c_str(), name.c_str(), extent.x, extent.y,
+                 extent.z);
+    if (store.has_parent_path())
+        std::filesystem::create_directories(store.parent_path());
+    Ledger ram("RAM", "--ram", std::size_t{1} << 30);
+    importToStore(*makePhantom(name, extent), store, ram, ImportOptions{});
+}
+
+double loadAverage() {
+    double load = -1;
+    return ::getloadavg(&load, 1) == 1 ? load : -1;
+}
+
+} // namespace tessera::bench

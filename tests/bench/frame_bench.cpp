@@ -1,0 +1,137 @@
+// tests/bench/frame_bench.cpp: time of whole frames of committed scenes by resolution and fetch mode, with
+// the work behind each, as CSV. Needs neither importers, nor image files, nor the viewer: the volume is a
+// store, generated on the spot where it is absent, so that it runs on a bare GPU machine.
+//
+//   frame_bench --store build/bench-data/torso-thorax.zarr --sizes 128,256,512,1024 --repeats 7 --device auto
+//
+// All cases run once a round, every other round backwards, after one round of warming up that also counts the
+// work. Timed frames do not count: the counters are compiled out of them.
+#include "tests/bench/bench_tools.h"
+
+#include "core/error.h"
+#include "render/features.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+
+namespace tessera::bench {
+namespace {
+
+struct Case {
+    std::string scene;
+    SceneOnDevice* onDevice = nullptr;
+    double stepVoxels = 0.5;
+    int size = 0; // pixels an axis
+    Fetch fetch = Fetch::hardware;
+    Work work;
+    std::vector<double> ms, wallMs;
+};
+
+std::vector<std::filesystem::path> sceneFiles(const std::filesystem::path& folder) {
+    std::vector<std::filesystem::path> files;
+    if (std::filesystem::is_directory(folder))
+        for (const auto& entry : std::filesystem::directory_iterator(folder))
+            if (entry.path().extension() == ".json")
+                files.push_back(entry.path());
+    if (files.empty())
+        throw InputError("--scenes: expected a folder with scenes (.json), found none in " + folder.string());
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+void runRound(std::vector<Case>& cases, bool backwards, bool warmUp) {
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+        Case& c = cases[backwards ? cases.size() - 1 - i : i];
+        std::uint32_t features = c.onDevice->features(c.fetch);
+        if (warmUp)
+            features |= kFeatureCounting;
+        const Frame frame = c.onDevice->draw(glm::ivec2(c.size), c.stepVoxels, features, nullptr);
+        if (warmUp) {
+            c.work = frame.work;
+            continue;
+        }
+        c.ms.push_back(frame.ms);
+        c.wallMs.push_back(frame.wallMs);
+        c.work.longestDispatchMs = std::max(c.work.longestDispatchMs, frame.work.longestDispatchMs);
+    }
+}
+
+void printCsv(const std::vector<Case>& cases, const std::string& device, double loadBefore) {
+    std::printf("device,scene,fetch,pixels,step_voxels,level,repeats,time_min_ms,time_med_ms,wall_med_ms,"
+                "iterations,segments,samples,fetches,dispatches,longest_dispatch_ms,bricks,bytes_uploaded,"
+                "load_before,load_after\n");
+    std::string plainDevice = device;
+    std::replace(plainDevice.begin(), plainDevice.end(), ',', ';');
+    for (const Case& c : cases) {
+        const Work& w = c.work;
+        const Work& u = c.onDevice->uploadWork();
+        const auto n = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
+        std::printf(
+            "%s,%s,%s,%dx%d,%g,%d,%zu,%.2f,%.2f,%.2f,%llu,%llu,%llu,%llu,%llu,%.1f,%llu,%llu,%.2f,%.2f\n",
+            plainDevice.c_str(), c.scene.c_str(), c.fetch == Fetch::exact ? "exact" : "hardware", c.size,
+            c.size, c.stepVoxels, c.onDevice->prepared().selection.level, c.ms.size(), minimum(c.ms),
+            median(c.ms), median(c.wallMs), n(w.iterations), n(w.segments), n(w.samples), n(w.fetches),
+            n(w.dispatches), w.longestDispatchMs, n(u.bricksUploaded), n(u.bytesUploaded), loadBefore,
+            loadAverage());
+    }
+}
+
+void run(int argc, char** argv) {
+    auto options = parseOptions(argc, argv,
+                                {{"--store", ""},
+                                 {"--phantom", "512x512x749"},
+                                 {"--scenes", TESSERA_BENCH_SCENES},
+                                 {"--sizes", "128,256,512,1024"},
+                                 {"--repeats", "7"},
+                                 {"--device", "auto"},
+                                 {"--gpu-memory", "4GiB"}});
+    const GlContext context(GlDeviceChoice{options["--device"]});
+    Budgets budgets(parseBytes(options["--gpu-memory"], "--gpu-memory"));
+    std::map<std::filesystem::path, std::unique_ptr<StoreReader>> stores;
+    std::vector<std::unique_ptr<SceneOnDevice>> scenes;
+    std::vector<Case> cases;
+    for (const std::filesystem::path& file : sceneFiles(options["--scenes"])) {
+        Scene scene = loadScene(file);
+        const std::filesystem::path path =
+            options["--store"].empty() ? scene.volumes.at(0).path : std::filesystem::path(options["--store"]);
+        ensurePhantomStore(path, "torso", parseExtent(options["--phantom"], "--phantom"));
+        auto& store = stores[path];
+        if (!store)
+            store = std::make_unique<StoreReader>(path, budgets.ram);
+        scenes.push_back(std::make_unique<SceneOnDevice>(scene, *store, context, budgets));
+        for (const double size : parseNumbers(options["--sizes"], "--sizes"))
+            for (const Fetch fetch : {Fetch::hardware, Fetch::exact})
+                cases.push_back({file.stem().string(),
+                                 scenes.back().get(),
+                                 scene.quality.stepVoxels,
+                                 static_cast<int>(size),
+                                 fetch,
+                                 {},
+                                 {},
+                                 {}});
+    }
+    const int repeats = static_cast<int>(parseNumbers(options["--repeats"], "--repeats").at(0));
+    const double load = loadAverage();
+    for (int round = 0; round <= repeats; ++round)
+        runRound(cases, round % 2 == 0, round == 0);
+    if (!context.errors().empty())
+        throw Error("OpenGL: " + context.errors().front());
+    printCsv(cases, context.renderer(), load);
+}
+
+} // namespace
+} // namespace tessera::bench
+
+int main(int argc, char** argv) {
+    try {
+        tessera::bench::run(argc, argv);
+        return 0;
+    } catch (const tessera::InputError& error) {
+        std::fprintf(stderr, "frame_bench: %s\n", error.what());
+        return 2;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "frame_bench: %s\n", error.what());
+        return 1;
+    }
+}

@@ -1,0 +1,383 @@
+// tests/bench/vtk_peer.cpp: the thorax-sized torso, plain, drawn by Tessera's march and by VTK's two volume
+// mappers in one interleaved run, and how far each is from the true integral: time at equal error, never at
+// equal step.
+//
+//   xvfb-run -a vtk_peer --store build/bench-data/torso-thorax.zarr --rounds 6 --csv
+//   build/bench-results/vtk_peer.csv
+//
+// Same camera, same points of the transfer function (linear in opacity per unit distance and in RGB, linear
+// light), same trilinear field, black background. VTK hands out 8 bits a channel, so the comparison is made
+// on pictures rounded to 8 bits, Tessera's too; Tessera's error before rounding is a column of its own.
+// --shifts 1 also measures against references moved by half a pixel: a disagreement about pixel centres would
+// show there.
+#include "tests/bench/bench_tools.h"
+#include "tests/bench/vtk_renderer.h"
+
+#include "core/error.h"
+#include "core/image_metrics.h"
+#include "render/features.h"
+#include "render/reference.h"
+
+#include <algorithm>
+#include <cmath>
+#include <condition_variable>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+namespace tessera::bench {
+namespace {
+
+/// A thread that owns Tessera's GL context: EGL and VTK's GLX cannot both be current on one.
+class GlThread {
+  public:
+    GlThread()
+        : thread_([this](const std::stop_token& stop) {
+              std::unique_lock lock(mutex_);
+              while (wake_.wait(lock, stop, [this] { return job_ != nullptr; })) {
+                  try {
+                      (*job_)();
+                  } catch (...) {
+                      failure_ = std::current_exception();
+                  }
+                  job_ = nullptr;
+                  done_.notify_one();
+              }
+          }) {}
+    /// Runs the job there and waits; rethrows what it threw.
+    void run(const std::function<void()>& job) {
+        std::unique_lock lock(mutex_);
+        job_ = &job;
+        wake_.notify_one();
+        done_.wait(lock, [this] { return job_ == nullptr; });
+        if (failure_)
+            std::rethrow_exception(std::exchange(failure_, nullptr));
+    }
+
+  private:
+    std::mutex mutex_;
+    std::condition_variable_any wake_;
+    std::condition_variable done_;
+    const std::function<void()>* job_ = nullptr;
+    std::exception_ptr failure_;
+    std::jthread thread_; // last: it uses all of the above
+};
+
+/// Every level-0 voxel, for VTK, which holds volumes whole.
+std::vector<std::byte> wholeVolume(const StoreReader& store) {
+    const VolumeInfo& info = store.info();
+    const std::size_t valueBytes = bytesPerValue(info.type);
+    std::vector<std::byte> voxels(static_cast<std::size_t>(info.voxelCount()) * valueBytes);
+    std::vector<std::byte> chunk(store.chunkBytes());
+    const glm::ivec3 grid = chunkGrid(info.extentVoxels, 0);
+    for (std::size_t n = 0; n < cellCount(grid); ++n) {
+        const auto flat = static_cast<int>(n);
+        const glm::ivec3 at(flat % grid.x, flat / grid.x % grid.y, flat / (grid.x * grid.y));
+        store.readChunk({0, at.x, at.y, at.z}, chunk);
+        const glm::ivec3 low = at * kChunkExtent,
+                         size = glm::min(info.extentVoxels - low, glm::ivec3(kChunkExtent));
+        for (int z = 0; z < size.z; ++z)
+            for (int y = 0; y < size.y; ++y)
+                std::memcpy(voxels.data() +
+                                linearIndex(low + glm::ivec3(0, y, z), info.extentVoxels) * valueBytes,
+                            chunk.data() + linearIndex({0, y, z}, glm::ivec3(kChunkExtent)) * valueBytes,
+                            static_cast<std::size_t>(size.x) * valueBytes);
+    }
+    return voxels;
+}
+
+/// Every stride-th pixel of every stride-th row, from the middle of the first stride on.
+Image thinned(const Image& image, int stride) {
+    Image out(image.size / stride);
+    for (int y = 0; y < out.size.y; ++y)
+        for (int x = 0; x < out.size.x; ++x)
+            out.at(x, y) = image.at(x * stride + stride / 2, y * stride + stride / 2);
+    return out;
+}
+
+Image roundedTo8Bits(Image image) {
+    for (glm::vec4& pixel : image.pixels)
+        pixel = glm::round(glm::clamp(pixel, 0.0f, 1.0f) * 255.0f) / 255.0f;
+    return image;
+}
+
+/// The pixels of thinned(), by the reference; shift moves the ray inside each pixel.
+Image referenceImage(BrickCache& cache, const PreparedScene& p, const glm::ivec2& size, int stride,
+                     const glm::dvec2& shift) {
+    const VolumeInfo& info = p.info();
+    const RayPlane plane = rayPlane(p.camera, info, size);
+    const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
+    Image out(size / stride);
+    std::vector<ReferenceRay> rays;
+    for (int y = 0; y < out.size.y; ++y)
+        for (int x = 0; x < out.size.x; ++x) {
+            const glm::dvec2 pixel = glm::dvec2(glm::ivec2(x, y) * stride + stride / 2) + 0.5 + shift;
+            const PatientRay ray = pixelRay(plane, pixel, size);
+            rays.push_back({glm::dvec3(voxelFromPatient * glm::dvec4(ray.base, 1)),
+                            glm::dmat3(voxelFromPatient) * ray.direction,
+                            std::max(ray.minT, -std::numeric_limits<double>::max())});
+        }
+    Shading off;
+    off.on = false;
+    const ReferenceInput input{&cache, &info, &p.function, off, &p.statistics};
+    const std::vector<glm::dvec4> values = renderReference(input, rays, 0);
+    std::transform(values.begin(), values.end(), out.pixels.begin(),
+                   [](const glm::dvec4& v) { return glm::vec4(v); });
+    return out;
+}
+
+/// One renderer at one sample distance.
+struct Method {
+    std::string family;
+    double distanceVoxels = 0;
+    std::function<double()> draw;   // milliseconds
+    std::function<Image()> picture; // of the last draw
+    std::vector<double> ms;
+    Image pixels;                  // thinned, as it came
+    ImageDifference asIs, rounded; // against the reference
+    Work work;                     // Tessera's only
+};
+
+/// Time at which a family reaches an error, between its settings (log-log), on those no other setting beats
+/// in both. None where it is never reached; where even the coarsest setting is better, the coarsest one's
+/// time.
+std::optional<double> timeAtError(const std::vector<Method>& methods, const std::string& family,
+                                  double error) {
+    std::vector<std::pair<double, double>> points; // error, time
+    for (const Method& m : methods)
+        if (m.family == family)
+            points.emplace_back(m.rounded.rms, minimum(m.ms));
+    std::sort(points.begin(), points.end(), [](auto a, auto b) { return a.second < b.second; }); // fast first
+    std::optional<std::pair<double, double>> before;
+    for (const auto& point : points) {
+        if (before && point.first >= before->first)
+            continue; // slower and no better
+        if (point.first <= error) {
+            if (!before)
+                return point.second;
+            const double share = std::log(before->first / error) / std::log(before->first / point.first);
+            return before->second * std::pow(point.second / before->second, share);
+        }
+        before = point;
+    }
+    return std::nullopt;
+}
+
+void printTables(const std::vector<Method>& methods, const std::vector<std::string>& families) {
+    std::printf(
+        "\n| renderer | distance, voxels | min ms | median ms | rms 8 bit | max | L*u*v* p99 | rms float |\n"
+        "|---|---|---|---|---|---|---|---|\n");
+    for (const Method& m : methods) {
+        std::printf("| %s | %g | %.0f | %.0f | %.5f | %.3f | %.2f | ", m.family.c_str(), m.distanceVoxels,
+                    minimum(m.ms), median(m.ms), m.rounded.rms, m.rounded.maxAbs, m.rounded.luvP99);
+        if (m.family.starts_with("vtk"))
+            std::printf("n/a |\n");
+        else
+            std::printf("%.6f |\n", m.asIs.rms);
+    }
+    std::printf(
+        "\nMinimum ms at equal error (rms of 8-bit pictures), interpolated, not extrapolated:\n\n| rms |");
+    for (const std::string& family : families)
+        std::printf(" %s |", family.c_str());
+    std::printf("\n|---|");
+    for (std::size_t i = 0; i < families.size(); ++i)
+        std::printf("---|");
+    std::vector<double> targets = {0.02, 0.01, 1.0 / 255, 0.002, 0.0015};
+    for (const Method& m : methods)
+        if (m.family.starts_with("vtk"))
+            targets.push_back(m.rounded.rms);
+    std::sort(targets.rbegin(), targets.rend());
+    for (const double target : targets) {
+        std::printf("\n| %.5f |", target);
+        for (const std::string& family : families)
+            if (const auto ms = timeAtError(methods, family, target))
+                std::printf(" %.0f |", *ms);
+            else
+                std::printf(" not reached |");
+    }
+    std::printf("\n");
+}
+
+void writeCsv(const std::string& path, const std::vector<Method>& methods, const std::string& tesseraDevice,
+              const std::string& vtkDevice, double loadBefore) {
+    std::FILE* file = std::fopen(path.c_str(), "w");
+    if (!file)
+        throw InputError(path + ": expected a file that can be written");
+    std::fprintf(file,
+                 "renderer,device,distance_voxels,rounds,time_min_ms,time_med_ms,rms_8bit,max_8bit,bias_8bit,"
+                 "luv_mean_8bit,luv_p99_8bit,rms_float,max_float,masked_pixels,segments,samples,fetches,"
+                 "load_before,load_after\n");
+    for (const Method& m : methods) {
+        std::string device = m.family.starts_with("vtk") ? vtkDevice : tesseraDevice;
+        std::replace(device.begin(), device.end(), ',', ';');
+        std::fprintf(
+            file, "%s,%s,%g,%zu,%.2f,%.2f,%.6f,%.5f,%.6f,%.4f,%.4f,%.7f,%.6f,%zu,%llu,%llu,%llu,%.2f,%.2f\n",
+            m.family.c_str(), device.c_str(), m.distanceVoxels, m.ms.size(), minimum(m.ms), median(m.ms),
+            m.rounded.rms, m.rounded.maxAbs, m.rounded.bias, m.rounded.luvMean, m.rounded.luvP99, m.asIs.rms,
+            m.asIs.maxAbs, m.rounded.maskedPixels, static_cast<unsigned long long>(m.work.segments),
+            static_cast<unsigned long long>(m.work.samples), static_cast<unsigned long long>(m.work.fetches),
+            loadBefore, loadAverage());
+    }
+    std::fclose(file);
+}
+
+void run(int argc, char** argv) {
+    auto options = parseOptions(argc, argv,
+                                {{"--store", "build/bench-data/torso-thorax.zarr"},
+                                 {"--phantom", "512x512x749"},
+                                 {"--preset", "bone"},
+                                 {"--size", "512"},
+                                 {"--rounds", "6"},
+                                 {"--stride", "4"},
+                                 {"--distances", "2,1,0.5,0.25"},
+                                 {"--device", "software"},
+                                 {"--shifts", "0"},
+                                 {"--csv", ""}});
+    const auto number = [&](const char* option) {
+        return static_cast<int>(std::atof(options[option].c_str()));
+    };
+    const glm::ivec2 size(static_cast<int>(parseNumbers(options["--size"], "--size").at(0)));
+    const int stride = static_cast<int>(parseNumbers(options["--stride"], "--stride").at(0));
+    ensurePhantomStore(options["--store"], "torso", parseExtent(options["--phantom"], "--phantom"));
+
+    Budgets budgets;
+    const StoreReader store(options["--store"], budgets.ram);
+    const VolumeInfo& info = store.info();
+    Scene scene;
+    scene.volumes = {{options["--store"], options["--preset"]}};
+    scene.shading.on = false;
+    scene.imageSize = size;
+
+    GlThread glThread;
+    std::optional<GlContext> context;
+    std::optional<SceneOnDevice> tessera;
+    glThread.run([&] {
+        context.emplace(GlDeviceChoice{options["--device"]});
+        tessera.emplace(scene, store, *context, budgets);
+    });
+    const PreparedScene& p = tessera->prepared();
+    if (p.selection.level != 0)
+        throw Error("the volume does not fit the device at full resolution");
+    const std::vector<std::byte> voxels = wholeVolume(store);
+    VtkRenderer cpu(VtkMapper::cpu, info, voxels, p.function, p.camera, size);
+    VtkRenderer gpu(VtkMapper::gpu, info, voxels, p.function, p.camera, size);
+    // VTK counts in mm along the ray, Tessera in voxels; between anisotropic voxels the mean is as fair as
+    // any.
+    const glm::dvec3 spacing = info.spacingMm();
+    const double voxelMm = std::cbrt(spacing.x * spacing.y * spacing.z);
+
+    const std::vector<std::string> families = {"tessera hardware", "tessera exact", "vtk cpu", "vtk gpu"};
+    std::vector<Method> methods;
+    Image last; // of Tessera
+    for (const double d : parseNumbers(options["--distances"], "--distances")) {
+        for (const Fetch fetch : {Fetch::hardware, Fetch::exact}) {
+            const std::uint32_t features = tessera->features(fetch);
+            Method m{families[fetch == Fetch::exact ? 1 : 0], d, {}, {}, {}, {}, {}, {}, {}};
+            m.draw = [&glThread, &tessera, &last, size, d, features] {
+                double ms = 0;
+                glThread.run([&] { ms = tessera->draw(size, d, features, &last).ms; });
+                return ms;
+            };
+            m.picture = [&last] { return last; };
+            glThread.run([&] { m.work = tessera->draw(size, d, features | kFeatureCounting, nullptr).work; });
+            methods.push_back(std::move(m));
+        }
+        for (VtkRenderer* vtk : {&cpu, &gpu})
+            methods.push_back({families[vtk == &cpu ? 2 : 3],
+                               d,
+                               [vtk, d, voxelMm] { return vtk->drawMs(d * voxelMm); },
+                               [vtk] { return vtk->picture(); },
+                               {},
+                               {},
+                               {},
+                               {},
+                               {}});
+    }
+    std::sort(methods.begin(), methods.end(), [](const Method& a, const Method& b) {
+        return std::pair(a.family, -a.distanceVoxels) < std::pair(b.family, -b.distanceVoxels);
+    });
+
+    // Warm-up: also where the pictures are taken. A second turn, because VTK's first frame uploads.
+    for (Method& m : methods) {
+        m.draw();
+        m.pixels = thinned(m.picture(), stride);
+    }
+    BrickCache cache(store, budgets.ram, std::size_t{1} << 30, 0);
+    const auto referenceStart = Clock::now();
+    const Image truth = referenceImage(cache, p, size, stride, glm::dvec2(0));
+    const double referenceMs = msSince(referenceStart);
+    for (Method& m : methods) {
+        m.asIs = compare(m.pixels, truth);
+        m.rounded = compare(roundedTo8Bits(m.pixels), truth);
+    }
+
+    const double load = loadAverage();
+    for (int round = 0; round < number("--rounds"); ++round)
+        for (std::size_t i = 0; i < methods.size(); ++i) {
+            Method& m = methods[round % 2 ? methods.size() - 1 - i : i];
+            m.ms.push_back(m.draw());
+        }
+
+    std::printf(
+        "volume %dx%dx%d, spacing %.4g x %.4g x %.4g mm, one voxel of distance = %.4g mm\n"
+        "picture %dx%d, preset %s, plain; errors on every %d. pixel of every %d. row: %zu pixels, %zu not "
+        "black\nTessera on %s; VTK %s on %s\n%d rounds after one of warming up; load %.1f before, %.1f "
+        "after; "
+        "reference %.0f ms\n",
+        info.extentVoxels.x, info.extentVoxels.y, info.extentVoxels.z, spacing.x, spacing.y, spacing.z,
+        voxelMm, size.x, size.y, options["--preset"].c_str(), stride, stride, truth.pixels.size(),
+        methods.front().rounded.maskedPixels, context->renderer().c_str(), VtkRenderer::version().c_str(),
+        gpu.device().c_str(), number("--rounds"), load, loadAverage(), referenceMs);
+    printTables(methods, families);
+    if (!options["--csv"].empty())
+        writeCsv(options["--csv"], methods, context->renderer(), gpu.device(), load);
+
+    if (number("--shifts")) {
+        std::printf("\nrms against a reference whose rays are moved, pixels right and down:\n\n| moved |");
+        const double finest = methods.back().distanceVoxels; // the last of a sorted family
+        for (const std::string& family : families)
+            std::printf(" %s |", family.c_str());
+        std::printf("\n|---|---|---|---|---|");
+        for (const glm::dvec2 shift : {glm::dvec2(0, 0),
+                                       {0.5, 0},
+                                       {-0.5, 0},
+                                       {0, 0.5},
+                                       {0, -0.5},
+                                       {0.5, 0.5},
+                                       {-0.5, -0.5},
+                                       {0.5, -0.5},
+                                       {-0.5, 0.5}}) {
+            const Image moved = referenceImage(cache, p, size, stride, shift);
+            std::printf("\n| %g, %g |", shift.x, shift.y);
+            for (const std::string& family : families)
+                for (const Method& m : methods)
+                    if (m.family == family && m.distanceVoxels == finest)
+                        std::printf(" %.5f |", compare(roundedTo8Bits(m.pixels), moved).rms);
+        }
+        std::printf("\n");
+    }
+    glThread.run([&] {
+        tessera.reset();
+        context.reset();
+    });
+}
+
+} // namespace
+} // namespace tessera::bench
+
+int main(int argc, char** argv) {
+    try {
+        tessera::bench::run(argc, argv);
+        return 0;
+    } catch (const tessera::InputError& error) {
+        std::fprintf(stderr, "vtk_peer: %s\n", error.what());
+        return 2;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "vtk_peer: %s\n", error.what());
+        return 1;
+    }
+}

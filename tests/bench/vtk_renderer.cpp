@@ -1,0 +1,161 @@
+// tests/bench/vtk_renderer.cpp: see vtk_renderer.h.
+#include "tests/bench/vtk_renderer.h"
+
+#include "core/error.h"
+#include "tests/bench/bench_tools.h"
+
+#include <vtkCamera.h>
+#include <vtkColorTransferFunction.h>
+#include <vtkFixedPointVolumeRayCastMapper.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkOpenGLGPUVolumeRayCastMapper.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkPiecewiseFunction.h>
+#include <vtkPointData.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkShortArray.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkVersion.h>
+#include <vtkVolume.h>
+#include <vtkVolumeProperty.h>
+
+namespace tessera::bench {
+
+struct VtkRenderer::State {
+    glm::ivec2 size{0};
+    vtkNew<vtkImageData> image;
+    vtkNew<vtkColorTransferFunction> colour;
+    vtkNew<vtkPiecewiseFunction> opacity;
+    vtkNew<vtkVolumeProperty> property;
+    vtkNew<vtkVolume> volume;
+    vtkNew<vtkRenderer> renderer;
+    vtkNew<vtkRenderWindow> window;
+    vtkSmartPointer<vtkFixedPointVolumeRayCastMapper> cpu;
+    vtkSmartPointer<vtkOpenGLGPUVolumeRayCastMapper> gpu;
+    vtkNew<vtkUnsignedCharArray> pixels;
+};
+
+namespace {
+
+/// Voxels without a copy; VTK's points are voxel centres.
+void setVoxels(vtkImageData& image, const VolumeInfo& info, std::span<const std::byte> voxels) {
+    TESSERA_CHECK(info.type == ValueType::i16);
+    const glm::dvec3 spacing = info.spacingMm(), origin = firstVoxelCentreMm(info);
+    for (int axis = 0; axis < 3; ++axis)
+        TESSERA_CHECK(info.patientFromVoxel[axis][axis] == spacing[axis]); // along the patient's axes
+    image.SetDimensions(info.extentVoxels.x, info.extentVoxels.y, info.extentVoxels.z);
+    image.SetSpacing(spacing.x, spacing.y, spacing.z);
+    image.SetOrigin(origin.x, origin.y, origin.z);
+    vtkNew<vtkShortArray> scalars;
+    // VTK's arrays are not const; it only reads them.
+    auto* values = const_cast<short*>(reinterpret_cast<const short*>(voxels.data()));
+    scalars->SetArray(values, static_cast<vtkIdType>(voxels.size() / 2), 1);
+    image.GetPointData()->SetScalars(scalars);
+}
+
+} // namespace
+
+VtkRenderer::VtkRenderer(VtkMapper mapper, const VolumeInfo& info, std::span<const std::byte> voxels,
+                         const TransferFunction& function, const Camera& camera, const glm::ivec2& size)
+    : state_(std::make_unique<State>()) {
+    State& s = *state_;
+    s.size = size;
+    setVoxels(*s.image, info, voxels);
+    // The same points, in stored values: VTK too is linear between them, in opacity per unit distance and in
+    // RGB.
+    const auto stored = [&](double value) { return (value - info.rescaleIntercept) / info.rescaleSlope; };
+    for (const OpacityPoint& point : function.opacityPoints())
+        s.opacity->AddPoint(stored(point.value), point.opacity);
+    for (const ColourPoint& point : function.colourPoints())
+        s.colour->AddRGBPoint(stored(point.value), point.colour.r, point.colour.g, point.colour.b);
+    s.property->SetColor(s.colour);
+    s.property->SetScalarOpacity(s.opacity);
+    s.property->SetScalarOpacityUnitDistance(function.referenceLengthMm());
+    s.property->SetInterpolationTypeToLinear();
+    s.property->ShadeOff();
+
+    if (mapper == VtkMapper::cpu) {
+        s.cpu = vtkSmartPointer<vtkFixedPointVolumeRayCastMapper>::New();
+        s.cpu->SetInputData(s.image);
+        s.cpu->AutoAdjustSampleDistancesOff();
+        s.cpu->LockSampleDistanceToInputSpacingOff();
+        s.cpu->SetImageSampleDistance(1);
+        s.volume->SetMapper(s.cpu);
+    } else {
+        s.gpu = vtkSmartPointer<vtkOpenGLGPUVolumeRayCastMapper>::New();
+        s.gpu->SetInputData(s.image);
+        s.gpu->AutoAdjustSampleDistancesOff();
+        s.gpu->LockSampleDistanceToInputSpacingOff();
+        s.gpu->UseJitteringOff();
+        s.gpu->SetImageSampleDistance(1);
+        s.gpu->SetMaxMemoryInBytes(vtkIdType{4} << 30); // nothing is left out or made coarser
+        s.gpu->SetMaxMemoryFraction(1);
+        s.volume->SetMapper(s.gpu);
+    }
+    s.volume->SetProperty(s.property);
+    s.renderer->AddVolume(s.volume);
+    s.renderer->SetBackground(0, 0, 0);
+    s.renderer->SetBackgroundAlpha(0);
+    vtkCamera* view = s.renderer->GetActiveCamera();
+    view->SetPosition(camera.position.x, camera.position.y, camera.position.z);
+    view->SetFocalPoint(camera.focalPoint.x, camera.focalPoint.y, camera.focalPoint.z);
+    view->SetViewUp(camera.viewUp.x, camera.viewUp.y, camera.viewUp.z);
+    view->SetViewAngle(camera.viewAngle);
+    view->SetParallelProjection(camera.projection == Projection::parallel ? 1 : 0);
+    view->SetParallelScale(camera.parallelScale);
+    s.renderer->ResetCameraClippingRange();
+    s.window->SetOffScreenRendering(1);
+    s.window->SetMultiSamples(0);
+    s.window->SetAlphaBitPlanes(1);
+    s.window->SetSize(size.x, size.y);
+    s.window->AddRenderer(s.renderer);
+}
+
+VtkRenderer::~VtkRenderer() = default;
+
+double VtkRenderer::drawMs(double sampleDistanceMm) {
+    State& s = *state_;
+    if (s.cpu) {
+        s.cpu->SetSampleDistance(static_cast<float>(sampleDistanceMm));
+        s.cpu->SetInteractiveSampleDistance(static_cast<float>(sampleDistanceMm));
+    } else {
+        s.gpu->SetSampleDistance(static_cast<float>(sampleDistanceMm));
+    }
+    const auto start = Clock::now();
+    s.window->Render();
+    s.window->WaitForCompletion();
+    s.window->GetRGBACharPixelData(0, 0, s.size.x - 1, s.size.y - 1, 1, s.pixels);
+    return msSince(start);
+}
+
+Image VtkRenderer::picture() const {
+    const State& s = *state_;
+    Image image(s.size);
+    for (int y = 0; y < s.size.y; ++y)
+        for (int x = 0; x < s.size.x; ++x) {
+            const auto at = static_cast<vtkIdType>(s.size.y - 1 - y) * s.size.x + x; // VTK: bottom row first
+            for (int c = 0; c < 4; ++c)
+                image.at(x, y)[c] = static_cast<float>(s.pixels->GetTypedComponent(at, c)) / 255.0f;
+        }
+    return image;
+}
+
+std::string VtkRenderer::device() const {
+    const std::string text = state_->window->ReportCapabilities();
+    const auto line = [&](const std::string& key) {
+        const std::size_t at = text.find(key);
+        if (at == std::string::npos)
+            return std::string("?");
+        const std::size_t from = text.find_first_not_of(' ', at + key.size());
+        return text.substr(from, text.find('\n', from) - from);
+    };
+    return line("OpenGL renderer string:") + ", OpenGL " + line("OpenGL version string:");
+}
+
+std::string VtkRenderer::version() {
+    return vtkVersion::GetVTKVersion();
+}
+
+} // namespace tessera::bench

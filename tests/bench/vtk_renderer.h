@@ -1,0 +1,44 @@
+// tests/bench/vtk_renderer.h: VTK's two volume mappers behind one face, set up as its users set them up for a
+// comparison of equals: nothing adaptive, nothing random, no shading, the same camera and transfer function.
+// All calls come from one thread; the GL context is VTK's own.
+#pragma once
+
+#include "core/camera.h"
+#include "core/image.h"
+#include "core/transfer_function.h"
+#include "core/volume.h"
+
+#include <cstddef>
+#include <glm/vec2.hpp>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace tessera::bench {
+
+enum class VtkMapper { cpu, gpu }; // vtkFixedPointVolumeRayCastMapper, vtkOpenGLGPUVolumeRayCastMapper
+
+class VtkRenderer {
+  public:
+    /// @param voxels  all voxels of level 0, stored int16, [z][y][x]; not copied, outlives this
+    /// @param info    axes along the patient's (no rotation), int16
+    VtkRenderer(VtkMapper mapper, const VolumeInfo& info, std::span<const std::byte> voxels,
+                const TransferFunction& function, const Camera& camera, const glm::ivec2& size);
+    ~VtkRenderer();
+    VtkRenderer(const VtkRenderer&) = delete;
+    VtkRenderer& operator=(const VtkRenderer&) = delete;
+
+    /// Milliseconds of one frame: render, wait for it, read 8-bit RGBA back.
+    double drawMs(double sampleDistanceMm);
+    /// The last frame. VTK's 8-bit values are taken as linear, as the transfer function's colours went in.
+    Image picture() const;
+    /// OpenGL renderer and version of VTK's window.
+    std::string device() const;
+    static std::string version();
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+} // namespace tessera::bench
