@@ -190,8 +190,8 @@ void BrickCache::State::load(const ChunkKey& key) {
 }
 
 BrickCache::BrickCache(const StoreReader& store, Ledger& ram, std::size_t budgetBytes, int threads) {
-    if (budgetBytes < floorBytes(store, threads))
-        throw InputError("the cache of chunks needs at least " + formatBytes(floorBytes(store, threads)) +
+    if (budgetBytes < floorBytes(store.info(), threads))
+        throw InputError("the cache of chunks needs at least " + formatBytes(floorBytes(store.info(), threads)) +
                          ", but was given " + formatBytes(budgetBytes) + "; raise " + ram.option());
     state_ = std::make_shared<State>(store, ram, budgetBytes, store.chunkBytes());
     for (std::size_t i = 0; i < loaderCount(threads); ++i)
@@ -245,8 +245,9 @@ std::size_t BrickCache::pinnableChunks() const {
     return state_->capacity - loaders_.size();
 }
 
-std::size_t BrickCache::floorBytes(const StoreReader& store, int threads) {
-    return (kPinnedFloor + loaderCount(threads)) * store.chunkBytes();
+std::size_t BrickCache::floorBytes(const VolumeInfo& info, int threads) {
+    return (kPinnedFloor + loaderCount(threads)) * cellCount(glm::ivec3(kChunkExtent)) *
+           bytesPerValue(info.type);
 }
 
 BrickCache::Counters BrickCache::counters() const {

@@ -55,7 +55,7 @@ class BrickCache {
     /// in.
     std::size_t pinnableChunks() const;
     /// Eight pinned chunks, the neighbourhood of one sample, and one per loader.
-    static std::size_t floorBytes(const StoreReader& store, int threads);
+    static std::size_t floorBytes(const VolumeInfo& info, int threads);
 
     struct Counters {
         std::uint64_t hits = 0, joins = 0, misses = 0, evictions = 0, bytesDecoded = 0;

@@ -8,7 +8,7 @@
 namespace tessera {
 
 Selection selectOneLevel(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
-                         std::size_t budgetBytes, const PackedBytes& packedBytes, bool cull,
+                         std::size_t availableBytes, const PackedBytes& packedBytes, bool cull,
                          const std::string& budgetName, std::size_t fixedBytes) {
     Selection s;
     s.bricks = brickGrid(info.extentVoxels);
@@ -27,12 +27,12 @@ Selection selectOneLevel(const Statistics& statistics, const TransferTable& tabl
                 else
                     ++s.residentCount;
             }
-    for (s.level = 0; s.level < kLevelCount; ++s.level)
-        if (packedBytes(s.residentCount, s.level) <= budgetBytes) return s;
+    for (s.level = 0; s.level < kLevelCount && fixedBytes <= availableBytes; ++s.level)
+        if (packedBytes(s.residentCount, s.level) <= availableBytes - fixedBytes) return s;
     throw InputError(budgetName + ": this scene needs at least " +
                      formatBytes(fixedBytes + packedBytes(s.residentCount, kLevelCount - 1)) +
-                     " (its bricks at the coarsest level, picture and tables), but the budget is " +
-                     formatBytes(fixedBytes + budgetBytes));
+                     " (its bricks at the coarsest level, picture and tables), but " +
+                     formatBytes(availableBytes) + " are free");
 }
 
 } // namespace tessera

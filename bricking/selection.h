@@ -28,10 +28,11 @@ struct Selection {
 using PackedBytes = std::function<std::size_t(std::size_t bricks, int level)>;
 
 /// @param cull  false: every brick is resident (equality tests)
-/// @param budgetName  the option that sets the budget; @param fixedBytes  what the scene takes besides bricks
-/// Throws InputError naming the floor when even the coarsest level does not fit budgetBytes.
+/// @param availableBytes  free in the budget, for bricks and for the fixedBytes that the scene takes besides
+/// @param budgetName  the option that sets the budget
+/// Throws InputError naming the floor when even the coarsest level does not fit.
 Selection selectOneLevel(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
-                         std::size_t budgetBytes, const PackedBytes& packedBytes, bool cull,
+                         std::size_t availableBytes, const PackedBytes& packedBytes, bool cull,
                          const std::string& budgetName, std::size_t fixedBytes);
 
 } // namespace tessera
