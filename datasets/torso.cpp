@@ -15,6 +15,9 @@ constexpr float kAirHu = -1000, kNoiseHu = 12, kLowestHu = -1024, kHighestHu = 3
 // Surfaces are as sharp as the voxels, but no sharper than a scanner, and still surfaces in a tiny volume.
 constexpr float kSharpestMm = 0.5F, kBluntestMm = 6;
 
+/// A scanner's point spread is wider than a voxel; edges of one voxel would show as terraces on lit surfaces.
+constexpr float kPointSpreadVoxels = 1.75F;
+
 float blendMm(const glm::dvec3& spacing) {
     return std::clamp(static_cast<float>(std::cbrt(spacing.x * spacing.y * spacing.z)), kSharpestMm,
                       kBluntestMm);
@@ -48,7 +51,8 @@ class TorsoSlices final : public SliceGenerator {
   public:
     explicit TorsoSlices(const glm::ivec3& extentVoxels)
         : info_(centredVolume("torso", extentVoxels, kBodyMm, ValueType::i16)),
-          painter_(buildTorso(blendMm(info_.spacingMm())), kAirHu, blendMm(info_.spacingMm())) {
+          painter_(buildTorso(blendMm(info_.spacingMm())), kAirHu,
+                   kPointSpreadVoxels * blendMm(info_.spacingMm())) {
         info_.unit = "HU";
         info_.fillStored = static_cast<double>(kLowestHu);
         info_.acquisition.modality = "CT";

@@ -7,6 +7,7 @@
 #include "render/march.h" // March::stateBytes
 
 #include <algorithm>
+#include <cmath>
 
 namespace tessera {
 
@@ -17,6 +18,8 @@ ValueSummary summarise(const Statistics& statistics, const VolumeInfo& info) {
     summary.lowest = std::min(a, b);
     summary.highest = std::max(a, b);
     summary.isHu = info.unit == "HU";
+    const glm::dvec3 spacing = info.spacingMm();
+    summary.spacingMm = std::cbrt(spacing.x * spacing.y * spacing.z);
     for (const std::uint64_t count : statistics.histogram)
         summary.histogram.push_back(static_cast<double>(count));
     if (info.rescaleSlope < 0) std::reverse(summary.histogram.begin(), summary.histogram.end());
