@@ -5,7 +5,8 @@
 //   frame_bench --store build/bench-data/torso-thorax.zarr --sizes 128,256,512,1024 --repeats 7 --device auto
 //
 // All cases run once a round, every other round backwards, after one round of warming up that also counts the
-// work. Timed frames do not count: the counters are compiled out of them.
+// work. Timed frames do not count: the counters are compiled out of them. Frames above --slow-ms are timed
+// once.
 #include "tests/bench/bench_tools.h"
 
 #include "core/error.h"
@@ -40,9 +41,11 @@ std::vector<std::filesystem::path> sceneFiles(const std::filesystem::path& folde
     return files;
 }
 
-void runRound(std::vector<Case>& cases, bool backwards, bool warmUp) {
+void runRound(std::vector<Case>& cases, bool backwards, bool warmUp, double slowMs) {
     for (std::size_t i = 0; i < cases.size(); ++i) {
         Case& c = cases[backwards ? cases.size() - 1 - i : i];
+        if (!c.ms.empty() && minimum(c.ms) > slowMs)
+            continue; // once is enough; the column "repeats" says so
         std::uint32_t features = c.onDevice->features(c.fetch);
         if (warmUp)
             features |= kFeatureCounting;
@@ -82,8 +85,11 @@ void run(int argc, char** argv) {
                                 {{"--store", ""},
                                  {"--phantom", "512x512x749"},
                                  {"--scenes", TESSERA_BENCH_SCENES},
+                                 {"--only", ""},
                                  {"--sizes", "128,256,512,1024"},
+                                 {"--fetch", "both"},
                                  {"--repeats", "7"},
+                                 {"--slow-ms", "10000"},
                                  {"--device", "auto"},
                                  {"--gpu-memory", "4GiB"}});
     const GlContext context(GlDeviceChoice{options["--device"]});
@@ -91,8 +97,13 @@ void run(int argc, char** argv) {
     std::map<std::filesystem::path, std::unique_ptr<StoreReader>> stores;
     std::vector<std::unique_ptr<SceneOnDevice>> scenes;
     std::vector<Case> cases;
+    std::vector<Fetch> fetches = {Fetch::hardware, Fetch::exact};
+    if (options["--fetch"] != "both")
+        fetches = {parseFetch(options["--fetch"], "--fetch")};
     for (const std::filesystem::path& file : sceneFiles(options["--scenes"])) {
-        Scene scene = loadScene(file);
+        if (file.stem().string().find(options["--only"]) == std::string::npos)
+            continue;
+        const Scene scene = loadScene(file);
         const std::filesystem::path path =
             options["--store"].empty() ? scene.volumes.at(0).path : std::filesystem::path(options["--store"]);
         ensurePhantomStore(path, "torso", parseExtent(options["--phantom"], "--phantom"));
@@ -101,7 +112,7 @@ void run(int argc, char** argv) {
             store = std::make_unique<StoreReader>(path, budgets.ram);
         scenes.push_back(std::make_unique<SceneOnDevice>(scene, *store, context, budgets));
         for (const double size : parseNumbers(options["--sizes"], "--sizes"))
-            for (const Fetch fetch : {Fetch::hardware, Fetch::exact})
+            for (const Fetch fetch : fetches)
                 cases.push_back({file.stem().string(),
                                  scenes.back().get(),
                                  scene.quality.stepVoxels,
@@ -111,10 +122,13 @@ void run(int argc, char** argv) {
                                  {},
                                  {}});
     }
+    if (cases.empty())
+        throw InputError("--only: expected part of a scene's name, found \"" + options["--only"] + "\"");
     const int repeats = static_cast<int>(parseNumbers(options["--repeats"], "--repeats").at(0));
+    const double slowMs = parseNumbers(options["--slow-ms"], "--slow-ms").at(0);
     const double load = loadAverage();
     for (int round = 0; round <= repeats; ++round)
-        runRound(cases, round % 2 == 0, round == 0);
+        runRound(cases, round % 2 == 0, round == 0, slowMs);
     if (!context.errors().empty())
         throw Error("OpenGL: " + context.errors().front());
     printCsv(cases, context.renderer(), load);

@@ -289,23 +289,24 @@ template <typename Body> benchmark::internal::Benchmark* add(const std::string& 
                                                 state.SkipWithError(error.what());
                                             }
                                         })
-        ->Unit(benchmark::kMillisecond)
-        ->UseRealTime();
+        ->Unit(benchmark::kMillisecond);
 }
 
 void addAll(Workbench& bench) {
     const std::string size = "/" + std::to_string(kEdge) + "^3";
     for (const ValueType type : {ValueType::i16, ValueType::u16, ValueType::f32}) {
         const std::string t = shortName(type);
-        add("import/torso/" + t + size, [&bench, type](auto& s) { importVolume(s, bench, type); });
-        add("encode/" + t, [&bench, type](auto& s) { codec(s, bench, type, false); });
-        add("decode/" + t, [&bench, type](auto& s) { codec(s, bench, type, true); });
-        add("read/" + t + size, [&bench, type](auto& s) { readChunks(s, bench, type); });
+        add("import/torso/" + t + size, [&bench, type](auto& s) {
+            importVolume(s, bench, type);
+        })->UseRealTime();
+        add("encode/" + t, [&bench, type](auto& s) { codec(s, bench, type, false); })->UseRealTime();
+        add("decode/" + t, [&bench, type](auto& s) { codec(s, bench, type, true); })->UseRealTime();
+        add("read/" + t + size, [&bench, type](auto& s) { readChunks(s, bench, type); })->UseRealTime();
     }
     for (const ValueType type : {ValueType::i16, ValueType::f32}) {
         const std::string t = shortName(type);
-        add("cache/all/" + t, [&bench, type](auto& s) { cacheOrder(s, bench, type, 1); });
-        add("cache/half/" + t, [&bench, type](auto& s) { cacheOrder(s, bench, type, 0.5); });
+        add("cache/all/" + t, [&bench, type](auto& s) { cacheOrder(s, bench, type, 1); })->UseRealTime();
+        add("cache/half/" + t, [&bench, type](auto& s) { cacheOrder(s, bench, type, 0.5); })->UseRealTime();
         for (const Order order : {Order::alongRays, Order::random}) {
             const std::string o = order == Order::random ? "/random" : "";
             for (const Fetch fetch : {Fetch::hardware, Fetch::exact})
@@ -313,10 +314,12 @@ void addAll(Workbench& bench) {
                         o,
                     [&bench, type, fetch, order](auto& s) { sampleOnDevice(s, bench, type, fetch, order); })
                     ->UseManualTime();
-            add("sample/trilinear/mirror-float/" + t + o,
-                [&bench, type, order](auto& s) { sampleOnMirror<float>(s, bench, type, order); });
-            add("sample/trilinear/mirror-double/" + t + o,
-                [&bench, type, order](auto& s) { sampleOnMirror<double>(s, bench, type, order); });
+            add("sample/trilinear/mirror-float/" + t + o, [&bench, type, order](auto& s) {
+                sampleOnMirror<float>(s, bench, type, order);
+            })->UseRealTime();
+            add("sample/trilinear/mirror-double/" + t + o, [&bench, type, order](auto& s) {
+                sampleOnMirror<double>(s, bench, type, order);
+            })->UseRealTime();
         }
         for (const bool shaded : {false, true})
             for (const Fetch fetch : {Fetch::hardware, Fetch::exact})

@@ -1,0 +1,60 @@
+#!/usr/bin/env bash
+# Builds all benchmarks and runs them; CSV and tables go to build/bench-results. On 2 cores it takes a quarter of an
+# hour and is only worth as much as the machine is quiet: the load is printed beside every figure.
+#   tests/bench/run.sh [micro|frame|peer ...]      all three where none is named
+#   TESSERA_BENCH_DEVICE  auto, software or a number (default: software, so that figures compare)
+#   TESSERA_BENCH_BUILD   build folder (default: build/release)
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+cd "$root"
+build=${TESSERA_BENCH_BUILD:-build/release}
+device=${TESSERA_BENCH_DEVICE:-software}
+results=build/bench-results
+store=build/bench-data/torso-thorax.zarr
+mkdir -p "$results" build/bench-data
+
+[[ -f $build/CMakeCache.txt ]] || cmake --preset release -B "$build"
+targets=(micro_bench frame_bench)
+if cmake --build "$build" --target help | grep -q '^vtk_peer'; then targets+=(vtk_peer); fi
+cmake --build "$build" --target "${targets[@]}"
+
+{
+    date -u +%FT%TZ
+    git describe --always --dirty
+    grep -m1 'model name' /proc/cpuinfo
+    nproc
+    uptime
+} > "$results/machine.txt"
+
+what=("$@")
+[[ ${#what[@]} -gt 0 ]] || what=(micro frame peer)
+for part in "${what[@]}"; do
+    case $part in
+    micro)
+        "$build/micro_bench" --device "$device" --benchmark_min_time=0.2 --benchmark_repetitions=3 \
+            --benchmark_enable_random_interleaving=true --benchmark_counters_tabular=false \
+            --benchmark_out="$results/micro.json" --benchmark_out_format=json
+        ;;
+    frame)
+        "$build/frame_bench" --store "$store" --device "$device" --only bone --fetch hardware --repeats 5 \
+            > "$results/frame.csv"
+        "$build/frame_bench" --store "$store" --device "$device" --only plain --sizes 128,256 --repeats 3 \
+            > "$results/frame-fetch.csv"
+        cat "$results/frame.csv" "$results/frame-fetch.csv"
+        ;;
+    peer)
+        if [[ ! -x $build/vtk_peer ]]; then
+            echo "peer: left out, VTK's rendering is not installed"
+        elif ! command -v xvfb-run > /dev/null; then
+            echo "peer: left out, xvfb-run is not installed (apt install xvfb xauth)"
+        else
+            xvfb-run -a "$build/vtk_peer" --store "$store" --device software --rounds 6 --shifts 1 \
+                --csv "$results/vtk_peer.csv" | tee "$results/vtk_peer.md"
+        fi
+        ;;
+    *)
+        echo "run.sh: expected micro, frame or peer, found $part" >&2
+        exit 2
+        ;;
+    esac
+done
