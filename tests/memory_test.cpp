@@ -1,6 +1,7 @@
-// tests/memory_test.cpp: what the process really takes, as the kernel counts it. The largest resident memory of
-// import, phantom and render stays within the budgets, plus that of the same command with next to nothing to do
-// (libraries, driver, compiled shaders), plus 32 MiB. On a software device GPU memory is resident memory too.
+// tests/memory_test.cpp: what the process really takes, as the kernel counts it. The largest resident memory
+// of import, phantom and render stays within the budgets, plus that of the same command with next to nothing
+// to do (libraries, driver, compiled shaders), plus 32 MiB. On a software device GPU memory is resident
+// memory too.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -48,7 +49,8 @@ class Memory : public ::testing::Test {
         posix_spawn_file_actions_init(&actions);
         posix_spawn_file_actions_addchdir_np(&actions, folder_.c_str());
         const std::string log = (folder_ / "log").string();
-        posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+        posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
+                                         0600);
         pid_t child = 0;
         const int failure = ::posix_spawn(&child, TESSERA_PROGRAM, &actions, nullptr, argv.data(), environ);
         posix_spawn_file_actions_destroy(&actions);
@@ -58,7 +60,8 @@ class Memory : public ::testing::Test {
         ::wait4(child, &status, 0, &usage);
         std::ifstream said(log);
         EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0)
-            << arguments << "\n" << std::string(std::istreambuf_iterator<char>(said), {});
+            << arguments << "\n"
+            << std::string(std::istreambuf_iterator<char>(said), {});
         return static_cast<double>(usage.ru_maxrss) / 1024;
     }
     void expectWithin(const std::string& arguments, double emptyMiB, double budgetsMiB) {
@@ -73,8 +76,9 @@ class Memory : public ::testing::Test {
     /// The smallest volume there is, in the format that is read next.
     void writeRaw(const std::string& name, int x, int y, int z) {
         std::ofstream(folder_ / (name + ".json"))
-            << R"({"data":")" << name << R"(.raw","type":"int16","unit":"HU","spacing":[1.5,1.5,1.5],"extent":[)"
-            << x << "," << y << "," << z << "]}";
+            << R"({"data":")" << name
+            << R"(.raw","type":"int16","unit":"HU","spacing":[1.5,1.5,1.5],"extent":[)" << x << "," << y
+            << "," << z << "]}";
         std::ofstream file(folder_ / (name + ".raw"), std::ios::binary);
         std::vector<std::int16_t> row(static_cast<std::size_t>(x));
         std::uint32_t noise = 1;
@@ -102,20 +106,23 @@ TEST_F(Memory, PhantomAndRenderStayWithinTheirBudgets) {
         expectWithin("render torso.zarr -o a.png --size 160x160 -q --gl-device software" + budgets(ram, gpu),
                      empty, ram + gpu);
     expectWithin("render torso.zarr -o a.png --size 160x160 -q --no-skipping --preset soft-tissue"
-                 " --gl-device software" + budgets(48, 24), empty, 48 + 24);
-    // Engines of the processor have no device; their level is chosen by the same budget, and takes none of it.
+                 " --gl-device software" +
+                     budgets(48, 24),
+                 empty, 48 + 24);
+    // Engines of the processor have no device; their level is chosen by the same budget, and takes none of
+    // it.
     const double emptyMirror = peakMiB("render tiny.zarr -o a.png --size 1x1 -q --engine mirror");
     for (const int ram : {8, 48})
-        expectWithin("render torso.zarr -o a.png --size 96x96 -q --engine mirror" + budgets(ram, 24), emptyMirror,
-                     ram);
+        expectWithin("render torso.zarr -o a.png --size 96x96 -q --engine mirror" + budgets(ram, 24),
+                     emptyMirror, ram);
 }
 
 TEST_F(Memory, LargePicturesAreOnTheLedger) {
     const double empty = peakMiB("phantom sphere --size 2x2x2 -o tiny.zarr -q");
     const int pixelsMiB = 4; // 2048 x 2048
     for (const char* name : {"a.png", "a.exr", "a.tif"})
-        expectWithin("render tiny.zarr --size 2048x2048 -q --engine mirror --preset bone -o " + std::string(name) +
-                         budgets(pixelsMiB * 56, 256),
+        expectWithin("render tiny.zarr --size 2048x2048 -q --engine mirror --preset bone -o " +
+                         std::string(name) + budgets(pixelsMiB * 56, 256),
                      empty, pixelsMiB * 56);
     expectWithin("render tiny.zarr --size 1024x1024 -q --engine reference --preset bone -o a.exr" +
                      budgets(144, 64),
@@ -128,17 +135,19 @@ TEST_F(Memory, ImportStaysWithinItsBudget) {
     writeRaw("body", 256, 192, 300);
     const double empty = peakMiB("import tiny.json tiny.zarr -q");
     for (const int ram : {12, 24, 64})
-        expectWithin("import body.json body.zarr -q --force --ram " + std::to_string(ram) + "MiB", empty, ram);
+        expectWithin("import body.json body.zarr -q --force --ram " + std::to_string(ram) + "MiB", empty,
+                     ram);
     const char* given = std::getenv("TESSERA_TEST_DATA");
     const fs::path data = given ? given : fs::path(TESSERA_SOURCE_DIR) / "../shared/data";
     const fs::path abdomen = fs::weakly_canonical(data) / "ct-abdomen-dicom";
     if (!fs::exists(abdomen))
         GTEST_SKIP() << "the rest: " << abdomen << " is absent";
-    // One slice of it would be the empty scene; libraries are the same, so the raw one is the stricter measure.
+    // One slice of it would be the empty scene; libraries are the same, so the raw one is the stricter
+    // measure.
     expectWithin("import " + abdomen.string() + " abdomen.zarr -q --ram 48MiB", empty, 48);
     const double emptyRender = peakMiB("render tiny.zarr -o a.png --size 1x1 -q --gl-device software");
-    expectWithin("render abdomen.zarr -o a.png --size 256x256 -q --gl-device software" + budgets(48, 24), emptyRender,
-                 48 + 24);
+    expectWithin("render abdomen.zarr -o a.png --size 256x256 -q --gl-device software" + budgets(48, 24),
+                 emptyRender, 48 + 24);
 #else
     GTEST_SKIP() << "built without importers";
 #endif

@@ -1,8 +1,8 @@
-// tests/privacy_test.cpp: identifiers planted in DICOM files come out nowhere: not in the store, the pictures and
-// their manifests, the cache, the answers or the messages, damaged files included.
-// What was decided about paths: a message may name the file that it speaks of, and --json the output that was
-// asked for, because the reader of a terminal typed or owns those names; nothing that is written to be kept
-// (store, picture, cache, their names included) holds a path of the input, since folders carry patients' names.
+// tests/privacy_test.cpp: identifiers planted in DICOM files come out nowhere: not in the store, the pictures
+// and their manifests, the cache, the answers or the messages, damaged files included. What was decided about
+// paths: a message may name the file that it speaks of, and --json the output that was asked for, because the
+// reader of a terminal typed or owns those names; nothing that is written to be kept (store, picture, cache,
+// their names included) holds a path of the input, since folders carry patients' names.
 #include "dicom_writer.h"
 #include "program_fixture.h"
 
@@ -44,9 +44,10 @@ class Privacy : public Program {
     void look(const std::string& bytes, const std::string& where, bool namesToo) {
         for (const std::string& planted : kPlanted)
             EXPECT_EQ(bytes.find(planted), std::string::npos) << planted << " in " << where;
-        if (namesToo)
+        if (namesToo) {
             for (const std::string& name : {kFolder, kFile})
                 EXPECT_EQ(bytes.find(name), std::string::npos) << name << " in " << where;
+        }
         ++looks_;
     }
     /// Every byte of every file below a folder, and the names.
@@ -83,21 +84,27 @@ TEST_F(Privacy, NothingIdentifyingLeavesTheInput) {
         }
     for (const char* picture : {"a.png", "a.exr", "a.tif"}) {
         // From the files, through the cache, with everything said that can be said.
-        const Outcome render = quietAbout("render " + kFolder + " --engine mirror --preset bone --size 24x24 -v"
-                                          " --explain --json -o " + picture, true);
+        const Outcome render = quietAbout("render " + kFolder +
+                                              " --engine mirror --preset bone --size 24x24 -v"
+                                              " --explain --json -o " +
+                                              picture,
+                                          true);
         ASSERT_EQ(render.exitCode, 0) << render.problems;
         look(readAll(folder_ / picture), picture, true);
         look(readManifest(folder_ / picture), "the manifest", true);
         EXPECT_THAT(readManifest(folder_ / picture), HasSubstr("not for diagnosis"));
         EXPECT_THAT(readManifest(folder_ / picture), Not(HasSubstr(folder_.filename().string())));
     }
-    const Outcome march = quietAbout("render " + kFolder + " --gl-device software --size 24x24 -v --explain --json"
-                                     " -o march.png", true);
+    const Outcome march = quietAbout("render " + kFolder +
+                                         " --gl-device software --size 24x24 -v --explain --json"
+                                         " -o march.png",
+                                     true);
     EXPECT_EQ(march.exitCode, 0) << march.problems;
     look(readAll(folder_ / "march.png"), "march.png", true);
     lookThrough(folder_ / "cache");
     // A scene's own path stays out of the picture as well.
-    write("scene.json", R"({"tesseraScene":1,"volumes":[{"path":")" + kFolder + R"(","transferFunction":"bone"}],
+    write("scene.json",
+          R"({"tesseraScene":1,"volumes":[{"path":")" + kFolder + R"(","transferFunction":"bone"}],
                             "image":{"size":[16,16]}})");
     EXPECT_EQ(quietAbout("render scene.json --engine mirror --json -o scene.png", true).exitCode, 0);
     look(readAll(folder_ / "scene.png"), "scene.png", true);
@@ -118,7 +125,8 @@ TEST_F(Privacy, NorDoesItFromDamagedFiles) {
         fs::remove_all(folder_ / "b.zarr");
     };
     const auto file = [&](int z) { return "d/" + kFile + std::to_string(z) + ".dcm"; };
-    for (const std::size_t bytes : {std::size_t{100}, std::size_t{200}, std::size_t{400}, std::size_t{600}, whole.size() - 7})
+    for (const std::size_t bytes :
+         {std::size_t{100}, std::size_t{200}, std::size_t{400}, std::size_t{600}, whole.size() - 7})
         tryWith("cut to " + std::to_string(bytes), [&] {
             for (int z = 0; z < kSlices; ++z)
                 write(file(z), whole.substr(0, bytes));
@@ -130,7 +138,8 @@ TEST_F(Privacy, NorDoesItFromDamagedFiles) {
                 for (int z = 0; z < kSlices; ++z) {
                     std::string bytes = dicomBytes(slice(z));
                     const auto at = static_cast<std::ptrdiff_t>(bytes.rfind(planted)) + shift;
-                    bytes[static_cast<std::size_t>(at)] = static_cast<char>(bytes[static_cast<std::size_t>(at)] ^ 0x41);
+                    bytes[static_cast<std::size_t>(at)] =
+                        static_cast<char>(bytes[static_cast<std::size_t>(at)] ^ 0x41);
                     write(file(z), bytes);
                 }
             });

@@ -1,5 +1,5 @@
-// tests/program_bad_input_test.cpp: bad input from outside: each kind has its own message, one line, exit code 2,
-// and leaves nothing behind. Files are generated.
+// tests/program_bad_input_test.cpp: bad input from outside: each kind has its own message, one line, exit
+// code 2, and leaves nothing behind. Files are generated.
 #include "program_fixture.h"
 #if TESSERA_WITH_IMPORT
 #include "dicom_writer.h"
@@ -40,11 +40,14 @@ TEST_F(BadInput, AFlippedBitIsFoundAndTheChunkNamed) {
     expectRefused(render + "mirror", {"s.zarr/0/c/0/0/0", "cut short"});
     fs::remove(shard);
     expectRefused(render + "mirror", {"s.zarr/0/c/0/0/0", "no such file"});
-    std::string text = readAll(folder_ / "s.zarr/zarr.json");
-    text[text.find("rescaleSlope") + 16] = '7';
-    write("s.zarr/zarr.json", text);
-    expectRefused(render + "mirror", {"s.zarr/zarr.json"});
-    expectRefused("info s.zarr", {"s.zarr/zarr.json"});
+    const std::string text = readAll(folder_ / "s.zarr/zarr.json");
+    for (const std::size_t at : {std::size_t{0}, text.find("rescaleSlope") + 3, text.size() / 2}) {
+        std::string changed = text;
+        changed[at] = static_cast<char>(changed[at] ^ 1);
+        write("s.zarr/zarr.json", changed);
+        expectRefused(render + "mirror", {"s.zarr/zarr.json"});
+        expectRefused("info s.zarr", {"s.zarr/zarr.json"});
+    }
 }
 
 TEST_F(BadInput, ABudgetBelowTheFloorSaysWhatTheFloorIs) {
@@ -76,7 +79,12 @@ TEST_F(BadInput, ScenesAndStoresThatAreNone) {
     expectRefused("render scene.json -o a.png", {"scene.json", "$", "colour"});
     fs::create_directories(folder_ / "foreign.zarr");
     write("foreign.zarr/zarr.json", R"({"zarr_format":3,"node_type":"group","attributes":{}})");
-    expectRefusedByAll("foreign.zarr", {"foreign.zarr"});
+    expectRefused("render foreign.zarr -o a.png", {"foreign.zarr/zarr.json"});
+    expectRefused("info foreign.zarr", {"foreign.zarr/zarr.json"});
+    makeSphere();
+    expectRefused("import s.zarr out.zarr", {"s.zarr", "used as it is"});
+    EXPECT_FALSE(exists("out.zarr"));
+    EXPECT_FALSE(exists("a.png"));
 }
 
 #if TESSERA_WITH_IMPORT
@@ -87,7 +95,8 @@ TEST_F(BadInput, TruncatedNifti) {
     const std::string whole = niftiBytes(image), packed = gzip(whole);
     write("whole.nii", whole);
     EXPECT_EQ(run("import whole.nii whole.zarr").exitCode, 0);
-    for (const std::size_t bytes : {std::size_t{0}, std::size_t{100}, std::size_t{348}, std::size_t{352}, whole.size() / 2, whole.size() - 1}) {
+    for (const std::size_t bytes : {std::size_t{0}, std::size_t{100}, std::size_t{348}, std::size_t{352},
+                                    whole.size() / 2, whole.size() - 1}) {
         write("cut.nii", whole.substr(0, bytes));
         expectRefusedByAll("cut.nii", {"cut.nii", "expected", "found"});
     }
@@ -100,7 +109,8 @@ TEST_F(BadInput, TruncatedNifti) {
 TEST_F(BadInput, ASidecarThatLies) {
     write("v.raw", std::string(20 * 10 * 8 * 2, 'x'));
     const auto sidecar = [&](const std::string& extent, const std::string& type) {
-        write("v.json", R"({"data":"v.raw","extent":[)" + extent + R"(],"type":")" + type + R"(","spacing":[1,1,2]})");
+        write("v.json",
+              R"({"data":"v.raw","extent":[)" + extent + R"(],"type":")" + type + R"(","spacing":[1,1,2]})");
     };
     for (const char* extent : {"20,10,9", "20,10,7", "2000000,2000000,2000000"}) {
         sidecar(extent, "int16");

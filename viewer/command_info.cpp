@@ -157,7 +157,7 @@ void infoSource(const InfoArguments& arguments, const CommonOptions& common) {
 }
 
 void runInfo(const InfoArguments& arguments, const CommonOptions& common) {
-    if (isStore(arguments.in))
+    if (looksLikeStore(arguments.in))
         infoStore(arguments, common);
     else
         infoSource(arguments, common);

@@ -59,6 +59,11 @@ void requireExisting(const fs::path& path) {
 
 } // namespace
 
+bool looksLikeStore(const fs::path& path) {
+    std::error_code ignored;
+    return fs::is_regular_file(path / "zarr.json", ignored);
+}
+
 #if TESSERA_WITH_IMPORT
 std::vector<ListedVolume> listInput(const fs::path& path) {
     requireExisting(path);
@@ -75,6 +80,8 @@ std::vector<ListedVolume> listInput(const fs::path& path) {
 std::unique_ptr<SlabSource> openInput(const fs::path& path, const InputOptions& options,
                                       const fs::path& scratchFolder, const CommonOptions& common) {
     requireExisting(path);
+    if (looksLikeStore(path))
+        throw badFile(path.string(), "files to import", "a Zarr group; a store is used as it is");
     SourceOptions source{options.series, options.resampleZ, scratchFolder};
     std::error_code ignored;
     if (!fs::is_directory(path, ignored))
@@ -152,8 +159,8 @@ fs::path cacheFolder() {
 fs::path storeFor(const fs::path& path, const InputOptions& options, Ledger& ram,
                   const CommonOptions& common) {
     requireExisting(path);
-    if (isStore(path))
-        return path;
+    if (looksLikeStore(path))
+        return path; // the reader says what is wrong with a damaged one
     const fs::path absolute = fs::canonical(path);
     const fs::path store = cacheFolder() / (hexHash(fingerprint(absolute, options)) + ".zarr");
     if (isStore(store)) {

@@ -26,6 +26,9 @@ std::unique_ptr<SlabSource> openInput(const std::filesystem::path& path, const I
                                       const std::filesystem::path& scratchFolder,
                                       const CommonOptions& common);
 
+/// Whether path is meant as a store: a folder with a zarr.json, whole or not.
+bool looksLikeStore(const std::filesystem::path& path);
+
 struct ListedVolume {
     std::string label; // "series 2 of FOLDER", "FILE"
     VolumeInfo info;
