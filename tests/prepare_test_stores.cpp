@@ -29,6 +29,7 @@ int main(int argc, char** argv) {
     make(*tessera::makePhantom("marschner-lobb", {64, 64, 64}), folder / "marschner-lobb.zarr");
     make(*tessera::makePhantom("sphere", {70, 90, 50}), folder / "sphere.zarr");
     make(*tessera::makePhantom("checkerboard", {64, 40, 33}), folder / "checkerboard.zarr");
+    make(*tessera::makePhantom("sphere", {33, 1, 70}), folder / "thin.zarr");
 #ifdef TESSERA_WITH_IMPORT
     const char* given = std::getenv("TESSERA_TEST_DATA");
     const std::filesystem::path data = given ? given : std::filesystem::path(TESSERA_SOURCE_DIR) / "../shared/data";

@@ -34,7 +34,8 @@ void main() {
     while (i < ray.count && left > 0) {
         // First every ray of the group finds its next sample that shows, leaping and looking; then all of them
         // shade theirs at once. One loop for both would shade few lanes at a time while the others wait.
-        vec4 optical = vec4(0.0);
+        float extinction = 0.0;
+        float place = 0.0;
         vec3 p = vec3(0.0);
         while (i < ray.count && left > 0) {
             --left;
@@ -46,17 +47,17 @@ void main() {
                 continue;
             }
             ++segments;
-            optical = lookUp(fieldValue(p));
-            if (optical.a > 0.0) break;
+            place = tablePlace(fieldValue(p));
+            extinction = extinctionAt(place);
+            if (extinction > 0.0) break;
             ++i;
         }
-        if (!(optical.a > 0.0)) break;
-        precise float alpha = opacityOf(optical.a * segmentLengthMm(ray, i));
+        if (!(extinction > 0.0)) break;
+        precise float alpha = opacityOf(extinction * segmentLengthMm(ray, i));
+        vec3 colour = colourAt(place);
 #if FEATURE_SHADING
-        vec3 colour = shade(optical.rgb, fieldGradient(p), ray.direction);
+        colour = shade(colour, fieldGradient(p), ray.direction);
         ++gradients;
-#else
-        vec3 colour = optical.rgb;
 #endif
         precise float weight = (1.0 - sum.a) * alpha;
         sum.rgb = sum.rgb + weight * colour;

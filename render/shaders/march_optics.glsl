@@ -1,19 +1,32 @@
 // march_optics.glsl: what a value looks like and what a segment adds; twin of render/optics.h. Powers and
 // exponentials are written out in additions and multiplications, because drivers' own differ by many ulp.
-// Needs FEATURE_SHADING, common_ray.glsl. Gives lookUp(value), opacityOf(depth), shade(...).
+// Needs FEATURE_SHADING, common_ray.glsl. Gives tablePlace(stored), extinctionAt(place), colourAt(place),
+// opacityOf(depth), shade(...).
 
 layout(std430, binding = 0) readonly buffer TransferTable { vec4 uTable[]; }; // rgb colour, a extinction per mm
 uniform float uTableScale, uTableOffset; // entry = stored value * scale + offset
 uniform int uTableLast;
 
-vec4 lookUp(float stored) {
+float tablePlace(float stored) {
     precise float x = clamp(stored * uTableScale + uTableOffset, 0.0, float(uTableLast));
-    int i = min(int(x), uTableLast - 1);
-    precise float f = x - float(i);
-    vec4 a = uTable[i];
-    vec4 b = uTable[i + 1];
-    precise vec4 v = a + f * (b - a);
-    return v;
+    return x;
+}
+
+// Most values have no extinction: their colour is never read.
+float extinctionAt(float place) {
+    int i = min(int(place), uTableLast - 1);
+    precise float f = place - float(i);
+    float a = uTable[i].a;
+    precise float extinction = a + f * (uTable[i + 1].a - a);
+    return extinction;
+}
+
+vec3 colourAt(float place) {
+    int i = min(int(place), uTableLast - 1);
+    precise float f = place - float(i);
+    vec3 a = uTable[i].rgb;
+    precise vec3 colour = a + f * (uTable[i + 1].rgb - a);
+    return colour;
 }
 
 // 1 - exp(-depth), accurate also where depth is tiny.
