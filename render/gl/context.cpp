@@ -32,31 +32,50 @@ bool isSoftware(const std::string& extensions) {
     return extensions.find("EGL_MESA_device_software") != std::string::npos;
 }
 
-/// A device without any extension of a real GPU or of software is Mesa's placeholder for a card without driver.
-EGLDisplay displayOf(const std::vector<EGLDeviceEXT>& devices, const std::string& choice) {
-    const auto open = [](EGLDeviceEXT device) -> EGLDisplay {
-        EGLDisplay display = eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, device, nullptr);
-        return display != EGL_NO_DISPLAY && eglInitialize(display, nullptr, nullptr) ? display : EGL_NO_DISPLAY;
+EGLDisplay initialised(EGLDisplay display) {
+    return display != EGL_NO_DISPLAY && eglInitialize(display, nullptr, nullptr) ? display : EGL_NO_DISPLAY;
+}
+
+/// Displays to try, in order. A number gives its device alone; auto puts GPUs before software.
+std::vector<EGLDisplay> candidates(const std::string& choice) {
+    const std::vector<EGLDeviceEXT> devices = queryDevices();
+    const auto open = [](EGLDeviceEXT device) {
+        return initialised(eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, device, nullptr));
     };
-    int number = -1;
-    const auto [end, code] = std::from_chars(choice.data(), choice.data() + choice.size(), number);
     if (choice != "auto" && choice != "software") {
-        if (code != std::errc{} || end != choice.data() + choice.size() || number < 0 ||
-            static_cast<std::size_t>(number) >= devices.size())
+        std::size_t number = 0;
+        const auto [end, code] = std::from_chars(choice.data(), choice.data() + choice.size(), number);
+        if (code != std::errc{} || end != choice.data() + choice.size() || number >= devices.size())
             throw InputError("--gl-device: expected auto, software or a number below " +
                              std::to_string(devices.size()) + ", found '" + choice + "'");
-        return open(devices[static_cast<std::size_t>(number)]);
+        return {open(devices[number])};
     }
-    for (const bool software : {false, true}) {
-        if (!software && choice == "software") continue;
-        for (EGLDeviceEXT device : devices) {
-            if (isSoftware(deviceExtensions(device)) != software) continue;
-            if (EGLDisplay display = open(device); display != EGL_NO_DISPLAY) return display;
-        }
-    }
+    std::vector<EGLDisplay> displays;
+    for (const bool software : {false, true})
+        for (EGLDeviceEXT device : devices)
+            if (isSoftware(deviceExtensions(device)) == software && (software || choice == "auto"))
+                displays.push_back(open(device));
     // No enumeration: Mesa without a surface, which is llvmpipe on a machine without a GPU.
-    EGLDisplay display = eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
-    return display != EGL_NO_DISPLAY && eglInitialize(display, nullptr, nullptr) ? display : EGL_NO_DISPLAY;
+    displays.push_back(
+        initialised(eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr)));
+    return displays;
+}
+
+/// A current GL 4.5 core context without a surface and without a config, or EGL_NO_CONTEXT.
+EGLContext currentContext(EGLDisplay display) {
+    if (display == EGL_NO_DISPLAY || !eglBindAPI(EGL_OPENGL_API)) return EGL_NO_CONTEXT;
+    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                 4,
+                                 EGL_CONTEXT_MINOR_VERSION,
+                                 5,
+                                 EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                 EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                 EGL_NONE};
+    EGLContext context = eglCreateContext(display, nullptr, EGL_NO_CONTEXT, attributes);
+    if (context == EGL_NO_CONTEXT) return EGL_NO_CONTEXT;
+    if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) return context;
+    eglDestroyContext(display, context);
+    return EGL_NO_CONTEXT;
 }
 
 void GLAPIENTRY onDebugMessage(GLenum, GLenum, GLuint, GLenum severity, GLsizei, const GLchar* message,
@@ -77,20 +96,14 @@ std::vector<GlDevice> listGlDevices() {
 }
 
 GlContext::GlContext(const GlDeviceChoice& choice) {
-    display_ = displayOf(queryDevices(), choice.text);
-    if (display_ == EGL_NO_DISPLAY)
-        throw Error("EGL: no device could be initialised for --gl-device " + choice.text +
-                    "; install libegl1 and libgl1-mesa-dri for software rendering");
-    if (!eglBindAPI(EGL_OPENGL_API)) throw Error("EGL: this display offers no desktop OpenGL");
-    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION, 4, EGL_CONTEXT_MINOR_VERSION, 5,
-                                 EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                 EGL_NONE};
-    context_ = eglCreateContext(display_, nullptr, EGL_NO_CONTEXT, attributes); // EGL_KHR_no_config_context
-    if (context_ == EGL_NO_CONTEXT) throw Error("EGL: no OpenGL 4.5 core context on this device");
-    if (!eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) {
-        eglDestroyContext(display_, context_);
-        throw Error("EGL: the context cannot be made current without a surface");
+    for (EGLDisplay display : candidates(choice.text)) {
+        display_ = display;
+        context_ = currentContext(display);
+        if (context_ != EGL_NO_CONTEXT) break;
     }
+    if (context_ == EGL_NO_CONTEXT)
+        throw Error("EGL: no OpenGL 4.5 core context for --gl-device " + choice.text +
+                    "; install libegl1 and libgl1-mesa-dri for software rendering");
     renderer_ = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
     version_ = reinterpret_cast<const char*>(glGetString(GL_VERSION));
     software_ = renderer_.find("llvmpipe") != std::string::npos ||

@@ -110,10 +110,10 @@ float fieldValue(vec3 p) {
     int corner = 0;
     float value = 0.0;
     do {
-        ivec3 far = ivec3(corner, corner >> 1, corner >> 2) & 1;
-        vec3 weights = mix(vec3(1.0), mix(1.0 - f, f, vec3(far)), vec3(crosses));
+        ivec3 side = ivec3(corner, corner >> 1, corner >> 2) & 1;
+        vec3 weights = mix(vec3(1.0), mix(1.0 - f, f, vec3(side)), vec3(crosses));
         value += weights.x * weights.y * weights.z *
-                 filteredInBrick(brick + far, mix(at, vec3(low + far), vec3(crosses)));
+                 filteredInBrick(brick + side, mix(at, vec3(low + side), vec3(crosses)));
         corner = (corner - mask) & mask; // the next subset of the axes that cross
     } while (corner != 0);
     return value;
