@@ -34,6 +34,8 @@ std::size_t pixelCount(const glm::ivec2& size) {
 std::size_t selectionBytes(const VolumeInfo& info) {
     return cellCount(brickGrid(info.extentVoxels)) * (sizeof(BrickState) + sizeof(float));
 }
+/// A transfer function's table as TransferTable and as Optics hold it.
+std::size_t tableBytes(std::size_t entries) { return entries * (2 * sizeof(glm::vec4) + sizeof(int)); }
 /// Every CPU renderer's thread pins the chunks of one neighbourhood while the loaders need one each.
 std::size_t cacheFloorBytes(const VolumeInfo& info, int threads) {
     return BrickCache::floorBytes(info, threads) +
@@ -48,6 +50,7 @@ std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize
     const int used = threads > 0 ? threads : defaultThreads();
     const std::size_t own = bytesPerPixel * pixelCount(imageSize) + selectionBytes(info) +
                             2 * cellCount(cellGrid(info.extentVoxels)) + // occupancy, and its copy
+                            tableBytes(TransferTable::kMaxEntries) +
                             cacheFloorBytes(info, used) + Atlas::stagingBytes(info);
     // A reader takes up to a quarter of what is free (store_reader.h); the statistics' floor knows that.
     return statisticsFloorBytes(info, used) + own / 3 * 4 + 4;
@@ -65,7 +68,7 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
         throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
                          ", but the budget is " + formatBytes(ram.limitBytes()));
     p.imageCharge = ram.charge(bytesPerPixel * pixelCount(scene.imageSize), "the picture");
-    p.tableCharge = ram.charge(selectionBytes(info), "the selection of bricks");
+    p.selectionCharge = ram.charge(selectionBytes(info), "the selection of bricks");
     p.statistics = loadStatistics(store, ram, threads);
     const TransferChoice& choice = scene.volumes.at(0).transferFunction;
     if (const auto* name = std::get_if<std::string>(&choice))
@@ -73,6 +76,7 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
     else
         p.function = std::get<TransferFunction>(choice);
     p.table = makeTable(p.function);
+    p.functionCharge = ram.charge(tableBytes(p.table.entries.size()), "the transfer function's table");
     p.optics = makeOptics(p.table, info, scene.shading, scene.quality.terminationTransmittance);
     if (const auto* view = std::get_if<FittedView>(&scene.camera))
         p.camera = fitCamera(info, view->view, view->projection, scene.imageSize);

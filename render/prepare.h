@@ -30,7 +30,8 @@ struct PreparedScene {
     RayFrame<double> frame;
     glm::ivec2 imageSize{0};
     Charge imageCharge;                // pictures and what an engine keeps of every ray, in RAM
-    Charge tableCharge;                // selection
+    Charge selectionCharge;
+    Charge functionCharge;             // the transfer function's table, twice
     std::unique_ptr<BrickCache> cache; // last member: it goes first, its threads read the store
 
     const VolumeInfo& info() const { return store->info(); }
