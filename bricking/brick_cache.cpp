@@ -191,8 +191,9 @@ void BrickCache::State::load(const ChunkKey& key) {
 
 BrickCache::BrickCache(const StoreReader& store, Ledger& ram, std::size_t budgetBytes, int threads) {
     if (budgetBytes < floorBytes(store.info(), threads))
-        throw InputError("the cache of chunks needs at least " + formatBytes(floorBytes(store.info(), threads)) +
-                         ", but was given " + formatBytes(budgetBytes) + "; raise " + ram.option());
+        throw InputError("the cache of chunks needs at least " +
+                         formatBytes(floorBytes(store.info(), threads)) + ", but was given " +
+                         formatBytes(budgetBytes) + "; raise " + ram.option());
     state_ = std::make_shared<State>(store, ram, budgetBytes, store.chunkBytes());
     for (std::size_t i = 0; i < loaderCount(threads); ++i)
         loaders_.emplace_back([state = state_.get()] { state->loaderLoop(); });

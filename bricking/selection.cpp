@@ -28,7 +28,8 @@ Selection selectOneLevel(const Statistics& statistics, const TransferTable& tabl
                     ++s.residentCount;
             }
     for (s.level = 0; s.level < kLevelCount && fixedBytes <= availableBytes; ++s.level)
-        if (packedBytes(s.residentCount, s.level) <= availableBytes - fixedBytes) return s;
+        if (packedBytes(s.residentCount, s.level) <= availableBytes - fixedBytes)
+            return s;
     throw InputError(budgetName + ": this scene needs at least " +
                      formatBytes(fixedBytes + packedBytes(s.residentCount, kLevelCount - 1)) +
                      " (its bricks at the coarsest level, picture and tables), but " +

@@ -1,5 +1,6 @@
-// bricking/selection.h: the pure function (statistics, transfer function, budget) -> level or nothing, per brick.
-// Today all bricks that show share one level, the finest whose pages fit; bricks that show nothing cost nothing.
+// bricking/selection.h: the pure function (statistics, transfer function, budget) -> level or nothing, per
+// brick. Today all bricks that show share one level, the finest whose pages fit; bricks that show nothing
+// cost nothing.
 #pragma once
 
 #include "bricking/statistics.h"

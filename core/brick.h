@@ -1,6 +1,7 @@
-// core/brick.h: addressing. One type per address space, so that a brick's place in the volume, a chunk's place
-// in a level's array and a slot in the atlas cannot be mixed up. All levels of a volume share these rules;
-// a 2x2x2 average pyramid is the flat multiresolution: brick b at level l is a sub-box of the array of level l.
+// core/brick.h: addressing. One type per address space, so that a brick's place in the volume, a chunk's
+// place in a level's array and a slot in the atlas cannot be mixed up. All levels of a volume share these
+// rules; a 2x2x2 average pyramid is the flat multiresolution: brick b at level l is a sub-box of the array of
+// level l.
 #pragma once
 
 #include <compare>
@@ -12,9 +13,10 @@
 
 namespace tessera {
 
-constexpr int kBrickExtent = 32; // level-0 voxels; 64 KiB of int16: small enough to cull, large enough to load
-constexpr int kLevelCount = 6;   // 32 >> 5 = 1: at the coarsest level a brick is one sample
-constexpr int kCellExtent = 8;   // level-0 voxels; the unit of empty-space skipping
+constexpr int kBrickExtent =
+    32;                        // level-0 voxels; 64 KiB of int16: small enough to cull, large enough to load
+constexpr int kLevelCount = 6; // 32 >> 5 = 1: at the coarsest level a brick is one sample
+constexpr int kCellExtent = 8; // level-0 voxels; the unit of empty-space skipping
 constexpr int kCellsPerBrick = kBrickExtent / kCellExtent;
 constexpr int kChunkExtent = 32; // samples of one stored chunk, at every level
 
@@ -40,15 +42,22 @@ struct ChunkKeyHash {
     }
 };
 
-inline glm::ivec3 ceilDiv(const glm::ivec3& n, int d) { return (n + (d - 1)) / d; }
+inline glm::ivec3 ceilDiv(const glm::ivec3& n, int d) {
+    return (n + (d - 1)) / d;
+}
 
 /// Samples of the array of a level: ceil halves of level 0, computed level by level.
 inline glm::ivec3 levelExtent(glm::ivec3 extentVoxels, int level) {
-    for (int l = 0; l < level; ++l) extentVoxels = ceilDiv(extentVoxels, 2);
+    for (int l = 0; l < level; ++l)
+        extentVoxels = ceilDiv(extentVoxels, 2);
     return extentVoxels;
 }
-inline glm::ivec3 brickGrid(const glm::ivec3& extentVoxels) { return ceilDiv(extentVoxels, kBrickExtent); }
-inline glm::ivec3 cellGrid(const glm::ivec3& extentVoxels) { return ceilDiv(extentVoxels, kCellExtent); }
+inline glm::ivec3 brickGrid(const glm::ivec3& extentVoxels) {
+    return ceilDiv(extentVoxels, kBrickExtent);
+}
+inline glm::ivec3 cellGrid(const glm::ivec3& extentVoxels) {
+    return ceilDiv(extentVoxels, kCellExtent);
+}
 inline glm::ivec3 chunkGrid(const glm::ivec3& extentVoxels, int level) {
     return ceilDiv(levelExtent(extentVoxels, level), kChunkExtent);
 }

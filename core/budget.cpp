@@ -16,7 +16,8 @@ Ledger::Ledger(std::string name, std::string option, std::size_t limitBytes)
     : name_(std::move(name)), option_(std::move(option)), limitBytes_(limitBytes) {}
 
 Charge Ledger::charge(std::size_t bytes, std::string_view what) {
-    if (auto held = tryCharge(bytes)) return std::move(*held);
+    if (auto held = tryCharge(bytes))
+        return std::move(*held);
     throw InputError(name_ + ": " + std::string(what) + " needs " + formatBytes(bytes) + ", but only " +
                      formatBytes(freeBytes()) + " of the budget of " + formatBytes(limitBytes_) +
                      " are free; raise " + option_);
@@ -24,7 +25,8 @@ Charge Ledger::charge(std::size_t bytes, std::string_view what) {
 
 std::optional<Charge> Ledger::tryCharge(std::size_t bytes) {
     const std::lock_guard lock(mutex_);
-    if (bytes > limitBytes_ - usedBytes_) return std::nullopt;
+    if (bytes > limitBytes_ - usedBytes_)
+        return std::nullopt;
     usedBytes_ += bytes;
     peakBytes_ = std::max(peakBytes_, usedBytes_);
     return Charge(this, bytes);
@@ -61,7 +63,8 @@ Charge& Charge::operator=(Charge&& other) noexcept {
 }
 
 Charge::~Charge() {
-    if (ledger_) ledger_->release(bytes_);
+    if (ledger_)
+        ledger_->release(bytes_);
 }
 
 std::size_t parseBytes(std::string_view text, std::string_view option) {
@@ -75,13 +78,19 @@ std::size_t parseBytes(std::string_view text, std::string_view option) {
     std::string unit(end);
     std::erase(unit, ' ');
     double scale = 0;
-    if (unit.empty() || unit == "B") scale = 1;
-    if (unit == "KiB" || unit == "K") scale = 1024.0;
-    if (unit == "MiB" || unit == "M") scale = 1024.0 * 1024;
-    if (unit == "GiB" || unit == "G") scale = 1024.0 * 1024 * 1024;
-    if (unit == "TiB" || unit == "T") scale = 1024.0 * 1024 * 1024 * 1024;
+    if (unit.empty() || unit == "B")
+        scale = 1;
+    if (unit == "KiB" || unit == "K")
+        scale = 1024.0;
+    if (unit == "MiB" || unit == "M")
+        scale = 1024.0 * 1024;
+    if (unit == "GiB" || unit == "G")
+        scale = 1024.0 * 1024 * 1024;
+    if (unit == "TiB" || unit == "T")
+        scale = 1024.0 * 1024 * 1024 * 1024;
     const double bytes = number * scale;
-    if (end == copy.c_str() || !(bytes >= 1) || !(bytes < 0x1p62)) throw refuse();
+    if (end == copy.c_str() || !(bytes >= 1) || !(bytes < 0x1p62))
+        throw refuse();
     return static_cast<std::size_t>(bytes);
 }
 

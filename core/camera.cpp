@@ -21,8 +21,9 @@ struct Ball {
 std::array<glm::dvec3, 8> corners(const VolumeInfo& info) {
     std::array<glm::dvec3, 8> out;
     for (std::size_t i = 0; i < 8; ++i)
-        out[i] = glm::dvec3(info.patientFromVoxel *
-                            glm::dvec4(glm::dvec3(info.extentVoxels) * glm::dvec3(i & 1, (i >> 1) & 1, i >> 2), 1));
+        out[i] = glm::dvec3(
+            info.patientFromVoxel *
+            glm::dvec4(glm::dvec3(info.extentVoxels) * glm::dvec3(i & 1, (i >> 1) & 1, i >> 2), 1));
     return out;
 }
 
@@ -30,7 +31,8 @@ std::array<glm::dvec3, 8> corners(const VolumeInfo& info) {
 Ball boundingBall(const VolumeInfo& info) {
     const glm::dvec3 centre(info.patientFromVoxel * glm::dvec4(0.5 * glm::dvec3(info.extentVoxels), 1));
     double radius = 0;
-    for (const glm::dvec3& corner : corners(info)) radius = std::max(radius, glm::length(corner - centre));
+    for (const glm::dvec3& corner : corners(info))
+        radius = std::max(radius, glm::length(corner - centre));
     return {centre, radius};
 }
 
@@ -42,7 +44,8 @@ void Camera::validate(const std::string& where) const {
         if (!std::isfinite(position[i]) || !std::isfinite(focalPoint[i]) || !std::isfinite(viewUp[i]))
             throw refuse("expected finite numbers in position, focalPoint and viewUp");
     const glm::dvec3 view = focalPoint - position;
-    if (!(glm::length(view) > 0)) throw refuse("expected position and focalPoint to differ");
+    if (!(glm::length(view) > 0))
+        throw refuse("expected position and focalPoint to differ");
     if (!(glm::length(glm::cross(view, viewUp)) > 1e-9 * glm::length(view) * glm::length(viewUp)))
         throw refuse("expected a viewUp that is not parallel to the direction of view");
     if (projection == Projection::perspective && !(viewAngle > 0 && viewAngle < 180))
@@ -56,12 +59,24 @@ Camera fitCamera(const VolumeInfo& info, View view, Projection projection, const
     // towards +y, so the patient's left comes out on the picture's right, as radiologists expect.
     glm::dvec3 side(0), up(0, 0, 1);
     switch (view) {
-    case View::anterior: side = {0, -1, 0}; break;
-    case View::posterior: side = {0, 1, 0}; break;
-    case View::left: side = {1, 0, 0}; break;
-    case View::right: side = {-1, 0, 0}; break;
-    case View::superior: side = {0, 0, 1}, up = {0, -1, 0}; break;
-    case View::inferior: side = {0, 0, -1}, up = {0, -1, 0}; break;
+    case View::anterior:
+        side = {0, -1, 0};
+        break;
+    case View::posterior:
+        side = {0, 1, 0};
+        break;
+    case View::left:
+        side = {1, 0, 0};
+        break;
+    case View::right:
+        side = {-1, 0, 0};
+        break;
+    case View::superior:
+        side = {0, 0, 1}, up = {0, -1, 0};
+        break;
+    case View::inferior:
+        side = {0, 0, -1}, up = {0, -1, 0};
+        break;
     }
     Camera camera;
     camera.projection = projection;
@@ -92,8 +107,8 @@ RayPlane rayPlane(const Camera& camera, const VolumeInfo& info, const glm::ivec2
     const glm::dvec3 up = glm::cross(right, plane.forward);
     const Ball ball = boundingBall(info);
     const double aspect = static_cast<double>(imageSize.x) / imageSize.y;
-    // The plane goes through the volume's centre, but never closer than a radius, so that it stays in front of
-    // a camera inside the volume or looking away from it.
+    // The plane goes through the volume's centre, but never closer than a radius, so that it stays in front
+    // of a camera inside the volume or looking away from it.
     const double distance = std::max(glm::dot(ball.centre - camera.position, plane.forward), ball.radius);
     plane.perspective = camera.projection == Projection::perspective;
     plane.centre = camera.position + distance * plane.forward;

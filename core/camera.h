@@ -14,11 +14,11 @@ enum class View { anterior, posterior, left, right, superior, inferior };
 
 struct Camera {
     Projection projection = Projection::perspective;
-    glm::dvec3 position{0, -1000, 0};  // mm
-    glm::dvec3 focalPoint{0, 0, 0};    // mm
+    glm::dvec3 position{0, -1000, 0}; // mm
+    glm::dvec3 focalPoint{0, 0, 0};   // mm
     glm::dvec3 viewUp{0, 0, 1};
-    double viewAngle = 30;             // full vertical angle, degrees, (0,180)
-    double parallelScale = 100;        // half the height of the view, mm; parallel projection only
+    double viewAngle = 30;      // full vertical angle, degrees, (0,180)
+    double parallelScale = 100; // half the height of the view, mm; parallel projection only
 
     /// Throws InputError naming where for values that are not finite, a zero view direction, viewUp parallel
     /// to it, or an angle or scale out of range.

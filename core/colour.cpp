@@ -22,7 +22,8 @@ glm::dvec3 luvFromLinear(const glm::dvec3& rgb) {
     const double y = 0.2126729 * rgb.r + 0.7151522 * rgb.g + 0.0721750 * rgb.b;
     const double z = 0.0193339 * rgb.r + 0.1191920 * rgb.g + 0.9503041 * rgb.b;
     const double sum = x + 15 * y + 3 * z;
-    if (!(sum > 0)) return glm::dvec3(0);
+    if (!(sum > 0))
+        return glm::dvec3(0);
     // u'_n, v'_n of the white (1,1,1) under this very matrix, so that greys have u* = v* = 0 exactly.
     constexpr double xn = 0.9504700, yn = 1.0000001, zn = 1.0888300;
     constexpr double sn = xn + 15 * yn + 3 * zn;

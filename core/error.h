@@ -1,6 +1,6 @@
 // core/error.h: the three error tiers. A bug stops the program with both values printed (TESSERA_CHECK);
-// a bad file, bad option or too small a budget throws InputError (exit 2); anything else throws Error (exit 1).
-// What a caller may expect in the ordinary course is a value, never an exception.
+// a bad file, bad option or too small a budget throws InputError (exit 2); anything else throws Error (exit
+// 1). What a caller may expect in the ordinary course is a value, never an exception.
 #pragma once
 
 #include <stdexcept>
@@ -31,5 +31,6 @@ InputError badFile(const std::string& path, const std::string& expected, const s
 /// A condition that only a bug can break; always on, kept out of inner loops.
 #define TESSERA_CHECK(condition)                                                                             \
     do {                                                                                                     \
-        if (!(condition)) ::tessera::checkFailed(#condition, __FILE__, __LINE__, "");                        \
+        if (!(condition))                                                                                    \
+            ::tessera::checkFailed(#condition, __FILE__, __LINE__, "");                                      \
     } while (false)

@@ -21,16 +21,20 @@ ImageDifference compare(const Image& image, const Image& truth) {
         for (int c = 0; c < 4; ++c) {
             const double e = static_cast<double>(a[c]) - static_cast<double>(b[c]);
             ++d.values;
-            if (!std::isfinite(e)) ++d.nonFinite;
-            if (std::abs(e) > 0.004) ++d.valuesAbove004;
-            if (std::abs(e) > 0.012) ++d.valuesAbove012;
+            if (!std::isfinite(e))
+                ++d.nonFinite;
+            if (std::abs(e) > 0.004)
+                ++d.valuesAbove004;
+            if (std::abs(e) > 0.012)
+                ++d.valuesAbove012;
             d.maxAbs = std::max(d.maxAbs, std::abs(e));
             if (masked) {
                 squares += e * e;
                 sum += e;
             }
         }
-        if (!masked) continue;
+        if (!masked)
+            continue;
         ++d.maskedPixels;
         const auto clamped = [](const glm::vec4& p) {
             return glm::clamp(glm::dvec3(p), glm::dvec3(0.0), glm::dvec3(1.0));
@@ -39,7 +43,8 @@ ImageDifference compare(const Image& image, const Image& truth) {
         luv.push_back(distance);
         d.luvMean += distance;
     }
-    if (d.maskedPixels == 0) return d;
+    if (d.maskedPixels == 0)
+        return d;
     const double count = static_cast<double>(d.maskedPixels);
     d.rms = std::sqrt(squares / (4 * count));
     d.bias = sum / (4 * count);

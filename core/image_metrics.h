@@ -8,8 +8,8 @@
 namespace tessera {
 
 struct ImageDifference {
-    double rms = 0, maxAbs = 0; // over all four components of the masked pixels
-    double bias = 0;            // mean signed difference
+    double rms = 0, maxAbs = 0;     // over all four components of the masked pixels
+    double bias = 0;                // mean signed difference
     double luvMean = 0, luvP99 = 0; // CIE L*u*v* distance over black, masked pixels
     std::size_t maskedPixels = 0;   // pixels where the second picture's alpha is above 1/255
     std::size_t valuesAbove004 = 0, valuesAbove012 = 0, values = 0; // of all components of all pixels

@@ -12,14 +12,17 @@ Progress::Progress(std::string what, std::uint64_t total, Verbosity verbosity)
       terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()), shown_(start_) {}
 
 Progress::~Progress() {
-    if (printed_ && terminal_) std::fputs("\r\033[K", stderr);
+    if (printed_ && terminal_)
+        std::fputs("\r\033[K", stderr);
 }
 
 void Progress::update(std::uint64_t done) {
-    if (!on_ || total_ == 0) return;
+    if (!on_ || total_ == 0)
+        return;
     const auto now = Clock::now();
     const auto pause = terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(10000);
-    if (now - shown_ < pause) return;
+    if (now - shown_ < pause)
+        return;
     shown_ = now;
     const double fraction = std::min(1.0, static_cast<double>(done) / static_cast<double>(total_));
     const double seconds = std::chrono::duration<double>(now - start_).count();

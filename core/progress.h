@@ -1,5 +1,5 @@
-// core/progress.h: one progress line on stderr. On a terminal it redraws itself; elsewhere it prints at most a
-// line each ten seconds, so that logs stay readable.
+// core/progress.h: one progress line on stderr. On a terminal it redraws itself; elsewhere it prints at most
+// a line each ten seconds, so that logs stay readable.
 #pragma once
 
 #include <chrono>

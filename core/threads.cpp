@@ -10,7 +10,9 @@
 
 namespace tessera {
 
-int defaultThreads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+int defaultThreads() {
+    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
 
 void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
     const std::size_t wanted = static_cast<std::size_t>(threads > 0 ? threads : defaultThreads());
@@ -20,10 +22,12 @@ void parallelFor(std::size_t count, int threads, const std::function<void(std::s
     std::exception_ptr failure;
     const auto work = [&] {
         try {
-            for (std::size_t i = next++; i < count; i = next++) body(i);
+            for (std::size_t i = next++; i < count; i = next++)
+                body(i);
         } catch (...) {
             const std::lock_guard lock(mutex);
-            if (!failure) failure = std::current_exception();
+            if (!failure)
+                failure = std::current_exception();
             next = count; // the others stop at their next turn
         }
     };
@@ -31,9 +35,11 @@ void parallelFor(std::size_t count, int threads, const std::function<void(std::s
         work();
     } else {
         std::vector<std::jthread> pool;
-        for (std::size_t i = 0; i < used; ++i) pool.emplace_back(work);
+        for (std::size_t i = 0; i < used; ++i)
+            pool.emplace_back(work);
     }
-    if (failure) std::rethrow_exception(failure);
+    if (failure)
+        std::rethrow_exception(failure);
 }
 
 } // namespace tessera

@@ -18,9 +18,11 @@ template <typename Point, typename Get>
 auto piecewiseLinear(const std::vector<Point>& points, double value, Get get) {
     const auto right = std::upper_bound(points.begin(), points.end(), value,
                                         [](double v, const Point& p) { return v < p.value; });
-    if (right == points.begin()) return get(*right);
+    if (right == points.begin())
+        return get(*right);
     const auto left = right - 1;
-    if (right == points.end()) return get(*left);
+    if (right == points.end())
+        return get(*left);
     const double f = (value - left->value) / (right->value - left->value);
     return get(*left) + f * (get(*right) - get(*left));
 }
@@ -44,7 +46,8 @@ TransferFunction TransferFunction::fromOpacity(std::vector<OpacityPoint> opacity
         throw InputError(where + ": expected a positive reference length in mm, found " +
                          std::to_string(referenceLengthMm));
     TransferFunction f = fromExtinction(std::move(opacity), std::move(colour), where);
-    for (OpacityPoint& p : f.opacity_) p.opacity = std::min(p.opacity, 1.0);
+    for (OpacityPoint& p : f.opacity_)
+        p.opacity = std::min(p.opacity, 1.0);
     f.referenceLengthMm_ = referenceLengthMm;
     f.pointsAreExtinction_ = false;
     return f;
@@ -70,21 +73,25 @@ TransferFunction TransferFunction::fromExtinction(std::vector<OpacityPoint> exti
     f.opacity_ = std::move(extinction);
     f.colour_ = std::move(colour);
     f.pointsAreExtinction_ = true;
-    for (const OpacityPoint& p : f.opacity_) f.kinks_.push_back(p.value);
-    for (const ColourPoint& p : f.colour_) f.kinks_.push_back(p.value);
+    for (const OpacityPoint& p : f.opacity_)
+        f.kinks_.push_back(p.value);
+    for (const ColourPoint& p : f.colour_)
+        f.kinks_.push_back(p.value);
     std::sort(f.kinks_.begin(), f.kinks_.end());
     f.kinks_.erase(std::unique(f.kinks_.begin(), f.kinks_.end()), f.kinks_.end());
     return f;
 }
 
 double TransferFunction::extinction(double value) const {
-    if (opacity_.empty()) return 0;
+    if (opacity_.empty())
+        return 0;
     const double at = piecewiseLinear(opacity_, value, [](const OpacityPoint& p) { return p.opacity; });
     return pointsAreExtinction_ ? at : -std::log1p(-std::min(at, kMaxOpacity)) / referenceLengthMm_;
 }
 
 glm::dvec3 TransferFunction::colour(double value) const {
-    if (colour_.empty()) return glm::dvec3(1.0);
+    if (colour_.empty())
+        return glm::dvec3(1.0);
     return piecewiseLinear(colour_, value, [](const ColourPoint& p) { return p.colour; });
 }
 
@@ -106,7 +113,8 @@ TransferTable makeTable(const TransferFunction& function) {
         last += 0.5;
     }
     double closest = last - first;
-    for (std::size_t i = 1; i < kinks.size(); ++i) closest = std::min(closest, kinks[i] - kinks[i - 1]);
+    for (std::size_t i = 1; i < kinks.size(); ++i)
+        closest = std::min(closest, kinks[i] - kinks[i - 1]);
     std::size_t size = kMinEntries;
     while (size < static_cast<std::size_t>(TransferTable::kMaxEntries) &&
            static_cast<double>(size) * closest < 8 * (last - first))
@@ -123,7 +131,8 @@ TransferTable makeTable(const TransferFunction& function) {
     for (std::size_t i = 0; i < size; ++i) {
         // The first entry is the limit from the left: a step at the very first point is seen from both sides
         // only if values below it read what lies below.
-        const double value = i == 0 ? std::nextafter(first, first - 1) : first + pitch * static_cast<double>(i);
+        const double value =
+            i == 0 ? std::nextafter(first, first - 1) : first + pitch * static_cast<double>(i);
         const double extinction = function.extinction(value);
         table.entries[i] = glm::vec4(glm::vec3(function.colour(value)), static_cast<float>(extinction));
         highest = std::max(highest, extinction);
@@ -134,13 +143,15 @@ TransferTable makeTable(const TransferFunction& function) {
     std::vector<double> steps;
     const auto& points = function.opacityPoints();
     for (std::size_t i = 1; i < points.size(); ++i)
-        if (points[i].value == points[i - 1].value) steps.push_back(points[i].value);
+        if (points[i].value == points[i - 1].value)
+            steps.push_back(points[i].value);
     double worst = 0;
     for (std::size_t i = 0; i + 1 < size; ++i) {
         for (const double f : {0.125, 0.375, 0.625, 0.875}) {
             const double value = first + pitch * (static_cast<double>(i) + f);
             const auto near = std::lower_bound(steps.begin(), steps.end(), value - pitch);
-            if (near != steps.end() && *near <= value + pitch) continue;
+            if (near != steps.end() && *near <= value + pitch)
+                continue;
             const double a = table.entries[i].a, b = table.entries[i + 1].a;
             worst = std::max(worst, std::abs(a + f * (b - a) - function.extinction(value)));
         }

@@ -14,13 +14,13 @@ struct OpacityPoint {
     double opacity = 0; // [0,1] per referenceLengthMm; or extinction per mm, see fromExtinction()
 };
 struct ColourPoint {
-    double value = 0;        // physical units (HU)
-    glm::dvec3 colour{1.0};  // linear light, Rec. 709 primaries, [0,1], not premultiplied
+    double value = 0;       // physical units (HU)
+    glm::dvec3 colour{1.0}; // linear light, Rec. 709 primaries, [0,1], not premultiplied
 };
 
-/// Opacity and colour as functions of the physical value, piecewise linear between points, constant beyond the
-/// outermost ones. Two points at one value are a step; the value itself takes the right one. Three or more at
-/// one value: the first is the left limit, the last the right one.
+/// Opacity and colour as functions of the physical value, piecewise linear between points, constant beyond
+/// the outermost ones. Two points at one value are a step; the value itself takes the right one. Three or
+/// more at one value: the first is the left limit, the last the right one.
 class TransferFunction {
   public:
     TransferFunction() = default;
@@ -29,7 +29,8 @@ class TransferFunction {
     /// Throws InputError naming where for values, opacities or colours that are not finite, and for a
     /// reference length that is not positive and finite.
     static TransferFunction fromOpacity(std::vector<OpacityPoint> opacity, std::vector<ColourPoint> colour,
-                                        double referenceLengthMm, const std::string& where = "transfer function");
+                                        double referenceLengthMm,
+                                        const std::string& where = "transfer function");
     /// The same with extinction (1/mm, >= 0) at the points, linear between them: for tests with closed forms.
     static TransferFunction fromExtinction(std::vector<OpacityPoint> extinction,
                                            std::vector<ColourPoint> colour,
@@ -54,8 +55,8 @@ class TransferFunction {
 
 /// The function as march and mirror read it: equidistant samples, linear between them, in float.
 struct TransferTable {
-    float firstValue = 0;      // value of entries.front(); values below read as it
-    float entriesPerValue = 0; // (entries.size()-1) / (last value - first value)
+    float firstValue = 0;           // value of entries.front(); values below read as it
+    float entriesPerValue = 0;      // (entries.size()-1) / (last value - first value)
     std::vector<glm::vec4> entries; // rgb: colour; a: extinction, 1/mm. At least 2, at most kMaxEntries.
     /// Largest |extinction of table - of points| / largest extinction, over a fine sweep without the
     /// neighbourhood (one table bin) of steps, which no table of finite size can follow.

@@ -11,20 +11,27 @@ namespace tessera {
 
 std::size_t bytesPerValue(ValueType type) {
     switch (type) {
-    case ValueType::u8: return 1;
+    case ValueType::u8:
+        return 1;
     case ValueType::i16:
-    case ValueType::u16: return 2;
-    case ValueType::f32: return 4;
+    case ValueType::u16:
+        return 2;
+    case ValueType::f32:
+        return 4;
     }
     return 0;
 }
 
 const char* name(ValueType type) {
     switch (type) {
-    case ValueType::u8: return "uint8";
-    case ValueType::i16: return "int16";
-    case ValueType::u16: return "uint16";
-    case ValueType::f32: return "float32";
+    case ValueType::u8:
+        return "uint8";
+    case ValueType::i16:
+        return "int16";
+    case ValueType::u16:
+        return "uint16";
+    case ValueType::f32:
+        return "float32";
     }
     return "?";
 }
@@ -47,7 +54,8 @@ void VolumeInfo::validate(const std::string& where) const {
                           std::to_string(extentVoxels[axis]) + " along axis " + std::to_string(axis));
         bytes *= extentVoxels[axis];
     }
-    if (!(bytes < 0x1p62)) throw badFile(where, "fewer than 2^62 bytes", "an extent product that is larger");
+    if (!(bytes < 0x1p62))
+        throw badFile(where, "fewer than 2^62 bytes", "an extent product that is larger");
     const glm::dvec3 spacing = spacingMm();
     for (int axis = 0; axis < 3; ++axis)
         if (!(spacing[axis] > 0) || !std::isfinite(spacing[axis]))

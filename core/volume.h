@@ -28,10 +28,10 @@ struct AxisOrder {
 
 /// The whitelist: all that is ever copied from a clinical header besides geometry. No identifier is in it.
 struct Acquisition {
-    std::string modality;         // "CT", "MR", "" unknown
-    std::string kernel;           // convolution kernel, "" unknown
-    double tubeVoltageKv = 0;     // 0 unknown
-    double sliceThicknessMm = 0;  // 0 unknown
+    std::string modality;        // "CT", "MR", "" unknown
+    std::string kernel;          // convolution kernel, "" unknown
+    double tubeVoltageKv = 0;    // 0 unknown
+    double sliceThicknessMm = 0; // 0 unknown
     bool operator==(const Acquisition&) const = default;
 };
 
@@ -40,8 +40,8 @@ struct VolumeInfo {
     ValueType type = ValueType::i16;
     /// physical value = rescaleSlope * stored + rescaleIntercept
     double rescaleSlope = 1, rescaleIntercept = 0;
-    std::string unit;             // "HU", or "" where the physical unit is unknown
-    double fillStored = 0;        // padding or air, as stored; chunks of nothing else are not written
+    std::string unit;               // "HU", or "" where the physical unit is unknown
+    double fillStored = 0;          // padding or air, as stored; chunks of nothing else are not written
     glm::dmat4 patientFromVoxel{1}; // affine; may be oblique, sheared, left-handed
     AxisOrder originalOrder;
     Acquisition acquisition;

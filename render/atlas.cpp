@@ -40,14 +40,19 @@ void forEachChunk(BrickCache& cache, const std::vector<ChunkKey>& keys, const Vi
 
 } // namespace
 
-std::size_t texelBytes(ValueType type) { return type == ValueType::f32 ? 4 : 2; }
+std::size_t texelBytes(ValueType type) {
+    return type == ValueType::f32 ? 4 : 2;
+}
 
 TexelFormat texelFormat(ValueType type) {
     switch (type) {
-    case ValueType::i16: return {GL_R16, GL_RED, GL_UNSIGNED_SHORT, true, -32768.0f};
+    case ValueType::i16:
+        return {GL_R16, GL_RED, GL_UNSIGNED_SHORT, true, -32768.0f};
     case ValueType::u8:
-    case ValueType::u16: return {GL_R16, GL_RED, GL_UNSIGNED_SHORT, true, 0.0f};
-    case ValueType::f32: break;
+    case ValueType::u16:
+        return {GL_R16, GL_RED, GL_UNSIGNED_SHORT, true, 0.0f};
+    case ValueType::f32:
+        break;
     }
     return {GL_R32F, GL_RED, GL_FLOAT, false, 0.0f};
 }
@@ -55,23 +60,27 @@ TexelFormat texelFormat(ValueType type) {
 void toTexels(ValueType type, const std::byte* stored, std::size_t count, std::byte* texels) {
     switch (type) {
     case ValueType::u8:
-        return convert<std::uint8_t, std::uint16_t>(stored, count, texels, [](std::uint8_t v) {
-            return static_cast<std::uint16_t>(v);
-        });
+        return convert<std::uint8_t, std::uint16_t>(
+            stored, count, texels, [](std::uint8_t v) { return static_cast<std::uint16_t>(v); });
     case ValueType::i16: // two's complement plus 32768 is a flip of the sign bit
-        return convert<std::uint16_t, std::uint16_t>(stored, count, texels, [](std::uint16_t v) {
-            return static_cast<std::uint16_t>(v ^ 0x8000u);
-        });
-    case ValueType::u16: std::memcpy(texels, stored, count * 2); return;
-    case ValueType::f32: std::memcpy(texels, stored, count * 4); return;
+        return convert<std::uint16_t, std::uint16_t>(
+            stored, count, texels, [](std::uint16_t v) { return static_cast<std::uint16_t>(v ^ 0x8000u); });
+    case ValueType::u16:
+        std::memcpy(texels, stored, count * 2);
+        return;
+    case ValueType::f32:
+        std::memcpy(texels, stored, count * 4);
+        return;
     }
 }
 
 glm::ivec3 atlasPages(std::size_t bricks, int level, ValueType type, const TextureLimits& limits) {
     const std::size_t wanted = std::max<std::size_t>(1, PageAllocator::pagesFor(bricks, level));
     const std::size_t pageBytes = 32768 * texelBytes(type);
-    const std::size_t edge = std::min<std::size_t>(static_cast<std::size_t>(limits.maxExtent / kBrickExtent), 1024);
-    if (wanted > limits.maxBytes / pageBytes) return glm::ivec3(0);
+    const std::size_t edge =
+        std::min<std::size_t>(static_cast<std::size_t>(limits.maxExtent / kBrickExtent), 1024);
+    if (wanted > limits.maxBytes / pageBytes)
+        return glm::ivec3(0);
     // Few pages are wasted by trying every x up to a square and every y up to a cube; thin boxes are avoided.
     glm::ivec3 best(0);
     std::size_t bestPages = std::numeric_limits<std::size_t>::max();
@@ -79,9 +88,10 @@ glm::ivec3 atlasPages(std::size_t bricks, int level, ValueType type, const Textu
     for (std::size_t x = 1; x <= std::min(edge, 2 * cube); ++x)
         for (std::size_t y = 1; y <= std::min(edge, 2 * cube); ++y) {
             const std::size_t z = (wanted + x * y - 1) / (x * y);
-            if (z > edge || x * y * z > limits.maxBytes / pageBytes) continue;
-            const bool rounder = x * y * z == bestPages &&
-                                 x + y + z < static_cast<std::size_t>(best.x + best.y + best.z);
+            if (z > edge || x * y * z > limits.maxBytes / pageBytes)
+                continue;
+            const bool rounder =
+                x * y * z == bestPages && x + y + z < static_cast<std::size_t>(best.x + best.y + best.z);
             if (x * y * z < bestPages || rounder) {
                 bestPages = x * y * z;
                 best = glm::ivec3(static_cast<int>(x), static_cast<int>(y), static_cast<int>(z));
@@ -101,7 +111,8 @@ Atlas::Atlas(const VolumeInfo& info, const Selection& selection, const TextureLi
       allocator_(atlasPages(selection.residentCount, selection.level, info.type, limits)) {
     const glm::ivec3 pages = atlasPages(selection.residentCount, selection.level, info.type, limits);
     TESSERA_CHECK(pages.x > 0);
-    voxels_ = GlTexture3d(format_.internal, pages * kBrickExtent, texelBytes(info.type), GL_LINEAR, gpu, "the brick atlas");
+    voxels_ = GlTexture3d(format_.internal, pages * kBrickExtent, texelBytes(info.type), GL_LINEAR, gpu,
+                          "the brick atlas");
     index_ = GlTexture3d(GL_RG32UI, selection.bricks, 8, GL_NEAREST, gpu, "the brick index");
 }
 
@@ -134,7 +145,8 @@ void Atlas::load(BrickCache& cache, Ledger& ram, Work& work) {
                         for (int i = first.x; i < end.x && !any; ++i)
                             any = selection_.states[linearIndex({i, j, k}, selection_.bricks)] ==
                                   BrickState::resident;
-                if (any) keys.push_back({selection_.level, x, y, z});
+                if (any)
+                    keys.push_back({selection_.level, x, y, z});
             }
     forEachChunk(cache, keys, [&](const ChunkKey& key, const Chunk& chunk) {
         uploadChunk(key, chunk, staging.data(), work);
@@ -154,20 +166,24 @@ void Atlas::uploadChunk(const ChunkKey& key, const Chunk& chunk, std::byte* stag
         for (int j = first.y; j < end.y; ++j)
             for (int i = first.x; i < end.x; ++i) {
                 const std::size_t brick = linearIndex({i, j, k}, selection_.bricks);
-                if (selection_.states[brick] != BrickState::resident) continue;
+                if (selection_.states[brick] != BrickState::resident)
+                    continue;
                 const glm::ivec3 corner = (glm::ivec3(i, j, k) - first) * edge; // inside the chunk
                 std::byte* row = staging;
                 for (int z = 0; z < edge; ++z)
                     for (int y = 0; y < edge; ++y) {
-                        const std::size_t at = linearIndex(corner + glm::ivec3(0, y, z), glm::ivec3(kChunkExtent));
+                        const std::size_t at =
+                            linearIndex(corner + glm::ivec3(0, y, z), glm::ivec3(kChunkExtent));
                         toTexels(info_.type, chunk.bytes.get() + at * stored, rowTexels, row);
                         row += rowTexels * texel;
                     }
                 const auto slot = allocator_.allocate(selection_.level);
                 TESSERA_CHECK(slot.has_value());
-                voxels_.upload(slot->originTexels(), glm::ivec3(edge), format_.external, format_.type, staging);
+                voxels_.upload(slot->originTexels(), glm::ivec3(edge), format_.external, format_.type,
+                               staging);
                 const glm::uvec3 page(slot->page), place(slot->slot);
-                entries_[brick] = {page.x | page.y << 10 | page.z << 20, place.x | place.y << 5 | place.z << 10};
+                entries_[brick] = {page.x | page.y << 10 | page.z << 20,
+                                   place.x | place.y << 5 | place.z << 10};
                 ++work.bricksUploaded;
                 work.bytesUploaded += rowTexels * rowTexels * rowTexels * texel;
             }
@@ -178,17 +194,20 @@ void Atlas::bind(GLuint voxelUnit, GLuint indexUnit) const {
     index_.bind(indexUnit);
 }
 
-GlTexture3d wholeLevelTexture(const VolumeInfo& info, int level, BrickCache& cache, Ledger& gpu, Ledger& ram) {
+GlTexture3d wholeLevelTexture(const VolumeInfo& info, int level, BrickCache& cache, Ledger& gpu,
+                              Ledger& ram) {
     const TexelFormat format = texelFormat(info.type);
     const glm::ivec3 extent = levelExtent(info.extentVoxels, level);
-    GlTexture3d texture(format.internal, extent, texelBytes(info.type), GL_LINEAR, gpu, "the whole-level texture");
+    GlTexture3d texture(format.internal, extent, texelBytes(info.type), GL_LINEAR, gpu,
+                        "the whole-level texture");
     const Charge charge = ram.charge(32768 * texelBytes(info.type), "upload staging");
     std::vector<std::byte> staging(32768 * texelBytes(info.type));
     std::vector<ChunkKey> keys;
     const glm::ivec3 chunks = chunkGrid(info.extentVoxels, level);
     for (int z = 0; z < chunks.z; ++z)
         for (int y = 0; y < chunks.y; ++y)
-            for (int x = 0; x < chunks.x; ++x) keys.push_back({level, x, y, z});
+            for (int x = 0; x < chunks.x; ++x)
+                keys.push_back({level, x, y, z});
     forEachChunk(cache, keys, [&](const ChunkKey& key, const Chunk& chunk) {
         const glm::ivec3 offset = glm::ivec3(key.i, key.j, key.k) * kChunkExtent;
         const glm::ivec3 size = glm::min(glm::ivec3(kChunkExtent), extent - offset);
@@ -196,7 +215,8 @@ GlTexture3d wholeLevelTexture(const VolumeInfo& info, int level, BrickCache& cac
         std::byte* to = staging.data();
         for (int z = 0; z < size.z; ++z)
             for (int y = 0; y < size.y; ++y) {
-                toTexels(info.type, chunk.bytes.get() + linearIndex({0, y, z}, glm::ivec3(kChunkExtent)) * stored, row,
+                toTexels(info.type,
+                         chunk.bytes.get() + linearIndex({0, y, z}, glm::ivec3(kChunkExtent)) * stored, row,
                          to);
                 to += row * texelBytes(info.type);
             }

@@ -1,5 +1,5 @@
-// render/atlas.h: bricks on the GPU: pages of voxels in one 3D texture without duplicated border voxels, and the
-// index texture that says for every brick where it is, or what it stands for.
+// render/atlas.h: bricks on the GPU: pages of voxels in one 3D texture without duplicated border voxels, and
+// the index texture that says for every brick where it is, or what it stands for.
 //
 // Index texel (two 32-bit words) of a brick:
 //   resident: x = page.x | page.y << 10 | page.z << 20, y = slot.x | slot.y << 5 | slot.z << 10

@@ -1,5 +1,6 @@
-// render/features.h: what a scene can need of the march. Each bit becomes FEATURE_<NAME> 0 or 1 in the shaders;
-// what is 0 is not compiled. Structure is a feature, numbers are uniforms: moving a slider never recompiles.
+// render/features.h: what a scene can need of the march. Each bit becomes FEATURE_<NAME> 0 or 1 in the
+// shaders; what is 0 is not compiled. Structure is a feature, numbers are uniforms: moving a slider never
+// recompiles.
 #pragma once
 
 #include <cstdint>

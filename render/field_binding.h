@@ -1,4 +1,5 @@
-// render/field_binding.h: gives a program the volume: the uniforms and textures of shaders/sampler_field.glsl.
+// render/field_binding.h: gives a program the volume: the uniforms and textures of
+// shaders/sampler_field.glsl.
 #pragma once
 
 #include "core/brick.h"
@@ -19,8 +20,10 @@ inline void bindField(const GlProgram& program, std::uint32_t features, const Vo
                       const Atlas* atlas, const GlTexture3d* wholeLevel) {
     const bool bricked = (features & kFeatureBricked) != 0;
     TESSERA_CHECK(bricked ? atlas != nullptr : wholeLevel != nullptr);
-    if (bricked) atlas->bind(kVoxelUnit, kIndexUnit);
-    else wholeLevel->bind(kVoxelUnit);
+    if (bricked)
+        atlas->bind(kVoxelUnit, kIndexUnit);
+    else
+        wholeLevel->bind(kVoxelUnit);
     program.set("uVoxels", static_cast<int>(kVoxelUnit));
     program.set("uIndex", static_cast<int>(kIndexUnit));
     program.set("uTexelSize", 1.0f / glm::vec3(bricked ? atlas->extentTexels() : wholeLevel->extent()));

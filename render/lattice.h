@@ -34,7 +34,8 @@ class LatticeReader {
         }
         const glm::ivec3 chunk = i >> 5;
         // Neighbouring chunks differ in some parity, so the eight of a neighbourhood never evict each other.
-        Pinned& pinned = pinned_[static_cast<std::size_t>((chunk.x & 1) | (chunk.y & 1) << 1 | (chunk.z & 1) << 2)];
+        Pinned& pinned =
+            pinned_[static_cast<std::size_t>((chunk.x & 1) | (chunk.y & 1) << 1 | (chunk.z & 1) << 2)];
         if (!pinned.data || pinned.chunk != chunk) {
             pinned.data.reset(); // before asking: a full cache may need this very chunk's place
             pinned.data = cache_.get({level_, chunk.x, chunk.y, chunk.z});
@@ -43,10 +44,14 @@ class LatticeReader {
         const std::size_t index = linearIndex(i & (kChunkExtent - 1), glm::ivec3(kChunkExtent));
         const std::byte* bytes = pinned.data->bytes.get();
         switch (type_) {
-        case ValueType::u8: return static_cast<double>(read<std::uint8_t>(bytes, index));
-        case ValueType::i16: return static_cast<double>(read<std::int16_t>(bytes, index));
-        case ValueType::u16: return static_cast<double>(read<std::uint16_t>(bytes, index));
-        case ValueType::f32: return static_cast<double>(read<float>(bytes, index));
+        case ValueType::u8:
+            return static_cast<double>(read<std::uint8_t>(bytes, index));
+        case ValueType::i16:
+            return static_cast<double>(read<std::int16_t>(bytes, index));
+        case ValueType::u16:
+            return static_cast<double>(read<std::uint16_t>(bytes, index));
+        case ValueType::f32:
+            return static_cast<double>(read<float>(bytes, index));
         }
         return 0;
     }

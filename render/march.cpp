@@ -20,9 +20,9 @@ struct GpuWork { // layout of the Work buffer in march.comp
 };
 static_assert(sizeof(GpuWork) == 20);
 
-/// Learns what an iteration costs here and says how many one dispatch may hold. A dispatch of n rays cannot run
-/// more than n times its iteration limit, so the bound holds for tiles that turn out dense, not just for those
-/// seen so far.
+/// Learns what an iteration costs here and says how many one dispatch may hold. A dispatch of n rays cannot
+/// run more than n times its iteration limit, so the bound holds for tiles that turn out dense, not just for
+/// those seen so far.
 class Pace {
   public:
     explicit Pace(double targetMs) : targetMs_(targetMs) {}
@@ -31,7 +31,8 @@ class Pace {
     }
     void observe(double ms, std::size_t iterations) {
         constexpr std::size_t kTelling = 4096; // below it the cost of the dispatch itself drowns the rest
-        if (iterations < kTelling) return;
+        if (iterations < kTelling)
+            return;
         msPerIteration_ = std::max(ms / static_cast<double>(iterations), msPerIteration_ * 0.7);
     }
 
@@ -90,7 +91,8 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
 
 void March::run(const Atlas* atlas, const GlTexture3d* wholeLevel, const MarchSlicing& slicing, Work& work) {
     bindField(program_, features_, info_, level_, atlas, wholeLevel);
-    if (features_ & kFeatureSkipping) distance_.bind(kDistanceUnit);
+    if (features_ & kFeatureSkipping)
+        distance_.bind(kDistanceUnit);
     table_.bind(0);
     colour_.bind(1);
     next_.bind(2);
@@ -122,20 +124,23 @@ void March::run(const Atlas* atlas, const GlTexture3d* wholeLevel, const MarchSl
         int edge = slicing.fixedTile;
         if (edge == 0) {
             edge = 64;
-            while (edge < 4096 && static_cast<std::size_t>(4 * edge * edge) * static_cast<std::size_t>(maxCount_) <=
-                                      pace.iterationsPerDispatch())
+            while (edge < 4096 &&
+                   static_cast<std::size_t>(4 * edge * edge) * static_cast<std::size_t>(maxCount_) <=
+                       pace.iterationsPerDispatch())
                 edge *= 2;
             // A row of tiles keeps one height; a tile may only grow where it starts a row.
-            if (origin.x > 0) edge = rowEdge_;
+            if (origin.x > 0)
+                edge = rowEdge_;
             rowEdge_ = edge;
         }
         const glm::ivec2 end = glm::min(origin + edge, size_);
-        const std::size_t rays = static_cast<std::size_t>(end.x - origin.x) * static_cast<std::size_t>(end.y - origin.y);
+        const std::size_t rays =
+            static_cast<std::size_t>(end.x - origin.x) * static_cast<std::size_t>(end.y - origin.y);
         for (bool unfinished = true; unfinished;) {
             int iterations = slicing.fixedIterations;
             if (iterations == 0)
-                iterations = static_cast<int>(std::clamp<std::size_t>(
-                    pace.iterationsPerDispatch() / rays, 1, static_cast<std::size_t>(maxCount_)));
+                iterations = static_cast<int>(std::clamp<std::size_t>(pace.iterationsPerDispatch() / rays, 1,
+                                                                      static_cast<std::size_t>(maxCount_)));
             const auto [ms, counted] = dispatch(origin, end, iterations);
             pace.observe(ms, counted.iterations);
             unfinished = counted.unfinished > 0;
@@ -144,7 +149,8 @@ void March::run(const Atlas* atlas, const GlTexture3d* wholeLevel, const MarchSl
             work.longestDispatchMs = std::max(work.longestDispatchMs, ms);
         }
         origin.x = end.x;
-        if (origin.x >= size_.x) origin = {0, end.y};
+        if (origin.x >= size_.x)
+            origin = {0, end.y};
     }
 }
 

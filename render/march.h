@@ -1,5 +1,5 @@
-// render/march.h: the single-pass ray caster on the GPU: one compute shader over resumable rays, cut into tiles and
-// iteration limits so that no dispatch runs long, whatever the scene.
+// render/march.h: the single-pass ray caster on the GPU: one compute shader over resumable rays, cut into
+// tiles and iteration limits so that no dispatch runs long, whatever the scene.
 #pragma once
 
 #include "core/budget.h"
@@ -21,8 +21,9 @@ namespace tessera {
 
 /// How rays are cut into dispatches. It never changes the picture; tests vary it to prove that.
 struct MarchSlicing {
-    double targetMs = 80;    // adaptive: a dispatch aims at this, so that twice a misjudged cost stays below 250 ms
-    int fixedTile = 0;       // pixels; 0: adaptive
+    double targetMs =
+        80;            // adaptive: a dispatch aims at this, so that twice a misjudged cost stays below 250 ms
+    int fixedTile = 0; // pixels; 0: adaptive
     int fixedIterations = 0; // per ray and dispatch; 0: adaptive
 };
 
@@ -47,7 +48,7 @@ class March {
     std::uint32_t features_;
     const VolumeInfo& info_;
     int level_;
-    int maxCount_; // most iterations any ray can need
+    int maxCount_;    // most iterations any ray can need
     int rowEdge_ = 0; // edge of the tiles in the row that is being marched
     GlProgram program_;
     GlBuffer table_, colour_, next_, work_;

@@ -25,8 +25,8 @@ std::vector<glm::vec<4, Real>> mirrorRays(const MirrorInput& input, std::size_t 
     return out;
 }
 
-template std::vector<glm::vec4> mirrorRays<float>(const MirrorInput&, std::size_t, const RaySource<float>&, int,
-                                                  Work&);
+template std::vector<glm::vec4> mirrorRays<float>(const MirrorInput&, std::size_t, const RaySource<float>&,
+                                                  int, Work&);
 template std::vector<glm::dvec4> mirrorRays<double>(const MirrorInput&, std::size_t, const RaySource<double>&,
                                                     int, Work&);
 

@@ -1,5 +1,5 @@
-// render/mirror.h: the contract of docs/sampling.md on the CPU, in float and in double. What the march draws in
-// exact mode must equal the float mirror; a difference is a fault of one of them.
+// render/mirror.h: the contract of docs/sampling.md on the CPU, in float and in double. What the march draws
+// in exact mode must equal the float mirror; a difference is a fault of one of them.
 #pragma once
 
 #include "render/lattice.h"
@@ -54,7 +54,8 @@ glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Samples& samples, Rea
             sum.g = sum.g + weight * colour.g;
             sum.b = sum.b + weight * colour.b;
             sum.a = sum.a + weight;
-            if (Real(1) - sum.a < static_cast<Real>(optics.termination)) break;
+            if (Real(1) - sum.a < static_cast<Real>(optics.termination))
+                break;
         }
         ++i;
     }

@@ -7,11 +7,13 @@
 namespace tessera {
 namespace {
 
-/// Cells around a cell that a point in it can reach at a level. Interpolation between samples of level l reaches
-/// voxels up to 1.5 * 2^l away (a sample stands for 2^l voxels around its centre); the statistics' apron covers
-/// one voxel, which is all of it at level 0 (half a voxel to the next centre and half a voxel of its own).
+/// Cells around a cell that a point in it can reach at a level. Interpolation between samples of level l
+/// reaches voxels up to 1.5 * 2^l away (a sample stands for 2^l voxels around its centre); the statistics'
+/// apron covers one voxel, which is all of it at level 0 (half a voxel to the next centre and half a voxel of
+/// its own).
 int reachCells(int level) {
-    if (level == 0) return 0;
+    if (level == 0)
+        return 0;
     const double voxels = 1.5 * (1 << level) - 1;
     return static_cast<int>(std::ceil(voxels / kCellExtent));
 }
@@ -24,9 +26,11 @@ void distanceTransform(std::vector<std::uint8_t>& map, const glm::ivec3& grid) {
         for (int kk = 0; kk < grid.z; ++kk)
             for (int jj = 0; jj < grid.y; ++jj)
                 for (int ii = 0; ii < grid.x; ++ii) {
-                    const glm::ivec3 at = forward ? glm::ivec3(ii, jj, kk) : grid - 1 - glm::ivec3(ii, jj, kk);
+                    const glm::ivec3 at =
+                        forward ? glm::ivec3(ii, jj, kk) : grid - 1 - glm::ivec3(ii, jj, kk);
                     std::uint8_t& here = map[linearIndex(at, grid)];
-                    if (here == 0) continue;
+                    if (here == 0)
+                        continue;
                     int best = here;
                     const auto visit = [&](int dx, int dy, int dz) {
                         const glm::ivec3 near = at + glm::ivec3(dx, dy, dz);
@@ -36,8 +40,10 @@ void distanceTransform(std::vector<std::uint8_t>& map, const glm::ivec3& grid) {
                         best = std::min(best, map[linearIndex(near, grid)] + 1);
                     };
                     for (int dy = -1; dy <= 1; ++dy)
-                        for (int dx = -1; dx <= 1; ++dx) visit(dx, dy, sign);
-                    for (int dx = -1; dx <= 1; ++dx) visit(dx, sign, 0);
+                        for (int dx = -1; dx <= 1; ++dx)
+                            visit(dx, dy, sign);
+                    for (int dx = -1; dx <= 1; ++dx)
+                        visit(dx, sign, 0);
                     visit(sign, 0, 0);
                     here = static_cast<std::uint8_t>(std::min(best, 255));
                 }
@@ -72,9 +78,9 @@ Occupancy makeOccupancy(const Statistics& statistics, const TransferTable& table
                 const double a = physical(lo), b = physical(hi);
                 o.distance[cell] = table.emptyOver(std::min(a, b), std::max(a, b)) ? 0 : 1;
             }
-    // A blend of two hulls whose extinction is 0 may cross values whose extinction is not, where the hulls do not
-    // overlap. At level 0 the aprons make neighbouring hulls overlap; coarser levels reach further than the
-    // apron, so a cell is empty there only if the hull over its whole reach is.
+    // A blend of two hulls whose extinction is 0 may cross values whose extinction is not, where the hulls do
+    // not overlap. At level 0 the aprons make neighbouring hulls overlap; coarser levels reach further than
+    // the apron, so a cell is empty there only if the hull over its whole reach is.
     if (reach > 0) {
         std::vector<std::uint8_t> occupied = o.distance;
         glm::ivec3 near(0);
@@ -82,7 +88,8 @@ Occupancy makeOccupancy(const Statistics& statistics, const TransferTable& table
             for (at.y = 0; at.y < o.cells.y; ++at.y)
                 for (at.x = 0; at.x < o.cells.x; ++at.x) {
                     std::uint8_t& here = occupied[linearIndex(at, o.cells)];
-                    if (here) continue;
+                    if (here)
+                        continue;
                     float lo = INFINITY, hi = -INFINITY;
                     const glm::ivec3 first = glm::max(at - reach, glm::ivec3(0));
                     const glm::ivec3 last = glm::min(at + reach, o.cells - 1);

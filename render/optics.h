@@ -1,5 +1,6 @@
-// render/optics.h: what a value looks like and what a segment adds: the C++ twin of shaders/march_optics.glsl.
-// In float it repeats the shader operation by operation; in double it uses the best the library has.
+// render/optics.h: what a value looks like and what a segment adds: the C++ twin of
+// shaders/march_optics.glsl. In float it repeats the shader operation by operation; in double it uses the
+// best the library has.
 #pragma once
 
 #include "core/scene.h" // Shading
@@ -17,7 +18,8 @@
 
 namespace tessera {
 
-/// The transfer table addressed by stored values: entry = stored * scale + offset. Float, as the shader has it.
+/// The transfer table addressed by stored values: entry = stored * scale + offset. Float, as the shader has
+/// it.
 struct Optics {
     std::vector<glm::vec4> table; // rgb colour, a extinction per mm
     float scale = 0, offset = 0;
@@ -37,29 +39,43 @@ template <typename Real> glm::vec<4, Real> lookUp(const Optics& o, Real stored) 
     const Real x = std::clamp(stored * static_cast<Real>(o.scale) + static_cast<Real>(o.offset), Real(0),
                               static_cast<Real>(last));
     const int i = std::min(static_cast<int>(x), last - 1);
-    const glm::vec<4, Real> a(o.table[static_cast<std::size_t>(i)]), b(o.table[static_cast<std::size_t>(i) + 1]);
+    const glm::vec<4, Real> a(o.table[static_cast<std::size_t>(i)]),
+        b(o.table[static_cast<std::size_t>(i) + 1]);
     return a + (x - static_cast<Real>(i)) * (b - a);
 }
 
 /// 1 - exp(-depth).
-inline double opacityOf(double depth) { return -std::expm1(-depth); }
+inline double opacityOf(double depth) {
+    return -std::expm1(-depth);
+}
 inline float opacityOf(float x) {
     if (x < 0.25f)
-        return x * (1.0f - x * (1.0f / 2.0f) * (1.0f - x * (1.0f / 3.0f) * (1.0f - x * (1.0f / 4.0f) *
-               (1.0f - x * (1.0f / 5.0f) * (1.0f - x * (1.0f / 6.0f))))));
+        return x *
+               (1.0f - x * (1.0f / 2.0f) *
+                           (1.0f - x * (1.0f / 3.0f) *
+                                       (1.0f - x * (1.0f / 4.0f) *
+                                                   (1.0f - x * (1.0f / 5.0f) * (1.0f - x * (1.0f / 6.0f))))));
     const float y = std::max(x * -1.44269504f, -126.0f);
     const float n = std::floor(y);
     const float r = (y - n) * 0.693147181f;
-    const float p = 1.0f + r * (1.0f + r * (1.0f / 2.0f) * (1.0f + r * (1.0f / 3.0f) * (1.0f + r * (1.0f / 4.0f) *
-                    (1.0f + r * (1.0f / 5.0f) * (1.0f + r * (1.0f / 6.0f) * (1.0f + r * (1.0f / 7.0f) *
-                    (1.0f + r * (1.0f / 8.0f))))))));
+    const float p =
+        1.0f +
+        r * (1.0f +
+             r * (1.0f / 2.0f) *
+                 (1.0f + r * (1.0f / 3.0f) *
+                             (1.0f + r * (1.0f / 4.0f) *
+                                         (1.0f + r * (1.0f / 5.0f) *
+                                                     (1.0f + r * (1.0f / 6.0f) *
+                                                                 (1.0f + r * (1.0f / 7.0f) *
+                                                                             (1.0f + r * (1.0f / 8.0f))))))));
     return 1.0f - p * std::bit_cast<float>(static_cast<std::uint32_t>(static_cast<int>(n) + 127) << 23);
 }
 
 template <typename Real> Real wholePower(Real x, int n) {
     Real result = 1, square = x;
     for (; n > 0; n >>= 1) {
-        if (n & 1) result = result * square;
+        if (n & 1)
+            result = result * square;
         square = square * square;
     }
     return result;
@@ -74,7 +90,8 @@ glm::vec<3, Real> shade(const Optics& o, const glm::vec<3, Real>& colour, const 
     const auto g = toGradient[0] * gradient.x + toGradient[1] * gradient.y + toGradient[2] * gradient.z;
     const auto d = toPatient[0] * direction.x + toPatient[1] * direction.y + toPatient[2] * direction.z;
     const Real lengths = (g.x * g.x + g.y * g.y + g.z * g.z) * (d.x * d.x + d.y * d.y + d.z * d.z);
-    if (!(lengths > Real(0))) return colour; // no direction to light from
+    if (!(lengths > Real(0)))
+        return colour; // no direction to light from
     const Real cosine = std::min(Real(1), std::abs(g.x * d.x + g.y * d.y + g.z * d.z) / std::sqrt(lengths));
     const Real mirrored = std::max(Real(0), Real(2) * cosine * cosine - Real(1));
     const glm::vec<3, Real> phong(o.phong);

@@ -1,5 +1,5 @@
-// render/page_allocator.h: where bricks live in the atlas. Pages of 32^3 texels, each cut into slots of one level;
-// every plane of the atlas (values now; light and labels later) shares the same places.
+// render/page_allocator.h: where bricks live in the atlas. Pages of 32^3 texels, each cut into slots of one
+// level; every plane of the atlas (values now; light and labels later) shares the same places.
 #pragma once
 
 #include "core/brick.h"
@@ -42,7 +42,7 @@ class PageAllocator {
     };
     glm::ivec3 pages_;
     std::vector<Page> page_;
-    std::vector<std::size_t> freePages_;              // a stack
+    std::vector<std::size_t> freePages_;               // a stack
     std::vector<std::vector<std::size_t>> partlyUsed_; // per level: pages with a free slot
 };
 

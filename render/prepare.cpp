@@ -22,7 +22,8 @@ ValueSummary summarise(const Statistics& statistics, const VolumeInfo& info) {
     summary.spacingMm = std::cbrt(spacing.x * spacing.y * spacing.z);
     for (const std::uint64_t count : statistics.histogram)
         summary.histogram.push_back(static_cast<double>(count));
-    if (info.rescaleSlope < 0) std::reverse(summary.histogram.begin(), summary.histogram.end());
+    if (info.rescaleSlope < 0)
+        std::reverse(summary.histogram.begin(), summary.histogram.end());
     return summary;
 }
 
@@ -35,7 +36,9 @@ std::size_t selectionBytes(const VolumeInfo& info) {
     return cellCount(brickGrid(info.extentVoxels)) * (sizeof(BrickState) + sizeof(float));
 }
 /// A transfer function's table as TransferTable and as Optics hold it.
-std::size_t tableBytes(std::size_t entries) { return entries * (2 * sizeof(glm::vec4) + sizeof(int)); }
+std::size_t tableBytes(std::size_t entries) {
+    return entries * (2 * sizeof(glm::vec4) + sizeof(int));
+}
 /// Every CPU renderer's thread pins the chunks of one neighbourhood while the loaders need one each.
 std::size_t cacheFloorBytes(const VolumeInfo& info, int threads) {
     return BrickCache::floorBytes(info, threads) +
@@ -50,8 +53,8 @@ std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize
     const int used = threads > 0 ? threads : defaultThreads();
     const std::size_t own = bytesPerPixel * pixelCount(imageSize) + selectionBytes(info) +
                             2 * cellCount(cellGrid(info.extentVoxels)) + // occupancy, and its copy
-                            tableBytes(TransferTable::kMaxEntries) +
-                            cacheFloorBytes(info, used) + Atlas::stagingBytes(info);
+                            tableBytes(TransferTable::kMaxEntries) + cacheFloorBytes(info, used) +
+                            Atlas::stagingBytes(info);
     // A reader takes up to a quarter of what is free (store_reader.h); the statistics' floor knows that.
     return statisticsFloorBytes(info, used) + own / 3 * 4 + 4;
 }
@@ -84,13 +87,15 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
         p.camera = std::get<Camera>(scene.camera);
 
     // GPU memory: what every level costs first, then as fine a level as the rest holds.
-    const std::size_t fixed = March::stateBytes(scene.imageSize) + Atlas::indexBytes(brickGrid(info.extentVoxels)) +
+    const std::size_t fixed = March::stateBytes(scene.imageSize) +
+                              Atlas::indexBytes(brickGrid(info.extentVoxels)) +
                               p.optics.table.size() * sizeof(glm::vec4) +
                               (scene.quality.skipping ? cellCount(cellGrid(info.extentVoxels)) : 0);
     const auto packed = [&](std::size_t bricks, int level) {
         return atlasBytes(bricks, level, info.type, limits);
     };
-    p.selection = selectOneLevel(p.statistics, p.table, info, gpu.freeBytes(), packed, culling, gpu.option(), fixed);
+    p.selection =
+        selectOneLevel(p.statistics, p.table, info, gpu.freeBytes(), packed, culling, gpu.option(), fixed);
     if (scene.quality.skipping)
         p.occupancy = makeOccupancy(p.statistics, p.table, info, p.selection, ram);
     p.frame = rayFrame(p.camera, info, scene.imageSize,

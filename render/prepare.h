@@ -1,5 +1,5 @@
-// render/prepare.h: from a scene and a store to everything an engine needs, whichever engine it is: values known,
-// transfer function resolved, levels selected, empty space mapped, camera placed.
+// render/prepare.h: from a scene and a store to everything an engine needs, whichever engine it is: values
+// known, transfer function resolved, levels selected, empty space mapped, camera placed.
 #pragma once
 
 #include "bricking/brick_cache.h"
@@ -29,7 +29,7 @@ struct PreparedScene {
     Occupancy occupancy;
     RayFrame<double> frame;
     glm::ivec2 imageSize{0};
-    Charge imageCharge;                // pictures and what an engine keeps of every ray, in RAM
+    Charge imageCharge; // pictures and what an engine keeps of every ray, in RAM
     Charge selectionCharge;
     Charge functionCharge;             // the transfer function's table, twice
     std::unique_ptr<BrickCache> cache; // last member: it goes first, its threads read the store

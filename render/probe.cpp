@@ -15,7 +15,8 @@ std::vector<glm::vec4> probeField(const std::vector<glm::vec3>& positions, std::
                                   const GlTexture3d* wholeLevel, Ledger& gpu) {
     std::vector<glm::vec4> probes;
     probes.reserve(positions.size());
-    for (const glm::vec3& p : positions) probes.emplace_back(p, 0.0f);
+    for (const glm::vec3& p : positions)
+        probes.emplace_back(p, 0.0f);
     const GlProgram program("probe.comp", featureDefines(features));
     GlBuffer buffer(probes.size() * sizeof(glm::vec4), std::as_bytes(std::span(probes)), gpu, "the probes");
     bindField(program, features, info, level, atlas, wholeLevel);

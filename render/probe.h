@@ -12,7 +12,8 @@
 
 namespace tessera {
 
-/// xyz: gradient (stored units per sample pitch, voxel space), w: value (stored units), per position in voxels.
+/// xyz: gradient (stored units per sample pitch, voxel space), w: value (stored units), per position in
+/// voxels.
 /// @param features  kFeatureBricked, kFeatureHardware and kFeatureNormalised decide how it is fetched
 std::vector<glm::vec4> probeField(const std::vector<glm::vec3>& positions, std::uint32_t features,
                                   const VolumeInfo& info, int level, const Atlas* atlas,

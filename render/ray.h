@@ -1,5 +1,6 @@
-// render/ray.h: one pixel's ray and its lattice of segments, in voxel space (docs/sampling.md, "Ray"). The C++
-// twin of shaders/common_ray.glsl: the same operations in the same order, so that float here repeats the GPU.
+// render/ray.h: one pixel's ray and its lattice of segments, in voxel space (docs/sampling.md, "Ray"). The
+// C++ twin of shaders/common_ray.glsl: the same operations in the same order, so that float here repeats the
+// GPU.
 #pragma once
 
 #include "core/camera.h"
@@ -16,12 +17,12 @@ namespace tessera {
 /// All that turns a pixel into a ray, in voxel space. Computed in double once a frame; Real is what marches.
 template <typename Real> struct RayFrame {
     using Vec = glm::vec<3, Real>;
-    Vec centre{0}, right{0}, up{0};  // voxels: the plane near the volume that rays pass through
-    Vec toCentre{0};                 // voxels: perspective: from the eye to the centre; parallel: forward
+    Vec centre{0}, right{0}, up{0}; // voxels: the plane near the volume that rays pass through
+    Vec toCentre{0};                // voxels: perspective: from the eye to the centre; parallel: forward
     glm::mat<3, 3, Real> patientFromVoxel{1}; // linear part, mm per voxel
-    Vec extent{0};                   // voxels
+    Vec extent{0};                            // voxels
     glm::vec<2, Real> imageSize{1};
-    Real segmentVoxels = 1;          // q * 2^level: length of a segment in voxel space
+    Real segmentVoxels = 1; // q * 2^level: length of a segment in voxel space
     bool perspective = true;
 };
 
@@ -99,14 +100,15 @@ template <typename Real> RayLine<Real> pixelLine(const RayFrame<Real>& f, const 
 
 /// Intersects the closed box [0,extent]; zero components branch, and divide rather than multiply by a
 /// reciprocal, because every branch-free form misses rays that lie in a face.
-template <typename Real> bool clipToBox(const RayLine<Real>& line, const glm::vec<3, Real>& extent, Real& t0,
-                                        Real& t1) {
+template <typename Real>
+bool clipToBox(const RayLine<Real>& line, const glm::vec<3, Real>& extent, Real& t0, Real& t1) {
     t0 = line.nearest;
     t1 = std::numeric_limits<Real>::max();
     for (int axis = 0; axis < 3; ++axis) {
         const Real o = line.base[axis], d = line.direction[axis];
         if (d == Real(0)) {
-            if (o < Real(0) || o > extent[axis]) return false;
+            if (o < Real(0) || o > extent[axis])
+                return false;
             continue;
         }
         const Real a = (Real(0) - o) / d, b = (extent[axis] - o) / d;
@@ -121,9 +123,11 @@ SegmentedRay<Real> segmentedRay(const RayFrame<Real>& f, const glm::vec<2, Real>
     const RayLine<Real> line = pixelLine(f, pixel);
     SegmentedRay<Real> ray;
     Real t0 = 0, t1 = 0;
-    if (!clipToBox(line, f.extent, t0, t1)) return ray;
+    if (!clipToBox(line, f.extent, t0, t1))
+        return ray;
     const Real segments = (t1 - t0) / f.segmentVoxels;
-    if (!(segments < Real(1 << 24))) return ray; // NaN, or more than float can count: draws nothing
+    if (!(segments < Real(1 << 24)))
+        return ray; // NaN, or more than float can count: draws nothing
     ray.count = static_cast<int>(std::ceil(segments));
     ray.tail = segments - static_cast<Real>(ray.count - 1);
     ray.entry = line.base + t0 * line.direction;

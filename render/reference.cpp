@@ -1,6 +1,6 @@
-// render/reference.cpp: see reference.h. Between two planes of sample centres the field along a ray is a cubic; it
-// is cut where it crosses a point of the transfer function, and each smooth piece goes to the integrator
-// (NUMERICS C2). Shading adds the planes where the gradient's offset samples change their cell.
+// render/reference.cpp: see reference.h. Between two planes of sample centres the field along a ray is a
+// cubic; it is cut where it crosses a point of the transfer function, and each smooth piece goes to the
+// integrator (NUMERICS C2). Shading adds the planes where the gradient's offset samples change their cell.
 #include "render/reference.h"
 
 #include "core/threads.h"
@@ -27,20 +27,23 @@ void forEachInterval(const ReferenceRay& ray, double t0, double t1, double spaci
         const auto a = static_cast<std::size_t>(axis);
         const double d = ray.direction[axis];
         next[a] = std::numeric_limits<double>::infinity();
-        if (d == 0) continue;
+        if (d == 0)
+            continue;
         const double at = (ray.base[axis] + t0 * d - offset) / spacing;
         plane[a] = d > 0 ? std::floor(at) + 1 : std::ceil(at) - 1;
         advance[a] = d > 0 ? 1 : -1;
         next[a] = (offset + plane[a] * spacing - ray.base[axis]) / d;
     }
     for (double t = t0; t < t1;) {
-        const std::size_t a = static_cast<std::size_t>(std::min_element(next.begin(), next.end()) - next.begin());
+        const std::size_t a =
+            static_cast<std::size_t>(std::min_element(next.begin(), next.end()) - next.begin());
         const double end = std::min(next[a], t1);
         if (end > t) {
             visit(t, end);
             t = end;
         }
-        if (!(next[a] < t1)) break;
+        if (!(next[a] < t1))
+            break;
         plane[a] += advance[a];
         next[a] = (offset + plane[a] * spacing - ray.base[static_cast<int>(a)]) /
                   ray.direction[static_cast<int>(a)];
@@ -97,14 +100,16 @@ struct Cubic {
         if (d > 0 || a == 0) {
             std::array<double, 2> roots = {-1, -1};
             if (a == 0) {
-                if (b != 0) roots[0] = -c1 / b;
+                if (b != 0)
+                    roots[0] = -c1 / b;
             } else {
                 const double q = -0.5 * (b + std::copysign(std::sqrt(d), b));
                 roots = {q / a, q != 0 ? c1 / q : -1};
             }
             std::sort(roots.begin(), roots.end());
             for (const double r : roots)
-                if (r > ends[n - 1] && r < 1) ends[n++] = r;
+                if (r > ends[n - 1] && r < 1)
+                    ends[n++] = r;
         }
         ends[n++] = 1;
         return n;
@@ -116,7 +121,8 @@ class StoredFunction {
   public:
     StoredFunction(const TransferFunction& function, const VolumeInfo& info)
         : function_(function), slope_(info.rescaleSlope), intercept_(info.rescaleIntercept) {
-        for (const double kink : function.kinks()) kinks_.push_back((kink - intercept_) / slope_);
+        for (const double kink : function.kinks())
+            kinks_.push_back((kink - intercept_) / slope_);
         std::sort(kinks_.begin(), kinks_.end());
     }
     double extinction(double stored) const { return function_.extinction(slope_ * stored + intercept_); }
@@ -124,10 +130,13 @@ class StoredFunction {
     const std::vector<double>& kinks() const { return kinks_; }
     /// Extinction is 0 on all of [lo,hi]: piecewise monotone, so ends and kinks (both limits) decide.
     bool emptyOver(double lo, double hi) const {
-        if (extinction(lo) != 0 || extinction(hi) != 0) return false;
-        for (auto k = std::lower_bound(kinks_.begin(), kinks_.end(), lo); k != kinks_.end() && *k <= hi; ++k) {
+        if (extinction(lo) != 0 || extinction(hi) != 0)
+            return false;
+        for (auto k = std::lower_bound(kinks_.begin(), kinks_.end(), lo); k != kinks_.end() && *k <= hi;
+             ++k) {
             const double inside = std::nextafter(*k, -std::numeric_limits<double>::infinity());
-            if (extinction(*k) != 0 || extinction(std::max(lo, inside)) != 0) return false;
+            if (extinction(*k) != 0 || extinction(std::max(lo, inside)) != 0)
+                return false;
         }
         return true;
     }
@@ -143,8 +152,10 @@ double crossing(const Cubic& f, double value, double a, double b) {
     const bool rising = f(a) < value;
     for (int turn = 0; turn < 60; ++turn) {
         const double middle = 0.5 * (a + b);
-        if ((f(middle) < value) == rising) a = middle;
-        else b = middle;
+        if ((f(middle) < value) == rising)
+            a = middle;
+        else
+            b = middle;
     }
     return 0.5 * (a + b);
 }
@@ -159,15 +170,18 @@ class RayIntegral {
     glm::dvec4 operator()(const ReferenceRay& ray) {
         RayLine<double> line{ray.base, ray.direction, ray.tMin, 1};
         double t0 = 0, t1 = 0;
-        if (!clipToBox(line, glm::dvec3(info_.extentVoxels), t0, t1)) return glm::dvec4(0);
+        if (!clipToBox(line, glm::dvec3(info_.extentVoxels), t0, t1))
+            return glm::dvec4(0);
         ReferenceIntegrator integral;
         const bool shading = optics_.shading;
         forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
-            if (integral.opaque()) return;
+            if (integral.opaque())
+                return;
             const glm::dvec3 middle = ray.base + 0.5 * (ta + tb) * ray.direction;
             const glm::ivec3 cell =
                 glm::clamp(glm::ivec3(glm::floor(middle)) / kCellExtent, glm::ivec3(0), cells_ - 1);
-            if (!emptyCells_.empty() && emptyCells_[linearIndex(cell, cells_)]) return;
+            if (!emptyCells_.empty() && emptyCells_[linearIndex(cell, cells_)])
+                return;
             forEachInterval(ray, ta, tb, shading ? 0.5 : 1.0, shading ? 0.0 : 0.5,
                             [&](double a, double b) { addInterval(ray, a, b, integral); });
         });
@@ -176,14 +190,16 @@ class RayIntegral {
 
   private:
     void addInterval(const ReferenceRay& ray, double ta, double tb, ReferenceIntegrator& integral) {
-        if (integral.opaque()) return;
+        if (integral.opaque())
+            return;
         const auto position = [&](double t) { return ray.base + t * ray.direction; };
         const glm::ivec3 low(glm::floor(position(0.5 * (ta + tb)) - 0.5));
         // The narrow block decides whether anything shows; only then is the wide one worth reading.
         const Neighbourhood narrow(samples_, low, false);
         double lo = 0, hi = 0;
         narrow.range(low, lo, hi);
-        if (function_.emptyOver(lo, hi)) return;
+        if (function_.emptyOver(lo, hi))
+            return;
         const auto stored = [&](double t) { return cellValue(narrow, low, position(t)); };
         const double length = tb - ta;
         const Cubic cubic(stored(ta), stored(ta + length / 3), stored(ta + 2 * length / 3), stored(tb));
@@ -191,7 +207,8 @@ class RayIntegral {
         cuts.clear();
         std::array<double, 4> ends{};
         const std::size_t count = cubic.monotonePieces(ends);
-        for (std::size_t i = 0; i < count; ++i) cuts.push_back(ends[i]);
+        for (std::size_t i = 0; i < count; ++i)
+            cuts.push_back(ends[i]);
         const auto& kinks = function_.kinks();
         for (auto k = std::lower_bound(kinks.begin(), kinks.end(), lo); k != kinks.end() && *k <= hi; ++k)
             for (std::size_t i = 0; i + 1 < count; ++i)
@@ -206,14 +223,14 @@ class RayIntegral {
             const double s = cubic((t - ta) / length);
             return RadiantPoint{function_.extinction(s), function_.colour(s)};
         };
-        if (!optics_.shading) return addPieces(plain);
+        if (!optics_.shading)
+            return addPieces(plain);
         const Neighbourhood wide(samples_, low, true);
         const glm::dvec3 direction = glm::normalize(ray.direction);
         addPieces([&](double t) {
             RadiantPoint point = plain(t);
             if (point.extinction > 0)
-                point.colour =
-                    shade(optics_, point.colour, fieldGradient(wide, position(t), 1.0), direction);
+                point.colour = shade(optics_, point.colour, fieldGradient(wide, position(t), 1.0), direction);
             return point;
         });
     }
@@ -235,7 +252,8 @@ class RayIntegral {
 
 } // namespace
 
-std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size) {
+std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info,
+                                        const glm::ivec2& size) {
     const RayPlane plane = rayPlane(camera, info, size);
     const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
     std::vector<ReferenceRay> rays;

@@ -1,6 +1,6 @@
-// render/reference.h: the true volume rendering integral of the finest level, in double, cell by cell. Not fast;
-// a difference to it is the error that reports speak of. It reads the transfer function's points, not the table,
-// and knows neither levels, nor empty bricks, nor steps.
+// render/reference.h: the true volume rendering integral of the finest level, in double, cell by cell. Not
+// fast; a difference to it is the error that reports speak of. It reads the transfer function's points, not
+// the table, and knows neither levels, nor empty bricks, nor steps.
 #pragma once
 
 #include "bricking/brick_cache.h"

@@ -21,7 +21,8 @@ const ReferenceIntegrator::Rule& ReferenceIntegrator::gauss8() {
                 slope = n * (x * p1 - p0) / (x * x - 1);
                 const double step = p1 / slope;
                 x -= step;
-                if (std::abs(step) < 1e-17) break;
+                if (std::abs(step) < 1e-17)
+                    break;
             }
             const auto at = static_cast<std::size_t>(n - 1 - i); // ascending
             r.node[at] = 0.5 * (1 + x);
@@ -34,7 +35,8 @@ const ReferenceIntegrator::Rule& ReferenceIntegrator::gauss8() {
                     const double t = r.node[i] * r.node[q];
                     double lagrange = 1;
                     for (std::size_t m = 0; m < n; ++m)
-                        if (m != j) lagrange *= (t - r.node[m]) / (r.node[j] - r.node[m]);
+                        if (m != j)
+                            lagrange *= (t - r.node[m]) / (r.node[j] - r.node[m]);
                     r.inner[i][j] += r.node[i] * r.weight[q] * lagrange;
                 }
         return r;

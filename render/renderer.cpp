@@ -22,18 +22,25 @@ double secondsSince(Clock::time_point start) {
 /// Only what the scene needs is compiled.
 std::uint32_t featuresOf(const Scene& scene, const VolumeInfo& info, bool counting) {
     std::uint32_t f = kFeatureBricked;
-    if (scene.shading.on) f |= kFeatureShading;
-    if (scene.quality.skipping) f |= kFeatureSkipping;
-    if (scene.quality.fetch == Fetch::hardware) f |= kFeatureHardware;
-    if (texelFormat(info.type).normalised) f |= kFeatureNormalised;
-    if (scene.quality.terminationTransmittance > 0) f |= kFeatureTermination;
-    if (counting) f |= kFeatureCounting;
+    if (scene.shading.on)
+        f |= kFeatureShading;
+    if (scene.quality.skipping)
+        f |= kFeatureSkipping;
+    if (scene.quality.fetch == Fetch::hardware)
+        f |= kFeatureHardware;
+    if (texelFormat(info.type).normalised)
+        f |= kFeatureNormalised;
+    if (scene.quality.terminationTransmittance > 0)
+        f |= kFeatureTermination;
+    if (counting)
+        f |= kFeatureCounting;
     return f;
 }
 
 template <typename Real> Image toImage(const std::vector<glm::vec<4, Real>>& pixels, const glm::ivec2& size) {
     Image image(size);
-    for (std::size_t i = 0; i < pixels.size(); ++i) image.pixels[i] = glm::vec4(pixels[i]);
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+        image.pixels[i] = glm::vec4(pixels[i]);
     return image;
 }
 
@@ -51,16 +58,20 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
     march.run(&atlas, nullptr, options.slicing, result.work);
     result.image = march.image();
     result.secondsDrawing = secondsSince(drawing);
-    if (!context.errors().empty()) throw Error("OpenGL: " + context.errors().front());
+    if (!context.errors().empty())
+        throw Error("OpenGL: " + context.errors().front());
 }
 
 } // namespace
 
 const char* name(Engine engine) {
     switch (engine) {
-    case Engine::march: return "march";
-    case Engine::mirror: return "mirror";
-    case Engine::reference: return "reference";
+    case Engine::march:
+        return "march";
+    case Engine::mirror:
+        return "mirror";
+    case Engine::reference:
+        return "reference";
     }
     return "?";
 }
@@ -108,9 +119,9 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     if (options.engine == Engine::mirror) {
         const Occupancy* occupancy = scene.quality.skipping ? &p.occupancy : nullptr;
         const MirrorInput input{p.cache.get(), &p.info(), &p.selection, &p.optics, occupancy};
-        result.image = toImage(mirrorRays<float>(input, pixels, frameRays(cast<float>(p.frame)),
-                                                 options.threads, result.work),
-                               scene.imageSize);
+        result.image = toImage(
+            mirrorRays<float>(input, pixels, frameRays(cast<float>(p.frame)), options.threads, result.work),
+            scene.imageSize);
     } else {
         result.level = 0;
         const ReferenceInput input{p.cache.get(), &p.info(), &p.function, scene.shading, &p.statistics};
@@ -132,26 +143,28 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     const auto percent = [](std::size_t part, std::size_t whole) {
         return whole ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0.0;
     };
-    if (r.glVersion.empty()) line("device: %s", r.device.c_str());
+    if (r.glVersion.empty())
+        line("device: %s", r.device.c_str());
     else {
         line("device: %s, OpenGL %s", r.device.c_str(), r.glVersion.c_str());
         for (const FeatureName& f : featureNames())
             line("%s: %s", f.meaning, (r.features & f.bit) ? "compiled in" : "left out");
     }
     line("level: %d (every sample stands for %d^3 voxels)", r.level, 1 << r.level);
-    line("bricks: %zu resident, %zu (%.1f %%) show nothing and take no memory", r.residentBricks, r.emptyBricks,
-         percent(r.emptyBricks, r.residentBricks + r.emptyBricks));
+    line("bricks: %zu resident, %zu (%.1f %%) show nothing and take no memory", r.residentBricks,
+         r.emptyBricks, percent(r.emptyBricks, r.residentBricks + r.emptyBricks));
     if (scene.quality.skipping)
         line("cells of 8^3 voxels: %.1f %% can show something; rays leap over the rest",
              percent(r.occupiedCells, r.cells));
     if (r.features & kFeatureCounting)
         line("work: %llu segments, %llu samples, %llu fetches, %llu dispatches, the longest %.0f ms",
-             static_cast<unsigned long long>(r.work.segments), static_cast<unsigned long long>(r.work.samples),
-             static_cast<unsigned long long>(r.work.fetches), static_cast<unsigned long long>(r.work.dispatches),
-             r.work.longestDispatchMs);
+             static_cast<unsigned long long>(r.work.segments),
+             static_cast<unsigned long long>(r.work.samples), static_cast<unsigned long long>(r.work.fetches),
+             static_cast<unsigned long long>(r.work.dispatches), r.work.longestDispatchMs);
     line("transfer function table: off by at most %.2g of the largest extinction, steps aside",
          r.tableRelativeError);
-    line("ray termination: at most %.2g of a pixel's light is left out", scene.quality.terminationTransmittance);
+    line("ray termination: at most %.2g of a pixel's light is left out",
+         scene.quality.terminationTransmittance);
     return lines;
 }
 

@@ -1,5 +1,5 @@
-// render/renderer.h: a scene to a picture, by any engine: the only place where selection, loader, atlas and march
-// meet.
+// render/renderer.h: a scene to a picture, by any engine: the only place where selection, loader, atlas and
+// march meet.
 #pragma once
 
 #include "bricking/store/store_reader.h"
@@ -28,21 +28,22 @@ struct RenderOptions {
 };
 
 struct RenderResult {
-    Image image;       // linear, premultiplied, on nothing: put it on the scene's background to show it
-    Camera camera;     // as used: a fitted view spelled out
+    Image image;   // linear, premultiplied, on nothing: put it on the scene's background to show it
+    Camera camera; // as used: a fitted view spelled out
     Work work;
-    std::string device;     // GL_RENDERER, or "CPU"
-    std::string glVersion;  // "" for CPU engines
-    int level = 0;          // resident level; 0 for the reference
+    std::string device;    // GL_RENDERER, or "CPU"
+    std::string glVersion; // "" for CPU engines
+    int level = 0;         // resident level; 0 for the reference
     std::size_t residentBricks = 0, emptyBricks = 0;
     std::size_t cells = 0, occupiedCells = 0;
-    std::uint32_t features = 0;  // of render/features.h; march only
+    std::uint32_t features = 0; // of render/features.h; march only
     double tableRelativeError = 0;
     double lowest = 0, highest = 0; // values of the volume, physical units
     double secondsPreparing = 0, secondsLoading = 0, secondsDrawing = 0;
 };
 
-/// RAM that an engine and its caller take for a pixel; the caller charges it for as long as it keeps pictures.
+/// RAM that an engine and its caller take for a pixel; the caller charges it for as long as it keeps
+/// pictures.
 std::size_t pictureBytesPerPixel(Engine engine);
 
 /// Renders one converged picture. Everything large is charged to ram and gpu.

@@ -1,6 +1,6 @@
-// render/sampler.h: the field of docs/sampling.md on the CPU: the C++ twin of shaders/sampler_field.glsl in exact
-// mode, and the only code here that turns a position into a value or a gradient.
-// A Samples type offers: glm::ivec3 extent() const (samples of its level) and Real at(ivec3) (stored value).
+// render/sampler.h: the field of docs/sampling.md on the CPU: the C++ twin of shaders/sampler_field.glsl in
+// exact mode, and the only code here that turns a position into a value or a gradient. A Samples type offers:
+// glm::ivec3 extent() const (samples of its level) and Real at(ivec3) (stored value).
 #pragma once
 
 #include <glm/common.hpp>

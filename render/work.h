@@ -1,4 +1,5 @@
-// render/work.h: machine-independent cost of a picture, for gates and reports that must not depend on a clock.
+// render/work.h: machine-independent cost of a picture, for gates and reports that must not depend on a
+// clock.
 #pragma once
 
 #include <cstdint>

@@ -19,8 +19,10 @@ TEST(Ledger, NeverExceedsItsLimitUnderThreads) {
     std::atomic<int> refused{0};
     parallelFor(2000, 4, [&](std::size_t i) {
         auto held = ledger.tryCharge(i % 400);
-        if (!held) ++refused;
-        if (ledger.usedBytes() > 1000) throw std::logic_error("over the limit");
+        if (!held)
+            ++refused;
+        if (ledger.usedBytes() > 1000)
+            throw std::logic_error("over the limit");
     });
     EXPECT_LE(ledger.peakBytes(), 1000u);
     EXPECT_EQ(ledger.usedBytes(), 0u);
@@ -33,8 +35,9 @@ TEST(Ledger, RefusalNamesEverythingNeeded) {
         (void)ledger.charge(1 << 20, "the brick atlas");
         FAIL();
     } catch (const InputError& e) {
-        EXPECT_THAT(e.what(), testing::AllOf(testing::HasSubstr("the brick atlas"), testing::HasSubstr("1 MiB"),
-                                             testing::HasSubstr("512 KiB"), testing::HasSubstr("--gpu-memory")));
+        EXPECT_THAT(e.what(),
+                    testing::AllOf(testing::HasSubstr("the brick atlas"), testing::HasSubstr("1 MiB"),
+                                   testing::HasSubstr("512 KiB"), testing::HasSubstr("--gpu-memory")));
     }
 }
 
@@ -66,15 +69,18 @@ TEST(Bytes, Parses) {
 }
 
 TEST(Threads, FirstExceptionReachesTheCaller) {
-    EXPECT_THROW(parallelFor(100, 4, [](std::size_t i) {
-                     if (i == 37) throw std::runtime_error("37");
-                 }),
+    EXPECT_THROW(parallelFor(100, 4,
+                             [](std::size_t i) {
+                                 if (i == 37)
+                                     throw std::runtime_error("37");
+                             }),
                  std::runtime_error);
 }
 
 TEST(Colour, KnownValues) {
     EXPECT_NEAR(srgbFromLinear(0.5), 0.735357, 1e-6);
-    for (double x = 0; x <= 1; x += 0.01) EXPECT_NEAR(linearFromSrgb(srgbFromLinear(x)), x, 1e-12);
+    for (double x = 0; x <= 1; x += 0.01)
+        EXPECT_NEAR(linearFromSrgb(srgbFromLinear(x)), x, 1e-12);
     const glm::dvec3 white = luvFromLinear({1, 1, 1}), red = luvFromLinear({1, 0, 0});
     EXPECT_NEAR(white.x, 100, 1e-4);
     EXPECT_NEAR(white.y, 0, 1e-9);

@@ -1,11 +1,11 @@
-// Cameras in patient space: which side faces the viewer, where left is, that everything fits, and that rays of a
-// far camera stay exact.
+// Cameras in patient space: which side faces the viewer, where left is, that everything fits, and that rays
+// of a far camera stay exact.
 #include "core/camera.h"
 
 #include "core/error.h"
 
-#include <gtest/gtest.h>
 #include <glm/geometric.hpp>
+#include <gtest/gtest.h>
 
 namespace tessera {
 namespace {
@@ -22,7 +22,8 @@ glm::dvec2 project(const RayPlane& plane, const glm::dvec3& point, const glm::iv
     glm::dvec3 at = point;
     if (plane.perspective) {
         const glm::dvec3 eye = plane.centre - plane.toCentre;
-        at = eye + (point - eye) * (glm::dot(plane.toCentre, plane.forward) / glm::dot(point - eye, plane.forward));
+        at = eye +
+             (point - eye) * (glm::dot(plane.toCentre, plane.forward) / glm::dot(point - eye, plane.forward));
     }
     const glm::dvec3 offset = at - plane.centre;
     const double x = glm::dot(offset, plane.right) / glm::dot(plane.right, plane.right);
@@ -39,8 +40,8 @@ TEST_P(EveryView, ShowsTheWholeVolume) {
         camera.validate("test");
         const RayPlane plane = rayPlane(camera, info, size);
         for (int corner = 0; corner < 8; ++corner) {
-            const glm::dvec3 voxel = glm::dvec3(info.extentVoxels) *
-                                     glm::dvec3(corner & 1, (corner >> 1) & 1, corner >> 2);
+            const glm::dvec3 voxel =
+                glm::dvec3(info.extentVoxels) * glm::dvec3(corner & 1, (corner >> 1) & 1, corner >> 2);
             const glm::dvec2 pixel =
                 project(plane, glm::dvec3(info.patientFromVoxel * glm::dvec4(voxel, 1)), size);
             EXPECT_GT(pixel.x, 0) << size.x;
@@ -51,11 +52,10 @@ TEST_P(EveryView, ShowsTheWholeVolume) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Views, EveryView,
-    testing::Combine(testing::Values(View::anterior, View::posterior, View::left, View::right, View::superior,
-                                     View::inferior),
-                     testing::Values(Projection::perspective, Projection::parallel)));
+INSTANTIATE_TEST_SUITE_P(Views, EveryView,
+                         testing::Combine(testing::Values(View::anterior, View::posterior, View::left,
+                                                          View::right, View::superior, View::inferior),
+                                          testing::Values(Projection::perspective, Projection::parallel)));
 
 TEST(Camera, LeftAndRightAsRadiologistsExpect) {
     const VolumeInfo info = ctVolume();

@@ -239,8 +239,9 @@ TEST(Preset, AllAreReadableAndShowWhatTheyAreNamedAfter) {
     EXPECT_EQ(opacity("bone", 60), 0);
     EXPECT_GT(opacity("bone", 500), 0.5);
     EXPECT_GT(opacity("skin", -50), 0.5);
-    EXPECT_EQ(opacity("skin", -800), 0);  // lung and noisy air stay clear
-    EXPECT_LT(opacity("skin", -500), 0.1); // a ramp as wide as a surface is blurred, or it would show terraces
+    EXPECT_EQ(opacity("skin", -800), 0); // lung and noisy air stay clear
+    EXPECT_LT(opacity("skin", -500),
+              0.1); // a ramp as wide as a surface is blurred, or it would show terraces
     EXPECT_GT(opacity("soft-tissue", 60), 5 * opacity("soft-tissue", -80)); // muscle over fat
     EXPECT_GT(opacity("soft-tissue", -80), 0);
     EXPECT_GT(opacity("lung", -400), opacity("lung", -800)); // vessels and walls over parenchyma

@@ -1,5 +1,5 @@
-// Transfer functions against a slow evaluator, bad points (unsorted, duplicate, not finite), and the table that
-// march and mirror read.
+// Transfer functions against a slow evaluator, bad points (unsorted, duplicate, not finite), and the table
+// that march and mirror read.
 #include "core/transfer_function.h"
 
 #include "core/error.h"
@@ -14,8 +14,10 @@ namespace {
 
 /// Independent: the last pair of sorted points that brackets the value, found by walking.
 double slowOpacity(const std::vector<OpacityPoint>& sorted, double v) {
-    if (sorted.empty()) return 0;
-    if (v < sorted.front().value) return sorted.front().opacity;
+    if (sorted.empty())
+        return 0;
+    if (v < sorted.front().value)
+        return sorted.front().opacity;
     double result = sorted.back().opacity;
     for (std::size_t i = 0; i + 1 < sorted.size(); ++i) {
         const auto &a = sorted[i], &b = sorted[i + 1];
@@ -30,11 +32,13 @@ TEST(TransferFunction, ThousandRandomListsMatchSlowEvaluator) {
     std::uniform_int_distribution<int> value(-20, 20), count(0, 12), level(-2, 12);
     for (int list = 0; list < 1000; ++list) {
         std::vector<OpacityPoint> points(static_cast<std::size_t>(count(random)));
-        for (auto& p : points) p = {static_cast<double>(value(random)), level(random) / 10.0};
+        for (auto& p : points)
+            p = {static_cast<double>(value(random)), level(random) / 10.0};
         const auto f = TransferFunction::fromOpacity(points, {}, 2.0);
         std::stable_sort(points.begin(), points.end(),
                          [](const auto& a, const auto& b) { return a.value < b.value; });
-        for (auto& p : points) p.opacity = std::clamp(p.opacity, 0.0, 1.0);
+        for (auto& p : points)
+            p.opacity = std::clamp(p.opacity, 0.0, 1.0);
         for (double v = -22; v <= 22; v += 0.25) {
             const double expected = -std::log1p(-std::min(slowOpacity(points, v), 1 - 0x1p-24)) / 2.0;
             ASSERT_NEAR(f.extinction(v), expected, 1e-12 * (1 + expected)) << "list " << list << " at " << v;
@@ -49,7 +53,8 @@ TEST(TransferFunction, StepTakesTheRightValueAndOutermostOfTriplicates) {
 }
 
 TEST(TransferFunction, RefusesWhatIsNotFinite) {
-    const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+    const double nan = std::numeric_limits<double>::quiet_NaN(),
+                 inf = std::numeric_limits<double>::infinity();
     EXPECT_THROW(TransferFunction::fromOpacity({{nan, 0}}, {}, 1), InputError);
     EXPECT_THROW(TransferFunction::fromOpacity({{0, inf}}, {}, 1), InputError);
     EXPECT_THROW(TransferFunction::fromOpacity({{0, 0}}, {{0, glm::dvec3(nan)}}, 1), InputError);
@@ -71,7 +76,8 @@ TEST(TransferFunction, NoPointsIsTransparentWhite) {
 
 TEST(TransferTable, SizeFollowsTheSharpestFeature) {
     const auto broad = makeTable(TransferFunction::fromExtinction({{0, 0}, {1000, 1}}, {}));
-    const auto sharp = makeTable(TransferFunction::fromExtinction({{0, 0}, {499, 0}, {500, 1}, {501, 0}, {1000, 0}}, {}));
+    const auto sharp =
+        makeTable(TransferFunction::fromExtinction({{0, 0}, {499, 0}, {500, 1}, {501, 0}, {1000, 0}}, {}));
     EXPECT_EQ(broad.entries.size(), 256u);
     EXPECT_GE(sharp.entries.size(), 8000u);
     EXPECT_LT(sharp.relativeError, 0.13); // a bin is at most an eighth of the spike's flank
@@ -83,23 +89,28 @@ TEST(TransferTable, EmptinessRespectsGapsAndIsConservative) {
         {{-1000, 0}, {-500, 0}, {-400, 1}, {-300, 0}, {100, 0}, {200, 1}, {300, 1}}, {}));
     EXPECT_TRUE(table.emptyOver(-2000, -510));
     EXPECT_FALSE(table.emptyOver(-2000, -450));
-    EXPECT_TRUE(table.emptyOver(-290, 90));   // the gap between two visible ranges
+    EXPECT_TRUE(table.emptyOver(-290, 90)); // the gap between two visible ranges
     EXPECT_FALSE(table.emptyOver(-310, 90));
-    EXPECT_FALSE(table.emptyOver(400, 500));  // constant beyond the last point
+    EXPECT_FALSE(table.emptyOver(400, 500)); // constant beyond the last point
     const auto extinctionOfTable = [&](double v) {
-        const double x = std::clamp((v - static_cast<double>(table.firstValue)) * static_cast<double>(table.entriesPerValue), 0.0,
-                                    static_cast<double>(table.entries.size() - 1));
+        const double x = std::clamp((v - static_cast<double>(table.firstValue)) *
+                                        static_cast<double>(table.entriesPerValue),
+                                    0.0, static_cast<double>(table.entries.size() - 1));
         const auto i = std::min(static_cast<std::size_t>(x), table.entries.size() - 2);
         const double f = x - static_cast<double>(i);
-        return (1 - f) * static_cast<double>(table.entries[i].a) + f * static_cast<double>(table.entries[i + 1].a);
+        return (1 - f) * static_cast<double>(table.entries[i].a) +
+               f * static_cast<double>(table.entries[i + 1].a);
     };
     std::mt19937 random(3);
     std::uniform_real_distribution<double> at(-1200, 400);
     for (int trial = 0; trial < 2000; ++trial) {
         double a = at(random), b = at(random);
-        if (a > b) std::swap(a, b);
-        if (!table.emptyOver(a, b)) continue;
-        for (int i = 0; i <= 64; ++i) ASSERT_EQ(extinctionOfTable(a + (b - a) * i / 64), 0);
+        if (a > b)
+            std::swap(a, b);
+        if (!table.emptyOver(a, b))
+            continue;
+        for (int i = 0; i <= 64; ++i)
+            ASSERT_EQ(extinctionOfTable(a + (b - a) * i / 64), 0);
     }
 }
 

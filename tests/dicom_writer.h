@@ -17,10 +17,9 @@ namespace tessera::test {
 
 /// What is planted in every file; none of it may ever come out again.
 inline const std::vector<std::string> kPlanted = {
-    "PLANTED^PATIENT",     "PLANTED-ID-4711",  "19470301",       "20230517",
-    "PLANTED DESCRIPTION", "PLANTED HOSPITAL", "1.2.826.99.4711", "PLANTED-ACC-12",
-    "PLANTED^REFERRER",    "PLANTED STREET 5", "PLANTED COMMENT", "PLANTED STATION",
-    "PLANTED PRIVATE",     "083015.4711"};
+    "PLANTED^PATIENT",  "PLANTED-ID-4711", "19470301",        "20230517",         "PLANTED DESCRIPTION",
+    "PLANTED HOSPITAL", "1.2.826.99.4711", "PLANTED-ACC-12",  "PLANTED^REFERRER", "PLANTED STREET 5",
+    "PLANTED COMMENT",  "PLANTED STATION", "PLANTED PRIVATE", "083015.4711"};
 
 struct DicomImage {
     int columns = 4, rows = 3, frames = 1;

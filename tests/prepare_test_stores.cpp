@@ -17,13 +17,15 @@ void make(tessera::SlabSource& source, const std::filesystem::path& path) {
     tessera::ImportOptions options;
     options.force = true;
     const auto report = tessera::importToStore(source, path, ram, options);
-    std::printf("%s: %llu voxels, %.2f s\n", path.filename().c_str(), static_cast<unsigned long long>(report.voxels), report.seconds);
+    std::printf("%s: %llu voxels, %.2f s\n", path.filename().c_str(),
+                static_cast<unsigned long long>(report.voxels), report.seconds);
 }
 
 } // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 2) return 2;
+    if (argc != 2)
+        return 2;
     const std::filesystem::path folder(argv[1]);
     std::filesystem::create_directories(folder);
     make(*tessera::makePhantom("marschner-lobb", {64, 64, 64}), folder / "marschner-lobb.zarr");
@@ -32,8 +34,10 @@ int main(int argc, char** argv) {
     make(*tessera::makePhantom("sphere", {33, 1, 70}), folder / "thin.zarr");
 #ifdef TESSERA_WITH_IMPORT
     const char* given = std::getenv("TESSERA_TEST_DATA");
-    const std::filesystem::path data = given ? given : std::filesystem::path(TESSERA_SOURCE_DIR) / "../shared/data";
-    for (const auto& [name, source] : {std::pair("abdomen", "ct-abdomen-dicom"), std::pair("head", "ct-head-tilted-dicom")}) {
+    const std::filesystem::path data =
+        given ? given : std::filesystem::path(TESSERA_SOURCE_DIR) / "../shared/data";
+    for (const auto& [name, source] :
+         {std::pair("abdomen", "ct-abdomen-dicom"), std::pair("head", "ct-head-tilted-dicom")}) {
         if (!std::filesystem::exists(data / source)) {
             std::filesystem::remove_all(folder / (std::string(name) + ".zarr"));
             std::printf("%s: left out, %s is absent\n", name, (data / source).c_str());

@@ -1,5 +1,5 @@
-// Cameras in awkward places: exactly on faces, edges and corners of the volume and of bricks, axis-parallel rays,
-// extreme angles, a million millimetres away, looking elsewhere; and a volume one voxel thin.
+// Cameras in awkward places: exactly on faces, edges and corners of the volume and of bricks, axis-parallel
+// rays, extreme angles, a million millimetres away, looking elsewhere; and a volume one voxel thin.
 #include "tests/scene_fixture.h"
 
 #include <cmath>
@@ -24,18 +24,21 @@ void expectSound(const std::string& store, const Camera& camera, const std::stri
     const GpuPicture gpu = marchOn(prepared, kFeatureBricked | kFeatureSkipping | kFeatureShading);
     const auto rays = gpuRays(p.frame, prepared.budgets.gpu);
     Work work;
-    const auto mirror = mirrorRays<float>({p.cache.get(), &p.info(), &p.selection, &p.optics, &p.occupancy},
-                                          rays.size(), [&](std::size_t i) { return rays[i]; }, 0, work);
-    // Rays in double, from the camera itself: what float makes of them stays within the picture's sampling error.
+    const auto mirror = mirrorRays<float>(
+        {p.cache.get(), &p.info(), &p.selection, &p.optics, &p.occupancy}, rays.size(),
+        [&](std::size_t i) { return rays[i]; }, 0, work);
+    // Rays in double, from the camera itself: what float makes of them stays within the picture's sampling
+    // error.
     Work doubleWork;
-    const auto exact = mirrorRays<double>({p.cache.get(), &p.info(), &p.selection, &p.optics, nullptr}, rays.size(),
-                                          frameRays(p.frame), 0, doubleWork);
+    const auto exact = mirrorRays<double>({p.cache.get(), &p.info(), &p.selection, &p.optics, nullptr},
+                                          rays.size(), frameRays(p.frame), 0, doubleWork);
     std::size_t far = 0;
     for (std::size_t i = 0; i < rays.size(); ++i)
         for (int c = 0; c < 4; ++c) {
             ASSERT_TRUE(std::isfinite(gpu.image.pixels[i][c])) << i;
             ASSERT_NEAR(gpu.image.pixels[i][c], mirror[i][c], 1e-4) << i;
-            if (std::abs(static_cast<double>(mirror[i][c]) - exact[i][c]) > 0.02) ++far;
+            if (std::abs(static_cast<double>(mirror[i][c]) - exact[i][c]) > 0.02)
+                ++far;
         }
     // Rays that graze a face may fall on either side of it; no more than one row of pixels can.
     EXPECT_LE(far, 4u * kSize.x);
@@ -55,8 +58,8 @@ TEST(Cameras, OnFacesEdgesAndCorners) {
         {"edge of a brick", {64, 64, 70.1}},           {"corner of a brick", {64, 64, 64}},
         {"centre of a voxel", {75.5, 55.5, 86.5}}};
     for (const auto& [what, voxel] : places)
-        for (const glm::dvec3 direction : {glm::dvec3(0, 1, 0), glm::dvec3(1, 0, 0), glm::dvec3(-1, 1, 0),
-                                           glm::dvec3(0.3, 0.5, -0.7)}) {
+        for (const glm::dvec3 direction :
+             {glm::dvec3(0, 1, 0), glm::dvec3(1, 0, 0), glm::dvec3(-1, 1, 0), glm::dvec3(0.3, 0.5, -0.7)}) {
             Camera camera;
             camera.position = patient(voxel);
             camera.focalPoint = camera.position + direction;

@@ -1,5 +1,5 @@
-// The table at the end of docs/sampling.md, row by row, on a phantom and on real scans, three cameras each, one
-// of them inside the volume. Pictures come from the software device, which every machine has.
+// The table at the end of docs/sampling.md, row by row, on a phantom and on real scans, three cameras each,
+// one of them inside the volume. Pictures come from the software device, which every machine has.
 #include "core/image_metrics.h"
 #include "tests/scene_fixture.h"
 
@@ -63,7 +63,8 @@ TEST_P(Contract, CuttingTheWorkAndSkippingChangeNoBit) {
     EXPECT_GT(resumed.work.dispatches, 4 * whole.work.dispatches);
 }
 
-// Row: bricks at one level and one whole texture: bit-equal, exact mode. Levels 0 and, by budget, coarser ones.
+// Row: bricks at one level and one whole texture: bit-equal, exact mode. Levels 0 and, by budget, coarser
+// ones.
 TEST_P(Contract, BricksEqualOneWholeTexture) {
     const GlContext context({"software"});
     int levelBefore = -1;
@@ -88,22 +89,29 @@ TEST_P(Contract, MarchEqualsTheMirrorOnItsOwnRays) {
         const MirrorInput input{p.cache.get(), &p.info(), &p.selection, &p.optics, &p.occupancy};
         const auto mirrored = [&](glm::vec3 shift) {
             Work work;
-            return std::pair(mirrorRays<float>(input, rays.size(), [&](std::size_t i) {
-                                 SegmentedRay<float> r = rays[i];
-                                 r.entry += shift;
-                                 return r;
-                             }, 0, work), work);
+            return std::pair(mirrorRays<float>(
+                                 input, rays.size(),
+                                 [&](std::size_t i) {
+                                     SegmentedRay<float> r = rays[i];
+                                     r.entry += shift;
+                                     return r;
+                                 },
+                                 0, work),
+                             work);
         };
         const auto [single, work] = mirrored(glm::vec3(0));
         Work doubleWork;
-        const auto exact = mirrorRays<double>(input, rays.size(), [&](std::size_t i) {
-            const SegmentedRay<float>& r = rays[i];
-            SegmentedRay<double> d;
-            d.entry = r.entry, d.step = r.step, d.direction = r.direction;
-            d.segmentMm = static_cast<double>(r.segmentMm), d.tail = static_cast<double>(r.tail);
-            d.count = r.count;
-            return d;
-        }, 0, doubleWork);
+        const auto exact = mirrorRays<double>(
+            input, rays.size(),
+            [&](std::size_t i) {
+                const SegmentedRay<float>& r = rays[i];
+                SegmentedRay<double> d;
+                d.entry = r.entry, d.step = r.step, d.direction = r.direction;
+                d.segmentMm = static_cast<double>(r.segmentMm), d.tail = static_cast<double>(r.tail);
+                d.count = r.count;
+                return d;
+            },
+            0, doubleWork);
         const GpuPicture gpu = marchOn(prepared, kExact | (shading ? kFeatureShading : 0u));
         const auto [shifted, unused] = mirrored(glm::vec3(0.5f));
         // Per picture: largest and rms difference over all components.
@@ -144,8 +152,8 @@ TEST_P(Contract, MirrorIsTheSameAtAnyNumberOfThreads) {
     EXPECT_EQ(one, mirrorRays<float>(input, count, rays, 5, work));
 }
 
-// Hardware fetch against mirror (OpenImageIO's gate): at most 0.02 % of values differ by more than 0.004, none by
-// more than 0.012.
+// Hardware fetch against mirror (OpenImageIO's gate): at most 0.02 % of values differ by more than 0.004,
+// none by more than 0.012.
 TEST_P(Contract, HardwareFetchStaysInsideTheGate) {
     const GlContext context({"software"});
     Prepared prepared(GetParam().store, scene(true));

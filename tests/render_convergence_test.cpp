@@ -1,5 +1,5 @@
-// The reference through store and sampler against closed forms, on anisotropic and sheared volumes; and the mirror
-// against the reference: the error falls at the rule's order as the step is halved.
+// The reference through store and sampler against closed forms, on anisotropic and sheared volumes; and the
+// mirror against the reference: the error falls at the rule's order as the step is halved.
 #include "bricking/import/importer.h"
 #include "render/reference.h"
 #include "tests/scene_fixture.h"
@@ -51,7 +51,9 @@ VolumeInfo shearedInfo(int n) {
 class Stored {
   public:
     Stored(const VolumeInfo& info, const std::function<double(glm::dvec3)>& value) : info_(info) {
-        folder_ = std::filesystem::temp_directory_path() / ("tessera-convergence-" + std::to_string(getpid()) + "-" + std::to_string(reinterpret_cast<std::uintptr_t>(this)));
+        folder_ = std::filesystem::temp_directory_path() /
+                  ("tessera-convergence-" + std::to_string(getpid()) + "-" +
+                   std::to_string(reinterpret_cast<std::uintptr_t>(this)));
         FormulaSource source(info, value);
         ImportOptions options;
         options.force = true;
@@ -97,17 +99,20 @@ TEST(ReferenceThroughStore, RampsOnAnisotropicShearedVolumes) {
 
     // T8: extinction kappa*u, colour u: flat ends integrate in closed form, the ramp between by erf.
     const double kappa = 0.03; // 1/mm at u = 1
-    const auto linear = TransferFunction::fromExtinction({{0, 0}, {1, kappa}}, {{0, glm::dvec3(0)}, {1, glm::dvec3(1)}});
+    const auto linear =
+        TransferFunction::fromExtinction({{0, 0}, {1, kappa}}, {{0, glm::dvec3(0)}, {1, glm::dvec3(1)}});
     const double half = 0.5 * mm;
-    const double t1 = kappa * first * half;                      // depth of the front flat end
-    const double rise = length * kappa;                          // depth = rise * (u^2 - first^2) / 2
-    const auto antiderivative = [&](double u) {                  // of rise u^2 exp(-rise u^2 / 2)
-        return std::sqrt(std::numbers::pi / (2 * rise)) * std::erf(u * std::sqrt(rise / 2)) - u * std::exp(-rise * u * u / 2);
+    const double t1 = kappa * first * half;     // depth of the front flat end
+    const double rise = length * kappa;         // depth = rise * (u^2 - first^2) / 2
+    const auto antiderivative = [&](double u) { // of rise u^2 exp(-rise u^2 / 2)
+        return std::sqrt(std::numbers::pi / (2 * rise)) * std::erf(u * std::sqrt(rise / 2)) -
+               u * std::exp(-rise * u * u / 2);
     };
     const double t2 = t1 + rise * (last * last - first * first) / 2;
-    const double exact = first * -std::expm1(-t1) +
-                         std::exp(-t1 + rise * first * first / 2) * (antiderivative(last) - antiderivative(first)) +
-                         std::exp(-t2) * last * -std::expm1(-kappa * last * half);
+    const double exact =
+        first * -std::expm1(-t1) +
+        std::exp(-t1 + rise * first * first / 2) * (antiderivative(last) - antiderivative(first)) +
+        std::exp(-t2) * last * -std::expm1(-kappa * last * half);
     EXPECT_NEAR(stored.alongZ(linear).r, exact, 1e-10);
 }
 
@@ -118,7 +123,8 @@ TEST(ReferenceThroughStore, SmoothProfilesConvergeAtSecondOrder) {
         std::vector<double> errors;
         for (const int n : {16, 32, 64, 128}) {
             VolumeInfo info = shearedInfo(n);
-            info.patientFromVoxel = patientFromVoxelOf({-3, 5, 7}, {0.5, 0, 0}, {0, 0.9, 0}, glm::dvec3(0, 0.6, 2) * (16.0 / n));
+            info.patientFromVoxel =
+                patientFromVoxelOf({-3, 5, 7}, {0.5, 0, 0}, {0, 0.9, 0}, glm::dvec3(0, 0.6, 2) * (16.0 / n));
             Stored stored(info, [&](glm::dvec3 p) { return profile(p.z / n); });
             const double length = n * stored.mmPerVoxel();
             errors.push_back(std::abs(-std::log1p(-stored.alongZ(identity).a) - exactDepth * length));
@@ -127,17 +133,20 @@ TEST(ReferenceThroughStore, SmoothProfilesConvergeAtSecondOrder) {
     };
     const double h = 0.3;
     // Flat ends replace the profile's slope there, which is second order too.
-    EXPECT_NEAR(slope([&](double u) { return 0.2 * std::exp(-u / h); }, 0.2 * h * -std::expm1(-1 / h)), 2, 0.15);
+    EXPECT_NEAR(slope([&](double u) { return 0.2 * std::exp(-u / h); }, 0.2 * h * -std::expm1(-1 / h)), 2,
+                0.15);
     const double s = 0.15;
     EXPECT_NEAR(slope([&](double u) { return 0.2 * std::exp(-(u - 0.5) * (u - 0.5) / (2 * s * s)); },
-                      0.2 * s * std::sqrt(2 * std::numbers::pi) * std::erf(0.5 / (s * std::numbers::sqrt2))), 2, 0.15);
+                      0.2 * s * std::sqrt(2 * std::numbers::pi) * std::erf(0.5 / (s * std::numbers::sqrt2))),
+                2, 0.15);
 }
 
-// Row: mirror and reference: falls at the rule's order (2: midpoint), double, smooth function, rms over pixels.
+// Row: mirror and reference: falls at the rule's order (2: midpoint), double, smooth function, rms over
+// pixels.
 TEST(MirrorAgainstReference, FallsAtSecondOrder) {
-    // Marschner-Lobb under a function without a corner inside the data's range [0,1]: extinction linear in v, no
-    // shading, and a table that is exact for linear functions. Rays lie in the interior on lattice lines of z, so
-    // that the field's own kinks fall on segment ends for every step 1/2^k.
+    // Marschner-Lobb under a function without a corner inside the data's range [0,1]: extinction linear in v,
+    // no shading, and a table that is exact for linear functions. Rays lie in the interior on lattice lines
+    // of z, so that the field's own kinks fall on segment ends for every step 1/2^k.
     Ledger ram("RAM", "--ram", std::size_t{256} << 20);
     const StoreReader reader(storePath("marschner-lobb"), ram);
     const VolumeInfo& info = reader.info();
@@ -149,9 +158,11 @@ TEST(MirrorAgainstReference, FallsAtSecondOrder) {
     PreparedScene& p = prepared.p;
     const double mm = glm::length(glm::dvec3(info.patientFromVoxel[2]));
     std::vector<ReferenceRay> rays;
-    for (int i = 0; i < 64; ++i) rays.push_back({{3.25 + 7.1 * (i % 8), 4.5 + 6.9 * (i / 8), 0.0}, glm::dvec3(0, 0, 1) / mm, 0});
+    for (int i = 0; i < 64; ++i)
+        rays.push_back({{3.25 + 7.1 * (i % 8), 4.5 + 6.9 * (i / 8), 0.0}, glm::dvec3(0, 0, 1) / mm, 0});
     const auto exact = renderReference({p.cache.get(), &info, &p.function, scene.shading, nullptr}, rays, 0);
-    // Two entries hold this function exactly, in float too; the usual table would put a floor of 3e-8 under the rms.
+    // Two entries hold this function exactly, in float too; the usual table would put a floor of 3e-8 under
+    // the rms.
     TransferTable table;
     table.firstValue = -1;
     table.entriesPerValue = 0.25f;
@@ -161,23 +172,28 @@ TEST(MirrorAgainstReference, FallsAtSecondOrder) {
     std::vector<double> errors;
     for (double q = 0.5; q > 0.01; q /= 2) {
         Work work;
-        const auto pixels = mirrorRays<double>(input, rays.size(), [&](std::size_t i) {
-            SegmentedRay<double> ray;
-            ray.entry = rays[i].base;
-            ray.direction = {0, 0, 1};
-            ray.step = ray.direction * q;
-            ray.segmentMm = q * mm;
-            ray.count = static_cast<int>(info.extentVoxels.z / q);
-            return ray;
-        }, 0, work);
+        const auto pixels = mirrorRays<double>(
+            input, rays.size(),
+            [&](std::size_t i) {
+                SegmentedRay<double> ray;
+                ray.entry = rays[i].base;
+                ray.direction = {0, 0, 1};
+                ray.step = ray.direction * q;
+                ray.segmentMm = q * mm;
+                ray.count = static_cast<int>(info.extentVoxels.z / q);
+                return ray;
+            },
+            0, work);
         double squares = 0;
         for (std::size_t i = 0; i < rays.size(); ++i)
-            for (int c = 0; c < 4; ++c) squares += std::pow(pixels[i][c] - exact[i][c], 2);
+            for (int c = 0; c < 4; ++c)
+                squares += std::pow(pixels[i][c] - exact[i][c], 2);
         errors.push_back(std::sqrt(squares / (4.0 * static_cast<double>(rays.size()))));
     }
     for (std::size_t i = 1; i < errors.size(); ++i) {
         RecordProperty("rms" + std::to_string(i), std::to_string(errors[i]));
-        EXPECT_NEAR(std::log2(errors[i - 1] / errors[i]), 2, 0.15) << "rms " << errors[i - 1] << " then " << errors[i];
+        EXPECT_NEAR(std::log2(errors[i - 1] / errors[i]), 2, 0.15)
+            << "rms " << errors[i - 1] << " then " << errors[i];
     }
 }
 
@@ -199,7 +215,8 @@ TEST(MirrorAgainstReference, LitPictureConvergesToTheTablesOwnError) {
                                            referenceRays(p.camera, info, {24, 24}), 0);
         double squares = 0;
         for (std::size_t i = 0; i < pixels.size(); ++i)
-            for (int c = 0; c < 4; ++c) squares += std::pow(pixels[i][c] - exact[i][c], 2);
+            for (int c = 0; c < 4; ++c)
+                squares += std::pow(pixels[i][c] - exact[i][c], 2);
         errors.push_back(std::sqrt(squares / (4.0 * static_cast<double>(pixels.size()))));
         EXPECT_LT(p.table.relativeError, 0.02);
     }

@@ -1,5 +1,5 @@
-// The field itself: the shader's sampler against its C++ twin at single points, continuity at brick faces, edges
-// and corners, empty bricks, the volume's border, and every value type kept exactly.
+// The field itself: the shader's sampler against its C++ twin at single points, continuity at brick faces,
+// edges and corners, empty bricks, the volume's border, and every value type kept exactly.
 #include "render/probe.h"
 #include "tests/scene_fixture.h"
 
@@ -18,17 +18,24 @@ std::vector<glm::vec3> tellingPositions(const glm::ivec3& extent, int level) {
     std::vector<glm::vec3> out;
     const auto along = [&](int axis) {
         std::uniform_real_distribution<float> anywhere(-1, static_cast<float>(extent[axis]) + 1);
-        std::uniform_int_distribution<int> kind(0, 4), brick(0, extent[axis] / 32), sample(0, extent[axis] >> level);
+        std::uniform_int_distribution<int> kind(0, 4), brick(0, extent[axis] / 32),
+            sample(0, extent[axis] >> level);
         const float edge = static_cast<float>(32 * brick(random));
         switch (kind(random)) {
-        case 0: return edge;
-        case 1: return std::nextafter(edge, -1e9f);
-        case 2: return edge + 0.5f * static_cast<float>(1 << level); // the first sample of a brick
-        case 3: return (static_cast<float>(sample(random)) + 0.5f) * static_cast<float>(1 << level);
-        default: return anywhere(random);
+        case 0:
+            return edge;
+        case 1:
+            return std::nextafter(edge, -1e9f);
+        case 2:
+            return edge + 0.5f * static_cast<float>(1 << level); // the first sample of a brick
+        case 3:
+            return (static_cast<float>(sample(random)) + 0.5f) * static_cast<float>(1 << level);
+        default:
+            return anywhere(random);
         }
     };
-    for (int i = 0; i < 4000; ++i) out.emplace_back(along(0), along(1), along(2));
+    for (int i = 0; i < 4000; ++i)
+        out.emplace_back(along(0), along(1), along(2));
     return out;
 }
 
@@ -40,8 +47,10 @@ struct FieldCase {
 };
 class Field : public testing::TestWithParam<FieldCase> {};
 INSTANTIATE_TEST_SUITE_P(Volumes, Field,
-                         testing::Values(FieldCase{"torso", "bone", 0, true}, FieldCase{"torso", "bone", 3 << 20, true},
-                                         FieldCase{"sphere", "auto", 0, false}, FieldCase{"checkerboard", "auto", 0, false},
+                         testing::Values(FieldCase{"torso", "bone", 0, true},
+                                         FieldCase{"torso", "bone", 3 << 20, true},
+                                         FieldCase{"sphere", "auto", 0, false},
+                                         FieldCase{"checkerboard", "auto", 0, false},
                                          FieldCase{"marschner-lobb", "auto", 0, false},
                                          FieldCase{"torso", "skin", 2 << 20, false}));
 
@@ -63,10 +72,12 @@ TEST_P(Field, ShaderEqualsItsTwin) {
     Atlas atlas(info, p.selection, TextureLimits{}, prepared.budgets.gpu);
     atlas.load(*p.cache, prepared.budgets.ram, work);
     std::uint32_t features = kFeatureBricked;
-    if (texelFormat(info.type).normalised) features |= kFeatureNormalised;
-    const auto exact = probeField(positions, features, info, p.selection.level, &atlas, nullptr, prepared.budgets.gpu);
-    const auto filtered = probeField(positions, features | kFeatureHardware, info, p.selection.level, &atlas, nullptr,
-                                     prepared.budgets.gpu);
+    if (texelFormat(info.type).normalised)
+        features |= kFeatureNormalised;
+    const auto exact =
+        probeField(positions, features, info, p.selection.level, &atlas, nullptr, prepared.budgets.gpu);
+    const auto filtered = probeField(positions, features | kFeatureHardware, info, p.selection.level, &atlas,
+                                     nullptr, prepared.budgets.gpu);
     LatticeReader samples(*p.cache, info, p.selection.level, &p.selection);
     const float perVoxel = 1.0f / static_cast<float>(1 << p.selection.level);
     const float range = p.statistics.highest - p.statistics.lowest;
@@ -78,7 +89,8 @@ TEST_P(Field, ShaderEqualsItsTwin) {
         ASSERT_EQ(glm::vec3(exact[i]), gradient) << i;
         worst = std::max(worst, std::abs(filtered[i].w - value));
     }
-    // llvmpipe filters in float; what remains is the slot's shift of coordinates, up to 6e-5 texel (NUMERICS).
+    // llvmpipe filters in float; what remains is the slot's shift of coordinates, up to 6e-5 texel
+    // (NUMERICS).
     EXPECT_LE(worst, 4e-4f * range);
 }
 
@@ -104,7 +116,8 @@ TEST_P(Field, IsContinuousAcrossBricks) {
         }
         const double here = fieldValue(samples, at, perVoxel);
         for (int side = 0; side < 8; ++side) {
-            const glm::dvec3 offset = 1e-9 * glm::dvec3((side & 1) * 2 - 1, (side & 2) - 1, (side & 4) / 2 - 1);
+            const glm::dvec3 offset =
+                1e-9 * glm::dvec3((side & 1) * 2 - 1, (side & 2) - 1, (side & 4) / 2 - 1);
             ASSERT_NEAR(fieldValue(samples, at + offset, perVoxel), here, 1e-6 * range);
         }
     }
@@ -124,7 +137,9 @@ TEST(Texels, EveryValueSurvives) {
             const auto low = static_cast<std::uint16_t>(i);
             const float real = static_cast<float>(i) * 1.1e-3f - 7;
             const auto byte = static_cast<std::uint8_t>(i);
-            const void* from = type == ValueType::f32 ? static_cast<const void*>(&real) : type == ValueType::u8 ? static_cast<const void*>(&byte) : &low;
+            const void* from = type == ValueType::f32  ? static_cast<const void*>(&real)
+                               : type == ValueType::u8 ? static_cast<const void*>(&byte)
+                                                       : &low;
             std::memcpy(stored.data() + i * bytes, from, bytes);
         }
         toTexels(type, stored.data(), 65536, texels.data());
@@ -134,14 +149,23 @@ TEST(Texels, EveryValueSurvives) {
         std::vector<glm::vec3> centres;
         for (int i = 0; i < 65536; ++i)
             centres.push_back(glm::vec3(glm::ivec3(i % 64, i / 64 % 32, i / 2048)) + 0.5f);
-        const auto read = probeField(centres, format.normalised ? kFeatureNormalised : 0u, info, 0, nullptr, &texture, gpu);
+        const auto read =
+            probeField(centres, format.normalised ? kFeatureNormalised : 0u, info, 0, nullptr, &texture, gpu);
         for (std::size_t i = 0; i < 65536; ++i) {
             float expected = 0;
             switch (type) {
-            case ValueType::i16: expected = static_cast<float>(static_cast<std::int16_t>(i)); break;
-            case ValueType::u16: expected = static_cast<float>(i); break;
-            case ValueType::u8: expected = static_cast<float>(i % 256); break;
-            case ValueType::f32: expected = static_cast<float>(i) * 1.1e-3f - 7; break;
+            case ValueType::i16:
+                expected = static_cast<float>(static_cast<std::int16_t>(i));
+                break;
+            case ValueType::u16:
+                expected = static_cast<float>(i);
+                break;
+            case ValueType::u8:
+                expected = static_cast<float>(i % 256);
+                break;
+            case ValueType::f32:
+                expected = static_cast<float>(i) * 1.1e-3f - 7;
+                break;
             }
             ASSERT_EQ(read[i].w, expected) << name(type) << " " << i;
         }

@@ -16,9 +16,11 @@ namespace {
 using testing::HasSubstr;
 
 TEST(ShaderComposition, IncludesOnceAndMapsLogLinesToFiles) {
-    const EmbeddedFiles files = {{"main.comp", "layout(local_size_x=1) in;\n#include \"a.glsl\"\n#include \"b.glsl\"\nvoid main() {}\n"},
-                                 {"a.glsl", "// a\nconst int kA = 1;\n"},
-                                 {"b.glsl", "#include \"a.glsl\"\nconst int kB = kA;\n"}};
+    const EmbeddedFiles files = {
+        {"main.comp",
+         "layout(local_size_x=1) in;\n#include \"a.glsl\"\n#include \"b.glsl\"\nvoid main() {}\n"},
+        {"a.glsl", "// a\nconst int kA = 1;\n"},
+        {"b.glsl", "#include \"a.glsl\"\nconst int kB = kA;\n"}};
     const ComposedShader shader = composeShader(files, "main.comp", "#define X 1\n");
     EXPECT_THAT(shader.files, testing::ElementsAre("main.comp", "a.glsl", "b.glsl"));
     const std::string text = shader.text;
@@ -63,7 +65,8 @@ TEST(PageAllocator, SlotsAreDisjointAndReturn) {
     std::uniform_int_distribution<int> level(0, 5), coin(0, 2);
     const auto covers = [](const AtlasSlot& a, const AtlasSlot& b) {
         const glm::ivec3 lo = glm::max(a.originTexels(), b.originTexels());
-        const glm::ivec3 hi = glm::min(a.originTexels() + (32 >> a.level), b.originTexels() + (32 >> b.level));
+        const glm::ivec3 hi =
+            glm::min(a.originTexels() + (32 >> a.level), b.originTexels() + (32 >> b.level));
         return lo.x < hi.x && lo.y < hi.y && lo.z < hi.z;
     };
     for (int turn = 0; turn < 3000; ++turn) {
@@ -71,12 +74,16 @@ TEST(PageAllocator, SlotsAreDisjointAndReturn) {
             allocator.release(held.back());
             held.pop_back();
         } else if (const auto slot = allocator.allocate(level(random))) {
-            for (const AtlasSlot& other : held) ASSERT_FALSE(covers(*slot, other)) << turn;
-            if (held.size() < 200) held.push_back(*slot);
-            else allocator.release(*slot);
+            for (const AtlasSlot& other : held)
+                ASSERT_FALSE(covers(*slot, other)) << turn;
+            if (held.size() < 200)
+                held.push_back(*slot);
+            else
+                allocator.release(*slot);
         }
     }
-    for (const AtlasSlot& slot : held) allocator.release(slot);
+    for (const AtlasSlot& slot : held)
+        allocator.release(slot);
     EXPECT_EQ(allocator.freePages(), 12u);
 }
 

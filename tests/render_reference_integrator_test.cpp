@@ -13,7 +13,8 @@ constexpr double kTolerance = 1e-12;
 
 template <typename F> ReferenceIntegrator over(double a, double b, const F& f, int pieces = 1) {
     ReferenceIntegrator integral;
-    for (int i = 0; i < pieces; ++i) integral.add(a + (b - a) * i / pieces, a + (b - a) * (i + 1) / pieces, f);
+    for (int i = 0; i < pieces; ++i)
+        integral.add(a + (b - a) * i / pieces, a + (b - a) * (i + 1) / pieces, f);
     return integral;
 }
 
@@ -28,7 +29,9 @@ TEST(ReferenceIntegrator, T1ConstantSlabOverTwelveDecades) {
 
 TEST(ReferenceIntegrator, T3ExponentialSlab) {
     const double sigma0 = 3, h = 0.2, length = 2;
-    const auto r = over(0, length, [&](double t) { return RadiantPoint{sigma0 * std::exp(-t / h), glm::dvec3(1)}; });
+    const auto r = over(0, length, [&](double t) {
+        return RadiantPoint{sigma0 * std::exp(-t / h), glm::dvec3(1)};
+    });
     EXPECT_NEAR(r.depth(), sigma0 * h * -std::expm1(-length / h), kTolerance);
 }
 
@@ -85,7 +88,8 @@ TEST(ReferenceIntegrator, T7StepSplitAtTheKink) {
 TEST(ReferenceIntegrator, T8LinearTimesLinear) {
     for (const double kappa : {0.01, 1.0, 10.0, 1000.0}) {
         const auto r = over(0, 1, [&](double u) { return RadiantPoint{kappa * u, glm::dvec3(u)}; });
-        const double exact = std::sqrt(std::numbers::pi / (2 * kappa)) * std::erf(std::sqrt(kappa / 2)) - std::exp(-kappa / 2);
+        const double exact =
+            std::sqrt(std::numbers::pi / (2 * kappa)) * std::erf(std::sqrt(kappa / 2)) - std::exp(-kappa / 2);
         EXPECT_NEAR(r.colour().b, exact, kTolerance) << kappa;
     }
 }

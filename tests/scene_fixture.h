@@ -1,10 +1,10 @@
-// tests/scene_fixture.h: what the image tests share: stores in the build folder (made by prepare_test_stores, a
-// fixture of ctest), scenes on them, and cameras, one of them inside.
+// tests/scene_fixture.h: what the image tests share: stores in the build folder (made by prepare_test_stores,
+// a fixture of ctest), scenes on them, and cameras, one of them inside.
 #pragma once
 
 #include "core/scene.h"
-#include "render/mirror.h"
 #include "render/march.h"
+#include "render/mirror.h"
 #include "render/prepare.h"
 
 #include <filesystem>
@@ -27,15 +27,18 @@ struct Budgets {
 
 /// Camera number 0: outside, perspective, oblique; 1: outside, parallel, a side; 2: inside, wide angle.
 inline Camera cameraNumber(int number, const VolumeInfo& info, const glm::ivec2& size) {
-    if (number == 1) return fitCamera(info, View::left, Projection::parallel, size);
+    if (number == 1)
+        return fitCamera(info, View::left, Projection::parallel, size);
     Camera camera = fitCamera(info, View::anterior, Projection::perspective, size);
     const glm::dvec3 centre = camera.focalPoint;
     const double distance = glm::length(camera.position - centre);
     camera.position = centre + distance * 0.8 * glm::normalize(glm::dvec3(0.4, -1, 0.35));
     if (number == 2) {
         const glm::dvec3 extent(info.extentVoxels);
-        camera.position = glm::dvec3(info.patientFromVoxel * glm::dvec4(extent * glm::dvec3(0.53, 0.31, 0.45), 1));
-        camera.focalPoint = glm::dvec3(info.patientFromVoxel * glm::dvec4(extent * glm::dvec3(0.2, 0.9, 0.7), 1));
+        camera.position =
+            glm::dvec3(info.patientFromVoxel * glm::dvec4(extent * glm::dvec3(0.53, 0.31, 0.45), 1));
+        camera.focalPoint =
+            glm::dvec3(info.patientFromVoxel * glm::dvec4(extent * glm::dvec3(0.2, 0.9, 0.7), 1));
         camera.viewAngle = 110;
     }
     return camera;
@@ -65,7 +68,8 @@ struct Prepared {
     PreparedScene p;
 };
 
-/// Marches a prepared scene on the software device; features beside those of the volume's type are the caller's.
+/// Marches a prepared scene on the software device; features beside those of the volume's type are the
+/// caller's.
 struct GpuPicture {
     Image image;
     Work work;
@@ -73,7 +77,8 @@ struct GpuPicture {
 inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const MarchSlicing& slicing = {}) {
     PreparedScene& p = prepared.p;
     Ledger& gpu = prepared.budgets.gpu;
-    if (texelFormat(p.info().type).normalised) features |= kFeatureNormalised;
+    if (texelFormat(p.info().type).normalised)
+        features |= kFeatureNormalised;
     features |= kFeatureCounting;
     const Occupancy* occupancy = (features & kFeatureSkipping) ? &p.occupancy : nullptr;
     GpuPicture out;
@@ -83,7 +88,8 @@ inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const Marc
         atlas.load(*p.cache, prepared.budgets.ram, out.work);
         march.run(&atlas, nullptr, slicing, out.work);
     } else {
-        const GlTexture3d whole = wholeLevelTexture(p.info(), p.selection.level, *p.cache, gpu, prepared.budgets.ram);
+        const GlTexture3d whole =
+            wholeLevelTexture(p.info(), p.selection.level, *p.cache, gpu, prepared.budgets.ram);
         march.run(nullptr, &whole, slicing, out.work);
     }
     out.image = march.image();

@@ -14,9 +14,11 @@ namespace {
 
 std::vector<EGLDeviceEXT> queryDevices() {
     const char* client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
-    if (!client || !std::strstr(client, "EGL_EXT_device_enumeration")) return {};
+    if (!client || !std::strstr(client, "EGL_EXT_device_enumeration"))
+        return {};
     EGLint count = 0;
-    if (!eglQueryDevicesEXT(0, nullptr, &count) || count <= 0) return {};
+    if (!eglQueryDevicesEXT(0, nullptr, &count) || count <= 0)
+        return {};
     std::vector<EGLDeviceEXT> devices(static_cast<std::size_t>(count));
     eglQueryDevicesEXT(count, devices.data(), &count);
     devices.resize(static_cast<std::size_t>(count));
@@ -63,7 +65,8 @@ std::vector<EGLDisplay> candidates(const std::string& choice) {
 
 /// A current GL 4.5 core context without a surface and without a config, or EGL_NO_CONTEXT.
 EGLContext currentContext(EGLDisplay display) {
-    if (display == EGL_NO_DISPLAY || !eglBindAPI(EGL_OPENGL_API)) return EGL_NO_CONTEXT;
+    if (display == EGL_NO_DISPLAY || !eglBindAPI(EGL_OPENGL_API))
+        return EGL_NO_CONTEXT;
     const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
                                  4,
                                  EGL_CONTEXT_MINOR_VERSION,
@@ -72,15 +75,18 @@ EGLContext currentContext(EGLDisplay display) {
                                  EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
                                  EGL_NONE};
     EGLContext context = eglCreateContext(display, nullptr, EGL_NO_CONTEXT, attributes);
-    if (context == EGL_NO_CONTEXT) return EGL_NO_CONTEXT;
-    if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) return context;
+    if (context == EGL_NO_CONTEXT)
+        return EGL_NO_CONTEXT;
+    if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context))
+        return context;
     eglDestroyContext(display, context);
     return EGL_NO_CONTEXT;
 }
 
 void GLAPIENTRY onDebugMessage(GLenum, GLenum, GLuint, GLenum severity, GLsizei, const GLchar* message,
                                const void* user) {
-    if (severity != GL_DEBUG_SEVERITY_HIGH) return;
+    if (severity != GL_DEBUG_SEVERITY_HIGH)
+        return;
     static_cast<std::vector<std::string>*>(const_cast<void*>(user))->emplace_back(message);
 }
 
@@ -99,15 +105,16 @@ GlContext::GlContext(const GlDeviceChoice& choice) {
     for (EGLDisplay display : candidates(choice.text)) {
         display_ = display;
         context_ = currentContext(display);
-        if (context_ != EGL_NO_CONTEXT) break;
+        if (context_ != EGL_NO_CONTEXT)
+            break;
     }
     if (context_ == EGL_NO_CONTEXT)
         throw Error("EGL: no OpenGL 4.5 core context for --gl-device " + choice.text +
                     "; install libegl1 and libgl1-mesa-dri for software rendering");
     renderer_ = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
     version_ = reinterpret_cast<const char*>(glGetString(GL_VERSION));
-    software_ = renderer_.find("llvmpipe") != std::string::npos ||
-                renderer_.find("softpipe") != std::string::npos;
+    software_ =
+        renderer_.find("llvmpipe") != std::string::npos || renderer_.find("softpipe") != std::string::npos;
     glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &max3dTextureSize_);
     GLint64 block = 0;
     glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &block);
@@ -122,7 +129,8 @@ GlContext::GlContext(const GlDeviceChoice& choice) {
 }
 
 GlContext::~GlContext() {
-    if (!context_) return;
+    if (!context_)
+        return;
     glDebugMessageCallback(nullptr, nullptr);
     eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     eglDestroyContext(display_, context_);

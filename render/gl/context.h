@@ -9,8 +9,8 @@
 
 namespace tessera {
 
-/// Which device: "auto" (first that is not software, else software), "software" (Mesa's llvmpipe), or a number
-/// from listGlDevices().
+/// Which device: "auto" (first that is not software, else software), "software" (Mesa's llvmpipe), or a
+/// number from listGlDevices().
 struct GlDeviceChoice {
     std::string text = "auto";
 };
@@ -25,8 +25,9 @@ std::vector<GlDevice> listGlDevices();
 
 class GlContext {
   public:
-    /// Throws Error naming what is missing; InputError for a choice that is neither a word nor a listed number.
-    /// A GPU that was asked for by number and turns out to be llvmpipe is an error, never a quiet fallback.
+    /// Throws Error naming what is missing; InputError for a choice that is neither a word nor a listed
+    /// number. A GPU that was asked for by number and turns out to be llvmpipe is an error, never a quiet
+    /// fallback.
     explicit GlContext(const GlDeviceChoice& choice);
     ~GlContext();
     GlContext(const GlContext&) = delete;

@@ -13,7 +13,8 @@ GlTexture3d::GlTexture3d(GLenum format, const glm::ivec3& extent, std::size_t by
     const std::size_t bytes = bytesPerTexel * static_cast<std::size_t>(extent.x) *
                               static_cast<std::size_t>(extent.y) * static_cast<std::size_t>(extent.z);
     charge_ = gpu.charge(bytes, label);
-    while (glGetError() != GL_NO_ERROR) {} // only errors of this call count below
+    while (glGetError() != GL_NO_ERROR) {
+    } // only errors of this call count below
     glCreateTextures(GL_TEXTURE_3D, 1, &name_);
     glTextureStorage3D(name_, 1, format, extent.x, extent.y, extent.z);
     if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
@@ -29,7 +30,8 @@ GlTexture3d::GlTexture3d(GLenum format, const glm::ivec3& extent, std::size_t by
 }
 
 GlTexture3d::~GlTexture3d() {
-    if (name_) glDeleteTextures(1, &name_);
+    if (name_)
+        glDeleteTextures(1, &name_);
 }
 
 void GlTexture3d::upload(const glm::ivec3& offset, const glm::ivec3& extent, GLenum format, GLenum type,
@@ -39,12 +41,15 @@ void GlTexture3d::upload(const glm::ivec3& offset, const glm::ivec3& extent, GLe
                         texels);
 }
 
-void GlTexture3d::bind(GLuint unit) const { glBindTextureUnit(unit, name_); }
+void GlTexture3d::bind(GLuint unit) const {
+    glBindTextureUnit(unit, name_);
+}
 
 GlBuffer::GlBuffer(std::size_t bytes, std::span<const std::byte> data, Ledger& gpu, std::string_view label) {
     TESSERA_CHECK(data.empty() || data.size() == bytes);
     charge_ = gpu.charge(bytes, label);
-    while (glGetError() != GL_NO_ERROR) {}
+    while (glGetError() != GL_NO_ERROR) {
+    }
     glCreateBuffers(1, &name_);
     glNamedBufferStorage(name_, static_cast<GLsizeiptr>(bytes), data.empty() ? nullptr : data.data(), 0);
     if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
@@ -53,14 +58,18 @@ GlBuffer::GlBuffer(std::size_t bytes, std::span<const std::byte> data, Ledger& g
                     " (GL error " + std::to_string(error) + ")");
     }
     glObjectLabel(GL_BUFFER, name_, static_cast<GLsizei>(label.size()), label.data());
-    if (data.empty()) clear();
+    if (data.empty())
+        clear();
 }
 
 GlBuffer::~GlBuffer() {
-    if (name_) glDeleteBuffers(1, &name_);
+    if (name_)
+        glDeleteBuffers(1, &name_);
 }
 
-void GlBuffer::bind(GLuint binding) const { glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, name_); }
+void GlBuffer::bind(GLuint binding) const {
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, name_);
+}
 
 void GlBuffer::clear() {
     const std::uint32_t zero = 0;

@@ -14,9 +14,11 @@ namespace {
 constexpr const char* kInclude = "#include \"";
 
 void append(const EmbeddedFiles& files, const std::string& name, ComposedShader& out) {
-    if (std::find(out.files.begin(), out.files.end(), name) != out.files.end()) return; // once each
+    if (std::find(out.files.begin(), out.files.end(), name) != out.files.end())
+        return; // once each
     const auto found = files.find(name);
-    if (found == files.end()) throw Error("shader file " + name + " is missing");
+    if (found == files.end())
+        throw Error("shader file " + name + " is missing");
     const std::size_t number = out.files.size();
     out.files.push_back(name);
     out.text += "#line 1 " + std::to_string(number) + "\n";
@@ -35,7 +37,8 @@ void append(const EmbeddedFiles& files, const std::string& name, ComposedShader&
 
 } // namespace
 
-ComposedShader composeShader(const EmbeddedFiles& files, const std::string& main, const std::string& defines) {
+ComposedShader composeShader(const EmbeddedFiles& files, const std::string& main,
+                             const std::string& defines) {
     ComposedShader out;
     out.text = "#version 450 core\n" + defines;
     append(files, main, out);
@@ -51,7 +54,8 @@ std::string mapShaderLog(const std::string& log, const std::vector<std::string>&
         std::smatch match;
         if (std::regex_search(line, match, place) && match[1].length() < 6) {
             const std::size_t number = std::stoul(match[1].str());
-            if (number < files.size()) line = files[number] + ":" + match[2].str() + match[3].str() + match.suffix().str();
+            if (number < files.size())
+                line = files[number] + ":" + match[2].str() + match[3].str() + match.suffix().str();
         }
         out += line + "\n";
     }
@@ -73,7 +77,8 @@ GlProgram::GlProgram(const std::string& main, const std::string& defines) {
         std::string log(16384, '\0');
         GLsizei length = 0;
         glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), &length, log.data());
-        if (length == 0) glGetProgramInfoLog(name_, static_cast<GLsizei>(log.size()), &length, log.data());
+        if (length == 0)
+            glGetProgramInfoLog(name_, static_cast<GLsizei>(log.size()), &length, log.data());
         log.resize(static_cast<std::size_t>(length));
         glDeleteShader(shader);
         glDeleteProgram(std::exchange(name_, 0u));
@@ -85,14 +90,23 @@ GlProgram::GlProgram(const std::string& main, const std::string& defines) {
 }
 
 GlProgram::~GlProgram() {
-    if (name_) glDeleteProgram(name_);
+    if (name_)
+        glDeleteProgram(name_);
 }
 
-void GlProgram::use() const { glUseProgram(name_); }
+void GlProgram::use() const {
+    glUseProgram(name_);
+}
 
-GLint GlProgram::location(const char* uniform) const { return glGetUniformLocation(name_, uniform); }
-bool GlProgram::hasUniform(const char* uniform) const { return location(uniform) >= 0; }
-void GlProgram::set(const char* uniform, int value) const { glProgramUniform1i(name_, location(uniform), value); }
+GLint GlProgram::location(const char* uniform) const {
+    return glGetUniformLocation(name_, uniform);
+}
+bool GlProgram::hasUniform(const char* uniform) const {
+    return location(uniform) >= 0;
+}
+void GlProgram::set(const char* uniform, int value) const {
+    glProgramUniform1i(name_, location(uniform), value);
+}
 void GlProgram::set(const char* uniform, float value) const {
     glProgramUniform1f(name_, location(uniform), value);
 }
