@@ -85,10 +85,18 @@ float trilinear(ivec3 low, ivec3 high, vec3 f) {
 }
 
 #if FEATURE_HARDWARE && FEATURE_BRICKED
+// A ray stays in a brick for many samples: its entry is looked up once.
+ivec3 gBrick = ivec3(-1);
+uvec2 gEntry = uvec2(0u);
+
 // at: lattice coordinates, between samples of this one brick.
 float filteredInBrick(ivec3 brick, vec3 at) {
     COUNT_FETCHES(1u);
-    uvec2 entry = texelFetch(uIndex, brick, 0).xy;
+    if (brick != gBrick) {
+        gBrick = brick;
+        gEntry = texelFetch(uIndex, brick, 0).xy;
+    }
+    uvec2 entry = gEntry;
     if ((entry.x & kEntryEmpty) != 0u) return uintBitsToFloat(entry.y);
     vec3 texel = vec3(slotOrigin(entry) - (brick << uBrickShift)) + at + 0.5;
     return storedFromFiltered(textureLod(uVoxels, texel * uTexelSize, 0.0).r);
