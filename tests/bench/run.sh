@@ -15,7 +15,7 @@ mkdir -p "$results" build/bench-data
 
 [[ -f $build/CMakeCache.txt ]] || cmake --preset release -B "$build"
 targets=(micro_bench frame_bench)
-if cmake --build "$build" --target help | grep -q '^vtk_peer'; then targets+=(vtk_peer); fi
+if grep -q '^build vtk_peer' "$build/build.ninja"; then targets+=(vtk_peer); fi
 cmake --build "$build" --target "${targets[@]}"
 
 {
@@ -48,7 +48,7 @@ for part in "${what[@]}"; do
         elif ! command -v xvfb-run > /dev/null; then
             echo "peer: left out, xvfb-run is not installed (apt install xvfb xauth)"
         else
-            xvfb-run -a "$build/vtk_peer" --store "$store" --device software --rounds 6 --shifts 1 \
+            xvfb-run -a "$build/vtk_peer" --store "$store" --device software --rounds 5 --shifts 1 \
                 --csv "$results/vtk_peer.csv" | tee "$results/vtk_peer.md"
         fi
         ;;

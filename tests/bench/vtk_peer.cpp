@@ -2,7 +2,7 @@
 // mappers in one interleaved run, and how far each is from the true integral: time at equal error, never at
 // equal step.
 //
-//   xvfb-run -a vtk_peer --store build/bench-data/torso-thorax.zarr --rounds 6 --csv
+//   xvfb-run -a vtk_peer --store build/bench-data/torso-thorax.zarr --rounds 5 --csv
 //   build/bench-results/vtk_peer.csv
 //
 // Same camera, same points of the transfer function (linear in opacity per unit distance and in RGB, linear
