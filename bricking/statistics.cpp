@@ -87,15 +87,24 @@ std::span<std::byte> layerOf(std::vector<float>& cells, const ArraySpec& spec, i
                                                            slice * static_cast<std::size_t>(end - first)));
 }
 
+constexpr const char* kGroupFile = "stats/zarr.json";
+
+/// The document of the statistics' group, its seal checked.
+Json readGroup(const FileHandle& folder, const StoreReader& store) {
+    const std::string where = (store.path() / kGroupFile).string();
+    const auto text = readText(folder, kGroupFile, store.path(), kMaxGroupBytes);
+    if (!text)
+        throw badFile(where, "statistics", "none");
+    Json group = parseJson(*text, where);
+    checkSeal(group, where);
+    return group;
+}
+
 /// Reads what the store holds; throws InputError when anything is missing, different or damaged.
 void readStatistics(const StoreReader& store, Statistics& statistics) {
     const FileHandle folder = openFolder(store.path());
-    const std::string where = (store.path() / "stats/zarr.json").string();
-    const auto text = readText(folder, "stats/zarr.json", store.path(), kMaxGroupBytes);
-    if (!text)
-        throw badFile(where, "statistics", "none");
-    const Json group = parseJson(*text, where);
-    checkSeal(group, where);
+    const std::string where = (store.path() / kGroupFile).string();
+    const Json group = readGroup(folder, store);
     const std::string root = "/attributes/tessera/";
     if (textAt(group, root + "store", where) != store.contentHash())
         throw badFile(where, "statistics of this store", "those of another");
@@ -190,7 +199,7 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, Ledger& r
         {"kind", "statistics"},          {"store", store.contentHash()},      {"lowest", statistics.lowest},
         {"highest", statistics.highest}, {"histogram", statistics.histogram}, {"arrays", crcs}};
     seal(group);
-    writeFile(folder / "stats/zarr.json", group.dump(1) + "\n");
+    writeFile(folder / kGroupFile, group.dump(1) + "\n");
 }
 
 Statistics loadStatistics(const StoreReader& store, Ledger& ram, int threads) {
@@ -230,12 +239,8 @@ BrickHistograms loadBrickHistograms(const StoreReader& store, int level, Ledger&
                                        slice * static_cast<std::size_t>(end - first));
         readArrayLayer(folder, histogramPath(level), spec, layer, std::as_writable_bytes(part), store.path());
     }
-    const std::string where = (store.path() / "stats/zarr.json").string();
-    const auto text = readText(folder, "stats/zarr.json", store.path(), kMaxGroupBytes);
-    if (!text)
-        throw badFile(where, "statistics", "none");
-    const Json group = parseJson(*text, where);
-    checkSeal(group, where);
+    const std::string where = (store.path() / kGroupFile).string();
+    const Json group = readGroup(folder, store);
     const std::string root = "/attributes/tessera/";
     const auto expected =
         integerAt(group, root + "arrays/histogram" + std::to_string(level), 0, UINT32_MAX, where);

@@ -312,18 +312,7 @@ DicomScan scanDicom(const std::filesystem::path& fileOrFolder) {
         throw badFile(fileOrFolder.string(), "a file or a folder", "nothing");
     std::vector<std::filesystem::path> files;
     if (std::filesystem::is_directory(fileOrFolder, error)) {
-        const auto options = std::filesystem::directory_options::skip_permission_denied;
-        for (auto it = std::filesystem::recursive_directory_iterator(fileOrFolder, options, error);
-             it != std::filesystem::recursive_directory_iterator(); it.increment(error)) {
-            if (error)
-                break;
-            // A store has thousands of files, none of them DICOM.
-            if (it->is_directory(error) && it->path().extension() == ".zarr")
-                it.disable_recursion_pending();
-            if (it->is_regular_file(error))
-                files.push_back(it->path());
-        }
-        std::sort(files.begin(), files.end());
+        files = sourceFilesBelow(fileOrFolder);
     } else {
         files.push_back(fileOrFolder);
     }

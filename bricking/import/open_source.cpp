@@ -3,6 +3,7 @@
 
 #include "bricking/import/dicom.h"
 #include "bricking/import/dicom_scan.h"
+#include "bricking/import/input_file.h"
 #include "bricking/import/nifti.h"
 #include "bricking/import/oriented_source.h"
 #include "bricking/import/raw.h"
@@ -75,19 +76,7 @@ std::vector<SourceCandidate> listVolumes(const fs::path& path) {
     if (!fs::exists(path, error))
         return found;
     if (fs::is_directory(path, error)) {
-        std::vector<fs::path> files;
-        const auto options = fs::directory_options::skip_permission_denied;
-        for (auto it = fs::recursive_directory_iterator(path, options, error);
-             it != fs::recursive_directory_iterator(); it.increment(error)) {
-            if (error)
-                break;
-            if (it->is_directory(error) && it->path().extension() == ".zarr")
-                it.disable_recursion_pending();
-            if (it->is_regular_file(error))
-                files.push_back(it->path());
-        }
-        std::sort(files.begin(), files.end());
-        for (const fs::path& file : files)
+        for (const fs::path& file : sourceFilesBelow(path))
             listSingleFile(file, found);
     } else {
         listSingleFile(path, found);

@@ -12,20 +12,20 @@ float tablePlace(float stored) {
     return x;
 }
 
+int tableCell(float place) { return min(int(place), uTableLast - 1); }
+
 // Most values have no extinction: their colour is never read.
 float extinctionAt(float place) {
-    int i = min(int(place), uTableLast - 1);
-    precise float f = place - float(i);
+    int i = tableCell(place);
     float a = uTable[i].a;
-    precise float extinction = a + f * (uTable[i + 1].a - a);
+    precise float extinction = a + (place - float(i)) * (uTable[i + 1].a - a);
     return extinction;
 }
 
 vec3 colourAt(float place) {
-    int i = min(int(place), uTableLast - 1);
-    precise float f = place - float(i);
+    int i = tableCell(place);
     vec3 a = uTable[i].rgb;
-    precise vec3 colour = a + f * (uTable[i + 1].rgb - a);
+    precise vec3 colour = a + (place - float(i)) * (uTable[i + 1].rgb - a);
     return colour;
 }
 

@@ -16,6 +16,19 @@
 
 namespace tessera::bench {
 
+int runMain(const char* name, void (*run)(int, char**), int argc, char** argv) {
+    try {
+        run(argc, argv);
+        return 0;
+    } catch (const InputError& error) {
+        std::fprintf(stderr, "%s: %s\n", name, error.what());
+        return 2;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "%s: %s\n", name, error.what());
+        return 1;
+    }
+}
+
 double minimum(const std::vector<double>& values) {
     return *std::min_element(values.begin(), values.end());
 }

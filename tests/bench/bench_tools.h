@@ -29,6 +29,9 @@ inline double msSince(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
+/// A benchmark's main: 0, 2 for bad use or input, 1 for anything else, with one line that starts with name.
+int runMain(const char* name, void (*run)(int, char**), int argc, char** argv);
+
 double minimum(const std::vector<double>& values); // of at least one
 double median(std::vector<double> values);         // of at least one; the mean of the middle two
 

@@ -138,14 +138,5 @@ void run(int argc, char** argv) {
 } // namespace tessera::bench
 
 int main(int argc, char** argv) {
-    try {
-        tessera::bench::run(argc, argv);
-        return 0;
-    } catch (const tessera::InputError& error) {
-        std::fprintf(stderr, "frame_bench: %s\n", error.what());
-        return 2;
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "frame_bench: %s\n", error.what());
-        return 1;
-    }
+    return tessera::bench::runMain("frame_bench", tessera::bench::run, argc, argv);
 }

@@ -409,14 +409,5 @@ void run(int argc, char** argv) {
 } // namespace tessera::bench
 
 int main(int argc, char** argv) {
-    try {
-        tessera::bench::run(argc, argv);
-        return 0;
-    } catch (const tessera::InputError& error) {
-        std::fprintf(stderr, "vtk_peer: %s\n", error.what());
-        return 2;
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "vtk_peer: %s\n", error.what());
-        return 1;
-    }
+    return tessera::bench::runMain("vtk_peer", tessera::bench::run, argc, argv);
 }
