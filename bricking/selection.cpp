@@ -7,31 +7,62 @@
 
 namespace tessera {
 
-Selection selectOneLevel(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
-                         std::size_t availableBytes, const PackedBytes& packedBytes, bool cull,
-                         const std::string& budgetName, std::size_t fixedBytes) {
+int Selection::finest() const {
+    for (int level = 0; level < kLevelCount; ++level)
+        if (counts[static_cast<std::size_t>(level)] > 0)
+            return level;
+    return kLevelCount - 1;
+}
+
+int Selection::coarsest() const {
+    for (int level = kLevelCount - 1; level >= 0; --level)
+        if (counts[static_cast<std::size_t>(level)] > 0)
+            return level;
+    return kLevelCount - 1;
+}
+
+Selection cullBricks(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
+                     int level, bool cull) {
     Selection s;
     s.bricks = brickGrid(info.extentVoxels);
-    s.states.assign(cellCount(s.bricks), BrickState::resident);
+    s.levels.assign(cellCount(s.bricks), static_cast<std::uint8_t>(level));
     s.means = statistics.brickMean;
-    TESSERA_CHECK(s.means.size() == s.states.size());
+    TESSERA_CHECK(s.means.size() == s.levels.size());
     for (int k = 0; k < s.bricks.z; ++k)
         for (int j = 0; j < s.bricks.y; ++j)
             for (int i = 0; i < s.bricks.x; ++i) {
+                std::uint8_t& mine = s.levels[linearIndex({i, j, k}, s.bricks)];
                 float lo = 0, hi = 0;
                 statistics.brickRange({i, j, k}, lo, hi);
                 const double a = info.rescaleSlope * static_cast<double>(lo) + info.rescaleIntercept;
                 const double b = info.rescaleSlope * static_cast<double>(hi) + info.rescaleIntercept;
                 if (cull && table.emptyOver(std::min(a, b), std::max(a, b)))
-                    s.states[linearIndex({i, j, k}, s.bricks)] = BrickState::empty;
-                else
-                    ++s.residentCount;
+                    mine = Selection::kEmpty;
+                ++s.counts[mine];
             }
-    for (s.level = 0; s.level < kLevelCount && fixedBytes <= availableBytes; ++s.level)
-        if (packedBytes(s.residentCount, s.level) <= availableBytes - fixedBytes)
-            return s;
-    throw InputError(budgetName + ": this scene needs at least " +
-                     formatBytes(fixedBytes + packedBytes(s.residentCount, kLevelCount - 1)) +
+    return s;
+}
+
+Selection selectOneLevel(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
+                         std::size_t availableBytes, const PackedBytes& packedBytes, bool cull,
+                         const std::string& budgetName, std::size_t fixedBytes) {
+    Selection s = cullBricks(statistics, table, info, 0, cull);
+    const std::size_t shown = s.shownBricks();
+    std::size_t coarsestBytes = 0;
+    for (int level = 0; level < kLevelCount; ++level) {
+        std::array<std::size_t, kLevelCount + 1> counts{};
+        counts[static_cast<std::size_t>(level)] = shown;
+        coarsestBytes = packedBytes(counts);
+        if (fixedBytes > availableBytes || coarsestBytes > availableBytes - fixedBytes)
+            continue;
+        counts[Selection::kEmpty] = s.counts[Selection::kEmpty];
+        s.counts = counts;
+        for (std::uint8_t& mine : s.levels)
+            if (mine != Selection::kEmpty)
+                mine = static_cast<std::uint8_t>(level);
+        return s;
+    }
+    throw InputError(budgetName + ": this scene needs at least " + formatBytes(fixedBytes + coarsestBytes) +
                      " (its bricks at the coarsest level, picture and tables), but " +
                      formatBytes(availableBytes) + " are free");
 }

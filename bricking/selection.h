@@ -1,6 +1,6 @@
-// bricking/selection.h: the pure function (statistics, transfer function, budget) -> level or nothing, per
-// brick. Today all bricks that show share one level, the finest whose pages fit; bricks that show nothing
-// cost nothing.
+// bricking/selection.h: which level every brick is drawn at. A brick that shows nothing under the transfer
+// function is empty and costs nothing; all others have a level of their own (flat multiresolution, course
+// notes 2.9.3).
 #pragma once
 
 #include "bricking/statistics.h"
@@ -8,6 +8,7 @@
 #include "core/transfer_function.h"
 #include "core/volume.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -15,20 +16,30 @@
 
 namespace tessera {
 
-enum class BrickState : std::uint8_t { empty, resident };
-
 struct Selection {
-    int level = 0;                  // of every resident brick
-    glm::ivec3 bricks{0};           // brickGrid(extent)
-    std::vector<BrickState> states; // [z][y][x]
-    std::vector<float> means;       // [z][y][x], stored units: what an empty brick reads as
-    std::size_t residentCount = 0;
+    static constexpr std::uint8_t kEmpty = kLevelCount; // shows nothing: stands as its mean
+    glm::ivec3 bricks{0};                               // brickGrid(extent)
+    std::vector<std::uint8_t> levels;                   // [z][y][x]: 0 (finest) to kLevelCount-1, or kEmpty
+    std::vector<float> means; // [z][y][x], stored units: what empty bricks and the coarsest level read as
+    std::array<std::size_t, kLevelCount + 1> counts{}; // bricks per level; the last: empty ones
+
+    std::size_t shownBricks() const { return levels.size() - counts[kEmpty]; }
+    /// Of the bricks that show something; kLevelCount-1 where none does.
+    int finest() const;
+    int coarsest() const;
+    /// Exactly one level in use, or none.
+    bool uniform() const { return finest() == coarsest() || shownBricks() == 0; }
 };
 
-/// Bytes that `bricks` bricks of a level cost as they are really packed.
-using PackedBytes = std::function<std::size_t(std::size_t bricks, int level)>;
+/// Bytes that bricks cost as they are really packed, from the number of bricks per level.
+using PackedBytes = std::function<std::size_t(const std::array<std::size_t, kLevelCount + 1>& counts)>;
 
-/// @param cull  false: every brick is resident (equality tests)
+/// Every brick by itself: empty where the table's extinction is 0 over its voxels and one layer around them,
+/// else of the given level. @param cull  false: none is empty (equality tests)
+Selection cullBricks(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
+                     int level, bool cull);
+
+/// One level for all bricks that show something: the finest that fits.
 /// @param availableBytes  free in the budget, for bricks and for the fixedBytes that the scene takes besides
 /// @param budgetName  the option that sets the budget
 /// Throws InputError naming the floor when even the coarsest level does not fit.

@@ -26,7 +26,8 @@ const Keys kFittedKeys = {"view", "parallelProjection"};
 const Keys kFreeCameraKeys = {"position",  "focalPoint",         "viewUp",
                               "viewAngle", "parallelProjection", "parallelScale"};
 const Keys kShadingKeys = {"shade", "ambient", "diffuse", "specular", "specularPower"};
-const Keys kQualityKeys = {"stepVoxels", "fetch", "terminationTransmittance", "skipping"};
+const Keys kQualityKeys = {"stepVoxels", "fetch",   "terminationTransmittance", "skipping", "edgeFunction",
+                           "sampling",   "maxError"};
 const Keys kImageKeys = {"size", "background"};
 
 Keys cameraKeys() {
@@ -126,6 +127,16 @@ Quality parseQuality(const JsonValue& value) {
     readNumber(value, "stepVoxels", 1.0 / 64, 16, quality.stepVoxels);
     if (value.has("fetch"))
         quality.fetch = parseFetch(value.at("fetch").oneOf(fetchNames()), value.place());
+    if (value.has("edgeFunction"))
+        quality.edgeFunction =
+            parseEdgeFunction(value.at("edgeFunction").oneOf(edgeFunctionNames()), value.place());
+    if (value.has("sampling"))
+        quality.sampling = parseSampling(value.at("sampling").oneOf(samplingNames()), value.place());
+    if (value.has("maxError")) {
+        double maxError = 0;
+        readNumber(value, "maxError", 0, 1000, maxError);
+        quality.maxError = maxError;
+    }
     readNumber(value, "terminationTransmittance", 0, 0.5, quality.terminationTransmittance);
     readBoolean(value, "skipping", quality.skipping);
     return quality;
@@ -196,11 +207,29 @@ const std::vector<std::string>& fetchNames() {
     static const Keys names = {"hardware", "exact"};
     return names;
 }
+
+const std::vector<std::string>& edgeFunctionNames() {
+    static const std::vector<std::string> names = {"nearest", "minimum", "split", "maximum"};
+    return names;
+}
+
+const std::vector<std::string>& samplingNames() {
+    static const std::vector<std::string> names = {"full", "limited", "naive"};
+    return names;
+}
 View parseView(const std::string& text, const std::string& where) {
     return static_cast<View>(nameIndex(text, viewNames(), where));
 }
 Fetch parseFetch(const std::string& text, const std::string& where) {
     return static_cast<Fetch>(nameIndex(text, fetchNames(), where));
+}
+
+EdgeFunction parseEdgeFunction(const std::string& text, const std::string& where) {
+    return static_cast<EdgeFunction>(nameIndex(text, edgeFunctionNames(), where));
+}
+
+Sampling parseSampling(const std::string& text, const std::string& where) {
+    return static_cast<Sampling>(nameIndex(text, samplingNames(), where));
 }
 
 std::optional<glm::vec3> parseBackground(const std::string& text, const std::string& where) {
@@ -268,6 +297,15 @@ std::string sceneJson(const Scene& scene) {
     }
     const Shading& shading = scene.shading;
     const Quality& quality = scene.quality;
+    json qualityObject = {
+        {"stepVoxels", quality.stepVoxels},
+        {"fetch", fetchNames()[static_cast<std::size_t>(quality.fetch)]},
+        {"terminationTransmittance", quality.terminationTransmittance},
+        {"skipping", quality.skipping},
+        {"edgeFunction", edgeFunctionNames()[static_cast<std::size_t>(quality.edgeFunction)]},
+        {"sampling", samplingNames()[static_cast<std::size_t>(quality.sampling)]}};
+    if (quality.maxError)
+        qualityObject["maxError"] = *quality.maxError;
     const json document = {{"tesseraScene", Scene::kVersion},
                            {"volumes", std::move(volumes)},
                            {"camera", cameraJson(scene.camera)},
@@ -277,11 +315,7 @@ std::string sceneJson(const Scene& scene) {
                              {"diffuse", shading.diffuse},
                              {"specular", shading.specular},
                              {"specularPower", shading.specularPower}}},
-                           {"quality",
-                            {{"stepVoxels", quality.stepVoxels},
-                             {"fetch", fetchNames()[static_cast<std::size_t>(quality.fetch)]},
-                             {"terminationTransmittance", quality.terminationTransmittance},
-                             {"skipping", quality.skipping}}},
+                           {"quality", std::move(qualityObject)},
                            {"image",
                             {{"size", {scene.imageSize.x, scene.imageSize.y}},
                              {"background", backgroundJson(scene.background)}}}};

@@ -25,11 +25,23 @@ struct Shading {
 
 enum class Fetch { hardware, exact };
 
+/// How samples of neighbouring bricks are blended (docs/sampling.md, "Value"; course notes 2.10.2): nearest
+/// brick only, over the smaller half sample, over each side's own, or over the larger.
+enum class EdgeFunction { nearest, minimum, split, maximum };
+/// How densely a ray samples bricks of coarse levels (course notes 2.11.1): every segment; as the finest
+/// brick that can have weight there; as the brick at hand.
+enum class Sampling { full, limited, naive };
+
 struct Quality {
-    double stepVoxels = 0.5;       // q of docs/sampling.md, in samples of the resident level, [1/64,16]
+    double stepVoxels = 0.5;       // q of docs/sampling.md: a segment, in level-0 voxels, [1/64,16]
     Fetch fetch = Fetch::hardware; // exact: texel fetches and float arithmetic, for equality tests
     double terminationTransmittance = 1.0 / 510; // a ray stops below it; 0: off
     bool skipping = true;                        // empty-space skipping; never changes the picture
+    EdgeFunction edgeFunction = EdgeFunction::minimum;
+    Sampling sampling = Sampling::limited;
+    /// Predicted error that the picture may have (CIE L*u*v*, 99th percentile over pixels), in as many passes
+    /// as the budget needs; 0: the finest level that a pixel can show. None: the best that one pass can hold.
+    std::optional<double> maxError;
 };
 
 /// A transfer function by the name of a preset, or spelled out.
@@ -77,10 +89,14 @@ std::string sceneJson(const Scene& scene);
 std::map<std::string, std::vector<std::string>> sceneKeys();
 
 /// Names as scenes and options spell them. The functions throw InputError, naming where and the nearest name.
-const std::vector<std::string>& viewNames();  // in the order of View
-const std::vector<std::string>& fetchNames(); // in the order of Fetch
+const std::vector<std::string>& viewNames();         // in the order of View
+const std::vector<std::string>& fetchNames();        // in the order of Fetch
+const std::vector<std::string>& edgeFunctionNames(); // in the order of EdgeFunction
+const std::vector<std::string>& samplingNames();     // in the order of Sampling
 View parseView(const std::string& text, const std::string& where);
 Fetch parseFetch(const std::string& text, const std::string& where);
+EdgeFunction parseEdgeFunction(const std::string& text, const std::string& where);
+Sampling parseSampling(const std::string& text, const std::string& where);
 
 /// Colour from "black", "white", "#rrggbb" (sRGB) or "transparent" (none). Throws InputError naming where.
 std::optional<glm::vec3> parseBackground(const std::string& text, const std::string& where);

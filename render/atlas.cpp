@@ -12,7 +12,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint32_t kEntryEmpty = 0x80000000u; // sampler_field.glsl has the same
+constexpr std::uint32_t kEntryValue = 0x80000000u; // sampler_atlas.glsl has the same
 
 template <typename Stored, typename Texel, typename Convert>
 void convert(const std::byte* stored, std::size_t count, std::byte* texels, Convert convertOne) {
@@ -74,8 +74,15 @@ void toTexels(ValueType type, const std::byte* stored, std::size_t count, std::b
     }
 }
 
-glm::ivec3 atlasPages(std::size_t bricks, int level, ValueType type, const TextureLimits& limits) {
-    const std::size_t wanted = std::max<std::size_t>(1, PageAllocator::pagesFor(bricks, level));
+std::size_t pagesFor(const std::array<std::size_t, kLevelCount + 1>& counts) {
+    std::size_t pages = 0;
+    for (int level = 0; level + 1 < kLevelCount; ++level)
+        pages += PageAllocator::pagesFor(counts[static_cast<std::size_t>(level)], level);
+    return pages;
+}
+
+glm::ivec3 atlasPages(std::size_t pages, ValueType type, const TextureLimits& limits) {
+    const std::size_t wanted = std::max<std::size_t>(1, pages);
     const std::size_t pageBytes = 32768 * texelBytes(type);
     const std::size_t edge =
         std::min<std::size_t>(static_cast<std::size_t>(limits.maxExtent / kBrickExtent), 1024);
@@ -100,16 +107,15 @@ glm::ivec3 atlasPages(std::size_t bricks, int level, ValueType type, const Textu
     return best;
 }
 
-std::size_t atlasBytes(std::size_t bricks, int level, ValueType type, const TextureLimits& limits) {
-    const glm::ivec3 pages = atlasPages(bricks, level, type, limits);
-    return pages.x == 0 ? std::numeric_limits<std::size_t>::max()
-                        : cellCount(pages) * 32768 * texelBytes(type);
+std::size_t atlasBytes(std::size_t pages, ValueType type, const TextureLimits& limits) {
+    const glm::ivec3 box = atlasPages(pages, type, limits);
+    return box.x == 0 ? std::numeric_limits<std::size_t>::max() : cellCount(box) * 32768 * texelBytes(type);
 }
 
 Atlas::Atlas(const VolumeInfo& info, const Selection& selection, const TextureLimits& limits, Ledger& gpu)
     : info_(info), selection_(selection), format_(texelFormat(info.type)),
-      allocator_(atlasPages(selection.residentCount, selection.level, info.type, limits)) {
-    const glm::ivec3 pages = atlasPages(selection.residentCount, selection.level, info.type, limits);
+      allocator_(atlasPages(pagesFor(selection.counts), info.type, limits)) {
+    const glm::ivec3 pages = atlasPages(pagesFor(selection.counts), info.type, limits);
     TESSERA_CHECK(pages.x > 0);
     voxels_ = GlTexture3d(format_.internal, pages * kBrickExtent, texelBytes(info.type), GL_LINEAR, gpu,
                           "the brick atlas");
@@ -127,28 +133,9 @@ void Atlas::load(BrickCache& cache, Ledger& ram, Work& work) {
     std::vector<std::byte> staging(chunkTexels * texelBytes(info_.type));
     entries_.assign(cellCount(selection_.bricks), glm::uvec2(0));
     for (std::size_t b = 0; b < entries_.size(); ++b)
-        if (selection_.states[b] == BrickState::empty)
-            entries_[b] = {kEntryEmpty, std::bit_cast<std::uint32_t>(selection_.means[b])};
-
-    // A chunk of level l holds 2^l bricks per edge; only chunks with a resident brick are asked for.
-    std::vector<ChunkKey> keys;
-    const glm::ivec3 chunks = chunkGrid(info_.extentVoxels, selection_.level);
-    const int perEdge = 1 << selection_.level;
-    for (int z = 0; z < chunks.z; ++z)
-        for (int y = 0; y < chunks.y; ++y)
-            for (int x = 0; x < chunks.x; ++x) {
-                const glm::ivec3 first = glm::ivec3(x, y, z) * perEdge;
-                const glm::ivec3 end = glm::min(first + perEdge, selection_.bricks);
-                bool any = false;
-                for (int k = first.z; k < end.z && !any; ++k)
-                    for (int j = first.y; j < end.y && !any; ++j)
-                        for (int i = first.x; i < end.x && !any; ++i)
-                            any = selection_.states[linearIndex({i, j, k}, selection_.bricks)] ==
-                                  BrickState::resident;
-                if (any)
-                    keys.push_back({selection_.level, x, y, z});
-            }
-    forEachChunk(cache, keys, [&](const ChunkKey& key, const Chunk& chunk) {
+        if (selection_.levels[b] + 1 >= kLevelCount)
+            entries_[b] = {kEntryValue, std::bit_cast<std::uint32_t>(selection_.means[b])};
+    forEachChunk(cache, chunksToLoad(), [&](const ChunkKey& key, const Chunk& chunk) {
         uploadChunk(key, chunk, staging.data(), work);
     });
     index_.upload(glm::ivec3(0), selection_.bricks, GL_RG_INTEGER, GL_UNSIGNED_INT, entries_.data());
@@ -156,37 +143,68 @@ void Atlas::load(BrickCache& cache, Ledger& ram, Work& work) {
     entries_ = {};
 }
 
+namespace {
+/// Bricks that a chunk holds: [first, end) of the brick grid. A chunk of level l holds 2^l bricks per edge.
+struct BrickBox {
+    glm::ivec3 first, end;
+};
+BrickBox bricksOf(const ChunkKey& key, const glm::ivec3& bricks) {
+    const glm::ivec3 first = glm::ivec3(key.i, key.j, key.k) << key.level;
+    return {first, glm::min(first + (1 << key.level), bricks)};
+}
+template <typename Visit> void forEachBrick(const BrickBox& box, const Visit& visit) {
+    glm::ivec3 at(0);
+    for (at.z = box.first.z; at.z < box.end.z; ++at.z)
+        for (at.y = box.first.y; at.y < box.end.y; ++at.y)
+            for (at.x = box.first.x; at.x < box.end.x; ++at.x)
+                visit(at);
+}
+} // namespace
+
+std::vector<ChunkKey> Atlas::chunksToLoad() const {
+    std::vector<ChunkKey> keys;
+    for (int level = kLevelCount - 2; level >= 0; --level) { // coarse ones first: they are few
+        if (selection_.counts[static_cast<std::size_t>(level)] == 0)
+            continue;
+        const glm::ivec3 chunks = chunkGrid(info_.extentVoxels, level);
+        forEachBrick({glm::ivec3(0), chunks}, [&](const glm::ivec3& at) {
+            const ChunkKey key{level, at.x, at.y, at.z};
+            bool any = false;
+            forEachBrick(bricksOf(key, selection_.bricks), [&](const glm::ivec3& brick) {
+                any = any || selection_.levels[linearIndex(brick, selection_.bricks)] == level;
+            });
+            if (any)
+                keys.push_back(key);
+        });
+    }
+    return keys;
+}
+
 void Atlas::uploadChunk(const ChunkKey& key, const Chunk& chunk, std::byte* staging, Work& work) {
-    const int perEdge = 1 << selection_.level, edge = kBrickExtent >> selection_.level;
+    const int edge = kBrickExtent >> key.level;
     const std::size_t stored = bytesPerValue(info_.type);
     const std::size_t rowTexels = static_cast<std::size_t>(edge), texel = texelBytes(info_.type);
-    const glm::ivec3 first = glm::ivec3(key.i, key.j, key.k) * perEdge;
-    const glm::ivec3 end = glm::min(first + perEdge, selection_.bricks);
-    for (int k = first.z; k < end.z; ++k)
-        for (int j = first.y; j < end.y; ++j)
-            for (int i = first.x; i < end.x; ++i) {
-                const std::size_t brick = linearIndex({i, j, k}, selection_.bricks);
-                if (selection_.states[brick] != BrickState::resident)
-                    continue;
-                const glm::ivec3 corner = (glm::ivec3(i, j, k) - first) * edge; // inside the chunk
-                std::byte* row = staging;
-                for (int z = 0; z < edge; ++z)
-                    for (int y = 0; y < edge; ++y) {
-                        const std::size_t at =
-                            linearIndex(corner + glm::ivec3(0, y, z), glm::ivec3(kChunkExtent));
-                        toTexels(info_.type, chunk.bytes.get() + at * stored, rowTexels, row);
-                        row += rowTexels * texel;
-                    }
-                const auto slot = allocator_.allocate(selection_.level);
-                TESSERA_CHECK(slot.has_value());
-                voxels_.upload(slot->originTexels(), glm::ivec3(edge), format_.external, format_.type,
-                               staging);
-                const glm::uvec3 page(slot->page), place(slot->slot);
-                entries_[brick] = {page.x | page.y << 10 | page.z << 20,
-                                   place.x | place.y << 5 | place.z << 10};
-                ++work.bricksUploaded;
-                work.bytesUploaded += rowTexels * rowTexels * rowTexels * texel;
+    const BrickBox box = bricksOf(key, selection_.bricks);
+    forEachBrick(box, [&](const glm::ivec3& brick) {
+        const std::size_t number = linearIndex(brick, selection_.bricks);
+        if (selection_.levels[number] != key.level)
+            return;
+        const glm::ivec3 corner = (brick - box.first) * edge; // inside the chunk
+        std::byte* row = staging;
+        for (int z = 0; z < edge; ++z)
+            for (int y = 0; y < edge; ++y) {
+                const std::size_t at = linearIndex(corner + glm::ivec3(0, y, z), glm::ivec3(kChunkExtent));
+                toTexels(info_.type, chunk.bytes.get() + at * stored, rowTexels, row);
+                row += rowTexels * texel;
             }
+        const auto slot = allocator_.allocate(key.level);
+        TESSERA_CHECK(slot.has_value());
+        voxels_.upload(slot->originTexels(), glm::ivec3(edge), format_.external, format_.type, staging);
+        const glm::uvec3 page(slot->page), place(slot->slot);
+        entries_[number] = {page.x | page.y << 10 | page.z << 20, place.x | place.y << 5 | place.z << 10};
+        ++work.bricksUploaded;
+        work.bytesUploaded += rowTexels * rowTexels * rowTexels * texel;
+    });
 }
 
 void Atlas::bind(GLuint voxelUnit, GLuint indexUnit) const {

@@ -3,7 +3,8 @@
 //
 // Index texel (two 32-bit words) of a brick:
 //   resident: x = page.x | page.y << 10 | page.z << 20, y = slot.x | slot.y << 5 | slot.z << 10
-//   empty:    x = 0x80000000,                           y = bits of its mean (float, stored units)
+//   value:    x = 0x80000000,                           y = bits of its mean (float, stored units):
+//             an empty brick, or one of the coarsest level
 #pragma once
 
 #include "bricking/brick_cache.h"
@@ -14,6 +15,7 @@
 #include "render/page_allocator.h"
 #include "render/work.h"
 
+#include <array>
 #include <cstddef>
 #include <glm/vec3.hpp>
 
@@ -37,10 +39,13 @@ TexelFormat texelFormat(ValueType type);
 /// Converts `count` stored values to texels of texelFormat(type).
 void toTexels(ValueType type, const std::byte* stored, std::size_t count, std::byte* texels);
 
-/// Smallest box of pages that holds `bricks` bricks of a level; 0 along x when none can.
-glm::ivec3 atlasPages(std::size_t bricks, int level, ValueType type, const TextureLimits& limits);
+/// Pages that bricks take, from their number per level. The coarsest level takes none: its one sample stands
+/// in the index, as an empty brick's mean does.
+std::size_t pagesFor(const std::array<std::size_t, kLevelCount + 1>& counts);
+/// Smallest box that holds so many pages; 0 along x when none can.
+glm::ivec3 atlasPages(std::size_t pages, ValueType type, const TextureLimits& limits);
 /// Bytes of that box; the largest size_t when none can.
-std::size_t atlasBytes(std::size_t bricks, int level, ValueType type, const TextureLimits& limits);
+std::size_t atlasBytes(std::size_t pages, ValueType type, const TextureLimits& limits);
 
 class Atlas {
   public:
@@ -55,6 +60,7 @@ class Atlas {
     static std::size_t stagingBytes(const VolumeInfo& info);
 
   private:
+    std::vector<ChunkKey> chunksToLoad() const;
     void uploadChunk(const ChunkKey& key, const Chunk& chunk, std::byte* staging, Work& work);
     const VolumeInfo& info_;
     const Selection& selection_;

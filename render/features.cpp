@@ -12,6 +12,7 @@ const std::vector<FeatureName>& featureNames() {
         {kFeatureBricked, "FEATURE_BRICKED", "brick atlas"},
         {kFeatureTermination, "FEATURE_TERMINATION", "early ray termination"},
         {kFeatureCounting, "FEATURE_COUNTING", "work counters"},
+        {kFeatureMixed, "FEATURE_MIXED", "interblock interpolation"},
     };
     return names;
 }

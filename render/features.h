@@ -17,8 +17,9 @@ enum Feature : std::uint32_t {
     kFeatureBricked = 1u << 4,     // atlas and index; else the whole level is one texture (tests)
     kFeatureTermination = 1u << 5, // stop below the scene's transmittance
     kFeatureCounting = 1u << 6,    // work counters
+    kFeatureMixed = 1u << 7,       // bricks of several levels: interblock interpolation, adaptive strides
 };
-constexpr std::uint32_t kAllFeatures = (1u << 7) - 1;
+constexpr std::uint32_t kAllFeatures = (1u << 8) - 1;
 
 struct FeatureName {
     Feature bit;

@@ -8,30 +8,59 @@
 #include "render/atlas.h"
 #include "render/features.h"
 #include "render/gl/program.h"
+#include "render/level_map.h"
 
 #include <cmath>
 
 namespace tessera {
 
-constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kDistanceUnit = 2;
+constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kDistanceUnit = 2, kCornerUnit = 3;
 
-/// Exactly one of atlas (kFeatureBricked) and wholeLevel is read; it must outlive the dispatches.
-inline void bindField(const GlProgram& program, std::uint32_t features, const VolumeInfo& info, int level,
-                      const Atlas* atlas, const GlTexture3d* wholeLevel) {
-    const bool bricked = (features & kFeatureBricked) != 0;
-    TESSERA_CHECK(bricked ? atlas != nullptr : wholeLevel != nullptr);
+/// What a field is read from: bricks in an atlas (of mixed levels: with their level map), or one whole level.
+/// What it points to must outlive the dispatches.
+struct FieldSource {
+    const Atlas* atlas = nullptr;
+    const GlTexture3d* wholeLevel = nullptr;
+    int level = 0;                        // unless kFeatureMixed
+    const LevelMap* map = nullptr;        // kFeatureMixed only
+    const GlTexture3d* corners = nullptr; // kFeatureMixed only: map->corners
+};
+
+inline void bindField(const GlProgram& program, std::uint32_t features, const VolumeInfo& info,
+                      const FieldSource& source) {
+    const bool bricked = (features & kFeatureBricked) != 0, mixed = (features & kFeatureMixed) != 0;
+    TESSERA_CHECK(bricked ? source.atlas != nullptr : source.wholeLevel != nullptr);
+    TESSERA_CHECK(!mixed || (bricked && source.map && source.corners));
     if (bricked)
-        atlas->bind(kVoxelUnit, kIndexUnit);
+        source.atlas->bind(kVoxelUnit, kIndexUnit);
     else
-        wholeLevel->bind(kVoxelUnit);
+        source.wholeLevel->bind(kVoxelUnit);
     program.set("uVoxels", static_cast<int>(kVoxelUnit));
     program.set("uIndex", static_cast<int>(kIndexUnit));
-    program.set("uTexelSize", 1.0f / glm::vec3(bricked ? atlas->extentTexels() : wholeLevel->extent()));
-    program.set("uLevelExtent", levelExtent(info.extentVoxels, level));
-    program.set("uSamplesPerVoxel", std::ldexp(1.0f, -level));
-    program.set("uVoxelsPerSample", std::ldexp(1.0f, level));
-    program.set("uBrickShift", 5 - level);
+    program.set("uTexelSize",
+                1.0f / glm::vec3(bricked ? source.atlas->extentTexels() : source.wholeLevel->extent()));
+    program.set("uLevelExtent", levelExtent(info.extentVoxels, source.level));
+    program.set("uSamplesPerVoxel", std::ldexp(1.0f, -source.level));
+    program.set("uVoxelsPerSample", std::ldexp(1.0f, source.level));
+    program.set("uBrickShift", 5 - source.level);
     program.set("uStoredBias", texelFormat(info.type).bias);
+    if (!mixed)
+        return;
+    source.corners->bind(kCornerUnit);
+    program.set("uCorners", static_cast<int>(kCornerUnit));
+    program.set("uBricks", source.map->bricks);
+    program.set("uExtentVoxels", source.map->extentVoxels);
+    program.set("uEdgeFunction", static_cast<int>(source.map->edgeFunction));
+    program.set("uFinest", static_cast<int>(source.map->finest));
+    program.set("uMostStride", source.map->mostStride);
+}
+
+/// The level map as the shaders read it.
+inline GlTexture3d cornerTexture(const LevelMap& map, Ledger& gpu) {
+    static_assert(sizeof(BrickCorner) == 8, "two words a texel");
+    GlTexture3d texture(GL_RG32UI, map.cornerGrid(), 8, GL_NEAREST, gpu, "the level map");
+    texture.upload(glm::ivec3(0), map.cornerGrid(), GL_RG_INTEGER, GL_UNSIGNED_INT, map.corners.data());
+    return texture;
 }
 
 } // namespace tessera

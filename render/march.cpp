@@ -16,9 +16,9 @@ namespace {
 constexpr int kGroup = 8; // local size of the shaders, both axes
 
 struct GpuWork { // layout of the Work buffer in march.comp
-    std::uint32_t unfinished, iterations, segments, samples, fetches;
+    std::uint32_t unfinished, iterations, segments, samples, fetches, blended;
 };
-static_assert(sizeof(GpuWork) == 20);
+static_assert(sizeof(GpuWork) == 24);
 
 /// Learns what an iteration costs here and says how many one dispatch may hold. A dispatch of n rays cannot
 /// run more than n times its iteration limit, so the bound holds for tiles that turn out dense, not just for
@@ -60,9 +60,9 @@ void setRayUniforms(const GlProgram& program, const RayFrame<double>& frame) {
     program.set("uPerspective", f.perspective ? 1 : 0);
 }
 
-March::March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info, int level,
-             const Optics& optics, const Occupancy* occupancy, Ledger& gpu)
-    : size_(glm::ivec2(frame.imageSize)), features_(features), info_(info), level_(level),
+March::March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
+             const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu)
+    : size_(glm::ivec2(frame.imageSize)), features_(features), info_(info),
       maxCount_(static_cast<int>(std::ceil(glm::length(frame.extent) / frame.segmentVoxels)) + 2),
       program_("march.comp", featureDefines(features)) {
     TESSERA_CHECK((occupancy != nullptr) == ((features & kFeatureSkipping) != 0));
@@ -80,6 +80,8 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
         program_.set("uDistance", static_cast<int>(kDistanceUnit));
     }
     setRayUniforms(program_, frame);
+    program_.set("uStride", strides.uniformSegments);
+    program_.set("uNaive", strides.sampling == Sampling::naive ? 1 : 0);
     program_.set("uTableScale", optics.scale);
     program_.set("uTableOffset", optics.offset);
     program_.set("uTableLast", static_cast<int>(optics.table.size()) - 1);
@@ -89,8 +91,8 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
     program_.set("uTermination", optics.termination);
 }
 
-void March::run(const Atlas* atlas, const GlTexture3d* wholeLevel, const MarchSlicing& slicing, Work& work) {
-    bindField(program_, features_, info_, level_, atlas, wholeLevel);
+void March::run(const FieldSource& source, const MarchSlicing& slicing, Work& work) {
+    bindField(program_, features_, info_, source);
     if (features_ & kFeatureSkipping)
         distance_.bind(kDistanceUnit);
     table_.bind(0);
@@ -113,7 +115,7 @@ void March::run(const Atlas* atlas, const GlTexture3d* wholeLevel, const MarchSl
             std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
         GpuWork counted{};
         work_.read(0, std::as_writable_bytes(std::span(&counted, 1)));
-        work += Work{counted.iterations, counted.segments, counted.samples, counted.fetches};
+        work += Work{counted.iterations, counted.segments, counted.samples, counted.fetches, counted.blended};
         return std::pair(ms, counted);
     };
     dispatch({0, 0}, {1, 1}, 0); // the driver compiles at the first dispatch; that is not marching

@@ -6,12 +6,14 @@
 #include "core/image.h"
 #include "render/atlas.h"
 #include "render/features.h"
+#include "render/field_binding.h"
 #include "render/gl/context.h"
 #include "render/gl/objects.h"
 #include "render/gl/program.h"
 #include "render/occupancy.h"
 #include "render/optics.h"
 #include "render/ray.h"
+#include "render/strides.h"
 #include "render/work.h"
 
 #include <glm/vec2.hpp>
@@ -31,11 +33,11 @@ class March {
   public:
     /// Compiles the program and allocates table, distance map and ray state on the GPU ledger.
     /// occupancy is needed exactly when features has kFeatureSkipping; info must outlive this.
-    March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info, int level,
-          const Optics& optics, const Occupancy* occupancy, Ledger& gpu);
+    March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
+          const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu);
 
-    /// Marches all rays to their end, reading voxels from the atlas or (kFeatureBricked off) the whole level.
-    void run(const Atlas* atlas, const GlTexture3d* wholeLevel, const MarchSlicing& slicing, Work& work);
+    /// Marches all rays to their end.
+    void run(const FieldSource& source, const MarchSlicing& slicing, Work& work);
     /// The picture; charged by the caller.
     Image image() const;
     const GlProgram& program() const { return program_; }
@@ -47,7 +49,6 @@ class March {
     glm::ivec2 size_;
     std::uint32_t features_;
     const VolumeInfo& info_;
-    int level_;
     int maxCount_;    // most iterations any ray can need
     int rowEdge_ = 0; // edge of the tiles in the row that is being marched
     GlProgram program_;

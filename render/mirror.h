@@ -19,21 +19,27 @@ namespace tessera {
 struct MirrorInput {
     BrickCache* cache = nullptr;
     const VolumeInfo* info = nullptr;
-    const Selection* selection = nullptr; // its level is the level that is sampled
+    const Selection* selection = nullptr;
+    const LevelMap* levels = nullptr; // null: the selection has one level
     const Optics* optics = nullptr;
     const Occupancy* occupancy = nullptr; // null: no skipping
+    Strides strides;
 };
 
 /// Premultiplied colour and alpha of one ray.
-template <typename Real, typename Samples>
-glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Samples& samples, Real samplesPerVoxel,
-                            const Optics& optics, const Occupancy* occupancy, Work& work) {
+/// @param field  value(p) and gradient(p) at a place in voxels
+template <typename Real, typename Field>
+glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input,
+                            Work& work) {
+    const Optics& optics = *input.optics;
     glm::vec<4, Real> sum(0);
     for (int i = 0; i < ray.count;) {
         ++work.iterations;
-        const glm::vec<3, Real> p = segmentPosition(ray, i);
-        if (occupancy) {
-            const int next = nextOccupied(*occupancy, ray, i, p);
+        const int n = strideAt(input.strides, ray, i);
+        const Real length = strideLength(ray, i, n);
+        const glm::vec<3, Real> p = stridePosition(ray, i, length);
+        if (input.occupancy) {
+            const int next = nextOccupied(*input.occupancy, input.strides, ray, i, n, p);
             if (next > i) {
                 i = next;
                 continue;
@@ -41,12 +47,12 @@ glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Samples& samples, Rea
         }
         ++work.segments;
         ++work.samples;
-        const glm::vec<4, Real> optical = lookUp(optics, fieldValue(samples, p, samplesPerVoxel));
+        const glm::vec<4, Real> optical = lookUp(optics, field.value(p));
         if (optical.a > Real(0)) {
-            const Real alpha = opacityOf(optical.a * segmentLengthMm(ray, i));
+            const Real alpha = opacityOf(optical.a * (length * ray.segmentMm));
             glm::vec<3, Real> colour(optical);
             if (optics.shading) {
-                colour = shade(optics, colour, fieldGradient(samples, p, samplesPerVoxel), ray.direction);
+                colour = shade(optics, colour, field.gradient(p), ray.direction);
                 work.samples += 6;
             }
             const Real weight = (Real(1) - sum.a) * alpha;
@@ -57,7 +63,7 @@ glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Samples& samples, Rea
             if (Real(1) - sum.a < static_cast<Real>(optics.termination))
                 break;
         }
-        ++i;
+        i += n;
     }
     return sum;
 }

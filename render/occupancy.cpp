@@ -58,63 +58,62 @@ Occupancy makeOccupancy(const Statistics& statistics, const TransferTable& table
                         const Selection& selection, Ledger& ram) {
     Occupancy o;
     o.cells = statistics.cells;
-    const int reach = reachCells(selection.level);
-    o.charge = ram.charge(cellCount(o.cells) * (reach > 0 ? 2 : 1), "the occupancy map");
+    o.charge = ram.charge(cellCount(o.cells), "the occupancy map");
     o.distance.resize(cellCount(o.cells));
-    glm::ivec3 at(0);
-    const auto physical = [&](float stored) {
-        return info.rescaleSlope * static_cast<double>(stored) + info.rescaleIntercept;
+    const auto emptyOver = [&](float lo, float hi) {
+        const double a = info.rescaleSlope * static_cast<double>(lo) + info.rescaleIntercept;
+        const double b = info.rescaleSlope * static_cast<double>(hi) + info.rescaleIntercept;
+        return table.emptyOver(std::min(a, b), std::max(a, b));
     };
-    for (at.z = 0; at.z < o.cells.z; ++at.z)
-        for (at.y = 0; at.y < o.cells.y; ++at.y)
-            for (at.x = 0; at.x < o.cells.x; ++at.x) {
-                const std::size_t cell = linearIndex(at, o.cells);
-                float lo = statistics.cellMin[cell], hi = statistics.cellMax[cell];
-                const std::size_t brick = linearIndex(at / kCellsPerBrick, selection.bricks);
-                if (selection.states[brick] == BrickState::empty) {
-                    lo = std::min(lo, selection.means[brick]); // its samples read as the mean
-                    hi = std::max(hi, selection.means[brick]);
+    // The hull of all samples that cells of a box can contribute; stops early once it is not empty.
+    const auto emptyIn = [&](const glm::ivec3& first, const glm::ivec3& last) {
+        float lo = INFINITY, hi = -INFINITY;
+        glm::ivec3 near(0);
+        for (near.z = first.z; near.z <= last.z; ++near.z)
+            for (near.y = first.y; near.y <= last.y; ++near.y)
+                for (near.x = first.x; near.x <= last.x; ++near.x) {
+                    const std::size_t cell = linearIndex(near, o.cells);
+                    const std::size_t brick = linearIndex(near / kCellsPerBrick, selection.bricks);
+                    lo = std::min(lo, statistics.cellMin[cell]);
+                    hi = std::max(hi, statistics.cellMax[cell]);
+                    if (selection.levels[brick] == Selection::kEmpty) {
+                        lo = std::min(lo, selection.means[brick]); // its samples read as the mean
+                        hi = std::max(hi, selection.means[brick]);
+                    }
                 }
-                const double a = physical(lo), b = physical(hi);
-                o.distance[cell] = table.emptyOver(std::min(a, b), std::max(a, b)) ? 0 : 1;
-            }
+        return emptyOver(lo, hi);
+    };
     // A blend of two hulls whose extinction is 0 may cross values whose extinction is not, where the hulls do
     // not overlap. At level 0 the aprons make neighbouring hulls overlap; coarser levels reach further than
     // the apron, so a cell is empty there only if the hull over its whole reach is.
-    if (reach > 0) {
-        std::vector<std::uint8_t> occupied = o.distance;
-        glm::ivec3 near(0);
-        for (at.z = 0; at.z < o.cells.z; ++at.z)
-            for (at.y = 0; at.y < o.cells.y; ++at.y)
-                for (at.x = 0; at.x < o.cells.x; ++at.x) {
-                    std::uint8_t& here = occupied[linearIndex(at, o.cells)];
-                    if (here)
-                        continue;
-                    float lo = INFINITY, hi = -INFINITY;
-                    const glm::ivec3 first = glm::max(at - reach, glm::ivec3(0));
-                    const glm::ivec3 last = glm::min(at + reach, o.cells - 1);
-                    for (near.z = first.z; near.z <= last.z; ++near.z)
-                        for (near.y = first.y; near.y <= last.y; ++near.y)
-                            for (near.x = first.x; near.x <= last.x; ++near.x) {
-                                const std::size_t cell = linearIndex(near, o.cells);
-                                const std::size_t brick =
-                                    linearIndex(near / kCellsPerBrick, selection.bricks);
-                                lo = std::min(lo, statistics.cellMin[cell]);
-                                hi = std::max(hi, statistics.cellMax[cell]);
-                                if (selection.states[brick] == BrickState::empty) {
-                                    lo = std::min(lo, selection.means[brick]);
-                                    hi = std::max(hi, selection.means[brick]);
-                                }
-                            }
-                    const double a = physical(lo), b = physical(hi);
-                    here = table.emptyOver(std::min(a, b), std::max(a, b)) ? 0 : 1;
-                }
-        o.distance = std::move(occupied);
-    }
-    for (std::uint8_t& cell : o.distance) {
-        o.occupiedCells += cell;
-        cell = cell ? 0 : 255;
-    }
+    glm::ivec3 brick(0);
+    for (brick.z = 0; brick.z < selection.bricks.z; ++brick.z)
+        for (brick.y = 0; brick.y < selection.bricks.y; ++brick.y)
+            for (brick.x = 0; brick.x < selection.bricks.x; ++brick.x) {
+                int coarsest = 0;
+                glm::ivec3 n(0);
+                const glm::ivec3 low = glm::max(brick - 1, glm::ivec3(0));
+                const glm::ivec3 high = glm::min(brick + 1, selection.bricks - 1);
+                for (n.z = low.z; n.z <= high.z; ++n.z)
+                    for (n.y = low.y; n.y <= high.y; ++n.y)
+                        for (n.x = low.x; n.x <= high.x; ++n.x)
+                            if (const int level = selection.levels[linearIndex(n, selection.bricks)];
+                                level != Selection::kEmpty)
+                                coarsest = std::max(coarsest, level);
+                const int reach = reachCells(coarsest);
+                const glm::ivec3 first = brick * kCellsPerBrick;
+                const glm::ivec3 end = glm::min(first + kCellsPerBrick, o.cells);
+                glm::ivec3 at(0);
+                for (at.z = first.z; at.z < end.z; ++at.z)
+                    for (at.y = first.y; at.y < end.y; ++at.y)
+                        for (at.x = first.x; at.x < end.x; ++at.x) {
+                            const bool empty =
+                                emptyIn(at, at) && (reach == 0 || emptyIn(glm::max(at - reach, glm::ivec3(0)),
+                                                                          glm::min(at + reach, o.cells - 1)));
+                            o.distance[linearIndex(at, o.cells)] = empty ? 255 : 0;
+                            o.occupiedCells += empty ? 0 : 1;
+                        }
+            }
     distanceTransform(o.distance, o.cells);
     return o;
 }

@@ -1,7 +1,7 @@
 // render/occupancy.h: which cells can show anything under a transfer function, and how far the next such cell
 // is (Chebyshev distance in cells), for empty-space skipping. The rule of skipping is proof: a cell counts as
-// empty only if extinction is 0 over the hull of every sample that a point in it can reach at the resident
-// level.
+// empty only if extinction is 0 over the hull of every sample that a point in it can reach at the levels that
+// the bricks around it have.
 #pragma once
 
 #include "bricking/selection.h"
@@ -10,6 +10,7 @@
 #include "core/budget.h"
 #include "core/transfer_function.h"
 #include "render/ray.h"
+#include "render/strides.h"
 
 #include <cmath>
 #include <cstdint>
@@ -29,10 +30,12 @@ struct Occupancy {
 Occupancy makeOccupancy(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
                         const Selection& selection, Ledger& ram);
 
-/// Twin of nextOccupied() in shaders/march_skipping.glsl: i itself where p lies in an occupied cell, else the
-/// first segment whose middle may lie beyond the box of cells that is empty.
+/// Twin of nextOccupied() in shaders/march_skipping.glsl: i itself where p, the middle of the stride of n
+/// segments from i, lies in an occupied cell; else where the first stride starts whose middle may lie beyond
+/// the box of cells that is empty.
 template <typename Real>
-int nextOccupied(const Occupancy& o, const SegmentedRay<Real>& ray, int i, const glm::vec<3, Real>& p) {
+int nextOccupied(const Occupancy& o, const Strides& strides, const SegmentedRay<Real>& ray, int i, int n,
+                 const glm::vec<3, Real>& p) {
     const glm::ivec3 cell = glm::clamp(glm::ivec3(glm::floor(p)) >> 3, glm::ivec3(0), o.cells - 1);
     const int reach = o.distance[linearIndex(cell, o.cells)];
     if (reach == 0)
@@ -47,8 +50,10 @@ int nextOccupied(const Occupancy& o, const SegmentedRay<Real>& ray, int i, const
         if (d < Real(0))
             leave = std::min(leave, (low - ray.entry[axis]) / d);
     }
-    return std::max(i + 1,
-                    static_cast<int>(std::min(std::ceil(leave - Real(0.5)), static_cast<Real>(ray.count))));
+    const int beyond = static_cast<int>(std::min(std::ceil(leave - Real(0.5)), static_cast<Real>(ray.count)));
+    if (beyond >= ray.count)
+        return ray.count;
+    return std::max(i + n, strideStart(strides, ray, beyond));
 }
 
 } // namespace tessera

@@ -33,7 +33,7 @@ std::size_t pixelCount(const glm::ivec2& size) {
     return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
 }
 std::size_t selectionBytes(const VolumeInfo& info) {
-    return cellCount(brickGrid(info.extentVoxels)) * (sizeof(BrickState) + sizeof(float));
+    return cellCount(brickGrid(info.extentVoxels)) * (sizeof(std::uint8_t) + sizeof(float));
 }
 /// A transfer function's table as TransferTable and as Optics hold it.
 std::size_t tableBytes(std::size_t entries) {
@@ -52,11 +52,40 @@ std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize
                              int threads) {
     const int used = threads > 0 ? threads : defaultThreads();
     const std::size_t own = bytesPerPixel * pixelCount(imageSize) + selectionBytes(info) +
-                            2 * cellCount(cellGrid(info.extentVoxels)) + // occupancy, and its copy
+                            cellCount(cellGrid(info.extentVoxels)) + // occupancy
+                            LevelMap::bytes(brickGrid(info.extentVoxels)) +
                             tableBytes(TransferTable::kMaxEntries) + cacheFloorBytes(info, used) +
                             Atlas::stagingBytes(info);
     // A reader takes up to a quarter of what is free (store_reader.h); the statistics' floor knows that.
     return statisticsFloorBytes(info, used) + own / 3 * 4 + 4;
+}
+
+Strides PreparedScene::strides() const {
+    Strides strides;
+    strides.sampling = quality.sampling;
+    strides.segmentVoxels = quality.stepVoxels;
+    if (mixed())
+        strides.map = &levels;
+    else
+        strides.uniformSegments = 1 << mostStride(selection, quality);
+    return strides;
+}
+
+MirrorInput PreparedScene::mirrorInput(bool skipping) const {
+    return {cache.get(), &info(),
+            &selection,  mixed() ? &levels : nullptr,
+            &optics,     skipping ? &occupancy : nullptr,
+            strides()};
+}
+
+void PreparedScene::setSelection(Selection chosen, Ledger& ram) {
+    selection = std::move(chosen);
+    levels = LevelMap();
+    occupancy = Occupancy();
+    if (!selection.uniform() || quality.edgeFunction == EdgeFunction::nearest)
+        levels = makeLevelMap(selection, info().extentVoxels, quality, ram);
+    if (quality.skipping)
+        occupancy = makeOccupancy(statistics, table, info(), selection, ram);
 }
 
 PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
@@ -66,6 +95,7 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
     p.store = &store;
     const VolumeInfo& info = store.info();
     p.imageSize = scene.imageSize;
+    p.quality = scene.quality;
     const std::size_t floor = renderFloorBytes(info, scene.imageSize, bytesPerPixel, threads);
     if (ram.limitBytes() < floor)
         throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
@@ -87,19 +117,15 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
         p.camera = std::get<Camera>(scene.camera);
 
     // GPU memory: what every level costs first, then as fine a level as the rest holds.
-    const std::size_t fixed = March::stateBytes(scene.imageSize) +
-                              Atlas::indexBytes(brickGrid(info.extentVoxels)) +
-                              p.optics.table.size() * sizeof(glm::vec4) +
-                              (scene.quality.skipping ? cellCount(cellGrid(info.extentVoxels)) : 0);
-    const auto packed = [&](std::size_t bricks, int level) {
-        return atlasBytes(bricks, level, info.type, limits);
-    };
-    p.selection =
-        selectOneLevel(p.statistics, p.table, info, gpu.freeBytes(), packed, culling, gpu.option(), fixed);
-    if (scene.quality.skipping)
-        p.occupancy = makeOccupancy(p.statistics, p.table, info, p.selection, ram);
-    p.frame = rayFrame(p.camera, info, scene.imageSize,
-                       scene.quality.stepVoxels * static_cast<double>(1 << p.selection.level));
+    const std::size_t fixed =
+        March::stateBytes(scene.imageSize) + Atlas::indexBytes(brickGrid(info.extentVoxels)) +
+        LevelMap::bytes(brickGrid(info.extentVoxels)) + p.optics.table.size() * sizeof(glm::vec4) +
+        (scene.quality.skipping ? cellCount(cellGrid(info.extentVoxels)) : 0);
+    const auto packed = [&](const auto& counts) { return atlasBytes(pagesFor(counts), info.type, limits); };
+    p.setSelection(
+        selectOneLevel(p.statistics, p.table, info, gpu.freeBytes(), packed, culling, gpu.option(), fixed),
+        ram);
+    p.frame = rayFrame(p.camera, info, scene.imageSize, scene.quality.stepVoxels);
 
     // The cache takes what is left, less upload staging and, where there is plenty, some air.
     const int cacheThreads = threads > 0 ? threads : defaultThreads();

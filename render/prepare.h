@@ -10,6 +10,7 @@
 #include "core/preset.h" // ValueSummary
 #include "core/scene.h"
 #include "render/atlas.h"
+#include "render/mirror.h"
 #include "render/occupancy.h"
 #include "render/optics.h"
 #include "render/ray.h"
@@ -26,6 +27,7 @@ struct PreparedScene {
     Optics optics;
     Camera camera;
     Selection selection;
+    LevelMap levels; // of a selection of mixed levels; else empty
     Occupancy occupancy;
     RayFrame<double> frame;
     glm::ivec2 imageSize{0};
@@ -35,6 +37,15 @@ struct PreparedScene {
     std::unique_ptr<BrickCache> cache; // last member: it goes first, its threads read the store
 
     const VolumeInfo& info() const { return store->info(); }
+    bool mixed() const { return !levels.corners.empty(); }
+    /// Takes another selection, and maps its levels and its empty space.
+    void setSelection(Selection chosen, Ledger& ram);
+    /// Valid as long as this is not moved.
+    Strides strides() const;
+    /// Everything the mirror needs.
+    MirrorInput mirrorInput(bool skipping) const;
+
+    Quality quality;
 };
 
 /// RAM a pixel takes while it is drawn and written: two float pictures (as computed, and converted or on its

@@ -2,7 +2,6 @@
 #include "render/probe.h"
 
 #include "render/features.h"
-#include "render/field_binding.h"
 #include "render/gl/objects.h"
 #include "render/gl/program.h"
 
@@ -11,15 +10,14 @@
 namespace tessera {
 
 std::vector<glm::vec4> probeField(const std::vector<glm::vec3>& positions, std::uint32_t features,
-                                  const VolumeInfo& info, int level, const Atlas* atlas,
-                                  const GlTexture3d* wholeLevel, Ledger& gpu) {
+                                  const VolumeInfo& info, const FieldSource& source, Ledger& gpu) {
     std::vector<glm::vec4> probes;
     probes.reserve(positions.size());
     for (const glm::vec3& p : positions)
         probes.emplace_back(p, 0.0f);
     const GlProgram program("probe.comp", featureDefines(features));
     GlBuffer buffer(probes.size() * sizeof(glm::vec4), std::as_bytes(std::span(probes)), gpu, "the probes");
-    bindField(program, features, info, level, atlas, wholeLevel);
+    bindField(program, features, info, source);
     program.set("uCount", static_cast<int>(probes.size()));
     buffer.bind(1);
     program.use();

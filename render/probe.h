@@ -3,7 +3,7 @@
 
 #include "core/budget.h"
 #include "core/volume.h"
-#include "render/atlas.h"
+#include "render/field_binding.h"
 
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -12,11 +12,10 @@
 
 namespace tessera {
 
-/// xyz: gradient (stored units per sample pitch, voxel space), w: value (stored units), per position in
-/// voxels.
-/// @param features  kFeatureBricked, kFeatureHardware and kFeatureNormalised decide how it is fetched
+/// xyz: gradient (stored units per voxel, voxel space), w: value (stored units), per position in voxels.
+/// @param features  kFeatureBricked, kFeatureHardware, kFeatureNormalised and kFeatureMixed decide how it is
+///                  fetched
 std::vector<glm::vec4> probeField(const std::vector<glm::vec3>& positions, std::uint32_t features,
-                                  const VolumeInfo& info, int level, const Atlas* atlas,
-                                  const GlTexture3d* wholeLevel, Ledger& gpu);
+                                  const VolumeInfo& info, const FieldSource& source, Ledger& gpu);
 
 } // namespace tessera

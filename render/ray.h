@@ -22,7 +22,7 @@ template <typename Real> struct RayFrame {
     glm::mat<3, 3, Real> patientFromVoxel{1}; // linear part, mm per voxel
     Vec extent{0};                            // voxels
     glm::vec<2, Real> imageSize{1};
-    Real segmentVoxels = 1; // q * 2^level: length of a segment in voxel space
+    Real segmentVoxels = 1; // q: length of a segment in voxel space
     bool perspective = true;
 };
 
@@ -137,15 +137,17 @@ SegmentedRay<Real> segmentedRay(const RayFrame<Real>& f, const glm::vec<2, Real>
     return ray;
 }
 
-/// Middle of segment i, in segments from the entry.
-template <typename Real> Real segmentMiddle(const SegmentedRay<Real>& ray, int i) {
-    return static_cast<Real>(i) + Real(0.5) * (i == ray.count - 1 ? ray.tail : Real(1));
+/// Segments in the stride of n that starts at segment i: n, or what is left before the exit.
+template <typename Real> Real strideLength(const SegmentedRay<Real>& ray, int i, int n) {
+    return i + n >= ray.count ? static_cast<Real>(ray.count - 1 - i) + ray.tail : static_cast<Real>(n);
 }
-template <typename Real> glm::vec<3, Real> segmentPosition(const SegmentedRay<Real>& ray, int i) {
-    return ray.entry + segmentMiddle(ray, i) * ray.step;
+/// The middle of a stride, voxels.
+template <typename Real> glm::vec<3, Real> stridePosition(const SegmentedRay<Real>& ray, int i, Real length) {
+    return ray.entry + (static_cast<Real>(i) + Real(0.5) * length) * ray.step;
 }
-template <typename Real> Real segmentLengthMm(const SegmentedRay<Real>& ray, int i) {
-    return i == ray.count - 1 ? ray.tail * ray.segmentMm : ray.segmentMm;
+/// Where segment i begins, voxels.
+template <typename Real> glm::vec<3, Real> segmentStart(const SegmentedRay<Real>& ray, int i) {
+    return ray.entry + static_cast<Real>(i) * ray.step;
 }
 
 } // namespace tessera

@@ -20,15 +20,17 @@ double secondsSince(Clock::time_point start) {
 }
 
 /// Only what the scene needs is compiled.
-std::uint32_t featuresOf(const Scene& scene, const VolumeInfo& info, bool counting) {
+std::uint32_t featuresOf(const Scene& scene, const PreparedScene& p, bool counting) {
     std::uint32_t f = kFeatureBricked;
+    if (p.mixed())
+        f |= kFeatureMixed;
     if (scene.shading.on)
         f |= kFeatureShading;
     if (scene.quality.skipping)
         f |= kFeatureSkipping;
     if (scene.quality.fetch == Fetch::hardware)
         f |= kFeatureHardware;
-    if (texelFormat(info.type).normalised)
+    if (texelFormat(p.info().type).normalised)
         f |= kFeatureNormalised;
     if (scene.quality.terminationTransmittance > 0)
         f |= kFeatureTermination;
@@ -47,15 +49,22 @@ template <typename Real> Image toImage(const std::vector<glm::vec<4, Real>>& pix
 void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledger& ram, Ledger& gpu,
                  const RenderOptions& options, RenderResult& result) {
     const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};
-    result.features = featuresOf(scene, p.info(), options.counting);
+    result.features = featuresOf(scene, p, options.counting);
     const Occupancy* occupancy = scene.quality.skipping ? &p.occupancy : nullptr;
     const auto loading = Clock::now();
-    March march(result.features, p.frame, p.info(), p.selection.level, p.optics, occupancy, gpu);
+    March march(result.features, p.frame, p.info(), p.strides(), p.optics, occupancy, gpu);
     Atlas atlas(p.info(), p.selection, limits, gpu);
     atlas.load(*p.cache, ram, result.work);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
-    march.run(&atlas, nullptr, options.slicing, result.work);
+    FieldSource source{&atlas, nullptr, p.selection.finest(), nullptr, nullptr};
+    GlTexture3d corners;
+    if (p.mixed()) {
+        corners = cornerTexture(p.levels, gpu);
+        source.map = &p.levels;
+        source.corners = &corners;
+    }
+    march.run(source, options.slicing, result.work);
     result.image = march.image();
     result.secondsDrawing = secondsSince(drawing);
     if (!context.errors().empty())
@@ -99,9 +108,10 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
                                    pictureBytesPerPixel(options.engine));
     result.camera = p.camera;
     result.tableRelativeError = p.table.relativeError;
-    result.level = p.selection.level;
-    result.residentBricks = p.selection.residentCount;
-    result.emptyBricks = p.selection.states.size() - p.selection.residentCount;
+    result.level = p.selection.finest();
+    result.bricksOfLevel = p.selection.counts;
+    result.residentBricks = p.selection.shownBricks();
+    result.emptyBricks = p.selection.counts[Selection::kEmpty];
     result.cells = cellCount(p.statistics.cells);
     result.occupiedCells = scene.quality.skipping ? p.occupancy.occupiedCells : result.cells;
     const ValueSummary values = summarise(p.statistics, p.info());
@@ -117,11 +127,10 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     const std::size_t pixels =
         static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y);
     if (options.engine == Engine::mirror) {
-        const Occupancy* occupancy = scene.quality.skipping ? &p.occupancy : nullptr;
-        const MirrorInput input{p.cache.get(), &p.info(), &p.selection, &p.optics, occupancy};
-        result.image = toImage(
-            mirrorRays<float>(input, pixels, frameRays(cast<float>(p.frame)), options.threads, result.work),
-            scene.imageSize);
+        result.image =
+            toImage(mirrorRays<float>(p.mirrorInput(scene.quality.skipping), pixels,
+                                      frameRays(cast<float>(p.frame)), options.threads, result.work),
+                    scene.imageSize);
     } else {
         result.level = 0;
         const ReferenceInput input{p.cache.get(), &p.info(), &p.function, scene.shading, &p.statistics};

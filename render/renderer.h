@@ -10,6 +10,7 @@
 #include "render/march.h"
 #include "render/work.h"
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -31,9 +32,10 @@ struct RenderResult {
     Image image;   // linear, premultiplied, on nothing: put it on the scene's background to show it
     Camera camera; // as used: a fitted view spelled out
     Work work;
-    std::string device;    // GL_RENDERER, or "CPU"
-    std::string glVersion; // "" for CPU engines
-    int level = 0;         // resident level; 0 for the reference
+    std::string device;                                       // GL_RENDERER, or "CPU"
+    std::string glVersion;                                    // "" for CPU engines
+    int level = 0;                                            // finest resident level; 0 for the reference
+    std::array<std::size_t, kLevelCount + 1> bricksOfLevel{}; // the last: empty ones
     std::size_t residentBricks = 0, emptyBricks = 0;
     std::size_t cells = 0, occupiedCells = 0;
     std::uint32_t features = 0; // of render/features.h; march only

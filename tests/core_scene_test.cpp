@@ -26,7 +26,8 @@ const char* const kFitted = R"({"tesseraScene":1,
     "scalarOpacity":[[-100,0],[50,0.125],[50,0.5]],"rgbTransferFunction":[[0,0.1,0.2,0.3],[10,1,1,1]]}}],
   "camera":{"view":"left","parallelProjection":true},
   "shading":{"shade":false,"ambient":0.1,"diffuse":0.7,"specular":0.3,"specularPower":40},
-  "quality":{"stepVoxels":0.25,"fetch":"exact","terminationTransmittance":0,"skipping":false},
+  "quality":{"stepVoxels":0.25,"fetch":"exact","terminationTransmittance":0,"skipping":false,
+    "edgeFunction":"split","sampling":"naive","maxError":2.5},
   "image":{"size":[640,480],"background":"#336699"}})";
 const char* const kFree = R"({"tesseraScene":1,"volumes":[{"path":"/s/x.zarr","transferFunction":"lung"}],
   "camera":{"position":[1,2,3.25],"focalPoint":[4,5,6],"viewUp":[0,0.1,1],"viewAngle":110.5,
@@ -74,6 +75,10 @@ TEST(Scene, EveryKeyIsRead) {
     EXPECT_EQ(scene.quality.fetch, Fetch::exact);
     EXPECT_EQ(scene.quality.terminationTransmittance, 0);
     EXPECT_FALSE(scene.quality.skipping);
+    EXPECT_EQ(scene.quality.edgeFunction, EdgeFunction::split);
+    EXPECT_EQ(scene.quality.sampling, Sampling::naive);
+    EXPECT_EQ(scene.quality.maxError, 2.5);
+    EXPECT_FALSE(parse(kFree).quality.maxError.has_value());
     EXPECT_EQ(scene.imageSize, glm::ivec2(640, 480));
     EXPECT_NEAR(scene.background->r, 0.0331, 1e-4); // 0x33 is 0.2 in sRGB
 

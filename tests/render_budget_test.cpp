@@ -89,18 +89,18 @@ TEST(RenderBudget, GpuMemoryIsKeptAndLevelsCoarsenMonotonically) {
                 kFeatureBricked | kFeatureSkipping | kFeatureHardware |
                 (texelFormat(p.info().type).normalised ? kFeatureNormalised : kFeatureBricked);
             Work work;
-            const March march(features, p.frame, p.info(), p.selection.level, p.optics, &p.occupancy, gpu);
+            const March march(features, p.frame, p.info(), p.strides(), p.optics, &p.occupancy, gpu);
             Atlas atlas(p.info(), p.selection, limits, gpu);
             atlas.load(*p.cache, budgets.ram, work);
             EXPECT_LE(gpu.peakBytes(), bytes);
-            EXPECT_GE(p.selection.level, coarsest) << "finer than with a larger budget";
-            coarsest = std::max(coarsest, p.selection.level);
-            levels.insert(p.selection.level);
+            EXPECT_GE(p.selection.finest(), coarsest) << "finer than with a larger budget";
+            coarsest = std::max(coarsest, p.selection.finest());
+            levels.insert(p.selection.finest());
             ++accepted;
         }
         // No byte is wasted where a finer level would have fitted: the finest needs the most.
         Ledger roomy("GPU memory", "--gpu-memory", kRoomy);
-        EXPECT_EQ(prepare(roomy).selection.level, 0);
+        EXPECT_EQ(prepare(roomy).selection.finest(), 0);
     }
     EXPECT_GE(accepted, 30);
     EXPECT_GE(refused, 3);

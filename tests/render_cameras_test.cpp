@@ -25,13 +25,12 @@ void expectSound(const std::string& store, const Camera& camera, const std::stri
     const auto rays = gpuRays(p.frame, prepared.budgets.gpu);
     Work work;
     const auto mirror = mirrorRays<float>(
-        {p.cache.get(), &p.info(), &p.selection, &p.optics, &p.occupancy}, rays.size(),
-        [&](std::size_t i) { return rays[i]; }, 0, work);
+        p.mirrorInput(true), rays.size(), [&](std::size_t i) { return rays[i]; }, 0, work);
     // Rays in double, from the camera itself: what float makes of them stays within the picture's sampling
     // error.
     Work doubleWork;
-    const auto exact = mirrorRays<double>({p.cache.get(), &p.info(), &p.selection, &p.optics, nullptr},
-                                          rays.size(), frameRays(p.frame), 0, doubleWork);
+    const auto exact =
+        mirrorRays<double>(p.mirrorInput(false), rays.size(), frameRays(p.frame), 0, doubleWork);
     std::size_t far = 0;
     for (std::size_t i = 0; i < rays.size(); ++i)
         for (int c = 0; c < 4; ++c) {

@@ -70,8 +70,8 @@ TEST_P(Contract, BricksEqualOneWholeTexture) {
     int levelBefore = -1;
     for (const std::size_t budget : {std::size_t{1} << 30, std::size_t{9} << 19}) {
         Prepared prepared(GetParam().store, scene(true), /*culling=*/false, budget);
-        EXPECT_GT(prepared.p.selection.level, levelBefore);
-        levelBefore = prepared.p.selection.level;
+        EXPECT_GT(prepared.p.selection.finest(), levelBefore);
+        levelBefore = prepared.p.selection.finest();
         const GpuPicture bricks = marchOn(prepared, kFeatureBricked | kFeatureShading);
         const GpuPicture whole = marchOn(prepared, kFeatureShading);
         EXPECT_TRUE(bitEqual(bricks.image, whole.image)) << "level " << levelBefore;
@@ -86,7 +86,7 @@ TEST_P(Contract, MarchEqualsTheMirrorOnItsOwnRays) {
         Prepared prepared(GetParam().store, scene(shading));
         PreparedScene& p = prepared.p;
         const std::vector<SegmentedRay<float>> rays = gpuRays(p.frame, prepared.budgets.gpu);
-        const MirrorInput input{p.cache.get(), &p.info(), &p.selection, &p.optics, &p.occupancy};
+        const MirrorInput input = p.mirrorInput(true);
         const auto mirrored = [&](glm::vec3 shift) {
             Work work;
             return std::pair(mirrorRays<float>(
@@ -143,7 +143,7 @@ TEST_P(Contract, MarchEqualsTheMirrorOnItsOwnRays) {
 TEST_P(Contract, MirrorIsTheSameAtAnyNumberOfThreads) {
     Prepared prepared(GetParam().store, scene(false));
     PreparedScene& p = prepared.p;
-    const MirrorInput input{p.cache.get(), &p.info(), &p.selection, &p.optics, &p.occupancy};
+    const MirrorInput input = p.mirrorInput(true);
     const std::size_t count = static_cast<std::size_t>(kSize.x) * kSize.y;
     Work work;
     const auto rays = frameRays(cast<float>(p.frame));
@@ -158,7 +158,7 @@ TEST_P(Contract, HardwareFetchStaysInsideTheGate) {
     const GlContext context({"software"});
     Prepared prepared(GetParam().store, scene(true));
     PreparedScene& p = prepared.p;
-    const MirrorInput input{p.cache.get(), &p.info(), &p.selection, &p.optics, &p.occupancy};
+    const MirrorInput input = p.mirrorInput(true);
     Work work;
     const auto pixels = mirrorRays<float>(input, static_cast<std::size_t>(kSize.x) * kSize.y,
                                           frameRays(cast<float>(p.frame)), 0, work);

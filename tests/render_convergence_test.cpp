@@ -168,7 +168,7 @@ TEST(MirrorAgainstReference, FallsAtSecondOrder) {
     table.entriesPerValue = 0.25f;
     table.entries = {glm::vec4(0, 0.5f, 1, 0), glm::vec4(1, 0.25f, 0, 0.0625f)};
     p.optics = makeOptics(table, info, scene.shading, 0);
-    const MirrorInput input{p.cache.get(), &info, &p.selection, &p.optics, nullptr};
+    const MirrorInput input = p.mirrorInput(false);
     std::vector<double> errors;
     for (double q = 0.5; q > 0.01; q /= 2) {
         Work work;
@@ -208,7 +208,7 @@ TEST(MirrorAgainstReference, LitPictureConvergesToTheTablesOwnError) {
         scene.quality.stepVoxels = q;
         Prepared prepared("sphere", scene, true);
         PreparedScene& p = prepared.p;
-        const MirrorInput input{p.cache.get(), &info, &p.selection, &p.optics, &p.occupancy};
+        const MirrorInput input = p.mirrorInput(true);
         Work work;
         const auto pixels = mirrorRays<double>(input, 24 * 24, frameRays(p.frame), 0, work);
         const auto exact = renderReference({p.cache.get(), &info, &p.function, scene.shading, &p.statistics},

@@ -62,24 +62,24 @@ TEST_P(Field, ShaderEqualsItsTwin) {
     Prepared prepared(c.store, sceneOn(info, c.preset, 0, {16, 16}), c.culling, c.gpuBytes);
     PreparedScene& p = prepared.p;
     if (c.gpuBytes > 0) {
-        EXPECT_GT(p.selection.level, 0);
+        EXPECT_GT(p.selection.finest(), 0);
     }
     if (c.culling) {
-        EXPECT_LT(p.selection.residentCount, p.selection.states.size()) << "nothing was culled";
+        EXPECT_LT(p.selection.shownBricks(), p.selection.levels.size()) << "nothing was culled";
     }
-    const auto positions = tellingPositions(info.extentVoxels, p.selection.level);
+    const auto positions = tellingPositions(info.extentVoxels, p.selection.finest());
     Work work;
     Atlas atlas(info, p.selection, TextureLimits{}, prepared.budgets.gpu);
     atlas.load(*p.cache, prepared.budgets.ram, work);
+    const FieldSource source{&atlas, nullptr, p.selection.finest()};
     std::uint32_t features = kFeatureBricked;
     if (texelFormat(info.type).normalised)
         features |= kFeatureNormalised;
-    const auto exact =
-        probeField(positions, features, info, p.selection.level, &atlas, nullptr, prepared.budgets.gpu);
-    const auto filtered = probeField(positions, features | kFeatureHardware, info, p.selection.level, &atlas,
-                                     nullptr, prepared.budgets.gpu);
-    LatticeReader samples(*p.cache, info, p.selection.level, &p.selection);
-    const float perVoxel = 1.0f / static_cast<float>(1 << p.selection.level);
+    const auto exact = probeField(positions, features, info, source, prepared.budgets.gpu);
+    const auto filtered =
+        probeField(positions, features | kFeatureHardware, info, source, prepared.budgets.gpu);
+    LatticeReader samples(*p.cache, info, p.selection.finest(), &p.selection);
+    const float perVoxel = 1.0f / static_cast<float>(1 << p.selection.finest());
     const float range = p.statistics.highest - p.statistics.lowest;
     float worst = 0;
     for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -101,8 +101,8 @@ TEST_P(Field, IsContinuousAcrossBricks) {
     const VolumeInfo info = StoreReader(storePath(c.store), ram).info();
     Prepared prepared(c.store, sceneOn(info, c.preset, 0, {16, 16}), c.culling, c.gpuBytes);
     PreparedScene& p = prepared.p;
-    LatticeReader samples(*p.cache, info, p.selection.level, &p.selection);
-    const double perVoxel = 1.0 / (1 << p.selection.level);
+    LatticeReader samples(*p.cache, info, p.selection.finest(), &p.selection);
+    const double perVoxel = 1.0 / (1 << p.selection.finest());
     const double range = static_cast<double>(p.statistics.highest) - static_cast<double>(p.statistics.lowest);
     std::mt19937 random(13);
     std::uniform_real_distribution<double> unit(0, 1);
@@ -150,7 +150,7 @@ TEST(Texels, EveryValueSurvives) {
         for (int i = 0; i < 65536; ++i)
             centres.push_back(glm::vec3(glm::ivec3(i % 64, i / 64 % 32, i / 2048)) + 0.5f);
         const auto read =
-            probeField(centres, format.normalised ? kFeatureNormalised : 0u, info, 0, nullptr, &texture, gpu);
+            probeField(centres, format.normalised ? kFeatureNormalised : 0u, info, {nullptr, &texture}, gpu);
         for (std::size_t i = 0; i < 65536; ++i) {
             float expected = 0;
             switch (type) {

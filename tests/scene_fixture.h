@@ -82,15 +82,27 @@ inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const Marc
     features |= kFeatureCounting;
     const Occupancy* occupancy = (features & kFeatureSkipping) ? &p.occupancy : nullptr;
     GpuPicture out;
-    March march(features, p.frame, p.info(), p.selection.level, p.optics, occupancy, gpu);
+    if (p.mixed())
+        features |= kFeatureMixed;
+    March march(features, p.frame, p.info(), p.strides(), p.optics, occupancy, gpu);
+    FieldSource source;
+    source.level = p.selection.finest();
     if (features & kFeatureBricked) {
         Atlas atlas(p.info(), p.selection, TextureLimits{}, gpu);
         atlas.load(*p.cache, prepared.budgets.ram, out.work);
-        march.run(&atlas, nullptr, slicing, out.work);
+        source.atlas = &atlas;
+        GlTexture3d corners;
+        if (p.mixed()) {
+            corners = cornerTexture(p.levels, gpu);
+            source.map = &p.levels;
+            source.corners = &corners;
+        }
+        march.run(source, slicing, out.work);
     } else {
         const GlTexture3d whole =
-            wholeLevelTexture(p.info(), p.selection.level, *p.cache, gpu, prepared.budgets.ram);
-        march.run(nullptr, &whole, slicing, out.work);
+            wholeLevelTexture(p.info(), source.level, *p.cache, gpu, prepared.budgets.ram);
+        source.wholeLevel = &whole;
+        march.run(source, slicing, out.work);
     }
     out.image = march.image();
     return out;

@@ -1,5 +1,5 @@
 // common_ray.glsl: one pixel's ray and its segments in voxel space; twin of render/ray.h, operation by operation.
-// Needs nothing. Gives Ray makeRay(pixel centre), segmentMiddle, segmentPosition, segmentLengthMm.
+// Needs nothing. Gives Ray makeRay(pixel centre), strideLength, stridePosition, segmentStart.
 
 uniform vec3 uCentre, uRight, uUp, uToCentre; // voxels
 uniform mat3 uPatientFromVoxel;               // linear part, mm per voxel
@@ -64,17 +64,18 @@ Ray makeRay(vec2 pixel) {
     return ray;
 }
 
-float segmentMiddle(Ray ray, int i) {
-    precise float middle = float(i) + 0.5 * (i == ray.count - 1 ? ray.tail : 1.0);
-    return middle;
+// Segments in the stride of n that starts at segment i: n, or what is left before the exit.
+float strideLength(Ray ray, int i, int n) {
+    precise float length = i + n >= ray.count ? float(ray.count - 1 - i) + ray.tail : float(n);
+    return length;
 }
 
-vec3 segmentPosition(Ray ray, int i) {
-    precise vec3 at = ray.entry + segmentMiddle(ray, i) * ray.step;
+vec3 stridePosition(Ray ray, int i, float length) {
+    precise vec3 at = ray.entry + (float(i) + 0.5 * length) * ray.step;
     return at;
 }
 
-float segmentLengthMm(Ray ray, int i) {
-    precise float mm = i == ray.count - 1 ? ray.tail * ray.segmentMm : ray.segmentMm;
-    return mm;
+vec3 segmentStart(Ray ray, int i) {
+    precise vec3 at = ray.entry + float(i) * ray.step;
+    return at;
 }

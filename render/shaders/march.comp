@@ -8,11 +8,12 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "common_ray.glsl"
 #include "sampler_field.glsl"
 #include "march_optics.glsl"
+#include "march_strides.glsl"
 #include "march_skipping.glsl"
 
 layout(std430, binding = 1) buffer RayColour { vec4 uColour[]; }; // rgb premultiplied, alpha
 layout(std430, binding = 2) buffer RayNext { int uNext[]; };      // next segment; -1: finished
-layout(std430, binding = 3) buffer Work { uint uUnfinished, uIterations, uSegments, uSamples, uFetches; };
+layout(std430, binding = 3) buffer Work { uint uUnfinished, uIterations, uSegments, uSamples, uFetches, uBlended; };
 uniform ivec2 uTileOrigin, uTileEnd;
 uniform int uMaxIterations;
 #if FEATURE_TERMINATION
@@ -31,17 +32,23 @@ void main() {
     uint segments = 0u;
     uint gradients = 0u;
     int left = uMaxIterations;
-    while (i < ray.count && left > 0) {
+    while (i < ray.count && left > 0 && gTurns < kMostTurns) {
+        ++gTurns;
         // First every ray of the group finds its next sample that shows, leaping and looking; then all of them
         // shade theirs at once. One loop for both would shade few lanes at a time while the others wait.
         float extinction = 0.0;
         float place = 0.0;
+        float length = 0.0; // of the stride, in segments
+        int n = 0;
         vec3 p = vec3(0.0);
-        while (i < ray.count && left > 0) {
+        while (i < ray.count && left > 0 && gTurns < kMostTurns) {
             --left;
+            ++gTurns;
             ++iterations;
-            p = segmentPosition(ray, i);
-            int next = nextOccupied(ray, i, p);
+            n = strideAt(ray, i);
+            length = strideLength(ray, i, n);
+            p = stridePosition(ray, i, length);
+            int next = nextOccupied(ray, i, n, p);
             if (next > i) {
                 i = next;
                 continue;
@@ -50,10 +57,11 @@ void main() {
             place = tablePlace(fieldValue(p));
             extinction = extinctionAt(place);
             if (extinction > 0.0) break;
-            ++i;
+            i += n;
         }
         if (!(extinction > 0.0)) break;
-        precise float alpha = opacityOf(extinction * segmentLengthMm(ray, i));
+        precise float depth = extinction * (length * ray.segmentMm);
+        precise float alpha = opacityOf(depth);
         vec3 colour = colourAt(place);
 #if FEATURE_SHADING
         colour = shade(colour, fieldGradient(p), ray.direction);
@@ -62,7 +70,7 @@ void main() {
         precise float weight = (1.0 - sum.a) * alpha;
         sum.rgb = sum.rgb + weight * colour;
         sum.a = sum.a + weight;
-        ++i;
+        i += n;
 #if FEATURE_TERMINATION
         if (1.0 - sum.a < uTermination) i = ray.count;
 #endif
@@ -75,5 +83,8 @@ void main() {
     atomicAdd(uSegments, segments);
     atomicAdd(uSamples, segments + 6u * gradients);
     atomicAdd(uFetches, gFetches);
+#if FEATURE_MIXED
+    atomicAdd(uBlended, gBlended);
+#endif
 #endif
 }

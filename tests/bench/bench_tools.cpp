@@ -67,13 +67,12 @@ std::uint32_t SceneOnDevice::features(Fetch fetch) const {
 
 Frame SceneOnDevice::draw(const glm::ivec2& size, double stepVoxels, std::uint32_t features, Image* picture) {
     const PreparedScene& p = prepared_;
-    const double segmentVoxels = stepVoxels * static_cast<double>(1 << p.selection.level);
-    const RayFrame<double> frame = rayFrame(p.camera, p.info(), size, segmentVoxels);
+    const RayFrame<double> frame = rayFrame(p.camera, p.info(), size, stepVoxels);
     const Occupancy* occupancy = (features & kFeatureSkipping) ? &p.occupancy : nullptr;
-    March march(features, frame, p.info(), p.selection.level, p.optics, occupancy, budgets_.gpu);
+    March march(features, frame, p.info(), p.strides(), p.optics, occupancy, budgets_.gpu);
     Frame out;
     const auto start = Clock::now();
-    march.run(atlas_.get(), nullptr, MarchSlicing{}, out.work);
+    march.run({atlas_.get(), nullptr, p.selection.finest()}, MarchSlicing{}, out.work);
     const auto reading = Clock::now();
     Image image = march.image();
     out.ms = out.work.marchMs + msSince(reading);

@@ -205,8 +205,8 @@ void sampleOnDevice(benchmark::State& state, Workbench& bench, ValueType type, F
     const std::vector<glm::vec3> few(positions.begin(), positions.begin() + 64);
     const auto probe = [&](const std::vector<glm::vec3>& at) {
         const auto start = Clock::now();
-        benchmark::DoNotOptimize(
-            probeField(at, features, store.info(), p.selection.level, &atlas, nullptr, bench.budgets.gpu));
+        benchmark::DoNotOptimize(probeField(at, features, store.info(),
+                                            {&atlas, nullptr, p.selection.finest()}, bench.budgets.gpu));
         return msSince(start);
     };
     double overhead = probe(few);

@@ -295,7 +295,7 @@ void run(int argc, char** argv) {
         tessera.emplace(scene, store, *context, budgets);
     });
     const PreparedScene& p = tessera->prepared();
-    if (p.selection.level != 0)
+    if (p.selection.finest() != 0)
         throw Error("the volume does not fit the device at full resolution");
     const std::vector<std::byte> voxels = wholeVolume(store);
     VtkRenderer cpu(VtkMapper::cpu, info, voxels, p.function, p.camera, size);

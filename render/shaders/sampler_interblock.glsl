@@ -1,0 +1,178 @@
+// sampler_interblock.glsl: the field of mixed levels: blends of the eight bricks around the nearest brick
+// corner (docs/sampling.md, "Value"; course notes 2.10.2); twin of render/brick_corner.h and render/sampler.h.
+// Needs sampler_atlas.glsl. Gives fieldValue(p), fieldGradient(p), strideExponent(p), gBlended.
+
+uniform usampler3D uCorners;  // one texel per brick corner: see render/brick_corner.h
+uniform ivec3 uBricks;        // grid of bricks
+uniform ivec3 uExtentVoxels;
+uniform int uEdgeFunction;    // 0 nearest, 1 minimum, 2 split, 3 maximum
+uniform int uFinest;          // level of the selection
+
+const uint kCodeEmpty = 6u, kCodeOutside = 7u, kNoReach = 15u, kAgreeBit = 1u << 12;
+
+#if FEATURE_COUNTING
+uint gBlended = 0u; // evaluations that took more than the brick at hand
+#endif
+
+// A ray stays near a corner for many samples: its texel is looked up once.
+ivec3 gCorner = ivec3(-1);
+uvec2 gCodes = uvec2(0u);
+
+uint codeOf(uvec2 corner, int brick) { return (corner.x >> (4 * brick)) & 15u; }
+float halfSample(uint level) { return uintBitsToFloat((126u + level) << 23); }
+
+struct Place {
+    ivec3 corner;
+    vec3 p, offset; // voxels
+    int home;
+};
+
+Place placeOf(vec3 position) {
+    Place place;
+    place.p = clamp(position, vec3(0.0), vec3(uExtentVoxels));
+    ivec3 brick = min(ivec3(place.p) >> 5, uBricks - 1);
+    vec3 inside = place.p - vec3(brick * 32);
+    bvec3 lower = lessThan(inside, vec3(16.0));
+    place.corner = brick + 1 - ivec3(lower);
+    place.offset = inside - 32.0 * (1.0 - vec3(lower));
+    ivec3 bits = ivec3(lower);
+    place.home = bits.x | bits.y << 1 | bits.z << 2;
+    return place;
+}
+
+uvec2 cornerTexel(ivec3 corner) {
+    if (corner != gCorner) {
+        gCorner = corner;
+        gCodes = texelFetch(uCorners, corner, 0).xy;
+    }
+    return gCodes;
+}
+
+int nearAxes(uvec2 corner, vec3 offset) {
+    int near = 0;
+    gTurns += 3;
+    for (int axis = 0; axis < 3; ++axis) {
+        uint reach = (corner.y >> (4 * axis)) & 15u;
+        if (reach != kNoReach && abs(offset[axis]) < halfSample(reach)) near |= 1 << axis;
+    }
+    return near;
+}
+
+// x: how far a brick's weight rises into its own side, y: into the other's; voxels.
+vec2 edgeReach(uint own, uint other) {
+    if (own == kCodeEmpty || other == kCodeEmpty) {
+        uint level = own != kCodeEmpty ? own : other != kCodeEmpty ? other : uint(uFinest);
+        return vec2(halfSample(level));
+    }
+    if (uEdgeFunction == 0) return vec2(0.0);
+    if (uEdgeFunction == 1) return vec2(halfSample(min(own, other)));
+    if (uEdgeFunction == 2) return vec2(halfSample(own), halfSample(other));
+    return vec2(halfSample(max(own, other)));
+}
+
+float edgeWeight(vec2 reach, float into, bool upperSide) {
+    float r = into >= 0.0 ? reach.x : reach.y;
+    if (r == 0.0) return into > 0.0 || (into == 0.0 && upperSide) ? 1.0 : 0.0;
+    precise float weight = clamp(0.5 + 0.5 * (into / r), 0.0, 1.0);
+    return weight;
+}
+
+float cornerWeight(uvec2 corner, int brick, int near, vec3 offset) {
+    uint own = codeOf(corner, brick);
+    if (own == kCodeOutside) return 0.0;
+    precise float weight = 1.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        uint other = codeOf(corner, brick ^ (1 << axis));
+        if ((near & (1 << axis)) == 0 || other == kCodeOutside) continue;
+        bool upper = (brick & (1 << axis)) != 0;
+        weight = weight * edgeWeight(edgeReach(own, other), upper ? offset[axis] : -offset[axis], upper);
+    }
+    return weight;
+}
+
+ivec3 brickOf(ivec3 corner, int brick) { return corner - 1 + (ivec3(brick, brick >> 1, brick >> 2) & 1); }
+ivec3 levelExtentOf(int level) { return (uExtentVoxels + ((1 << level) - 1)) >> level; }
+float samplesPerVoxel(int level) { return uintBitsToFloat(uint(127 - level) << 23); }
+
+// A brick's own value: coordinates clamped half a sample inside it.
+float brickValue(ivec3 brick, uint code, vec3 p) {
+    uvec2 entry = brickEntry(brick);
+    if ((entry.x & kEntryValue) != 0u) {
+        COUNT_FETCHES(1u);
+        return uintBitsToFloat(entry.y);
+    }
+    int level = int(code);
+    ivec3 first = brick << (5 - level);
+    ivec3 last = min(ivec3(32 >> level), levelExtentOf(level) - first) - 1;
+    precise vec3 at = p * samplesPerVoxel(level) - vec3(first) - 0.5;
+    at = clamp(at, vec3(0.0), vec3(last));
+    ivec3 origin = slotOrigin(entry, 5 - level);
+#if FEATURE_HARDWARE
+    COUNT_FETCHES(1u);
+    return storedFromFiltered(textureLod(uVoxels, (vec3(origin) + at + 0.5) * uTexelSize, 0.0).r);
+#else
+    ivec3 low = ivec3(at);
+    precise vec3 f = at - vec3(low);
+    return trilinearInSlot(origin + low, origin + min(low + 1, last), f);
+#endif
+}
+
+float fieldValue(vec3 position) {
+    Place place = placeOf(position);
+    uvec2 corner = cornerTexel(place.corner);
+    int near = nearAxes(corner, place.offset);
+#if !FEATURE_HARDWARE
+    if ((corner.y & kAgreeBit) != 0u) {
+#if FEATURE_COUNTING
+        if (near != 0) ++gBlended;
+#endif
+        int level = int((corner.y >> 13) & 7u);
+        ivec3 last = levelExtentOf(level) - 1;
+        precise vec3 at = place.p * samplesPerVoxel(level) - 0.5;
+        at = clamp(at, vec3(0.0), vec3(last));
+        ivec3 low = ivec3(at);
+        precise vec3 f = at - vec3(low);
+        return trilinearOverBricks(low, min(low + 1, last), f, 5 - level);
+    }
+#endif
+    if (near == 0) return brickValue(brickOf(place.corner, place.home), codeOf(corner, place.home), place.p);
+#if FEATURE_COUNTING
+    ++gBlended;
+#endif
+    precise float sum = 0.0;
+    precise float weights = 0.0;
+    int subset = 0;
+    do { // the home brick, then every brick across some of the near axes
+        gTurns += 4; // and those of cornerWeight()
+        int n = place.home ^ subset;
+        float weight = cornerWeight(corner, n, near, place.offset);
+        if (weight > 0.0) {
+            sum = sum + weight * brickValue(brickOf(place.corner, n), codeOf(corner, n), place.p);
+            weights = weights + weight;
+        }
+        subset = (subset - near) & near;
+    } while (subset != 0);
+    precise float value = sum / weights;
+    return value;
+}
+
+// Distance of samples, voxels, with the weights of their values; empty bricks count as the finest level.
+float localPitch(vec3 position) {
+    Place place = placeOf(position);
+    uvec2 corner = cornerTexel(place.corner);
+    int near = (corner.y & kAgreeBit) != 0u ? 0 : nearAxes(corner, place.offset);
+    precise float sum = 0.0;
+    precise float weights = 0.0;
+    int subset = 0;
+    do {
+        gTurns += 4; // and those of cornerWeight()
+        int n = place.home ^ subset;
+        float weight = cornerWeight(corner, n, near, place.offset);
+        uint code = codeOf(corner, n);
+        sum = sum + weight * float(1 << (code == kCodeEmpty ? uint(uFinest) : code));
+        weights = weights + weight;
+        subset = (subset - near) & near;
+    } while (subset != 0);
+    precise float pitch = sum / weights;
+    return pitch;
+}
