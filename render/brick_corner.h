@@ -77,7 +77,7 @@ template <typename Real> Real edgeWeight(const EdgeReach<Real>& reach, Real into
 /// Where a point stands among the eight bricks around its nearest brick corner.
 template <typename Real> struct CornerPlace {
     glm::ivec3 corner{0};
-    glm::vec<3, Real> p{0};      // clamped into the volume, voxels
+    glm::vec<3, Real> p{0};      // voxels
     glm::vec<3, Real> offset{0}; // voxels from the corner, within half a brick inside the volume
     int home = 0;                // number of the brick that p lies in
 };
@@ -85,9 +85,10 @@ template <typename Real>
 CornerPlace<Real> cornerPlace(const glm::vec<3, Real>& position, const glm::vec<3, Real>& extentVoxels,
                               const glm::ivec3& bricks) {
     CornerPlace<Real> place;
-    place.p = glm::clamp(position, glm::vec<3, Real>(0), extentVoxels);
+    place.p = position;
     for (int axis = 0; axis < 3; ++axis) {
-        const int brick = std::min(static_cast<int>(place.p[axis]) >> 5, bricks[axis] - 1);
+        const Real inVolume = glm::clamp(position[axis], Real(0), extentVoxels[axis]);
+        const int brick = std::min(static_cast<int>(inVolume) >> 5, bricks[axis] - 1);
         const Real inside = place.p[axis] - static_cast<Real>(brick * kBrickExtent);
         const bool lower =
             inside < Real(kBrickExtent / 2); // nearer to its lower corner: it is the upper brick there

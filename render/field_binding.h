@@ -14,23 +14,35 @@
 
 namespace tessera {
 
-constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kDistanceUnit = 2, kCornerUnit = 3;
+constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kDistanceUnit = 2, kCornerUnit = 3, kFactsUnit = 4;
+
+/// The level map as the shaders read it.
+struct LevelTextures {
+    GlTexture3d corners, facts;
+    LevelTextures(const LevelMap& map, Ledger& gpu)
+        : corners(GL_RG32UI, map.cornerGrid(), 8, GL_NEAREST, gpu, "the level map"),
+          facts(GL_R32UI, map.bricks, 4, GL_NEAREST, gpu, "the level map") {
+        static_assert(sizeof(BrickCorner) == 8, "two words a texel");
+        corners.upload(glm::ivec3(0), map.cornerGrid(), GL_RG_INTEGER, GL_UNSIGNED_INT, map.corners.data());
+        facts.upload(glm::ivec3(0), map.bricks, GL_RED_INTEGER, GL_UNSIGNED_INT, map.facts.data());
+    }
+};
 
 /// What a field is read from: bricks in an atlas (of mixed levels: with their level map), or one whole level.
 /// What it points to must outlive the dispatches.
 struct FieldSource {
     const Atlas* atlas = nullptr;
     const GlTexture3d* wholeLevel = nullptr;
-    int level = 0;                        // unless kFeatureMixed
-    const LevelMap* map = nullptr;        // kFeatureMixed only
-    const GlTexture3d* corners = nullptr; // kFeatureMixed only: map->corners
+    int level = 0;                           // unless kFeatureMixed
+    const LevelMap* map = nullptr;           // kFeatureMixed only
+    const LevelTextures* textures = nullptr; // kFeatureMixed only: of map
 };
 
 inline void bindField(const GlProgram& program, std::uint32_t features, const VolumeInfo& info,
                       const FieldSource& source) {
     const bool bricked = (features & kFeatureBricked) != 0, mixed = (features & kFeatureMixed) != 0;
     TESSERA_CHECK(bricked ? source.atlas != nullptr : source.wholeLevel != nullptr);
-    TESSERA_CHECK(!mixed || (bricked && source.map && source.corners));
+    TESSERA_CHECK(!mixed || (bricked && source.map && source.textures));
     if (bricked)
         source.atlas->bind(kVoxelUnit, kIndexUnit);
     else
@@ -46,21 +58,15 @@ inline void bindField(const GlProgram& program, std::uint32_t features, const Vo
     program.set("uStoredBias", texelFormat(info.type).bias);
     if (!mixed)
         return;
-    source.corners->bind(kCornerUnit);
+    source.textures->corners.bind(kCornerUnit);
+    source.textures->facts.bind(kFactsUnit);
     program.set("uCorners", static_cast<int>(kCornerUnit));
+    program.set("uFacts", static_cast<int>(kFactsUnit));
     program.set("uBricks", source.map->bricks);
     program.set("uExtentVoxels", source.map->extentVoxels);
     program.set("uEdgeFunction", static_cast<int>(source.map->edgeFunction));
     program.set("uFinest", static_cast<int>(source.map->finest));
     program.set("uMostStride", source.map->mostStride);
-}
-
-/// The level map as the shaders read it.
-inline GlTexture3d cornerTexture(const LevelMap& map, Ledger& gpu) {
-    static_assert(sizeof(BrickCorner) == 8, "two words a texel");
-    GlTexture3d texture(GL_RG32UI, map.cornerGrid(), 8, GL_NEAREST, gpu, "the level map");
-    texture.upload(glm::ivec3(0), map.cornerGrid(), GL_RG_INTEGER, GL_UNSIGNED_INT, map.corners.data());
-    return texture;
 }
 
 } // namespace tessera

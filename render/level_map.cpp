@@ -6,22 +6,59 @@
 namespace tessera {
 namespace {
 
-/// Reach along an axis: the widest of its four edges, as a level whose half sample it is.
+/// Level whose half sample is the wider reach of an edge; -1: none. The same cases as edgeReach().
+int widestLevel(std::uint32_t a, std::uint32_t b, EdgeFunction function, std::uint32_t finest) {
+    if (a == BrickCorner::kOutside || b == BrickCorner::kOutside)
+        return -1;
+    if (a == BrickCorner::kEmpty || b == BrickCorner::kEmpty)
+        return static_cast<int>(a != BrickCorner::kEmpty ? a : b != BrickCorner::kEmpty ? b : finest);
+    switch (function) {
+    case EdgeFunction::nearest:
+        return -1;
+    case EdgeFunction::minimum:
+        return static_cast<int>(std::min(a, b));
+    case EdgeFunction::split:
+    case EdgeFunction::maximum:
+        break;
+    }
+    return static_cast<int>(std::max(a, b));
+}
+
+/// Reach along an axis: the widest of its four edges.
 std::uint32_t reachOf(const BrickCorner& corner, int axis, EdgeFunction function, std::uint32_t finest) {
     int widest = -1;
-    for (int brick = 0; brick < 8; ++brick) {
-        if (brick & (1 << axis))
-            continue;
-        const std::uint32_t a = corner.code(brick), b = corner.code(brick | (1 << axis));
-        if (a == BrickCorner::kOutside || b == BrickCorner::kOutside)
-            continue;
-        const EdgeReach<double> reach = edgeReach<double>(a, b, function, finest);
-        for (const double r : {reach.own, reach.other})
-            for (int level = widest + 1; level < kLevelCount; ++level)
-                if (r == halfSample<double>(static_cast<std::uint32_t>(level)))
-                    widest = level;
-    }
+    for (int brick = 0; brick < 8; ++brick)
+        if ((brick & (1 << axis)) == 0)
+            widest = std::max(
+                widest, widestLevel(corner.code(brick), corner.code(brick | (1 << axis)), function, finest));
     return widest < 0 ? BrickCorner::kNoReach : static_cast<std::uint32_t>(widest);
+}
+
+std::uint32_t factsOf(const LevelMap& map, const Selection& selection, const glm::ivec3& brick) {
+    const int own = selection.levels[linearIndex(brick, selection.bricks)];
+    auto facts = static_cast<std::uint32_t>(own);
+    for (int face = 0; face < 6; ++face) {
+        const int axis = face % 3, u = (axis + 1) % 3, v = (axis + 2) % 3;
+        int widest = -1;
+        bool finer = false;
+        for (int n = 0; n < 4; ++n) {
+            glm::ivec3 at = brick;
+            at[axis] += face / 3;
+            at[u] += n & 1;
+            at[v] += n >> 1;
+            const BrickCorner& corner = map.at(at);
+            if (corner.reachCode(axis) != BrickCorner::kNoReach)
+                widest = std::max(widest, static_cast<int>(corner.reachCode(axis)));
+            finer = finer || corner.finestLevel() < own;
+        }
+        glm::ivec3 beyond = brick;
+        beyond[axis] += face < 3 ? -1 : 1;
+        const bool border = beyond[axis] < 0 || beyond[axis] >= selection.bricks[axis];
+        const std::uint32_t reach = widest >= 0 ? static_cast<std::uint32_t>(widest) : border ? 7u : 6u;
+        facts |= reach << (3 + 3 * face);
+        facts |= (finer ? 1u : 0u) << (21 + face);
+    }
+    return facts;
 }
 
 BrickCorner cornerOf(const Selection& selection, const glm::ivec3& at, EdgeFunction function,
@@ -82,6 +119,12 @@ LevelMap makeLevelMap(const Selection& selection, const glm::ivec3& extentVoxels
         for (at.y = 0; at.y <= map.bricks.y; ++at.y)
             for (at.x = 0; at.x <= map.bricks.x; ++at.x)
                 map.corners[n++] = cornerOf(selection, at, map.edgeFunction, map.finest);
+    map.facts.resize(cellCount(map.bricks));
+    n = 0;
+    for (at.z = 0; at.z < map.bricks.z; ++at.z)
+        for (at.y = 0; at.y < map.bricks.y; ++at.y)
+            for (at.x = 0; at.x < map.bricks.x; ++at.x)
+                map.facts[n++] = factsOf(map, selection, at);
     return map;
 }
 

@@ -81,6 +81,7 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
     }
     setRayUniforms(program_, frame);
     program_.set("uStride", strides.uniformSegments);
+    program_.set("uStepVoxels", static_cast<float>(strides.segmentVoxels));
     program_.set("uNaive", strides.sampling == Sampling::naive ? 1 : 0);
     program_.set("uTableScale", optics.scale);
     program_.set("uTableOffset", optics.offset);

@@ -58,11 +58,10 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
     FieldSource source{&atlas, nullptr, p.selection.finest(), nullptr, nullptr};
-    GlTexture3d corners;
+    std::optional<LevelTextures> levelTextures;
     if (p.mixed()) {
-        corners = cornerTexture(p.levels, gpu);
         source.map = &p.levels;
-        source.corners = &corners;
+        source.textures = &levelTextures.emplace(p.levels, gpu);
     }
     march.run(source, options.slicing, result.work);
     result.image = march.image();

@@ -34,7 +34,14 @@ template <typename Real> int strideAt(const Strides& strides, const SegmentedRay
 template <typename Real> int strideStart(const Strides& strides, const SegmentedRay<Real>& ray, int i) {
     if (!strides.map)
         return i & ~(strides.uniformSegments - 1);
-    for (int k = strides.map->mostStride; k > 0; --k) {
+    const LevelMap& map = *strides.map;
+    int k = map.mostStride;
+    if (strides.sampling !=
+        Sampling::naive) { // a stride never reaches into a brick that is finer than itself
+        const auto place = cornerPlace(segmentStart(ray, i), glm::vec<3, Real>(map.extentVoxels), map.bricks);
+        k = std::min(k, static_cast<int>(map.at(place.corner).code(place.home)));
+    }
+    for (; k > 0; --k) {
         const int start = i & ~((1 << k) - 1);
         if (start + strideAt(strides, ray, start) > i)
             return start;

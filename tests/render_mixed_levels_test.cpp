@@ -109,8 +109,8 @@ TEST_P(MixedField, ShaderEqualsItsTwin) {
     Work work;
     Atlas atlas(p.info(), p.selection, TextureLimits{}, gpu);
     atlas.load(*p.cache, scene.prepared->budgets.ram, work);
-    const GlTexture3d corners = cornerTexture(p.levels, gpu);
-    const FieldSource source{&atlas, nullptr, 0, &p.levels, &corners};
+    const LevelTextures textures(p.levels, gpu);
+    const FieldSource source{&atlas, nullptr, 0, &p.levels, &textures};
     std::uint32_t features = kFeatureBricked | kFeatureMixed;
     if (texelFormat(p.info().type).normalised)
         features |= kFeatureNormalised;

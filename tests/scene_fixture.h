@@ -11,6 +11,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace tessera::test {
@@ -91,11 +92,10 @@ inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const Marc
         Atlas atlas(p.info(), p.selection, TextureLimits{}, gpu);
         atlas.load(*p.cache, prepared.budgets.ram, out.work);
         source.atlas = &atlas;
-        GlTexture3d corners;
+        std::optional<LevelTextures> levelTextures;
         if (p.mixed()) {
-            corners = cornerTexture(p.levels, gpu);
             source.map = &p.levels;
-            source.corners = &corners;
+            source.textures = &levelTextures.emplace(p.levels, gpu);
         }
         march.run(source, slicing, out.work);
     } else {

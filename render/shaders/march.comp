@@ -34,17 +34,33 @@ void main() {
     int left = uMaxIterations;
     while (i < ray.count && left > 0 && gTurns < kMostTurns) {
         ++gTurns;
-        // First every ray of the group finds its next sample that shows, leaping and looking; then all of them
-        // shade theirs at once. One loop for both would shade few lanes at a time while the others wait.
         float extinction = 0.0;
         float place = 0.0;
         float length = 0.0; // of the stride, in segments
         int n = 0;
         vec3 p = vec3(0.0);
+        // Three loops, one in another: all rays of a group look on in their bricks until each needs another
+        // brick or a blend; then those that do get it; and once every ray has a sample that shows, all shade.
+        // Fewer loops would do the rare work of few lanes while the others wait, at every sample.
         while (i < ray.count && left > 0 && gTurns < kMostTurns) {
-            --left;
             ++gTurns;
-            ++iterations;
+            bool within = true;
+            while (i < ray.count && left > 0 && gTurns < kMostTurns) {
+                --left;
+                ++gTurns;
+                ++iterations;
+                n = homeStride(i);
+                length = strideLength(ray, i, n);
+                p = stridePosition(ray, i, length);
+                within = inHome(p) && startsInHome(ray, i) && isOccupied(p);
+                if (!within) break;
+                ++segments;
+                place = tablePlace(homeValue(p));
+                extinction = extinctionAt(place);
+                if (extinction > 0.0) break;
+                i += n;
+            }
+            if (within) break; // shows, or at its end, or its turns are spent
             n = strideAt(ray, i);
             length = strideLength(ray, i, n);
             p = stridePosition(ray, i, length);
@@ -53,6 +69,7 @@ void main() {
                 i = next;
                 continue;
             }
+            enterHome(p);
             ++segments;
             place = tablePlace(fieldValue(p));
             extinction = extinctionAt(place);

@@ -1,5 +1,6 @@
 // march_skipping.glsl: leaps over strides that are proven empty; twin of render/occupancy.h.
-// Needs FEATURE_SKIPPING, common_ray.glsl, sampler_atlas.glsl, march_strides.glsl. Gives nextOccupied(ray, i, n, p).
+// Needs FEATURE_SKIPPING, common_ray.glsl, sampler_atlas.glsl, march_strides.glsl. Gives isOccupied(p),
+// nextOccupied(ray, i, n, p).
 
 #if FEATURE_SKIPPING
 uniform usampler3D uDistance; // per cell of 8^3 voxels: 0 occupied, else Chebyshev distance to the nearest such
@@ -25,6 +26,12 @@ int nextOccupied(Ray ray, int i, int n, vec3 p) {
     if (beyond >= ray.count) return ray.count;
     return max(i + n, strideStart(ray, beyond));
 }
+
+bool isOccupied(vec3 p) {
+    ivec3 cell = clamp(ivec3(floor(p)) >> 3, ivec3(0), uCells - 1);
+    return texelFetch(uDistance, cell, 0).r == 0u;
+}
 #else
+bool isOccupied(vec3 p) { return true; }
 int nextOccupied(Ray ray, int i, int n, vec3 p) { return i; }
 #endif

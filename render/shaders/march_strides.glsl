@@ -1,9 +1,9 @@
 // march_strides.glsl: how many segments a ray takes at once; twin of render/strides.h.
-// Needs FEATURE_MIXED, common_ray.glsl, sampler_interblock.glsl. Gives strideAt(ray, i), strideStart(ray, i).
+// Needs FEATURE_MIXED, common_ray.glsl, sampler_field.glsl. Gives strideAt(ray, i), strideStart(ray, i), and for
+// the brick at hand startsInHome(ray, i), homeStride(i).
 
 #if FEATURE_MIXED
-uniform int uMostStride; // no stride above 2^this
-uniform int uNaive;      // 1: as the brick at hand, whatever its neighbours
+uniform int uNaive; // 1: as the brick at hand, whatever its neighbours
 
 int strideExponent(uvec2 corner, Place place) {
     int k = min(int(codeOf(corner, place.home)), uMostStride); // an empty brick counts as coarser than all
@@ -18,24 +18,35 @@ int strideExponent(uvec2 corner, Place place) {
     return k;
 }
 
+int alignment(int i) { return i == 0 ? 31 : findLSB(i); }
+
 int strideAt(Ray ray, int i) {
-    if (uMostStride == 0) return 1;
     Place place = placeOf(segmentStart(ray, i));
-    int k = strideExponent(cornerTexel(place.corner), place);
-    return 1 << (i == 0 ? k : min(k, findLSB(i)));
+    return 1 << min(strideExponent(cornerTexel(place.corner), place), alignment(i));
 }
 
 int strideStart(Ray ray, int i) {
-    for (int k = uMostStride; k > 0; --k) {
+    Place place = placeOf(segmentStart(ray, i));
+    // A stride never reaches into a brick that is finer than itself, unless it looks at no neighbours.
+    int k = uNaive != 0 ? uMostStride : min(uMostStride, int(codeOf(cornerTexel(place.corner), place.home)));
+    for (; k > 0; --k) {
         ++gTurns;
         int start = i & ~((1 << k) - 1);
         if (start + strideAt(ray, start) > i) return start;
     }
     return i;
 }
+
+int homeStride(int i) { return 1 << min(gHomeStride, alignment(i)); }
+bool startsInHome(Ray ray, int i) {
+    vec3 start = segmentStart(ray, i);
+    return all(greaterThanEqual(start, gStartLow)) && all(lessThan(start, gStartHigh));
+}
 #else
 uniform int uStride; // segments, a power of two
 
 int strideAt(Ray ray, int i) { return uStride; }
 int strideStart(Ray ray, int i) { return i & ~(uStride - 1); }
+int homeStride(int i) { return uStride; }
+bool startsInHome(Ray ray, int i) { return true; }
 #endif

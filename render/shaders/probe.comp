@@ -12,5 +12,7 @@ void main() {
     int i = int(gl_GlobalInvocationID.x);
     if (i >= uCount) return;
     vec3 p = uProbes[i].xyz;
-    uProbes[i] = vec4(fieldGradient(p), fieldValue(p));
+    // Every other one as the march does it, which is in a brick and stays there where no other has weight.
+    if ((i & 1) != 0) enterHome(p);
+    uProbes[i] = vec4(fieldGradient(p), inHome(p) ? homeValue(p) : fieldValue(p));
 }

@@ -44,17 +44,7 @@ float storedFromFiltered(float texel) {
 }
 
 #if FEATURE_BRICKED
-// A ray stays in a brick for many samples: its entry is looked up once.
-ivec3 gBrick = ivec3(-1);
-uvec2 gEntry = uvec2(0u);
-
-uvec2 brickEntry(ivec3 brick) {
-    if (brick != gBrick) {
-        gBrick = brick;
-        gEntry = texelFetch(uIndex, brick, 0).xy;
-    }
-    return gEntry;
-}
+uvec2 brickEntry(ivec3 brick) { return texelFetch(uIndex, brick, 0).xy; }
 
 // First texel of a slot whose edge is 2^shift samples. x: page (3 x 10 bits), y: slot inside it (3 x 5 bits).
 ivec3 slotOrigin(uvec2 entry, int shift) {

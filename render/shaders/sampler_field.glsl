@@ -2,7 +2,7 @@
 // gradient; twin of render/sampler.h. Bricks of mixed levels are in sampler_interblock.glsl; where all share one
 // level, the field is plain trilinear interpolation on that level's lattice, empty bricks reading as their mean.
 // Needs FEATURE_MIXED and those of sampler_atlas.glsl. Gives fieldValue(p), fieldGradient(p); p in level-0
-// voxels, values as stored, gradients in stored units per voxel.
+// voxels, values as stored, gradients in stored units per voxel; and what sampler_home.glsl gives.
 
 #include "sampler_atlas.glsl"
 #if FEATURE_MIXED
@@ -66,19 +66,34 @@ float fieldValue(vec3 p) {
 float localPitch(vec3 p) { return uVoxelsPerSample; }
 #endif
 
+#include "sampler_home.glsl"
+
 // Central differences of this very field, offset half a sample.
 vec3 fieldGradient(vec3 p) {
-    vec3 g;
-    precise float pitch = localPitch(p);
+    precise float pitch = inHome(p) ? homePitch() : localPitch(p);
     precise float h = 0.5 * pitch;
-    gTurns += 3;
+    // A compiler for SIMD lanes runs both sides of a branch, but a loop only as long as a lane needs it: so the
+    // six values are taken from the brick at hand, and again, one by one, where other bricks have weight.
+    bool within = inHome(p - h) && inHome(p + h);
+    vec3 g;
     for (int axis = 0; axis < 3; ++axis) {
         vec3 offset = vec3(0.0);
         offset[axis] = h;
         precise vec3 ahead = p + offset;
         precise vec3 behind = p - offset;
-        precise float slope = (fieldValue(ahead) - fieldValue(behind)) / pitch;
+        precise float slope = (homeValue(ahead) - homeValue(behind)) / pitch;
         g[axis] = slope;
+    }
+    float value = 0.0;
+    gTurns += 3;
+    for (int turn = within ? 6 : 0; turn < 6; ++turn) {
+        ++gTurns;
+        bvec3 axis = equal(ivec3(turn >> 1), ivec3(0, 1, 2));
+        precise vec3 at = p + mix(vec3(0.0), vec3((turn & 1) == 0 ? h : -h), axis);
+        float here = fieldValue(at);
+        precise float slope = (value - here) / pitch;
+        if ((turn & 1) != 0) g = mix(g, vec3(slope), axis);
+        value = here;
     }
     return g;
 }

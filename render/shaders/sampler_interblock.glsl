@@ -1,6 +1,6 @@
 // sampler_interblock.glsl: the field of mixed levels: blends of the eight bricks around the nearest brick
 // corner (docs/sampling.md, "Value"; course notes 2.10.2); twin of render/brick_corner.h and render/sampler.h.
-// Needs sampler_atlas.glsl. Gives fieldValue(p), fieldGradient(p), strideExponent(p), gBlended.
+// Needs sampler_atlas.glsl. Gives fieldValue(p), localPitch(p), placeOf(p), cornerTexel, codeOf, gBlended.
 
 uniform usampler3D uCorners;  // one texel per brick corner: see render/brick_corner.h
 uniform ivec3 uBricks;        // grid of bricks
@@ -14,10 +14,6 @@ const uint kCodeEmpty = 6u, kCodeOutside = 7u, kNoReach = 15u, kAgreeBit = 1u <<
 uint gBlended = 0u; // evaluations that took more than the brick at hand
 #endif
 
-// A ray stays near a corner for many samples: its texel is looked up once.
-ivec3 gCorner = ivec3(-1);
-uvec2 gCodes = uvec2(0u);
-
 uint codeOf(uvec2 corner, int brick) { return (corner.x >> (4 * brick)) & 15u; }
 float halfSample(uint level) { return uintBitsToFloat((126u + level) << 23); }
 
@@ -29,8 +25,8 @@ struct Place {
 
 Place placeOf(vec3 position) {
     Place place;
-    place.p = clamp(position, vec3(0.0), vec3(uExtentVoxels));
-    ivec3 brick = min(ivec3(place.p) >> 5, uBricks - 1);
+    place.p = position;
+    ivec3 brick = min(ivec3(clamp(position, vec3(0.0), vec3(uExtentVoxels))) >> 5, uBricks - 1);
     vec3 inside = place.p - vec3(brick * 32);
     bvec3 lower = lessThan(inside, vec3(16.0));
     place.corner = brick + 1 - ivec3(lower);
@@ -40,13 +36,7 @@ Place placeOf(vec3 position) {
     return place;
 }
 
-uvec2 cornerTexel(ivec3 corner) {
-    if (corner != gCorner) {
-        gCorner = corner;
-        gCodes = texelFetch(uCorners, corner, 0).xy;
-    }
-    return gCodes;
-}
+uvec2 cornerTexel(ivec3 corner) { return texelFetch(uCorners, corner, 0).xy; }
 
 int nearAxes(uvec2 corner, vec3 offset) {
     int near = 0;
@@ -121,11 +111,11 @@ float fieldValue(vec3 position) {
     Place place = placeOf(position);
     uvec2 corner = cornerTexel(place.corner);
     int near = nearAxes(corner, place.offset);
+#if FEATURE_COUNTING
+    if (near != 0) ++gBlended;
+#endif
 #if !FEATURE_HARDWARE
     if ((corner.y & kAgreeBit) != 0u) {
-#if FEATURE_COUNTING
-        if (near != 0) ++gBlended;
-#endif
         int level = int((corner.y >> 13) & 7u);
         ivec3 last = levelExtentOf(level) - 1;
         precise vec3 at = place.p * samplesPerVoxel(level) - 0.5;
@@ -134,10 +124,6 @@ float fieldValue(vec3 position) {
         precise vec3 f = at - vec3(low);
         return trilinearOverBricks(low, min(low + 1, last), f, 5 - level);
     }
-#endif
-    if (near == 0) return brickValue(brickOf(place.corner, place.home), codeOf(corner, place.home), place.p);
-#if FEATURE_COUNTING
-    ++gBlended;
 #endif
     precise float sum = 0.0;
     precise float weights = 0.0;
@@ -152,6 +138,7 @@ float fieldValue(vec3 position) {
         }
         subset = (subset - near) & near;
     } while (subset != 0);
+    if (near == 0) return sum;
     precise float value = sum / weights;
     return value;
 }
@@ -165,7 +152,7 @@ float localPitch(vec3 position) {
     precise float weights = 0.0;
     int subset = 0;
     do {
-        gTurns += 4; // and those of cornerWeight()
+        gTurns += 4;
         int n = place.home ^ subset;
         float weight = cornerWeight(corner, n, near, place.offset);
         uint code = codeOf(corner, n);
