@@ -24,7 +24,7 @@ namespace tessera {
 /// Rays of the bricks that were asked for, in pages, so that more can be added without moving any.
 struct BrickRays {
     static constexpr std::uint32_t kNoRow = UINT32_MAX;
-    static constexpr std::size_t kRowsPerPage = 4096;
+    static constexpr std::size_t kRowsPerPage = 256; // 133 KiB
     glm::ivec3 bricks{0};
     int parts = kBrickRayParts;                   // of kBrickRayParts
     std::vector<std::uint32_t> rowOf;             // [z][y][x]: a brick's row, or kNoRow
