@@ -1,8 +1,10 @@
-// bricking/statistics.cpp: see statistics.h. On disk: STORE/stats/cell_min, cell_max (float32 [z][y][x] over
-// cells), STORE/stats/histogram/<level> (uint16 [z][y][x][bin] over bricks), and in the group's
-// attributes.tessera the range, the whole histogram, the store's content hash and a CRC-32C of every array.
+// bricking/statistics.cpp: see statistics.h and ray_statistics.h. On disk: STORE/stats/cell_min, cell_max
+// (float32 [z][y][x] over cells), STORE/stats/rays/0 and 1 (uint8 [z][y][x][byte] over bricks: the parts of
+// brick_rays.h), and in the group's attributes.tessera the version, the range, the whole histogram, the
+// store's content hash, a CRC-32C of both cell arrays and one of every layer of chunks of rays.
 #include "bricking/statistics.h"
 
+#include "bricking/ray_statistics.h"
 #include "bricking/statistics_pass.h"
 #include "bricking/store/checked_json.h"
 #include "bricking/store/codec.h"
@@ -14,39 +16,42 @@
 #include "core/threads.h"
 
 #include <algorithm>
-#include <numeric>
+#include <array>
+#include <cstring>
 
 namespace tessera {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::uint64_t kMaxGroupBytes = 65536; // ours have about 2 KiB
+constexpr std::uint64_t kMaxGroupBytes = 1 << 20; // ours have about 2 KiB and 30 bytes per 64 slices
+constexpr std::int64_t kVersion = 2;              // 1: brick histograms instead of rays
 
 ArraySpec cellSpec(const glm::ivec3& cells) {
     return {"float32", sizeof(float), cells, glm::min(cells, glm::ivec3(64, 64, 16)), 0};
 }
-ArraySpec histogramSpec(const glm::ivec3& bricks) {
-    return {"uint16", sizeof(std::uint16_t), bricks, glm::min(bricks, glm::ivec3(16, 16, kHistogramLayers)),
-            kHistogramBins};
+ArraySpec raySpec(const glm::ivec3& bricks) {
+    return {"uint8", 1, bricks, glm::min(bricks, glm::ivec3(16, 16, kRayLayers)), kBrickRayBytes};
 }
-std::string histogramPath(int level) {
-    return "stats/histogram/" + std::to_string(level);
+std::string rayPath(int part) {
+    return "stats/rays/" + std::to_string(part);
 }
 
 std::size_t heldBytes(const VolumeInfo& info) {
     return 2 * sizeof(float) * cellCount(cellGrid(info.extentVoxels)) +
-           sizeof(float) * cellCount(brickGrid(info.extentVoxels)) + sizeof(std::uint64_t) * kHistogramBins;
+           3 * sizeof(float) * cellCount(brickGrid(info.extentVoxels)) +
+           sizeof(std::uint64_t) * kHistogramBins;
 }
-std::size_t groupCounts(const VolumeInfo& info) {
+/// Bytes of one part of the rays of one group of layers.
+std::size_t rayLayerBytes(const VolumeInfo& info) {
     const glm::ivec3 bricks = brickGrid(info.extentVoxels);
-    return cellCount({bricks.x, bricks.y, std::min(bricks.z, kHistogramLayers)}) * kHistogramBins;
+    return cellCount({bricks.x, bricks.y, std::min(bricks.z, kRayLayers)}) * kBrickRayBytes;
 }
 std::size_t threadCount(int threads) {
     return static_cast<std::size_t>(threads > 0 ? threads : defaultThreads());
 }
 std::size_t scratchBytes(const VolumeInfo& info) {
     return std::max(cellSpec(cellGrid(info.extentVoxels)).scratchBytes(),
-                    histogramSpec(brickGrid(info.extentVoxels)).scratchBytes());
+                    raySpec(brickGrid(info.extentVoxels)).scratchBytes());
 }
 
 /// Sized and charged, not yet filled.
@@ -57,27 +62,26 @@ Statistics emptyStatistics(const VolumeInfo& info, Ledger& ram) {
     statistics.bricks = brickGrid(info.extentVoxels);
     statistics.cellMin.resize(cellCount(statistics.cells));
     statistics.cellMax.resize(cellCount(statistics.cells));
-    statistics.brickMean.resize(cellCount(statistics.bricks));
+    for (std::vector<float>* values : {&statistics.brickMean, &statistics.brickMin, &statistics.brickMax})
+        values->resize(cellCount(statistics.bricks));
     statistics.histogram.resize(kHistogramBins);
     return statistics;
 }
 
-/// Both passes; `done` also sees the brick histograms of levels below `levels`, group by group.
-void compute(const StoreReader& store, Statistics& statistics, Ledger& ram, int threads, int levels,
-             const std::function<void(int, int, std::span<const std::uint16_t>)>& done) {
-    BufferPool pool(ram, threadCount(threads), store.chunkBytes(), "computing statistics");
-    const Charge charge = ram.charge(groupCounts(store.info()) * sizeof(std::uint16_t), "histograms");
-    std::vector<std::uint16_t> counts(groupCounts(store.info()));
-    gatherCells(store, statistics, pool, threads);
-    gatherMeans(store, statistics, pool);
-    for (int level = 0; level < levels; ++level)
-        gatherHistograms(store, level, statistics.lowest, statistics.highest, pool, counts, threads,
-                         [&](int group, std::span<const std::uint16_t> used) {
-                             if (level == 0)
-                                 for (std::size_t i = 0; i < used.size(); ++i)
-                                     statistics.histogram[i % kHistogramBins] += used[i];
-                             done(level, group, used);
-                         });
+/// Ranges of bricks from those of their cells.
+void foldBricks(Statistics& statistics) {
+    const glm::ivec3 cells = statistics.cells;
+    std::fill(statistics.brickMin.begin(), statistics.brickMin.end(), statistics.highest);
+    std::fill(statistics.brickMax.begin(), statistics.brickMax.end(), statistics.lowest);
+    std::size_t cell = 0;
+    for (int z = 0; z < cells.z; ++z)
+        for (int y = 0; y < cells.y; ++y)
+            for (int x = 0; x < cells.x; ++x, ++cell) {
+                const std::size_t brick =
+                    linearIndex(glm::ivec3(x, y, z) / kCellsPerBrick, statistics.bricks);
+                statistics.brickMin[brick] = std::min(statistics.brickMin[brick], statistics.cellMin[cell]);
+                statistics.brickMax[brick] = std::max(statistics.brickMax[brick], statistics.cellMax[cell]);
+            }
 }
 
 std::span<std::byte> layerOf(std::vector<float>& cells, const ArraySpec& spec, int layer) {
@@ -89,7 +93,7 @@ std::span<std::byte> layerOf(std::vector<float>& cells, const ArraySpec& spec, i
 
 constexpr const char* kGroupFile = "stats/zarr.json";
 
-/// The document of the statistics' group, its seal checked.
+/// The document of the statistics' group; its seal, its version and whose it is are checked.
 Json readGroup(const FileHandle& folder, const StoreReader& store) {
     const std::string where = (store.path() / kGroupFile).string();
     const auto text = readText(folder, kGroupFile, store.path(), kMaxGroupBytes);
@@ -97,6 +101,9 @@ Json readGroup(const FileHandle& folder, const StoreReader& store) {
         throw badFile(where, "statistics", "none");
     Json group = parseJson(*text, where);
     checkSeal(group, where);
+    integerAt(group, "/attributes/tessera/version", kVersion, kVersion, where);
+    if (textAt(group, "/attributes/tessera/store", where) != store.contentHash())
+        throw badFile(where, "statistics of this store", "those of another");
     return group;
 }
 
@@ -106,8 +113,6 @@ void readStatistics(const StoreReader& store, Statistics& statistics) {
     const std::string where = (store.path() / kGroupFile).string();
     const Json group = readGroup(folder, store);
     const std::string root = "/attributes/tessera/";
-    if (textAt(group, root + "store", where) != store.contentHash())
-        throw badFile(where, "statistics of this store", "those of another");
     statistics.lowest = static_cast<float>(numberAt(group, root + "lowest", where));
     statistics.highest = static_cast<float>(numberAt(group, root + "highest", where));
     std::uint64_t voxels = 0;
@@ -144,22 +149,15 @@ int histogramBin(double value, double lowest, double highest) {
 }
 
 void Statistics::brickRange(const BrickId& brick, float& lo, float& hi) const {
-    const glm::ivec3 first = glm::ivec3(brick.i, brick.j, brick.k) * kCellsPerBrick;
-    const glm::ivec3 end = glm::min(first + kCellsPerBrick, cells);
-    lo = highest;
-    hi = lowest;
-    for (int z = first.z; z < end.z; ++z)
-        for (int y = first.y; y < end.y; ++y)
-            for (int x = first.x; x < end.x; ++x) {
-                lo = std::min(lo, cellMin[linearIndex({x, y, z}, cells)]);
-                hi = std::max(hi, cellMax[linearIndex({x, y, z}, cells)]);
-            }
+    const std::size_t at = linearIndex({brick.i, brick.j, brick.k}, bricks);
+    lo = brickMin[at];
+    hi = brickMax[at];
 }
 
 std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads) {
     const std::size_t chunk = cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info.type);
-    const std::size_t own = heldBytes(info) + threadCount(threads) * chunk +
-                            groupCounts(info) * sizeof(std::uint16_t) + scratchBytes(info);
+    const std::size_t own = heldBytes(info) + threadCount(threads) * chunk + rayScratchBytes(info, threads) +
+                            kBrickRayParts * rayLayerBytes(info) + scratchBytes(info);
     // A reader takes up to a quarter of what is free (store_reader.h).
     return (own + readerFloorBytes(info)) / 3 * 4 + 4;
 }
@@ -168,22 +166,43 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, Ledger& r
     const VolumeInfo& info = store.info();
     Statistics statistics = emptyStatistics(info, ram);
     const Charge scratch = ram.charge(scratchBytes(info), "writing statistics");
-    const ArraySpec histograms = histogramSpec(statistics.bricks);
-    for (int level = 0; level < kLevelCount; ++level)
-        writeArrayMetadata(folder / histogramPath(level), histograms);
+    const ArraySpec spec = raySpec(statistics.bricks);
+    for (int part = 0; part < kBrickRayParts; ++part)
+        writeArrayMetadata(folder / rayPath(part), spec);
     const Json plainGroup = {{"zarr_format", 3}, {"node_type", "group"}, {"attributes", Json::object()}};
-    writeFile(folder / "stats/histogram/zarr.json", plainGroup.dump(1) + "\n");
+    writeFile(folder / "stats/rays/zarr.json", plainGroup.dump(1) + "\n");
 
-    Json crcs = Json::object();
-    std::array<std::uint32_t, kLevelCount> histogramCrcs{};
-    compute(store, statistics, ram, threads, kLevelCount,
-            [&](int level, int group, std::span<const std::uint16_t> used) {
-                writeArrayLayer(folder / histogramPath(level), histograms, group, std::as_bytes(used));
-                std::uint32_t& crc = histogramCrcs[static_cast<std::size_t>(level)];
-                crc = crc32c(std::as_bytes(used), crc);
-            });
-    for (int level = 0; level < kLevelCount; ++level)
-        crcs["histogram" + std::to_string(level)] = histogramCrcs[static_cast<std::size_t>(level)];
+    BufferPool pool(ram, threadCount(threads), store.chunkBytes(), "computing statistics");
+    gatherCells(store, statistics, pool, threads);
+    Json crcs = Json::object(), rayCrcs = Json::array();
+    {
+        const Charge charge = ram.charge(kBrickRayParts * rayLayerBytes(info), "rays of bricks");
+        std::array<std::vector<std::uint8_t>, kBrickRayParts> layer;
+        for (std::vector<std::uint8_t>& part : layer)
+            part.resize(rayLayerBytes(info));
+        for (int part = 0; part < kBrickRayParts; ++part)
+            rayCrcs.push_back(Json::array());
+        const std::size_t perLayer = layer[0].size() / kBrickRayBytes;
+        const auto brickDone = [&](std::size_t brick, const std::array<BrickRayPart, kBrickRayParts>& parts) {
+            for (std::size_t part = 0; part < parts.size(); ++part)
+                encode(parts[part],
+                       std::span<std::uint8_t, kBrickRayBytes>(
+                           layer[part].data() + brick % perLayer * kBrickRayBytes, kBrickRayBytes));
+        };
+        const auto groupDone = [&](int group) {
+            const int layers = std::min(kRayLayers, statistics.bricks.z - group * kRayLayers);
+            const std::size_t bytes =
+                cellCount({statistics.bricks.x, statistics.bricks.y, layers}) * kBrickRayBytes;
+            for (int part = 0; part < kBrickRayParts; ++part) {
+                const auto used =
+                    std::as_bytes(std::span(layer[static_cast<std::size_t>(part)]).first(bytes));
+                writeArrayLayer(folder / rayPath(part), spec, group, used);
+                rayCrcs[static_cast<std::size_t>(part)].push_back(crc32c(used));
+            }
+        };
+        gatherRays(
+            store, &statistics, pool, ram, threads, [](std::size_t) { return true; }, brickDone, groupDone);
+    }
     const ArraySpec cells = cellSpec(statistics.cells);
     const auto writeCells = [&](const char* name, std::vector<float>& values) {
         writeArrayMetadata(folder / "stats" / name, cells);
@@ -195,9 +214,14 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, Ledger& r
     writeCells("cell_max", statistics.cellMax);
 
     Json group = plainGroup;
-    group["attributes"]["tessera"] = {
-        {"kind", "statistics"},          {"store", store.contentHash()},      {"lowest", statistics.lowest},
-        {"highest", statistics.highest}, {"histogram", statistics.histogram}, {"arrays", crcs}};
+    group["attributes"]["tessera"] = {{"kind", "statistics"},
+                                      {"version", kVersion},
+                                      {"store", store.contentHash()},
+                                      {"lowest", statistics.lowest},
+                                      {"highest", statistics.highest},
+                                      {"histogram", statistics.histogram},
+                                      {"arrays", crcs},
+                                      {"rays", rayCrcs}};
     seal(group);
     writeFile(folder / kGroupFile, group.dump(1) + "\n");
 }
@@ -211,43 +235,110 @@ Statistics loadStatistics(const StoreReader& store, Ledger& ram, int threads) {
     try {
         const Charge scratch = ram.charge(scratchBytes(store.info()), "reading statistics");
         readStatistics(store, statistics);
+        foldBricks(statistics);
         return statistics;
     } catch (const InputError&) {
         // A cache, never required: whatever was wrong with it, the voxels themselves tell.
     }
     std::fill(statistics.histogram.begin(), statistics.histogram.end(), std::uint64_t{0});
-    compute(store, statistics, ram, threads, 1, [](int, int, std::span<const std::uint16_t>) {});
+    BufferPool pool(ram, threadCount(threads), store.chunkBytes(), "computing statistics");
+    gatherCells(store, statistics, pool, threads);
+    gatherHistogram(store, statistics, pool, threads);
+    foldBricks(statistics);
     return statistics;
 }
 
-BrickHistograms loadBrickHistograms(const StoreReader& store, int level, Ledger& ram) {
-    TESSERA_CHECK(level >= 0 && level < kLevelCount);
-    BrickHistograms histograms;
-    histograms.bricks = brickGrid(store.info().extentVoxels);
-    const ArraySpec spec = histogramSpec(histograms.bricks);
-    const std::size_t counts = cellCount(histograms.bricks) * kHistogramBins;
-    histograms.charge = ram.charge(counts * sizeof(std::uint16_t), "brick histograms");
-    const Charge scratch = ram.charge(spec.scratchBytes(), "reading statistics");
-    histograms.counts.resize(counts);
+// -- rays of bricks (ray_statistics.h)
+
+namespace {
+
+/// Reads the rows of `bricks` that are new, layer by layer; only layers that have one.
+void readRays(const StoreReader& store, const std::vector<std::uint8_t>& isNew, BrickRays& rays, Ledger& ram,
+              int threads) {
     const FileHandle folder = openFolder(store.path());
-    checkArrayMetadata(folder, histogramPath(level), spec, store.path());
-    const std::size_t slice = cellCount({spec.grid.x, spec.grid.y, 1}) * kHistogramBins;
-    for (int layer = 0; layer < spec.layers(); ++layer) {
-        const int first = layer * spec.chunk.z, end = std::min(first + spec.chunk.z, spec.grid.z);
-        const auto part = std::span(histograms.counts)
-                              .subspan(slice * static_cast<std::size_t>(first),
-                                       slice * static_cast<std::size_t>(end - first));
-        readArrayLayer(folder, histogramPath(level), spec, layer, std::as_writable_bytes(part), store.path());
-    }
-    const std::string where = (store.path() / kGroupFile).string();
     const Json group = readGroup(folder, store);
-    const std::string root = "/attributes/tessera/";
-    const auto expected =
-        integerAt(group, root + "arrays/histogram" + std::to_string(level), 0, UINT32_MAX, where);
-    if (textAt(group, root + "store", where) != store.contentHash() ||
-        crc32c(std::as_bytes(std::span(histograms.counts))) != expected)
-        throw badFile(where, "brick histograms of this store", "others");
-    return histograms;
+    const std::string where = (store.path() / kGroupFile).string();
+    const ArraySpec spec = raySpec(rays.bricks);
+    for (int part = 0; part < rays.parts; ++part)
+        checkArrayMetadata(folder, rayPath(part), spec, store.path());
+    const std::size_t perLayer = rayLayerBytes(store.info()) / kBrickRayBytes;
+    BufferPool pool(ram, threadCount(threads), rayLayerBytes(store.info()), "reading rays of bricks");
+    const Charge scratch = ram.charge(threadCount(threads) * spec.scratchBytes(), "reading rays of bricks");
+    parallelFor(static_cast<std::size_t>(spec.layers()), threads, [&](std::size_t layer) {
+        const std::size_t first = layer * perLayer, end = std::min(first + perLayer, isNew.size());
+        const auto begin = isNew.begin();
+        if (std::find(begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(end),
+                      1) == begin + static_cast<std::ptrdiff_t>(end))
+            return;
+        const BufferPool::Lease buffer(pool);
+        const std::span<std::byte> bytes = buffer.bytes().first((end - first) * kBrickRayBytes);
+        for (int part = 0; part < rays.parts; ++part) {
+            readArrayLayer(folder, rayPath(part), spec, static_cast<int>(layer), bytes, store.path());
+            const auto expected = integerAt(
+                group, "/attributes/tessera/rays/" + std::to_string(part) + "/" + std::to_string(layer), 0,
+                UINT32_MAX, where);
+            if (crc32c(bytes) != expected)
+                throw badFile((store.path() / rayPath(part)).string(),
+                              "the array that stats/zarr.json describes", "another");
+            for (std::size_t brick = first; brick < end; ++brick)
+                if (isNew[brick])
+                    std::memcpy(rays.row(rays.rowOf[brick]).data() +
+                                    static_cast<std::size_t>(part) * kBrickRayBytes,
+                                bytes.data() + (brick - first) * kBrickRayBytes, kBrickRayBytes);
+        }
+    });
+}
+
+} // namespace
+
+BrickRays noBrickRays(const VolumeInfo& info, int parts, Ledger& ram) {
+    TESSERA_CHECK(parts >= 1 && parts <= kBrickRayParts);
+    BrickRays rays;
+    rays.bricks = brickGrid(info.extentVoxels);
+    rays.parts = parts;
+    rays.charges.push_back(ram.charge(cellCount(rays.bricks) * sizeof(std::uint32_t), "rays of bricks"));
+    rays.rowOf.assign(cellCount(rays.bricks), BrickRays::kNoRow);
+    return rays;
+}
+
+void addBrickRays(const StoreReader& store, std::span<const std::uint8_t> wanted, BrickRays& rays,
+                  Ledger& ram, int threads) {
+    TESSERA_CHECK(wanted.size() == rays.rowOf.size());
+    const Charge flags = ram.charge(wanted.size(), "rays of bricks");
+    std::vector<std::uint8_t> isNew(wanted.size());
+    std::size_t rows = rays.rows;
+    for (std::size_t brick = 0; brick < wanted.size(); ++brick)
+        if (wanted[brick] && rays.rowOf[brick] == BrickRays::kNoRow) {
+            isNew[brick] = 1;
+            ++rows;
+        }
+    if (rows == rays.rows)
+        return;
+    const std::size_t pages = (rows + BrickRays::kRowsPerPage - 1) / BrickRays::kRowsPerPage;
+    const std::size_t pageBytes = BrickRays::kRowsPerPage * rays.rowBytes();
+    if (pages > rays.pages.size())
+        rays.charges.push_back(ram.charge((pages - rays.pages.size()) * pageBytes, "rays of bricks"));
+    while (rays.pages.size() < pages)
+        rays.pages.emplace_back(pageBytes);
+    for (std::size_t brick = 0; brick < wanted.size(); ++brick)
+        if (isNew[brick])
+            rays.rowOf[brick] = static_cast<std::uint32_t>(rays.rows++);
+    try {
+        readRays(store, isNew, rays, ram, threads);
+        return;
+    } catch (const InputError&) {
+        // A cache, never required: as loadStatistics.
+    }
+    BufferPool pool(ram, threadCount(threads), store.chunkBytes(), "sampling rays");
+    gatherRays(
+        store, nullptr, pool, ram, threads, [&](std::size_t brick) { return isNew[brick] != 0; },
+        [&](std::size_t brick, const std::array<BrickRayPart, kBrickRayParts>& parts) {
+            const std::span<std::uint8_t> row = rays.row(rays.rowOf[brick]);
+            for (std::size_t part = 0; part < static_cast<std::size_t>(rays.parts); ++part)
+                encode(parts[part], std::span<std::uint8_t, kBrickRayBytes>(
+                                        row.data() + part * kBrickRayBytes, kBrickRayBytes));
+        },
+        [](int) {});
 }
 
 } // namespace tessera

@@ -1,6 +1,7 @@
 // bricking/statistics.h: what selection and skipping know of a volume without its voxels. A cache inside the
 // store, made at import, rebuilt when missing: per cell min/max with a one-voxel apron; per brick the mean;
-// per brick and level value histograms.
+// the histogram of the whole volume; and sampled rays of every brick (brick_rays.h), which are read only for
+// the bricks that show something (ray_statistics.h).
 #pragma once
 
 #include "bricking/store/store_reader.h"
@@ -21,13 +22,14 @@ int histogramBin(double value, double lowest, double highest);
 
 /// All values as stored (physical = slope * stored + intercept).
 struct Statistics {
-    glm::ivec3 cells{0};                  // cellGrid(extent)
-    std::vector<float> cellMin, cellMax;  // [z][y][x] over cells, apron of one voxel included
-    glm::ivec3 bricks{0};                 // brickGrid(extent)
-    std::vector<float> brickMean;         // [z][y][x] over bricks: the sample of level kLevelCount-1
-    float lowest = 0, highest = 0;        // over the whole volume, level 0
-    std::vector<std::uint64_t> histogram; // kHistogramBins, whole volume, level 0
-    Charge charge;                        // what the vectors above hold on the ledger
+    glm::ivec3 cells{0};                   // cellGrid(extent)
+    std::vector<float> cellMin, cellMax;   // [z][y][x] over cells, apron of one voxel included
+    glm::ivec3 bricks{0};                  // brickGrid(extent)
+    std::vector<float> brickMean;          // [z][y][x] over bricks: the sample of level kLevelCount-1
+    std::vector<float> brickMin, brickMax; // [z][y][x] over bricks, one layer around included
+    float lowest = 0, highest = 0;         // over the whole volume, level 0
+    std::vector<std::uint64_t> histogram;  // kHistogramBins, whole volume, level 0
+    Charge charge;                         // what the vectors above hold on the ledger
 
     /// Range of a brick's voxels and one layer around it.
     void brickRange(const BrickId& brick, float& lo, float& hi) const;
@@ -37,19 +39,11 @@ struct Statistics {
 std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads);
 
 /// Computes everything from the chunks (two passes over the store), writing the arrays under STORE/stats.
-/// Per brick and level histograms go to disk only (stats/histogram/<level>, uint16, [Bz,By,Bx,bins]).
+/// Rays go to disk only.
 void buildStatistics(const StoreReader& store, const std::filesystem::path& folder, Ledger& ram, int threads);
 
-/// Loads what rendering needs. Missing or inconsistent statistics are rebuilt in memory (not written).
+/// Loads what rendering needs, without rays. Statistics that are missing, inconsistent or of another version
+/// are rebuilt in memory (not written).
 Statistics loadStatistics(const StoreReader& store, Ledger& ram, int threads);
-
-/// How often values of a brick at one level fall into each of the bins of Statistics::histogram.
-struct BrickHistograms {
-    glm::ivec3 bricks{0};
-    std::vector<std::uint16_t> counts; // [z][y][x][bin]; a brick's counts add up to its samples at that level
-    Charge charge;
-};
-/// Reads them from the store. Throws InputError naming the file when they are missing or damaged.
-BrickHistograms loadBrickHistograms(const StoreReader& store, int level, Ledger& ram);
 
 } // namespace tessera

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <limits>
 #include <mutex>
 
@@ -184,49 +185,207 @@ void gatherMeans(const StoreReader& store, Statistics& statistics, BufferPool& p
             }
 }
 
-void gatherHistograms(const StoreReader& store, int level, double lowest, double highest, BufferPool& pool,
-                      std::span<std::uint16_t> counts, int threads,
-                      const std::function<void(int, std::span<const std::uint16_t>)>& done) {
-    static_assert(kBrickExtent * kBrickExtent * kBrickExtent <= 65535, "a count fits 16 bits");
-    const glm::ivec3 extent = levelExtent(store.info().extentVoxels, level);
-    const glm::ivec3 bricks = brickGrid(store.info().extentVoxels);
-    const glm::ivec3 chunks = ceilDiv(extent, kChunkExtent);
-    const int brickSamples = kBrickExtent >> level, bricksPerChunk = 1 << level;
-    withType(store.info().type, [&](auto example) {
+namespace {
+
+/// Slices of one level around a group of brick layers: its own and one more on both sides where there is one.
+struct Window {
+    glm::ivec3 extent{0}; // of the whole level
+    int first = 0, end = 0;
+    std::vector<std::byte> values; // [end - first][extent.y][extent.x], stored type
+};
+
+int windowSlices(int level) {
+    return (kRayLayers * kBrickExtent >> level) + 2;
+}
+
+void loadWindow(const StoreReader& store, int level, int firstLayer, int endLayer, BufferPool& pool,
+                int threads, Window& window) {
+    const std::size_t bytes = bytesPerValue(store.info().type);
+    const int brick = kBrickExtent >> level;
+    window.first = std::max(firstLayer * brick - 1, 0);
+    window.end = std::min(endLayer * brick + 1, window.extent.z);
+    const glm::ivec3 chunks = ceilDiv(window.extent, kChunkExtent);
+    const int firstChunk = window.first / kChunkExtent, endChunk = (window.end - 1) / kChunkExtent + 1;
+    const glm::ivec3 grid(chunks.x, chunks.y, endChunk - firstChunk);
+    parallelFor(cellCount(grid), threads, [&](std::size_t n) {
+        const auto nx = static_cast<std::size_t>(grid.x), ny = static_cast<std::size_t>(grid.y);
+        const glm::ivec3 chunk(static_cast<int>(n % nx), static_cast<int>(n / nx % ny),
+                               firstChunk + static_cast<int>(n / nx / ny));
+        const BufferPool::Lease buffer(pool);
+        store.readChunk({level, chunk.x, chunk.y, chunk.z}, buffer.bytes());
+        const glm::ivec3 origin = chunk * kChunkExtent;
+        const glm::ivec3 size = glm::min(window.extent - origin, glm::ivec3(kChunkExtent));
+        for (int z = std::max(origin.z, window.first); z < std::min(origin.z + size.z, window.end); ++z)
+            for (int y = 0; y < size.y; ++y)
+                std::memcpy(window.values.data() +
+                                linearIndex({origin.x, origin.y + y, z - window.first}, window.extent) *
+                                    bytes,
+                            buffer.bytes().data() +
+                                linearIndex({0, y, z - origin.z}, glm::ivec3(kChunkExtent)) * bytes,
+                            static_cast<std::size_t>(size.x) * bytes);
+    });
+}
+
+/// A thread's room for one brick's fields as floats.
+constexpr std::size_t kFieldFloats = [] {
+    std::size_t floats = std::size_t{kBrickExtent} * kBrickExtent * kBrickExtent;
+    for (int level = 1; level < kLevelCount; ++level) {
+        const auto edge = static_cast<std::size_t>((kBrickExtent >> level) + 2);
+        floats += edge * edge * edge;
+    }
+    return floats;
+}();
+
+template <typename Value>
+BrickFields fieldsOf(const glm::ivec3& brick, const glm::ivec3& valid, const Value* chunk,
+                     const std::array<Window, kLevelCount>& windows, std::span<float> room) {
+    const auto take = [&](std::size_t floats) {
+        const std::span<float> taken = room.first(floats);
+        room = room.subspan(floats);
+        return taken;
+    };
+    BrickFields fields;
+    fields.size = valid;
+    const std::span<float> voxels = take(cellCount(valid));
+    float* to = voxels.data();
+    for (int z = 0; z < valid.z; ++z)
+        for (int y = 0; y < valid.y; ++y) {
+            const Value* row = chunk + linearIndex({0, y, z}, glm::ivec3(kChunkExtent));
+            for (int x = 0; x < valid.x; ++x)
+                *to++ = static_cast<float>(row[x]);
+        }
+    fields.voxels = voxels;
+    for (int level = 1; level < kLevelCount; ++level) {
+        const Window& window = windows[static_cast<std::size_t>(level)];
+        BrickFields::Box& box = fields.levels[static_cast<std::size_t>(level)];
+        const glm::ivec3 own = brick * (kBrickExtent >> level);
+        const glm::ivec3 first = glm::max(own - 1, glm::ivec3(0));
+        const glm::ivec3 end = glm::min(own + (kBrickExtent >> level) + 1, window.extent);
+        box.first = first - own;
+        box.extent = end - first;
+        const std::span<float> samples = take(cellCount(box.extent));
+        float* out = samples.data();
+        const auto* values = reinterpret_cast<const Value*>(window.values.data());
+        for (int z = first.z; z < end.z; ++z)
+            for (int y = first.y; y < end.y; ++y) {
+                const Value* row = values + linearIndex({0, y, z - window.first}, window.extent);
+                for (int x = first.x; x < end.x; ++x)
+                    *out++ = static_cast<float>(row[x]);
+            }
+        box.samples = samples;
+    }
+    return fields;
+}
+
+/// Counts the valid voxels of a chunk into a histogram that threads share.
+template <typename Value>
+void countChunk(const Binner<Value>& binOf, const glm::ivec3& valid, const Value* chunk, std::mutex& mutex,
+                std::vector<std::uint64_t>& histogram) {
+    std::array<std::uint64_t, kHistogramBins> counts{};
+    for (int z = 0; z < valid.z; ++z)
+        for (int y = 0; y < valid.y; ++y) {
+            const Value* row = chunk + linearIndex({0, y, z}, glm::ivec3(kChunkExtent));
+            for (int x = 0; x < valid.x; ++x)
+                ++counts[binOf(row[x])];
+        }
+    const std::lock_guard lock(mutex);
+    for (std::size_t bin = 0; bin < counts.size(); ++bin)
+        histogram[bin] += counts[bin];
+}
+
+glm::ivec3 placeOf(std::size_t n, const glm::ivec3& grid) {
+    const auto nx = static_cast<std::size_t>(grid.x), ny = static_cast<std::size_t>(grid.y);
+    return {static_cast<int>(n % nx), static_cast<int>(n / nx % ny), static_cast<int>(n / nx / ny)};
+}
+
+std::size_t windowBytes(const VolumeInfo& info) {
+    std::size_t bytes = 0;
+    for (int level = 1; level < kLevelCount; ++level) {
+        const glm::ivec3 extent = levelExtent(info.extentVoxels, level);
+        bytes += cellCount({extent.x, extent.y, std::min(extent.z, windowSlices(level))}) *
+                 bytesPerValue(info.type);
+    }
+    return bytes;
+}
+
+} // namespace
+
+void gatherHistogram(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads) {
+    const VolumeInfo& info = store.info();
+    const glm::ivec3 grid = chunkGrid(info.extentVoxels, 0);
+    std::mutex mutex;
+    withType(info.type, [&](auto example) {
         using Value = decltype(example);
-        const Binner<Value> binOf(lowest, highest);
-        for (int group = 0; group * kHistogramLayers < bricks.z; ++group) {
-            const int firstZ = group * kHistogramLayers, endZ = std::min(firstZ + kHistogramLayers, bricks.z);
-            const auto used = counts.first(cellCount({bricks.x, bricks.y, endZ - firstZ}) * kHistogramBins);
-            std::fill(used.begin(), used.end(), std::uint16_t{0});
-            // Coarse chunks span several groups and are decoded once per group: a third more work in all,
-            // for a small buffer.
-            const int firstK = firstZ / bricksPerChunk, endK = (endZ - 1) / bricksPerChunk + 1;
-            const glm::ivec3 grid(chunks.x, chunks.y, endK - firstK);
+        const Binner<Value> binOf(statistics.lowest, statistics.highest);
+        parallelFor(cellCount(grid), threads, [&](std::size_t n) {
+            const glm::ivec3 chunk = placeOf(n, grid);
+            const BufferPool::Lease buffer(pool);
+            store.readChunk({0, chunk.x, chunk.y, chunk.z}, buffer.bytes());
+            countChunk(binOf, glm::min(info.extentVoxels - chunk * kChunkExtent, glm::ivec3(kChunkExtent)),
+                       reinterpret_cast<const Value*>(buffer.bytes().data()), mutex, statistics.histogram);
+        });
+    });
+}
+
+std::size_t rayScratchBytes(const VolumeInfo& info, int threads) {
+    return static_cast<std::size_t>(threads > 0 ? threads : defaultThreads()) * kFieldFloats * sizeof(float) +
+           windowBytes(info);
+}
+
+void gatherRays(const StoreReader& store, Statistics* histogram, BufferPool& pool, Ledger& ram, int threads,
+                const std::function<bool(std::size_t)>& wanted, const BrickRaysDone& brickDone,
+                const std::function<void(int)>& groupDone) {
+    static_assert(kBrickExtent == kChunkExtent, "a chunk of level 0 is a brick");
+    const VolumeInfo& info = store.info();
+    const glm::ivec3 bricks = brickGrid(info.extentVoxels);
+    BufferPool rooms(ram, static_cast<std::size_t>(threads > 0 ? threads : defaultThreads()),
+                     kFieldFloats * sizeof(float), "sampling rays");
+    const Charge charge = ram.charge(windowBytes(info), "sampling rays");
+    std::array<Window, kLevelCount> windows;
+    for (int level = 1; level < kLevelCount; ++level) {
+        Window& window = windows[static_cast<std::size_t>(level)];
+        window.extent = levelExtent(info.extentVoxels, level);
+        window.values.resize(
+            cellCount({window.extent.x, window.extent.y, std::min(window.extent.z, windowSlices(level))}) *
+            bytesPerValue(info.type));
+    }
+    std::mutex mutex;
+    withType(info.type, [&](auto example) {
+        using Value = decltype(example);
+        const Binner<Value> binOf(histogram ? histogram->lowest : 0, histogram ? histogram->highest : 0);
+        for (int group = 0; group * kRayLayers < bricks.z; ++group) {
+            const int firstZ = group * kRayLayers, endZ = std::min(firstZ + kRayLayers, bricks.z);
+            const glm::ivec3 grid(bricks.x, bricks.y, endZ - firstZ);
+            const std::size_t firstBrick = linearIndex({0, 0, firstZ}, bricks);
+            bool any = histogram != nullptr;
+            for (std::size_t n = 0; n < cellCount(grid) && !any; ++n)
+                any = wanted(firstBrick + n);
+            if (!any) {
+                groupDone(group);
+                continue;
+            }
+            for (int level = 1; level < kLevelCount; ++level)
+                loadWindow(store, level, firstZ, endZ, pool, threads,
+                           windows[static_cast<std::size_t>(level)]);
             parallelFor(cellCount(grid), threads, [&](std::size_t n) {
-                const auto nx = static_cast<std::size_t>(grid.x), ny = static_cast<std::size_t>(grid.y);
-                const glm::ivec3 chunk(static_cast<int>(n % nx), static_cast<int>(n / nx % ny),
-                                       firstK + static_cast<int>(n / nx / ny));
+                const bool want = wanted(firstBrick + n);
+                if (!want && !histogram)
+                    return;
+                const glm::ivec3 brick = placeOf(n, grid) + glm::ivec3(0, 0, firstZ);
+                const glm::ivec3 valid =
+                    glm::min(info.extentVoxels - brick * kBrickExtent, glm::ivec3(kBrickExtent));
                 const BufferPool::Lease buffer(pool);
-                store.readChunk({level, chunk.x, chunk.y, chunk.z}, buffer.bytes());
+                store.readChunk({0, brick.x, brick.y, brick.z}, buffer.bytes());
                 const auto* values = reinterpret_cast<const Value*>(buffer.bytes().data());
-                const glm::ivec3 first = chunk * kChunkExtent;
-                const glm::ivec3 end = glm::min(first + kChunkExtent, extent);
-                for (int z = first.z; z < end.z; ++z) {
-                    const int brickZ = z / brickSamples;
-                    if (brickZ < firstZ || brickZ >= endZ)
-                        continue;
-                    for (int y = first.y; y < end.y; ++y) {
-                        const Value* row =
-                            values + linearIndex({0, y - first.y, z - first.z}, glm::ivec3(kChunkExtent));
-                        for (int x = first.x; x < end.x; ++x) {
-                            const glm::ivec3 brick(x / brickSamples, y / brickSamples, brickZ - firstZ);
-                            ++used[linearIndex(brick, bricks) * kHistogramBins + binOf(row[x - first.x])];
-                        }
-                    }
-                }
+                if (histogram)
+                    countChunk(binOf, valid, values, mutex, histogram->histogram);
+                if (!want)
+                    return;
+                const BufferPool::Lease room(rooms);
+                const std::span<float> floats(reinterpret_cast<float*>(room.bytes().data()), kFieldFloats);
+                brickDone(firstBrick + n, sampleRays(fieldsOf(brick, valid, values, windows, floats)));
             });
-            done(group, used);
+            groupDone(group);
         }
     });
 }

@@ -2,17 +2,18 @@
 // statistics.cpp; the results do not depend on the number of threads.
 #pragma once
 
+#include "bricking/brick_rays.h"
 #include "bricking/statistics.h"
 #include "bricking/store/buffer_pool.h"
 
+#include <array>
 #include <cstdint>
 #include <functional>
-#include <span>
 
 namespace tessera {
 
-/// Brick layers handled at once; also the z extent of a chunk of the stored histograms.
-constexpr int kHistogramLayers = 4;
+/// Brick layers whose rays are sampled at once; also the z extent of a chunk of the stored rays.
+constexpr int kRayLayers = 2;
 
 /// Fills cellMin, cellMax (sized already), lowest and highest from level 0.
 /// @param pool  buffers of store.chunkBytes(), one per thread
@@ -21,11 +22,20 @@ void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& p
 /// Fills brickMean (sized already) from the coarsest level.
 void gatherMeans(const StoreReader& store, Statistics& statistics, BufferPool& pool);
 
-/// Histograms of all bricks at one level, kHistogramLayers layers of bricks at a time.
-/// @param counts  scratch for kHistogramLayers * bricks.y * bricks.x * kHistogramBins counts
-/// @param done  called in order with the number of the group of layers and its counts, [z][y][x][bin]
-void gatherHistograms(const StoreReader& store, int level, double lowest, double highest, BufferPool& pool,
-                      std::span<std::uint16_t> counts, int threads,
-                      const std::function<void(int, std::span<const std::uint16_t>)>& done);
+/// Adds every voxel to statistics.histogram; lowest and highest must be known.
+void gatherHistogram(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads);
+
+/// Memory that gatherRays takes besides its pool.
+std::size_t rayScratchBytes(const VolumeInfo& info, int threads);
+
+using BrickRaysDone = std::function<void(std::size_t, const std::array<BrickRayPart, kBrickRayParts>&)>;
+
+/// Samples the rays of all bricks that wanted() names, kRayLayers layers of bricks at a time.
+/// @param histogram  when not null: as gatherHistogram, over all bricks, in the same pass
+/// @param brickDone  called from any thread with a brick's place and its rays
+/// @param groupDone  called in order, after the last brick of each group of layers
+void gatherRays(const StoreReader& store, Statistics* histogram, BufferPool& pool, Ledger& ram, int threads,
+                const std::function<bool(std::size_t)>& wanted, const BrickRaysDone& brickDone,
+                const std::function<void(int)>& groupDone);
 
 } // namespace tessera

@@ -2,6 +2,7 @@
 // name.
 #include "bricking_test_volumes.h"
 
+#include "bricking/ray_statistics.h"
 #include "bricking/statistics.h"
 #include "bricking/store/crc32c.h"
 #include "bricking/store/store_writer.h"
@@ -12,6 +13,8 @@
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
+#include <set>
+#include <tuple>
 
 namespace tessera {
 namespace {
@@ -492,22 +495,6 @@ TEST(StoreStatistics, EqualBruteForce) {
             ++histogram[static_cast<std::size_t>(
                 std::min(63.0, std::floor((v - statistics.lowest) / width)))];
         EXPECT_EQ(histogram, statistics.histogram);
-        for (int level = 0; level < kLevelCount; ++level) {
-            const BrickHistograms perBrick = loadBrickHistograms(store, level, ram);
-            const glm::ivec3 extent = levelExtent(n, level);
-            std::vector<std::uint16_t> expected(perBrick.counts.size());
-            const auto values = readLevel(store, level);
-            for (int z = 0; z < extent.z; ++z)
-                for (int y = 0; y < extent.y; ++y)
-                    for (int x = 0; x < extent.x; ++x) {
-                        const glm::ivec3 brick = glm::ivec3(x, y, z) / (32 >> level);
-                        const double v = values[linearIndex({x, y, z}, extent)];
-                        const int bin = histogramBin(v, statistics.lowest, statistics.highest);
-                        ++expected[linearIndex(brick, perBrick.bricks) * kHistogramBins +
-                                   static_cast<std::size_t>(bin)];
-                    }
-            EXPECT_EQ(perBrick.counts, expected) << "level " << level;
-        }
         float lo = 0, hi = 0;
         statistics.brickRange({1, 1, 0}, lo, hi);
         double expectedLo = 1e9, expectedHi = -1e9;
@@ -520,6 +507,140 @@ TEST(StoreStatistics, EqualBruteForce) {
         EXPECT_EQ(lo, expectedLo);
         EXPECT_EQ(hi, expectedHi);
     }
+}
+
+/// A value of a level's field at p (voxels), by the definition, from the whole level.
+double fieldAt(const std::vector<double>& values, const glm::ivec3& extent, int level, const glm::dvec3& p) {
+    double sum = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        double weight = 1;
+        glm::ivec3 sample;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double at = p[axis] / std::ldexp(1.0, level) - 0.5, low = std::floor(at);
+            const int bit = corner >> axis & 1;
+            weight *= bit ? at - low : 1 - (at - low);
+            sample[axis] = std::clamp(static_cast<int>(low) + bit, 0, extent[axis] - 1);
+        }
+        sum += weight * values[linearIndex(sample, extent)];
+    }
+    return sum;
+}
+
+/// Every stored ray must be a row of the brick, sampled at the documented places at every level.
+TEST(RayStatistics, AreRowsOfTheBrickAtEveryLevel) {
+    for (const ValueType type : {ValueType::i16, ValueType::f32}) {
+        ScratchFolder scratch;
+        const glm::ivec3 n(70, 47, 97), bricks = brickGrid(n);
+        HashSource source(plainInfo(n, type), [](int x, int y, int z) {
+            const auto h = mixed(static_cast<std::uint64_t>(x + 100 * y + 10000 * z));
+            return std::floor(300 * std::sin(0.2 * x + 0.1 * y) * std::cos(0.15 * z)) +
+                   static_cast<double>(h >> 58);
+        });
+        import(scratch / "v.zarr", source);
+        Ledger ram("RAM", "--ram", kPlenty);
+        const StoreReader store(scratch / "v.zarr", ram);
+        std::vector<std::vector<double>> levels;
+        for (int level = 0; level < kLevelCount; ++level)
+            levels.push_back(readLevel(store, level));
+        BrickRays rays = noBrickRays(store.info(), kBrickRayParts, ram);
+        addBrickRays(store, std::vector<std::uint8_t>(cellCount(bricks), 1), rays, ram);
+        std::set<std::tuple<std::size_t, int, int, int>> found;
+        for (std::size_t brick = 0; brick < cellCount(bricks); ++brick) {
+            const glm::ivec3 first = 32 * glm::ivec3(static_cast<int>(brick) % bricks.x,
+                                                     static_cast<int>(brick) / bricks.x % bricks.y,
+                                                     static_cast<int>(brick) / bricks.x / bricks.y);
+            const glm::ivec3 size = glm::min(n - first, glm::ivec3(32));
+            for (int p = 0; p < kBrickRayParts; ++p) {
+                const BrickRayPart part = decodeRays(rays.part(rays.rowOf[brick], p));
+                const double range = static_cast<double>(part.hi) - static_cast<double>(part.lo);
+                for (int ray = 0; ray < kRaysPerPart; ++ray) {
+                    const int axis = part.axis(ray), u = (axis + 1) % 3, w = (axis + 2) % 3;
+                    bool matched = false;
+                    for (int b = 0; b < size[w] && !matched; ++b)
+                        for (int a = 0; a < size[u] && !matched; ++a) {
+                            std::size_t code = static_cast<std::size_t>(ray * kSamplesPerRay);
+                            matched = true;
+                            for (int level = 0; level < kLevelCount && matched; ++level)
+                                for (int j = 0; j < kRaySamples[static_cast<std::size_t>(level)] && matched;
+                                     ++j) {
+                                    glm::dvec3 at;
+                                    at[axis] = raySampleAt(j, kRaySamples[static_cast<std::size_t>(level)],
+                                                           size[axis]);
+                                    at[u] = a + 0.5;
+                                    at[w] = b + 0.5;
+                                    const double value =
+                                        fieldAt(levels[static_cast<std::size_t>(level)],
+                                                levelExtent(n, level), level, glm::dvec3(first) + at);
+                                    const double stored =
+                                        static_cast<double>(part.lo) + range * part.codes[code++] / 255;
+                                    matched = std::abs(value - stored) <= range * 0.502 / 255 + 1e-4;
+                                }
+                            if (matched)
+                                found.insert({brick, axis, a, b});
+                        }
+                    EXPECT_TRUE(matched) << "brick " << brick << " part " << p << " ray " << ray;
+                }
+            }
+        }
+        EXPECT_GT(found.size(), 14 * cellCount(bricks)); // different rays, but for bricks a few voxels wide
+    }
+}
+
+TEST(RayStatistics, ComeFromTheVoxelsWhereTheStoreHasNone) {
+    ScratchFolder scratch;
+    const glm::ivec3 n(70, 47, 97), bricks = brickGrid(n);
+    HashSource source(plainInfo(n, ValueType::u16));
+    import(scratch / "v.zarr", source);
+    Ledger ram("RAM", "--ram", kPlenty);
+    const StoreReader store(scratch / "v.zarr", ram);
+    const std::size_t before = ram.usedBytes();
+    const auto rowsOf = [&](std::vector<std::vector<std::uint8_t>> steps, int parts) {
+        BrickRays rays = noBrickRays(store.info(), parts, ram);
+        std::vector<std::uint8_t> all(cellCount(bricks));
+        for (const auto& wanted : steps) {
+            addBrickRays(store, wanted, rays, ram, 2);
+            for (std::size_t b = 0; b < all.size(); ++b)
+                all[b] |= wanted[b];
+        }
+        EXPECT_GE(ram.usedBytes(), before + rays.pages.size() * rays.pages[0].size());
+        std::vector<std::vector<std::uint8_t>> rows;
+        for (std::size_t b = 0; b < all.size(); ++b) {
+            EXPECT_EQ(rays.rowOf[b] != BrickRays::kNoRow, all[b] != 0);
+            rows.emplace_back();
+            if (all[b])
+                rows.back().assign(rays.row(rays.rowOf[b]).begin(), rays.row(rays.rowOf[b]).end());
+        }
+        return rows;
+    };
+    const std::vector<std::uint8_t> every(cellCount(bricks), 1);
+    std::vector<std::uint8_t> some(cellCount(bricks)), rest(cellCount(bricks), 1);
+    some[3] = some[11] = 1;
+    const auto expected = rowsOf({every}, 2);
+    EXPECT_EQ(rowsOf({some, every}, 2), expected); // step by step
+    const auto few = rowsOf({some}, 2);
+    EXPECT_EQ(few[3], expected[3]);
+    EXPECT_TRUE(few[4].empty());
+    const auto half = rowsOf({every}, 1);
+    for (std::size_t b = 0; b < half.size(); ++b)
+        EXPECT_TRUE(std::equal(half[b].begin(), half[b].end(), expected[b].begin()));
+    EXPECT_EQ(ram.usedBytes(), before);
+
+    const fs::path chunk = scratch / "v.zarr/stats/rays/1/c/1/0/0/0";
+    std::string bytes = fileText(chunk);
+    bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
+    setFileText(chunk, bytes);
+    EXPECT_EQ(rowsOf({every}, 2), expected);
+    fs::remove(scratch / "v.zarr/stats/zarr.json");
+    EXPECT_EQ(rowsOf({every}, 2), expected);
+    EXPECT_EQ(rowsOf({some}, 2), few);
+    const Statistics rebuilt = loadStatistics(store, ram, 2);
+    EXPECT_EQ(rebuilt.brickMin.size(), cellCount(bricks));
+
+    Ledger small("RAM", "--ram", 20000);
+    BrickRays rays = noBrickRays(store.info(), 2, small);
+    EXPECT_THAT([&] { addBrickRays(store, every, rays, small); },
+                ThrowsMessage<InputError>(AllOf(HasSubstr("rays of bricks"), HasSubstr("--ram"))));
+    EXPECT_EQ(rays.rows, 0u);
 }
 
 TEST(StoreStatistics, BinsCoverTheRange) {

@@ -21,7 +21,7 @@ Json metadataOf(const ArraySpec& spec) {
     if (spec.row > 0) {
         shape.push_back(spec.row);
         chunk.push_back(spec.row);
-        names.push_back("bin");
+        names.push_back("byte");
     }
     const Json bytes = {{"name", "bytes"}, {"configuration", {{"endian", "little"}}}};
     const Json blosc = {{"name", "blosc"},

@@ -1,0 +1,68 @@
+// bricking/brick_rays.h: a few rays' worth of samples of every brick, at every level: what predicting the
+// picture of a brick needs (level_error.h). A histogram knows which values a brick holds but not which of
+// them lie behind one another, and the picture depends on both; a ray knows.
+//
+// A brick's 16 rays run along the axes, each a row of voxels. They stand for all such rays equally: every
+// second one each way is a candidate; the candidates of all three axes are sorted by their mean value into
+// eight equal groups, each group by its distance from level 3 into two halves, and the middle ray of each
+// half is taken. Two parts of eight rays, one ray of each group, so that half the memory still holds a fair
+// sample. Along a ray the fields of levels 0, 1, 2 are sampled at 8 voxels, that of level 3 at 4 places,
+// those of levels 4 and 5 at 2, as coarse fields need; fields of levels above 0 are trilinear and use the
+// neighbouring bricks' samples of the same level. A sample is 8 bits of the range of all samples of its part.
+#pragma once
+
+#include "core/brick.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <span>
+
+namespace tessera {
+
+constexpr int kBrickRayParts = 2;
+constexpr int kRaysPerPart = 8;
+/// Samples along a ray per level; each stands for an equal part of the row.
+constexpr std::array<int, kLevelCount> kRaySamples = {8, 8, 8, 4, 2, 2};
+constexpr int kSamplesPerRay = 32;
+
+/// One part of a brick as it is stored, little-endian.
+struct BrickRayPart {
+    float lo = 0, hi = 0;   // stored units: what codes 0 and 255 stand for
+    std::uint16_t axes = 0; // two bits per ray: the axis it runs along
+    std::array<std::uint8_t, std::size_t{kRaysPerPart * kSamplesPerRay}> codes{}; // [ray][level][sample]
+    int axis(int ray) const { return axes >> (2 * ray) & 3; }
+};
+constexpr std::size_t kBrickRayBytes = 2 * sizeof(float) + 2 + kRaysPerPart * kSamplesPerRay;
+
+void encode(const BrickRayPart& part, std::span<std::uint8_t, kBrickRayBytes> bytes);
+BrickRayPart decodeRays(std::span<const std::uint8_t, kBrickRayBytes> bytes);
+
+/// Where along a row of n voxels sample j of a level lies, in voxels from the row's start: a voxel's centre
+/// where the level has 8 samples, the middle of its part where it has fewer.
+double raySampleAt(int j, int samples, int n);
+
+/// The fields of one brick, for sampling: values of level 0 inside it, and the samples of each coarser level
+/// in and around it.
+struct BrickFields {
+    glm::ivec3 size{0}; // voxels of level 0, at most 32 each
+    /// [z][y][x] of size, stored units.
+    std::span<const float> voxels;
+    /// Samples of levels 1 .. 5 from (first) on, [z][y][x] of extent: the brick's own and one layer around it
+    /// where there is one.
+    struct Box {
+        glm::ivec3 first{0}; // of the brick's first sample; -1 where a layer before it is there
+        glm::ivec3 extent{0};
+        std::span<const float> samples;
+    };
+    std::array<Box, kLevelCount> levels; // levels[0] is not used
+
+    /// Trilinear; p in voxels from the brick's corner; beyond the outermost sample it is constant.
+    float at(int level, const glm::dvec3& p) const;
+};
+
+/// Chooses and samples the rays of a brick. Depends on nothing but the fields.
+std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields);
+
+} // namespace tessera

@@ -1,0 +1,53 @@
+// bricking/level_error.h: how far the picture of a brick would be off at each level, under a transfer
+// function: what selection minimises.
+//
+// The error of a brick at a level: the brick alone before black, seen along the axes; the mean over its rays
+// of the distance in CIE 1976 L*u*v* between the ray composited from level 0 and from that level. It is
+// predicted by compositing the rays that import sampled (brick_rays.h) in just that way, so it has no bias
+// and no constant to tune; what it has is the scatter of a sample of 16 rays. Colour that changes along a
+// ray, values that lie behind one another, noise that cancels along a ray and narrow peaks of the function
+// are all in it. What is not: what lies before and behind the brick, lighting, and neighbours of other
+// levels.
+#pragma once
+
+#include "bricking/brick_rays.h"
+#include "core/budget.h"
+#include "core/transfer_function.h"
+#include "core/volume.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace tessera {
+
+/// Rays of the bricks that were asked for, in pages, so that more can be added without moving any.
+struct BrickRays {
+    static constexpr std::uint32_t kNoRow = UINT32_MAX;
+    static constexpr std::size_t kRowsPerPage = 256; // 133 KiB
+    glm::ivec3 bricks{0};
+    int parts = kBrickRayParts;                   // of kBrickRayParts
+    std::vector<std::uint32_t> rowOf;             // [z][y][x]: a brick's row, or kNoRow
+    std::vector<std::vector<std::uint8_t>> pages; // [row / kRowsPerPage][row % kRowsPerPage][part][bytes]
+    std::size_t rows = 0;
+    std::vector<Charge> charges;
+
+    std::size_t rowBytes() const { return static_cast<std::size_t>(parts) * kBrickRayBytes; }
+    /// One part of a row. @param row  below rows
+    std::span<const std::uint8_t, kBrickRayBytes> part(std::uint32_t row, int part) const;
+    std::span<std::uint8_t> row(std::uint32_t row);
+};
+
+struct LevelErrors {
+    glm::ivec3 bricks{0};
+    std::vector<std::uint8_t> shows; // [z][y][x]: 0 where the function shows nothing of a brick
+    /// [z][y][x][level]: in L*u*v* units; 0 at level 0 and for bricks that show nothing.
+    std::vector<std::array<float, kLevelCount>> errors;
+};
+
+/// Independent of camera and threads.
+/// @param shows  per brick; every brick that shows must have its rays (checked)
+LevelErrors predictErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, const TransferTable& table,
+                          const VolumeInfo& info, int threads = 0);
+
+} // namespace tessera
