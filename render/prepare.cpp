@@ -89,7 +89,7 @@ void PreparedScene::setSelection(Selection chosen, Ledger& ram) {
 }
 
 PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
-                           Ledger& ram, const Ledger& gpu, int threads, bool culling,
+                           Ledger& ram, const Ledger& gpu, int threads, LevelChoice choice,
                            std::size_t bytesPerPixel) {
     PreparedScene p;
     p.store = &store;
@@ -103,11 +103,11 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
     p.imageCharge = ram.charge(bytesPerPixel * pixelCount(scene.imageSize), "the picture");
     p.selectionCharge = ram.charge(selectionBytes(info), "the selection of bricks");
     p.statistics = loadStatistics(store, ram, threads);
-    const TransferChoice& choice = scene.volumes.at(0).transferFunction;
-    if (const auto* name = std::get_if<std::string>(&choice))
+    const TransferChoice& function = scene.volumes.at(0).transferFunction;
+    if (const auto* name = std::get_if<std::string>(&function))
         p.function = presetFunction(*name, summarise(p.statistics, info));
     else
-        p.function = std::get<TransferFunction>(choice);
+        p.function = std::get<TransferFunction>(function);
     p.table = makeTable(p.function);
     p.functionCharge = ram.charge(tableBytes(p.table.entries.size()), "the transfer function's table");
     p.optics = makeOptics(p.table, info, scene.shading, scene.quality.terminationTransmittance);
@@ -116,20 +116,23 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
     else
         p.camera = std::get<Camera>(scene.camera);
 
-    // GPU memory: what every level costs first, then as fine a level as the rest holds.
+    // GPU memory: what every picture costs first, then levels as fine as the rest holds.
     const std::size_t fixed =
         March::stateBytes(scene.imageSize) + Atlas::indexBytes(brickGrid(info.extentVoxels)) +
         LevelMap::bytes(brickGrid(info.extentVoxels)) + p.optics.table.size() * sizeof(glm::vec4) +
-        (scene.quality.skipping ? cellCount(cellGrid(info.extentVoxels)) : 0);
-    const auto packed = [&](const auto& counts) { return atlasBytes(pagesFor(counts), info.type, limits); };
-    p.setSelection(
-        selectOneLevel(p.statistics, p.table, info, gpu.freeBytes(), packed, culling, gpu.option(), fixed),
-        ram);
+        (scene.quality.skipping ? cellCount(cellGrid(info.extentVoxels)) : 0) +
+        (scene.quality.maxError ? March::wantedBytes(brickGrid(info.extentVoxels)) : 0);
+    const int cacheThreads = threads > 0 ? threads : defaultThreads();
+    const std::size_t staging = Atlas::stagingBytes(info);
+    const std::size_t mapBytes =
+        cellCount(cellGrid(info.extentVoxels)) + LevelMap::bytes(brickGrid(info.extentVoxels));
+    p.chosen = chooseLevels(scene, p.camera, p.statistics, p.table, store, limits, choice, gpu, fixed, ram,
+                            cacheFloorBytes(info, cacheThreads) + staging + mapBytes, threads);
+    p.setSelection(std::move(p.chosen.selection), ram);
     p.frame = rayFrame(p.camera, info, scene.imageSize, scene.quality.stepVoxels);
 
     // The cache takes what is left, less upload staging and, where there is plenty, some air.
-    const int cacheThreads = threads > 0 ? threads : defaultThreads();
-    const std::size_t free = ram.freeBytes(), staging = Atlas::stagingBytes(info);
+    const std::size_t free = ram.freeBytes();
     const std::size_t left = free > staging ? free - staging : 0;
     const std::size_t cacheBytes =
         std::max(std::min(left, cacheFloorBytes(info, cacheThreads)), left - left / 8);
