@@ -52,13 +52,24 @@ std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize
                              int threads) {
     const int used = threads > 0 ? threads : defaultThreads();
     const std::size_t own = bytesPerPixel * pixelCount(imageSize) + selectionBytes(info) +
-                            cellCount(cellGrid(info.extentVoxels)) + // occupancy
+                            Occupancy::bytes(info.extentVoxels, MapScale::bricks) +
                             LevelMap::bytes(brickGrid(info.extentVoxels)) +
                             tableBytes(TransferTable::kMaxEntries) + cacheFloorBytes(info, used) +
                             Atlas::stagingBytes(info);
     // A reader takes up to a quarter of what is free (store_reader.h); the statistics' floor knows that.
     return statisticsFloorBytes(info, used) + own / 3 * 4 + 4;
 }
+
+namespace {
+/// Cells where their map is a small part of the budget's RAM beyond the floor and fits what the bricks leave
+/// of the GPU's memory; else the floor's map of bricks.
+MapScale chooseMapScale(const glm::ivec3& extentVoxels, std::size_t spareRam, std::size_t spareGpu) {
+    constexpr std::size_t kShareOfRam = 16;
+    const bool fits = Occupancy::bytes(extentVoxels, MapScale::cells) <= spareRam / kShareOfRam &&
+                      mapBytes(extentVoxels, MapScale::cells) <= spareGpu;
+    return fits ? MapScale::cells : MapScale::bricks;
+}
+} // namespace
 
 Strides PreparedScene::strides() const {
     Strides strides;
@@ -81,11 +92,18 @@ MirrorInput PreparedScene::mirrorInput(bool skipping) const {
 void PreparedScene::setSelection(Selection chosen, Ledger& ram) {
     selection = std::move(chosen);
     levels = LevelMap();
-    occupancy = Occupancy();
     if (!selection.uniform() || quality.edgeFunction == EdgeFunction::nearest)
         levels = makeLevelMap(selection, info().extentVoxels, quality, ram);
     if (quality.skipping)
-        occupancy = makeOccupancy(statistics, table, info(), selection, ram);
+        mapEmptySpace(ram);
+}
+
+void PreparedScene::mapEmptySpace(Ledger& ram) {
+    const OccupancyInput input{statistics, table, info(), selection, quality.edgeFunction};
+    if (occupancy.exists())
+        occupancy.levelsChanged(input);
+    else
+        occupancy = Occupancy(input, mapScale, ram);
 }
 
 PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
@@ -120,11 +138,13 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
     const std::size_t fixed =
         March::stateBytes(scene.imageSize) + Atlas::indexBytes(brickGrid(info.extentVoxels)) +
         LevelMap::bytes(brickGrid(info.extentVoxels)) + p.optics.table.size() * sizeof(glm::vec4) +
-        (scene.quality.skipping ? cellCount(cellGrid(info.extentVoxels)) : 0);
+        (scene.quality.skipping ? mapBytes(info.extentVoxels, MapScale::bricks) : 0);
     const auto packed = [&](const auto& counts) { return atlasBytes(pagesFor(counts), info.type, limits); };
-    p.setSelection(
-        selectOneLevel(p.statistics, p.table, info, gpu.freeBytes(), packed, culling, gpu.option(), fixed),
-        ram);
+    Selection selection =
+        selectOneLevel(p.statistics, p.table, info, gpu.freeBytes(), packed, culling, gpu.option(), fixed);
+    p.mapScale = chooseMapScale(info.extentVoxels, ram.limitBytes() - floor,
+                                gpu.freeBytes() - fixed - packed(selection.counts));
+    p.setSelection(std::move(selection), ram);
     p.frame = rayFrame(p.camera, info, scene.imageSize, scene.quality.stepVoxels);
 
     // The cache takes what is left, less upload staging and, where there is plenty, some air.

@@ -28,6 +28,7 @@ struct PreparedScene {
     Camera camera;
     Selection selection;
     LevelMap levels; // of a selection of mixed levels; else empty
+    MapScale mapScale = MapScale::bricks; // of the map of empty space
     Occupancy occupancy;
     RayFrame<double> frame;
     glm::ivec2 imageSize{0};
@@ -40,6 +41,8 @@ struct PreparedScene {
     bool mixed() const { return !levels.corners.empty(); }
     /// Takes another selection, and maps its levels and its empty space.
     void setSelection(Selection chosen, Ledger& ram);
+    /// Proves anew what the selection's levels change; all of it the first time.
+    void mapEmptySpace(Ledger& ram);
     /// Valid as long as this is not moved.
     Strides strides() const;
     /// Everything the mirror needs.
