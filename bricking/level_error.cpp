@@ -170,6 +170,7 @@ LevelErrors predictErrors(const BrickRays& rays, std::vector<std::uint8_t> shows
     TESSERA_CHECK(rays.bricks == out.bricks && shows.size() == cellCount(out.bricks));
     out.shows = std::move(shows);
     out.errors.assign(out.shows.size(), {});
+    out.biases.assign(out.shows.size(), {});
     const SegmentTables tables(table, info);
     const std::size_t count = out.shows.size();
     const glm::bvec3 cut = glm::notEqual(info.extentVoxels % kBrickExtent, glm::ivec3(0));
@@ -192,15 +193,31 @@ LevelErrors predictErrors(const BrickRays& rays, std::vector<std::uint8_t> shows
             for (int part = 0; part < rays.parts; ++part)
                 compositePart(decodeRays(rays.part(row, part)), tables, border, part * kRaysPerPart, colours);
             toLuv(colours);
+            const auto isBlack = [&](std::size_t i) { return colours.r[i] == 0; }; // lightness
+            std::size_t black = 0;
+            while (black < static_cast<std::size_t>(used) && isBlack(black))
+                ++black;
+            if (black == static_cast<std::size_t>(used)) { // what it shows, all its rays missed
+                for (int level = 1; level < kLevelCount; ++level)
+                    out.errors[brick][static_cast<std::size_t>(level)] =
+                        out.biases[brick][static_cast<std::size_t>(level)] =
+                            100.0f / static_cast<float>(used) * static_cast<float>(level) / (kLevelCount - 1);
+                continue;
+            }
             for (std::size_t level = 1; level < kLevelCount; ++level) {
-                float sum = 0;
+                float sum = 0, sumL = 0, sumU = 0, sumV = 0;
                 for (std::size_t i = 0; i < static_cast<std::size_t>(used); ++i) {
                     const std::size_t other = level * kRays + i;
                     const float l = colours.r[other] - colours.r[i], u = colours.g[other] - colours.g[i],
                                 v = colours.b[other] - colours.b[i];
                     sum += std::sqrt(l * l + u * u + v * v);
+                    sumL += l;
+                    sumU += u;
+                    sumV += v;
                 }
                 out.errors[brick][level] = sum / static_cast<float>(used);
+                out.biases[brick][level] =
+                    std::sqrt(sumL * sumL + sumU * sumU + sumV * sumV) / static_cast<float>(used);
             }
         }
     });

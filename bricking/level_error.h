@@ -6,8 +6,9 @@
 // predicted by compositing the rays that import sampled (brick_rays.h) in just that way, so it has no bias
 // and no constant to tune; what it has is the scatter of a sample of 16 rays. Colour that changes along a
 // ray, values that lie behind one another, noise that cancels along a ray and narrow peaks of the function
-// are all in it. What is not: what lies before and behind the brick, lighting, and neighbours of other
-// levels.
+// are all in it. A brick that shows something which none of its rays met is given the error of one white ray
+// among them, growing with the level: small things are what people look for. What is not: what lies before
+// and behind the brick, lighting, and neighbours of other levels.
 #pragma once
 
 #include "bricking/brick_rays.h"
@@ -43,6 +44,9 @@ struct LevelErrors {
     std::vector<std::uint8_t> shows; // [z][y][x]: 0 where the function shows nothing of a brick
     /// [z][y][x][level]: in L*u*v* units; 0 at level 0 and for bricks that show nothing.
     std::vector<std::array<float, kLevelCount>> errors;
+    /// [z][y][x][level]: length of the mean difference of those rays, likewise: what is left of the error
+    /// when a pixel averages them.
+    std::vector<std::array<float, kLevelCount>> biases;
 };
 
 /// Independent of camera and threads.

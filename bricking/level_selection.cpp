@@ -262,6 +262,17 @@ Selection selectForError(const LevelErrors& errors, const ViewWeights& weights, 
     return s;
 }
 
+void keepWhatFilteringLoses(const LevelErrors& errors, ViewWeights& weights) {
+    constexpr float kNoticeable = 1;
+    for (std::size_t brick = 0; brick < errors.biases.size(); ++brick) {
+        std::uint8_t& finest = weights.finest[brick];
+        if (!errors.shows[brick] || !(weights.area[brick] > 0))
+            continue;
+        while (finest > 0 && errors.biases[brick][finest] > kNoticeable)
+            --finest;
+    }
+}
+
 Selection selectUniform(const LevelErrors& errors, std::span<const float> means, std::size_t pages) {
     Selection s = coarsest(errors, means);
     int level = 0;

@@ -29,6 +29,11 @@ std::size_t pagesOf(const Selection& selection);
 /// How visible bricks are: a factor in [0,1] per brick, [z][y][x]. Nothing: all of them wholly.
 using Visibility = std::span<const float>;
 
+/// A pixel needs no finer samples than its own size, as long as filtering before the transfer function only
+/// averages what the pixel would average. Where it shifts the mean colour of a brick noticeably (more than 1
+/// in L*u*v*), thin things vanish or thicken: there weights.finest goes down to the level that keeps them.
+void keepWhatFilteringLoses(const LevelErrors& errors, ViewWeights& weights);
+
 /// The best selection of at most `pages` pages: greedy on the lower convex hull of each brick's weighted
 /// error against its share of a page, then free slots of pages that are paid for are filled. No brick is
 /// finer than a pixel can show; bricks of no weight stand as their means. Deterministic; the same for any

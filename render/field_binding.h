@@ -14,7 +14,7 @@
 
 namespace tessera {
 
-constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kDistanceUnit = 2, kCornerUnit = 3, kFactsUnit = 4;
+constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kSkippingUnit = 2, kCornerUnit = 3, kFactsUnit = 4;
 
 /// The level map as the shaders read it.
 struct LevelTextures {

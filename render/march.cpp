@@ -78,11 +78,8 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
         takeWanted();
     }
     if (occupancy) {
-        distance_ = GlTexture3d(GL_R8UI, occupancy->cells, 1, GL_NEAREST, gpu, "the distance map");
-        distance_.upload(glm::ivec3(0), occupancy->cells, GL_RED_INTEGER, GL_UNSIGNED_BYTE,
-                         occupancy->distance.data());
-        program_.set("uCells", occupancy->cells);
-        program_.set("uDistance", static_cast<int>(kDistanceUnit));
+        skipping_ = skippingTexture(*occupancy, gpu);
+        setSkippingUniforms(program_, *occupancy);
     }
     setRayUniforms(program_, frame);
     program_.set("uStride", strides.uniformSegments);
@@ -107,7 +104,7 @@ std::vector<std::uint32_t> March::takeWanted() {
 std::size_t March::run(const FieldSource& source, const MarchSlicing& slicing, Work& work) {
     bindField(program_, features_, info_, source);
     if (features_ & kFeatureSkipping)
-        distance_.bind(kDistanceUnit);
+        skipping_.bind(kSkippingUnit);
     table_.bind(0);
     colour_.bind(1);
     next_.bind(2);

@@ -13,6 +13,7 @@
 #include "render/occupancy.h"
 #include "render/optics.h"
 #include "render/ray.h"
+#include "render/skipping_binding.h"
 #include "render/strides.h"
 #include "render/work.h"
 
@@ -31,7 +32,7 @@ struct MarchSlicing {
 
 class March {
   public:
-    /// Compiles the program and allocates table, distance map and ray state on the GPU ledger.
+    /// Compiles the program and allocates table, map of empty space and ray state on the GPU ledger.
     /// occupancy is needed exactly when features has kFeatureSkipping; info must outlive this.
     March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
           const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu);
@@ -58,7 +59,7 @@ class March {
     int rowEdge_ = 0; // edge of the tiles in the row that is being marched
     GlProgram program_;
     GlBuffer table_, colour_, next_, work_, wanted_;
-    GlTexture3d distance_;
+    GlTexture3d skipping_;
 };
 
 /// Sets the uniforms of common_ray.glsl.

@@ -1,121 +1,372 @@
 // render/occupancy.cpp: see occupancy.h.
 #include "render/occupancy.h"
 
+#include "core/error.h"
+#include "core/threads.h"
+#include "render/brick_corner.h"
+
 #include <algorithm>
-#include <cmath>
+#include <array>
+#include <atomic>
+#include <bit>
 
 namespace tessera {
 namespace {
 
-/// Cells around a cell that a point in it can reach at a level. Interpolation between samples of level l
-/// reaches voxels up to 1.5 * 2^l away (a sample stands for 2^l voxels around its centre); the statistics'
-/// apron covers one voxel, which is all of it at level 0 (half a voxel to the next centre and half a voxel of
-/// its own).
-int reachCells(int level) {
-    if (level == 0)
-        return 0;
-    const double voxels = 1.5 * (1 << level) - 1;
-    return static_cast<int>(std::ceil(voxels / kCellExtent));
+constexpr std::size_t kBricksAtATime = 64; // per turn of a thread
+
+struct Hull {
+    float lo = std::numeric_limits<float>::infinity(), hi = -std::numeric_limits<float>::infinity();
+    void add(float low, float high) {
+        lo = std::min(lo, low);
+        hi = std::max(hi, high);
+    }
+    void add(const Hull& other) { add(other.lo, other.hi); }
+};
+
+/// TransferTable::emptyOver() of stored values, without a call: it is asked for every cell.
+class ZeroExtinction {
+  public:
+    ZeroExtinction(const TransferTable& table, const VolumeInfo& info)
+        : nonZeroUpTo_(table.nonZeroUpTo.data()), last_(static_cast<double>(table.entries.size() - 1)) {
+        const double perValue = static_cast<double>(table.entriesPerValue);
+        scale_ = info.rescaleSlope * perValue;
+        offset_ = (info.rescaleIntercept - static_cast<double>(table.firstValue)) * perValue;
+    }
+    bool over(const Hull& h) const {
+        const double x = static_cast<double>(h.lo) * scale_ + offset_;
+        const double y = static_cast<double>(h.hi) * scale_ + offset_;
+        const double a = std::clamp(std::min(x, y), 0.0, last_ + 1),
+                     b = std::clamp(std::max(x, y), -1.0, last_);
+        const int first = std::max(static_cast<int>(a) - 1, 0); // floor - 1
+        const int whole = static_cast<int>(b);
+        const int final = std::min(whole + (whole < b ? 1 : 0) + 1, static_cast<int>(last_)); // ceil + 1
+        return nonZeroUpTo_[final] == (first == 0 ? 0 : nonZeroUpTo_[first - 1]);
+    }
+
+  private:
+    const int* nonZeroUpTo_;
+    double last_, scale_ = 0, offset_ = 0;
+};
+
+std::size_t cellBit(const glm::ivec3& at) {
+    return static_cast<std::size_t>(at.x + 4 * at.y + 16 * at.z);
+}
+template <typename Visit> void forEachCell(const glm::ivec3& cells, const Visit& visit) {
+    glm::ivec3 at(0);
+    for (at.z = 0; at.z < cells.z; ++at.z)
+        for (at.y = 0; at.y < cells.y; ++at.y)
+            for (at.x = 0; at.x < cells.x; ++at.x)
+                visit(at);
 }
 
-/// Chebyshev distance transform by the two raster passes of a 26-neighbour chamfer, which is exact for this
-/// metric. In: 0 occupied, 255 empty. Out: distance, saturating at 255.
-void distanceTransform(std::vector<std::uint8_t>& map, const glm::ivec3& grid) {
-    const auto pass = [&](bool forward) {
-        const int sign = forward ? -1 : 1;
-        for (int kk = 0; kk < grid.z; ++kk)
-            for (int jj = 0; jj < grid.y; ++jj)
-                for (int ii = 0; ii < grid.x; ++ii) {
-                    const glm::ivec3 at =
-                        forward ? glm::ivec3(ii, jj, kk) : grid - 1 - glm::ivec3(ii, jj, kk);
-                    std::uint8_t& here = map[linearIndex(at, grid)];
-                    if (here == 0)
-                        continue;
-                    int best = here;
-                    const auto visit = [&](int dx, int dy, int dz) {
-                        const glm::ivec3 near = at + glm::ivec3(dx, dy, dz);
-                        if (near.x < 0 || near.y < 0 || near.z < 0 || near.x >= grid.x || near.y >= grid.y ||
-                            near.z >= grid.z)
-                            return;
-                        best = std::min(best, map[linearIndex(near, grid)] + 1);
-                    };
-                    for (int dy = -1; dy <= 1; ++dy)
-                        for (int dx = -1; dx <= 1; ++dx)
-                            visit(dx, dy, sign);
-                    for (int dx = -1; dx <= 1; ++dx)
-                        visit(dx, sign, 0);
-                    visit(sign, 0, 0);
-                    here = static_cast<std::uint8_t>(std::min(best, 255));
-                }
+/// Cells of a brick along one axis, both ends included.
+struct Span {
+    int first = 0, last = 0;
+};
+
+/// Cells that hold the samples that points of a cell can reach in a brick of this level, along one axis that
+/// both share. Interpolation reaches one sample beyond the cell at levels whose samples are no larger than a
+/// cell (at level 0 the cell's own range covers it); of the two samples of level 4, cells at the ends reach
+/// only the nearer.
+Span reachedAlong(int level, int cell, int cells) {
+    Span span{cell, cell};
+    if (level == 4)
+        span = {cell == kCellsPerBrick - 1 ? kCellsPerBrick / 2 : 0,
+                cell == 0 ? kCellsPerBrick / 2 - 1 : kCellsPerBrick - 1};
+    else if (level > 0)
+        span = {cell - 1, cell + 1};
+    return {std::clamp(span.first, 0, cells - 1), std::clamp(span.last, 0, cells - 1)};
+}
+
+/// Cells under the outermost samples of a brick, on the side that faces against d.
+Span outermost(int level, int d, int cells) {
+    const int deep = level == 4 ? kCellsPerBrick / 2 : 1;
+    return d > 0 ? Span{0, std::min(deep, cells) - 1} : Span{std::max(cells - deep, 0), cells - 1};
+}
+
+/// One brick's cells against a function. Levels as bricks have them, statistics as they are stored.
+class BrickProof {
+  public:
+    BrickProof(const OccupancyInput& input, const std::vector<glm::vec2>& ranges,
+               const std::vector<glm::vec2>& wide, std::uint32_t finest)
+        : in_(input), ranges_(ranges), wide_(wide), finest_(finest), zero_(input.table, input.info) {}
+
+    std::uint64_t cellsOf(const glm::ivec3& brick);
+
+  private:
+    struct Neighbour {
+        glm::ivec3 side{0}, brick{0};
+        int level = 0;
+        float mean = 0;
+        glm::ivec3 layers{0}; // of cells that it reaches into, per axis that is crossed
     };
-    pass(true);
-    pass(false);
+    static bool isValue(int level) { return level + 1 >= kLevelCount; } // reads as its mean
+    int levelOf(const glm::ivec3& brick) const {
+        return in_.selection.levels[linearIndex(brick, in_.selection.bricks)];
+    }
+    Hull rangeOf(const glm::ivec3& brick, int level) const {
+        const std::size_t b = linearIndex(brick, in_.selection.bricks);
+        if (isValue(level))
+            return {in_.selection.means[b], in_.selection.means[b]};
+        return {ranges_[b].x, ranges_[b].y};
+    }
+    bool empty(const Hull& h) const { return zero_.over(h); }
+    Hull cellRange(const glm::ivec3& cell) const {
+        const std::size_t c = linearIndex(cell, in_.statistics.cells);
+        return {in_.statistics.cellMin[c], in_.statistics.cellMax[c]};
+    }
+    Hull rangeOver(const glm::ivec3& firstCell, const Span& x, const Span& y, const Span& z) const;
+    void findNeighbours(const glm::ivec3& brick, int level);
+    using CellHulls = std::array<Hull, 64>; // x + 4y + 16z
+    /// Adds its samples to the hulls of the cells whose points can reach them.
+    void addNeighbour(const Neighbour& n, const glm::ivec3& firstCell, const glm::ivec3& cells,
+                      CellHulls& hulls) const;
+
+    const OccupancyInput& in_;
+    const std::vector<glm::vec2>&ranges_, &wide_;
+    std::uint32_t finest_;
+    ZeroExtinction zero_;
+    std::array<Neighbour, 26> neighbours_;
+    int count_ = 0;
+};
+
+Hull BrickProof::rangeOver(const glm::ivec3& firstCell, const Span& x, const Span& y, const Span& z) const {
+    Hull hull;
+    for (int k = z.first; k <= z.last; ++k)
+        for (int j = y.first; j <= y.last; ++j)
+            for (int i = x.first; i <= x.last; ++i)
+                hull.add(cellRange(firstCell + glm::ivec3(i, j, k)));
+    return hull;
+}
+
+/// Those whose weight is not zero everywhere in the brick, and whose samples the cells' own ranges do not
+/// cover.
+void BrickProof::findNeighbours(const glm::ivec3& brick, int level) {
+    count_ = 0;
+    glm::ivec3 side(0);
+    for (side.z = -1; side.z <= 1; ++side.z)
+        for (side.y = -1; side.y <= 1; ++side.y)
+            for (side.x = -1; side.x <= 1; ++side.x) {
+                const glm::ivec3 at = brick + side;
+                if (side == glm::ivec3(0) || glm::any(glm::lessThan(at, glm::ivec3(0))) ||
+                    glm::any(glm::greaterThanEqual(at, in_.selection.bricks)))
+                    continue;
+                Neighbour n{side, at, levelOf(at), 0, glm::ivec3(0)};
+                bool reaches = true, deep = false;
+                for (int axis = 0; axis < 3; ++axis) {
+                    if (side[axis] == 0)
+                        continue;
+                    glm::ivec3 facing = at;
+                    facing[axis] -= side[axis];
+                    const float reach = edgeReach<float>(static_cast<std::uint32_t>(n.level),
+                                                         static_cast<std::uint32_t>(levelOf(facing)),
+                                                         in_.edgeFunction, finest_)
+                                            .other;
+                    n.layers[axis] = static_cast<int>(std::ceil(reach / float{kCellExtent}));
+                    reaches = reaches && n.layers[axis] > 0;
+                    deep = deep || n.layers[axis] > 1;
+                }
+                if (!reaches || (level == 0 && n.level == 0 && !deep))
+                    continue;
+                if (isValue(n.level))
+                    n.mean = in_.selection.means[linearIndex(at, in_.selection.bricks)];
+                neighbours_[static_cast<std::size_t>(count_++)] = n;
+            }
+}
+
+void BrickProof::addNeighbour(const Neighbour& n, const glm::ivec3& firstCell, const glm::ivec3& cells,
+                              CellHulls& hulls) const {
+    glm::ivec3 first(0), end = cells;
+    std::array<Span, 3> crossed;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (n.side[axis] == 0)
+            continue;
+        if (n.side[axis] > 0)
+            first[axis] = std::max(cells[axis] - n.layers[axis], 0);
+        else
+            end[axis] = std::min(n.layers[axis], cells[axis]);
+        const int there =
+            std::min(kCellsPerBrick, in_.statistics.cells[axis] - n.brick[axis] * kCellsPerBrick);
+        crossed[static_cast<std::size_t>(axis)] = outermost(n.level, n.side[axis], there);
+    }
+    glm::ivec3 at(0);
+    for (at.z = first.z; at.z < end.z; ++at.z)
+        for (at.y = first.y; at.y < end.y; ++at.y)
+            for (at.x = first.x; at.x < end.x; ++at.x) {
+                Hull& hull = hulls[cellBit(at)];
+                if (isValue(n.level)) {
+                    hull.add(n.mean, n.mean);
+                    continue;
+                }
+                std::array<Span, 3> spans = crossed;
+                bool beside = true; // the cell touches the brick that is crossed into
+                for (int axis = 0; axis < 3; ++axis)
+                    if (n.side[axis] == 0)
+                        spans[static_cast<std::size_t>(axis)] = reachedAlong(n.level, at[axis], cells[axis]);
+                    else
+                        beside = beside && at[axis] == (n.side[axis] > 0 ? cells[axis] - 1 : 0);
+                Hull there = rangeOver(n.brick * kCellsPerBrick, spans[0], spans[1], spans[2]);
+                if (n.level == 0 && beside) {
+                    // One layer of voxels, which the range of the cell at hand covers too: both hulls hold
+                    // it.
+                    const Hull own = cellRange(firstCell + at);
+                    there = {std::max(there.lo, own.lo), std::min(there.hi, own.hi)};
+                }
+                hull.add(there);
+            }
+}
+
+std::uint64_t BrickProof::cellsOf(const glm::ivec3& brick) {
+    const std::size_t index = linearIndex(brick, in_.selection.bricks);
+    if (empty({wide_[index].x, wide_[index].y}))
+        return 0; // whatever the levels
+    const int level = levelOf(brick);
+    findNeighbours(brick, level);
+    Hull all = rangeOf(brick, level);
+    for (int n = 0; n < count_; ++n) {
+        const Neighbour& near = neighbours_[static_cast<std::size_t>(n)];
+        if (near.level > 0 || near.layers.x > 1 || near.layers.y > 1 || near.layers.z > 1)
+            all.add(rangeOf(near.brick, near.level));
+        else
+            all.add(ranges_[index].x, ranges_[index].y); // its layer is within ours
+    }
+    if (empty(all))
+        return 0;
+    const glm::ivec3 firstCell = brick * kCellsPerBrick;
+    const glm::ivec3 cells = glm::min(glm::ivec3(kCellsPerBrick), in_.statistics.cells - firstCell);
+    CellHulls hulls;
+    forEachCell(cells, [&](const glm::ivec3& at) {
+        Hull& hull = hulls[cellBit(at)];
+        if (isValue(level))
+            hull = rangeOf(brick, level);
+        else if (level == 0)
+            hull = cellRange(firstCell + at);
+        else
+            hull = rangeOver(firstCell, reachedAlong(level, at.x, cells.x),
+                             reachedAlong(level, at.y, cells.y), reachedAlong(level, at.z, cells.z));
+    });
+    for (int n = 0; n < count_; ++n)
+        addNeighbour(neighbours_[static_cast<std::size_t>(n)], firstCell, cells, hulls);
+    std::uint64_t mask = 0;
+    forEachCell(cells, [&](const glm::ivec3& at) {
+        mask |= static_cast<std::uint64_t>(!empty(hulls[cellBit(at)])) << cellBit(at);
+    });
+    return mask;
+}
+
+glm::ivec3 brickAt(std::size_t index, const glm::ivec3& bricks) {
+    const std::size_t x = static_cast<std::size_t>(bricks.x), y = static_cast<std::size_t>(bricks.y);
+    return {static_cast<int>(index % x), static_cast<int>(index / x % y), static_cast<int>(index / (x * y))};
+}
+
+/// A brick and those that touch it.
+void forEachAround(const glm::ivec3& at, const glm::ivec3& bricks, const auto& visit) {
+    const glm::ivec3 low = glm::max(at - 1, glm::ivec3(0)), high = glm::min(at + 1, bricks - 1);
+    for (int z = low.z; z <= high.z; ++z)
+        for (int y = low.y; y <= high.y; ++y)
+            for (int x = low.x; x <= high.x; ++x)
+                visit(linearIndex({x, y, z}, bricks));
+}
+
+void forEachBrick(std::size_t count, int threads, const auto& visit) {
+    parallelFor((count + kBricksAtATime - 1) / kBricksAtATime, threads, [&](std::size_t turn) {
+        visit(turn * kBricksAtATime, std::min(count, (turn + 1) * kBricksAtATime));
+    });
 }
 
 } // namespace
 
-Occupancy makeOccupancy(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
-                        const Selection& selection, Ledger& ram) {
-    Occupancy o;
-    o.cells = statistics.cells;
-    o.charge = ram.charge(cellCount(o.cells), "the occupancy map");
-    o.distance.resize(cellCount(o.cells));
-    const auto emptyOver = [&](float lo, float hi) {
-        const double a = info.rescaleSlope * static_cast<double>(lo) + info.rescaleIntercept;
-        const double b = info.rescaleSlope * static_cast<double>(hi) + info.rescaleIntercept;
-        return table.emptyOver(std::min(a, b), std::max(a, b));
-    };
-    // The hull of all samples that cells of a box can contribute; stops early once it is not empty.
-    const auto emptyIn = [&](const glm::ivec3& first, const glm::ivec3& last) {
-        float lo = INFINITY, hi = -INFINITY;
-        glm::ivec3 near(0);
-        for (near.z = first.z; near.z <= last.z; ++near.z)
-            for (near.y = first.y; near.y <= last.y; ++near.y)
-                for (near.x = first.x; near.x <= last.x; ++near.x) {
-                    const std::size_t cell = linearIndex(near, o.cells);
-                    const std::size_t brick = linearIndex(near / kCellsPerBrick, selection.bricks);
-                    lo = std::min(lo, statistics.cellMin[cell]);
-                    hi = std::max(hi, statistics.cellMax[cell]);
-                    if (selection.levels[brick] == Selection::kEmpty) {
-                        lo = std::min(lo, selection.means[brick]); // its samples read as the mean
-                        hi = std::max(hi, selection.means[brick]);
-                    }
-                }
-        return emptyOver(lo, hi);
-    };
-    // A blend of two hulls whose extinction is 0 may cross values whose extinction is not, where the hulls do
-    // not overlap. At level 0 the aprons make neighbouring hulls overlap; coarser levels reach further than
-    // the apron, so a cell is empty there only if the hull over its whole reach is.
-    glm::ivec3 brick(0);
-    for (brick.z = 0; brick.z < selection.bricks.z; ++brick.z)
-        for (brick.y = 0; brick.y < selection.bricks.y; ++brick.y)
-            for (brick.x = 0; brick.x < selection.bricks.x; ++brick.x) {
-                int coarsest = 0;
-                glm::ivec3 n(0);
-                const glm::ivec3 low = glm::max(brick - 1, glm::ivec3(0));
-                const glm::ivec3 high = glm::min(brick + 1, selection.bricks - 1);
-                for (n.z = low.z; n.z <= high.z; ++n.z)
-                    for (n.y = low.y; n.y <= high.y; ++n.y)
-                        for (n.x = low.x; n.x <= high.x; ++n.x)
-                            if (const int level = selection.levels[linearIndex(n, selection.bricks)];
-                                level != Selection::kEmpty)
-                                coarsest = std::max(coarsest, level);
-                const int reach = reachCells(coarsest);
-                const glm::ivec3 first = brick * kCellsPerBrick;
-                const glm::ivec3 end = glm::min(first + kCellsPerBrick, o.cells);
-                glm::ivec3 at(0);
-                for (at.z = first.z; at.z < end.z; ++at.z)
-                    for (at.y = first.y; at.y < end.y; ++at.y)
-                        for (at.x = first.x; at.x < end.x; ++at.x) {
-                            const bool empty =
-                                emptyIn(at, at) && (reach == 0 || emptyIn(glm::max(at - reach, glm::ivec3(0)),
-                                                                          glm::min(at + reach, o.cells - 1)));
-                            o.distance[linearIndex(at, o.cells)] = empty ? 255 : 0;
-                            o.occupiedCells += empty ? 0 : 1;
-                        }
-            }
-    distanceTransform(o.distance, o.cells);
-    return o;
+std::size_t Occupancy::bytes(const glm::ivec3& extentVoxels, MapScale scale) {
+    const std::size_t brick = 2 * sizeof(glm::vec2) + sizeof(std::uint8_t) + sizeof(std::uint64_t);
+    return mapBytes(extentVoxels, scale) + brick * cellCount(brickGrid(extentVoxels));
+}
+
+Occupancy::Occupancy(const OccupancyInput& input, MapScale scale, Ledger& ram, int threads)
+    : scale_(scale), extentVoxels_(input.info.extentVoxels), grid_(mapGrid(extentVoxels_, scale)),
+      bricks_(input.selection.bricks) {
+    charge_ = ram.charge(bytes(extentVoxels_, scale), "the map of empty space");
+    const std::size_t count = cellCount(bricks_);
+    ranges_.resize(count);
+    masks_.resize(count);
+    map_.resize(cellCount(grid_));
+    forEachBrick(count, threads, [&](std::size_t first, std::size_t end) {
+        for (std::size_t b = first; b < end; ++b) {
+            const glm::ivec3 at = brickAt(b, bricks_);
+            input.statistics.brickRange({at.x, at.y, at.z}, ranges_[b].x, ranges_[b].y);
+        }
+    });
+    wide_ = ranges_;
+    forEachBrick(count, threads, [&](std::size_t first, std::size_t end) {
+        for (std::size_t b = first; b < end; ++b)
+            forEachAround(brickAt(b, bricks_), bricks_, [&](std::size_t near) {
+                wide_[b] = {std::min(wide_[b].x, ranges_[near].x), std::max(wide_[b].y, ranges_[near].y)};
+            });
+    });
+    functionChanged(input, threads);
+}
+
+template <typename Which>
+bool Occupancy::prove(const OccupancyInput& input, const Which& which, int threads) {
+    TESSERA_CHECK(input.selection.bricks == bricks_);
+    levels_ = input.selection.levels;
+    finest_ = static_cast<std::uint32_t>(input.selection.finest());
+    edgeFunction_ = input.edgeFunction;
+    std::atomic<bool> changed = false;
+    forEachBrick(masks_.size(), threads, [&](std::size_t first, std::size_t end) {
+        BrickProof proof(input, ranges_, wide_, finest_);
+        bool mine = false;
+        for (std::size_t b = first; b < end; ++b) {
+            if (!which(b))
+                continue;
+            const std::uint64_t mask = proof.cellsOf(brickAt(b, bricks_));
+            mine = mine || mask != masks_[b];
+            masks_[b] = mask;
+        }
+        if (mine)
+            changed = true;
+    });
+    return changed;
+}
+
+bool Occupancy::functionChanged(const OccupancyInput& input, int threads) {
+    const bool first = levels_.empty();
+    if (!prove(
+            input, [](std::size_t) { return true; }, threads) &&
+        !first)
+        return false;
+    fillDistanceMap(extentVoxels_, masks_, scale_, map_, threads);
+    return true;
+}
+
+bool Occupancy::levelsChanged(const OccupancyInput& input, int threads) {
+    // Two empty bricks blend over the finest level's half sample, wherever they are.
+    if (static_cast<std::uint32_t>(input.selection.finest()) != finest_ ||
+        input.edgeFunction != edgeFunction_)
+        return functionChanged(input, threads);
+    std::vector<std::uint8_t> stale(masks_.size(), 0);
+    for (std::size_t b = 0; b < stale.size(); ++b) {
+        if (input.selection.levels[b] == levels_[b])
+            continue;
+        forEachAround(brickAt(b, bricks_), bricks_, [&](std::size_t near) { stale[near] = 1; });
+    }
+    if (!prove(
+            input, [&](std::size_t b) { return stale[b] != 0; }, threads))
+        return false;
+    fillDistanceMap(extentVoxels_, masks_, scale_, map_, threads);
+    return true;
+}
+
+std::size_t Occupancy::occupiedCells() const {
+    std::size_t count = 0;
+    for (const std::uint64_t mask : masks_)
+        count += static_cast<std::size_t>(std::popcount(mask));
+    return count;
+}
+
+bool Occupancy::isEmpty(const glm::ivec3& cell) const {
+    const glm::ivec3 at = cell % kCellsPerBrick;
+    return (masks_[linearIndex(cell / kCellsPerBrick, bricks_)] >> (at.x + 4 * at.y + 16 * at.z) & 1u) == 0;
 }
 
 } // namespace tessera

@@ -1,59 +1,118 @@
-// render/occupancy.h: which cells can show anything under a transfer function, and how far the next such cell
-// is (Chebyshev distance in cells), for empty-space skipping. The rule of skipping is proof: a cell counts as
-// empty only if extinction is 0 over the hull of every sample that a point in it can reach at the levels that
-// the bricks around it have.
+// render/occupancy.h: which cells can show anything under a transfer function at the levels that bricks have,
+// and the map of where rays may leap that follows (distance_map.h). The rule of skipping is proof: a cell
+// counts as empty only if extinction is 0 over the hull of every sample that a point in it can reach: its own
+// brick's, clamped to that brick, and those of neighbours that have weight there (brick_corner.h).
 #pragma once
 
 #include "bricking/selection.h"
 #include "bricking/statistics.h"
 #include "core/brick.h"
 #include "core/budget.h"
+#include "core/scene.h"
 #include "core/transfer_function.h"
+#include "render/distance_map.h"
 #include "render/ray.h"
 #include "render/strides.h"
 
 #include <cmath>
 #include <cstdint>
 #include <glm/common.hpp>
+#include <glm/vec2.hpp>
+#include <limits>
 #include <vector>
 
 namespace tessera {
 
-struct Occupancy {
-    glm::ivec3 cells{0};
-    std::vector<std::uint8_t>
-        distance; // [z][y][x]: 0 occupied, else distance to the nearest occupied, <= 255
-    std::size_t occupiedCells = 0;
-    Charge charge;
+/// What the proof reads. It only looks while it is called.
+struct OccupancyInput {
+    const Statistics& statistics;
+    const TransferTable& table;
+    const VolumeInfo& info;
+    const Selection& selection;
+    EdgeFunction edgeFunction = EdgeFunction::minimum;
 };
 
-Occupancy makeOccupancy(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
-                        const Selection& selection, Ledger& ram);
+class Occupancy {
+  public:
+    Occupancy() = default;
+    /// Proves every brick and fills the map. @param threads  0: all processors
+    Occupancy(const OccupancyInput& input, MapScale scale, Ledger& ram, int threads = 0);
+
+    /// The function is another: everything is proven anew. True where the map changed.
+    bool functionChanged(const OccupancyInput& input, int threads = 0);
+    /// Levels of some bricks are others, the function is the same: proves those bricks and their neighbours
+    /// anew, which it finds itself. True where the map changed. Both leave what a new Occupancy would hold.
+    bool levelsChanged(const OccupancyInput& input, int threads = 0);
+
+    MapScale scale() const { return scale_; }
+    const glm::ivec3& extentVoxels() const { return extentVoxels_; }
+    const glm::ivec3& grid() const { return grid_; }               // of the map
+    const std::vector<SkippingTexel>& map() const { return map_; } // [z][y][x]
+    /// Per brick, [z][y][x]: bit x + 4y + 16z of a cell that can show something.
+    const std::vector<std::uint64_t>& masks() const { return masks_; }
+    std::size_t occupiedCells() const;
+    bool isEmpty(const glm::ivec3& cell) const;
+    bool exists() const { return !map_.empty(); }
+
+    /// RAM that one takes.
+    static std::size_t bytes(const glm::ivec3& extentVoxels, MapScale scale);
+
+  private:
+    template <typename Which> bool prove(const OccupancyInput& input, const Which& which, int threads);
+
+    MapScale scale_ = MapScale::cells;
+    glm::ivec3 extentVoxels_{0}, grid_{0}, bricks_{0};
+    std::vector<glm::vec2> ranges_; // per brick: of its voxels and one layer around them
+    std::vector<glm::vec2> wide_;   // and of the bricks that touch it
+    std::vector<std::uint8_t> levels_;
+    std::uint32_t finest_ = 0;
+    EdgeFunction edgeFunction_ = EdgeFunction::minimum;
+    std::vector<std::uint64_t> masks_;
+    std::vector<SkippingTexel> map_;
+    Charge charge_;
+};
+
+/// How far a leap stays inside the box it was proven for, voxels: more than positions are rounded by, so that
+/// no stride is leapt over whose middle lies outside.
+constexpr double kLeapMargin = 1.0 / 64;
 
 /// Twin of nextOccupied() in shaders/march_skipping.glsl: i itself where p, the middle of the stride of n
-/// segments from i, lies in an occupied cell; else where the first stride starts whose middle may lie beyond
-/// the box of cells that is empty.
+/// segments from i, lies where something can show; else where the first stride starts whose middle may lie
+/// beyond the box that is empty. Leaps differ from the shader's by rounding; which strides are taken does
+/// not.
 template <typename Real>
 int nextOccupied(const Occupancy& o, const Strides& strides, const SegmentedRay<Real>& ray, int i, int n,
                  const glm::vec<3, Real>& p) {
-    const glm::ivec3 cell = glm::clamp(glm::ivec3(glm::floor(p)) >> 3, glm::ivec3(0), o.cells - 1);
-    const int reach = o.distance[linearIndex(cell, o.cells)];
-    if (reach == 0)
-        return i;
+    const glm::ivec3 voxel = glm::clamp(glm::ivec3(glm::floor(p)), glm::ivec3(0), o.extentVoxels() - 1);
+    int shift = boxShift(o.scale());
+    const SkippingTexel texel = o.map()[linearIndex(voxel >> shift, o.grid())];
+    int octant = 0, reach = 1;
+    if (isOccupied(texel)) {
+        shift -= 2;
+        if ((texel >> blockBit((voxel >> shift) & 3)) & 1u)
+            return i;
+    } else {
+        for (int axis = 0; axis < 3; ++axis)
+            octant |= (ray.step[axis] > Real(0) ? 1 : 0) << axis;
+        reach = octantDistance(texel, octant);
+    }
     Real leave = std::numeric_limits<Real>::max(); // in segments from the entry
     for (int axis = 0; axis < 3; ++axis) {
         const Real d = ray.step[axis];
-        const Real low = static_cast<Real>((cell[axis] - (reach - 1)) * kCellExtent);
-        const Real high = static_cast<Real>((cell[axis] + reach) * kCellExtent);
+        const int box = voxel[axis] >> shift;
+        const Real margin = static_cast<Real>(kLeapMargin);
         if (d > Real(0))
-            leave = std::min(leave, (high - ray.entry[axis]) / d);
+            leave =
+                std::min(leave, (static_cast<Real>((box + reach) << shift) - margin - ray.entry[axis]) / d);
         if (d < Real(0))
-            leave = std::min(leave, (low - ray.entry[axis]) / d);
+            leave = std::min(
+                leave,
+                (static_cast<Real>((box - (reach - 1)) * (1 << shift)) + margin - ray.entry[axis]) / d);
     }
-    const int beyond = static_cast<int>(std::min(std::ceil(leave - Real(0.5)), static_cast<Real>(ray.count)));
-    if (beyond >= ray.count)
+    const Real beyond = std::ceil(leave - Real(0.5));
+    if (!(beyond < static_cast<Real>(ray.count)))
         return ray.count;
-    return std::max(i + n, strideStart(strides, ray, beyond));
+    return std::max(i + n, strideStart(strides, ray, std::max(static_cast<int>(beyond), 0)));
 }
 
 } // namespace tessera

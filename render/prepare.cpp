@@ -52,13 +52,24 @@ std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize
                              int threads) {
     const int used = threads > 0 ? threads : defaultThreads();
     const std::size_t own = bytesPerPixel * pixelCount(imageSize) + selectionBytes(info) +
-                            cellCount(cellGrid(info.extentVoxels)) + // occupancy
+                            Occupancy::bytes(info.extentVoxels, MapScale::bricks) +
                             LevelMap::bytes(brickGrid(info.extentVoxels)) +
                             tableBytes(TransferTable::kMaxEntries) + cacheFloorBytes(info, used) +
                             Atlas::stagingBytes(info);
     // A reader takes up to a quarter of what is free (store_reader.h); the statistics' floor knows that.
     return statisticsFloorBytes(info, used) + own / 3 * 4 + 4;
 }
+
+namespace {
+/// Cells where their map is a small part of the budget's RAM beyond the floor and fits what the bricks leave
+/// of the GPU's memory; else the floor's map of bricks.
+MapScale chooseMapScale(const glm::ivec3& extentVoxels, std::size_t spareRam, std::size_t spareGpu) {
+    constexpr std::size_t kShareOfRam = 16;
+    const bool fits = Occupancy::bytes(extentVoxels, MapScale::cells) <= spareRam / kShareOfRam &&
+                      mapBytes(extentVoxels, MapScale::cells) <= spareGpu;
+    return fits ? MapScale::cells : MapScale::bricks;
+}
+} // namespace
 
 Strides PreparedScene::strides() const {
     Strides strides;
@@ -81,11 +92,18 @@ MirrorInput PreparedScene::mirrorInput(bool skipping) const {
 void PreparedScene::setSelection(Selection chosen, Ledger& ram) {
     selection = std::move(chosen);
     levels = LevelMap();
-    occupancy = Occupancy();
     if (!selection.uniform() || quality.edgeFunction == EdgeFunction::nearest)
         levels = makeLevelMap(selection, info().extentVoxels, quality, ram);
     if (quality.skipping)
-        occupancy = makeOccupancy(statistics, table, info(), selection, ram);
+        mapEmptySpace(ram);
+}
+
+void PreparedScene::mapEmptySpace(Ledger& ram) {
+    const OccupancyInput input{statistics, table, info(), selection, quality.edgeFunction};
+    if (occupancy.exists())
+        occupancy.levelsChanged(input);
+    else
+        occupancy = Occupancy(input, mapScale, ram);
 }
 
 PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
@@ -120,14 +138,23 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
     const std::size_t fixed =
         March::stateBytes(scene.imageSize) + Atlas::indexBytes(brickGrid(info.extentVoxels)) +
         LevelMap::bytes(brickGrid(info.extentVoxels)) + p.optics.table.size() * sizeof(glm::vec4) +
-        (scene.quality.skipping ? cellCount(cellGrid(info.extentVoxels)) : 0) +
         (scene.quality.maxError ? March::wantedBytes(brickGrid(info.extentVoxels)) : 0);
+    // The map of empty space is charged as bricks' scale in the floor; cells where they are a small part.
+    std::size_t mapOnGpu = 0;
+    if (scene.quality.skipping) {
+        // Beyond what the floor promises to bricks.
+        const std::size_t promised = fixed + atlasBytes(neighbourhoodPages(true), info.type, limits);
+        const std::size_t spareGpu = gpu.freeBytes() - std::min(gpu.freeBytes(), promised);
+        p.mapScale = chooseMapScale(info.extentVoxels, ram.limitBytes() - floor, spareGpu / 4);
+        mapOnGpu = mapBytes(info.extentVoxels, p.mapScale);
+    }
     const int cacheThreads = threads > 0 ? threads : defaultThreads();
     const std::size_t staging = Atlas::stagingBytes(info);
-    const std::size_t mapBytes =
-        cellCount(cellGrid(info.extentVoxels)) + LevelMap::bytes(brickGrid(info.extentVoxels));
-    p.chosen = chooseLevels(scene, p.camera, p.statistics, p.table, store, limits, choice, gpu, fixed, ram,
-                            cacheFloorBytes(info, cacheThreads) + staging + mapBytes, threads);
+    const std::size_t kept = cacheFloorBytes(info, cacheThreads) + staging +
+                             LevelMap::bytes(brickGrid(info.extentVoxels)) +
+                             (scene.quality.skipping ? Occupancy::bytes(info.extentVoxels, p.mapScale) : 0);
+    p.chosen = chooseLevels(scene, p.camera, p.statistics, p.table, store, limits, choice, gpu,
+                            fixed + mapOnGpu, ram, kept, threads);
     p.setSelection(std::move(p.chosen.selection), ram);
     p.frame = rayFrame(p.camera, info, scene.imageSize, scene.quality.stepVoxels);
 

@@ -28,8 +28,9 @@ struct PreparedScene {
     Optics optics;
     Camera camera;
     Selection selection;
-    ChosenLevels chosen; // how: its own selection has moved to the member above
-    LevelMap levels;     // of a selection of mixed levels; else empty
+    ChosenLevels chosen;                  // how: its own selection has moved to the member above
+    LevelMap levels;                      // of a selection of mixed levels; else empty
+    MapScale mapScale = MapScale::bricks; // of the map of empty space
     Occupancy occupancy;
     RayFrame<double> frame;
     glm::ivec2 imageSize{0};
@@ -42,6 +43,8 @@ struct PreparedScene {
     bool mixed() const { return !levels.corners.empty(); }
     /// Takes another selection, and maps its levels and its empty space.
     void setSelection(Selection chosen, Ledger& ram);
+    /// Proves anew what the selection's levels change; all of it the first time.
+    void mapEmptySpace(Ledger& ram);
     /// Valid as long as this is not moved.
     Strides strides() const;
     /// Everything the mirror needs.

@@ -146,7 +146,7 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     result.residentBricks = p.selection.shownBricks();
     result.emptyBricks = p.selection.counts[Selection::kEmpty];
     result.cells = cellCount(p.statistics.cells);
-    result.occupiedCells = scene.quality.skipping ? p.occupancy.occupiedCells : result.cells;
+    result.occupiedCells = scene.quality.skipping ? p.occupancy.occupiedCells() : result.cells;
     const ValueSummary values = summarise(p.statistics, p.info());
     result.lowest = values.lowest;
     result.highest = values.highest;

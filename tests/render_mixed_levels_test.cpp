@@ -260,8 +260,7 @@ TEST(MixedLevels, EmptyCellsShowNothing) {
             for (int i = 0; i < 100000; ++i) {
                 const glm::dvec3 at =
                     glm::dvec3(p.info().extentVoxels) * glm::dvec3(unit(random), unit(random), unit(random));
-                const glm::ivec3 cell = glm::min(glm::ivec3(at) / kCellExtent, p.occupancy.cells - 1);
-                if (p.occupancy.distance[linearIndex(cell, p.occupancy.cells)] == 0)
+                if (!p.occupancy.isEmpty(glm::min(glm::ivec3(at) / kCellExtent, p.statistics.cells - 1)))
                     continue;
                 ++checked;
                 ASSERT_EQ(lookUp(p.optics, interblockValue(samples, at)).a, 0)

@@ -78,7 +78,7 @@ TEST_P(Passes, AnyBudgetGivesTheSamePictureBitByBit) {
         const Drawn small = draw(scene, c.store, budget);
         EXPECT_LE(small.peak, small.limit);
         EXPECT_TRUE(bitEqual(small.result.image, unlimited.result.image));
-        EXPECT_EQ(small.result.work.segments, unlimited.result.work.segments);
+        EXPECT_GE(small.result.work.segments, unlimited.result.work.segments) << "a smaller map skips less";
         if (small.result.atlasPages < small.result.selectionPages) {
             EXPECT_GT(small.result.passes, 1);
         }

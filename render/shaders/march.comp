@@ -27,6 +27,7 @@ void main() {
     int i = uNext[slot];
     if (i < 0) return;
     Ray ray = makeRay(vec2(pixel) + 0.5);
+    beginSkipping(ray);
     precise vec4 sum = uColour[slot];
     uint iterations = 0u;
     uint segments = 0u;

@@ -1,37 +1,68 @@
 // march_skipping.glsl: leaps over strides that are proven empty; twin of render/occupancy.h.
-// Needs FEATURE_SKIPPING, common_ray.glsl, sampler_atlas.glsl, march_strides.glsl. Gives isOccupied(p),
+// Needs FEATURE_SKIPPING, common_ray.glsl, march_strides.glsl. Gives beginSkipping(ray), isOccupied(p),
 // nextOccupied(ray, i, n, p).
 
 #if FEATURE_SKIPPING
-uniform usampler3D uDistance; // per cell of 8^3 voxels: 0 occupied, else Chebyshev distance to the nearest such
-uniform ivec3 uCells;
+uniform usampler3D uSkipping; // two words a texel: see render/distance_map.h
+uniform ivec3 uSkippingLast;  // voxel that no position is beyond
+uniform int uSkippingShift;   // log2 of a box's edge, voxels
 
-// i where the cell at p (middle of the stride of n segments from i) is occupied; else where the first stride
-// starts whose middle may lie beyond the box of cells that is empty. Every cell's proof reaches half a voxel
-// further than the cell, far more than a rounded position can stray.
-int nextOccupied(Ray ray, int i, int n, vec3 p) {
-    ivec3 cell = clamp(ivec3(floor(p)) >> 3, ivec3(0), uCells - 1);
-    int reach = int(texelFetch(uDistance, cell, 0).r);
-    if (reach == 0) return i;
-    vec3 low = vec3((cell - (reach - 1)) * 8);
-    vec3 high = vec3((cell + reach) * 8);
-    float leave = kMaxFloat; // in segments from the entry
-    gTurns += 3;
-    for (int axis = 0; axis < 3; ++axis) {
-        float d = ray.step[axis];
-        if (d > 0.0) leave = min(leave, (high[axis] - ray.entry[axis]) / d);
-        if (d < 0.0) leave = min(leave, (low[axis] - ray.entry[axis]) / d);
-    }
-    int beyond = int(min(ceil(leave - 0.5), float(ray.count)));
-    if (beyond >= ray.count) return ray.count;
-    return max(i + n, strideStart(ray, beyond));
+const float kLeapMargin = 1.0 / 64.0; // voxels: far more than positions are rounded by
+
+vec3 gPerStep;       // 1 / step, 0 where the ray runs along the box
+vec3 gLeaveOffset;   // from a box's side to where a leap ends, less the entry
+ivec3 gAscends;      // 1 where it does
+bool gOctantHigh;    // its byte of an empty box's texel: in which word, and from which bit
+int gOctantBit;
+
+void beginSkipping(Ray ray) {
+    bvec3 up = greaterThan(ray.step, vec3(0.0));
+    bvec3 moves = notEqual(ray.step, vec3(0.0));
+    gAscends = ivec3(up);
+    gPerStep = mix(vec3(0.0), 1.0 / ray.step, moves);
+    gLeaveOffset = mix(vec3(kLeapMargin), vec3(-kLeapMargin), up) - ray.entry;
+    gOctantHigh = up.z;
+    gOctantBit = 8 * (gAscends.x | gAscends.y << 1);
+}
+
+ivec3 voxelAt(vec3 p) { return clamp(ivec3(floor(p)), ivec3(0), uSkippingLast); }
+uvec2 skippingTexel(ivec3 voxel) { return texelFetch(uSkipping, voxel >> uSkippingShift, 0).xy; }
+bool isOccupiedBox(uvec2 texel) { return (texel.y & 0x80000000u) != 0u; }
+
+// Of an occupied box: whether the voxel's block can show anything.
+bool isOccupiedBlock(uvec2 texel, ivec3 voxel) {
+    ivec3 block = (voxel >> (uSkippingShift - 2)) & 3;
+    int bit = min(block.x | block.y << 2 | block.z << 4, 62);
+    return ((bit < 32 ? texel.x : texel.y) >> (bit & 31) & 1u) != 0u;
 }
 
 bool isOccupied(vec3 p) {
-    ivec3 cell = clamp(ivec3(floor(p)) >> 3, ivec3(0), uCells - 1);
-    return texelFetch(uDistance, cell, 0).r == 0u;
+    ivec3 voxel = voxelAt(p);
+    uvec2 texel = skippingTexel(voxel);
+    return isOccupiedBox(texel) && isOccupiedBlock(texel, voxel);
+}
+
+// i where p, the middle of the stride of n segments from i, lies where something can show; else where the first
+// stride starts whose middle may lie beyond the box that is empty.
+int nextOccupied(Ray ray, int i, int n, vec3 p) {
+    ivec3 voxel = voxelAt(p);
+    uvec2 texel = skippingTexel(voxel);
+    int shift = uSkippingShift;
+    int reach = int((gOctantHigh ? texel.y : texel.x) >> gOctantBit & 127u);
+    if (isOccupiedBox(texel)) {
+        if (isOccupiedBlock(texel, voxel)) return i;
+        shift -= 2;
+        reach = 1;
+    }
+    ivec3 side = ((voxel >> shift) + mix(ivec3(1 - reach), ivec3(reach), equal(gAscends, ivec3(1)))) << shift;
+    vec3 leave = (vec3(side) + gLeaveOffset) * gPerStep; // in segments from the entry
+    leave = mix(leave, vec3(kMaxFloat), equal(gPerStep, vec3(0.0)));
+    float beyond = ceil(min(min(leave.x, leave.y), leave.z) - 0.5);
+    if (!(beyond < float(ray.count))) return ray.count;
+    return max(i + n, strideStart(ray, max(int(beyond), 0)));
 }
 #else
+void beginSkipping(Ray ray) {}
 bool isOccupied(vec3 p) { return true; }
 int nextOccupied(Ray ray, int i, int n, vec3 p) { return i; }
 #endif

@@ -1,0 +1,138 @@
+// tests/bench/skipping_bench.cpp: what empty-space skipping saves and what it costs.
+//
+//   skipping_bench --stores a.zarr,b.zarr --functions bone,vessels --size 512 --repeats 5
+//   skipping_bench --map 1024 --repeats 5
+//
+// The first prints, per scan and function: samples taken against those of an oracle that knows which strides
+// have extinction before their ray ends, and milliseconds of a frame without skipping, with a map of bricks,
+// and with a map of cells. The second times proof and map for a made-up volume of cubic extent: all of it,
+// after a change of the function, and after changes of some bricks' levels.
+#include "core/error.h"
+#include "core/preset.h"
+#include "render/features.h"
+#include "tests/bench/bench_tools.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <random>
+#include <sstream>
+
+namespace tessera::bench {
+namespace {
+
+/// A ball with a thick shell and noise, as statistics alone.
+Statistics madeUpStatistics(int edge, VolumeInfo& info) {
+    info.extentVoxels = glm::ivec3(edge);
+    info.type = ValueType::i16;
+    Statistics s;
+    s.cells = cellGrid(info.extentVoxels);
+    s.bricks = brickGrid(info.extentVoxels);
+    s.lowest = 0;
+    s.highest = 1000;
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> noise(0, 60);
+    glm::ivec3 at(0);
+    for (at.z = 0; at.z < s.cells.z; ++at.z)
+        for (at.y = 0; at.y < s.cells.y; ++at.y)
+            for (at.x = 0; at.x < s.cells.x; ++at.x) {
+                const glm::vec3 p = (glm::vec3(at) + 0.5f) / glm::vec3(s.cells) * 2.0f - 1.0f;
+                const float shells = 500.0f + 400.0f * std::sin(20.0f * glm::dot(p, p));
+                const float value = glm::dot(p, p) < 0.9f ? shells : 0.0f;
+                s.cellMin.push_back(std::max(value - noise(random), 0.0f));
+                s.cellMax.push_back(value + noise(random));
+            }
+    s.brickMean.assign(cellCount(s.bricks), 0);
+    for (std::size_t b = 0; b < s.brickMean.size(); ++b) {
+        const int n = static_cast<int>(b);
+        float lo = 0, hi = 0;
+        s.brickRange({n % s.bricks.x, n / s.bricks.x % s.bricks.y, n / (s.bricks.x * s.bricks.y)}, lo, hi);
+        s.brickMean[b] = 0.5f * (lo + hi);
+    }
+    return s;
+}
+
+/// Milliseconds of all threads together: what a busy machine does not change.
+double cpuMs() {
+    return 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+void benchMap(int edge, int repeats) {
+    Ledger ram("RAM", "--ram", std::size_t{16} << 30);
+    VolumeInfo info;
+    const Statistics statistics = madeUpStatistics(edge, info);
+    const auto table = [](double from) {
+        return makeTable(TransferFunction::fromOpacity({{from, 0}, {from + 200, 0.5}}, {}, 1));
+    };
+    const TransferTable tables[2] = {table(600), table(640)};
+    std::mt19937 random(2);
+    for (const bool mixed : {false, true})
+        for (const MapScale scale : {MapScale::cells, MapScale::bricks}) {
+            Selection s = cullBricks(statistics, tables[0], info, 0, true);
+            std::vector<std::size_t> shown;
+            for (std::size_t b = 0; b < s.levels.size(); ++b)
+                if (s.levels[b] != Selection::kEmpty) {
+                    shown.push_back(b);
+                    if (mixed)
+                        s.levels[b] = static_cast<std::uint8_t>(random() % 3);
+                }
+            const auto recount = [&] {
+                s.counts = {};
+                for (const std::uint8_t level : s.levels)
+                    ++s.counts[level];
+            };
+            recount();
+            const auto input = [&](int t) { return OccupancyInput{statistics, tables[t], info, s}; };
+            std::vector<double> fresh, function, levels, freshCpu, functionCpu, levelsCpu;
+            std::size_t occupied = 0;
+            for (int i = 0; i < repeats; ++i) {
+                double cpu = cpuMs();
+                const auto start = Clock::now();
+                Occupancy o(input(0), scale, ram);
+                fresh.push_back(msSince(start));
+                freshCpu.push_back(cpuMs() - cpu);
+                occupied = o.occupiedCells();
+                for (int change = 0; change < 2; ++change) {
+                    cpu = cpuMs();
+                    const auto then = Clock::now();
+                    o.functionChanged(input(1 - change));
+                    function.push_back(msSince(then));
+                    functionCpu.push_back(cpuMs() - cpu);
+                }
+                for (int n = 0; n < 300; ++n)
+                    s.levels[shown[random() % shown.size()]] = static_cast<std::uint8_t>(random() % 4);
+                recount();
+                cpu = cpuMs();
+                const auto changed = Clock::now();
+                o.levelsChanged(input(0));
+                levels.push_back(msSince(changed));
+                levelsCpu.push_back(cpuMs() - cpu);
+            }
+            std::printf("%d^3,%s,%s,%zu,%.3f,%.1f,%.1f,%.1f,%.1f,%.1f,%.1f,%zu,%.2f\n", edge,
+                        mixed ? "mixed" : "level 0", scale == MapScale::cells ? "cells" : "bricks",
+                        statistics.cellMin.size(),
+                        static_cast<double>(occupied) / static_cast<double>(statistics.cellMin.size()),
+                        minimum(fresh), minimum(function), minimum(levels), minimum(freshCpu),
+                        minimum(functionCpu), minimum(levelsCpu), Occupancy::bytes(info.extentVoxels, scale),
+                        loadAverage());
+        }
+}
+
+void run(int argc, char** argv) {
+    auto options = parseOptions(argc, argv, {{"--map", ""}, {"--repeats", "5"}});
+    const int repeats = static_cast<int>(parseNumbers(options["--repeats"], "--repeats").at(0));
+    if (!options["--map"].empty()) {
+        std::printf("extent,levels,map,cells,occupied,all_ms,function_ms,300_levels_ms,all_cpu_ms,function_"
+                    "cpu_ms,300_levels_cpu_ms,bytes,load\n");
+        for (const double edge : parseNumbers(options["--map"], "--map"))
+            benchMap(static_cast<int>(edge), repeats);
+    }
+}
+
+} // namespace
+} // namespace tessera::bench
+
+int main(int argc, char** argv) {
+    return tessera::bench::runMain("skipping_bench", tessera::bench::run, argc, argv);
+}
