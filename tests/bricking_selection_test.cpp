@@ -280,7 +280,7 @@ TEST(ViewWeights, AreasAreThoseThatRaysFind) {
             EXPECT_LE(area, w.pixels);
             EXPECT_GE(area, 0);
             for (const int threads : {1, 3})
-                ASSERT_EQ(viewWeights(cameras[n], info, size, threads).area[b], w.area[b]);
+                ASSERT_EQ(viewWeights(cameras[n], info, size, {}, threads).area[b], w.area[b]);
         }
         if (n + 1 == cameras.size()) {
             EXPECT_EQ(seen, 0u);
@@ -434,9 +434,10 @@ double slowError(const BrickRays& rays, std::uint32_t row, int level, const Tran
     for (int p = 0; p < kBrickRayParts; ++p) {
         const BrickRayPart part = decodeRays(rays.part(row, p));
         for (int ray = 0; ray < kRaysPerPart; ++ray)
-            sum += glm::length(coloured(part, ray, level) - coloured(part, ray, 0));
+            sum += (ray < 7 ? 15.0 / 16 / 7 : 1.0 / 16) / 2 *
+                   glm::length(coloured(part, ray, level) - coloured(part, ray, 0));
     }
-    return sum / (kBrickRayParts * kRaysPerPart);
+    return sum;
 }
 
 TEST(PredictErrors, EqualTheDefinition) {
@@ -447,7 +448,7 @@ TEST(PredictErrors, EqualTheDefinition) {
     const std::vector<Blobs> bricks = {Blobs({32, 32, 20}, 5), Blobs({32, 32, 20}, 900)};
     const BrickRays rays = raysOf(bricks, {2, 1, 1});
     const TransferTable table = testTable();
-    const LevelErrors e = predictErrors(rays, {1, 1}, table, info);
+    const LevelErrors e = rayErrors(rays, {1, 1}, table, info);
     for (std::uint32_t b = 0; b < 2; ++b) {
         EXPECT_EQ(e.errors[b][0], 0);
         for (int level = 1; level < kLevelCount; ++level) {
@@ -458,11 +459,36 @@ TEST(PredictErrors, EqualTheDefinition) {
                         0.02 * expected + 0.02);
         }
     }
-    EXPECT_EQ(predictErrors(rays, {1, 1}, table, info, 1).errors,
-              predictErrors(rays, {1, 1}, table, info, 3).errors);
-    const LevelErrors half = predictErrors(rays, {0, 1}, table, info);
+    EXPECT_EQ(rayErrors(rays, {1, 1}, table, info, 1).errors, rayErrors(rays, {1, 1}, table, info, 3).errors);
+    const LevelErrors half = rayErrors(rays, {0, 1}, table, info);
     EXPECT_EQ(half.errors[0], (std::array<float, kLevelCount>{}));
     EXPECT_EQ(half.errors[1], e.errors[1]);
+}
+
+TEST(PredictErrors, AreSmoothedAsDocumented) {
+    LevelErrors e;
+    e.bricks = {3, 1, 1};
+    e.shows = {1, 1, 0};
+    e.errors = {{0, 1, 2, 3, 4, 5}, {0, 0, 0, 0, 0, 10}, {}};
+    LevelErrors single = e;
+    single.shows = {1, 0, 0};
+    single.errors[1] = {};
+    smoothErrors(e, 1);
+    const double a[6] = {0, 0.8, 1.6, 2.4, 3.2, 6}, b[6] = {0, 0.2, 0.4, 0.6, 0.8, 9}; // a fifth of the other
+    for (std::size_t level = 1; level < kLevelCount; ++level) {
+        const double share = (a[level] + b[level]) / 25;
+        EXPECT_NEAR(static_cast<double>(e.errors[0][level]), 0.5 * a[level] + 0.5 * 14 * share, 1e-5);
+        EXPECT_NEAR(static_cast<double>(e.errors[1][level]), 0.5 * b[level] + 0.5 * 11 * share, 1e-5);
+        EXPECT_EQ(e.errors[2][level], 0);
+    }
+    smoothErrors(single);
+    for (std::size_t level = 1; level < kLevelCount; ++level)
+        EXPECT_NEAR(single.errors[0][level], static_cast<float>(level), 1e-5f);
+    const LevelErrors many = randomErrors({11, 12, 13}, 4);
+    LevelErrors one = many, three = many;
+    smoothErrors(one, 1);
+    smoothErrors(three, 3);
+    EXPECT_EQ(one.errors, three.errors);
 }
 
 /// The truth that the rays stand for: all rows of voxels, sampled at every voxel.
@@ -505,12 +531,13 @@ TEST(PredictErrors, AreCloseToTheErrorOfAllRays) {
     const TransferTable table = testTable();
     for (const std::uint64_t seed : {3u, 44u, 555u, 6666u}) {
         const std::vector<Blobs> brick = {Blobs({32, 32, 32}, seed)};
-        const LevelErrors e = predictErrors(raysOf(brick, {1, 1, 1}), {1}, table, info);
+        const LevelErrors e = rayErrors(raysOf(brick, {1, 1, 1}), {1}, table, info);
         for (int level = 1; level < kLevelCount; ++level) {
             const double truth = trueError(brick[0], level, table, info.spacingMm());
             const auto predicted = static_cast<double>(e.errors[0][static_cast<std::size_t>(level)]);
             EXPECT_GT(predicted, 0.5 * truth) << "seed " << seed << " level " << level;
-            EXPECT_LT(predicted, 2 * truth) << "seed " << seed << " level " << level;
+            // Noise from voxel to voxel cancels less over 8 samples of a row than over its 32 voxels.
+            EXPECT_LT(predicted, 2.5 * truth) << "seed " << seed << " level " << level;
         }
     }
 }
@@ -532,6 +559,7 @@ TEST(BrickRays, SurviveTheirBytesAndTinyBricks) {
             EXPECT_EQ(back.hi, part.hi);
             EXPECT_GE(part.lo, *lo);
             EXPECT_LE(part.hi, *hi);
+            EXPECT_EQ(back.axis(7), &part == parts.data() ? 0 : 1); // the extremes
             if (size == glm::ivec3(1)) {
                 EXPECT_EQ(part.lo, b.levels[0][0]);
             }
