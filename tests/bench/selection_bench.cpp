@@ -8,9 +8,11 @@
 // Rows are CSV on standard output. Times are only worth as much as the machine is quiet: the load is printed.
 #include "bricking/level_selection.h"
 #include "bricking/ray_statistics.h"
+#include "bricking/visibility.h"
 #include "core/error.h"
 #include "core/image_metrics.h"
 #include "core/preset.h"
+#include "core/threads.h"
 #include "render/prepare.h"
 #include "tests/bench/bench_tools.h"
 #include "tests/bench/brick_truth.h"
@@ -129,6 +131,49 @@ Image drawn(PreparedScene& p, const Selection& selection, Ledger& ram, int threa
     return image;
 }
 
+/// Visible fraction of each brick, in 1/255 of a pixel: what the march counts. Rays through level 2, which is
+/// fine enough to know what hides what.
+std::vector<std::uint32_t> visibleCounts(const WholeLevels& levels, const TransferTable& table,
+                                         const Camera& camera, const glm::ivec2& size, int threads) {
+    constexpr int level = 2;
+    const VolumeInfo& info = levels.info;
+    const glm::ivec3 bricks = brickGrid(info.extentVoxels), extent = levels.extents[level];
+    const RayFrame<double> frame = rayFrame(camera, info, size, 1 << level);
+    std::vector<std::vector<std::uint32_t>> rows(static_cast<std::size_t>(size.y));
+    parallelFor(rows.size(), threads, [&](std::size_t y) {
+        rows[y].resize(cellCount(bricks));
+        for (int x = 0; x < size.x; ++x) {
+            const SegmentedRay<double> ray =
+                segmentedRay(frame, glm::dvec2(x + 0.5, static_cast<double>(y) + 0.5));
+            double through = 1;
+            std::size_t last = cellCount(bricks);
+            for (int i = 0; i < ray.count && through > 1.0 / 510; ++i) {
+                const glm::dvec3 p = ray.entry + (i + 0.5) * ray.step;
+                const glm::ivec3 sample =
+                    glm::clamp(glm::ivec3(glm::floor(p / 4.0)), glm::ivec3(0), extent - 1);
+                const std::size_t brick = linearIndex(sample / (kBrickExtent >> level), bricks);
+                if (brick != last)
+                    rows[y][brick] += static_cast<std::uint32_t>(std::lround(255 * through));
+                last = brick;
+                const double value =
+                    info.rescaleSlope *
+                        static_cast<double>(levels.values[level][linearIndex(sample, extent)]) +
+                    info.rescaleIntercept;
+                const double entry = std::clamp((value - static_cast<double>(table.firstValue)) *
+                                                    static_cast<double>(table.entriesPerValue),
+                                                0.0, static_cast<double>(table.entries.size() - 1));
+                through *= std::exp(-static_cast<double>(table.entries[static_cast<std::size_t>(entry)].a) *
+                                    ray.segmentMm);
+            }
+        }
+    });
+    std::vector<std::uint32_t> counts(cellCount(bricks));
+    for (const auto& row : rows)
+        for (std::size_t brick = 0; brick < counts.size(); ++brick)
+            counts[brick] += row[brick];
+    return counts;
+}
+
 void choice(const std::vector<std::string>& stores, int size, const std::vector<double>& reductions,
             bool shading, int threads) {
     std::printf("scan,function,reduction,pages,by,luv mean,luv p99,predicted mean,predicted p99\n");
@@ -157,6 +202,9 @@ void choice(const std::vector<std::string>& stores, int size, const std::vector<
             const ViewWeights view = viewWeights(p.camera, store.info(), p.imageSize, shows, threads);
             const ViewWeights byDistance = distanceWeights(view);
             const std::span<const float> means = statistics.brickMean;
+            const std::vector<float> seen =
+                visibilityFactors(visibleCounts(levels, p.table, p.camera, p.imageSize, threads), 255, view,
+                                  cullBricks(statistics, p.table, store.info(), 0, true));
             ViewWeights unlimited = view;
             std::fill(unlimited.finest.begin(), unlimited.finest.end(), std::uint8_t{0});
             const Image finest =
@@ -165,15 +213,16 @@ void choice(const std::vector<std::string>& stores, int size, const std::vector<
                 const auto pages = static_cast<std::size_t>(static_cast<double>(shows.size()) / reduction);
                 const auto row = [&](const char* by, const Selection& s) {
                     const ImageDifference d = compare(drawn(p, s, budgets.ram, threads), finest);
-                    const PredictedError e = predictError(s, predicted, view);
+                    const PredictedError e = predictError(s, predicted, view, seen);
                     std::printf("%s,%s,%.0f,%zu,%s,%.3f,%.3f,%.3f,%.3f\n",
                                 std::filesystem::path(path).stem().c_str(), f.name.c_str(), reduction,
                                 pagesOf(s), by, d.luvMean, d.luvP99, e.mean, e.p99);
                 };
-                row("predicted", selectLevels(predicted, view, means, pages, {}, threads));
-                row("true", selectLevels(truth, view, means, pages, {}, threads));
-                row("data", selectLevels(data, view, means, pages, {}, threads));
-                row("distance", selectLevels(sizes, byDistance, means, pages, {}, threads));
+                row("predicted", selectLevels(predicted, view, means, pages, seen, threads));
+                row("true", selectLevels(truth, view, means, pages, seen, threads));
+                row("data", selectLevels(data, view, means, pages, seen, threads));
+                row("predicted with all visible", selectLevels(predicted, view, means, pages, {}, threads));
+                row("distance", selectLevels(sizes, byDistance, means, pages, seen, threads));
                 row("uniform", selectUniform(predicted, means, pages));
                 std::fflush(stdout);
             }
@@ -281,7 +330,8 @@ void hierarchy(const std::vector<std::string>& stores, int threads) {
                 "5,blocks,samples,reduction,samples without "
                 "the outside,reduction without the outside\n");
     std::printf("# levels as the notes number them, 0 the coarsest: blocks/samples\n");
-    // Discs that leave one quarter of the picture alone, as figure 2.22 does; the first has its counts.
+    costRows("table 2.1", table21Grid());
+    // Other sizes and places of a round object.
     const std::array<std::array<double, 4>, 4> discs = {
         {{24, 26, 23, 19}, {26, 28, 22, 22}, {32, 32, 24, 24}, {30, 34, 18, 26}}}; // centre, half axes
     for (const auto& d : discs) {
