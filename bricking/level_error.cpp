@@ -26,8 +26,10 @@ using Added = float __attribute__((vector_size(16)));
 /// for the usual tables of 256 and 512 entries; larger tables keep their size up to what stays in a cache.
 class SegmentTables {
   public:
+    static constexpr std::size_t kMostEntries = 16384;
+    static constexpr std::size_t kMostBytes = 18 * kMostEntries * sizeof(Added); // 3 axes, 2 rests, 3 lengths
     SegmentTables(const TransferTable& table, const VolumeInfo& info)
-        : size_(std::clamp<std::size_t>(std::bit_ceil(table.entries.size()), 4096, 16384)) {
+        : size_(std::clamp<std::size_t>(std::bit_ceil(table.entries.size()), 4096, kMostEntries)) {
         const double entries = static_cast<double>(table.entries.size() - 1);
         const double first = table.firstValue, span = entries / static_cast<double>(table.entriesPerValue);
         // index = round((slope * stored + intercept - first) / span * (size - 1))
@@ -164,6 +166,11 @@ std::span<const std::uint8_t, kBrickRayBytes> BrickRays::part(std::uint32_t row,
 
 std::span<std::uint8_t> BrickRays::row(std::uint32_t row) {
     return std::span(pages[row / kRowsPerPage]).subspan(row % kRowsPerPage * rowBytes(), rowBytes());
+}
+
+std::size_t predictErrorsBytes(std::size_t bricks) {
+    // The errors and, while they are smoothed, the errors as they were; flags; the tables of all lengths.
+    return bricks * (2 * sizeof(LevelErrors::errors[0]) + 1) + SegmentTables::kMostBytes;
 }
 
 LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, const TransferTable& table,

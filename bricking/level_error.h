@@ -52,6 +52,9 @@ struct LevelErrors {
 LevelErrors predictErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, const TransferTable& table,
                           const VolumeInfo& info, int threads = 0);
 
+/// Memory that predictErrors() takes at most, its result included, besides the rays.
+std::size_t predictErrorsBytes(std::size_t bricks);
+
 /// The weighted mean over the sampled rays, as it is.
 LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, const TransferTable& table,
                       const VolumeInfo& info, int threads = 0);

@@ -197,8 +197,10 @@ std::optional<Selection> selectFrom(int start, Selection s, const LevelErrors& e
                          weights.finest[brick], static_cast<std::uint32_t>(brick), parts[task]);
     });
     std::vector<Step> steps;
-    for (const std::vector<Step>& part : parts)
+    for (std::vector<Step>& part : parts) {
         steps.insert(steps.end(), part.begin(), part.end());
+        part = {};
+    }
     sortByGain(steps);
     for (const Step& step : steps) {
         if (s.levels[step.brick] != step.from)
@@ -251,6 +253,12 @@ std::size_t pagesOf(const Selection& selection) {
     for (int level = 0; level < kCoarsest; ++level)
         pages += pagesFor(selection.counts[static_cast<std::size_t>(level)], level);
     return pages;
+}
+
+std::size_t selectLevelsBytes(std::size_t bricks) {
+    // Steps of every brick, three times over (made, put together, sorted), with room for their vectors to
+    // grow; three selections: as it starts, as it is tried, and the best.
+    return bricks * (3 * 2 * (kLevelCount - 1) * sizeof(Step) + 3 * (sizeof(float) + 1));
 }
 
 Selection selectLevels(const LevelErrors& errors, const ViewWeights& weights, std::span<const float> means,

@@ -37,6 +37,9 @@ using Visibility = std::span<const float>;
 Selection selectLevels(const LevelErrors& errors, const ViewWeights& weights, std::span<const float> means,
                        std::size_t pages, Visibility visibility = {}, int threads = 0);
 
+/// Memory that selectLevels() takes at most, its result included.
+std::size_t selectLevelsBytes(std::size_t bricks);
+
 /// A cheap selection whose predicted error (PredictedError::p99) is at most maxError, in L*u*v* units, at
 /// least 0: every visible brick takes the coarsest level whose mean error is within one limit for all, the
 /// largest with which the whole meets maxError. With maxError 0, every visible brick has the finest level

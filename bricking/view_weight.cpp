@@ -194,7 +194,7 @@ Box grown(const Box& box, double voxels) {
 } // namespace
 
 ViewWeights viewWeights(const Camera& camera, const VolumeInfo& info, const glm::ivec2& imageSize,
-                        std::span<const std::uint8_t> shows, int threads) {
+                        int threads, std::span<const std::uint8_t> shows) {
     const Projector view(camera, info, imageSize);
     ViewWeights out;
     out.bricks = brickGrid(info.extentVoxels);

@@ -29,6 +29,6 @@ struct ViewWeights {
 /// @param shows  LevelErrors::shows: bricks that show nothing are passed over and have area 0; empty: all
 /// bricks
 ViewWeights viewWeights(const Camera& camera, const VolumeInfo& info, const glm::ivec2& imageSize,
-                        std::span<const std::uint8_t> shows = {}, int threads = 0);
+                        int threads = 0, std::span<const std::uint8_t> shows = {});
 
 } // namespace tessera

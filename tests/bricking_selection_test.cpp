@@ -302,7 +302,7 @@ TEST(ViewWeights, AreasAreThoseThatRaysFind) {
             EXPECT_LE(area, w.pixels);
             EXPECT_GE(area, 0);
             for (const int threads : {1, 3})
-                ASSERT_EQ(viewWeights(cameras[n], info, size, {}, threads).area[b], w.area[b]);
+                ASSERT_EQ(viewWeights(cameras[n], info, size, threads).area[b], w.area[b]);
         }
         if (n + 1 == cameras.size()) {
             EXPECT_EQ(seen, 0u);

@@ -188,7 +188,7 @@ void choice(const std::vector<std::string>& stores, int size, const std::vector<
             scene.imageSize = glm::ivec2(size);
             scene.shading.on = shading;
             PreparedScene p =
-                prepareScene(scene, store, TextureLimits{}, budgets.ram, budgets.gpu, threads, true);
+                prepareScene(scene, store, TextureLimits{}, budgets.ram, budgets.gpu, threads, LevelChoice::oneForAll);
             const std::vector<std::uint8_t> shows =
                 showsOf(cullBricks(statistics, p.table, store.info(), 0, true));
             if (shown(shows) < 10)
@@ -199,7 +199,7 @@ void choice(const std::vector<std::string>& stores, int size, const std::vector<
             const LevelErrors truth = trueErrors(levels, shows, p.table, threads);
             const LevelErrors data = dataErrors(levels, shows, threads);
             const LevelErrors sizes = sizeErrors(predicted.bricks, shows);
-            const ViewWeights view = viewWeights(p.camera, store.info(), p.imageSize, shows, threads);
+            const ViewWeights view = viewWeights(p.camera, store.info(), p.imageSize, threads, shows);
             const ViewWeights byDistance = distanceWeights(view);
             const std::span<const float> means = statistics.brickMean;
             const std::vector<float> seen =
@@ -280,7 +280,7 @@ void speed(int edge, int threads, int repeats) {
         const auto moved = Clock::now();
         Camera camera = fitCamera(info, View::anterior, Projection::perspective, {1024, 1024});
         camera.position = camera.focalPoint + (1.0 - 0.05 * n) * (camera.position - camera.focalPoint);
-        const ViewWeights weights = viewWeights(camera, info, {1024, 1024}, shows, threads);
+        const ViewWeights weights = viewWeights(camera, info, {1024, 1024}, threads, shows);
         view.push_back(msSince(moved));
         const Selection s = selectLevels(errors, weights, means, 8192, {}, threads);
         afterMove.push_back(msSince(moved));
