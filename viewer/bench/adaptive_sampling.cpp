@@ -81,9 +81,9 @@ Report samplingReport(const Workbench& bench) {
         for (const std::string& preset : volume.presets) {
             SceneBench scene(bench, volume, preset, "anterior");
             const Selection culled = scene.culled();
-            const VolumeLevels levels(scene.store(), scene.ram());
+            const VolumeLevels levels(scene.store(), scene.analysisRam());
             const std::vector<std::uint8_t> shows = showsOf(culled);
-            const LevelErrors errors = predictErrors(sampledRays(levels, shows, scene.ram()), shows,
+            const LevelErrors errors = predictErrors(sampledRays(levels, shows, scene.analysisRam()), shows,
                                                      scene.prepared().table, scene.info());
             for (const double reduction : kReductions) {
                 const Selection selection =

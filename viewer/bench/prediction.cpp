@@ -70,10 +70,10 @@ Report predictionReport(const Workbench& bench) {
         for (const std::string& preset : volume.presets) {
             SceneBench scene(bench, volume, preset, "anterior");
             const Selection culled = scene.culled();
-            const VolumeLevels levels(scene.store(), scene.ram());
+            const VolumeLevels levels(scene.store(), scene.analysisRam());
             const std::vector<std::uint8_t> shows = showsOf(culled);
-            const LevelErrors predicted = predictErrors(sampledRays(levels, shows, scene.ram()), shows,
-                                                        scene.prepared().table, scene.info());
+            const LevelErrors predicted = predictErrors(sampledRays(levels, shows, scene.analysisRam()),
+                                                        shows, scene.prepared().table, scene.info());
             const LevelErrors real = trueErrors(levels, shows, scene.prepared().optics);
             const LevelErrors data = dataErrors(levels, shows);
             std::vector<Cell> row = {volume.name + ", " + preset, static_cast<double>(culled.shownBricks())};

@@ -26,9 +26,9 @@ struct Chooser {
     LevelErrors errors;
 
     explicit Chooser(SceneBench& s) : scene(s), culled(s.culled()) {
-        const VolumeLevels levels(scene.store(), scene.ram());
+        const VolumeLevels levels(scene.store(), scene.analysisRam());
         const std::vector<std::uint8_t> shows = showsOf(culled);
-        errors = predictErrors(sampledRays(levels, shows, scene.ram()), shows, scene.prepared().table,
+        errors = predictErrors(sampledRays(levels, shows, scene.analysisRam()), shows, scene.prepared().table,
                                scene.info());
     }
     Selection at(double reduction) const {

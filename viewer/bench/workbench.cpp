@@ -127,8 +127,8 @@ Camera cameraNamed(const std::string& name, const VolumeInfo& info, const glm::i
 SceneBench::SceneBench(const Workbench& bench, const BenchVolume& volume, const std::string& preset,
                        const std::string& camera)
     : context_({bench.device}), name_(volume.name + ", " + preset + ", " + camera),
-      ram_("RAM", "--ram", bench.ramBytes), gpu_("GPU memory", "--gpu-memory", kAmpleGpuBytes),
-      store_(volume.store, ram_) {
+      ram_("RAM", "--ram", bench.ramBytes / 2), analysisRam_("RAM", "--ram", bench.ramBytes / 2),
+      gpu_("GPU memory", "--gpu-memory", kAmpleGpuBytes), store_(volume.store, ram_) {
     const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
     const Scene scene = sceneOf(volume, preset, camera, store_.info(), bench.pixels());
     prepared_ = prepareScene(scene, store_, limits, ram_, gpu_, 0, true);

@@ -69,7 +69,8 @@ class SceneBench {
     const PreparedScene& prepared() const { return prepared_; }
     const VolumeInfo& info() const { return prepared_.info(); }
     const StoreReader& store() const { return store_; }
-    Ledger& ram() { return ram_; }
+    /// Half of the budget, for what is computed besides pictures; pictures have the other half.
+    Ledger& analysisRam() { return analysisRam_; }
     /// "abdomen, bone, anterior"
     const std::string& name() const { return name_; }
 
@@ -90,7 +91,7 @@ class SceneBench {
   private:
     GlContext context_;
     std::string name_;
-    Ledger ram_, gpu_;
+    Ledger ram_, analysisRam_, gpu_;
     StoreReader store_;
     PreparedScene prepared_;
     ViewWeights weights_;
