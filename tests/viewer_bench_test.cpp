@@ -6,6 +6,8 @@
 #include "viewer/bench/pictures.h"
 
 #include "bricking/import/importer.h"
+#include "bricking/ray_statistics.h"
+#include "bricking/selection.h"
 #include "core/image_metrics.h"
 #include "core/preset.h"
 #include "datasets/phantom.h"
@@ -100,7 +102,8 @@ class TrueErrors : public testing::Test {
         statistics_ = loadStatistics(*store_, ram_, 0);
         table_ = makeTable(presetFunction("soft-tissue", {-1024, 2000, true, 1, {}}));
         optics_ = makeOptics(table_, store_->info(), {}, 0);
-        culled_ = cullBricks(statistics_, table_, store_->info(), 0, true);
+        for (const std::uint8_t level : cullBricks(statistics_, table_, store_->info(), 0, true).levels)
+            shows_.push_back(level != Selection::kEmpty);
     }
     void TearDown() override {
         store_.reset();
@@ -113,7 +116,7 @@ class TrueErrors : public testing::Test {
     Statistics statistics_;
     TransferTable table_;
     Optics optics_;
-    Selection culled_;
+    std::vector<std::uint8_t> shows_;
 };
 
 TEST_F(TrueErrors, FieldsOfABrickAreTheStoresSamples) {
@@ -141,10 +144,11 @@ TEST_F(TrueErrors, FieldsOfABrickAreTheStoresSamples) {
 // The prediction is the truth from a sample of its rays: no bias, and much the same order.
 TEST_F(TrueErrors, AreWhatSampledRaysPredict) {
     const VolumeLevels volume(*store_, ram_);
-    const std::vector<std::uint8_t> shows = showsOf(culled_);
+    const std::vector<std::uint8_t>& shows = shows_;
     const LevelErrors real = trueErrors(volume, shows, optics_);
-    const LevelErrors predicted =
-        predictErrors(sampledRays(volume, shows, ram_), shows, table_, store_->info());
+    BrickRays rays = noBrickRays(store_->info(), kBrickRayParts, ram_);
+    addBrickRays(*store_, shows, rays, ram_);
+    const LevelErrors predicted = predictErrors(rays, shows, table_, store_->info());
     double sumReal = 0, sumPredicted = 0;
     for (std::size_t level = 1; level < kLevelCount; ++level) {
         std::vector<double> a, b;
@@ -166,7 +170,7 @@ TEST_F(TrueErrors, AreWhatSampledRaysPredict) {
 
 TEST_F(TrueErrors, OfDataGrowWithTheLevel) {
     const VolumeLevels volume(*store_, ram_);
-    const LevelErrors data = dataErrors(volume, showsOf(culled_));
+    const LevelErrors data = dataErrors(volume, shows_);
     for (std::size_t n = 0; n < data.shows.size(); ++n)
         for (std::size_t level = 1; data.shows[n] && level < kLevelCount; ++level)
             EXPECT_GT(data.errors[n][level], 0);

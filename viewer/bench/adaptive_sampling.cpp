@@ -1,6 +1,5 @@
 // viewer/bench/adaptive_sampling.cpp: full, limited and naive sampling of mixed levels: table 2.2 of the
 // course notes on advanced volume ray casting, with the error that each costs.
-#include "viewer/bench/brick_truth.h"
 #include "viewer/bench/experiments.h"
 #include "viewer/bench/page.h" // loadAverage
 
@@ -80,14 +79,9 @@ Report samplingReport(const Workbench& bench) {
             continue; // real CT, or the phantom where time is short
         for (const std::string& preset : volume.presets) {
             SceneBench scene(bench, volume, preset, "anterior");
-            const Selection culled = scene.culled();
-            const VolumeLevels levels(scene.store(), scene.analysisRam());
-            const std::vector<std::uint8_t> shows = showsOf(culled);
-            const LevelErrors errors = predictErrors(sampledRays(levels, shows, scene.analysisRam()), shows,
-                                                     scene.prepared().table, scene.info());
+            const Selection& culled = scene.culled();
             for (const double reduction : kReductions) {
-                const Selection selection =
-                    selectLevels(errors, scene.weights(), culled.means, scene.pagesAt(reduction));
+                const Selection selection = scene.chosenAt(reduction);
                 const double reached = scene.reductionOf(selection);
                 for (const bool skipping : {false, true}) {
                     const auto rows = compareSamplings(scene, selection, skipping, repeats);

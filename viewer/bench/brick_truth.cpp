@@ -159,26 +159,6 @@ BrickFields VolumeLevels::brick(const glm::ivec3& at, std::vector<float>& room) 
     return fields;
 }
 
-BrickRays sampledRays(const VolumeLevels& volume, const std::vector<std::uint8_t>& shows, Ledger& ram) {
-    BrickRays rays;
-    rays.bricks = brickGrid(volume.info().extentVoxels);
-    rays.rowOf.assign(shows.size(), BrickRays::kNoRow);
-    for (std::size_t n = 0; n < shows.size(); ++n)
-        if (shows[n])
-            rays.rowOf[n] = static_cast<std::uint32_t>(rays.rows++);
-    for (std::size_t row = 0; row < rays.rows; row += BrickRays::kRowsPerPage) {
-        rays.charges.push_back(ram.charge(BrickRays::kRowsPerPage * rays.rowBytes(), "sampled rays"));
-        rays.pages.emplace_back(BrickRays::kRowsPerPage * rays.rowBytes());
-    }
-    forShownBricks(volume, shows, [&](std::size_t n, const BrickFields& fields) {
-        const auto parts = sampleRays(fields);
-        const std::span<std::uint8_t> row = rays.row(rays.rowOf[n]);
-        for (std::size_t part = 0; part < parts.size(); ++part)
-            encode(parts[part], row.subspan(part * kBrickRayBytes).first<kBrickRayBytes>());
-    });
-    return rays;
-}
-
 LevelErrors trueErrors(const VolumeLevels& volume, std::vector<std::uint8_t> shows, const Optics& optics) {
     LevelErrors errors = noErrors(volume, std::move(shows));
     const glm::dvec3 mm = volume.info().spacingMm();
@@ -230,13 +210,6 @@ LevelErrors dataErrors(const VolumeLevels& volume, std::vector<std::uint8_t> sho
         }
     });
     return errors;
-}
-
-std::vector<std::uint8_t> showsOf(const Selection& selection) {
-    std::vector<std::uint8_t> shows;
-    for (const std::uint8_t level : selection.levels)
-        shows.push_back(level != Selection::kEmpty);
-    return shows;
 }
 
 double rankCorrelation(const std::vector<double>& a, const std::vector<double>& b) {

@@ -4,7 +4,6 @@
 
 #include "bricking/brick_rays.h"
 #include "bricking/level_error.h"
-#include "bricking/selection.h"
 #include "bricking/store/store_reader.h"
 #include "render/optics.h"
 
@@ -28,18 +27,12 @@ class VolumeLevels {
     Charge charge_;
 };
 
-/// The rays that import samples, of the bricks that show something.
-BrickRays sampledRays(const VolumeLevels& volume, const std::vector<std::uint8_t>& shows, Ledger& ram);
-
 /// Picture errors as level_error.h defines them, but from every row of voxels along the three axes and with
 /// unrounded samples: no ray is left out.
 LevelErrors trueErrors(const VolumeLevels& volume, std::vector<std::uint8_t> shows, const Optics& optics);
 /// Root mean square distance of each level's field from the voxels, stored units: what a choice that does not
 /// know the function can go by.
 LevelErrors dataErrors(const VolumeLevels& volume, std::vector<std::uint8_t> shows);
-
-/// 1 for every brick of a selection that is not empty.
-std::vector<std::uint8_t> showsOf(const Selection& selection);
 
 /// Spearman's rank correlation; equal values share the mean of their ranks. 0 for fewer than 3 pairs or where
 /// one side is constant. a and b of one length.

@@ -1,6 +1,5 @@
 // viewer/bench/edge_cost.cpp: what each edge function costs the picture of real scans; the default is chosen
 // by this.
-#include "viewer/bench/brick_truth.h"
 #include "viewer/bench/experiments.h"
 
 #include <algorithm>
@@ -12,7 +11,7 @@ namespace {
 
 constexpr std::array<EdgeFunction, 4> kFunctions = {EdgeFunction::nearest, EdgeFunction::minimum,
                                                     EdgeFunction::split, EdgeFunction::maximum};
-constexpr double kReductions[] = {8, 20, 60, 200};
+constexpr double kReductions[] = {8, 30, 120};
 
 std::string nameOf(EdgeFunction function) {
     return edgeFunctionNames()[static_cast<std::size_t>(function)];
@@ -65,17 +64,12 @@ Report edgeCostReport(const Workbench& bench) {
         double pictures = 0;
         for (const std::string& preset : volume.presets) {
             SceneBench scene(bench, volume, preset, "anterior");
-            const Selection culled = scene.culled();
-            const VolumeLevels levels(scene.store(), scene.analysisRam());
-            const std::vector<std::uint8_t> shows = showsOf(culled);
-            const LevelErrors errors = predictErrors(sampledRays(levels, shows, scene.analysisRam()), shows,
-                                                     scene.prepared().table, scene.info());
+            const Selection& culled = scene.culled();
             Setting setting;
             setting.sampling = Sampling::full;
             const Drawn truth = scene.draw(culled, setting);
             for (const double reduction : kReductions) {
-                const Selection selection =
-                    selectLevels(errors, scene.weights(), culled.means, scene.pagesAt(reduction));
+                const Selection selection = scene.chosenAt(reduction);
                 if (selection.uniform())
                     continue; // all edge functions are one there
                 std::array<double, 4> mean{}, p99{};

@@ -139,7 +139,7 @@ std::vector<EdgeFunctionRow> compareEdgeFunctions(unsigned seeds) {
 }
 
 Report edgeFunctionReport(unsigned seeds) {
-    constexpr double kFullScale = 8;  // L*u*v* that the colour map ends at
+    constexpr double kFullScale = 8; // L*u*v* that the colour map ends at
     Report report;
     report.name = "gradient";
     report.title = "Edge functions on a gradient (figure 2.24)";

@@ -69,11 +69,10 @@ Report predictionReport(const Workbench& bench) {
     for (const BenchVolume& volume : bench.volumes)
         for (const std::string& preset : volume.presets) {
             SceneBench scene(bench, volume, preset, "anterior");
-            const Selection culled = scene.culled();
+            const Selection& culled = scene.culled();
             const VolumeLevels levels(scene.store(), scene.analysisRam());
-            const std::vector<std::uint8_t> shows = showsOf(culled);
-            const LevelErrors predicted = predictErrors(sampledRays(levels, shows, scene.analysisRam()),
-                                                        shows, scene.prepared().table, scene.info());
+            const std::vector<std::uint8_t>& shows = scene.shows();
+            const LevelErrors& predicted = scene.predicted();
             const LevelErrors real = trueErrors(levels, shows, scene.prepared().optics);
             const LevelErrors data = dataErrors(levels, shows);
             std::vector<Cell> row = {volume.name + ", " + preset, static_cast<double>(culled.shownBricks())};

@@ -1,6 +1,5 @@
 // viewer/bench/reductions.cpp: how far data shrink before a picture suffers: figure 2.27 of the course notes
 // on advanced volume ray casting, on named scans, functions and cameras.
-#include "viewer/bench/brick_truth.h"
 #include "viewer/bench/experiments.h"
 #include "viewer/bench/pictures.h"
 
@@ -19,23 +18,6 @@ bool isLossless(const ImageDifference& d) {
     return d.luvMean <= kLosslessMean && d.luvP99 <= kLosslessP99;
 }
 
-/// One scene with all that choosing levels takes.
-struct Chooser {
-    SceneBench& scene;
-    Selection culled;
-    LevelErrors errors;
-
-    explicit Chooser(SceneBench& s) : scene(s), culled(s.culled()) {
-        const VolumeLevels levels(scene.store(), scene.analysisRam());
-        const std::vector<std::uint8_t> shows = showsOf(culled);
-        errors = predictErrors(sampledRays(levels, shows, scene.analysisRam()), shows, scene.prepared().table,
-                               scene.info());
-    }
-    Selection at(double reduction) const {
-        return selectLevels(errors, scene.weights(), culled.means, scene.pagesAt(reduction));
-    }
-};
-
 /// A selection as it was drawn.
 struct Choice {
     double reduction = 0;
@@ -44,21 +26,21 @@ struct Choice {
     Image image;
 };
 
-Choice drawn(const Chooser& chooser, const Drawn& truth, double reduction) {
-    const Selection selection = chooser.at(reduction);
-    Drawn picture = chooser.scene.draw(selection);
-    return {chooser.scene.reductionOf(selection), SceneBench::difference(picture, truth),
-            predictError(selection, chooser.errors, chooser.scene.weights()), std::move(picture.image)};
+Choice drawn(SceneBench& scene, const Drawn& truth, double reduction) {
+    const Selection selection = scene.chosenAt(reduction);
+    Drawn picture = scene.draw(selection);
+    return {scene.reductionOf(selection), SceneBench::difference(picture, truth),
+            predictError(selection, scene.predicted(), scene.weights()), std::move(picture.image)};
 }
 
 /// The largest reduction that is virtually lossless, by halving the interval of its logarithm.
-Choice mostLossless(const Chooser& chooser, const Drawn& truth, int rounds) {
-    const double culling = chooser.scene.reductionOf(chooser.culled);
+Choice mostLossless(SceneBench& scene, const Drawn& truth, int rounds) {
+    const double culling = scene.reductionOf(scene.culled());
     double good = culling, bad = 50 * culling;
     Choice best{culling, {}, {}, truth.image};
     for (int round = 0; round < rounds; ++round) {
         const double middle = std::sqrt(good * bad);
-        Choice choice = drawn(chooser, truth, middle);
+        Choice choice = drawn(scene, truth, middle);
         if (isLossless(choice.error)) {
             good = middle;
             best = std::move(choice);
@@ -129,12 +111,11 @@ Report reductionsReport(const Workbench& bench) {
         for (const std::string& preset : volume.presets)
             for (const std::string& camera : cameras) {
                 SceneBench scene(bench, volume, preset, camera);
-                const Chooser chooser(scene);
-                const Drawn truth = scene.draw(chooser.culled);
-                const Choice lossless = mostLossless(chooser, truth, bench.quick ? 3 : 7);
-                const Choice six = drawn(chooser, truth, 6), medium = drawn(chooser, truth, kMedium),
-                             extreme = drawn(chooser, truth, kExtreme);
-                table.rows.push_back({scene.name(), scene.reductionOf(chooser.culled), lossless.reduction,
+                const Drawn truth = scene.draw(scene.culled());
+                const Choice lossless = mostLossless(scene, truth, bench.quick ? 3 : 7);
+                const Choice six = drawn(scene, truth, 6), medium = drawn(scene, truth, kMedium),
+                             extreme = drawn(scene, truth, kExtreme);
+                table.rows.push_back({scene.name(), scene.reductionOf(scene.culled()), lossless.reduction,
                                       lossless.error.luvMean, lossless.error.luvP99, six.error.luvMean,
                                       six.error.luvP99, medium.reduction, medium.error.luvMean,
                                       medium.error.luvP99, extreme.reduction, extreme.error.luvMean,
@@ -146,7 +127,7 @@ Report reductionsReport(const Workbench& bench) {
                     continue;
                 Plot::Curve line{volume.name + ", " + preset, {}};
                 for (double reduction = 4; reduction <= 512; reduction *= bench.quick ? 4 : 2) {
-                    const Choice choice = drawn(chooser, truth, reduction);
+                    const Choice choice = drawn(scene, truth, reduction);
                     curve.rows.push_back({scene.name(), choice.reduction, choice.error.luvMean,
                                           choice.error.luvP99, choice.predicted.mean, choice.predicted.p99});
                     if (choice.error.luvMean > 0)

@@ -2,6 +2,7 @@
 #include "viewer/bench/workbench.h"
 
 #include "bricking/import/importer.h"
+#include "bricking/ray_statistics.h"
 #include "core/error.h"
 #include "datasets/phantom.h"
 #include "render/field_binding.h"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
+#include <optional>
 
 namespace tessera::bench {
 namespace {
@@ -133,6 +135,12 @@ SceneBench::SceneBench(const Workbench& bench, const BenchVolume& volume, const 
     const Scene scene = sceneOf(volume, preset, camera, store_.info(), bench.pixels());
     prepared_ = prepareScene(scene, store_, limits, ram_, gpu_, 0, true);
     weights_ = viewWeights(prepared_.camera, store_.info(), scene.imageSize);
+    culled_ = cullBricks(prepared_.statistics, prepared_.table, info(), 0, true);
+    for (const std::uint8_t level : culled_.levels)
+        shows_.push_back(level != Selection::kEmpty);
+    BrickRays rays = noBrickRays(info(), kBrickRayParts, analysisRam_);
+    addBrickRays(store_, shows_, rays, analysisRam_);
+    predicted_ = predictErrors(rays, shows_, prepared_.table, info());
 }
 
 Drawn SceneBench::draw(Selection selection, const Setting& setting) {
@@ -148,25 +156,24 @@ Drawn SceneBench::draw(Selection selection, const Setting& setting) {
     Atlas atlas(p.info(), p.selection, limits, gpu_);
     atlas.load(*p.cache, ram_, drawn.work);
     FieldSource source{&atlas, nullptr, p.selection.finest(), nullptr, nullptr};
-    GlTexture3d corners;
+    std::optional<LevelTextures> textures;
     if (p.mixed()) {
-        corners = cornerTexture(p.levels, gpu_);
         source.map = &p.levels;
-        source.corners = &corners;
+        source.textures = &textures.emplace(p.levels, gpu_);
     }
     march.run(source, MarchSlicing{}, drawn.work);
     drawn.image = march.image();
     return drawn;
 }
 
-Selection SceneBench::culled() const {
-    return cullBricks(prepared_.statistics, prepared_.table, info(), 0, true);
-}
-
 double SceneBench::reductionOf(const Selection& selection) const {
     const double texels =
         static_cast<double>(pagesOf(selection)) * kBrickExtent * kBrickExtent * kBrickExtent;
     return static_cast<double>(info().voxelCount()) / std::max(texels, 1.0);
+}
+
+Selection SceneBench::chosenAt(double reduction) const {
+    return selectLevels(predicted_, weights_, culled_.means, pagesAt(reduction));
 }
 
 std::size_t SceneBench::pagesAt(double reduction) const {

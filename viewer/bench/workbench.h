@@ -81,10 +81,15 @@ class SceneBench {
     }
 
     /// Every brick that shows something at level 0: what culling alone leaves.
-    Selection culled() const;
+    const Selection& culled() const { return culled_; }
+    /// 1 for each of these.
+    const std::vector<std::uint8_t>& shows() const { return shows_; }
+    const LevelErrors& predicted() const { return predicted_; }
     const ViewWeights& weights() const { return weights_; }
     /// Voxels of the volume to texels of the selection's pages.
     double reductionOf(const Selection& selection) const;
+    /// The product's own choice for at least such a reduction.
+    Selection chosenAt(double reduction) const;
     /// Pages that give at least such a reduction; at least 1.
     std::size_t pagesAt(double reduction) const;
 
@@ -95,6 +100,9 @@ class SceneBench {
     StoreReader store_;
     PreparedScene prepared_;
     ViewWeights weights_;
+    Selection culled_;
+    std::vector<std::uint8_t> shows_;
+    LevelErrors predicted_;
 };
 
 } // namespace tessera::bench
