@@ -31,12 +31,11 @@ struct Experiment {
 };
 /// In the order of the page.
 const std::vector<Experiment>& experiments() {
-    static const std::vector<Experiment> all = {{"gradient", nullptr},
-                                                {"edges", edgeCostReport},
-                                                {"sampling", samplingReport},
-                                                {"reductions", reductionsReport},
-                                                {"prediction", predictionReport},
-                                                {"memory", memoryReport}};
+    static const std::vector<Experiment> all = {
+        {"hierarchy", hierarchyReport},   {"gradient", nullptr},
+        {"edges", edgeCostReport},        {"sampling", samplingReport},
+        {"reductions", reductionsReport}, {"prediction", predictionReport},
+        {"memory", memoryReport}};
     return all;
 }
 std::vector<std::string> experimentNames() {

@@ -6,6 +6,8 @@
 
 namespace tessera::bench {
 
+/// Flat against hierarchical selections: table 2.1 (hierarchy_report.cpp).
+Report hierarchyReport(const Workbench& bench);
 /// What each edge function costs the picture (edge_cost.cpp).
 Report edgeCostReport(const Workbench& bench);
 /// Full, limited and naive sampling: table 2.2 (adaptive_sampling.cpp).

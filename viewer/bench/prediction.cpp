@@ -46,7 +46,10 @@ Report predictionReport(const Workbench& bench) {
         "The true error of a brick at a level: the brick alone before black, every row of voxels along the "
         "three "
         "axes composited from level 0 and from that level, mean CIE L*u*v* distance. The prediction knows 16 "
-        "sampled rays of it. Rank correlations (Spearman) are over the bricks that show something."};
+        "sampled rays of it. Levels are chosen for pictures of " +
+        std::to_string(bench.pixels()) + " x " + std::to_string(bench.pixels()) +
+        " pixels, camera anterior; every second pixel each way is drawn. Rank correlations (Spearman) are "
+        "over the bricks that show something."};
     Table ranks{"prediction",
                 "Rank correlation of predicted and true error, per level; pooled: all levels "
                 "together; data error: the root mean square of the values' change, for comparison:",
@@ -68,7 +71,7 @@ Report predictionReport(const Workbench& bench) {
     int beats = 0, contests = 0;
     for (const BenchVolume& volume : bench.volumes)
         for (const std::string& preset : volume.presets) {
-            SceneBench scene(bench, volume, preset, "anterior");
+            SceneBench scene(bench, volume, preset, "anterior", bench.fewerPixels());
             const Selection& culled = scene.culled();
             const VolumeLevels levels(scene.store(), scene.analysisRam());
             const std::vector<std::uint8_t>& shows = scene.shows();

@@ -127,14 +127,17 @@ Camera cameraNamed(const std::string& name, const VolumeInfo& info, const glm::i
 }
 
 SceneBench::SceneBench(const Workbench& bench, const BenchVolume& volume, const std::string& preset,
-                       const std::string& camera)
-    : context_({bench.device}), name_(volume.name + ", " + preset + ", " + camera),
+                       const std::string& camera, int pixels)
+    : bench_(bench), context_({bench.device}), name_(volume.name + ", " + preset + ", " + camera),
       ram_("RAM", "--ram", bench.ramBytes / 2), analysisRam_("RAM", "--ram", bench.ramBytes / 2),
       gpu_("GPU memory", "--gpu-memory", kAmpleGpuBytes), store_(volume.store, ram_) {
     const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
     const Scene scene = sceneOf(volume, preset, camera, store_.info(), bench.pixels());
     prepared_ = prepareScene(scene, store_, limits, ram_, gpu_, 0, true);
     weights_ = viewWeights(prepared_.camera, store_.info(), scene.imageSize);
+    if (pixels > 0)
+        prepared_.frame =
+            rayFrame(prepared_.camera, info(), glm::ivec2(pixels), prepared_.quality.stepVoxels);
     culled_ = cullBricks(prepared_.statistics, prepared_.table, info(), 0, true);
     for (const std::uint8_t level : culled_.levels)
         shows_.push_back(level != Selection::kEmpty);
@@ -163,6 +166,7 @@ Drawn SceneBench::draw(Selection selection, const Setting& setting) {
     }
     march.run(source, MarchSlicing{}, drawn.work);
     drawn.image = march.image();
+    bench_.common.detail(name_ + ": marched in " + formatNumber(drawn.work.marchMs, 3) + " ms");
     return drawn;
 }
 

@@ -36,6 +36,7 @@ struct Workbench {
     const CommonOptions& common;
 
     int pixels() const { return quick ? 128 : 512; } // of pictures, an axis
+    int fewerPixels() const { return pixels() / 2; } // of pictures that are only measured
 };
 
 /// The generated volumes, written to scratchFolder, and those known scans that are in scansFolder (empty:
@@ -64,8 +65,10 @@ struct Drawn {
 /// A volume, a function and a camera on a device. One at a time: its GL context is the current one.
 class SceneBench {
   public:
+    /// Levels are always chosen for bench.pixels().
+    /// @param pixels  of the pictures that are drawn, an axis; 0: bench.pixels()
     SceneBench(const Workbench& bench, const BenchVolume& volume, const std::string& preset,
-               const std::string& camera);
+               const std::string& camera, int pixels = 0);
     const PreparedScene& prepared() const { return prepared_; }
     const VolumeInfo& info() const { return prepared_.info(); }
     const StoreReader& store() const { return store_; }
@@ -94,6 +97,7 @@ class SceneBench {
     std::size_t pagesAt(double reduction) const;
 
   private:
+    const Workbench& bench_;
     GlContext context_;
     std::string name_;
     Ledger ram_, analysisRam_, gpu_;
