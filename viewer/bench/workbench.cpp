@@ -133,7 +133,7 @@ SceneBench::SceneBench(const Workbench& bench, const BenchVolume& volume, const 
       gpu_("GPU memory", "--gpu-memory", kAmpleGpuBytes), store_(volume.store, ram_) {
     const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
     const Scene scene = sceneOf(volume, preset, camera, store_.info(), bench.pixels());
-    prepared_ = prepareScene(scene, store_, limits, ram_, gpu_, 0, true);
+    prepared_ = prepareScene(scene, store_, limits, ram_, gpu_, 0, LevelChoice::oneForAll);
     weights_ = viewWeights(prepared_.camera, store_.info(), scene.imageSize);
     if (pixels > 0)
         prepared_.frame =
@@ -156,7 +156,7 @@ Drawn SceneBench::draw(Selection selection, const Setting& setting) {
     const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
     March march(featuresOf(p, setting), p.frame, p.info(), p.strides(), p.optics,
                 setting.skipping ? &p.occupancy : nullptr, gpu_);
-    Atlas atlas(p.info(), p.selection, limits, gpu_);
+    Atlas atlas(p.info(), p.selection, std::max(pagesOf(p.selection), std::size_t{1}), limits, gpu_, ram_);
     atlas.load(*p.cache, ram_, drawn.work);
     FieldSource source{&atlas, nullptr, p.selection.finest(), nullptr, nullptr};
     std::optional<LevelTextures> textures;
@@ -176,8 +176,8 @@ double SceneBench::reductionOf(const Selection& selection) const {
     return static_cast<double>(info().voxelCount()) / std::max(texels, 1.0);
 }
 
-Selection SceneBench::chosenAt(double reduction) const {
-    return selectLevels(predicted_, weights_, culled_.means, pagesAt(reduction));
+Selection SceneBench::chosenAt(double reduction, Visibility visibility) const {
+    return selectLevels(predicted_, weights_, culled_.means, pagesAt(reduction), visibility);
 }
 
 std::size_t SceneBench::pagesAt(double reduction) const {

@@ -92,7 +92,7 @@ class SceneBench {
     /// Voxels of the volume to texels of the selection's pages.
     double reductionOf(const Selection& selection) const;
     /// The product's own choice for at least such a reduction.
-    Selection chosenAt(double reduction) const;
+    Selection chosenAt(double reduction, Visibility visibility = {}) const;
     /// Pages that give at least such a reduction; at least 1.
     std::size_t pagesAt(double reduction) const;
 
