@@ -37,6 +37,10 @@ TEST_F(Program, UnknownCommandsAndOptionsAreRefusedWithTheNearest) {
     expectRefused("render x.zarr", {"--output"});
     expectRefused("info", {"X is required"});
     expectRefused("import a b.zarr --series two", {"--series"});
+    expectRefused("bench", {"--help"});
+    expectRefused("bench lod", {"--output"});
+    expectRefused("bench lod -o out --only gradiant", {"--only", "nearest: \"gradient\""});
+    expectRefused("bench memory -o out --scans nowhere", {"nowhere", "expected a folder with scans"});
 }
 
 TEST_F(Program, MissingAndEmptyInputsAreRefused) {

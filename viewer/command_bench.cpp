@@ -107,6 +107,7 @@ std::string volumesLine(const Workbench& bench) {
 
 void runBench(const BenchArguments& arguments, const std::string& command, const CommonOptions& common) {
     checkOnly(arguments);
+    const fs::path scans = scansFolder(arguments);
     const std::size_t ramBytes = budgetBytes(arguments.ram, "--ram", common);
     std::error_code error;
     fs::create_directories(arguments.out, error);
@@ -121,8 +122,8 @@ void runBench(const BenchArguments& arguments, const std::string& command, const
         if (!only.empty() && std::find(only.begin(), only.end(), experiment.name) == only.end())
             continue;
         if (experiment.onVolumes && !bench)
-            bench = std::make_unique<Workbench>(makeWorkbench(
-                arguments.device, scansFolder(arguments), scratch.path(), arguments.quick, ramBytes, common));
+            bench = std::make_unique<Workbench>(
+                makeWorkbench(arguments.device, scans, scratch.path(), arguments.quick, ramBytes, common));
         common.note(std::string(experiment.name) + " ...");
         constexpr unsigned kSeeds = 20;
         Report report = experiment.onVolumes ? experiment.onVolumes(*bench) : edgeFunctionReport(kSeeds);

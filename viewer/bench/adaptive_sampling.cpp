@@ -53,7 +53,7 @@ std::array<SamplingRow, 3> compareSamplings(SceneBench& scene, const Selection& 
 } // namespace
 
 Report samplingReport(const Workbench& bench) {
-    const int repeats = bench.quick ? 1 : 3;
+    const int repeats = bench.quick ? 1 : 2;
     Report report;
     report.name = "sampling";
     report.title = "Adaptive sampling along rays (table 2.2)";
@@ -69,7 +69,7 @@ Report samplingReport(const Workbench& bench) {
         "levels. Times are the march's alone, least of " +
         std::to_string(repeats) + " interleaved repeats; counters were compiled out."};
     Table table{"sampling",
-                "Pictures of " + std::to_string(bench.pixels()) + "^2 pixels, half a voxel a segment:",
+                "Pictures of " + std::to_string(bench.fewerPixels()) + "^2 pixels, half a voxel a segment:",
                 {"scene", "reduction", "skipping", "sampling", "segments", "samples", "ms", "speed-up",
                  "fewer segments", "cube root", "mean", "p99"},
                 {},
@@ -78,7 +78,7 @@ Report samplingReport(const Workbench& bench) {
         if (volume.name != "abdomen" && volume.name != "head" && (!bench.quick || volume.isScan))
             continue; // real CT, or the phantom where time is short
         for (const std::string& preset : volume.presets) {
-            SceneBench scene(bench, volume, preset, "anterior");
+            SceneBench scene(bench, volume, preset, "anterior", bench.fewerPixels());
             const Selection& culled = scene.culled();
             for (const double reduction : kReductions) {
                 const Selection selection = scene.chosenAt(reduction);

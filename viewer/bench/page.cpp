@@ -247,9 +247,15 @@ void writeReport(const Report& report, const MadeBy& madeBy, const PagePlace& pl
     for (const Plot& plot : report.plots)
         if (drawPlot(plot, files / (plot.name + ".svg")))
             plotted.push_back(plot.name);
+#if !TESSERA_WITH_IMAGE_FILES
+    Report shown = report; // no pictures can be written
+    shown.figures.clear();
+#else
+    const Report& shown = report;
+#endif
     const fs::path page = place.folder / (place.name + ".md");
     writeText(page, mergedPage(readText(page), place.heading, report.name,
-                               sectionText(report, madeBy, place.name, plotted), place.order));
+                               sectionText(shown, madeBy, place.name, plotted), place.order));
 }
 
 } // namespace tessera::bench
