@@ -88,6 +88,7 @@ class SegmentTables {
 /// Colours of all rays at all levels, as arrays: [level][ray].
 struct Colours {
     alignas(16) std::array<float, kColours> r{}, g{}, b{};
+    std::array<float, kRays> alpha{}; // at level 0
 };
 
 /// Cube root of a number in [0, 2]: a guess from the bits and two Newton steps; below 2e-6 relative.
@@ -146,6 +147,8 @@ void compositePart(const BrickRayPart& part, const SegmentTables& tables, const 
             out.r[at] = sum[0];
             out.g[at] = sum[1];
             out.b[at] = sum[2];
+            if (level == 0)
+                out.alpha[at] = sum[3];
         }
     }
 }
@@ -170,7 +173,7 @@ std::span<std::uint8_t> BrickRays::row(std::uint32_t row) {
 
 std::size_t predictErrorsBytes(std::size_t bricks) {
     // The errors and, while they are smoothed, the errors as they were; flags; the tables of all lengths.
-    return bricks * (2 * sizeof(LevelErrors::errors[0]) + 1) + SegmentTables::kMostBytes;
+    return bricks * (3 * sizeof(LevelErrors::errors[0]) + sizeof(float) + 1) + SegmentTables::kMostBytes;
 }
 
 LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, const TransferTable& table,
@@ -181,6 +184,7 @@ LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, co
     out.shows = std::move(shows);
     out.errors.assign(out.shows.size(), {});
     out.biases.assign(out.shows.size(), {});
+    out.transmittances.assign(out.shows.size(), 1.0f);
     const SegmentTables tables(table, info);
     const std::size_t count = out.shows.size();
     const int used = rays.parts * kRaysPerPart;
@@ -205,6 +209,10 @@ LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, co
             for (int part = 0; part < rays.parts; ++part)
                 compositePart(decodeRays(rays.part(row, part)), tables, border, part * kRaysPerPart, colours);
             toLuv(colours);
+            float through = 0;
+            for (std::size_t i = 0; i < static_cast<std::size_t>(used); ++i)
+                through += weights[i] * (1 - colours.alpha[i]);
+            out.transmittances[brick] = std::clamp(through, 0.0f, 1.0f);
             const auto isBlack = [&](std::size_t i) { return colours.r[i] == 0; }; // lightness
             std::size_t black = 0;
             while (black < static_cast<std::size_t>(used) && isBlack(black))

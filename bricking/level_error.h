@@ -49,6 +49,8 @@ struct LevelErrors {
     /// [z][y][x][level]: length of the mean difference of those rays, likewise: what is left of the error
     /// when a pixel averages them.
     std::vector<std::array<float, kLevelCount>> biases;
+    std::vector<float>
+        transmittances; // [z][y][x]: mean of the rays at level 0; 1 for bricks that show nothing
 };
 
 /// rayErrors(), smoothed. Independent of camera and threads.

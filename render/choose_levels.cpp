@@ -1,6 +1,7 @@
 // render/choose_levels.cpp: see choose_levels.h.
 #include "render/choose_levels.h"
 
+#include "bricking/predicted_visibility.h"
 #include "bricking/ray_statistics.h"
 #include "core/error.h"
 
@@ -23,9 +24,10 @@ InputError belowFloor(const Ledger& gpu, std::size_t floorBytes, const char* wha
                       "), but " + formatBytes(gpu.freeBytes()) + " are free");
 }
 
-/// What predicting holds at once, besides the rays: errors and view weights.
+/// What predicting and choosing hold at once, besides the rays: errors, view weights, and their scratch.
 std::size_t predictionBytes(std::size_t bricks) {
-    return bricks * (2 * kLevelCount * sizeof(float) + sizeof(float) + 3);
+    return predictErrorsBytes(bricks) + selectLevelsBytes(bricks) +
+           bricks * (4 * sizeof(float) + sizeof(std::uint8_t)); // view weights, visibility and its sums
 }
 
 /// Rays of the bricks that show something, both parts where ram has room for them, else one; or nothing.
@@ -35,8 +37,8 @@ std::optional<BrickRays> raysThatFit(const StoreReader& store, const std::vector
         const std::size_t bytes = shown * static_cast<std::size_t>(parts) * kBrickRayBytes +
                                   shows.size() * (sizeof(std::uint32_t) + 1) +
                                   BrickRays::kRowsPerPage * kBrickRayParts * kBrickRayBytes;
-        const std::size_t reading = statisticsFloorBytes(store.info(), threads); // chunks on their way
-        if (ram.freeBytes() < kept + reading + bytes + predictionBytes(shows.size()))
+        constexpr std::size_t kReading = std::size_t{4} << 20; // parts of the statistics on their way
+        if (ram.freeBytes() < kept + kReading + bytes + predictionBytes(shows.size()))
             continue;
         BrickRays rays = noBrickRays(store.info(), parts, ram);
         addBrickRays(store, shows, rays, ram, threads);
@@ -53,15 +55,18 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
                           std::size_t ramKept, int threads) {
     const VolumeInfo& info = store.info();
     ChosenLevels chosen;
-    if (choice != LevelChoice::perBrick) {
+    const auto oneForAll = [&] {
         const auto packed = [&](const auto& counts) {
             return atlasBytes(pagesFor(counts), info.type, limits);
         };
-        chosen.selection = selectOneLevel(statistics, table, info, gpu.freeBytes(), packed,
-                                          choice == LevelChoice::oneForAll, gpu.option(), gpuFixed);
+        chosen.selection =
+            selectOneLevel(statistics, table, info, gpu.freeBytes(), packed,
+                           choice != LevelChoice::oneForAllNothingCulled, gpu.option(), gpuFixed);
         chosen.atlasPages = pagesFor(chosen.selection.counts);
         return chosen;
-    }
+    };
+    if (choice != LevelChoice::perBrick)
+        return oneForAll();
     const std::size_t forBricks = gpu.freeBytes() - std::min(gpu.freeBytes(), gpuFixed);
     const std::size_t pages = pagesThatFit(forBricks, info.type, limits);
     if (pages == 0 && !scene.quality.maxError)
@@ -74,41 +79,36 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
     std::transform(chosen.selection.levels.begin(), chosen.selection.levels.end(), shows.begin(),
                    [](std::uint8_t level) { return level == Selection::kEmpty ? 0 : 1; });
     std::optional<BrickRays> rays = raysThatFit(store, shows, shown, ram, ramKept, threads);
-    const Charge charge = ram.charge(rays ? predictionBytes(shows.size()) : 0, "the prediction of errors");
-    LevelErrors errors;
-    ViewWeights weights;
-    if (rays) {
-        errors = predictErrors(*rays, std::move(shows), table, info, threads);
-        rays.reset();
-        weights = viewWeights(camera, info, scene.imageSize, threads);
-        keepWhatFilteringLoses(errors, weights);
-    } else {
-        errors.bricks = chosen.selection.bricks;
-        errors.shows = std::move(shows);
+    if (!rays) {
+        if (scene.quality.maxError)
+            throw InputError(
+                ram.option() + ": " + formatBytes(ram.limitBytes()) +
+                " cannot hold the statistics that --max-error needs; give more, or leave it out");
+        return oneForAll();
     }
-    if (scene.quality.maxError && !errors.errors.empty()) {
+    const Charge charge = ram.charge(predictionBytes(shows.size()), "the prediction of errors");
+    const LevelErrors errors = predictErrors(*rays, std::move(shows), table, info, threads);
+    rays.reset();
+    ViewWeights weights = viewWeights(camera, info, scene.imageSize, threads, errors.shows);
+    keepWhatFilteringLoses(errors, weights);
+    chosen.predicted = true;
+    if (scene.quality.maxError) {
         chosen.selection = selectForError(errors, weights, statistics.brickMean, *scene.quality.maxError, {});
         const std::size_t wanted = pagesFor(chosen.selection.counts);
+        chosen.error = predictError(chosen.selection, errors, weights);
         chosen.atlasPages = std::min(std::max<std::size_t>(1, wanted), pages);
         const std::size_t least =
             std::max<std::size_t>(1, std::min(wanted, neighbourhoodPages(scene.shading.on)));
         if (chosen.atlasPages < least)
             throw belowFloor(gpu, gpuFixed + atlasBytes(least, info.type, limits),
                              "picture, tables and the bricks around one sample");
-    } else if (!errors.errors.empty()) {
-        chosen.selection = selectLevels(errors, weights, statistics.brickMean, pages, {}, threads);
-        chosen.atlasPages = pagesFor(chosen.selection.counts);
     } else {
-        if (scene.quality.maxError)
-            throw InputError(
-                ram.option() + ": " + formatBytes(ram.limitBytes()) +
-                " cannot hold the statistics that --max-error needs; give more, or leave it out");
-        chosen.selection = selectUniform(errors, statistics.brickMean, pages);
+        // What is hidden needs no memory that what is seen could have.
+        const std::vector<float> visible = predictVisibility(errors, camera, info, scene.imageSize, threads);
+        chosen.selection = selectLevels(errors, weights, statistics.brickMean, pages, visible, threads);
+        chosen.error = predictError(chosen.selection, errors, weights, visible);
         chosen.atlasPages = pagesFor(chosen.selection.counts);
     }
-    chosen.predicted = !errors.errors.empty();
-    if (chosen.predicted)
-        chosen.error = predictError(chosen.selection, errors, weights);
     return chosen;
 }
 
