@@ -39,6 +39,8 @@ class March {
 
     /// Marches all rays to their end.
     void run(const FieldSource& source, const MarchSlicing& slicing, Work& work);
+    /// The map of empty space on the device; with kFeatureSkipping only.
+    const GlTexture3d& skippingMap() const { return skipping_; }
     /// The picture; charged by the caller.
     Image image() const;
     const GlProgram& program() const { return program_; }

@@ -37,7 +37,7 @@ struct RenderResult {
     int level = 0;                                            // finest resident level; 0 for the reference
     std::array<std::size_t, kLevelCount + 1> bricksOfLevel{}; // the last: empty ones
     std::size_t residentBricks = 0, emptyBricks = 0;
-    std::size_t cells = 0, occupiedCells = 0;
+    std::size_t cells = 0, occupiedCells = 0, refinedCells = 0;
     std::uint32_t features = 0; // of render/features.h; march only
     double tableRelativeError = 0;
     double lowest = 0, highest = 0; // values of the volume, physical units
