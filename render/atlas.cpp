@@ -7,12 +7,13 @@
 #include <bit>
 #include <cstring>
 #include <limits>
+#include <tuple>
 #include <vector>
 
 namespace tessera {
 namespace {
 
-constexpr std::uint32_t kEntryValue = 0x80000000u; // sampler_atlas.glsl has the same
+constexpr std::uint32_t kEntryValue = 0x80000000u, kEntryAbsent = 0x40000000u; // as in sampler_atlas.glsl
 
 template <typename Stored, typename Texel, typename Convert>
 void convert(const std::byte* stored, std::size_t count, std::byte* texels, Convert convertOne) {
@@ -24,7 +25,7 @@ void convert(const std::byte* stored, std::size_t count, std::byte* texels, Conv
     }
 }
 
-/// Chunks in batches the cache can pin at once while others are decoded.
+/// Chunks in batches the cache can pin at once while others are decoded, until visit says false.
 template <typename Visit>
 void forEachChunk(BrickCache& cache, const std::vector<ChunkKey>& keys, const Visit& visit) {
     const std::size_t batch = std::max<std::size_t>(1, cache.pinnableChunks() / 2);
@@ -32,7 +33,8 @@ void forEachChunk(BrickCache& cache, const std::vector<ChunkKey>& keys, const Vi
         const std::size_t count = std::min(batch, keys.size() - first);
         auto futures = cache.request(std::span(keys).subspan(first, count));
         for (std::size_t i = 0; i < count; ++i) {
-            visit(keys[first + i], *futures[i].get());
+            if (!visit(keys[first + i], *futures[i].get()))
+                return;
             futures[i] = {}; // unpin
         }
     }
@@ -112,14 +114,21 @@ std::size_t atlasBytes(std::size_t pages, ValueType type, const TextureLimits& l
     return box.x == 0 ? std::numeric_limits<std::size_t>::max() : cellCount(box) * 32768 * texelBytes(type);
 }
 
-Atlas::Atlas(const VolumeInfo& info, const Selection& selection, const TextureLimits& limits, Ledger& gpu)
-    : info_(info), selection_(selection), format_(texelFormat(info.type)),
-      allocator_(atlasPages(pagesFor(selection.counts), info.type, limits)) {
-    const glm::ivec3 pages = atlasPages(pagesFor(selection.counts), info.type, limits);
-    TESSERA_CHECK(pages.x > 0);
-    voxels_ = GlTexture3d(format_.internal, pages * kBrickExtent, texelBytes(info.type), GL_LINEAR, gpu,
+Atlas::Atlas(const VolumeInfo& info, const Selection& selection, std::size_t pages,
+             const TextureLimits& limits, Ledger& gpu, Ledger& ram)
+    : info_(info), selection_(selection), pages_(std::max<std::size_t>(1, pages)),
+      format_(texelFormat(info.type)), allocator_(atlasPages(pages_, info.type, limits)),
+      entriesCharge_(ram.charge(indexBytes(selection.bricks), "the brick index")),
+      entries_(cellCount(selection.bricks), glm::uvec2(kEntryAbsent, 0)) {
+    const glm::ivec3 box = atlasPages(pages_, info.type, limits);
+    TESSERA_CHECK(box.x > 0);
+    voxels_ = GlTexture3d(format_.internal, box * kBrickExtent, texelBytes(info.type), GL_LINEAR, gpu,
                           "the brick atlas");
     index_ = GlTexture3d(GL_RG32UI, selection.bricks, 8, GL_NEAREST, gpu, "the brick index");
+    for (std::size_t b = 0; b < entries_.size(); ++b)
+        if (selection_.levels[b] + 1 >= kLevelCount)
+            entries_[b] = {kEntryValue, std::bit_cast<std::uint32_t>(selection_.means[b])};
+    writeIndex();
 }
 
 std::size_t Atlas::stagingBytes(const VolumeInfo& info) {
@@ -127,84 +136,130 @@ std::size_t Atlas::stagingBytes(const VolumeInfo& info) {
            2 * indexBytes(brickGrid(info.extentVoxels));
 }
 
-void Atlas::load(BrickCache& cache, Ledger& ram, Work& work) {
-    const std::size_t chunkTexels = 32768;
-    const Charge charge = ram.charge(stagingBytes(info_), "upload staging");
-    std::vector<std::byte> staging(chunkTexels * texelBytes(info_.type));
-    entries_.assign(cellCount(selection_.bricks), glm::uvec2(0));
-    for (std::size_t b = 0; b < entries_.size(); ++b)
-        if (selection_.levels[b] + 1 >= kLevelCount)
-            entries_[b] = {kEntryValue, std::bit_cast<std::uint32_t>(selection_.means[b])};
-    forEachChunk(cache, chunksToLoad(), [&](const ChunkKey& key, const Chunk& chunk) {
-        uploadChunk(key, chunk, staging.data(), work);
-    });
+void Atlas::writeIndex() {
     index_.upload(glm::ivec3(0), selection_.bricks, GL_RG_INTEGER, GL_UNSIGNED_INT, entries_.data());
     glFinish(); // the driver may still hold copies of what was handed over
-    entries_ = {};
 }
 
 namespace {
-/// Bricks that a chunk holds: [first, end) of the brick grid. A chunk of level l holds 2^l bricks per edge.
-struct BrickBox {
-    glm::ivec3 first, end;
-};
-BrickBox bricksOf(const ChunkKey& key, const glm::ivec3& bricks) {
-    const glm::ivec3 first = glm::ivec3(key.i, key.j, key.k) << key.level;
-    return {first, glm::min(first + (1 << key.level), bricks)};
+
+glm::ivec3 brickAt(std::size_t number, const glm::ivec3& grid) {
+    const auto x = static_cast<std::size_t>(grid.x), y = static_cast<std::size_t>(grid.y);
+    return {static_cast<int>(number % x), static_cast<int>(number / x % y),
+            static_cast<int>(number / (x * y))};
 }
-template <typename Visit> void forEachBrick(const BrickBox& box, const Visit& visit) {
-    glm::ivec3 at(0);
-    for (at.z = box.first.z; at.z < box.end.z; ++at.z)
-        for (at.y = box.first.y; at.y < box.end.y; ++at.y)
-            for (at.x = box.first.x; at.x < box.end.x; ++at.x)
-                visit(at);
+
+/// The chunk that holds a brick of a level: a chunk has 2^level bricks per edge.
+ChunkKey chunkOf(const glm::ivec3& brick, int level) {
+    const glm::ivec3 chunk = brick >> level;
+    return {level, chunk.x, chunk.y, chunk.z};
 }
+
+AtlasSlot slotOf(const glm::uvec2& entry, int level) {
+    const auto part = [](std::uint32_t word, int shift, std::uint32_t mask) {
+        return static_cast<int>((word >> shift) & mask);
+    };
+    return {{part(entry.x, 0, 1023), part(entry.x, 10, 1023), part(entry.x, 20, 1023)},
+            {part(entry.y, 0, 31), part(entry.y, 5, 31), part(entry.y, 10, 31)},
+            level};
+}
+
 } // namespace
 
-std::vector<ChunkKey> Atlas::chunksToLoad() const {
-    std::vector<ChunkKey> keys;
-    for (int level = kLevelCount - 2; level >= 0; --level) { // coarse ones first: they are few
-        if (selection_.counts[static_cast<std::size_t>(level)] == 0)
-            continue;
-        const glm::ivec3 chunks = chunkGrid(info_.extentVoxels, level);
-        forEachBrick({glm::ivec3(0), chunks}, [&](const glm::ivec3& at) {
-            const ChunkKey key{level, at.x, at.y, at.z};
-            bool any = false;
-            forEachBrick(bricksOf(key, selection_.bricks), [&](const glm::ivec3& brick) {
-                any = any || selection_.levels[linearIndex(brick, selection_.bricks)] == level;
-            });
-            if (any)
-                keys.push_back(key);
-        });
-    }
-    return keys;
+bool Atlas::isResident(std::size_t brick) const {
+    return (entries_[brick].x & (kEntryValue | kEntryAbsent)) == 0;
 }
 
-void Atlas::uploadChunk(const ChunkKey& key, const Chunk& chunk, std::byte* staging, Work& work) {
-    const int edge = kBrickExtent >> key.level;
-    const std::size_t stored = bytesPerValue(info_.type);
-    const std::size_t rowTexels = static_cast<std::size_t>(edge), texel = texelBytes(info_.type);
-    const BrickBox box = bricksOf(key, selection_.bricks);
-    forEachBrick(box, [&](const glm::ivec3& brick) {
-        const std::size_t number = linearIndex(brick, selection_.bricks);
-        if (selection_.levels[number] != key.level)
-            return;
-        const glm::ivec3 corner = (brick - box.first) * edge; // inside the chunk
-        std::byte* row = staging;
-        for (int z = 0; z < edge; ++z)
-            for (int y = 0; y < edge; ++y) {
-                const std::size_t at = linearIndex(corner + glm::ivec3(0, y, z), glm::ivec3(kChunkExtent));
-                toTexels(info_.type, chunk.bytes.get() + at * stored, rowTexels, row);
-                row += rowTexels * texel;
-            }
-        const auto slot = allocator_.allocate(key.level);
-        TESSERA_CHECK(slot.has_value());
-        voxels_.upload(slot->originTexels(), glm::ivec3(edge), format_.external, format_.type, staging);
-        const glm::uvec3 page(slot->page), place(slot->slot);
-        entries_[number] = {page.x | page.y << 10 | page.z << 20, place.x | place.y << 5 | place.z << 10};
-        ++work.bricksUploaded;
-        work.bytesUploaded += rowTexels * rowTexels * rowTexels * texel;
+void Atlas::evict(std::size_t brick) {
+    allocator_.release(slotOf(entries_[brick], selection_.levels[brick]));
+    entries_[brick] = {kEntryAbsent, 0};
+}
+
+void Atlas::load(BrickCache& cache, Ledger& ram, Work& work) {
+    std::vector<std::size_t> bricks;
+    for (std::size_t b = 0; b < entries_.size(); ++b)
+        if (selection_.levels[b] + 1 < kLevelCount)
+            bricks.push_back(b);
+    TESSERA_CHECK(loadBricks(std::move(bricks), cache, ram, work));
+    writeIndex();
+}
+
+void Atlas::serve(std::span<const std::size_t> bricks, BrickCache& cache, Ledger& ram, Work& work) {
+    std::vector<std::uint8_t> keep(entries_.size(), 0);
+    std::vector<std::size_t> missing;
+    for (const std::size_t b : bricks) {
+        keep[b] = 1;
+        if (!isResident(b))
+            missing.push_back(b);
+    }
+    // Others go only when their room is needed, then all at once, because a page holds bricks of one level.
+    // Where pages of which little is kept still stand in the way, everything is packed anew.
+    const auto evictUnless = [&](bool kept) {
+        for (std::size_t b = 0; b < entries_.size(); ++b)
+            if (isResident(b) && !(kept && keep[b]))
+                evict(b);
+        missing.clear();
+        for (const std::size_t b : bricks)
+            if (!isResident(b))
+                missing.push_back(b);
+    };
+    if (!loadBricks(missing, cache, ram, work)) {
+        evictUnless(true);
+        if (!loadBricks(missing, cache, ram, work)) {
+            evictUnless(false);
+            TESSERA_CHECK(loadBricks(missing, cache, ram, work));
+        }
+    }
+    writeIndex();
+}
+
+bool Atlas::loadBricks(std::vector<std::size_t> bricks, BrickCache& cache, Ledger& ram, Work& work) {
+    const auto key = [&](std::size_t b) {
+        return chunkOf(brickAt(b, selection_.bricks), selection_.levels[b]);
+    };
+    // Coarse levels first: they are few, and most of the picture.
+    std::sort(bricks.begin(), bricks.end(), [&](std::size_t a, std::size_t b) {
+        const ChunkKey ka = key(a), kb = key(b);
+        return ka != kb ? std::tie(kb.level, ka.k, ka.j, ka.i) < std::tie(ka.level, kb.k, kb.j, kb.i) : a < b;
     });
+    std::vector<ChunkKey> keys;
+    for (const std::size_t b : bricks)
+        if (const ChunkKey mine = key(b); keys.empty() || keys.back() != mine)
+            keys.push_back(mine);
+    const Charge charge = ram.charge(32768 * texelBytes(info_.type), "upload staging");
+    std::vector<std::byte> staging(32768 * texelBytes(info_.type));
+    std::size_t next = 0;
+    bool room = true;
+    forEachChunk(cache, keys, [&](const ChunkKey& chunkKey, const Chunk& chunk) {
+        for (; room && next < bricks.size() && key(bricks[next]) == chunkKey; ++next)
+            room = uploadBrick(bricks[next], chunk, staging.data(), work);
+        return room;
+    });
+    glFinish();
+    return room;
+}
+
+bool Atlas::uploadBrick(std::size_t brick, const Chunk& chunk, std::byte* staging, Work& work) {
+    const int level = selection_.levels[brick], edge = kBrickExtent >> level;
+    const auto slot = allocator_.allocate(level);
+    if (!slot)
+        return false;
+    const glm::ivec3 inChunk = (brickAt(brick, selection_.bricks) & ((1 << level) - 1)) * edge;
+    const std::size_t stored = bytesPerValue(info_.type), rowTexels = static_cast<std::size_t>(edge),
+                      texel = texelBytes(info_.type);
+    std::byte* row = staging;
+    for (int z = 0; z < edge; ++z)
+        for (int y = 0; y < edge; ++y) {
+            const std::size_t at = linearIndex(inChunk + glm::ivec3(0, y, z), glm::ivec3(kChunkExtent));
+            toTexels(info_.type, chunk.bytes.get() + at * stored, rowTexels, row);
+            row += rowTexels * texel;
+        }
+    voxels_.upload(slot->originTexels(), glm::ivec3(edge), format_.external, format_.type, staging);
+    const glm::uvec3 page(slot->page), place(slot->slot);
+    entries_[brick] = {page.x | page.y << 10 | page.z << 20, place.x | place.y << 5 | place.z << 10};
+    ++work.bricksUploaded;
+    work.bytesUploaded += rowTexels * rowTexels * rowTexels * texel;
+    return true;
 }
 
 void Atlas::bind(GLuint voxelUnit, GLuint indexUnit) const {
@@ -239,6 +294,7 @@ GlTexture3d wholeLevelTexture(const VolumeInfo& info, int level, BrickCache& cac
                 to += row * texelBytes(info.type);
             }
         texture.upload(offset, size, format.external, format.type, staging.data());
+        return true;
     });
     return texture;
 }

@@ -5,6 +5,7 @@
 //   resident: x = page.x | page.y << 10 | page.z << 20, y = slot.x | slot.y << 5 | slot.z << 10
 //   value:    x = 0x80000000,                           y = bits of its mean (float, stored units):
 //             an empty brick, or one of the coarsest level
+//   absent:   x = 0x40000000: wanted, not here yet
 #pragma once
 
 #include "bricking/brick_cache.h"
@@ -18,6 +19,8 @@
 #include <array>
 #include <cstddef>
 #include <glm/vec3.hpp>
+#include <span>
+#include <vector>
 
 namespace tessera {
 
@@ -49,25 +52,38 @@ std::size_t atlasBytes(std::size_t pages, ValueType type, const TextureLimits& l
 
 class Atlas {
   public:
-    /// Allocates pages for the selection's resident bricks and the index; nothing is uploaded yet.
-    Atlas(const VolumeInfo& info, const Selection& selection, const TextureLimits& limits, Ledger& gpu);
-    /// Loads every resident brick through the cache, batch by batch, and writes the index.
+    /// Allocates pages and the index, nothing in them: every brick that has samples of its own is absent.
+    /// selection and info must outlive this.
+    /// @param pages  at least 1; may be fewer than the selection takes, where rays wait (kFeaturePasses)
+    Atlas(const VolumeInfo& info, const Selection& selection, std::size_t pages, const TextureLimits& limits,
+          Ledger& gpu, Ledger& ram);
+    /// Loads every brick of the selection through the cache, batch by batch, and writes the index.
     void load(BrickCache& cache, Ledger& ram, Work& work);
+    /// Makes the given bricks resident, evicting others where there is no room, and writes the index.
+    /// @param bricks  numbers in the brick grid, each once; must fit into the pages together
+    void serve(std::span<const std::size_t> bricks, BrickCache& cache, Ledger& ram, Work& work);
     void bind(GLuint voxelUnit, GLuint indexUnit) const;
     const glm::ivec3& extentTexels() const { return voxels_.extent(); }
+    std::size_t pages() const { return pages_; }
     static std::size_t indexBytes(const glm::ivec3& bricks) { return 8 * cellCount(bricks); }
-    /// RAM that load() takes besides the cache: one brick as texels, the index, and the driver's copy of it.
+    /// RAM that loading takes besides the cache: one brick as texels, the index, and the driver's copy of it.
     static std::size_t stagingBytes(const VolumeInfo& info);
 
   private:
-    std::vector<ChunkKey> chunksToLoad() const;
-    void uploadChunk(const ChunkKey& key, const Chunk& chunk, std::byte* staging, Work& work);
+    bool isResident(std::size_t brick) const;
+    void evict(std::size_t brick);
+    /// False when there is no room; then those loaded so far stay.
+    bool loadBricks(std::vector<std::size_t> bricks, BrickCache& cache, Ledger& ram, Work& work);
+    bool uploadBrick(std::size_t brick, const Chunk& chunk, std::byte* staging, Work& work);
+    void writeIndex();
     const VolumeInfo& info_;
     const Selection& selection_;
+    std::size_t pages_;
     TexelFormat format_;
     GlTexture3d voxels_, index_;
     PageAllocator allocator_;
-    std::vector<glm::uvec2> entries_; // until load() has written them
+    Charge entriesCharge_;
+    std::vector<glm::uvec2> entries_; // the index, [z][y][x]
 };
 
 /// One level as one texture, for proving that bricks change nothing.

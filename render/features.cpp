@@ -13,6 +13,7 @@ const std::vector<FeatureName>& featureNames() {
         {kFeatureTermination, "FEATURE_TERMINATION", "early ray termination"},
         {kFeatureCounting, "FEATURE_COUNTING", "work counters"},
         {kFeatureMixed, "FEATURE_MIXED", "interblock interpolation"},
+        {kFeaturePasses, "FEATURE_PASSES", "several passes"},
     };
     return names;
 }

@@ -18,8 +18,9 @@ enum Feature : std::uint32_t {
     kFeatureTermination = 1u << 5, // stop below the scene's transmittance
     kFeatureCounting = 1u << 6,    // work counters
     kFeatureMixed = 1u << 7,       // bricks of several levels: interblock interpolation, adaptive strides
+    kFeaturePasses = 1u << 8,      // some bricks are absent: rays wait for them and go on in another pass
 };
-constexpr std::uint32_t kAllFeatures = (1u << 8) - 1;
+constexpr std::uint32_t kAllFeatures = (1u << 9) - 1;
 
 struct FeatureName {
     Feature bit;

@@ -16,9 +16,9 @@ namespace {
 constexpr int kGroup = 8; // local size of the shaders, both axes
 
 struct GpuWork { // layout of the Work buffer in march.comp
-    std::uint32_t unfinished, iterations, segments, samples, fetches, blended;
+    std::uint32_t unfinished, iterations, segments, samples, fetches, blended, waiting;
 };
-static_assert(sizeof(GpuWork) == 24);
+static_assert(sizeof(GpuWork) == 28);
 
 /// Learns what an iteration costs here and says how many one dispatch may hold. A dispatch of n rays cannot
 /// run more than n times its iteration limit, so the bound holds for tiles that turn out dense, not just for
@@ -72,6 +72,11 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
     colour_ = GlBuffer(16 * pixels, {}, gpu, "the picture");
     next_ = GlBuffer(4 * pixels, {}, gpu, "the rays' state");
     work_ = GlBuffer(sizeof(GpuWork), {}, gpu, "the work counters");
+    if (features & kFeaturePasses) {
+        const glm::ivec3 bricks = brickGrid(info.extentVoxels);
+        wanted_ = GlBuffer(wantedBytes(bricks), {}, gpu, "the bricks that rays wait for");
+        takeWanted();
+    }
     if (occupancy) {
         skipping_ = skippingTexture(*occupancy, gpu);
         setSkippingUniforms(program_, *occupancy);
@@ -89,7 +94,14 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
     program_.set("uTermination", optics.termination);
 }
 
-void March::run(const FieldSource& source, const MarchSlicing& slicing, Work& work) {
+std::vector<std::uint32_t> March::takeWanted() {
+    std::vector<std::uint32_t> wanted(cellCount(brickGrid(info_.extentVoxels)));
+    wanted_.read(0, std::as_writable_bytes(std::span(wanted)));
+    wanted_.fill(UINT32_MAX);
+    return wanted;
+}
+
+std::size_t March::run(const FieldSource& source, const MarchSlicing& slicing, Work& work) {
     bindField(program_, features_, info_, source);
     if (features_ & kFeatureSkipping)
         skipping_.bind(kSkippingUnit);
@@ -97,6 +109,9 @@ void March::run(const FieldSource& source, const MarchSlicing& slicing, Work& wo
     colour_.bind(1);
     next_.bind(2);
     work_.bind(3);
+    if (features_ & kFeaturePasses)
+        wanted_.bind(4);
+    std::size_t waiting = 0;
     program_.use();
 
     const auto dispatch = [&](const glm::ivec2& origin, const glm::ivec2& end, int iterations) {
@@ -144,6 +159,8 @@ void March::run(const FieldSource& source, const MarchSlicing& slicing, Work& wo
             const auto [ms, counted] = dispatch(origin, end, iterations);
             pace.observe(ms, counted.iterations);
             unfinished = counted.unfinished > 0;
+            if (!unfinished)
+                waiting += counted.waiting;
             ++work.dispatches;
             work.marchMs += ms;
             work.longestDispatchMs = std::max(work.longestDispatchMs, ms);
@@ -152,6 +169,7 @@ void March::run(const FieldSource& source, const MarchSlicing& slicing, Work& wo
         if (origin.x >= size_.x)
             origin = {0, end.y};
     }
+    return waiting;
 }
 
 Image March::image() const {

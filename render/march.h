@@ -37,8 +37,11 @@ class March {
     March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
           const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu);
 
-    /// Marches all rays to their end.
-    void run(const FieldSource& source, const MarchSlicing& slicing, Work& work);
+    /// Marches all rays to their end, or (kFeaturePasses) until they wait for absent bricks. Returns how many
+    /// wait.
+    std::size_t run(const FieldSource& source, const MarchSlicing& slicing, Work& work);
+    /// kFeaturePasses: per brick the first ray that waits for it, or UINT32_MAX; forgets them.
+    std::vector<std::uint32_t> takeWanted();
     /// The map of empty space on the device; with kFeatureSkipping only.
     const GlTexture3d& skippingMap() const { return skipping_; }
     /// The picture; charged by the caller.
@@ -47,6 +50,8 @@ class March {
 
     /// GPU bytes besides the atlas: index not included.
     static std::size_t stateBytes(const glm::ivec2& size);
+    /// The same for kFeaturePasses.
+    static std::size_t wantedBytes(const glm::ivec3& bricks) { return 4 * cellCount(bricks); }
 
   private:
     glm::ivec2 size_;
@@ -55,7 +60,7 @@ class March {
     int maxCount_;    // most iterations any ray can need
     int rowEdge_ = 0; // edge of the tiles in the row that is being marched
     GlProgram program_;
-    GlBuffer table_, colour_, next_, work_;
+    GlBuffer table_, colour_, next_, work_, wanted_;
     GlTexture3d skipping_;
 };
 

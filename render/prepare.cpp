@@ -61,12 +61,12 @@ std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize
 }
 
 namespace {
-/// Cells where their map is a small part of the budget's RAM beyond the floor and fits what the bricks leave
-/// of the GPU's memory; else the floor's map of bricks.
+/// Cells where their map is a small part of what both budgets hold beyond their floors; else the floors' map
+/// of bricks.
 MapScale chooseMapScale(const glm::ivec3& extentVoxels, std::size_t spareRam, std::size_t spareGpu) {
-    constexpr std::size_t kShareOfRam = 16;
+    constexpr std::size_t kShareOfRam = 16, kShareOfGpu = 8;
     const bool fits = Occupancy::bytes(extentVoxels, MapScale::cells) <= spareRam / kShareOfRam &&
-                      mapBytes(extentVoxels, MapScale::cells) <= spareGpu;
+                      mapBytes(extentVoxels, MapScale::cells) <= spareGpu / kShareOfGpu;
     return fits ? MapScale::cells : MapScale::bricks;
 }
 } // namespace
@@ -107,7 +107,7 @@ void PreparedScene::mapEmptySpace(Ledger& ram) {
 }
 
 PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
-                           Ledger& ram, const Ledger& gpu, int threads, bool culling,
+                           Ledger& ram, const Ledger& gpu, int threads, LevelChoice choice,
                            std::size_t bytesPerPixel) {
     PreparedScene p;
     p.store = &store;
@@ -121,11 +121,11 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
     p.imageCharge = ram.charge(bytesPerPixel * pixelCount(scene.imageSize), "the picture");
     p.selectionCharge = ram.charge(selectionBytes(info), "the selection of bricks");
     p.statistics = loadStatistics(store, ram, threads);
-    const TransferChoice& choice = scene.volumes.at(0).transferFunction;
-    if (const auto* name = std::get_if<std::string>(&choice))
+    const TransferChoice& function = scene.volumes.at(0).transferFunction;
+    if (const auto* name = std::get_if<std::string>(&function))
         p.function = presetFunction(*name, summarise(p.statistics, info));
     else
-        p.function = std::get<TransferFunction>(choice);
+        p.function = std::get<TransferFunction>(function);
     p.table = makeTable(p.function);
     p.functionCharge = ram.charge(tableBytes(p.table.entries.size()), "the transfer function's table");
     p.optics = makeOptics(p.table, info, scene.shading, scene.quality.terminationTransmittance);
@@ -134,22 +134,30 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
     else
         p.camera = std::get<Camera>(scene.camera);
 
-    // GPU memory: what every level costs first, then as fine a level as the rest holds.
-    const std::size_t fixed =
-        March::stateBytes(scene.imageSize) + Atlas::indexBytes(brickGrid(info.extentVoxels)) +
-        LevelMap::bytes(brickGrid(info.extentVoxels)) + p.optics.table.size() * sizeof(glm::vec4) +
-        (scene.quality.skipping ? mapBytes(info.extentVoxels, MapScale::bricks) : 0);
-    const auto packed = [&](const auto& counts) { return atlasBytes(pagesFor(counts), info.type, limits); };
-    Selection selection =
-        selectOneLevel(p.statistics, p.table, info, gpu.freeBytes(), packed, culling, gpu.option(), fixed);
-    p.mapScale = chooseMapScale(info.extentVoxels, ram.limitBytes() - floor,
-                                gpu.freeBytes() - fixed - packed(selection.counts));
-    p.setSelection(std::move(selection), ram);
+    // GPU memory: what every picture costs first, then levels as fine as the rest holds.
+    std::size_t fixed = March::stateBytes(scene.imageSize) + Atlas::indexBytes(brickGrid(info.extentVoxels)) +
+                        LevelMap::bytes(brickGrid(info.extentVoxels)) +
+                        p.optics.table.size() * sizeof(glm::vec4) +
+                        (scene.quality.maxError ? March::wantedBytes(brickGrid(info.extentVoxels)) : 0);
+    const int cacheThreads = threads > 0 ? threads : defaultThreads();
+    const std::size_t staging = Atlas::stagingBytes(info);
+    if (scene.quality.skipping) {
+        const std::size_t most =
+            fixed + mapBytes(info.extentVoxels, MapScale::bricks) +
+            atlasBytes(neighbourhoodPages(scene.shading.on), info.type, limits); // of any floor
+        p.mapScale = chooseMapScale(info.extentVoxels, ram.limitBytes() - floor,
+                                    gpu.freeBytes() - std::min(gpu.freeBytes(), most));
+        fixed += mapBytes(info.extentVoxels, p.mapScale);
+    }
+    const std::size_t maps =
+        Occupancy::bytes(info.extentVoxels, p.mapScale) + LevelMap::bytes(brickGrid(info.extentVoxels));
+    p.chosen = chooseLevels(scene, p.camera, p.statistics, p.table, store, limits, choice, gpu, fixed, ram,
+                            cacheFloorBytes(info, cacheThreads) + staging + maps, threads);
+    p.setSelection(std::move(p.chosen.selection), ram);
     p.frame = rayFrame(p.camera, info, scene.imageSize, scene.quality.stepVoxels);
 
     // The cache takes what is left, less upload staging and, where there is plenty, some air.
-    const int cacheThreads = threads > 0 ? threads : defaultThreads();
-    const std::size_t free = ram.freeBytes(), staging = Atlas::stagingBytes(info);
+    const std::size_t free = ram.freeBytes();
     const std::size_t left = free > staging ? free - staging : 0;
     const std::size_t cacheBytes =
         std::max(std::min(left, cacheFloorBytes(info, cacheThreads)), left - left / 8);

@@ -10,6 +10,7 @@
 #include "core/preset.h" // ValueSummary
 #include "core/scene.h"
 #include "render/atlas.h"
+#include "render/choose_levels.h"
 #include "render/mirror.h"
 #include "render/occupancy.h"
 #include "render/optics.h"
@@ -27,7 +28,8 @@ struct PreparedScene {
     Optics optics;
     Camera camera;
     Selection selection;
-    LevelMap levels; // of a selection of mixed levels; else empty
+    ChosenLevels chosen; // how: its own selection has moved to the member above
+    LevelMap levels;     // of a selection of mixed levels; else empty
     MapScale mapScale = MapScale::bricks; // of the map of empty space
     Occupancy occupancy;
     RayFrame<double> frame;
@@ -62,12 +64,13 @@ std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize
 
 /// @param limits   of the device, or the defaults where none is used
 /// @param ram  the store's reader is charged to it, and little else
-/// @param culling  false: bricks that show nothing are kept too (equality tests)
+/// @param choice  perBrick, unless in tests and comparisons
 /// @param bytesPerPixel  RAM that the engine and its caller take for a pixel
 /// Throws InputError for a budget below the scene's floor, naming the floor, and for a transfer function that
 /// does not suit the volume.
 PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
-                           Ledger& ram, const Ledger& gpu, int threads, bool culling,
+                           Ledger& ram, const Ledger& gpu, int threads,
+                           LevelChoice choice = LevelChoice::perBrick,
                            std::size_t bytesPerPixel = kPictureBytesPerPixel);
 
 /// What presets may know of a volume.

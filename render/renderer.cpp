@@ -25,6 +25,8 @@ std::uint32_t featuresOf(const Scene& scene, const PreparedScene& p, bool counti
     std::uint32_t f = kFeatureBricked;
     if (p.mixed())
         f |= kFeatureMixed;
+    if (p.chosen.atlasPages < pagesFor(p.selection.counts))
+        f |= kFeaturePasses;
     if (scene.shading.on)
         f |= kFeatureShading;
     if (scene.quality.skipping)
@@ -38,6 +40,29 @@ std::uint32_t featuresOf(const Scene& scene, const PreparedScene& p, bool counti
     if (counting)
         f |= kFeatureCounting;
     return f;
+}
+
+/// What the next pass holds: the bricks that the first waiting rays need, as many as fit. The very first
+/// ray's are always among them, so that every pass gets on.
+std::vector<std::size_t> bricksToServe(const std::vector<std::uint32_t>& firstRay, const Selection& selection,
+                                       std::size_t pages) {
+    std::vector<std::size_t> order;
+    for (std::size_t b = 0; b < firstRay.size(); ++b)
+        if (firstRay[b] != UINT32_MAX)
+            order.push_back(b);
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+        return std::pair(firstRay[a], a) < std::pair(firstRay[b], b);
+    });
+    std::array<std::size_t, kLevelCount + 1> counts{};
+    std::size_t served = 0;
+    for (; served < order.size(); ++served) {
+        ++counts[selection.levels[order[served]]];
+        if (pagesFor(counts) > pages)
+            break;
+    }
+    TESSERA_CHECK(served > 0);
+    order.resize(served);
+    return order;
 }
 
 template <typename Real> Image toImage(const std::vector<glm::vec<4, Real>>& pixels, const glm::ivec2& size) {
@@ -54,8 +79,10 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
     const Occupancy* occupancy = scene.quality.skipping ? &p.occupancy : nullptr;
     const auto loading = Clock::now();
     March march(result.features, p.frame, p.info(), p.strides(), p.optics, occupancy, gpu);
-    Atlas atlas(p.info(), p.selection, limits, gpu);
-    atlas.load(*p.cache, ram, result.work);
+    Atlas atlas(p.info(), p.selection, p.chosen.atlasPages, limits, gpu, ram);
+    const bool passes = (result.features & kFeaturePasses) != 0;
+    if (!passes)
+        atlas.load(*p.cache, ram, result.work);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
     FieldSource source{&atlas, nullptr, p.selection.finest(), nullptr, nullptr};
@@ -66,11 +93,15 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
     }
     const std::size_t rays =
         static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y);
-    if (occupancy && refiningPays(*occupancy, rays) &&
+    // Refining reads every brick, so all must be there.
+    if (occupancy && !passes && refiningPays(*occupancy, rays) &&
         gpu.freeBytes() >= refiningBytes(p.table.entries.size()))
         result.refinedCells = refineSkipping(march.skippingMap(), *occupancy, p.table, p.optics,
                                              result.features, p.info(), source, gpu);
-    march.run(source, options.slicing, result.work);
+    result.passes = 1;
+    for (; march.run(source, options.slicing, result.work) > 0; ++result.passes)
+        atlas.serve(bricksToServe(march.takeWanted(), p.selection, atlas.pages()), *p.cache, ram,
+                    result.work);
     result.image = march.image();
     result.secondsDrawing = secondsSince(drawing);
     if (!context.errors().empty())
@@ -110,12 +141,16 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
         result.device = context->renderer();
         result.glVersion = context->version();
     }
-    PreparedScene p = prepareScene(scene, store, limits, ram, gpu, options.threads, true,
+    PreparedScene p = prepareScene(scene, store, limits, ram, gpu, options.threads, options.levels,
                                    pictureBytesPerPixel(options.engine));
     result.camera = p.camera;
     result.tableRelativeError = p.table.relativeError;
     result.level = p.selection.finest();
     result.bricksOfLevel = p.selection.counts;
+    result.atlasPages = p.chosen.atlasPages;
+    result.selectionPages = pagesFor(p.selection.counts);
+    if (p.chosen.predicted)
+        result.predictedError = p.chosen.error;
     result.residentBricks = p.selection.shownBricks();
     result.emptyBricks = p.selection.counts[Selection::kEmpty];
     result.cells = cellCount(p.statistics.cells);
@@ -165,7 +200,15 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
         for (const FeatureName& f : featureNames())
             line("%s: %s", f.meaning, (r.features & f.bit) ? "compiled in" : "left out");
     }
-    line("level: %d (every sample stands for %d^3 voxels)", r.level, 1 << r.level);
+    for (int level = 0; level < kLevelCount; ++level)
+        if (const std::size_t bricks = r.bricksOfLevel[static_cast<std::size_t>(level)]; bricks > 0)
+            line("level %d: %zu bricks, a sample stands for %d^3 voxels", level, bricks, 1 << level);
+    if (r.passes > 0)
+        line("atlas: %zu pages of 32^3 texels, %zu at once, %d %s", r.selectionPages, r.atlasPages, r.passes,
+             r.passes == 1 ? "pass" : "passes");
+    if (r.predictedError)
+        line("level of detail: predicted error (L*u*v*) %.2g in the mean, %.2g at the 99th percentile",
+             r.predictedError->mean, r.predictedError->p99);
     line("bricks: %zu resident, %zu (%.1f %%) show nothing and take no memory", r.residentBricks,
          r.emptyBricks, percent(r.emptyBricks, r.residentBricks + r.emptyBricks));
     if (scene.quality.skipping)

@@ -6,12 +6,14 @@
 #include "core/budget.h"
 #include "core/image.h"
 #include "core/scene.h"
+#include "render/choose_levels.h"
 #include "render/gl/context.h"
 #include "render/march.h"
 #include "render/work.h"
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +28,7 @@ struct RenderOptions {
     int threads = 0;      // CPU engines and loaders; 0: all processors
     MarchSlicing slicing; // march only
     bool counting = true; // work counters; false: they are not compiled
+    LevelChoice levels = LevelChoice::perBrick;
 };
 
 struct RenderResult {
@@ -37,6 +40,9 @@ struct RenderResult {
     int level = 0;                                            // finest resident level; 0 for the reference
     std::array<std::size_t, kLevelCount + 1> bricksOfLevel{}; // the last: empty ones
     std::size_t residentBricks = 0, emptyBricks = 0;
+    std::size_t selectionPages = 0, atlasPages = 0; // of 32^3 texels: wanted, and there at once
+    int passes = 0;                                 // over the rays; march only
+    std::optional<PredictedError> predictedError;   // L*u*v*, of the levels against the finest a pixel shows
     std::size_t cells = 0, occupiedCells = 0, refinedCells = 0;
     std::uint32_t features = 0; // of render/features.h; march only
     double tableRelativeError = 0;

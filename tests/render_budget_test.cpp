@@ -63,7 +63,7 @@ TEST(RenderBudget, GpuMemoryIsKeptAndLevelsCoarsenMonotonically) {
         Scene scene = sceneOn(reader.info(), name == std::string("torso") ? "bone" : "auto", 0, kPicture);
         scene.quality.fetch = Fetch::hardware;
         const auto prepare = [&](Ledger& gpu) {
-            return prepareScene(scene, reader, limits, budgets.ram, gpu, 2, true);
+            return prepareScene(scene, reader, limits, budgets.ram, gpu, 2, LevelChoice::oneForAll);
         };
         Ledger none("GPU memory", "--gpu-memory", 1);
         const std::string message = refusal([&] { prepare(none); });
@@ -90,7 +90,7 @@ TEST(RenderBudget, GpuMemoryIsKeptAndLevelsCoarsenMonotonically) {
                 (texelFormat(p.info().type).normalised ? kFeatureNormalised : kFeatureBricked);
             Work work;
             const March march(features, p.frame, p.info(), p.strides(), p.optics, &p.occupancy, gpu);
-            Atlas atlas(p.info(), p.selection, limits, gpu);
+            Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), limits, gpu, budgets.ram);
             atlas.load(*p.cache, budgets.ram, work);
             EXPECT_LE(gpu.peakBytes(), bytes);
             EXPECT_GE(p.selection.finest(), coarsest) << "finer than with a larger budget";
@@ -156,8 +156,8 @@ TEST(RenderBudget, TheFloorsOfBothTogetherSuffice) {
     const Scene scene = sceneOn(first.info(), "bone", 0, kPicture);
     const std::size_t ramBytes =
         renderFloorBytes(first.info(), kPicture, pictureBytesPerPixel(Engine::march), 0);
-    const std::size_t gpuBytes =
-        statedFloor(refusal([&] { prepareScene(scene, first, TextureLimits{}, trial, noGpu, 0, true); }));
+    const std::size_t gpuBytes = statedFloor(refusal(
+        [&] { prepareScene(scene, first, TextureLimits{}, trial, noGpu, 0, LevelChoice::oneForAll); }));
     Ledger ram("RAM", "--ram", ramBytes), gpu("GPU memory", "--gpu-memory", gpuBytes);
     const StoreReader reader(storePath("torso"), ram);
     RenderOptions options;

@@ -69,7 +69,8 @@ TEST_P(Field, ShaderEqualsItsTwin) {
     }
     const auto positions = tellingPositions(info.extentVoxels, p.selection.finest());
     Work work;
-    Atlas atlas(info, p.selection, TextureLimits{}, prepared.budgets.gpu);
+    Atlas atlas(info, p.selection, pagesFor(p.selection.counts), TextureLimits{}, prepared.budgets.gpu,
+                prepared.budgets.ram);
     atlas.load(*p.cache, prepared.budgets.ram, work);
     const FieldSource source{&atlas, nullptr, p.selection.finest()};
     std::uint32_t features = kFeatureBricked;

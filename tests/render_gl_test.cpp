@@ -33,9 +33,12 @@ TEST(ShaderComposition, IncludesOnceAndMapsLogLinesToFiles) {
 TEST(Program, EveryFeatureCombinationCompilesAndOmitsWhatItDoesNotNeed) {
     const GlContext context({"software"});
     for (std::uint32_t f = 0; f <= kAllFeatures; ++f) {
+        if ((f & (kFeatureMixed | kFeaturePasses)) != 0 && (f & kFeatureBricked) == 0)
+            continue; // refused: see common_features.glsl
         const GlProgram program("march.comp", featureDefines(f));
         ASSERT_EQ(program.hasUniform("uPhong"), (f & kFeatureShading) != 0) << f;
-        ASSERT_EQ(program.hasUniform("uDistance"), (f & kFeatureSkipping) != 0) << f;
+        ASSERT_EQ(program.hasUniform("uSkipping"), (f & kFeatureSkipping) != 0) << f;
+        ASSERT_EQ(program.hasUniform("uCorners"), (f & kFeatureMixed) != 0) << f;
         ASSERT_EQ(program.hasUniform("uIndex"), (f & kFeatureBricked) != 0) << f;
         ASSERT_EQ(program.hasUniform("uTermination"), (f & kFeatureTermination) != 0) << f;
         ASSERT_EQ(program.hasUniform("uStoredBias"), (f & kFeatureNormalised) != 0) << f;

@@ -107,7 +107,8 @@ TEST_P(MixedField, ShaderEqualsItsTwin) {
     Ledger& gpu = scene.prepared->budgets.gpu;
     ASSERT_TRUE(p.mixed());
     Work work;
-    Atlas atlas(p.info(), p.selection, TextureLimits{}, gpu);
+    Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), TextureLimits{}, gpu,
+                scene.prepared->budgets.ram);
     atlas.load(*p.cache, scene.prepared->budgets.ram, work);
     const LevelTextures textures(p.levels, gpu);
     const FieldSource source{&atlas, nullptr, 0, &p.levels, &textures};

@@ -63,7 +63,8 @@ struct Prepared {
     Prepared(const std::string& store, const Scene& scene, bool culling = true, std::size_t gpuBytes = 0)
         : reader(storePath(store), budgets.ram) {
         Ledger small("GPU memory", "--gpu-memory", gpuBytes ? gpuBytes : std::size_t{1} << 30);
-        p = prepareScene(scene, reader, TextureLimits{}, budgets.ram, small, 0, culling);
+        p = prepareScene(scene, reader, TextureLimits{}, budgets.ram, small, 0,
+                         culling ? LevelChoice::oneForAll : LevelChoice::oneForAllNothingCulled);
     }
     Budgets budgets;
     StoreReader reader;
@@ -92,7 +93,8 @@ inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const Marc
     FieldSource source;
     source.level = p.selection.finest();
     if (features & kFeatureBricked) {
-        Atlas atlas(p.info(), p.selection, TextureLimits{}, gpu);
+        Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), TextureLimits{}, gpu,
+                    prepared.budgets.ram);
         atlas.load(*p.cache, prepared.budgets.ram, out.work);
         source.atlas = &atlas;
         std::optional<LevelTextures> levelTextures;

@@ -28,7 +28,9 @@ namespace fs = std::filesystem;
 struct RenderArguments {
     std::string in, out, engine = "march", ram, gpuMemory, size, preset, view, projection, background, fetch;
     std::string device = "auto";
-    double step = 0; // 0: as the scene says
+    double step = 0;      // 0: as the scene says
+    double maxError = -1; // negative: as the scene says
+    std::string edgeFunction, sampling;
     bool noShading = false, noSkipping = false, explain = false, json = false;
     InputOptions input;
 };
@@ -73,6 +75,12 @@ void applyOptions(const RenderArguments& arguments, Scene& scene) {
             throw badFile("--step", "voxels from 1/64 to 16", formatNumber(arguments.step));
         scene.quality.stepVoxels = arguments.step;
     }
+    if (!arguments.edgeFunction.empty())
+        scene.quality.edgeFunction = parseEdgeFunction(arguments.edgeFunction, "--edge-function");
+    if (!arguments.sampling.empty())
+        scene.quality.sampling = parseSampling(arguments.sampling, "--sampling");
+    if (arguments.maxError >= 0)
+        scene.quality.maxError = arguments.maxError;
     if (arguments.noShading)
         scene.shading.on = false;
     if (arguments.noSkipping)
@@ -94,6 +102,20 @@ bool showsAnything(const TransferChoice& choice, const RenderResult& result) {
     return std::any_of(function->kinks().begin(), function->kinks().end(), [&](double v) {
         return v >= result.lowest && v <= result.highest && function->extinction(v) > 0;
     });
+}
+
+/// "level 2" or "levels 0 to 4", and the passes where there were several.
+std::string levelText(const RenderResult& result) {
+    int coarsest = result.level;
+    for (int level = 0; level < kLevelCount; ++level)
+        if (result.bricksOfLevel[static_cast<std::size_t>(level)] > 0)
+            coarsest = level;
+    std::string text = coarsest <= result.level
+                           ? "level " + std::to_string(result.level)
+                           : "levels " + std::to_string(result.level) + " to " + std::to_string(coarsest);
+    if (result.passes > 1)
+        text += " in " + std::to_string(result.passes) + " passes";
+    return text;
 }
 
 /// A blank picture is no error, but never a silent one.
@@ -198,8 +220,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
             std::printf("%s\n", line.c_str());
     }
     common.note("wrote " + arguments.out + ": " + std::to_string(scene.imageSize.x) + " x " +
-                std::to_string(scene.imageSize.y) + ", level " + std::to_string(result.level) + ", " +
-                result.device + ", " +
+                std::to_string(scene.imageSize.y) + ", " + levelText(result) + ", " + result.device + ", " +
                 formatNumber(result.secondsPreparing + result.secondsLoading + result.secondsDrawing, 3) +
                 " s");
     common.detail("most charged: RAM " + formatBytes(ram.peakBytes()) + " of " +
@@ -222,7 +243,18 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
     command->add_option("--projection", a->projection, joinNames(kProjectionNames));
     command->add_option("--background", a->background, "black, white, #rrggbb or transparent");
     command->add_option("--engine", a->engine, joinNames(kEngineNames))->capture_default_str();
-    command->add_option("--step", a->step, "distance of samples, in voxels (default: 0.5)");
+    command->add_option("--step", a->step,
+                        "distance of samples at the finest level, in voxels (default: 0.5)");
+    command
+        ->add_option(
+            "--max-error", a->maxError,
+            "predicted error to stay below (L*u*v*, 99th percentile), in as many passes as the budget "
+            "needs; 0: the finest that a pixel can show (default: the best that fits at once)")
+        ->check(CLI::NonNegativeNumber);
+    command->add_option("--edge-function", a->edgeFunction,
+                        "blend between bricks: " + joinNames(edgeFunctionNames()) + " (default: minimum)");
+    command->add_option("--sampling", a->sampling,
+                        "steps in coarse bricks: " + joinNames(samplingNames()) + " (default: limited)");
     command->add_option("--fetch", a->fetch, joinNames(fetchNames()));
     command->add_flag("--no-shading", a->noShading, "colours as the transfer function has them");
     command->add_flag("--no-skipping", a->noSkipping, "sample empty space too; the picture is the same");

@@ -75,9 +75,8 @@ void GlBuffer::bind(GLuint binding) const {
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, name_);
 }
 
-void GlBuffer::clear() {
-    const std::uint32_t zero = 0;
-    glClearNamedBufferData(name_, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &zero);
+void GlBuffer::fill(std::uint32_t word) {
+    glClearNamedBufferData(name_, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &word);
 }
 
 void GlBuffer::read(std::size_t offset, std::span<std::byte> out) const {

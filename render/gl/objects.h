@@ -62,7 +62,8 @@ class GlBuffer {
     }
     ~GlBuffer();
     void bind(GLuint binding) const;
-    void clear();
+    void fill(std::uint32_t word);
+    void clear() { fill(0); }
     void read(std::size_t offset, std::span<std::byte> out) const;
     std::size_t bytes() const { return charge_.bytes(); }
 

@@ -13,7 +13,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(std430, binding = 1) buffer RayColour { vec4 uColour[]; }; // rgb premultiplied, alpha
 layout(std430, binding = 2) buffer RayNext { int uNext[]; };      // next segment; -1: finished
-layout(std430, binding = 3) buffer Work { uint uUnfinished, uIterations, uSegments, uSamples, uFetches, uBlended; };
+layout(std430, binding = 3) buffer Work { uint uUnfinished, uIterations, uSegments, uSamples, uFetches, uBlended, uWaiting; };
 uniform ivec2 uTileOrigin, uTileEnd;
 uniform int uMaxIterations;
 #if FEATURE_TERMINATION
@@ -31,8 +31,12 @@ void main() {
     precise vec4 sum = uColour[slot];
     uint iterations = 0u;
     uint segments = 0u;
-    uint gradients = 0u;
+    uint shown = 0u;
     int left = uMaxIterations;
+#if FEATURE_PASSES
+    gRayNumber = uint(slot);
+    bool waiting = false; // all that its next sample needs is named
+#endif
     while (i < ray.count && left > 0 && gTurns < kMostTurns) {
         ++gTurns;
         float extinction = 0.0;
@@ -55,10 +59,10 @@ void main() {
                 p = stridePosition(ray, i, length);
                 within = inHome(p) && startsInHome(ray, i) && isOccupied(p);
                 if (!within) break;
-                ++segments;
                 place = tablePlace(homeValue(p));
                 extinction = extinctionAt(place);
                 if (extinction > 0.0) break;
+                ++segments;
                 i += n;
             }
             if (within) break; // shows, or at its end, or its turns are spent
@@ -71,23 +75,44 @@ void main() {
                 continue;
             }
             enterHome(p);
-            ++segments;
             place = tablePlace(fieldValue(p));
             extinction = extinctionAt(place);
+#if FEATURE_PASSES
+            if (gMissing || gNaming) break;
+#endif
             if (extinction > 0.0) break;
+            ++segments;
             i += n;
         }
-        if (!(extinction > 0.0)) break;
+#if FEATURE_PASSES
+        bool waits = gNaming || gMissing; // then also the gradient's bricks are named
+#else
+        const bool waits = false;
+#endif
+        if (!(extinction > 0.0) && !waits) break;
         precise float depth = extinction * (length * ray.segmentMm);
         precise float alpha = opacityOf(depth);
         vec3 colour = colourAt(place);
 #if FEATURE_SHADING
         colour = shade(colour, fieldGradient(p), ray.direction);
-        ++gradients;
+#endif
+#if FEATURE_PASSES
+        if (gNaming) {
+            waiting = true;
+            break;
+        }
+        if (gMissing) { // take the same sample again, naming all that it needs
+            gMissing = false;
+            gNaming = true;
+            leaveHome();
+            continue;
+        }
 #endif
         precise float weight = (1.0 - sum.a) * alpha;
         sum.rgb = sum.rgb + weight * colour;
         sum.a = sum.a + weight;
+        ++segments;
+        ++shown;
         i += n;
 #if FEATURE_TERMINATION
         if (1.0 - sum.a < uTermination) i = ray.count;
@@ -95,11 +120,15 @@ void main() {
     }
     uColour[slot] = sum;
     uNext[slot] = i < ray.count ? i : -1;
+#if FEATURE_PASSES
+    if (waiting) atomicAdd(uWaiting, 1u);
+    else
+#endif
     if (i < ray.count) atomicAdd(uUnfinished, 1u);
     atomicAdd(uIterations, iterations); // always: it paces the dispatches
 #if FEATURE_COUNTING
     atomicAdd(uSegments, segments);
-    atomicAdd(uSamples, segments + 6u * gradients);
+    atomicAdd(uSamples, segments + 6u * uint(FEATURE_SHADING) * shown);
     atomicAdd(uFetches, gFetches);
 #if FEATURE_MIXED
     atomicAdd(uBlended, gBlended);

@@ -44,7 +44,26 @@ float storedFromFiltered(float texel) {
 }
 
 #if FEATURE_BRICKED
-uvec2 brickEntry(ivec3 brick) { return texelFetch(uIndex, brick, 0).xy; }
+#if FEATURE_PASSES
+// Bricks may be absent. A sample that needs one is not taken; its ray names all bricks that the sample needs, and
+// waits. A brick keeps the first of the rays that named it, so that the host can serve at least one ray wholly.
+const uint kEntryAbsent = 0x40000000u;
+layout(std430, binding = 4) buffer Wanted { uint uWanted[]; }; // per brick: number of the first ray, or all ones
+bool gMissing = false; // the sample at hand needs an absent brick
+bool gNaming = false;
+uint gRayNumber = 0u;
+#endif
+
+uvec2 brickEntry(ivec3 brick) {
+    uvec2 entry = texelFetch(uIndex, brick, 0).xy;
+#if FEATURE_PASSES
+    if ((entry.x & (kEntryAbsent | kEntryValue)) == kEntryAbsent) gMissing = true;
+    ivec3 bricks = textureSize(uIndex, 0);
+    if (gNaming && (entry.x & kEntryValue) == 0u)
+        atomicMin(uWanted[(brick.z * bricks.y + brick.y) * bricks.x + brick.x], gRayNumber);
+#endif
+    return entry;
+}
 
 // First texel of a slot whose edge is 2^shift samples. x: page (3 x 10 bits), y: slot inside it (3 x 5 bits).
 ivec3 slotOrigin(uvec2 entry, int shift) {

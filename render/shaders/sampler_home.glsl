@@ -1,6 +1,6 @@
 // sampler_home.glsl: the brick that a ray is in. A ray stays for many samples; what they share is looked up once,
 // and where no other brick has weight a value is one fetch. The same values as fieldValue(), bit for bit in exact
-// mode. Needs sampler_field.glsl. Gives enterHome(p), inHome(p), homeValue(p),
+// mode. Needs sampler_field.glsl. Gives enterHome(p), leaveHome(), inHome(p), homeValue(p),
 // homePitch(); for strides gHomeStride, gStartLow, gStartHigh.
 
 #if FEATURE_BRICKED
@@ -74,6 +74,12 @@ void enterHome(vec3 position) {
 #endif
 }
 
+// Until another brick is entered.
+void leaveHome() {
+    gHomeLow = vec3(kFar);
+    gHomeHigh = vec3(-kFar);
+}
+
 bool inHome(vec3 p) { return all(greaterThanEqual(p, gHomeLow)) && all(lessThan(p, gHomeHigh)); }
 
 float homeValue(vec3 p) {
@@ -93,6 +99,7 @@ float homeValue(vec3 p) {
 }
 #else
 void enterHome(vec3 position) {}
+void leaveHome() {}
 bool inHome(vec3 p) { return true; }
 float homeValue(vec3 p) { return fieldValue(p); }
 #endif

@@ -44,8 +44,9 @@ SceneOnDevice::SceneOnDevice(const Scene& scene, const StoreReader& store, const
     : scene_(scene), budgets_(budgets) {
     scene_.imageSize = glm::ivec2(512); // the camera is fitted for a square; draw() names the real size
     const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};
-    prepared_ = prepareScene(scene_, store, limits, budgets.ram, budgets.gpu, 0, true);
-    atlas_ = std::make_unique<Atlas>(store.info(), prepared_.selection, limits, budgets.gpu);
+    prepared_ = prepareScene(scene_, store, limits, budgets.ram, budgets.gpu, 0, LevelChoice::oneForAll);
+    atlas_ = std::make_unique<Atlas>(store.info(), prepared_.selection, pagesFor(prepared_.selection.counts),
+                                     limits, budgets.gpu, budgets.ram);
     atlas_->load(*prepared_.cache, budgets.ram, upload_);
     prepared_.cache.reset(); // every brick is on the device now
 }

@@ -188,10 +188,12 @@ void sampleOnDevice(benchmark::State& state, Workbench& bench, ValueType type, F
     Scene scene;
     scene.volumes = {{"", std::string("soft-tissue")}};
     const StoreReader& store = bench.store(type);
-    PreparedScene p = prepareScene(scene, store, {context.max3dTextureSize(), context.maxTextureBytes()},
-                                   bench.budgets.ram, bench.budgets.gpu, 0, false);
-    Atlas atlas(store.info(), p.selection, {context.max3dTextureSize(), context.maxTextureBytes()},
-                bench.budgets.gpu);
+    PreparedScene p =
+        prepareScene(scene, store, {context.max3dTextureSize(), context.maxTextureBytes()}, bench.budgets.ram,
+                     bench.budgets.gpu, 0, LevelChoice::oneForAllNothingCulled);
+    Atlas atlas(store.info(), p.selection, pagesFor(p.selection.counts),
+                {context.max3dTextureSize(), context.maxTextureBytes()}, bench.budgets.gpu,
+                bench.budgets.ram);
     Work upload;
     atlas.load(*p.cache, bench.budgets.ram, upload);
     std::uint32_t features = kFeatureBricked;

@@ -1,0 +1,37 @@
+// render/choose_levels.h: the selection that a scene's quality and budgets ask for: statistics read, errors
+// predicted, levels chosen (bricking/level_selection.h has the rules).
+#pragma once
+
+#include "bricking/level_selection.h"
+#include "bricking/statistics.h"
+#include "bricking/store/store_reader.h"
+#include "core/scene.h"
+#include "render/atlas.h"
+
+namespace tessera {
+
+/// How levels are chosen; all but perBrick are for tests and comparisons.
+enum class LevelChoice { perBrick, oneForAll, oneForAllNothingCulled };
+
+struct ChosenLevels {
+    Selection selection;
+    std::size_t atlasPages = 0; // of the atlas; fewer than the selection's where it takes several passes
+    bool predicted = false;     // false: no statistics of errors in this budget of RAM, or one level for all
+    PredictedError error;       // where predicted
+};
+
+/// Pages that the neighbourhood of one sample can take: eight bricks for a value, and those half a brick
+/// further for the differences of a gradient. No atlas of several passes may have fewer.
+constexpr std::size_t neighbourhoodPages(bool shading) {
+    return shading ? 27 : 8;
+}
+
+/// @param gpuFree    bytes for bricks: what is left of the budget besides the scene's other needs, gpuFixed
+/// @param ramKept    bytes of ram that must stay free for what comes after
+/// Throws InputError naming the floor when gpuFree cannot hold what the scene needs at least.
+ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statistics& statistics,
+                          const TransferTable& table, const StoreReader& store, const TextureLimits& limits,
+                          LevelChoice choice, const Ledger& gpu, std::size_t gpuFixed, Ledger& ram,
+                          std::size_t ramKept, int threads);
+
+} // namespace tessera
