@@ -142,9 +142,9 @@ std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields) {
     });
     std::array<Values, kBrickRayParts> values{};
     std::array<std::uint16_t, kBrickRayParts> axes{};
-    for (std::size_t group = 0; group < kRaysPerPart; ++group) {
+    for (std::size_t group = 0; group < kRayGroups; ++group) {
         const std::size_t n = order.size();
-        std::size_t first = n * group / kRaysPerPart, end = n * (group + 1) / kRaysPerPart;
+        std::size_t first = n * group / kRayGroups, end = n * (group + 1) / kRayGroups;
         if (first == end) { // fewer candidates than groups: some stand twice
             first = std::min(first, n - 1);
             end = first + 1;
@@ -163,6 +163,17 @@ std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields) {
             sampleRay(fields, ray, values[part].data() + group * kSamplesPerRay);
             axes[part] = static_cast<std::uint16_t>(axes[part] | ray.axis << (2 * group));
         }
+    }
+    const auto [least, most] = std::minmax_element(fields.voxels.begin(), fields.voxels.end());
+    for (std::size_t part = 0; part < kBrickRayParts; ++part) {
+        const auto voxel = static_cast<int>((part == 0 ? most : least) - fields.voxels.begin());
+        Candidate ray;
+        ray.axis = static_cast<int>(part);
+        ray.start = {voxel % fields.size.x, voxel / fields.size.x % fields.size.y,
+                     voxel / fields.size.x / fields.size.y};
+        ray.start[ray.axis] = 0;
+        sampleRay(fields, ray, values[part].data() + kRayGroups * kSamplesPerRay);
+        axes[part] = static_cast<std::uint16_t>(axes[part] | ray.axis << (2 * kRayGroups));
     }
     std::array<BrickRayPart, kBrickRayParts> parts;
     for (std::size_t part = 0; part < parts.size(); ++part) {

@@ -2,13 +2,15 @@
 // picture of a brick needs (level_error.h). A histogram knows which values a brick holds but not which of
 // them lie behind one another, and the picture depends on both; a ray knows.
 //
-// A brick's 16 rays run along the axes, each a row of voxels. They stand for all such rays equally: every
-// second one each way is a candidate; the candidates of all three axes are sorted by their mean value into
-// eight equal groups, each group by its distance from level 3 into two halves, and the middle ray of each
-// half is taken. Two parts of eight rays, one ray of each group, so that half the memory still holds a fair
-// sample. Along a ray the fields of levels 0, 1, 2 are sampled at 8 voxels, that of level 3 at 4 places,
-// those of levels 4 and 5 at 2, as coarse fields need; fields of levels above 0 are trilinear and use the
-// neighbouring bricks' samples of the same level. A sample is 8 bits of the range of all samples of its part.
+// A brick's 16 rays run along the axes, each a row of voxels. 14 of them stand for all such rays equally:
+// every second one each way is a candidate; the candidates of all three axes are sorted by their mean value
+// into seven equal groups, each group by its distance from level 3 into two halves, and the middle ray of
+// each half is taken. The last two go through the brick's largest and its smallest voxel and weigh little, so
+// that something small and rare is not taken for nothing. Two parts of eight rays, one of each group and one
+// extreme, so that half the memory still holds a fair sample. Along a ray the fields of levels 0, 1, 2 are
+// sampled at 8 voxels, that of level 3 at 4 places, those of levels 4 and 5 at 2, as coarse fields need;
+// fields of levels above 0 are trilinear and use the neighbouring bricks' samples of the same level. A sample
+// is 8 bits of the range of all samples of its part.
 #pragma once
 
 #include "core/brick.h"
@@ -23,6 +25,8 @@ namespace tessera {
 
 constexpr int kBrickRayParts = 2;
 constexpr int kRaysPerPart = 8;
+constexpr int kRayGroups = kRaysPerPart - 1; // the last ray of a part is an extreme
+constexpr float kExtremeWeight = 1.0f / 16;  // of a part's last ray; the others share the rest equally
 /// Samples along a ray per level; each stands for an equal part of the row.
 constexpr std::array<int, kLevelCount> kRaySamples = {8, 8, 8, 4, 2, 2};
 constexpr int kSamplesPerRay = 32;

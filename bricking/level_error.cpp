@@ -17,17 +17,19 @@ constexpr std::size_t kBricksPerTask = 256;
 constexpr int kRays = kBrickRayParts * kRaysPerPart;
 constexpr std::size_t kColours = std::size_t{kRays * kLevelCount};
 
-/// What a segment of one length adds for a value: colour times opacity, and opacity.
-struct alignas(16) Added {
-    float v[4];
-};
+/// What a segment of one length adds for a value: colour times opacity, and opacity. A vector of the
+/// compilers (GCC and Clang), because neither makes one of four floats by itself here, and this loop is half
+/// of the time.
+using Added = float __attribute__((vector_size(16)));
 
 /// The function, resampled for nearest look-ups. 4096 entries are an eighth of the finest table step or less
 /// for the usual tables of 256 and 512 entries; larger tables keep their size up to what stays in a cache.
 class SegmentTables {
   public:
+    static constexpr std::size_t kMostEntries = 16384;
+    static constexpr std::size_t kMostBytes = 18 * kMostEntries * sizeof(Added); // 3 axes, 2 rests, 3 lengths
     SegmentTables(const TransferTable& table, const VolumeInfo& info)
-        : size_(std::clamp<std::size_t>(std::bit_ceil(table.entries.size()), 4096, 16384)) {
+        : size_(std::clamp<std::size_t>(std::bit_ceil(table.entries.size()), 4096, kMostEntries)) {
         const double entries = static_cast<double>(table.entries.size() - 1);
         const double first = table.firstValue, span = entries / static_cast<double>(table.entriesPerValue);
         // index = round((slope * stored + intercept - first) / span * (size - 1))
@@ -69,7 +71,7 @@ class SegmentTables {
             const glm::vec4 a = table.entries[left], b = table.entries[left + 1];
             const glm::vec4 e = a + static_cast<float>(at - static_cast<double>(left)) * (b - a);
             const float alpha = static_cast<float>(-std::expm1(-static_cast<double>(e.a) * lengthMm));
-            made[i] = {{e.r * alpha, e.g * alpha, e.b * alpha, alpha}};
+            made[i] = Added{e.r * alpha, e.g * alpha, e.b * alpha, alpha};
         }
         lengths_.push_back(lengthMm);
         made_.push_back(std::move(made));
@@ -120,14 +122,15 @@ void toLuv(Colours& c) {
 void compositePart(const BrickRayPart& part, const SegmentTables& tables, const glm::bvec3& border,
                    int firstRay, Colours& out) {
     // Nearest entries of all 256 codes: less work than one conversion per sample.
-    alignas(16) std::array<std::uint32_t, 256> entry;
+    alignas(16) std::array<std::int32_t, 256> entry;
     const double range = (static_cast<double>(part.hi) - static_cast<double>(part.lo)) / 255;
     const auto per = static_cast<float>(tables.perStored() * range);
     const auto zero = static_cast<float>(tables.perStored() * static_cast<double>(part.lo) + tables.atZero());
     const auto last = static_cast<float>(tables.size() - 1);
-    for (std::size_t code = 0; code < entry.size(); ++code) {
-        const float at = zero + per * static_cast<float>(code) + 0.5f;
-        entry[code] = static_cast<std::uint32_t>(static_cast<std::int32_t>(std::clamp(at, 0.0f, last)));
+    for (int i = 0; i < 256; ++i) {
+        const auto code = static_cast<std::size_t>(i);
+        const float at = std::min(std::max(zero + per * static_cast<float>(i), 0.0f), last) + 0.5f;
+        entry[code] = static_cast<std::int32_t>(at);
     }
     for (int ray = 0; ray < kRaysPerPart; ++ray) {
         const int axis = part.axis(ray);
@@ -135,20 +138,22 @@ void compositePart(const BrickRayPart& part, const SegmentTables& tables, const 
             part.codes.data() + std::size_t{kSamplesPerRay} * static_cast<std::size_t>(ray);
         for (int level = 0; level < kLevelCount; ++level) {
             const Added* table = tables.at(axis, border[axis], level);
-            alignas(16) float sum[4] = {0, 0, 0, 0};
+            Added sum = {0, 0, 0, 0};
             const int samples = kRaySamples[static_cast<std::size_t>(level)];
-            for (int j = 0; j < samples; ++j) {
-                const Added& add = table[entry[*codes++]];
-                const float through = 1 - sum[3];
-                for (int c = 0; c < 4; ++c)
-                    sum[c] += through * add.v[c];
-            }
+            for (int j = 0; j < samples; ++j)
+                sum += (1 - sum[3]) * table[static_cast<std::size_t>(entry[*codes++])];
             const auto at = static_cast<std::size_t>(level * kRays + firstRay + ray);
             out.r[at] = sum[0];
             out.g[at] = sum[1];
             out.b[at] = sum[2];
         }
     }
+}
+
+glm::ivec3 placeOf(std::size_t brick, const glm::ivec3& bricks) {
+    const auto nx = static_cast<std::size_t>(bricks.x), ny = static_cast<std::size_t>(bricks.y);
+    return {static_cast<int>(brick % nx), static_cast<int>(brick / nx % ny),
+            static_cast<int>(brick / nx / ny)};
 }
 
 } // namespace
@@ -163,15 +168,27 @@ std::span<std::uint8_t> BrickRays::row(std::uint32_t row) {
     return std::span(pages[row / kRowsPerPage]).subspan(row % kRowsPerPage * rowBytes(), rowBytes());
 }
 
-LevelErrors predictErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, const TransferTable& table,
-                          const VolumeInfo& info, int threads) {
+std::size_t predictErrorsBytes(std::size_t bricks) {
+    // The errors and, while they are smoothed, the errors as they were; flags; the tables of all lengths.
+    return bricks * (2 * sizeof(LevelErrors::errors[0]) + 1) + SegmentTables::kMostBytes;
+}
+
+LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, const TransferTable& table,
+                      const VolumeInfo& info, int threads) {
     LevelErrors out;
     out.bricks = brickGrid(info.extentVoxels);
     TESSERA_CHECK(rays.bricks == out.bricks && shows.size() == cellCount(out.bricks));
     out.shows = std::move(shows);
     out.errors.assign(out.shows.size(), {});
+    out.biases.assign(out.shows.size(), {});
     const SegmentTables tables(table, info);
     const std::size_t count = out.shows.size();
+    const int used = rays.parts * kRaysPerPart;
+    std::array<float, kRays> weights{};
+    for (int i = 0; i < used; ++i)
+        weights[static_cast<std::size_t>(i)] =
+            (i % kRaysPerPart == kRayGroups ? kExtremeWeight : (1 - kExtremeWeight) / kRayGroups) /
+            static_cast<float>(rays.parts);
     const glm::bvec3 cut = glm::notEqual(info.extentVoxels % kBrickExtent, glm::ivec3(0));
     parallelFor((count + kBricksPerTask - 1) / kBricksPerTask, threads, [&](std::size_t task) {
         Colours colours;
@@ -181,30 +198,107 @@ LevelErrors predictErrors(const BrickRays& rays, std::vector<std::uint8_t> shows
                 continue;
             const std::uint32_t row = rays.rowOf[brick];
             TESSERA_CHECK(row != BrickRays::kNoRow);
-            const auto nx = static_cast<std::size_t>(out.bricks.x),
-                       ny = static_cast<std::size_t>(out.bricks.y);
-            const glm::ivec3 at(static_cast<int>(brick % nx), static_cast<int>(brick / nx % ny),
-                                static_cast<int>(brick / nx / ny));
+            const glm::ivec3 at = placeOf(brick, out.bricks);
             glm::bvec3 border = glm::equal(at, out.bricks - 1);
             for (int axis = 0; axis < 3; ++axis)
                 border[axis] = border[axis] && cut[axis];
-            const int used = rays.parts * kRaysPerPart;
             for (int part = 0; part < rays.parts; ++part)
                 compositePart(decodeRays(rays.part(row, part)), tables, border, part * kRaysPerPart, colours);
             toLuv(colours);
+            const auto isBlack = [&](std::size_t i) { return colours.r[i] == 0; }; // lightness
+            std::size_t black = 0;
+            while (black < static_cast<std::size_t>(used) && isBlack(black))
+                ++black;
+            if (black == static_cast<std::size_t>(used)) { // what it shows, all its rays missed
+                for (int level = 1; level < kLevelCount; ++level)
+                    out.errors[brick][static_cast<std::size_t>(level)] =
+                        out.biases[brick][static_cast<std::size_t>(level)] =
+                            100.0f / static_cast<float>(used) * static_cast<float>(level) / (kLevelCount - 1);
+                continue;
+            }
             for (std::size_t level = 1; level < kLevelCount; ++level) {
-                float sum = 0;
-                for (std::size_t i = 0; i < static_cast<std::size_t>(used); ++i) {
-                    const std::size_t other = level * kRays + i;
-                    const float l = colours.r[other] - colours.r[i], u = colours.g[other] - colours.g[i],
-                                v = colours.b[other] - colours.b[i];
-                    sum += std::sqrt(l * l + u * u + v * v);
+                float sum = 0, sumL = 0, sumU = 0, sumV = 0;
+                for (int i = 0; i < used; ++i) {
+                    const std::size_t a = static_cast<std::size_t>(i), b = level * kRays + a;
+                    const float l = colours.r[b] - colours.r[a], u = colours.g[b] - colours.g[a],
+                                v = colours.b[b] - colours.b[a];
+                    sum += weights[a] * std::sqrt(l * l + u * u + v * v);
+                    sumL += weights[a] * l;
+                    sumU += weights[a] * u;
+                    sumV += weights[a] * v;
                 }
-                out.errors[brick][level] = sum / static_cast<float>(used);
+                out.errors[brick][level] = sum;
+                out.biases[brick][level] = std::sqrt(sumL * sumL + sumU * sumU + sumV * sumV);
             }
         }
     });
     return out;
+}
+
+void smoothErrors(LevelErrors& errors, int threads) {
+    const std::size_t count = errors.errors.size(), tasks = (count + kBricksPerTask - 1) / kBricksPerTask;
+    const std::vector<std::array<float, kLevelCount>> own = errors.errors;
+    const glm::ivec3 bricks = errors.bricks;
+    using Sums = std::array<double, kLevelCount>;
+    std::vector<Sums> sums(tasks, Sums{}); // added up in order afterwards: the same for any number of threads
+    parallelFor(tasks, threads, [&](std::size_t task) {
+        const std::size_t end = std::min(count, (task + 1) * kBricksPerTask);
+        for (std::size_t brick = task * kBricksPerTask; brick < end; ++brick) {
+            if (!errors.shows[brick])
+                continue;
+            const glm::ivec3 at = placeOf(brick, bricks);
+            std::array<float, kLevelCount> around{};
+            float neighbours = 0;
+            for (int axis = 0; axis < 3; ++axis)
+                for (const int step : {-1, 1}) {
+                    glm::ivec3 beside = at;
+                    beside[axis] += step;
+                    if (beside[axis] < 0 || beside[axis] >= bricks[axis])
+                        continue;
+                    const std::size_t other = linearIndex(beside, bricks);
+                    if (!errors.shows[other])
+                        continue;
+                    ++neighbours;
+                    for (std::size_t level = 1; level < kLevelCount; ++level)
+                        around[level] += own[other][level];
+                }
+            std::array<float, kLevelCount>& mine = errors.errors[brick];
+            for (std::size_t level = 1; level < kLevelCount; ++level) {
+                if (neighbours > 0)
+                    mine[level] =
+                        kOwnShare * own[brick][level] + (1 - kOwnShare) * around[level] / neighbours;
+                sums[task][level] += static_cast<double>(mine[level]);
+            }
+        }
+    });
+    Sums all{};
+    double total = 0;
+    for (const Sums& part : sums)
+        for (std::size_t level = 1; level < kLevelCount; ++level) {
+            all[level] += part[level];
+            total += part[level];
+        }
+    if (!(total > 0))
+        return;
+    parallelFor(tasks, threads, [&](std::size_t task) {
+        const std::size_t end = std::min(count, (task + 1) * kBricksPerTask);
+        for (std::size_t brick = task * kBricksPerTask; brick < end; ++brick) {
+            std::array<float, kLevelCount>& mine = errors.errors[brick];
+            float sum = 0;
+            for (std::size_t level = 1; level < kLevelCount; ++level)
+                sum += mine[level];
+            for (std::size_t level = 1; level < kLevelCount; ++level)
+                mine[level] = (1 - kProfileShare) * mine[level] +
+                              kProfileShare * sum * static_cast<float>(all[level] / total);
+        }
+    });
+}
+
+LevelErrors predictErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, const TransferTable& table,
+                          const VolumeInfo& info, int threads) {
+    LevelErrors errors = rayErrors(rays, std::move(shows), table, info, threads);
+    smoothErrors(errors, threads);
+    return errors;
 }
 
 } // namespace tessera

@@ -197,8 +197,10 @@ std::optional<Selection> selectFrom(int start, Selection s, const LevelErrors& e
                          weights.finest[brick], static_cast<std::uint32_t>(brick), parts[task]);
     });
     std::vector<Step> steps;
-    for (const std::vector<Step>& part : parts)
+    for (std::vector<Step>& part : parts) {
         steps.insert(steps.end(), part.begin(), part.end());
+        part = {};
+    }
     sortByGain(steps);
     for (const Step& step : steps) {
         if (s.levels[step.brick] != step.from)
@@ -213,6 +215,37 @@ std::optional<Selection> selectFrom(int start, Selection s, const LevelErrors& e
     return s;
 }
 
+/// A visible brick's mean error and its share of what is seen.
+struct BrickError {
+    double error = 0, share = 0;
+};
+std::vector<BrickError> brickErrors(const Selection& s, const LevelErrors& errors, const ViewWeights& weights,
+                                    Visibility visibility) {
+    std::vector<BrickError> out;
+    double total = 0;
+    for (std::size_t brick = 0; brick < s.levels.size(); ++brick) {
+        const double weight = weightOf(weights, visibility, brick);
+        if (s.levels[brick] == Selection::kEmpty || !(weight > 0))
+            continue;
+        out.push_back({shownError(errors.errors[brick], s.levels[brick], weights.finest[brick]), weight});
+        total += weight;
+    }
+    for (BrickError& b : out)
+        b.share /= total;
+    return out;
+}
+
+constexpr double kTailShare = 0.01; // pixels above the 99th percentile
+
+/// Share of pixels whose error is above x, 0 or more: the model of PredictedError.
+double shareAbove(double x, const std::vector<BrickError>& bricks) {
+    double sum = 0;
+    for (const BrickError& b : bricks)
+        if (b.error > 0)
+            sum += b.share * std::exp(-x / b.error);
+    return sum;
+}
+
 } // namespace
 
 std::size_t pagesOf(const Selection& selection) {
@@ -220,6 +253,12 @@ std::size_t pagesOf(const Selection& selection) {
     for (int level = 0; level < kCoarsest; ++level)
         pages += pagesFor(selection.counts[static_cast<std::size_t>(level)], level);
     return pages;
+}
+
+std::size_t selectLevelsBytes(std::size_t bricks) {
+    // Steps of every brick, three times over (made, put together, sorted), with room for their vectors to
+    // grow; three selections: as it starts, as it is tried, and the best.
+    return bricks * (3 * 2 * (kLevelCount - 1) * sizeof(Step) + 3 * (sizeof(float) + 1));
 }
 
 Selection selectLevels(const LevelErrors& errors, const ViewWeights& weights, std::span<const float> means,
@@ -248,18 +287,52 @@ Selection selectLevels(const LevelErrors& errors, const ViewWeights& weights, st
 
 Selection selectForError(const LevelErrors& errors, const ViewWeights& weights, std::span<const float> means,
                          double maxError, Visibility visibility) {
-    Selection s = coarsest(errors, means);
-    checkSizes(s, weights, visibility);
-    for (std::size_t brick = 0; brick < s.levels.size(); ++brick) {
-        if (!errors.shows[brick] || !(weightOf(weights, visibility, brick) > 0))
-            continue;
-        const int finest = weights.finest[brick];
-        int level = maxError > 0 ? kCoarsest : finest;
-        while (level > finest && shownError(errors.errors[brick], level, finest) > maxError)
-            --level;
-        move(s, brick, level);
+    const Selection none = coarsest(errors, means);
+    checkSizes(none, weights, visibility);
+    // Every visible brick takes the coarsest level whose mean error is at most `limit`.
+    const auto within = [&](double limit) {
+        Selection s = none;
+        for (std::size_t brick = 0; brick < s.levels.size(); ++brick) {
+            if (!errors.shows[brick] || !(weightOf(weights, visibility, brick) > 0))
+                continue;
+            const int finest = weights.finest[brick];
+            int level = limit > 0 ? kCoarsest : finest;
+            while (level > finest && shownError(errors.errors[brick], level, finest) > limit)
+                --level;
+            move(s, brick, level);
+        }
+        return s;
+    };
+    if (!(maxError > 0))
+        return within(0);
+    // With this limit every brick by itself meets maxError; the largest one with which all together do is
+    // sought.
+    double low = maxError / std::log(100.0), high = low;
+    for (const auto& e : errors.errors)
+        high = std::max(high, static_cast<double>(*std::max_element(e.begin(), e.end())));
+    Selection best = within(low);
+    for (int n = 0; n < 16 && high > low; ++n) {
+        const double limit = n == 0 ? high : 0.5 * (low + high);
+        Selection s = within(limit);
+        if (shareAbove(maxError, brickErrors(s, errors, weights, visibility)) <= kTailShare) {
+            best = std::move(s);
+            low = limit;
+        } else {
+            high = limit;
+        }
     }
-    return s;
+    return best;
+}
+
+void keepWhatFilteringLoses(const LevelErrors& errors, ViewWeights& weights) {
+    constexpr float kNoticeable = 1;
+    for (std::size_t brick = 0; brick < errors.biases.size(); ++brick) {
+        std::uint8_t& finest = weights.finest[brick];
+        if (!errors.shows[brick] || !(weights.area[brick] > 0))
+            continue;
+        while (finest > 0 && errors.biases[brick][finest] > kNoticeable)
+            --finest;
+    }
 }
 
 Selection selectUniform(const LevelErrors& errors, std::span<const float> means, std::size_t pages) {
@@ -276,29 +349,20 @@ Selection selectUniform(const LevelErrors& errors, std::span<const float> means,
 PredictedError predictError(const Selection& selection, const LevelErrors& errors, const ViewWeights& weights,
                             Visibility visibility) {
     checkSizes(selection, weights, visibility);
-    std::vector<std::pair<double, double>> parts; // error, weight
-    double total = 0, sum = 0;
-    for (std::size_t brick = 0; brick < selection.levels.size(); ++brick) {
-        const double weight = weightOf(weights, visibility, brick);
-        if (selection.levels[brick] == Selection::kEmpty || !(weight > 0))
-            continue;
-        const double error = shownError(errors.errors[brick], selection.levels[brick], weights.finest[brick]);
-        parts.emplace_back(error, weight);
-        total += weight;
-        sum += weight * error;
-    }
+    const std::vector<BrickError> bricks = brickErrors(selection, errors, weights, visibility);
     PredictedError predicted;
-    if (!(total > 0))
-        return predicted;
-    predicted.mean = sum / total;
-    std::sort(parts.begin(), parts.end(), std::greater<>());
-    double above = 0;
-    for (const auto& [error, weight] : parts) {
-        predicted.p99 = error;
-        above += weight;
-        if (above > 0.01 * total)
-            break;
+    double largest = 0;
+    for (const BrickError& b : bricks) {
+        predicted.mean += b.share * b.error;
+        largest = std::max(largest, b.error);
     }
+    double low = 0,
+           high = largest * std::log(1 / kTailShare); // where no brick has more than that share above
+    for (int n = 0; n < 40; ++n) {
+        const double middle = 0.5 * (low + high);
+        (shareAbove(middle, bricks) <= kTailShare ? high : low) = middle;
+    }
+    predicted.p99 = high;
     return predicted;
 }
 

@@ -29,6 +29,11 @@ std::size_t pagesOf(const Selection& selection);
 /// How visible bricks are: a factor in [0,1] per brick, [z][y][x]. Nothing: all of them wholly.
 using Visibility = std::span<const float>;
 
+/// A pixel needs no finer samples than its own size, as long as filtering before the transfer function only
+/// averages what the pixel would average. Where it shifts the mean colour of a brick noticeably (more than 1
+/// in L*u*v*), thin things vanish or thicken: there weights.finest goes down to the level that keeps them.
+void keepWhatFilteringLoses(const LevelErrors& errors, ViewWeights& weights);
+
 /// The best selection of at most `pages` pages: greedy on the lower convex hull of each brick's weighted
 /// error against its share of a page, then free slots of pages that are paid for are filled. No brick is
 /// finer than a pixel can show; bricks of no weight stand as their means. Deterministic; the same for any
@@ -37,8 +42,12 @@ using Visibility = std::span<const float>;
 Selection selectLevels(const LevelErrors& errors, const ViewWeights& weights, std::span<const float> means,
                        std::size_t pages, Visibility visibility = {}, int threads = 0);
 
-/// The cheapest selection whose predicted error (PredictedError::p99) is at most maxError, in L*u*v* units,
-/// at least 0. Every visible brick takes the coarsest level that meets it; with maxError 0, the finest level
+/// Memory that selectLevels() takes at most, its result included.
+std::size_t selectLevelsBytes(std::size_t bricks);
+
+/// A cheap selection whose predicted error (PredictedError::p99) is at most maxError, in L*u*v* units, at
+/// least 0: every visible brick takes the coarsest level whose mean error is within one limit for all, the
+/// largest with which the whole meets maxError. With maxError 0, every visible brick has the finest level
 /// that a pixel can show.
 Selection selectForError(const LevelErrors& errors, const ViewWeights& weights, std::span<const float> means,
                          double maxError, Visibility visibility = {});
@@ -48,7 +57,11 @@ Selection selectForError(const LevelErrors& errors, const ViewWeights& weights, 
 Selection selectUniform(const LevelErrors& errors, std::span<const float> means, std::size_t pages);
 
 /// What a selection is predicted to cost the picture, in L*u*v* units, against the finest level that a pixel
-/// can show. See predictError() for the model.
+/// can show. The model: what is seen is shared out among the visible bricks by area times visibility; the
+/// errors of a brick's pixels are distributed exponentially around its mean, which has no constant to tune
+/// and is what errors of many small causes look like. It leaves out that several bricks share a pixel: their
+/// errors add up where they are translucent, and all but the first count too much while nothing is known of
+/// visibility.
 struct PredictedError {
     double mean = 0, p99 = 0;
 };

@@ -19,6 +19,8 @@ namespace {
 struct Box {
     glm::dvec3 lo, hi;
 };
+/// Its corners in homogeneous pixel coordinates; bit 0, 1, 2 of the index: high along x, y, z.
+using Corners = std::array<glm::dvec3, 8>;
 
 class Projector {
   public:
@@ -56,47 +58,76 @@ class Projector {
         return origin_ + voxel.x * axes_[0] + voxel.y * axes_[1] + voxel.z * axes_[2];
     }
 
-    /// False only where no point of the box can be in the picture.
-    bool mayTouch(const Box& box) const {
-        const glm::dvec3 middle = at((box.lo + box.hi) * 0.5), reach = (box.hi - box.lo) * 0.5;
-        const auto furthest = [&](const glm::dvec3& plane) { // largest dot(plane, point)
-            double d = glm::dot(plane, middle);
-            for (int axis = 0; axis < 3; ++axis)
-                d += reach[axis] * std::abs(glm::dot(plane, axes_[axis]));
-            return d;
-        };
-        return furthest({1, 0, half_.x}) >= 0 && furthest({-1, 0, half_.x}) >= 0 &&
-               furthest({0, 1, half_.y}) >= 0 && furthest({0, -1, half_.y}) >= 0 && furthest({0, 0, 1}) > 0;
+    Corners corners(const Box& box) const {
+        const glm::dvec3 size = box.hi - box.lo;
+        const std::array<glm::dvec3, 3> edge = {size.x * axes_[0], size.y * axes_[1], size.z * axes_[2]};
+        Corners c;
+        c[0] = at(box.lo);
+        c[1] = c[0] + edge[0];
+        c[2] = c[0] + edge[1];
+        c[3] = c[1] + edge[1];
+        for (std::size_t n = 0; n < 4; ++n)
+            c[n + 4] = c[n] + edge[2];
+        return c;
+    }
+
+    /// False only where no point of the box can be in the picture: all corners beyond one side of it.
+    bool mayTouch(const Corners& corners) const {
+        std::array<int, 5> beyond{};
+        for (const glm::dvec3& c : corners) {
+            const double x = half_.x * c.z, y = half_.y * c.z;
+            beyond[0] += c.x < -x;
+            beyond[1] += c.x > x;
+            beyond[2] += c.y < -y;
+            beyond[3] += c.y > y;
+            beyond[4] += c.z <= 0;
+        }
+        return *std::max_element(beyond.begin(), beyond.end()) < 8;
     }
 
     /// Pixels that the box covers.
-    double area(const Box& box) const {
+    double area(const Box& box, const Corners& corners) const {
         if (perspective_ && glm::all(glm::greaterThanEqual(eye_, box.lo)) &&
             glm::all(glm::lessThanEqual(eye_, box.hi)))
-            return 4 * half_.x * half_.y;
+            return pixels();
+        bool inside = true;
+        for (const glm::dvec3& c : corners)
+            inside = inside && std::abs(c.x) <= half_.x * c.z && std::abs(c.y) <= half_.y * c.z && c.z > 0;
+        std::array<glm::dvec2, 8> pixel;
+        if (inside)
+            for (std::size_t n = 0; n < pixel.size(); ++n)
+                pixel[n] = glm::dvec2(corners[n]) / corners[n].z;
         double sum = 0; // faces that look at the eye do not cover one another: the box is convex
         for (int axis = 0; axis < 3; ++axis)
-            for (const bool high : {false, true})
-                if (looksAtEye(box, axis, high))
-                    sum += faceArea(box, axis, high);
+            for (const bool high : {false, true}) {
+                if (!looksAtEye(box, axis, high))
+                    continue;
+                const std::size_t u = std::size_t{1} << (axis + 1) % 3, w = std::size_t{1} << (axis + 2) % 3;
+                const std::size_t first = high ? std::size_t{1} << axis : 0;
+                if (!inside) {
+                    sum += clippedArea(
+                        {corners[first], corners[first + u], corners[first + u + w], corners[first + w]});
+                    continue;
+                }
+                const glm::dvec2 a = pixel[first + u + w] - pixel[first],
+                                 b = pixel[first + w] - pixel[first + u];
+                sum += 0.5 * std::abs(a.x * b.y - a.y * b.x);
+            }
         return sum;
     }
 
     /// The level of view_weight.h.
-    int finestLevel(const Box& box) const {
+    int finestLevel(const Corners& corners) const {
         double depth = 1, away = half_.x * half_.x + half_.y * half_.y; // squared pixels from the middle
         if (perspective_) {
-            depth = 1e300;
-            double furthest = 0;
-            for (int corner = 0; corner < 8; ++corner) {
-                const glm::dvec3 h = at({corner & 1 ? box.hi.x : box.lo.x, corner & 2 ? box.hi.y : box.lo.y,
-                                         corner & 4 ? box.hi.z : box.lo.z});
-                depth = std::min(depth, h.z);
-                if (h.z > 0)
-                    furthest = std::max(furthest, (h.x * h.x + h.y * h.y) / (h.z * h.z));
-            }
+            depth = corners[0].z;
+            for (const glm::dvec3& c : corners)
+                depth = std::min(depth, c.z);
             if (!(depth > 0))
                 return 0;
+            double furthest = 0;
+            for (const glm::dvec3& c : corners)
+                furthest = std::max(furthest, (c.x * c.x + c.y * c.y) / (c.z * c.z));
             away = std::min(away, furthest);
         }
         // Away from the middle a pixel is narrower across the ray, by the cosine of the angle.
@@ -117,25 +148,6 @@ class Projector {
         if (!perspective_)
             return high ? along_[axis] < 0 : along_[axis] > 0;
         return high ? eye_[axis] > box.hi[axis] : eye_[axis] < box.lo[axis];
-    }
-
-    double faceArea(const Box& box, int axis, bool high) const {
-        const int u = (axis + 1) % 3, w = (axis + 2) % 3;
-        std::array<glm::dvec3, 4> corner;
-        bool inside = true;
-        for (int n = 0; n < 4; ++n) {
-            glm::dvec3 p;
-            p[axis] = high ? box.hi[axis] : box.lo[axis];
-            p[u] = n == 1 || n == 2 ? box.hi[u] : box.lo[u];
-            p[w] = n >= 2 ? box.hi[w] : box.lo[w];
-            const glm::dvec3 h = corner[static_cast<std::size_t>(n)] = at(p);
-            inside = inside && h.z > 0 && std::abs(h.x) <= half_.x * h.z && std::abs(h.y) <= half_.y * h.z;
-        }
-        if (!inside)
-            return clippedArea(corner);
-        const auto pixel = [&](std::size_t n) { return glm::dvec2(corner[n]) / corner[n].z; };
-        const glm::dvec2 a = pixel(2) - pixel(0), b = pixel(3) - pixel(1);
-        return 0.5 * std::abs(a.x * b.y - a.y * b.x);
     }
 
     /// Sutherland and Hodgman's clipping against the four sides of the picture.
@@ -182,7 +194,7 @@ Box grown(const Box& box, double voxels) {
 } // namespace
 
 ViewWeights viewWeights(const Camera& camera, const VolumeInfo& info, const glm::ivec2& imageSize,
-                        int threads) {
+                        int threads, std::span<const std::uint8_t> shows) {
     const Projector view(camera, info, imageSize);
     ViewWeights out;
     out.bricks = brickGrid(info.extentVoxels);
@@ -195,19 +207,23 @@ ViewWeights viewWeights(const Camera& camera, const VolumeInfo& info, const glm:
         const int j = static_cast<int>(row % static_cast<std::size_t>(out.bricks.y));
         const int k = static_cast<int>(row / static_cast<std::size_t>(out.bricks.y));
         for (int i = 0; i < out.bricks.x; ++i) {
+            const std::size_t at = linearIndex({i, j, k}, out.bricks);
+            if (!shows.empty() && !shows[at])
+                continue;
             const glm::ivec3 first = glm::ivec3(i, j, k) * kBrickExtent;
             const Box box{glm::dvec3(first), glm::dvec3(glm::min(first + kBrickExtent, info.extentVoxels))};
-            const Box reach = grown(box, kBrickExtent / 2);
-            if (!view.mayTouch(reach))
-                continue;
-            double area = view.area(box);
+            const Corners corners = view.corners(box);
+            double area = view.mayTouch(corners) ? view.area(box, corners) : 0;
+            if (!(area > 0)) {
+                const Box reach = grown(box, kBrickExtent / 2);
+                const Corners reached = view.corners(reach);
+                if (view.mayTouch(reached))
+                    area = 0.25 * view.area(reach, reached);
+            }
             if (!(area > 0))
-                area = 0.25 * view.area(reach);
-            if (!(area > 0))
                 continue;
-            const std::size_t at = linearIndex({i, j, k}, out.bricks);
             out.area[at] = static_cast<float>(area);
-            out.finest[at] = static_cast<std::uint8_t>(view.finestLevel(box));
+            out.finest[at] = static_cast<std::uint8_t>(view.finestLevel(corners));
         }
     });
     return out;

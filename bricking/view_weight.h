@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <glm/vec2.hpp>
+#include <span>
 #include <vector>
 
 namespace tessera {
@@ -25,7 +26,9 @@ struct ViewWeights {
 };
 
 /// Exact for any affine and projection, a camera inside the volume included. Independent of threads.
+/// @param shows  LevelErrors::shows: bricks that show nothing are passed over and have area 0; empty: all
+/// bricks
 ViewWeights viewWeights(const Camera& camera, const VolumeInfo& info, const glm::ivec2& imageSize,
-                        int threads = 0);
+                        int threads = 0, std::span<const std::uint8_t> shows = {});
 
 } // namespace tessera

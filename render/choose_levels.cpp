@@ -25,7 +25,7 @@ InputError belowFloor(const Ledger& gpu, std::size_t floorBytes, const char* wha
 
 /// What predicting holds at once, besides the rays: errors and view weights.
 std::size_t predictionBytes(std::size_t bricks) {
-    return bricks * (sizeof(LevelErrors::errors[0]) + sizeof(float) + 3);
+    return bricks * (2 * kLevelCount * sizeof(float) + sizeof(float) + 3);
 }
 
 /// Rays of the bricks that show something, both parts where ram has room for them, else one; or nothing.
@@ -81,6 +81,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
         errors = predictErrors(*rays, std::move(shows), table, info, threads);
         rays.reset();
         weights = viewWeights(camera, info, scene.imageSize, threads);
+        keepWhatFilteringLoses(errors, weights);
     } else {
         errors.bricks = chosen.selection.bricks;
         errors.shows = std::move(shows);

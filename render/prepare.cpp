@@ -61,12 +61,12 @@ std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize
 }
 
 namespace {
-/// Cells where their map is a small part of what both budgets hold beyond their floors; else the floors' map
-/// of bricks.
+/// Cells where their map is a small part of the budget's RAM beyond the floor and fits what the bricks leave
+/// of the GPU's memory; else the floor's map of bricks.
 MapScale chooseMapScale(const glm::ivec3& extentVoxels, std::size_t spareRam, std::size_t spareGpu) {
-    constexpr std::size_t kShareOfRam = 16, kShareOfGpu = 8;
+    constexpr std::size_t kShareOfRam = 16;
     const bool fits = Occupancy::bytes(extentVoxels, MapScale::cells) <= spareRam / kShareOfRam &&
-                      mapBytes(extentVoxels, MapScale::cells) <= spareGpu / kShareOfGpu;
+                      mapBytes(extentVoxels, MapScale::cells) <= spareGpu;
     return fits ? MapScale::cells : MapScale::bricks;
 }
 } // namespace
@@ -135,24 +135,26 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
         p.camera = std::get<Camera>(scene.camera);
 
     // GPU memory: what every picture costs first, then levels as fine as the rest holds.
-    std::size_t fixed = March::stateBytes(scene.imageSize) + Atlas::indexBytes(brickGrid(info.extentVoxels)) +
-                        LevelMap::bytes(brickGrid(info.extentVoxels)) +
-                        p.optics.table.size() * sizeof(glm::vec4) +
-                        (scene.quality.maxError ? March::wantedBytes(brickGrid(info.extentVoxels)) : 0);
+    const std::size_t fixed =
+        March::stateBytes(scene.imageSize) + Atlas::indexBytes(brickGrid(info.extentVoxels)) +
+        LevelMap::bytes(brickGrid(info.extentVoxels)) + p.optics.table.size() * sizeof(glm::vec4) +
+        (scene.quality.maxError ? March::wantedBytes(brickGrid(info.extentVoxels)) : 0);
+    // The map of empty space is charged as bricks' scale in the floor; cells where they are a small part.
+    std::size_t mapOnGpu = 0;
+    if (scene.quality.skipping) {
+        // Beyond what the floor promises to bricks.
+        const std::size_t promised = fixed + atlasBytes(neighbourhoodPages(true), info.type, limits);
+        const std::size_t spareGpu = gpu.freeBytes() - std::min(gpu.freeBytes(), promised);
+        p.mapScale = chooseMapScale(info.extentVoxels, ram.limitBytes() - floor, spareGpu / 4);
+        mapOnGpu = mapBytes(info.extentVoxels, p.mapScale);
+    }
     const int cacheThreads = threads > 0 ? threads : defaultThreads();
     const std::size_t staging = Atlas::stagingBytes(info);
-    if (scene.quality.skipping) {
-        const std::size_t most =
-            fixed + mapBytes(info.extentVoxels, MapScale::bricks) +
-            atlasBytes(neighbourhoodPages(scene.shading.on), info.type, limits); // of any floor
-        p.mapScale = chooseMapScale(info.extentVoxels, ram.limitBytes() - floor,
-                                    gpu.freeBytes() - std::min(gpu.freeBytes(), most));
-        fixed += mapBytes(info.extentVoxels, p.mapScale);
-    }
-    const std::size_t maps =
-        Occupancy::bytes(info.extentVoxels, p.mapScale) + LevelMap::bytes(brickGrid(info.extentVoxels));
-    p.chosen = chooseLevels(scene, p.camera, p.statistics, p.table, store, limits, choice, gpu, fixed, ram,
-                            cacheFloorBytes(info, cacheThreads) + staging + maps, threads);
+    const std::size_t kept = cacheFloorBytes(info, cacheThreads) + staging +
+                             LevelMap::bytes(brickGrid(info.extentVoxels)) +
+                             (scene.quality.skipping ? Occupancy::bytes(info.extentVoxels, p.mapScale) : 0);
+    p.chosen = chooseLevels(scene, p.camera, p.statistics, p.table, store, limits, choice, gpu,
+                            fixed + mapOnGpu, ram, kept, threads);
     p.setSelection(std::move(p.chosen.selection), ram);
     p.frame = rayFrame(p.camera, info, scene.imageSize, scene.quality.stepVoxels);
 

@@ -28,8 +28,8 @@ struct PreparedScene {
     Optics optics;
     Camera camera;
     Selection selection;
-    ChosenLevels chosen; // how: its own selection has moved to the member above
-    LevelMap levels;     // of a selection of mixed levels; else empty
+    ChosenLevels chosen;                  // how: its own selection has moved to the member above
+    LevelMap levels;                      // of a selection of mixed levels; else empty
     MapScale mapScale = MapScale::bricks; // of the map of empty space
     Occupancy occupancy;
     RayFrame<double> frame;

@@ -6,6 +6,7 @@
 #include "bricking_test_volumes.h"
 #include "core/colour.h"
 #include "core/transfer_function.h"
+#include "tests/bench/hierarchy.h"
 
 #include <gtest/gtest.h>
 
@@ -151,7 +152,8 @@ TEST(SelectForError, MeetsTheErrorAndTakesNoMoreThanItNeeds) {
     for (const double error : {0.0, 0.5, 1.0, 3.0, 8.0, 100.0}) {
         const Selection s = selectForError(e, w, means, error);
         const PredictedError predicted = predictError(s, e, w);
-        EXPECT_LE(predicted.p99, error);
+        EXPECT_LE(predicted.p99, error * (1 + 1e-9));
+        EXPECT_GE(predicted.p99, error == 1.0 || error == 3.0 ? 0.5 * error : 0); // and uses what it may
         EXPECT_LE(predicted.mean, error);
         EXPECT_LE(pagesOf(s), last);
         last = pagesOf(s);
@@ -165,6 +167,26 @@ TEST(SelectForError, MeetsTheErrorAndTakesNoMoreThanItNeeds) {
     EXPECT_LT(fine.mean, coarse.mean);
     EXPECT_LE(fine.p99, coarse.p99);
     EXPECT_GT(coarse.p99, coarse.mean);
+}
+
+TEST(PredictError, IsThatOfItsModel) {
+    LevelErrors e;
+    e.bricks = {2, 1, 1};
+    e.shows = {1, 1};
+    e.errors = {{0, 1, 1, 1, 1, 2}, {0, 1, 1, 1, 1, 2}};
+    ViewWeights w;
+    w.area = {30, 10};
+    w.finest = {0, 0};
+    Selection s;
+    s.levels = {5, 0};
+    EXPECT_NEAR(predictError(s, e, w).mean, 0.75 * 2, 1e-12);
+    EXPECT_NEAR(predictError(s, e, w).p99, 2 * std::log(75.0), 1e-6); // 0.75 exp(-x / 2) = 0.01
+    const std::vector<float> visibility = {0.5f, 1.5f};
+    EXPECT_NEAR(predictError(s, e, w, visibility).mean, 1, 1e-12);
+    w.finest = {1, 0}; // what level 1 is off by cannot be seen
+    EXPECT_NEAR(predictError(s, e, w).mean, 0.75 * std::sqrt(3.0), 1e-7);
+    s.levels = {1, 0};
+    EXPECT_EQ(predictError(s, e, w).p99, 0);
 }
 
 TEST(SelectUniform, TakesTheFinestLevelThatFits) {
@@ -434,9 +456,10 @@ double slowError(const BrickRays& rays, std::uint32_t row, int level, const Tran
     for (int p = 0; p < kBrickRayParts; ++p) {
         const BrickRayPart part = decodeRays(rays.part(row, p));
         for (int ray = 0; ray < kRaysPerPart; ++ray)
-            sum += glm::length(coloured(part, ray, level) - coloured(part, ray, 0));
+            sum += (ray < 7 ? 15.0 / 16 / 7 : 1.0 / 16) / 2 *
+                   glm::length(coloured(part, ray, level) - coloured(part, ray, 0));
     }
-    return sum / (kBrickRayParts * kRaysPerPart);
+    return sum;
 }
 
 TEST(PredictErrors, EqualTheDefinition) {
@@ -447,7 +470,7 @@ TEST(PredictErrors, EqualTheDefinition) {
     const std::vector<Blobs> bricks = {Blobs({32, 32, 20}, 5), Blobs({32, 32, 20}, 900)};
     const BrickRays rays = raysOf(bricks, {2, 1, 1});
     const TransferTable table = testTable();
-    const LevelErrors e = predictErrors(rays, {1, 1}, table, info);
+    const LevelErrors e = rayErrors(rays, {1, 1}, table, info);
     for (std::uint32_t b = 0; b < 2; ++b) {
         EXPECT_EQ(e.errors[b][0], 0);
         for (int level = 1; level < kLevelCount; ++level) {
@@ -458,11 +481,36 @@ TEST(PredictErrors, EqualTheDefinition) {
                         0.02 * expected + 0.02);
         }
     }
-    EXPECT_EQ(predictErrors(rays, {1, 1}, table, info, 1).errors,
-              predictErrors(rays, {1, 1}, table, info, 3).errors);
-    const LevelErrors half = predictErrors(rays, {0, 1}, table, info);
+    EXPECT_EQ(rayErrors(rays, {1, 1}, table, info, 1).errors, rayErrors(rays, {1, 1}, table, info, 3).errors);
+    const LevelErrors half = rayErrors(rays, {0, 1}, table, info);
     EXPECT_EQ(half.errors[0], (std::array<float, kLevelCount>{}));
     EXPECT_EQ(half.errors[1], e.errors[1]);
+}
+
+TEST(PredictErrors, AreSmoothedAsDocumented) {
+    LevelErrors e;
+    e.bricks = {3, 1, 1};
+    e.shows = {1, 1, 0};
+    e.errors = {{0, 1, 2, 3, 4, 5}, {0, 0, 0, 0, 0, 10}, {}};
+    LevelErrors single = e;
+    single.shows = {1, 0, 0};
+    single.errors[1] = {};
+    smoothErrors(e, 1);
+    const double a[6] = {0, 0.8, 1.6, 2.4, 3.2, 6}, b[6] = {0, 0.2, 0.4, 0.6, 0.8, 9}; // a fifth of the other
+    for (std::size_t level = 1; level < kLevelCount; ++level) {
+        const double share = (a[level] + b[level]) / 25;
+        EXPECT_NEAR(static_cast<double>(e.errors[0][level]), 0.5 * a[level] + 0.5 * 14 * share, 1e-5);
+        EXPECT_NEAR(static_cast<double>(e.errors[1][level]), 0.5 * b[level] + 0.5 * 11 * share, 1e-5);
+        EXPECT_EQ(e.errors[2][level], 0);
+    }
+    smoothErrors(single);
+    for (std::size_t level = 1; level < kLevelCount; ++level)
+        EXPECT_NEAR(single.errors[0][level], static_cast<float>(level), 1e-5f);
+    const LevelErrors many = randomErrors({11, 12, 13}, 4);
+    LevelErrors one = many, three = many;
+    smoothErrors(one, 1);
+    smoothErrors(three, 3);
+    EXPECT_EQ(one.errors, three.errors);
 }
 
 /// The truth that the rays stand for: all rows of voxels, sampled at every voxel.
@@ -505,12 +553,13 @@ TEST(PredictErrors, AreCloseToTheErrorOfAllRays) {
     const TransferTable table = testTable();
     for (const std::uint64_t seed : {3u, 44u, 555u, 6666u}) {
         const std::vector<Blobs> brick = {Blobs({32, 32, 32}, seed)};
-        const LevelErrors e = predictErrors(raysOf(brick, {1, 1, 1}), {1}, table, info);
+        const LevelErrors e = rayErrors(raysOf(brick, {1, 1, 1}), {1}, table, info);
         for (int level = 1; level < kLevelCount; ++level) {
             const double truth = trueError(brick[0], level, table, info.spacingMm());
             const auto predicted = static_cast<double>(e.errors[0][static_cast<std::size_t>(level)]);
             EXPECT_GT(predicted, 0.5 * truth) << "seed " << seed << " level " << level;
-            EXPECT_LT(predicted, 2 * truth) << "seed " << seed << " level " << level;
+            // Noise from voxel to voxel cancels less over 8 samples of a row than over its 32 voxels.
+            EXPECT_LT(predicted, 2.5 * truth) << "seed " << seed << " level " << level;
         }
     }
 }
@@ -532,6 +581,7 @@ TEST(BrickRays, SurviveTheirBytesAndTinyBricks) {
             EXPECT_EQ(back.hi, part.hi);
             EXPECT_GE(part.lo, *lo);
             EXPECT_LE(part.hi, *hi);
+            EXPECT_EQ(back.axis(7), &part == parts.data() ? 0 : 1); // the extremes
             if (size == glm::ivec3(1)) {
                 EXPECT_EQ(part.lo, b.levels[0][0]);
             }
@@ -562,6 +612,74 @@ TEST(BrickFields, AreTrilinearBetweenSampleCentres) {
         for (const glm::dvec3 p :
              {glm::dvec3(0), glm::dvec3(31.5, 0.25, 16), glm::dvec3(32), glm::dvec3(7.5, 20, 3)})
             EXPECT_NEAR(static_cast<double>(fields.at(level, p)), value(p), 1e-4) << level;
+    }
+}
+
+// -- hierarchies, for comparison
+// ------------------------------------------------------------------------------------------------------------
+
+using bench::BlockGrid;
+using bench::Need;
+
+TEST(Hierarchy, CostsWhatAHandCounts) {
+    // 8x8 blocks of 8x8 samples: one boundary block in a corner, one interior block in the opposite one.
+    BlockGrid grid{2, {8, 8, 1}, 8, std::vector<Need>(64, Need::outside)};
+    grid.needs[0] = Need::boundary;
+    grid.needs[63] = Need::interior;
+    const auto flat = bench::flatCost(grid);
+    EXPECT_EQ(flat.samples, 62u + 64u + 4u);
+    EXPECT_EQ(flat.ignored, 62u);
+    // All children: 3 of depth 1 (one interior, two outside), 3 of depth 2, 4 of depth 3.
+    const auto all = bench::hierarchyCost(grid, true);
+    EXPECT_EQ(all.levels[0].blocks, 0u);
+    EXPECT_EQ(all.levels[1].blocks, 3u);
+    EXPECT_EQ(all.levels[2].blocks, 3u);
+    EXPECT_EQ(all.levels[3].blocks, 4u);
+    EXPECT_EQ(all.samples, 640u);
+    EXPECT_EQ(all.ignored, 64u * 8);
+    // Partly: the root stays, one node of each depth on the way to the corner, and the interior's.
+    const auto part = bench::hierarchyCost(grid, false);
+    EXPECT_EQ(part.levels[0].blocks, 1u);
+    EXPECT_EQ(part.levels[1].blocks, 2u);
+    EXPECT_EQ(part.levels[2].blocks, 1u);
+    EXPECT_EQ(part.levels[3].blocks, 1u);
+    EXPECT_EQ(part.ignored, 0u);
+    EXPECT_EQ(bench::fullSamples(grid), 4096u);
+    // Where every block is at the boundary all schemes cost the same.
+    grid.needs.assign(64, Need::boundary);
+    for (const auto& cost :
+         {bench::flatCost(grid), bench::hierarchyCost(grid, true), bench::hierarchyCost(grid, false)})
+        EXPECT_EQ(cost.samples, 4096u);
+}
+
+/// The printed table, all three schemes.
+TEST(Hierarchy, Table21) {
+    const BlockGrid grid = bench::table21Grid();
+    const auto expectBlocks = [](const bench::SelectionCost& cost, std::array<std::size_t, 4> blocks,
+                                 std::size_t samples) {
+        for (std::size_t level = 0; level < 4; ++level)
+            EXPECT_EQ(cost.levels[level].blocks, blocks[level]) << level;
+        EXPECT_EQ(cost.samples, samples);
+    };
+    expectBlocks(bench::hierarchyCost(grid, true), {0, 1, 3, 36}, 2560);
+    expectBlocks(bench::hierarchyCost(grid, false), {1, 3, 9, 22}, 2240);
+    expectBlocks(bench::flatCost(grid), {38, 4, 0, 22}, 1462);
+}
+
+TEST(Hierarchy, FlatNeverNeedsMore) {
+    for (std::uint64_t trial = 0; trial < 200; ++trial) {
+        const int dimensions = trial % 2 == 0 ? 2 : 3;
+        const glm::ivec3 blocks(1 + static_cast<int>(mixed(trial) % 19),
+                                1 + static_cast<int>(mixed(trial + 999) % 11),
+                                dimensions == 3 ? 1 + static_cast<int>(mixed(trial + 99) % 9) : 1);
+        BlockGrid grid{dimensions, blocks, 8, {}};
+        for (std::size_t b = 0; b < cellCount(blocks); ++b)
+            grid.needs.push_back(static_cast<Need>(mixed(trial * 7919 + b / (1 + trial % 5)) % 3));
+        const auto flat = bench::flatCost(grid);
+        for (const bool allChildren : {true, false}) {
+            const auto tree = bench::hierarchyCost(grid, allChildren);
+            EXPECT_LE(flat.samples - flat.ignored, tree.samples - tree.ignored);
+        }
     }
 }
 

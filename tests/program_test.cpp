@@ -14,7 +14,8 @@ using ::testing::Not;
 TEST_F(Program, HelpAndVersionSucceed) {
     EXPECT_THAT(run("--version").out, HasSubstr("tessera 0."));
     EXPECT_EQ(run("--version").exitCode, 0);
-    for (const char* command : {"", "import", "info", "render", "phantom"}) {
+    for (const char* command :
+         {"", "import", "info", "render", "phantom", "bench", "bench lod", "bench memory"}) {
         const Outcome outcome = run(std::string(command) + " --help");
         EXPECT_EQ(outcome.exitCode, 0) << command;
         EXPECT_THAT(outcome.out, HasSubstr("Example:")) << command;
@@ -36,6 +37,10 @@ TEST_F(Program, UnknownCommandsAndOptionsAreRefusedWithTheNearest) {
     expectRefused("render x.zarr", {"--output"});
     expectRefused("info", {"X is required"});
     expectRefused("import a b.zarr --series two", {"--series"});
+    expectRefused("bench", {"--help"});
+    expectRefused("bench lod", {"--output"});
+    expectRefused("bench lod -o out --only gradiant", {"--only", "nearest: \"gradient\""});
+    expectRefused("bench memory -o out --scans nowhere", {"nowhere", "expected a folder with scans"});
 }
 
 TEST_F(Program, MissingAndEmptyInputsAreRefused) {

@@ -1,0 +1,261 @@
+// viewer/bench/page.cpp: see page.h.
+#include "viewer/bench/page.h"
+
+#include "core/error.h"
+#if TESSERA_WITH_IMAGE_FILES
+#include "core/image_file.h"
+#endif
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <thread>
+
+namespace tessera::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string markOf(const std::string& name) {
+    return "<!-- section: " + name + " -->\n";
+}
+
+std::string readText(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
+void writeText(const fs::path& path, const std::string& text) {
+    std::ofstream file(path, std::ios::binary);
+    file << text;
+    if (!file.flush())
+        throw Error(path.string() + ": cannot be written");
+}
+
+std::string full(double number) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.9g", number);
+    return text;
+}
+
+std::string csvField(const Cell& cell) {
+    if (const auto* number = std::get_if<double>(&cell))
+        return full(*number);
+    const auto& word = std::get<std::string>(cell);
+    if (word.find_first_of(",\"\n") == std::string::npos)
+        return word;
+    std::string quoted = "\"";
+    for (const char c : word)
+        quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return quoted + "\"";
+}
+
+std::string gnuplotText(const std::string& word) {
+    std::string out = "\"";
+    for (const char c : word)
+        out += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
+    return out + "\"";
+}
+
+/// The plot as commands for gnuplot, its data included.
+std::string gnuplotScript(const Plot& plot, const fs::path& out) {
+    std::ostringstream text;
+    text << "set terminal svg size 760,420 noenhanced background rgb \"white\" font \"sans,12\"\n"
+         << "set output " << gnuplotText(out.string()) << "\nset key outside right\nset grid\n"
+         << "set xlabel " << gnuplotText(plot.xLabel) << "\nset ylabel " << gnuplotText(plot.yLabel) << "\n";
+    if (plot.logX)
+        text << "set logscale x\n";
+    if (plot.logY)
+        text << "set logscale y\n";
+    for (std::size_t i = 0; i < plot.curves.size(); ++i) {
+        text << "$curve" << i << " << EOD\n";
+        for (const auto& [x, y] : plot.curves[i].points)
+            text << full(x) << " " << full(y) << "\n";
+        text << "EOD\n";
+    }
+    text << "plot ";
+    for (std::size_t i = 0; i < plot.curves.size(); ++i)
+        text << (i ? ", " : "") << "$curve" << i
+             << " with linespoints pointtype 7 pointsize 0.5 linewidth 1.5 title "
+             << gnuplotText(plot.curves[i].label);
+    text << "\n";
+    return text.str();
+}
+
+bool gnuplotIsHere() {
+    return std::system("command -v gnuplot > /dev/null 2>&1") == 0;
+}
+
+/// True when the plot was drawn.
+bool drawPlot(const Plot& plot, const fs::path& out) {
+    if (!gnuplotIsHere())
+        return false;
+    std::FILE* const gnuplot = ::popen("gnuplot > /dev/null 2>&1", "w");
+    if (!gnuplot)
+        return false;
+    const std::string script = gnuplotScript(plot, out);
+    const bool written = std::fwrite(script.data(), 1, script.size(), gnuplot) == script.size();
+    return ::pclose(gnuplot) == 0 && written && fs::exists(out);
+}
+
+#if TESSERA_WITH_IMAGE_FILES
+void writePanel(const fs::path& path, const Image& image) {
+    writeImage(path, overBackground(image, glm::vec3(0)), "");
+}
+#else
+void writePanel(const fs::path&, const Image&) {}
+#endif
+
+} // namespace
+
+std::string formatCell(const Cell& cell) {
+    const auto* number = std::get_if<double>(&cell);
+    if (!number)
+        return std::get<std::string>(cell);
+    char text[64];
+    if (std::abs(*number) < 1e15 && (std::abs(*number) >= 1000 || *number == std::floor(*number)))
+        std::snprintf(text, sizeof text, "%.0f", *number);
+    else
+        std::snprintf(text, sizeof text, "%.3g", *number);
+    return text;
+}
+
+std::string describeMachine(const std::string& device) {
+    std::ifstream file("/proc/cpuinfo");
+    std::string line, processor = "unknown processor";
+    while (std::getline(file, line))
+        if (line.rfind("model name", 0) == 0) {
+            processor = line.substr(std::min(line.size(), line.find(':') + 2));
+            break;
+        }
+    return processor + ", " + std::to_string(std::thread::hardware_concurrency()) + " processors; " + device;
+}
+
+double loadAverage() {
+    double load = -1;
+    return ::getloadavg(&load, 1) == 1 ? load : -1;
+}
+
+std::string csvText(const Table& table) {
+    std::string text;
+    const auto line = [&text](const auto& cells) {
+        for (std::size_t i = 0; i < cells.size(); ++i)
+            text += (i ? "," : "") + csvField(cells[i]);
+        text += "\n";
+    };
+    line(table.columns);
+    for (const auto& row : table.rows) {
+        TESSERA_CHECK(row.size() == table.columns.size());
+        line(row);
+    }
+    return text;
+}
+
+std::string markdownText(const Table& table) {
+    std::string text = "|", rule = "|";
+    for (const std::string& column : table.columns) {
+        text += " " + column + " |";
+        rule += "---|";
+    }
+    text += "\n" + rule + "\n";
+    for (const auto& row : table.rows) {
+        text += "|";
+        for (const Cell& cell : row)
+            text += " " + formatCell(cell) + " |";
+        text += "\n";
+    }
+    return text;
+}
+
+std::string sectionText(const Report& report, const MadeBy& madeBy, const std::string& files,
+                        const std::vector<std::string>& plotted) {
+    std::string text = markOf(report.name) + "## " + report.title + "\n\n";
+    for (const std::string& paragraph : report.text)
+        text += paragraph + "\n\n";
+    for (const Table& table : report.tables) {
+        const std::string csv = "[" + table.name + ".csv](" + files + "/" + table.name + ".csv)";
+        text += (table.caption.empty() ? "" : table.caption + " ") + "(" + csv + ")\n\n";
+        if (table.onPage)
+            text += markdownText(table) + "\n";
+    }
+    for (const Figure& figure : report.figures) {
+        text += figure.caption + "\n\n| |";
+        std::string rule = "|---|";
+        for (const std::string& column : figure.columns) {
+            text += " " + column + " |";
+            rule += "---|";
+        }
+        text += "\n" + rule + "\n";
+        for (const auto& [heading, panels] : figure.rows) {
+            text += "| " + heading + " |";
+            for (const Panel& panel : panels)
+                text += panel.name.empty() ? " |" : " ![](" + files + "/" + panel.name + ".png) |";
+            text += "\n";
+        }
+        text += "\n";
+    }
+    for (const Plot& plot : report.plots)
+        if (std::find(plotted.begin(), plotted.end(), plot.name) != plotted.end())
+            text += plot.caption + "\n\n![](" + files + "/" + plot.name + ".svg)\n\n";
+    for (const std::string& paragraph : report.after)
+        text += paragraph + "\n\n";
+    text += "Made by `" + madeBy.command + "`, Tessera " + madeBy.version + ", on " + madeBy.machine + ".\n";
+    return text;
+}
+
+std::string mergedPage(const std::string& page, const std::string& heading, const std::string& name,
+                       const std::string& section, const std::vector<std::string>& order) {
+    std::map<std::string, std::string> sections;
+    for (const std::string& known : order) {
+        const std::size_t start = page.find(markOf(known));
+        if (start != std::string::npos)
+            sections[known] = page.substr(start, page.find("<!-- section: ", start + 1) - start);
+    }
+    sections[name] = section;
+    std::string merged = heading;
+    for (const std::string& known : order) {
+        const auto found = sections.find(known);
+        if (found == sections.end())
+            continue;
+        while (!found->second.empty() && found->second.back() == '\n')
+            found->second.pop_back();
+        merged += "\n" + found->second + "\n";
+    }
+    return merged;
+}
+
+void writeReport(const Report& report, const MadeBy& madeBy, const PagePlace& place) {
+    const fs::path files = place.folder / place.name;
+    std::error_code error;
+    fs::create_directories(files, error);
+    if (error)
+        throw Error(files.string() + ": cannot be made: " + error.message());
+    for (const Table& table : report.tables)
+        writeText(files / (table.name + ".csv"), csvText(table));
+    for (const Figure& figure : report.figures)
+        for (const auto& row : figure.rows)
+            for (const Panel& panel : row.second)
+                if (!panel.name.empty())
+                    writePanel(files / (panel.name + ".png"), panel.image);
+    std::vector<std::string> plotted;
+    for (const Plot& plot : report.plots)
+        if (drawPlot(plot, files / (plot.name + ".svg")))
+            plotted.push_back(plot.name);
+#if !TESSERA_WITH_IMAGE_FILES
+    Report shown = report; // no pictures can be written
+    shown.figures.clear();
+#else
+    const Report& shown = report;
+#endif
+    const fs::path page = place.folder / (place.name + ".md");
+    writeText(page, mergedPage(readText(page), place.heading, report.name,
+                               sectionText(shown, madeBy, place.name, plotted), place.order));
+}
+
+} // namespace tessera::bench

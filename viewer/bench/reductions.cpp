@@ -1,0 +1,211 @@
+// viewer/bench/reductions.cpp: how far data shrink before a picture suffers: figure 2.27 of the course notes
+// on advanced volume ray casting, on named scans, functions and cameras.
+#include "viewer/bench/experiments.h"
+#include "viewer/bench/pictures.h"
+#include "viewer/bench/seen_bricks.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera::bench {
+namespace {
+
+constexpr double kLosslessMean = 0.5, kLosslessP99 = 3; // L*u*v*: "virtually lossless"
+constexpr double kReductions[] = {6, 80, 315};          // as in the source
+constexpr double kErrorScale = 20;                      // L*u*v* that error pictures end at
+/// A hidden brick keeps this much weight, so that at least something coarse of it is there.
+constexpr float kLeastSeen = 1.0f / 64;
+/// What no pixel of 8 bits can show.
+constexpr float kUnseen = 1.0f / 510;
+
+/// A scene with its finest picture and what is seen of each brick.
+struct Subject {
+    SceneBench& scene;
+    Drawn truth;
+    std::vector<float> seen, factors;
+    double occluded = 0; // reduction by leaving out all that shows nothing or is not seen
+
+    explicit Subject(SceneBench& s, int rays) : scene(s), truth(s.draw(s.culled())) {
+        seen = seenBricks(scene.prepared(), scene.culled(), rays);
+        Selection left = scene.culled();
+        for (std::size_t b = 0; b < seen.size(); ++b) {
+            factors.push_back(std::max(seen[b], kLeastSeen));
+            if (left.levels[b] == 0 && (seen[b] < kUnseen || scene.weights().area[b] <= 0)) {
+                left.levels[b] = kLevelCount - 1;
+                --left.counts[0];
+                ++left.counts[kLevelCount - 1];
+            }
+        }
+        occluded = scene.reductionOf(left);
+    }
+};
+
+/// A selection as it was drawn.
+struct Choice {
+    double reduction = 0;
+    ImageDifference error;
+    PredictedError predicted;
+    Image image;
+};
+
+Choice drawn(Subject& subject, double reduction, bool bySeen) {
+    SceneBench& scene = subject.scene;
+    const Visibility visibility = bySeen ? Visibility(subject.factors) : Visibility();
+    const Selection selection = scene.chosenAt(reduction, visibility);
+    Drawn picture = scene.draw(selection);
+    return {scene.reductionOf(selection), SceneBench::difference(picture, subject.truth),
+            predictError(selection, scene.predicted(), scene.weights(), visibility),
+            std::move(picture.image)};
+}
+
+/// The largest reduction that is virtually lossless, by halving the interval of its logarithm.
+Choice mostLossless(Subject& subject, bool bySeen, int rounds) {
+    const double culling = subject.scene.reductionOf(subject.scene.culled());
+    double good = culling, bad = 30 * culling;
+    Choice best{culling, {}, {}, subject.truth.image};
+    for (int round = 0; round < rounds; ++round) {
+        const double middle = std::sqrt(good * bad);
+        Choice choice = drawn(subject, middle, bySeen);
+        if (choice.error.luvMean <= kLosslessMean && choice.error.luvP99 <= kLosslessP99) {
+            good = middle;
+            best = std::move(choice);
+        } else {
+            bad = middle;
+        }
+    }
+    return best;
+}
+
+std::string fileName(const std::string& scene, const std::string& what) {
+    std::string name = "reductions-";
+    for (const char c : scene)
+        if (c == ',')
+            name += '-';
+        else if (c != ' ')
+            name += c;
+    return name + "-" + what;
+}
+
+/// The pictures of one scene, at full size.
+std::pair<std::string, std::vector<Panel>> pictureRow(const Workbench& bench, const BenchVolume& volume,
+                                                      const std::string& preset, double lossless) {
+    SceneBench scene(bench, volume, preset, "anterior");
+    Subject subject(scene, bench.fewerPixels());
+    const auto panel = [&](const std::string& what, Image image) {
+        return Panel{fileName(volume.name + "-" + preset, what), std::move(image)};
+    };
+    Choice medium = drawn(subject, kReductions[1], true);
+    Image error = colourMapped(luvDifferences(medium.image, subject.truth.image), subject.truth.image.size,
+                               kErrorScale);
+    std::pair<std::string, std::vector<Panel>> row{volume.name + ", " + preset, {}};
+    row.second.push_back(panel("lossless", drawn(subject, lossless, true).image));
+    row.second.push_back(panel("80", std::move(medium.image)));
+    row.second.push_back(panel("315", drawn(subject, kReductions[2], true).image));
+    row.second.push_back(panel("80-error", std::move(error)));
+    row.second.insert(row.second.begin(), panel("finest", std::move(subject.truth.image)));
+    return row;
+}
+
+} // namespace
+
+Report reductionsReport(const Workbench& bench) {
+    const std::string size = std::to_string(bench.pixels());
+    Report report;
+    report.name = "reductions";
+    report.title = "Data reductions (figure 2.27)";
+    report.text = {
+        "Every picture is drawn from as many pages as the reduction leaves, levels chosen by predicted "
+        "error, "
+        "limited sampling, default edge function, and compared with the finest picture (every brick that "
+        "shows "
+        "something at level 0): CIE L*u*v* distance over pixels with alpha above 1/255. *Virtually lossless* "
+        "means a mean of at most 0.5 and a 99th percentile of at most 3; the largest reduction that reaches "
+        "it "
+        "was searched for. *Culling* leaves out bricks that the function shows nothing of and keeps the rest "
+        "at "
+        "level 0; *and occlusion* leaves out those behind opaque ones too. *All visible* takes every brick "
+        "in "
+        "the view as wholly visible; *as seen* weighs it by the light that passes what lies before it, known "
+        "from the finest data. Pages are the unit: a reduction counts all texels of the pages in use, free "
+        "slots and what the volume's border cuts off included. Levels are chosen for pictures of " +
+        size + " x " + size + " pixels; every second pixel each way is measured."};
+    Table lossless{"reductions",
+                   "Virtually lossless:",
+                   {"scene", "culling", "and occlusion", "all visible: lossless at", "mean", "p99",
+                    "as seen: lossless at", "mean", "p99"},
+                   {},
+                   true};
+    Table errors{
+        "reductions-errors", "At given reductions, mean and 99th percentile:", {"scene", "levels"}, {}, true};
+    for (const double reduction : kReductions)
+        for (const char* what : {" got", " mean", " p99"})
+            errors.columns.push_back(formatCell(reduction) + ":1" + what);
+    Table curve{"reductions-curve",
+                "Errors by reduction, as seen, true and predicted:",
+                {"scene", "reduction", "mean", "p99", "predicted mean", "predicted p99"},
+                {},
+                false};
+    Plot plot{"reductions-plot",
+              "Mean error by reduction, camera anterior, as seen:",
+              "data reduction",
+              "mean L*u*v* error",
+              true,
+              true,
+              {}};
+    Figure figure;
+    figure.columns = {"finest", "virtually lossless", "80:1", "315:1", "error at 80:1"};
+    figure.caption =
+        "Side by side, camera anterior, as seen (error: 0 dark to " + formatCell(kErrorScale) + " bright):";
+    int reached = 0, reachedBySeen = 0, scenes = 0;
+    for (const BenchVolume& volume : bench.volumes)
+        for (const std::string& preset : volume.presets) {
+            double losslessAnterior = 1;
+            std::vector<std::string> cameras = {"anterior"};
+            if (!bench.quick && preset == volume.presets.front())
+                cameras.insert(cameras.end(), {"left", "near"});
+            for (const std::string& camera : cameras) {
+                SceneBench scene(bench, volume, preset, camera, bench.fewerPixels());
+                Subject subject(scene, bench.fewerPixels());
+                const int rounds = bench.quick ? 3 : 5;
+                const Choice all = mostLossless(subject, false, rounds),
+                             seen = mostLossless(subject, true, rounds);
+                lossless.rows.push_back({scene.name(), scene.reductionOf(scene.culled()), subject.occluded,
+                                         all.reduction, all.error.luvMean, all.error.luvP99, seen.reduction,
+                                         seen.error.luvMean, seen.error.luvP99});
+                ++scenes;
+                reached += all.reduction >= kReductions[0];
+                reachedBySeen += seen.reduction >= kReductions[0];
+                for (const bool bySeen : {false, true}) {
+                    std::vector<Cell> row = {scene.name(), bySeen ? "as seen" : "all visible"};
+                    for (const double reduction : kReductions) {
+                        const Choice choice = drawn(subject, reduction, bySeen);
+                        row.insert(row.end(), {choice.reduction, choice.error.luvMean, choice.error.luvP99});
+                    }
+                    errors.rows.push_back(std::move(row));
+                }
+                bench.common.note("reductions: " + scene.name() + " done");
+                if (camera != "anterior")
+                    continue;
+                losslessAnterior = seen.reduction;
+                Plot::Curve line{volume.name + ", " + preset, {}};
+                for (double reduction = 4; reduction <= 512; reduction *= bench.quick ? 4 : 2) {
+                    const Choice choice = drawn(subject, reduction, true);
+                    curve.rows.push_back({scene.name(), choice.reduction, choice.error.luvMean,
+                                          choice.error.luvP99, choice.predicted.mean, choice.predicted.p99});
+                    if (choice.error.luvMean > 0)
+                        line.points.emplace_back(choice.reduction, choice.error.luvMean);
+                }
+                plot.curves.push_back(std::move(line));
+            }
+            figure.rows.push_back(pictureRow(bench, volume, preset, losslessAnterior));
+        }
+    report.tables = {std::move(lossless), std::move(errors), std::move(curve)};
+    report.figures = {std::move(figure)};
+    report.plots = {std::move(plot)};
+    report.after = {"Virtually lossless at 6:1 or better: " + std::to_string(reached) + " of " +
+                    std::to_string(scenes) + " scenes with all bricks taken as visible, " +
+                    std::to_string(reachedBySeen) + " with what is seen of them known."};
+    return report;
+}
+
+} // namespace tessera::bench

@@ -1,0 +1,189 @@
+// viewer/bench/workbench.cpp: see workbench.h.
+#include "viewer/bench/workbench.h"
+
+#include "bricking/import/importer.h"
+#include "bricking/ray_statistics.h"
+#include "core/error.h"
+#include "datasets/phantom.h"
+#include "render/field_binding.h"
+#include "render/march.h"
+#include "viewer/volume_input.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <optional>
+
+namespace tessera::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Scans that are public, by the names of their files.
+struct KnownScan {
+    const char* name;
+    const char* path; // inside the folder of scans
+    const char* about;
+    std::vector<std::string> presets;
+};
+const std::vector<KnownScan>& knownScans() {
+    static const std::vector<KnownScan> scans = {
+        {"abdomen",
+         "ct-abdomen-dicom",
+         "contrast-enhanced abdomen CT (pyvista/vtk-data, DICOM_Stack)",
+         {"bone", "vessels", "soft-tissue"}},
+        {"head",
+         "ct-head-tilted-dicom",
+         "head CT with a tilted gantry (neurolabusc/dcm_qa_ct)",
+         {"bone", "skin"}},
+        {"avm", "nifti/CT_AVM.nii.gz", "head CT angiography (neurolabusc/niivue-images, CT_AVM)", {"auto"}},
+        {"bonsai",
+         "scivis/OpenSciVis/bonsai.nii.gz",
+         "CT of a bonsai (neurolabusc/VolumeRenderingData)",
+         {"auto"}},
+        {"engine",
+         "scivis/OpenSciVis/engine.nii.gz",
+         "CT of an engine block (neurolabusc/VolumeRenderingData)",
+         {"auto"}}};
+    return scans;
+}
+
+BenchVolume makeTorso(const fs::path& folder, bool quick, std::size_t ramBytes) {
+    const glm::ivec3 extent = quick ? glm::ivec3(96, 72, 112) : glm::ivec3(320, 240, 375);
+    BenchVolume volume{"torso",
+                       "generated torso phantom, " + formatExtent(extent) + " voxels",
+                       folder / "torso.zarr",
+                       {"bone", "soft-tissue"},
+                       false};
+    Ledger ram("RAM", "--ram", ramBytes);
+    ImportOptions options;
+    options.durable = false;
+    importToStore(*makePhantom("torso", extent), volume.store, ram, options);
+    return volume;
+}
+
+Scene sceneOf(const BenchVolume& volume, const std::string& preset, const std::string& camera,
+              const VolumeInfo& info, int pixels) {
+    Scene scene;
+    SceneVolume shown;
+    shown.path = volume.store;
+    shown.transferFunction = preset;
+    scene.volumes = {shown};
+    scene.imageSize = glm::ivec2(pixels);
+    scene.camera = cameraNamed(camera, info, scene.imageSize);
+    return scene;
+}
+
+std::uint32_t featuresOf(const PreparedScene& p, const Setting& setting) {
+    std::uint32_t f = kFeatureBricked | kFeatureHardware;
+    if (p.optics.shading)
+        f |= kFeatureShading;
+    if (p.optics.termination > 0)
+        f |= kFeatureTermination;
+    if (p.mixed())
+        f |= kFeatureMixed;
+    if (setting.skipping)
+        f |= kFeatureSkipping;
+    if (texelFormat(p.info().type).normalised)
+        f |= kFeatureNormalised;
+    if (setting.counting)
+        f |= kFeatureCounting;
+    return f;
+}
+
+constexpr std::size_t kAmpleGpuBytes = std::size_t{8} << 30; // these experiments count pages themselves
+
+} // namespace
+
+Workbench makeWorkbench(const std::string& device, const fs::path& scansFolder, const fs::path& scratchFolder,
+                        bool quick, std::size_t ramBytes, const CommonOptions& common) {
+    Workbench bench{device, {}, {}, quick, ramBytes, common};
+    bench.volumes.push_back(makeTorso(scratchFolder, quick, ramBytes));
+    for (const KnownScan& scan : knownScans()) {
+        const fs::path path = scansFolder / scan.path;
+        if (scansFolder.empty() || !fs::exists(path)) {
+            bench.leftOut.push_back(scan.name);
+            continue;
+        }
+        Ledger ram("RAM", "--ram", ramBytes);
+        InputOptions input;
+        input.resampleZ = true;
+        bench.volumes.push_back(
+            {scan.name, scan.about, storeFor(path, input, ram, common), scan.presets, true});
+    }
+    return bench;
+}
+
+Camera cameraNamed(const std::string& name, const VolumeInfo& info, const glm::ivec2& size) {
+    if (name == "left")
+        return fitCamera(info, View::left, Projection::parallel, size);
+    Camera camera = fitCamera(info, View::anterior, Projection::perspective, size);
+    if (name == "near") {
+        const double distance = glm::length(camera.position - camera.focalPoint);
+        camera.position = camera.focalPoint + 0.5 * distance * glm::normalize(glm::dvec3(0.5, -1, 0.4));
+    } else {
+        TESSERA_CHECK(name == "anterior");
+    }
+    return camera;
+}
+
+SceneBench::SceneBench(const Workbench& bench, const BenchVolume& volume, const std::string& preset,
+                       const std::string& camera, int pixels)
+    : bench_(bench), context_({bench.device}), name_(volume.name + ", " + preset + ", " + camera),
+      ram_("RAM", "--ram", bench.ramBytes / 2), analysisRam_("RAM", "--ram", bench.ramBytes / 2),
+      gpu_("GPU memory", "--gpu-memory", kAmpleGpuBytes), store_(volume.store, ram_) {
+    const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
+    const Scene scene = sceneOf(volume, preset, camera, store_.info(), bench.pixels());
+    prepared_ = prepareScene(scene, store_, limits, ram_, gpu_, 0, LevelChoice::oneForAll);
+    weights_ = viewWeights(prepared_.camera, store_.info(), scene.imageSize);
+    if (pixels > 0)
+        prepared_.frame =
+            rayFrame(prepared_.camera, info(), glm::ivec2(pixels), prepared_.quality.stepVoxels);
+    culled_ = cullBricks(prepared_.statistics, prepared_.table, info(), 0, true);
+    for (const std::uint8_t level : culled_.levels)
+        shows_.push_back(level != Selection::kEmpty);
+    BrickRays rays = noBrickRays(info(), kBrickRayParts, analysisRam_);
+    addBrickRays(store_, shows_, rays, analysisRam_);
+    predicted_ = predictErrors(rays, shows_, prepared_.table, info());
+}
+
+Drawn SceneBench::draw(Selection selection, const Setting& setting) {
+    PreparedScene& p = prepared_;
+    p.quality.edgeFunction = setting.edgeFunction;
+    p.quality.sampling = setting.sampling;
+    p.quality.skipping = setting.skipping;
+    p.setSelection(std::move(selection), ram_);
+    Drawn drawn;
+    const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
+    March march(featuresOf(p, setting), p.frame, p.info(), p.strides(), p.optics,
+                setting.skipping ? &p.occupancy : nullptr, gpu_);
+    Atlas atlas(p.info(), p.selection, std::max(pagesOf(p.selection), std::size_t{1}), limits, gpu_, ram_);
+    atlas.load(*p.cache, ram_, drawn.work);
+    FieldSource source{&atlas, nullptr, p.selection.finest(), nullptr, nullptr};
+    std::optional<LevelTextures> textures;
+    if (p.mixed()) {
+        source.map = &p.levels;
+        source.textures = &textures.emplace(p.levels, gpu_);
+    }
+    march.run(source, MarchSlicing{}, drawn.work);
+    drawn.image = march.image();
+    bench_.common.detail(name_ + ": marched in " + formatNumber(drawn.work.marchMs, 3) + " ms");
+    return drawn;
+}
+
+double SceneBench::reductionOf(const Selection& selection) const {
+    const double texels =
+        static_cast<double>(pagesOf(selection)) * kBrickExtent * kBrickExtent * kBrickExtent;
+    return static_cast<double>(info().voxelCount()) / std::max(texels, 1.0);
+}
+
+Selection SceneBench::chosenAt(double reduction, Visibility visibility) const {
+    return selectLevels(predicted_, weights_, culled_.means, pagesAt(reduction), visibility);
+}
+
+std::size_t SceneBench::pagesAt(double reduction) const {
+    const double page = double{kBrickExtent} * kBrickExtent * kBrickExtent;
+    return std::max(std::size_t{1},
+                    static_cast<std::size_t>(static_cast<double>(info().voxelCount()) / page / reduction));
+}
+
+} // namespace tessera::bench

@@ -1,0 +1,112 @@
+// viewer/bench/workbench.h: what the experiments on volumes share: the volumes, and scenes on a device that
+// can be drawn with any selection of levels.
+#pragma once
+
+#include "bricking/level_selection.h"
+#include "core/image_metrics.h"
+#include "core/scene.h"
+#include "render/gl/context.h"
+#include "render/prepare.h"
+#include "render/work.h"
+#include "viewer/bench/report.h"
+#include "viewer/options.h"
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tessera::bench {
+
+/// A volume under its public name, and the functions to show it with.
+struct BenchVolume {
+    std::string name, about;
+    std::filesystem::path store;
+    std::vector<std::string> presets;
+    bool isScan = false; // not generated
+};
+
+/// Everything that experiments need; made once.
+struct Workbench {
+    std::string device; // as --gl-device says it
+    std::vector<BenchVolume> volumes;
+    std::vector<std::string> leftOut; // names of volumes that are not on this machine
+    bool quick = false;
+    std::size_t ramBytes = 0;
+    const CommonOptions& common;
+
+    int pixels() const { return quick ? 128 : 512; } // of pictures, an axis
+    int fewerPixels() const { return pixels() / 2; } // of pictures that are only measured
+};
+
+/// The generated volumes, written to scratchFolder, and those known scans that are in scansFolder (empty:
+/// none). Scans are imported once, to the cache folder.
+Workbench makeWorkbench(const std::string& device, const std::filesystem::path& scansFolder,
+                        const std::filesystem::path& scratchFolder, bool quick, std::size_t ramBytes,
+                        const CommonOptions& common);
+
+/// Cameras by name: "anterior" (perspective), "left" (parallel), "near" (perspective, oblique, half the
+/// volume fills the picture).
+Camera cameraNamed(const std::string& name, const VolumeInfo& info, const glm::ivec2& size);
+
+/// How a selection is drawn.
+struct Setting {
+    EdgeFunction edgeFunction = Quality{}.edgeFunction;
+    Sampling sampling = Quality{}.sampling;
+    bool skipping = true;
+    bool counting = true; // false where time is taken
+};
+
+struct Drawn {
+    Image image;
+    Work work;
+};
+
+/// A volume, a function and a camera on a device. One at a time: its GL context is the current one.
+class SceneBench {
+  public:
+    /// Levels are always chosen for bench.pixels().
+    /// @param pixels  of the pictures that are drawn, an axis; 0: bench.pixels()
+    SceneBench(const Workbench& bench, const BenchVolume& volume, const std::string& preset,
+               const std::string& camera, int pixels = 0);
+    const PreparedScene& prepared() const { return prepared_; }
+    const VolumeInfo& info() const { return prepared_.info(); }
+    const StoreReader& store() const { return store_; }
+    /// Half of the budget, for what is computed besides pictures; pictures have the other half.
+    Ledger& analysisRam() { return analysisRam_; }
+    /// "abdomen, bone, anterior"
+    const std::string& name() const { return name_; }
+
+    Drawn draw(Selection selection, const Setting& setting = {});
+    /// Against a truth of the same scene.
+    static ImageDifference difference(const Drawn& drawn, const Drawn& truth) {
+        return compare(drawn.image, truth.image);
+    }
+
+    /// Every brick that shows something at level 0: what culling alone leaves.
+    const Selection& culled() const { return culled_; }
+    /// 1 for each of these.
+    const std::vector<std::uint8_t>& shows() const { return shows_; }
+    const LevelErrors& predicted() const { return predicted_; }
+    const ViewWeights& weights() const { return weights_; }
+    /// Voxels of the volume to texels of the selection's pages.
+    double reductionOf(const Selection& selection) const;
+    /// The product's own choice for at least such a reduction.
+    Selection chosenAt(double reduction, Visibility visibility = {}) const;
+    /// Pages that give at least such a reduction; at least 1.
+    std::size_t pagesAt(double reduction) const;
+
+  private:
+    const Workbench& bench_;
+    GlContext context_;
+    std::string name_;
+    Ledger ram_, analysisRam_, gpu_;
+    StoreReader store_;
+    PreparedScene prepared_;
+    ViewWeights weights_;
+    Selection culled_;
+    std::vector<std::uint8_t> shows_;
+    LevelErrors predicted_;
+};
+
+} // namespace tessera::bench

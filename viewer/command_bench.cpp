@@ -1,0 +1,178 @@
+// viewer/command_bench.cpp: `tessera bench lod -o FOLDER` and `tessera bench memory`: the measurements behind
+// docs/level-of-detail.md, made again by one command.
+#include "core/error.h"
+#include "core/nearest_name.h"
+#include "viewer/bench/edge_functions.h"
+#include "viewer/bench/experiments.h"
+#include "viewer/bench/page.h"
+#include "viewer/commands.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+#include <memory>
+#include <unistd.h> // getpid: a scratch folder of our own
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace bench;
+
+struct BenchArguments {
+    std::string out, scans, ram, device = "auto";
+    std::vector<std::string> only;
+    bool quick = false;
+};
+
+struct Experiment {
+    const char* name;
+    Report (*onVolumes)(const Workbench&); // null: needs no volume
+};
+/// In the order of the page.
+const std::vector<Experiment>& experiments() {
+    static const std::vector<Experiment> all = {
+        {"hierarchy", hierarchyReport},   {"gradient", nullptr},
+        {"edges", edgeCostReport},        {"sampling", samplingReport},
+        {"reductions", reductionsReport}, {"prediction", predictionReport},
+        {"memory", memoryReport}};
+    return all;
+}
+std::vector<std::string> experimentNames() {
+    std::vector<std::string> names;
+    for (const Experiment& experiment : experiments())
+        names.emplace_back(experiment.name);
+    return names;
+}
+
+constexpr const char* kHeading =
+    "# Level of detail: what was measured\n\n"
+    "Every brick has its own level, chosen within a budget (flat multiresolution). This page is generated, "
+    "with "
+    "its figures and the CSV files beside it, by\n\n"
+    "    tessera bench lod -o docs --scans FOLDER\n\n"
+    "and each section says how, where and with which volumes it was made. `--only NAME` makes one section "
+    "again. "
+    "Sources: course notes on advanced volume ray casting, sections 2.9.3 to 2.11, whose figures and tables "
+    "are "
+    "named; they number levels the other way round. Errors are distances in CIE 1976 L*u*v*.\n";
+
+/// A folder for generated volumes, removed with all it holds.
+class ScratchFolder {
+  public:
+    ScratchFolder() : path_(fs::temp_directory_path() / ("tessera-bench-" + std::to_string(::getpid()))) {
+        fs::create_directories(path_);
+    }
+    ~ScratchFolder() {
+        std::error_code ignored;
+        fs::remove_all(path_, ignored);
+    }
+    ScratchFolder(const ScratchFolder&) = delete;
+    ScratchFolder& operator=(const ScratchFolder&) = delete;
+    const fs::path& path() const { return path_; }
+
+  private:
+    fs::path path_;
+};
+
+/// The folder of scans: as told, or where the tests look for theirs, or none.
+fs::path scansFolder(const BenchArguments& arguments) {
+    if (!arguments.scans.empty()) {
+        std::error_code ignored;
+        if (!fs::is_directory(arguments.scans, ignored))
+            throw badFile(arguments.scans, "a folder with scans", "none");
+        return arguments.scans;
+    }
+    const char* const data = std::getenv("TESSERA_TEST_DATA");
+    return data ? fs::path(data) : fs::path();
+}
+
+void checkOnly(const BenchArguments& arguments) {
+    const std::vector<std::string> names = experimentNames();
+    for (const std::string& name : arguments.only)
+        if (std::find(names.begin(), names.end(), name) == names.end())
+            throw badFile("--only", "one of " + joinNames(names),
+                          "\"" + name + "\"; nearest: \"" + nearestName(name, names) + "\"");
+}
+
+std::string volumesLine(const Workbench& bench) {
+    std::string text = "Volumes: ";
+    for (const BenchVolume& volume : bench.volumes)
+        text += (&volume == &bench.volumes.front() ? "" : "; ") + ("*" + volume.name + "*: ") + volume.about;
+    text += ".";
+    if (!bench.leftOut.empty())
+        text += " Left out, because not at hand: " + joinNames(bench.leftOut) + ".";
+    return text;
+}
+
+void runBench(const BenchArguments& arguments, const std::string& command, const CommonOptions& common) {
+    checkOnly(arguments);
+    const fs::path scans = scansFolder(arguments);
+    const std::size_t ramBytes = budgetBytes(arguments.ram, "--ram", common);
+    std::error_code error;
+    fs::create_directories(arguments.out, error);
+    if (error)
+        throw badFile(arguments.out, "a folder to write in", error.message());
+    const PagePlace place{arguments.out, "level-of-detail", kHeading, experimentNames()};
+    const std::string device = GlContext({arguments.device}).renderer();
+    const ScratchFolder scratch;
+    std::unique_ptr<Workbench> bench;
+    for (const Experiment& experiment : experiments()) {
+        const auto& only = arguments.only;
+        if (!only.empty() && std::find(only.begin(), only.end(), experiment.name) == only.end())
+            continue;
+        if (experiment.onVolumes && !bench)
+            bench = std::make_unique<Workbench>(
+                makeWorkbench(arguments.device, scans, scratch.path(), arguments.quick, ramBytes, common));
+        common.note(std::string(experiment.name) + " ...");
+        constexpr unsigned kSeeds = 20;
+        Report report = experiment.onVolumes ? experiment.onVolumes(*bench) : edgeFunctionReport(kSeeds);
+        if (experiment.onVolumes)
+            report.text.push_back(volumesLine(*bench));
+        const MadeBy madeBy{command + " --only " + experiment.name + (arguments.quick ? " --quick" : ""),
+                            describeMachine(device) + "; load " + formatCell(loadAverage()), TESSERA_VERSION};
+        writeReport(report, madeBy, place);
+    }
+    common.note("wrote " + (fs::path(arguments.out) / "level-of-detail.md").string());
+}
+
+void addCommon(CLI::App& command, BenchArguments& arguments) {
+    command
+        .add_option("-o,--output", arguments.out,
+                    "folder for the page level-of-detail.md and the folder level-of-detail beside it")
+        ->required();
+    command.add_option("--scans", arguments.scans,
+                       "folder with the public scans that the page names (default: $TESSERA_TEST_DATA)");
+    command.add_flag("--quick", arguments.quick, "small volumes and pictures: to see that all works");
+    command.add_option("--ram", arguments.ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command.add_option("--gl-device", arguments.device, "auto, software or a number")->capture_default_str();
+}
+
+} // namespace
+
+void addBenchCommand(CLI::App& program, const CommonOptions& common, Action& action) {
+    auto* command =
+        program.add_subcommand("bench", "Measure levels of detail; makes docs/level-of-detail.md again");
+    command->require_subcommand(1);
+    command->footer("Example:\n  tessera bench lod -o results --quick");
+    auto arguments = std::make_shared<BenchArguments>();
+
+    auto* lod = command->add_subcommand("lod", "Edge functions, sampling, reductions, predictions, budgets");
+    addCommon(*lod, *arguments);
+    lod->add_option("--only", arguments->only, "sections to make: " + joinNames(experimentNames()));
+    lod->footer("Example:\n  tessera bench lod -o results --scans scans --only gradient");
+    lod->callback([arguments, &common, &action] {
+        action = [arguments, &common] { runBench(*arguments, "tessera bench lod -o FOLDER", common); };
+    });
+
+    auto* memory =
+        command->add_subcommand("memory", "Budgets of GPU memory, from a scene's floor to unlimited");
+    addCommon(*memory, *arguments);
+    memory->footer("Example:\n  tessera bench memory -o results --quick");
+    memory->callback([arguments, &common, &action] {
+        arguments->only = {"memory"};
+        action = [arguments, &common] { runBench(*arguments, "tessera bench lod -o FOLDER", common); };
+    });
+}
+
+} // namespace tessera
