@@ -46,13 +46,20 @@ Statistics madeUpStatistics(int edge, VolumeInfo& info) {
                 s.cellMin.push_back(std::max(value - noise(random), 0.0f));
                 s.cellMax.push_back(value + noise(random));
             }
-    s.brickMean.assign(cellCount(s.bricks), 0);
-    for (std::size_t b = 0; b < s.brickMean.size(); ++b) {
-        const int n = static_cast<int>(b);
-        float lo = 0, hi = 0;
-        s.brickRange({n % s.bricks.x, n / s.bricks.x % s.bricks.y, n / (s.bricks.x * s.bricks.y)}, lo, hi);
-        s.brickMean[b] = 0.5f * (lo + hi);
-    }
+    const std::size_t bricks = cellCount(s.bricks);
+    s.brickMean.resize(bricks);
+    s.brickMin.assign(bricks, s.highest);
+    s.brickMax.assign(bricks, s.lowest);
+    std::size_t cell = 0;
+    for (at.z = 0; at.z < s.cells.z; ++at.z)
+        for (at.y = 0; at.y < s.cells.y; ++at.y)
+            for (at.x = 0; at.x < s.cells.x; ++at.x, ++cell) {
+                const std::size_t b = linearIndex(at / kCellsPerBrick, s.bricks);
+                s.brickMin[b] = std::min(s.brickMin[b], s.cellMin[cell]);
+                s.brickMax[b] = std::max(s.brickMax[b], s.cellMax[cell]);
+            }
+    for (std::size_t b = 0; b < bricks; ++b)
+        s.brickMean[b] = 0.5f * (s.brickMin[b] + s.brickMax[b]);
     return s;
 }
 
