@@ -42,6 +42,8 @@ class March {
     std::size_t run(const FieldSource& source, const MarchSlicing& slicing, Work& work);
     /// kFeaturePasses: per brick the first ray that waits for it, or UINT32_MAX; forgets them.
     std::vector<std::uint32_t> takeWanted();
+    /// The map of empty space on the device; with kFeatureSkipping only.
+    const GlTexture3d& skippingMap() const { return skipping_; }
     /// The picture; charged by the caller.
     Image image() const;
     const GlProgram& program() const { return program_; }

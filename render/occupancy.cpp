@@ -93,11 +93,14 @@ class BrickProof {
         : in_(input), ranges_(ranges), wide_(wide), finest_(finest), zero_(input.table, input.info) {}
 
     std::uint64_t cellsOf(const glm::ivec3& brick);
+    /// Cells of a brick of level 0 that only level 0 and empty bricks reach, the way they meet at one level.
+    std::uint64_t plainCellsOf(const glm::ivec3& brick);
 
   private:
     struct Neighbour {
         glm::ivec3 side{0}, brick{0};
         int level = 0;
+        bool plain = true; // blends over half a sample of level 0
         float mean = 0;
         glm::ivec3 layers{0}; // of cells that it reaches into, per axis that is crossed
     };
@@ -117,7 +120,7 @@ class BrickProof {
         return {in_.statistics.cellMin[c], in_.statistics.cellMax[c]};
     }
     Hull rangeOver(const glm::ivec3& firstCell, const Span& x, const Span& y, const Span& z) const;
-    void findNeighbours(const glm::ivec3& brick, int level);
+    void findNeighbours(const glm::ivec3& brick, int level, bool everyOne);
     using CellHulls = std::array<Hull, 64>; // x + 4y + 16z
     /// Adds its samples to the hulls of the cells whose points can reach them.
     void addNeighbour(const Neighbour& n, const glm::ivec3& firstCell, const glm::ivec3& cells,
@@ -142,7 +145,7 @@ Hull BrickProof::rangeOver(const glm::ivec3& firstCell, const Span& x, const Spa
 
 /// Those whose weight is not zero everywhere in the brick, and whose samples the cells' own ranges do not
 /// cover.
-void BrickProof::findNeighbours(const glm::ivec3& brick, int level) {
+void BrickProof::findNeighbours(const glm::ivec3& brick, int level, bool everyOne) {
     count_ = 0;
     glm::ivec3 side(0);
     for (side.z = -1; side.z <= 1; ++side.z)
@@ -152,7 +155,7 @@ void BrickProof::findNeighbours(const glm::ivec3& brick, int level) {
                 if (side == glm::ivec3(0) || glm::any(glm::lessThan(at, glm::ivec3(0))) ||
                     glm::any(glm::greaterThanEqual(at, in_.selection.bricks)))
                     continue;
-                Neighbour n{side, at, levelOf(at), 0, glm::ivec3(0)};
+                Neighbour n{side, at, levelOf(at), true, 0, glm::ivec3(0)};
                 bool reaches = true, deep = false;
                 for (int axis = 0; axis < 3; ++axis) {
                     if (side[axis] == 0)
@@ -166,8 +169,12 @@ void BrickProof::findNeighbours(const glm::ivec3& brick, int level) {
                     n.layers[axis] = static_cast<int>(std::ceil(reach / float{kCellExtent}));
                     reaches = reaches && n.layers[axis] > 0;
                     deep = deep || n.layers[axis] > 1;
+                    n.plain = n.plain && reach == halfSample<float>(0);
                 }
-                if (!reaches || (level == 0 && n.level == 0 && !deep))
+                if (everyOne) {
+                    if (in_.edgeFunction == EdgeFunction::nearest)
+                        n = {side, at, levelOf(at), false, 0, glm::ivec3(1)};
+                } else if (!reaches || (level == 0 && n.level == 0 && !deep))
                     continue;
                 if (isValue(n.level))
                     n.mean = in_.selection.means[linearIndex(at, in_.selection.bricks)];
@@ -222,7 +229,7 @@ std::uint64_t BrickProof::cellsOf(const glm::ivec3& brick) {
     if (empty({wide_[index].x, wide_[index].y}))
         return 0; // whatever the levels
     const int level = levelOf(brick);
-    findNeighbours(brick, level);
+    findNeighbours(brick, level, false);
     Hull all = rangeOf(brick, level);
     for (int n = 0; n < count_; ++n) {
         const Neighbour& near = neighbours_[static_cast<std::size_t>(n)];
@@ -260,6 +267,27 @@ glm::ivec3 brickAt(std::size_t index, const glm::ivec3& bricks) {
     return {static_cast<int>(index % x), static_cast<int>(index / x % y), static_cast<int>(index / (x * y))};
 }
 
+std::uint64_t BrickProof::plainCellsOf(const glm::ivec3& brick) {
+    if (levelOf(brick) != 0)
+        return 0;
+    findNeighbours(brick, 0, true);
+    std::uint64_t plain = ~std::uint64_t{0};
+    for (int i = 0; i < count_; ++i) {
+        const Neighbour& n = neighbours_[static_cast<std::size_t>(i)];
+        if (n.plain && (n.level == 0 || n.level == Selection::kEmpty))
+            continue;
+        forEachCell(glm::ivec3(kCellsPerBrick), [&](const glm::ivec3& at) {
+            for (int axis = 0; axis < 3; ++axis) {
+                const int layer = n.side[axis] > 0 ? kCellsPerBrick - 1 - at[axis] : at[axis];
+                if (n.side[axis] != 0 && layer >= n.layers[axis])
+                    return;
+            }
+            plain &= ~(std::uint64_t{1} << cellBit(at));
+        });
+    }
+    return plain;
+}
+
 /// A brick and those that touch it.
 void forEachAround(const glm::ivec3& at, const glm::ivec3& bricks, const auto& visit) {
     const glm::ivec3 low = glm::max(at - 1, glm::ivec3(0)), high = glm::min(at + 1, bricks - 1);
@@ -278,7 +306,7 @@ void forEachBrick(std::size_t count, int threads, const auto& visit) {
 } // namespace
 
 std::size_t Occupancy::bytes(const glm::ivec3& extentVoxels, MapScale scale) {
-    const std::size_t brick = 2 * sizeof(glm::vec2) + sizeof(std::uint8_t) + sizeof(std::uint64_t);
+    const std::size_t brick = 2 * sizeof(glm::vec2) + sizeof(std::uint8_t) + 2 * sizeof(std::uint64_t);
     return mapBytes(extentVoxels, scale) + brick * cellCount(brickGrid(extentVoxels));
 }
 
@@ -289,6 +317,7 @@ Occupancy::Occupancy(const OccupancyInput& input, MapScale scale, Ledger& ram, i
     const std::size_t count = cellCount(bricks_);
     ranges_.resize(count);
     masks_.resize(count);
+    plain_.resize(count);
     map_.resize(cellCount(grid_));
     forEachBrick(count, threads, [&](std::size_t first, std::size_t end) {
         for (std::size_t b = first; b < end; ++b) {
@@ -320,8 +349,10 @@ bool Occupancy::prove(const OccupancyInput& input, const Which& which, int threa
             if (!which(b))
                 continue;
             const std::uint64_t mask = proof.cellsOf(brickAt(b, bricks_));
-            mine = mine || mask != masks_[b];
+            const std::uint64_t plain = mask != 0 ? proof.plainCellsOf(brickAt(b, bricks_)) : 0;
+            mine = mine || mask != masks_[b] || plain != plain_[b];
             masks_[b] = mask;
+            plain_[b] = plain;
         }
         if (mine)
             changed = true;
@@ -364,9 +395,43 @@ std::size_t Occupancy::occupiedCells() const {
     return count;
 }
 
+std::size_t Occupancy::plainCells() const {
+    std::size_t count = 0;
+    for (std::size_t b = 0; b < masks_.size(); ++b)
+        count += static_cast<std::size_t>(std::popcount(masks_[b] & plain_[b]));
+    return count;
+}
+
+namespace {
+bool bitOf(const std::vector<std::uint64_t>& masks, const glm::ivec3& cell, const glm::ivec3& bricks) {
+    return (masks[linearIndex(cell / kCellsPerBrick, bricks)] >> cellBit(cell % kCellsPerBrick) & 1u) != 0;
+}
+} // namespace
+
 bool Occupancy::isEmpty(const glm::ivec3& cell) const {
-    const glm::ivec3 at = cell % kCellsPerBrick;
-    return (masks_[linearIndex(cell / kCellsPerBrick, bricks_)] >> (at.x + 4 * at.y + 16 * at.z) & 1u) == 0;
+    return !bitOf(masks_, cell, bricks_);
+}
+
+bool Occupancy::isPlain(const glm::ivec3& cell) const {
+    return bitOf(plain_, cell, bricks_);
+}
+
+Occupancy Occupancy::plainChebyshev(Ledger& ram) const {
+    Occupancy o;
+    o.charge_ = ram.charge(mapBytes(extentVoxels_, scale_), "the map of empty space");
+    o.scale_ = scale_;
+    o.extentVoxels_ = extentVoxels_;
+    o.grid_ = grid_;
+    o.map_ = map_;
+    for (SkippingTexel& texel : o.map_) {
+        if (isOccupied(texel))
+            continue;
+        int least = kFarthest;
+        for (int octant = 0; octant < 8; ++octant)
+            least = std::min(least, octantDistance(texel, octant));
+        texel = 0x0101010101010101u * static_cast<SkippingTexel>(least);
+    }
+    return o;
 }
 
 } // namespace tessera

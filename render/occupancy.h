@@ -38,7 +38,7 @@ class Occupancy {
     /// Proves every brick and fills the map. @param threads  0: all processors
     Occupancy(const OccupancyInput& input, MapScale scale, Ledger& ram, int threads = 0);
 
-    /// The function is another: everything is proven anew. True where the map changed.
+    /// The function is another: everything is proven anew. True where map or plain cells changed.
     bool functionChanged(const OccupancyInput& input, int threads = 0);
     /// Levels of some bricks are others, the function is the same: proves those bricks and their neighbours
     /// anew, which it finds itself. True where the map changed. Both leave what a new Occupancy would hold.
@@ -52,6 +52,11 @@ class Occupancy {
     const std::vector<std::uint64_t>& masks() const { return masks_; }
     std::size_t occupiedCells() const;
     bool isEmpty(const glm::ivec3& cell) const;
+    /// In an occupied cell: the field is plain interpolation of level 0, empty bricks reading as their mean.
+    bool isPlain(const glm::ivec3& cell) const;
+    std::size_t plainCells() const; // occupied ones
+    /// The same with one distance for all octants, the least: a plain Chebyshev map, to compare with.
+    Occupancy plainChebyshev(Ledger& ram) const;
     bool exists() const { return !map_.empty(); }
 
     /// RAM that one takes.
@@ -67,7 +72,7 @@ class Occupancy {
     std::vector<std::uint8_t> levels_;
     std::uint32_t finest_ = 0;
     EdgeFunction edgeFunction_ = EdgeFunction::minimum;
-    std::vector<std::uint64_t> masks_;
+    std::vector<std::uint64_t> masks_, plain_; // plain_: of bricks with occupied cells
     std::vector<SkippingTexel> map_;
     Charge charge_;
 };

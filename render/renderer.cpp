@@ -2,6 +2,7 @@
 #include "render/renderer.h"
 
 #include "core/error.h"
+#include "render/fine_mask.h"
 #include "render/mirror.h"
 #include "render/prepare.h"
 #include "render/reference.h"
@@ -90,6 +91,13 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
         source.map = &p.levels;
         source.textures = &levelTextures.emplace(p.levels, gpu);
     }
+    const std::size_t rays =
+        static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y);
+    // Refining reads every brick, so all must be there.
+    if (occupancy && !passes && refiningPays(*occupancy, rays) &&
+        gpu.freeBytes() >= refiningBytes(p.table.entries.size()))
+        result.refinedCells = refineSkipping(march.skippingMap(), *occupancy, p.table, p.optics,
+                                             result.features, p.info(), source, gpu);
     result.passes = 1;
     for (; march.run(source, options.slicing, result.work) > 0; ++result.passes)
         atlas.serve(bricksToServe(march.takeWanted(), p.selection, atlas.pages()), *p.cache, ram,
@@ -204,8 +212,10 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     line("bricks: %zu resident, %zu (%.1f %%) show nothing and take no memory", r.residentBricks,
          r.emptyBricks, percent(r.emptyBricks, r.residentBricks + r.emptyBricks));
     if (scene.quality.skipping)
-        line("cells of 8^3 voxels: %.1f %% can show something; rays leap over the rest",
-             percent(r.occupiedCells, r.cells));
+        line("cells of 8^3 voxels: %.1f %% can show something; rays leap over the rest, and over blocks of "
+             "2^3 "
+             "voxels in %zu of them",
+             percent(r.occupiedCells, r.cells), r.refinedCells);
     if (r.features & kFeatureCounting)
         line("work: %llu segments, %llu samples, %llu fetches, %llu dispatches, the longest %.0f ms",
              static_cast<unsigned long long>(r.work.segments),

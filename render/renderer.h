@@ -43,7 +43,7 @@ struct RenderResult {
     std::size_t selectionPages = 0, atlasPages = 0; // of 32^3 texels: wanted, and there at once
     int passes = 0;                                 // over the rays; march only
     std::optional<PredictedError> predictedError;   // L*u*v*, of the levels against the finest a pixel shows
-    std::size_t cells = 0, occupiedCells = 0;
+    std::size_t cells = 0, occupiedCells = 0, refinedCells = 0;
     std::uint32_t features = 0; // of render/features.h; march only
     double tableRelativeError = 0;
     double lowest = 0, highest = 0; // values of the volume, physical units

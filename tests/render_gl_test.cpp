@@ -37,7 +37,7 @@ TEST(Program, EveryFeatureCombinationCompilesAndOmitsWhatItDoesNotNeed) {
             continue; // refused: see common_features.glsl
         const GlProgram program("march.comp", featureDefines(f));
         ASSERT_EQ(program.hasUniform("uPhong"), (f & kFeatureShading) != 0) << f;
-        ASSERT_EQ(program.hasUniform("uDistance"), (f & kFeatureSkipping) != 0) << f;
+        ASSERT_EQ(program.hasUniform("uSkipping"), (f & kFeatureSkipping) != 0) << f;
         ASSERT_EQ(program.hasUniform("uCorners"), (f & kFeatureMixed) != 0) << f;
         ASSERT_EQ(program.hasUniform("uIndex"), (f & kFeatureBricked) != 0) << f;
         ASSERT_EQ(program.hasUniform("uTermination"), (f & kFeatureTermination) != 0) << f;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/scene.h"
+#include "render/fine_mask.h"
 #include "render/march.h"
 #include "render/mirror.h"
 #include "render/prepare.h"
@@ -75,8 +76,10 @@ struct Prepared {
 struct GpuPicture {
     Image image;
     Work work;
+    std::size_t refinedCells = 0;
 };
-inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const MarchSlicing& slicing = {}) {
+inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const MarchSlicing& slicing = {},
+                          bool refine = false) {
     PreparedScene& p = prepared.p;
     Ledger& gpu = prepared.budgets.gpu;
     if (texelFormat(p.info().type).normalised)
@@ -99,6 +102,9 @@ inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const Marc
             source.map = &p.levels;
             source.textures = &levelTextures.emplace(p.levels, gpu);
         }
+        if (refine)
+            out.refinedCells = refineSkipping(march.skippingMap(), p.occupancy, p.table, p.optics, features,
+                                              p.info(), source, gpu);
         march.run(source, slicing, out.work);
     } else {
         const GlTexture3d whole =

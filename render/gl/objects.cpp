@@ -41,6 +41,10 @@ void GlTexture3d::upload(const glm::ivec3& offset, const glm::ivec3& extent, GLe
                         texels);
 }
 
+void GlTexture3d::bindImage(GLuint unit, GLenum format) const {
+    glBindImageTexture(unit, name_, 0, GL_TRUE, 0, GL_WRITE_ONLY, format);
+}
+
 void GlTexture3d::bind(GLuint unit) const {
     glBindTextureUnit(unit, name_);
 }

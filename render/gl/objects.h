@@ -33,6 +33,8 @@ class GlTexture3d {
     void upload(const glm::ivec3& offset, const glm::ivec3& extent, GLenum format, GLenum type,
                 const void* texels);
     void bind(GLuint unit) const;
+    /// For imageStore() from a shader.
+    void bindImage(GLuint unit, GLenum format) const;
     const glm::ivec3& extent() const { return extent_; }
     std::size_t bytes() const { return charge_.bytes(); }
 

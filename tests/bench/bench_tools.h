@@ -61,6 +61,7 @@ class SceneOnDevice {
     /// @param stepVoxels  q of docs/sampling.md; picture: where the result goes, or null
     Frame draw(const glm::ivec2& size, double stepVoxels, std::uint32_t features, Image* picture);
     const PreparedScene& prepared() const { return prepared_; }
+    const Atlas& atlas() const { return *atlas_; }
     const Work& uploadWork() const { return upload_; }
 
   private:

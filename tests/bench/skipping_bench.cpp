@@ -10,11 +10,14 @@
 #include "core/error.h"
 #include "core/preset.h"
 #include "render/features.h"
+#include "render/fine_mask.h"
+#include "render/march.h"
 #include "tests/bench/bench_tools.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <ctime>
 #include <random>
 #include <sstream>
@@ -43,13 +46,20 @@ Statistics madeUpStatistics(int edge, VolumeInfo& info) {
                 s.cellMin.push_back(std::max(value - noise(random), 0.0f));
                 s.cellMax.push_back(value + noise(random));
             }
-    s.brickMean.assign(cellCount(s.bricks), 0);
-    for (std::size_t b = 0; b < s.brickMean.size(); ++b) {
-        const int n = static_cast<int>(b);
-        float lo = 0, hi = 0;
-        s.brickRange({n % s.bricks.x, n / s.bricks.x % s.bricks.y, n / (s.bricks.x * s.bricks.y)}, lo, hi);
-        s.brickMean[b] = 0.5f * (lo + hi);
-    }
+    const std::size_t bricks = cellCount(s.bricks);
+    s.brickMean.resize(bricks);
+    s.brickMin.assign(bricks, s.highest);
+    s.brickMax.assign(bricks, s.lowest);
+    std::size_t cell = 0;
+    for (at.z = 0; at.z < s.cells.z; ++at.z)
+        for (at.y = 0; at.y < s.cells.y; ++at.y)
+            for (at.x = 0; at.x < s.cells.x; ++at.x, ++cell) {
+                const std::size_t b = linearIndex(at / kCellsPerBrick, s.bricks);
+                s.brickMin[b] = std::min(s.brickMin[b], s.cellMin[cell]);
+                s.brickMax[b] = std::max(s.brickMax[b], s.cellMax[cell]);
+            }
+    for (std::size_t b = 0; b < bricks; ++b)
+        s.brickMean[b] = 0.5f * (s.brickMin[b] + s.brickMax[b]);
     return s;
 }
 
@@ -119,8 +129,122 @@ void benchMap(int edge, int repeats) {
         }
 }
 
+enum Way { kNone, kPlainChebyshev, kBricks, kCells, kBlocks, kWays };
+constexpr const char* kWayNames[kWays] = {"none", "plain", "bricks", "cells", "blocks"};
+
+/// One scan under one function, drawn every way.
+struct SkippingCase {
+    std::unique_ptr<SceneOnDevice> onDevice;
+    Occupancy ways[kWays];
+    Work work[kWays];
+    std::vector<double> ms[kWays], refineMs;
+    double oracle = 0;
+    std::size_t refined = 0;
+    Image picture;
+    bool same = true;
+};
+
+void draw(SkippingCase& c, int way, bool counting, Fetch fetch, int size, Budgets& budgets) {
+    const PreparedScene& p = c.onDevice->prepared();
+    std::uint32_t features = c.onDevice->features(fetch) & ~std::uint32_t{kFeatureSkipping};
+    if (way != kNone)
+        features |= kFeatureSkipping;
+    if (counting)
+        features |= kFeatureCounting | kFeatureShading;
+    const RayFrame<double> frame = rayFrame(p.camera, p.info(), glm::ivec2(size), p.quality.stepVoxels);
+    March march(features, frame, p.info(), p.strides(), p.optics, way == kNone ? nullptr : &c.ways[way],
+                budgets.gpu);
+    FieldSource source;
+    source.atlas = &c.onDevice->atlas();
+    source.level = p.selection.finest();
+    if (way == kBlocks) {
+        const auto start = Clock::now();
+        c.refined = refineSkipping(march.skippingMap(), c.ways[way], p.table, p.optics, features, p.info(),
+                                   source, budgets.gpu);
+        c.refineMs.push_back(msSince(start));
+    }
+    Work work;
+    march.run(source, MarchSlicing{}, work);
+    if (!counting) {
+        c.ms[way].push_back(work.marchMs);
+        return;
+    }
+    c.work[way] = work;
+    c.oracle = static_cast<double>(work.samples - work.segments) / 6; // each of its samples has a gradient
+    Image picture = march.image();
+    if (way == kNone)
+        c.picture = std::move(picture);
+    else
+        c.same = c.same && std::memcmp(picture.pixels.data(), c.picture.pixels.data(),
+                                       picture.pixels.size() * sizeof(glm::vec4)) == 0;
+}
+
+std::vector<std::string> split(const std::string& text) {
+    std::vector<std::string> parts;
+    std::istringstream in(text);
+    for (std::string part; std::getline(in, part, ',');)
+        parts.push_back(part);
+    return parts;
+}
+
+void benchScenes(std::map<std::string, std::string>& options, int repeats) {
+    const GlContext context(GlDeviceChoice{options["--device"]});
+    Budgets budgets(std::size_t{4} << 30);
+    const int size = static_cast<int>(parseNumbers(options["--size"], "--size").at(0));
+    const Fetch fetch = parseFetch(options["--fetch"], "--fetch");
+    std::printf("scan,function,fetch,pixels,oracle,all,cells,blocks,cells_per_oracle,blocks_per_oracle,"
+                "iterations_plain,iterations_cells,iterations_blocks,same");
+    for (const char* way : kWayNames)
+        std::printf(",%s_ms", way);
+    std::printf(",refine_ms,refined_cells,load\n");
+    for (const std::string& store : split(options["--stores"])) {
+        const StoreReader reader(store, budgets.ram);
+        const bool hu = reader.info().unit == "HU";
+        for (const std::string& function : split(hu ? options["--functions"] : std::string("auto"))) {
+            Scene scene;
+            SceneVolume volume;
+            volume.transferFunction = function;
+            scene.volumes = {volume};
+            scene.shading.on = false;
+            scene.quality.fetch = fetch;
+            SkippingCase c;
+            c.onDevice = std::make_unique<SceneOnDevice>(scene, reader, context, budgets);
+            const PreparedScene& p = c.onDevice->prepared();
+            const OccupancyInput input{p.statistics, p.table, p.info(), p.selection, p.quality.edgeFunction};
+            for (const Way way : {kCells, kBlocks})
+                c.ways[way] = Occupancy(input, MapScale::cells, budgets.ram);
+            c.ways[kBricks] = Occupancy(input, MapScale::bricks, budgets.ram);
+            c.ways[kPlainChebyshev] = c.ways[kCells].plainChebyshev(budgets.ram);
+            for (int way = 0; way < kWays; ++way)
+                draw(c, way, true, fetch, size, budgets);
+            for (int i = 0; i < repeats; ++i)
+                for (int way = 0; way < kWays; ++way)
+                    draw(c, i % 2 == 0 ? way : kWays - 1 - way, false, fetch, size, budgets);
+            const auto n = [](std::uint64_t value) { return static_cast<double>(value); };
+            std::printf("%s,%s,%s,%d,%.0f,%.0f,%.0f,%.0f,%.2f,%.2f,%.0f,%.0f,%.0f,%s",
+                        std::filesystem::path(store).stem().c_str(), function.c_str(),
+                        options["--fetch"].c_str(), size, c.oracle, n(c.work[kNone].segments),
+                        n(c.work[kCells].segments), n(c.work[kBlocks].segments),
+                        n(c.work[kCells].segments) / c.oracle, n(c.work[kBlocks].segments) / c.oracle,
+                        n(c.work[kPlainChebyshev].iterations), n(c.work[kCells].iterations),
+                        n(c.work[kBlocks].iterations), c.same ? "yes" : "NO");
+            for (const auto& ms : c.ms)
+                std::printf(",%.1f", minimum(ms));
+            std::printf(",%.1f,%zu,%.2f\n", minimum(c.refineMs), c.refined, loadAverage());
+            std::fflush(stdout);
+        }
+    }
+}
+
 void run(int argc, char** argv) {
-    auto options = parseOptions(argc, argv, {{"--map", ""}, {"--repeats", "5"}});
+    auto options = parseOptions(argc, argv,
+                                {{"--map", ""},
+                                 {"--stores", ""},
+                                 {"--functions", "bone,vessels,soft-tissue"},
+                                 {"--size", "512"},
+                                 {"--fetch", "hardware"},
+                                 {"--device", "auto"},
+                                 {"--repeats", "5"}});
     const int repeats = static_cast<int>(parseNumbers(options["--repeats"], "--repeats").at(0));
     if (!options["--map"].empty()) {
         std::printf("extent,levels,map,cells,occupied,all_ms,function_ms,300_levels_ms,all_cpu_ms,function_"
@@ -128,6 +252,8 @@ void run(int argc, char** argv) {
         for (const double edge : parseNumbers(options["--map"], "--map"))
             benchMap(static_cast<int>(edge), repeats);
     }
+    if (!options["--stores"].empty())
+        benchScenes(options, repeats);
 }
 
 } // namespace

@@ -1,0 +1,28 @@
+// render/fine_mask.h: which blocks of 2^3 voxels of an occupied cell can show anything: bits of the map of
+// empty space (distance_map.h), found by the device from the samples it holds. Rays then take few samples
+// that show nothing. The range of a block is that of the field itself, at the points where trilinear
+// interpolation can be extreme: sample centres and the block's faces.
+#pragma once
+
+#include "core/transfer_function.h"
+#include "render/field_binding.h"
+#include "render/occupancy.h"
+#include "render/optics.h"
+
+namespace tessera {
+
+/// GPU memory that refining takes while it runs.
+std::size_t refiningBytes(std::size_t tableEntries);
+
+/// Whether one picture gains more than refining costs: by what both take on a software device, where a cell
+/// costs about what sixteen rays gain. A scene that shows most of its volume is better left as it is.
+bool refiningPays(const Occupancy& occupancy, std::size_t rays);
+
+/// Writes the bits of all cells where the field is plain interpolation of level 0 (Occupancy::plainCells());
+/// elsewhere blocks keep counting as occupied. Needs a map of cells, and the volume in an atlas.
+/// @param map  skippingTexture(occupancy)  Returns the number of cells that were refined.
+std::size_t refineSkipping(const GlTexture3d& map, const Occupancy& occupancy, const TransferTable& table,
+                           const Optics& optics, std::uint32_t features, const VolumeInfo& info,
+                           const FieldSource& source, Ledger& gpu);
+
+} // namespace tessera
