@@ -6,7 +6,7 @@
 #include "bricking_test_volumes.h"
 #include "core/colour.h"
 #include "core/transfer_function.h"
-#include "tests/bench/hierarchy.h"
+#include "viewer/bench/hierarchy.h"
 
 #include <gtest/gtest.h>
 

@@ -21,7 +21,7 @@ using namespace bench;
 
 struct BenchArguments {
     std::string out, scans, ram, device = "auto";
-    std::vector<std::string> only;
+    std::vector<std::string> only, volumes;
     bool quick = false;
 };
 
@@ -87,11 +87,11 @@ fs::path scansFolder(const BenchArguments& arguments) {
     return data ? fs::path(data) : fs::path();
 }
 
-void checkOnly(const BenchArguments& arguments) {
-    const std::vector<std::string> names = experimentNames();
-    for (const std::string& name : arguments.only)
+void checkNames(const std::vector<std::string>& given, const std::vector<std::string>& names,
+                const std::string& option) {
+    for (const std::string& name : given)
         if (std::find(names.begin(), names.end(), name) == names.end())
-            throw badFile("--only", "one of " + joinNames(names),
+            throw badFile(option, "one of " + joinNames(names),
                           "\"" + name + "\"; nearest: \"" + nearestName(name, names) + "\"");
 }
 
@@ -101,12 +101,13 @@ std::string volumesLine(const Workbench& bench) {
         text += (&volume == &bench.volumes.front() ? "" : "; ") + ("*" + volume.name + "*: ") + volume.about;
     text += ".";
     if (!bench.leftOut.empty())
-        text += " Left out, because not at hand: " + joinNames(bench.leftOut) + ".";
+        text += " Left out: " + joinNames(bench.leftOut) + ".";
     return text;
 }
 
 void runBench(const BenchArguments& arguments, const std::string& command, const CommonOptions& common) {
-    checkOnly(arguments);
+    checkNames(arguments.only, experimentNames(), "--only");
+    checkNames(arguments.volumes, volumeNames(), "--volumes");
     const fs::path scans = scansFolder(arguments);
     const std::size_t ramBytes = budgetBytes(arguments.ram, "--ram", common);
     std::error_code error;
@@ -117,19 +118,23 @@ void runBench(const BenchArguments& arguments, const std::string& command, const
     const std::string device = GlContext({arguments.device}).renderer();
     const ScratchFolder scratch;
     std::unique_ptr<Workbench> bench;
+    std::string options = arguments.quick ? " --quick" : "";
+    for (const std::string& volume : arguments.volumes)
+        options += " --volumes " + volume;
     for (const Experiment& experiment : experiments()) {
         const auto& only = arguments.only;
         if (!only.empty() && std::find(only.begin(), only.end(), experiment.name) == only.end())
             continue;
         if (experiment.onVolumes && !bench)
-            bench = std::make_unique<Workbench>(
-                makeWorkbench(arguments.device, scans, scratch.path(), arguments.quick, ramBytes, common));
+            bench =
+                std::make_unique<Workbench>(makeWorkbench(arguments.device, scans, arguments.volumes,
+                                                          scratch.path(), arguments.quick, ramBytes, common));
         common.note(std::string(experiment.name) + " ...");
         constexpr unsigned kSeeds = 20;
         Report report = experiment.onVolumes ? experiment.onVolumes(*bench) : edgeFunctionReport(kSeeds);
         if (experiment.onVolumes)
             report.text.push_back(volumesLine(*bench));
-        const MadeBy madeBy{command + " --only " + experiment.name + (arguments.quick ? " --quick" : ""),
+        const MadeBy madeBy{command + " --only " + experiment.name + options,
                             describeMachine(device) + "; load " + formatCell(loadAverage()), TESSERA_VERSION};
         writeReport(report, madeBy, place);
     }
@@ -143,6 +148,7 @@ void addCommon(CLI::App& command, BenchArguments& arguments) {
         ->required();
     command.add_option("--scans", arguments.scans,
                        "folder with the public scans that the page names (default: $TESSERA_TEST_DATA)");
+    command.add_option("--volumes", arguments.volumes, "of these volumes only: " + joinNames(volumeNames()));
     command.add_flag("--quick", arguments.quick, "small volumes and pictures: to see that all works");
     command.add_option("--ram", arguments.ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command.add_option("--gl-device", arguments.device, "auto, software or a number")->capture_default_str();

@@ -15,8 +15,8 @@
 #include "core/threads.h"
 #include "render/prepare.h"
 #include "tests/bench/bench_tools.h"
-#include "tests/bench/brick_truth.h"
-#include "tests/bench/hierarchy.h"
+#include "viewer/bench/brick_truth.h"
+#include "viewer/bench/hierarchy.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,41 +1,40 @@
-// viewer/bench/brick_truth.h: what levels really cost each brick, from all of its voxels: the slow truth that
-// predictions are measured against.
+// viewer/bench/brick_truth.h: what selection predicts, computed from every voxel: the true error of each
+// brick and level as level_error.h defines it, and the errors of simpler measures to compare with. Slow;
+// whole levels in memory.
 #pragma once
 
-#include "bricking/brick_rays.h"
 #include "bricking/level_error.h"
 #include "bricking/store/store_reader.h"
-#include "render/optics.h"
+#include "bricking/view_weight.h"
+#include "core/transfer_function.h"
 
 #include <array>
 #include <vector>
 
 namespace tessera::bench {
 
-/// A whole volume in memory, every level of it, as stored values.
-class VolumeLevels {
-  public:
-    /// Charged to ram. Throws InputError where the budget cannot hold it.
-    VolumeLevels(const StoreReader& store, Ledger& ram);
-    const VolumeInfo& info() const { return info_; }
-    /// The fields of one brick; valid until `room` changes.
-    BrickFields brick(const glm::ivec3& at, std::vector<float>& room) const;
-
-  private:
-    VolumeInfo info_;
-    std::array<std::vector<float>, kLevelCount> values_; // [z][y][x]
-    Charge charge_;
+/// All levels of a volume, stored values as floats.
+struct WholeLevels {
+    VolumeInfo info;
+    std::array<glm::ivec3, kLevelCount> extents{};
+    std::array<std::vector<float>, kLevelCount> values; // [z][y][x]
 };
+WholeLevels loadLevels(const StoreReader& store);
 
-/// Picture errors as level_error.h defines them, but from every row of voxels along the three axes and with
-/// unrounded samples: no ray is left out.
-LevelErrors trueErrors(const VolumeLevels& volume, std::vector<std::uint8_t> shows, const Optics& optics);
-/// Root mean square distance of each level's field from the voxels, stored units: what a choice that does not
-/// know the function can go by.
-LevelErrors dataErrors(const VolumeLevels& volume, std::vector<std::uint8_t> shows);
+/// Mean over all rows of voxels of each brick, along all three axes, of the distance in L*u*v* between level
+/// 0 and each level, sampled at every voxel, before black. Of bricks with shows[brick] != 0.
+LevelErrors trueErrors(const WholeLevels& levels, const std::vector<std::uint8_t>& shows,
+                       const TransferTable& table, int threads);
 
-/// Spearman's rank correlation; equal values share the mean of their ranks. 0 for fewer than 3 pairs or where
-/// one side is constant. a and b of one length.
+/// The measure of data-error approaches (course notes 2.8.2): root mean square difference of stored values.
+LevelErrors dataErrors(const WholeLevels& levels, const std::vector<std::uint8_t>& shows, int threads);
+
+/// The measure of view-dependent approaches (course notes 2.8.1): the size of a sample alone.
+LevelErrors sizeErrors(const glm::ivec3& bricks, const std::vector<std::uint8_t>& shows);
+/// Weights for sizeErrors: one over the distance, which is what projected lengths fall with.
+ViewWeights distanceWeights(ViewWeights weights);
+
+/// Spearman's rank correlation, ties sharing their mean rank; NaN where either does not vary.
 double rankCorrelation(const std::vector<double>& a, const std::vector<double>& b);
 
 } // namespace tessera::bench

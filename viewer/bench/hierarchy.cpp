@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <string_view>
 
 namespace tessera::bench {
 namespace {
@@ -130,6 +131,20 @@ BlockGrid gridOfShape(int dimensions, const glm::ivec3& blocks, int blockExtent,
                                      : count == cellCount(size) ? Need::interior
                                                                 : Need::boundary);
             }
+    return grid;
+}
+
+BlockGrid table21Grid() {
+    BlockGrid grid{2, {8, 8, 1}, 8, {}};
+    for (const char c : std::string_view("...bb..."
+                                         "..bbbb.."
+                                         ".bbiibb."
+                                         "bbiibbb."
+                                         "bbbb...."
+                                         ".bb....."
+                                         "..b....."
+                                         "........"))
+        grid.needs.push_back(c == 'b' ? Need::boundary : c == 'i' ? Need::interior : Need::outside);
     return grid;
 }
 

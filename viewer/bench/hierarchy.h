@@ -46,4 +46,8 @@ std::size_t fullSamples(const BlockGrid& grid);
 BlockGrid gridOfShape(int dimensions, const glm::ivec3& blocks, int blockExtent,
                       const std::function<bool(const glm::ivec3&)>& inside);
 
+/// A shape with the counts of table 2.1: 22 blocks at the boundary, 4 inside, 38 outside, one quarter of the
+/// picture empty and one node of every other quarter. (The figure itself is not in the text of the notes.)
+BlockGrid table21Grid();
+
 } // namespace tessera::bench

@@ -27,15 +27,6 @@ double median(std::vector<double> values) {
     return n == 0 ? 0 : 0.5 * (values[(n - 1) / 2] + values[n / 2]);
 }
 
-/// The same curve for every brick: a choice by the view alone, nearer bricks first.
-LevelErrors distanceErrors(LevelErrors like) {
-    for (std::size_t n = 0; n < like.shows.size(); ++n)
-        for (std::size_t level = 1; level < kLevelCount; ++level)
-            like.errors[n][level] =
-                like.shows[n] ? static_cast<float>(std::ldexp(1.0, static_cast<int>(level))) : 0;
-    return like;
-}
-
 } // namespace
 
 Report predictionReport(const Workbench& bench) {
@@ -73,11 +64,11 @@ Report predictionReport(const Workbench& bench) {
         for (const std::string& preset : volume.presets) {
             SceneBench scene(bench, volume, preset, "anterior", bench.fewerPixels());
             const Selection& culled = scene.culled();
-            const VolumeLevels levels(scene.store(), scene.analysisRam());
+            const WholeLevels levels = loadLevels(scene.store());
             const std::vector<std::uint8_t>& shows = scene.shows();
             const LevelErrors& predicted = scene.predicted();
-            const LevelErrors real = trueErrors(levels, shows, scene.prepared().optics);
-            const LevelErrors data = dataErrors(levels, shows);
+            const LevelErrors real = trueErrors(levels, shows, scene.prepared().table, 0);
+            const LevelErrors data = dataErrors(levels, shows, 0);
             std::vector<Cell> row = {volume.name + ", " + preset, static_cast<double>(culled.shownBricks())};
             std::vector<double> allPredicted, allReal, allData;
             for (std::size_t level = 1; level < kLevelCount; ++level) {
@@ -94,17 +85,20 @@ Report predictionReport(const Workbench& bench) {
             ranks.rows.push_back(std::move(row));
 
             const Drawn truth = scene.draw(culled);
-            const LevelErrors distance = distanceErrors(predicted);
+            const LevelErrors sizes = sizeErrors(predicted.bricks, shows);
+            const ViewWeights byDistance = distanceWeights(scene.weights());
             for (const double reduction : kReductions) {
                 if (reduction <= scene.reductionOf(culled))
                     continue; // everything fits: nothing to choose
                 const std::size_t pages = scene.pagesAt(reduction);
                 std::vector<ImageDifference> d;
-                for (const LevelErrors* errors : {&real, &predicted, &data, &distance})
-                    d.push_back(SceneBench::difference(
-                        scene.draw(selectLevels(*errors, scene.weights(), culled.means, pages)), truth));
-                d.push_back(
-                    SceneBench::difference(scene.draw(selectUniform(predicted, culled.means, pages)), truth));
+                const auto add = [&](const Selection& selection) {
+                    d.push_back(SceneBench::difference(scene.draw(selection), truth));
+                };
+                for (const LevelErrors* errors : {&real, &predicted, &data})
+                    add(selectLevels(*errors, scene.weights(), culled.means, pages));
+                add(selectLevels(sizes, byDistance, culled.means, pages));
+                add(selectUniform(predicted, culled.means, pages));
                 const double ratio = d[0].luvMean > 0 ? d[1].luvMean / d[0].luvMean : 1;
                 ratios.push_back(ratio);
                 ++contests;

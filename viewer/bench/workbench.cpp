@@ -94,13 +94,27 @@ constexpr std::size_t kAmpleGpuBytes = std::size_t{8} << 30; // these experiment
 
 } // namespace
 
-Workbench makeWorkbench(const std::string& device, const fs::path& scansFolder, const fs::path& scratchFolder,
-                        bool quick, std::size_t ramBytes, const CommonOptions& common) {
+std::vector<std::string> volumeNames() {
+    std::vector<std::string> names = {"torso"};
+    for (const KnownScan& scan : knownScans())
+        names.emplace_back(scan.name);
+    return names;
+}
+
+Workbench makeWorkbench(const std::string& device, const fs::path& scansFolder,
+                        const std::vector<std::string>& only, const fs::path& scratchFolder, bool quick,
+                        std::size_t ramBytes, const CommonOptions& common) {
     Workbench bench{device, {}, {}, quick, ramBytes, common};
-    bench.volumes.push_back(makeTorso(scratchFolder, quick, ramBytes));
+    const auto wanted = [&only](const std::string& name) {
+        return only.empty() || std::find(only.begin(), only.end(), name) != only.end();
+    };
+    if (wanted("torso"))
+        bench.volumes.push_back(makeTorso(scratchFolder, quick, ramBytes));
+    else
+        bench.leftOut.push_back("torso");
     for (const KnownScan& scan : knownScans()) {
         const fs::path path = scansFolder / scan.path;
-        if (scansFolder.empty() || !fs::exists(path)) {
+        if (!wanted(scan.name) || scansFolder.empty() || !fs::exists(path)) {
             bench.leftOut.push_back(scan.name);
             continue;
         }
@@ -134,13 +148,13 @@ SceneBench::SceneBench(const Workbench& bench, const BenchVolume& volume, const 
     const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
     const Scene scene = sceneOf(volume, preset, camera, store_.info(), bench.pixels());
     prepared_ = prepareScene(scene, store_, limits, ram_, gpu_, 0, LevelChoice::oneForAll);
-    weights_ = viewWeights(prepared_.camera, store_.info(), scene.imageSize);
     if (pixels > 0)
         prepared_.frame =
             rayFrame(prepared_.camera, info(), glm::ivec2(pixels), prepared_.quality.stepVoxels);
     culled_ = cullBricks(prepared_.statistics, prepared_.table, info(), 0, true);
     for (const std::uint8_t level : culled_.levels)
         shows_.push_back(level != Selection::kEmpty);
+    weights_ = viewWeights(prepared_.camera, store_.info(), scene.imageSize, 0, shows_);
     BrickRays rays = noBrickRays(info(), kBrickRayParts, analysisRam_);
     addBrickRays(store_, shows_, rays, analysisRam_);
     predicted_ = predictErrors(rays, shows_, prepared_.table, info());

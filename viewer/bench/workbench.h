@@ -30,7 +30,7 @@ struct BenchVolume {
 struct Workbench {
     std::string device; // as --gl-device says it
     std::vector<BenchVolume> volumes;
-    std::vector<std::string> leftOut; // names of volumes that are not on this machine
+    std::vector<std::string> leftOut; // names of volumes that are not at hand or were not asked for
     bool quick = false;
     std::size_t ramBytes = 0;
     const CommonOptions& common;
@@ -39,11 +39,13 @@ struct Workbench {
     int fewerPixels() const { return pixels() / 2; } // of pictures that are only measured
 };
 
+/// Names of all volumes that a workbench may have.
+std::vector<std::string> volumeNames();
 /// The generated volumes, written to scratchFolder, and those known scans that are in scansFolder (empty:
-/// none). Scans are imported once, to the cache folder.
+/// none); of those in `only`, unless it is empty. Scans are imported once, to the cache folder.
 Workbench makeWorkbench(const std::string& device, const std::filesystem::path& scansFolder,
-                        const std::filesystem::path& scratchFolder, bool quick, std::size_t ramBytes,
-                        const CommonOptions& common);
+                        const std::vector<std::string>& only, const std::filesystem::path& scratchFolder,
+                        bool quick, std::size_t ramBytes, const CommonOptions& common);
 
 /// Cameras by name: "anterior" (perspective), "left" (parallel), "near" (perspective, oblique, half the
 /// volume fills the picture).
