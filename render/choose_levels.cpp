@@ -30,21 +30,17 @@ std::size_t predictionBytes(std::size_t bricks) {
            bricks * (4 * sizeof(float) + sizeof(std::uint8_t)); // view weights, visibility and its sums
 }
 
-/// Rays of the bricks that show something, both parts where ram has room for them, else one; or nothing.
+/// Rays of the bricks that show something, where ram has room for them and for what is made of them.
 std::optional<BrickRays> raysThatFit(const StoreReader& store, const std::vector<std::uint8_t>& shows,
                                      std::size_t shown, Ledger& ram, std::size_t kept, int threads) {
-    for (int parts = kBrickRayParts; parts > 0; --parts) {
-        const std::size_t bytes = shown * static_cast<std::size_t>(parts) * kBrickRayBytes +
-                                  shows.size() * (sizeof(std::uint32_t) + 1) +
-                                  BrickRays::kRowsPerPage * kBrickRayParts * kBrickRayBytes;
-        constexpr std::size_t kReading = std::size_t{4} << 20; // parts of the statistics on their way
-        if (ram.freeBytes() < kept + kReading + bytes + predictionBytes(shows.size()))
-            continue;
-        BrickRays rays = noBrickRays(store.info(), parts, ram);
-        addBrickRays(store, shows, rays, ram, threads);
-        return rays;
-    }
-    return std::nullopt;
+    constexpr std::size_t kReading = std::size_t{4} << 20; // parts of the statistics on their way
+    const std::size_t bytes = (shown + BrickRays::kRowsPerPage) * kBrickRayParts * kBrickRayBytes +
+                              shows.size() * (sizeof(std::uint32_t) + 1);
+    if (ram.freeBytes() < kept + kReading + bytes + predictionBytes(shows.size()))
+        return std::nullopt;
+    BrickRays rays = noBrickRays(store.info(), kBrickRayParts, ram);
+    addBrickRays(store, shows, rays, ram, threads);
+    return rays;
 }
 
 } // namespace

@@ -149,6 +149,7 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     result.bricksOfLevel = p.selection.counts;
     result.atlasPages = p.chosen.atlasPages;
     result.selectionPages = pagesFor(p.selection.counts);
+    result.levelsOnPurpose = options.levels != LevelChoice::perBrick || options.engine == Engine::reference;
     if (p.chosen.predicted)
         result.predictedError = p.chosen.error;
     result.residentBricks = p.selection.shownBricks();
@@ -206,6 +207,9 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     if (r.passes > 0)
         line("atlas: %zu pages of 32^3 texels, %zu at once, %d %s", r.selectionPages, r.atlasPages, r.passes,
              r.passes == 1 ? "pass" : "passes");
+    if (!r.predictedError && !r.levelsOnPurpose)
+        line("level of detail: one level for all, because this budget of RAM cannot hold what choosing by "
+             "brick needs");
     if (r.predictedError)
         line("level of detail: predicted error (L*u*v*) %.2g in the mean, %.2g at the 99th percentile",
              r.predictedError->mean, r.predictedError->p99);

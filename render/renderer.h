@@ -42,6 +42,7 @@ struct RenderResult {
     std::size_t residentBricks = 0, emptyBricks = 0;
     std::size_t selectionPages = 0, atlasPages = 0; // of 32^3 texels: wanted, and there at once
     int passes = 0;                                 // over the rays; march only
+    bool levelsOnPurpose = false;                   // one level for all was asked for
     std::optional<PredictedError> predictedError;   // L*u*v*, of the levels against the finest a pixel shows
     std::size_t cells = 0, occupiedCells = 0, refinedCells = 0;
     std::uint32_t features = 0; // of render/features.h; march only

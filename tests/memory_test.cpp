@@ -108,7 +108,7 @@ TEST_F(Memory, PhantomAndRenderStayWithinTheirBudgets) {
     const double emptyPhantom = peakMiB("phantom torso --size 1x1x1 -o tiny.zarr -q");
     expectWithin("phantom torso --size 256x192x300 -o torso.zarr -q --ram 24MiB", emptyPhantom, 24);
     const double empty = peakMiB("render tiny.zarr -o a.png --size 1x1 -q --gl-device software");
-    for (const auto& [ram, gpu] : {std::pair(8, 2), {12, 6}, {24, 24}, {64, 12}, {96, 64}})
+    for (const auto& [ram, gpu] : {std::pair(10, 3), {12, 6}, {24, 24}, {64, 12}, {96, 64}})
         expectWithin("render torso.zarr -o a.png --size 160x160 -q --gl-device software" + budgets(ram, gpu),
                      empty, ram + gpu);
     expectWithin("render torso.zarr -o a.png --size 160x160 -q --no-skipping --preset soft-tissue"
@@ -118,7 +118,7 @@ TEST_F(Memory, PhantomAndRenderStayWithinTheirBudgets) {
     // Engines of the processor have no device; their level is chosen by the same budget, and takes none of
     // it.
     const double emptyMirror = peakMiB("render tiny.zarr -o a.png --size 1x1 -q --engine mirror");
-    for (const int ram : {8, 48})
+    for (const int ram : {10, 48})
         expectWithin("render torso.zarr -o a.png --size 96x96 -q --engine mirror" + budgets(ram, 24),
                      emptyMirror, ram);
 }
