@@ -197,7 +197,8 @@ Report reductionsReport(const Workbench& bench) {
                 }
                 plot.curves.push_back(std::move(line));
             }
-            figure.rows.push_back(pictureRow(bench, volume, preset, losslessAnterior));
+            if (preset == volume.presets.front()) // one function a volume: pictures are large
+                figure.rows.push_back(pictureRow(bench, volume, preset, losslessAnterior));
         }
     report.tables = {std::move(lossless), std::move(errors), std::move(curve)};
     report.figures = {std::move(figure)};
