@@ -2,6 +2,7 @@
 #include "viewer/bench/workbench.h"
 
 #include "bricking/import/importer.h"
+#include "bricking/predicted_visibility.h"
 #include "bricking/ray_statistics.h"
 #include "core/error.h"
 #include "datasets/phantom.h"
@@ -158,6 +159,8 @@ SceneBench::SceneBench(const Workbench& bench, const BenchVolume& volume, const 
     BrickRays rays = noBrickRays(info(), kBrickRayParts, analysisRam_);
     addBrickRays(store_, shows_, rays, analysisRam_);
     predicted_ = predictErrors(rays, shows_, prepared_.table, info());
+    keepWhatFilteringLoses(predicted_, weights_); // as render/choose_levels.cpp does
+    visibility_ = predictVisibility(predicted_, prepared_.camera, info(), scene.imageSize);
 }
 
 Drawn SceneBench::draw(Selection selection, const Setting& setting) {

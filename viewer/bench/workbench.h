@@ -94,7 +94,10 @@ class SceneBench {
     /// Voxels of the volume to texels of the selection's pages.
     double reductionOf(const Selection& selection) const;
     /// The product's own choice for at least such a reduction.
-    Selection chosenAt(double reduction, Visibility visibility = {}) const;
+    Selection chosenAt(double reduction) const { return chosenAt(reduction, visibility_); }
+    Selection chosenAt(double reduction, Visibility visibility) const;
+    /// What the product takes bricks to be visible.
+    const std::vector<float>& visibility() const { return visibility_; }
     /// Pages that give at least such a reduction; at least 1.
     std::size_t pagesAt(double reduction) const;
 
@@ -109,6 +112,7 @@ class SceneBench {
     Selection culled_;
     std::vector<std::uint8_t> shows_;
     LevelErrors predicted_;
+    std::vector<float> visibility_;
 };
 
 } // namespace tessera::bench
