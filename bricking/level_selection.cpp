@@ -325,7 +325,7 @@ Selection selectForError(const LevelErrors& errors, const ViewWeights& weights, 
 }
 
 void keepWhatFilteringLoses(const LevelErrors& errors, ViewWeights& weights) {
-    constexpr float kNoticeable = 1;
+    constexpr float kNoticeable = 2;
     for (std::size_t brick = 0; brick < errors.biases.size(); ++brick) {
         std::uint8_t& finest = weights.finest[brick];
         if (!errors.shows[brick] || !(weights.area[brick] > 0))

@@ -73,27 +73,29 @@ vec3 fieldGradient(vec3 p) {
     precise float pitch = inHome(p) ? homePitch() : localPitch(p);
     precise float h = 0.5 * pitch;
     // A compiler for SIMD lanes runs both sides of a branch, but a loop only as long as a lane needs it: so the
-    // six values are taken from the brick at hand, and again, one by one, where other bricks have weight.
-    bool within = inHome(p - h) && inHome(p + h);
-    vec3 g;
+    // six values are taken from the brick at hand, and those again, one by one, where other bricks have weight.
+    vec3 ahead;
+    vec3 behind;
+    int outside = 0; // bits: ahead along x, y, z, then behind
     for (int axis = 0; axis < 3; ++axis) {
         vec3 offset = vec3(0.0);
         offset[axis] = h;
-        precise vec3 ahead = p + offset;
-        precise vec3 behind = p - offset;
-        precise float slope = (homeValue(ahead) - homeValue(behind)) / pitch;
-        g[axis] = slope;
+        precise vec3 up = p + offset;
+        precise vec3 down = p - offset;
+        ahead[axis] = homeValue(up);
+        behind[axis] = homeValue(down);
+        outside |= int(!inHome(up)) << axis | int(!inHome(down)) << (axis + 3);
     }
-    float value = 0.0;
     gTurns += 3;
-    for (int turn = within ? 6 : 0; turn < 6; ++turn) {
+    for (; outside != 0; outside &= outside - 1) {
         ++gTurns;
-        bvec3 axis = equal(ivec3(turn >> 1), ivec3(0, 1, 2));
-        precise vec3 at = p + mix(vec3(0.0), vec3((turn & 1) == 0 ? h : -h), axis);
-        float here = fieldValue(at);
-        precise float slope = (value - here) / pitch;
-        if ((turn & 1) != 0) g = mix(g, vec3(slope), axis);
-        value = here;
+        int turn = findLSB(outside);
+        bvec3 axis = equal(ivec3(turn >= 3 ? turn - 3 : turn), ivec3(0, 1, 2));
+        precise vec3 at = p + mix(vec3(0.0), vec3(turn < 3 ? h : -h), axis);
+        float value = fieldValue(at);
+        if (turn < 3) ahead = mix(ahead, vec3(value), axis);
+        else behind = mix(behind, vec3(value), axis);
     }
+    precise vec3 g = (ahead - behind) / pitch;
     return g;
 }

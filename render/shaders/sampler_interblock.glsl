@@ -48,36 +48,30 @@ int nearAxes(uvec2 corner, vec3 offset) {
     return near;
 }
 
-// x: how far a brick's weight rises into its own side, y: into the other's; voxels.
-vec2 edgeReach(uint own, uint other) {
-    if (own == kCodeEmpty || other == kCodeEmpty) {
-        uint level = own != kCodeEmpty ? own : other != kCodeEmpty ? other : uint(uFinest);
-        return vec2(halfSample(level));
-    }
-    if (uEdgeFunction == 0) return vec2(0.0);
-    if (uEdgeFunction == 1) return vec2(halfSample(min(own, other)));
-    if (uEdgeFunction == 2) return vec2(halfSample(own), halfSample(other));
-    return vec2(halfSample(max(own, other)));
-}
-
-float edgeWeight(vec2 reach, float into, bool upperSide) {
-    float r = into >= 0.0 ? reach.x : reach.y;
-    if (r == 0.0) return into > 0.0 || (into == 0.0 && upperSide) ? 1.0 : 0.0;
-    precise float weight = clamp(0.5 + 0.5 * (into / r), 0.0, 1.0);
-    return weight;
-}
-
+// Weight of one of the eight before normalisation: the product of its edge weights along the near axes.
 float cornerWeight(uvec2 corner, int brick, int near, vec3 offset) {
     uint own = codeOf(corner, brick);
-    if (own == kCodeOutside) return 0.0;
-    precise float weight = 1.0;
-    for (int axis = 0; axis < 3; ++axis) {
-        uint other = codeOf(corner, brick ^ (1 << axis));
-        if ((near & (1 << axis)) == 0 || other == kCodeOutside) continue;
-        bool upper = (brick & (1 << axis)) != 0;
-        weight = weight * edgeWeight(edgeReach(own, other), upper ? offset[axis] : -offset[axis], upper);
-    }
-    return weight;
+    uvec3 other = uvec3(codeOf(corner, brick ^ 1), codeOf(corner, brick ^ 2), codeOf(corner, brick ^ 4));
+    // Codes order levels, and an empty brick after them: the smaller code is the minimum's level.
+    uvec3 low = min(uvec3(own), other);
+    low = mix(low, uvec3(uFinest), equal(low, uvec3(kCodeEmpty)));
+    uvec3 high = max(uvec3(own), other);
+    bvec3 asMinimum = uEdgeFunction == 1 ? bvec3(true) : greaterThanEqual(high, uvec3(kCodeEmpty));
+    uvec3 ownLevel = mix(uEdgeFunction == 2 ? uvec3(own) : high, low, asMinimum);
+    uvec3 otherLevel = mix(uEdgeFunction == 2 ? other : high, low, asMinimum);
+    bvec3 upper = notEqual(ivec3(brick) & ivec3(1, 2, 4), ivec3(0));
+    vec3 into = mix(-offset, offset, upper);
+    uvec3 level = mix(otherLevel, ownLevel, greaterThanEqual(into, vec3(0.0)));
+    vec3 reach = uintBitsToFloat((126u + level) << 23);
+    precise vec3 weights = clamp(0.5 + 0.5 * (into / reach), vec3(0.0), vec3(1.0));
+    // Nearest: no blend at all between bricks that show something.
+    vec3 steps = vec3(greaterThan(into, vec3(0.0))) + vec3(equal(into, vec3(0.0))) * vec3(upper);
+    if (uEdgeFunction == 0) weights = mix(steps, weights, asMinimum);
+    bvec3 counts = notEqual(ivec3(near) & ivec3(1, 2, 4), ivec3(0));
+    weights = mix(vec3(1.0), weights, counts);
+    weights = mix(weights, vec3(1.0), equal(other, uvec3(kCodeOutside)));
+    precise float weight = weights.x * weights.y * weights.z;
+    return own == kCodeOutside ? 0.0 : weight;
 }
 
 ivec3 brickOf(ivec3 corner, int brick) { return corner - 1 + (ivec3(brick, brick >> 1, brick >> 2) & 1); }
@@ -129,7 +123,7 @@ float fieldValue(vec3 position) {
     precise float weights = 0.0;
     int subset = 0;
     do { // the home brick, then every brick across some of the near axes
-        gTurns += 4; // and those of cornerWeight()
+        ++gTurns;
         int n = place.home ^ subset;
         float weight = cornerWeight(corner, n, near, place.offset);
         if (weight > 0.0) {
@@ -152,7 +146,7 @@ float localPitch(vec3 position) {
     precise float weights = 0.0;
     int subset = 0;
     do {
-        gTurns += 4;
+        ++gTurns;
         int n = place.home ^ subset;
         float weight = cornerWeight(corner, n, near, place.offset);
         uint code = codeOf(corner, n);
