@@ -37,7 +37,7 @@ struct Quality {
     Fetch fetch = Fetch::hardware; // exact: texel fetches and float arithmetic, for equality tests
     double terminationTransmittance = 1.0 / 510; // a ray stops below it; 0: off
     bool skipping = true;                        // empty-space skipping; never changes the picture
-    EdgeFunction edgeFunction = EdgeFunction::minimum;
+    EdgeFunction edgeFunction = EdgeFunction::split; // the least error on scans: docs/level-of-detail.md
     Sampling sampling = Sampling::limited;
     /// Predicted error that the picture may have (CIE L*u*v*, 99th percentile over pixels), in as many passes
     /// as the budget needs; 0: the finest level that a pixel can show. None: the best that one pass can hold.

@@ -11,7 +11,7 @@ namespace tessera {
 
 struct LevelMap {
     glm::ivec3 extentVoxels{0}, bricks{0};
-    EdgeFunction edgeFunction = EdgeFunction::minimum;
+    EdgeFunction edgeFunction = EdgeFunction::split;
     std::uint32_t finest = 0;         // level of the selection
     int mostStride = 0;               // no stride above 2^this
     std::vector<BrickCorner> corners; // [z][y][x] over bricks + 1

@@ -252,7 +252,7 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
             "needs; 0: the finest that a pixel can show (default: the best that fits at once)")
         ->check(CLI::NonNegativeNumber);
     command->add_option("--edge-function", a->edgeFunction,
-                        "blend between bricks: " + joinNames(edgeFunctionNames()) + " (default: minimum)");
+                        "blend between bricks: " + joinNames(edgeFunctionNames()) + " (default: split)");
     command->add_option("--sampling", a->sampling,
                         "steps in coarse bricks: " + joinNames(samplingNames()) + " (default: limited)");
     command->add_option("--fetch", a->fetch, joinNames(fetchNames()));
