@@ -45,11 +45,11 @@ Selection cullBricks(const Statistics& statistics, const TransferTable& table, c
 
 Selection selectOneLevel(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
                          std::size_t availableBytes, const PackedBytes& packedBytes, bool cull,
-                         const std::string& budgetName, std::size_t fixedBytes) {
+                         const std::string& budgetName, std::size_t fixedBytes, int finest) {
     Selection s = cullBricks(statistics, table, info, 0, cull);
     const std::size_t shown = s.shownBricks();
     std::size_t coarsestBytes = 0;
-    for (int level = 0; level < kLevelCount; ++level) {
+    for (int level = finest; level < kLevelCount; ++level) {
         std::array<std::size_t, kLevelCount + 1> counts{};
         counts[static_cast<std::size_t>(level)] = shown;
         coarsestBytes = packedBytes(counts);

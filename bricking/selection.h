@@ -42,9 +42,10 @@ Selection cullBricks(const Statistics& statistics, const TransferTable& table, c
 /// One level for all bricks that show something: the finest that fits.
 /// @param availableBytes  free in the budget, for bricks and for the fixedBytes that the scene takes besides
 /// @param budgetName  the option that sets the budget
+/// @param finest  no level finer than this
 /// Throws InputError naming the floor when even the coarsest level does not fit.
 Selection selectOneLevel(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
                          std::size_t availableBytes, const PackedBytes& packedBytes, bool cull,
-                         const std::string& budgetName, std::size_t fixedBytes);
+                         const std::string& budgetName, std::size_t fixedBytes, int finest = 0);
 
 } // namespace tessera

@@ -24,6 +24,15 @@ InputError belowFloor(const Ledger& gpu, std::size_t floorBytes, const char* wha
                       "), but " + formatBytes(gpu.freeBytes()) + " are free");
 }
 
+/// The finest level of at most 256 samples along every axis.
+int quickLevel(const glm::ivec3& extentVoxels) {
+    int level = 0;
+    while (level + 1 < kLevelCount &&
+           glm::any(glm::greaterThan(levelExtent(extentVoxels, level), glm::ivec3(256))))
+        ++level;
+    return level;
+}
+
 /// What predicting and choosing hold at once, besides the rays: errors, view weights, and their scratch.
 std::size_t predictionBytes(std::size_t bricks) {
     return predictErrorsBytes(bricks) + selectLevelsBytes(bricks) +
@@ -55,9 +64,9 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
         const auto packed = [&](const auto& counts) {
             return atlasBytes(pagesFor(counts), info.type, limits);
         };
-        chosen.selection =
-            selectOneLevel(statistics, table, info, gpu.freeBytes(), packed,
-                           choice != LevelChoice::oneForAllNothingCulled, gpu.option(), gpuFixed);
+        chosen.selection = selectOneLevel(
+            statistics, table, info, gpu.freeBytes(), packed, choice != LevelChoice::oneForAllNothingCulled,
+            gpu.option(), gpuFixed, choice == LevelChoice::quick ? quickLevel(info.extentVoxels) : 0);
         chosen.atlasPages = pagesFor(chosen.selection.counts);
         return chosen;
     };

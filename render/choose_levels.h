@@ -10,8 +10,9 @@
 
 namespace tessera {
 
-/// How levels are chosen; all but perBrick are for tests and comparisons.
-enum class LevelChoice { perBrick, oneForAll, oneForAllNothingCulled };
+/// How levels are chosen: as the scene's quality says; one for all bricks, so coarse that a first picture is
+/// there at once; or, for tests and comparisons, the finest one for all that fits.
+enum class LevelChoice { perBrick, quick, oneForAll, oneForAllNothingCulled };
 
 struct ChosenLevels {
     Selection selection;

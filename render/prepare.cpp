@@ -113,7 +113,6 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
     p.store = &store;
     const VolumeInfo& info = store.info();
     p.imageSize = scene.imageSize;
-    p.quality = scene.quality;
     const std::size_t floor = renderFloorBytes(info, scene.imageSize, bytesPerPixel, threads);
     if (ram.limitBytes() < floor)
         throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
@@ -134,6 +133,16 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
     else
         p.camera = std::get<Camera>(scene.camera);
 
+    p.ramFloorBytes = floor;
+    chooseAgain(p, scene, limits, ram, gpu, threads, choice);
+    return p;
+}
+
+void chooseAgain(PreparedScene& p, const Scene& scene, const TextureLimits& limits, Ledger& ram,
+                 const Ledger& gpu, int threads, LevelChoice choice) {
+    const VolumeInfo& info = p.info();
+    p.cache.reset(); // it holds all memory that was left
+    p.quality = scene.quality;
     // GPU memory: what every picture costs first, then levels as fine as the rest holds.
     const std::size_t fixed =
         March::stateBytes(scene.imageSize) + Atlas::indexBytes(brickGrid(info.extentVoxels)) +
@@ -145,7 +154,7 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
         // Beyond what the floor promises to bricks.
         const std::size_t promised = fixed + atlasBytes(neighbourhoodPages(true), info.type, limits);
         const std::size_t spareGpu = gpu.freeBytes() - std::min(gpu.freeBytes(), promised);
-        p.mapScale = chooseMapScale(info.extentVoxels, ram.limitBytes() - floor, spareGpu / 4);
+        p.mapScale = chooseMapScale(info.extentVoxels, ram.limitBytes() - p.ramFloorBytes, spareGpu / 4);
         mapOnGpu = mapBytes(info.extentVoxels, p.mapScale);
     }
     const int cacheThreads = threads > 0 ? threads : defaultThreads();
@@ -153,7 +162,7 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
     const std::size_t kept = cacheFloorBytes(info, cacheThreads) + staging +
                              LevelMap::bytes(brickGrid(info.extentVoxels)) +
                              (scene.quality.skipping ? Occupancy::bytes(info.extentVoxels, p.mapScale) : 0);
-    p.chosen = chooseLevels(scene, p.camera, p.statistics, p.table, store, limits, choice, gpu,
+    p.chosen = chooseLevels(scene, p.camera, p.statistics, p.table, *p.store, limits, choice, gpu,
                             fixed + mapOnGpu, ram, kept, threads);
     p.setSelection(std::move(p.chosen.selection), ram);
     p.frame = rayFrame(p.camera, info, scene.imageSize, scene.quality.stepVoxels);
@@ -163,8 +172,7 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
     const std::size_t left = free > staging ? free - staging : 0;
     const std::size_t cacheBytes =
         std::max(std::min(left, cacheFloorBytes(info, cacheThreads)), left - left / 8);
-    p.cache = std::make_unique<BrickCache>(store, ram, cacheBytes, cacheThreads);
-    return p;
+    p.cache = std::make_unique<BrickCache>(*p.store, ram, cacheBytes, cacheThreads);
 }
 
 } // namespace tessera

@@ -34,7 +34,8 @@ struct PreparedScene {
     Occupancy occupancy;
     RayFrame<double> frame;
     glm::ivec2 imageSize{0};
-    Charge imageCharge; // pictures and what an engine keeps of every ray, in RAM
+    std::size_t ramFloorBytes = 0; // of the scene
+    Charge imageCharge;            // pictures and what an engine keeps of every ray, in RAM
     Charge selectionCharge;
     Charge functionCharge;             // the transfer function's table, twice
     std::unique_ptr<BrickCache> cache; // last member: it goes first, its threads read the store
@@ -72,6 +73,11 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
                            Ledger& ram, const Ledger& gpu, int threads,
                            LevelChoice choice = LevelChoice::perBrick,
                            std::size_t bytesPerPixel = kPictureBytesPerPixel);
+
+/// Takes the scene's quality and chooses levels anew, with their maps and a new cache. The engine must have
+/// let go of the selection and of the cache.
+void chooseAgain(PreparedScene& prepared, const Scene& scene, const TextureLimits& limits, Ledger& ram,
+                 const Ledger& gpu, int threads, LevelChoice choice);
 
 /// What presets may know of a volume.
 ValueSummary summarise(const Statistics& statistics, const VolumeInfo& info);

@@ -141,8 +141,20 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
         result.device = context->renderer();
         result.glVersion = context->version();
     }
-    PreparedScene p = prepareScene(scene, store, limits, ram, gpu, options.threads, options.levels,
-                                   pictureBytesPerPixel(options.engine));
+    const bool first = options.onFirstPicture && options.engine == Engine::march;
+    Scene coarse = scene;
+    if (first) // a sample of the coarse level a step, not two
+        coarse.quality.stepVoxels = std::min(2 * scene.quality.stepVoxels, 16.0);
+    PreparedScene p =
+        prepareScene(coarse, store, limits, ram, gpu, options.threads,
+                     first ? LevelChoice::quick : options.levels, pictureBytesPerPixel(options.engine));
+    if (first) {
+        RenderResult quick;
+        drawByMarch(coarse, p, *context, ram, gpu, options, quick);
+        options.onFirstPicture(quick.image);
+        quick = {};
+        chooseAgain(p, scene, limits, ram, gpu, options.threads, options.levels);
+    }
     result.camera = p.camera;
     result.tableRelativeError = p.table.relativeError;
     result.level = p.selection.finest();

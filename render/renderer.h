@@ -13,6 +13,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,6 +30,9 @@ struct RenderOptions {
     MarchSlicing slicing; // march only
     bool counting = true; // work counters; false: they are not compiled
     LevelChoice levels = LevelChoice::perBrick;
+    /// March only: gets a first whole picture, all bricks at one coarse level, before levels are chosen and
+    /// loaded for the picture itself.
+    std::function<void(const Image&)> onFirstPicture;
 };
 
 struct RenderResult {

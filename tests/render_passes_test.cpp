@@ -106,5 +106,24 @@ TEST_P(Passes, TheBestOfOnePassFitsAndImprovesWithMemory) {
     }
 }
 
+// A first picture comes before, whole and coarse, and changes nothing of the picture itself.
+TEST(FirstPicture, ComesFirstAndChangesNothing) {
+    Scene scene = finest("torso", "bone", 0, true);
+    scene.quality.maxError.reset();
+    const RenderResult alone = draw(scene, "torso", std::size_t{6} << 20).result;
+    Ledger ram("RAM", "--ram", std::size_t{512} << 20),
+        gpu("GPU memory", "--gpu-memory", std::size_t{6} << 20);
+    const StoreReader reader(storePath("torso"), ram);
+    RenderOptions options;
+    options.device.text = "software";
+    Image first;
+    options.onFirstPicture = [&](const Image& image) { first = image; };
+    const RenderResult result = renderScene(scene, reader, ram, gpu, options);
+    ASSERT_EQ(first.size, scene.imageSize);
+    EXPECT_FALSE(isBlank(first));
+    EXPECT_TRUE(bitEqual(result.image, alone.image));
+    EXPECT_LE(gpu.peakBytes(), gpu.limitBytes());
+}
+
 } // namespace
 } // namespace tessera

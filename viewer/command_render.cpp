@@ -17,8 +17,14 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <unistd.h>
 
 namespace tessera {
 namespace {
@@ -30,7 +36,7 @@ struct RenderArguments {
     std::string device = "auto";
     double step = 0;      // 0: as the scene says
     double maxError = -1; // negative: as the scene says
-    std::string edgeFunction, sampling;
+    std::string edgeFunction, sampling, first;
     bool noShading = false, noSkipping = false, explain = false, json = false;
     InputOptions input;
 };
@@ -102,6 +108,20 @@ bool showsAnything(const TransferChoice& choice, const RenderResult& result) {
     return std::any_of(function->kinks().begin(), function->kinks().end(), [&](double v) {
         return v >= result.lowest && v <= result.highest && function->extinction(v) > 0;
     });
+}
+
+/// From the system's own account of when this process began: loading the program counts too.
+double secondsSinceProcessStart() {
+    std::ifstream stat("/proc/self/stat");
+    std::string text((std::istreambuf_iterator<char>(stat)), {});
+    std::istringstream fields(text.substr(std::min(text.rfind(')') + 1, text.size())));
+    std::string field;
+    for (int i = 3; i <= 22 && fields >> field; ++i)
+        ; // field 22: start, in clock ticks since the system's
+    timespec now{};
+    clock_gettime(CLOCK_BOOTTIME, &now);
+    const double start = std::strtod(field.c_str(), nullptr) / static_cast<double>(sysconf(_SC_CLK_TCK));
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec) - start;
 }
 
 /// "level 2" or "levels 0 to 4", and the passes where there were several.
@@ -193,6 +213,16 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     RenderOptions options;
     options.engine = engine;
     options.device.text = arguments.device;
+    double firstSeconds = 0;
+    if (!arguments.first.empty())
+        options.onFirstPicture = [&](const Image& image) {
+            const Charge charge =
+                ram.charge(kPictureBytesPerPixel * image.pixels.size() / 2, "the first picture");
+            writeImage(arguments.first, scene.background ? overBackground(image, *scene.background) : image,
+                       "{}");
+            firstSeconds = secondsSinceProcessStart();
+            common.note("wrote " + arguments.first + " after " + formatNumber(firstSeconds, 3) + " s");
+        };
     const RenderResult result = renderScene(scene, store, ram, gpu, options);
     const Charge pictures = ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
 
@@ -212,6 +242,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
         report["seconds"] = {{"preparing", result.secondsPreparing},
                              {"loading", result.secondsLoading},
                              {"drawing", result.secondsDrawing}};
+        if (firstSeconds > 0)
+            report["seconds"]["firstPictureSinceStart"] = firstSeconds;
         if (arguments.explain)
             report["explain"] = lines;
         std::printf("%s\n", report.dump(2, ' ', true, nlohmann::json::error_handler_t::replace).c_str());
@@ -251,6 +283,9 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
             "predicted error to stay below (L*u*v*, 99th percentile), in as many passes as the budget "
             "needs; 0: the finest that a pixel can show (default: the best that fits at once)")
         ->check(CLI::NonNegativeNumber);
+    command->add_option(
+        "--first", a->first,
+        "write a first, coarse picture here as soon as there is one, before the picture itself");
     command->add_option("--edge-function", a->edgeFunction,
                         "blend between bricks: " + joinNames(edgeFunctionNames()) + " (default: split)");
     command->add_option("--sampling", a->sampling,
