@@ -35,8 +35,8 @@ enum class Sampling { full, limited, naive };
 struct Quality {
     double stepVoxels = 0.5;       // q of docs/sampling.md: a segment, in level-0 voxels, [1/64,16]
     Fetch fetch = Fetch::hardware; // exact: texel fetches and float arithmetic, for equality tests
-    double terminationTransmittance = 1.0 / 510; // a ray stops below it; 0: off
-    bool skipping = true;                        // empty-space skipping; never changes the picture
+    double terminationTransmittance = 1.0 / 510;     // a ray stops below it; 0: off
+    bool skipping = true;                            // empty-space skipping; never changes the picture
     EdgeFunction edgeFunction = EdgeFunction::split; // the least error on scans: docs/level-of-detail.md
     Sampling sampling = Sampling::limited;
     /// Predicted error that the picture may have (CIE L*u*v*, 99th percentile over pixels), in as many passes

@@ -187,8 +187,8 @@ void choice(const std::vector<std::string>& stores, int size, const std::vector<
             scene.volumes = {{path, f.function}};
             scene.imageSize = glm::ivec2(size);
             scene.shading.on = shading;
-            PreparedScene p =
-                prepareScene(scene, store, TextureLimits{}, budgets.ram, budgets.gpu, threads, LevelChoice::oneForAll);
+            PreparedScene p = prepareScene(scene, store, TextureLimits{}, budgets.ram, budgets.gpu, threads,
+                                           LevelChoice::oneForAll);
             const std::vector<std::uint8_t> shows =
                 showsOf(cullBricks(statistics, p.table, store.info(), 0, true));
             if (shown(shows) < 10)
