@@ -332,5 +332,39 @@ TEST_P(MixedPicture, ContractHolds) {
     EXPECT_LE(worst, 1e-5) << "same operations in the same order: what remains is the driver's square root";
 }
 
+// A camera inside at 130 degrees, exactly on a face, an edge and a corner of bricks, looking along an axis
+// and aslant: across borders of levels the same rows hold.
+TEST(MixedLevels, CamerasOnFacesEdgesAndCorners) {
+    const GlContext context({"software"});
+    for (const glm::dvec3& at :
+         {glm::dvec3(64, 50.3, 47.9), glm::dvec3(64, 32, 47.9), glm::dvec3(64, 32, 96)})
+        for (const glm::dvec3& along : {glm::dvec3(0, 1, 0), glm::dvec3(0.3, 0.8, -0.5)}) {
+            SCOPED_TRACE(testing::Message() << at.x << " " << at.y << " " << at.z << ", " << along.x);
+            Ledger ram("RAM", "--ram", std::size_t{64} << 20);
+            const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
+            Scene scene = sceneOn(info, "soft-tissue", 0, {24, 24});
+            Camera camera;
+            camera.position = glm::dvec3(info.patientFromVoxel * glm::dvec4(at, 1));
+            camera.focalPoint = glm::dvec3(info.patientFromVoxel * glm::dvec4(at + 40.0 * along, 1));
+            camera.viewAngle = 130;
+            scene.camera = camera;
+            Prepared prepared("torso", scene);
+            PreparedScene& p = prepared.p;
+            p.setSelection(randomShownLevels(p.selection, 11), prepared.budgets.ram);
+            const std::uint32_t features = kFeatureBricked | kFeatureSkipping | kFeatureShading;
+            const GpuPicture picture = marchOn(prepared, features);
+            EXPECT_FALSE(isBlank(picture.image));
+            EXPECT_TRUE(bitEqual(picture.image, marchOn(prepared, features & ~kFeatureSkipping).image));
+            const std::vector<SegmentedRay<float>> rays = gpuRays(p.frame, prepared.budgets.gpu);
+            Work work;
+            const auto mirror = mirrorRays<float>(
+                p.mirrorInput(true), rays.size(), [&](std::size_t i) { return rays[i]; }, 0, work);
+            EXPECT_EQ(work.segments, picture.work.segments);
+            for (std::size_t i = 0; i < rays.size(); ++i)
+                for (int channel = 0; channel < 4; ++channel)
+                    ASSERT_NEAR(picture.image.pixels[i][channel], mirror[i][channel], 1e-5f) << i;
+        }
+}
+
 } // namespace
 } // namespace tessera
