@@ -153,12 +153,6 @@ void compositePart(const BrickRayPart& part, const SegmentTables& tables, const 
     }
 }
 
-glm::ivec3 placeOf(std::size_t brick, const glm::ivec3& bricks) {
-    const auto nx = static_cast<std::size_t>(bricks.x), ny = static_cast<std::size_t>(bricks.y);
-    return {static_cast<int>(brick % nx), static_cast<int>(brick / nx % ny),
-            static_cast<int>(brick / nx / ny)};
-}
-
 } // namespace
 
 std::span<const std::uint8_t, kBrickRayBytes> BrickRays::part(std::uint32_t row, int part) const {
@@ -202,7 +196,7 @@ LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, co
                 continue;
             const std::uint32_t row = rays.rowOf[brick];
             TESSERA_CHECK(row != BrickRays::kNoRow);
-            const glm::ivec3 at = placeOf(brick, out.bricks);
+            const glm::ivec3 at = gridPosition(brick, out.bricks);
             glm::bvec3 border = glm::equal(at, out.bricks - 1);
             for (int axis = 0; axis < 3; ++axis)
                 border[axis] = border[axis] && cut[axis];
@@ -254,7 +248,7 @@ void smoothErrors(LevelErrors& errors, int threads) {
         for (std::size_t brick = task * kBricksPerTask; brick < end; ++brick) {
             if (!errors.shows[brick])
                 continue;
-            const glm::ivec3 at = placeOf(brick, bricks);
+            const glm::ivec3 at = gridPosition(brick, bricks);
             std::array<float, kLevelCount> around{};
             float neighbours = 0;
             for (int axis = 0; axis < 3; ++axis)

@@ -149,9 +149,7 @@ void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& p
     const glm::ivec3 grid = chunkGrid(info.extentVoxels, 0);
     std::mutex mutex;
     parallelFor(cellCount(grid), threads, [&](std::size_t n) {
-        const auto nx = static_cast<std::size_t>(grid.x), ny = static_cast<std::size_t>(grid.y);
-        const glm::ivec3 chunk(static_cast<int>(n % nx), static_cast<int>(n / nx % ny),
-                               static_cast<int>(n / nx / ny));
+        const glm::ivec3 chunk = gridPosition(n, grid);
         const BufferPool::Lease buffer(pool);
         store.readChunk({0, chunk.x, chunk.y, chunk.z}, buffer.bytes());
         const glm::ivec3 valid = glm::min(info.extentVoxels - chunk * kChunkExtent, glm::ivec3(kChunkExtent));
@@ -208,9 +206,7 @@ void loadWindow(const StoreReader& store, int level, int firstLayer, int endLaye
     const int firstChunk = window.first / kChunkExtent, endChunk = (window.end - 1) / kChunkExtent + 1;
     const glm::ivec3 grid(chunks.x, chunks.y, endChunk - firstChunk);
     parallelFor(cellCount(grid), threads, [&](std::size_t n) {
-        const auto nx = static_cast<std::size_t>(grid.x), ny = static_cast<std::size_t>(grid.y);
-        const glm::ivec3 chunk(static_cast<int>(n % nx), static_cast<int>(n / nx % ny),
-                               firstChunk + static_cast<int>(n / nx / ny));
+        const glm::ivec3 chunk = gridPosition(n, grid) + glm::ivec3(0, 0, firstChunk);
         const BufferPool::Lease buffer(pool);
         store.readChunk({level, chunk.x, chunk.y, chunk.z}, buffer.bytes());
         const glm::ivec3 origin = chunk * kChunkExtent;
@@ -293,11 +289,6 @@ void countChunk(const Binner<Value>& binOf, const glm::ivec3& valid, const Value
         histogram[bin] += counts[bin];
 }
 
-glm::ivec3 placeOf(std::size_t n, const glm::ivec3& grid) {
-    const auto nx = static_cast<std::size_t>(grid.x), ny = static_cast<std::size_t>(grid.y);
-    return {static_cast<int>(n % nx), static_cast<int>(n / nx % ny), static_cast<int>(n / nx / ny)};
-}
-
 std::size_t windowBytes(const VolumeInfo& info) {
     std::size_t bytes = 0;
     for (int level = 1; level < kLevelCount; ++level) {
@@ -318,7 +309,7 @@ void gatherHistogram(const StoreReader& store, Statistics& statistics, BufferPoo
         using Value = decltype(example);
         const Binner<Value> binOf(statistics.lowest, statistics.highest);
         parallelFor(cellCount(grid), threads, [&](std::size_t n) {
-            const glm::ivec3 chunk = placeOf(n, grid);
+            const glm::ivec3 chunk = gridPosition(n, grid);
             const BufferPool::Lease buffer(pool);
             store.readChunk({0, chunk.x, chunk.y, chunk.z}, buffer.bytes());
             countChunk(binOf, glm::min(info.extentVoxels - chunk * kChunkExtent, glm::ivec3(kChunkExtent)),
@@ -371,7 +362,7 @@ void gatherRays(const StoreReader& store, Statistics* histogram, BufferPool& poo
                 const bool want = wanted(firstBrick + n);
                 if (!want && !histogram)
                     return;
-                const glm::ivec3 brick = placeOf(n, grid) + glm::ivec3(0, 0, firstZ);
+                const glm::ivec3 brick = gridPosition(n, grid) + glm::ivec3(0, 0, firstZ);
                 const glm::ivec3 valid =
                     glm::min(info.extentVoxels - brick * kBrickExtent, glm::ivec3(kBrickExtent));
                 const BufferPool::Lease buffer(pool);

@@ -68,6 +68,11 @@ inline std::size_t linearIndex(const glm::ivec3& at, const glm::ivec3& grid) {
                static_cast<std::size_t>(grid.x) +
            static_cast<std::size_t>(at.x);
 }
+/// The inverse of linearIndex().
+inline glm::ivec3 gridPosition(std::size_t index, const glm::ivec3& grid) {
+    const auto x = static_cast<std::size_t>(grid.x), y = static_cast<std::size_t>(grid.y);
+    return {static_cast<int>(index % x), static_cast<int>(index / x % y), static_cast<int>(index / x / y)};
+}
 inline std::size_t cellCount(const glm::ivec3& grid) {
     return static_cast<std::size_t>(grid.x) * static_cast<std::size_t>(grid.y) *
            static_cast<std::size_t>(grid.z);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <string>
@@ -18,6 +19,25 @@ enum class ValueType : std::uint8_t { u8, i16, u16, f32 };
 std::size_t bytesPerValue(ValueType type);
 /// "uint8", "int16", "uint16", "float32": the names of Zarr.
 const char* name(ValueType type);
+
+/// One stored value widened to double, which holds all four types exactly. @param at  need not be aligned
+inline double storedValue(ValueType type, const std::byte* at) {
+    const auto load = [at](auto typed) {
+        std::memcpy(&typed, at, sizeof typed);
+        return static_cast<double>(typed);
+    };
+    switch (type) {
+    case ValueType::u8:
+        return load(std::uint8_t{});
+    case ValueType::i16:
+        return load(std::int16_t{});
+    case ValueType::u16:
+        return load(std::uint16_t{});
+    case ValueType::f32:
+        return load(float{});
+    }
+    return 0;
+}
 
 /// Which source axis each axis of the volume came from, before the lossless move to the nearest LPS order.
 struct AxisOrder {

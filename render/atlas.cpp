@@ -143,12 +143,6 @@ void Atlas::writeIndex() {
 
 namespace {
 
-glm::ivec3 brickAt(std::size_t number, const glm::ivec3& grid) {
-    const auto x = static_cast<std::size_t>(grid.x), y = static_cast<std::size_t>(grid.y);
-    return {static_cast<int>(number % x), static_cast<int>(number / x % y),
-            static_cast<int>(number / (x * y))};
-}
-
 /// The chunk that holds a brick of a level: a chunk has 2^level bricks per edge.
 ChunkKey chunkOf(const glm::ivec3& brick, int level) {
     const glm::ivec3 chunk = brick >> level;
@@ -215,7 +209,7 @@ void Atlas::serve(std::span<const std::size_t> bricks, BrickCache& cache, Ledger
 
 bool Atlas::loadBricks(std::vector<std::size_t> bricks, BrickCache& cache, Ledger& ram, Work& work) {
     const auto key = [&](std::size_t b) {
-        return chunkOf(brickAt(b, selection_.bricks), selection_.levels[b]);
+        return chunkOf(gridPosition(b, selection_.bricks), selection_.levels[b]);
     };
     // Coarse levels first: they are few, and most of the picture.
     std::sort(bricks.begin(), bricks.end(), [&](std::size_t a, std::size_t b) {
@@ -244,7 +238,7 @@ bool Atlas::uploadBrick(std::size_t brick, const Chunk& chunk, std::byte* stagin
     const auto slot = allocator_.allocate(level);
     if (!slot)
         return false;
-    const glm::ivec3 inChunk = (brickAt(brick, selection_.bricks) & ((1 << level) - 1)) * edge;
+    const glm::ivec3 inChunk = (gridPosition(brick, selection_.bricks) & ((1 << level) - 1)) * edge;
     const std::size_t stored = bytesPerValue(info_.type), rowTexels = static_cast<std::size_t>(edge),
                       texel = texelBytes(info_.type);
     std::byte* row = staging;

@@ -27,9 +27,10 @@ constexpr std::size_t neighbourhoodPages(bool shading) {
     return shading ? 27 : 8;
 }
 
-/// @param gpuFree    bytes for bricks: what is left of the budget besides the scene's other needs, gpuFixed
-/// @param ramKept    bytes of ram that must stay free for what comes after
-/// Throws InputError naming the floor when gpuFree cannot hold what the scene needs at least.
+/// @param gpuFixed  bytes that the scene takes of gpu besides its bricks
+/// @param ramKept   bytes of ram that must stay free for what comes after
+/// Throws InputError naming the floor when gpu cannot hold what the scene needs at least, and when ram cannot
+/// hold the statistics that a scene with an error to stay below needs.
 ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statistics& statistics,
                           const TransferTable& table, const StoreReader& store, const TextureLimits& limits,
                           LevelChoice choice, const Ledger& gpu, std::size_t gpuFixed, Ledger& ram,

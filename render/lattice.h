@@ -10,7 +10,6 @@
 #include "render/level_map.h"
 
 #include <array>
-#include <cstring>
 #include <glm/vec3.hpp>
 
 namespace tessera {
@@ -20,7 +19,8 @@ class SampleReader {
   public:
     static constexpr std::size_t kPinnedChunks = 8;
 
-    SampleReader(BrickCache& cache, ValueType type) : cache_(cache), type_(type) {}
+    SampleReader(BrickCache& cache, ValueType type)
+        : cache_(cache), type_(type), bytesPerValue_(bytesPerValue(type)) {}
 
     /// Sample i, inside its level.
     double at(int level, const glm::ivec3& i) {
@@ -34,32 +34,17 @@ class SampleReader {
             pinned.key = key;
         }
         const std::size_t index = linearIndex(i & (kChunkExtent - 1), glm::ivec3(kChunkExtent));
-        const std::byte* bytes = pinned.data->bytes.get();
-        switch (type_) {
-        case ValueType::u8:
-            return static_cast<double>(read<std::uint8_t>(bytes, index));
-        case ValueType::i16:
-            return static_cast<double>(read<std::int16_t>(bytes, index));
-        case ValueType::u16:
-            return static_cast<double>(read<std::uint16_t>(bytes, index));
-        case ValueType::f32:
-            return static_cast<double>(read<float>(bytes, index));
-        }
-        return 0;
+        return storedValue(type_, pinned.data->bytes.get() + index * bytesPerValue_);
     }
 
   private:
-    template <typename T> static T read(const std::byte* bytes, std::size_t index) {
-        T value;
-        std::memcpy(&value, bytes + index * sizeof(T), sizeof(T));
-        return value;
-    }
     struct Pinned {
         ChunkKey key{-1, 0, 0, 0};
         ChunkPointer data;
     };
     BrickCache& cache_;
     ValueType type_;
+    std::size_t bytesPerValue_;
     std::array<Pinned, kPinnedChunks> pinned_;
 };
 

@@ -88,9 +88,8 @@ Span outermost(int level, int d, int cells) {
 /// One brick's cells against a function. Levels as bricks have them, statistics as they are stored.
 class BrickProof {
   public:
-    BrickProof(const OccupancyInput& input, const std::vector<glm::vec2>& ranges,
-               const std::vector<glm::vec2>& wide, std::uint32_t finest)
-        : in_(input), ranges_(ranges), wide_(wide), finest_(finest), zero_(input.table, input.info) {}
+    BrickProof(const OccupancyInput& input, const std::vector<glm::vec2>& wide, std::uint32_t finest)
+        : in_(input), wide_(wide), finest_(finest), zero_(input.table, input.info) {}
 
     std::uint64_t cellsOf(const glm::ivec3& brick);
     /// Cells of a brick of level 0 that only level 0 and empty bricks reach, the way they meet at one level.
@@ -112,7 +111,11 @@ class BrickProof {
         const std::size_t b = linearIndex(brick, in_.selection.bricks);
         if (isValue(level))
             return {in_.selection.means[b], in_.selection.means[b]};
-        return {ranges_[b].x, ranges_[b].y};
+        return voxelRange(b);
+    }
+    /// Of a brick's voxels and one layer around them.
+    Hull voxelRange(std::size_t brick) const {
+        return {in_.statistics.brickMin[brick], in_.statistics.brickMax[brick]};
     }
     bool empty(const Hull& h) const { return zero_.over(h); }
     Hull cellRange(const glm::ivec3& cell) const {
@@ -127,7 +130,7 @@ class BrickProof {
                       CellHulls& hulls) const;
 
     const OccupancyInput& in_;
-    const std::vector<glm::vec2>&ranges_, &wide_;
+    const std::vector<glm::vec2>& wide_;
     std::uint32_t finest_;
     ZeroExtinction zero_;
     std::array<Neighbour, 26> neighbours_;
@@ -236,7 +239,7 @@ std::uint64_t BrickProof::cellsOf(const glm::ivec3& brick) {
         if (near.level > 0 || near.layers.x > 1 || near.layers.y > 1 || near.layers.z > 1)
             all.add(rangeOf(near.brick, near.level));
         else
-            all.add(ranges_[index].x, ranges_[index].y); // its layer is within ours
+            all.add(voxelRange(index)); // its layer is within ours
     }
     if (empty(all))
         return 0;
@@ -260,11 +263,6 @@ std::uint64_t BrickProof::cellsOf(const glm::ivec3& brick) {
         mask |= static_cast<std::uint64_t>(!empty(hulls[cellBit(at)])) << cellBit(at);
     });
     return mask;
-}
-
-glm::ivec3 brickAt(std::size_t index, const glm::ivec3& bricks) {
-    const std::size_t x = static_cast<std::size_t>(bricks.x), y = static_cast<std::size_t>(bricks.y);
-    return {static_cast<int>(index % x), static_cast<int>(index / x % y), static_cast<int>(index / (x * y))};
 }
 
 std::uint64_t BrickProof::plainCellsOf(const glm::ivec3& brick) {
@@ -306,7 +304,7 @@ void forEachBrick(std::size_t count, int threads, const auto& visit) {
 } // namespace
 
 std::size_t Occupancy::bytes(const glm::ivec3& extentVoxels, MapScale scale) {
-    const std::size_t brick = 2 * sizeof(glm::vec2) + sizeof(std::uint8_t) + 2 * sizeof(std::uint64_t);
+    const std::size_t brick = sizeof(glm::vec2) + sizeof(std::uint8_t) + 2 * sizeof(std::uint64_t);
     return mapBytes(extentVoxels, scale) + brick * cellCount(brickGrid(extentVoxels));
 }
 
@@ -315,21 +313,17 @@ Occupancy::Occupancy(const OccupancyInput& input, MapScale scale, Ledger& ram, i
       bricks_(input.selection.bricks) {
     charge_ = ram.charge(bytes(extentVoxels_, scale), "the map of empty space");
     const std::size_t count = cellCount(bricks_);
-    ranges_.resize(count);
     masks_.resize(count);
     plain_.resize(count);
     map_.resize(cellCount(grid_));
-    forEachBrick(count, threads, [&](std::size_t first, std::size_t end) {
-        for (std::size_t b = first; b < end; ++b) {
-            const glm::ivec3 at = brickAt(b, bricks_);
-            input.statistics.brickRange({at.x, at.y, at.z}, ranges_[b].x, ranges_[b].y);
-        }
-    });
-    wide_ = ranges_;
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    wide_.assign(count, {kInfinity, -kInfinity});
+    const Statistics& statistics = input.statistics;
     forEachBrick(count, threads, [&](std::size_t first, std::size_t end) {
         for (std::size_t b = first; b < end; ++b)
-            forEachAround(brickAt(b, bricks_), bricks_, [&](std::size_t near) {
-                wide_[b] = {std::min(wide_[b].x, ranges_[near].x), std::max(wide_[b].y, ranges_[near].y)};
+            forEachAround(gridPosition(b, bricks_), bricks_, [&](std::size_t near) {
+                wide_[b] = {std::min(wide_[b].x, statistics.brickMin[near]),
+                            std::max(wide_[b].y, statistics.brickMax[near])};
             });
     });
     functionChanged(input, threads);
@@ -343,13 +337,13 @@ bool Occupancy::prove(const OccupancyInput& input, const Which& which, int threa
     edgeFunction_ = input.edgeFunction;
     std::atomic<bool> changed = false;
     forEachBrick(masks_.size(), threads, [&](std::size_t first, std::size_t end) {
-        BrickProof proof(input, ranges_, wide_, finest_);
+        BrickProof proof(input, wide_, finest_);
         bool mine = false;
         for (std::size_t b = first; b < end; ++b) {
             if (!which(b))
                 continue;
-            const std::uint64_t mask = proof.cellsOf(brickAt(b, bricks_));
-            const std::uint64_t plain = mask != 0 ? proof.plainCellsOf(brickAt(b, bricks_)) : 0;
+            const std::uint64_t mask = proof.cellsOf(gridPosition(b, bricks_));
+            const std::uint64_t plain = mask != 0 ? proof.plainCellsOf(gridPosition(b, bricks_)) : 0;
             mine = mine || mask != masks_[b] || plain != plain_[b];
             masks_[b] = mask;
             plain_[b] = plain;
@@ -379,7 +373,7 @@ bool Occupancy::levelsChanged(const OccupancyInput& input, int threads) {
     for (std::size_t b = 0; b < stale.size(); ++b) {
         if (input.selection.levels[b] == levels_[b])
             continue;
-        forEachAround(brickAt(b, bricks_), bricks_, [&](std::size_t near) { stale[near] = 1; });
+        forEachAround(gridPosition(b, bricks_), bricks_, [&](std::size_t near) { stale[near] = 1; });
     }
     if (!prove(
             input, [&](std::size_t b) { return stale[b] != 0; }, threads))

@@ -29,7 +29,7 @@ struct OccupancyInput {
     const TransferTable& table;
     const VolumeInfo& info;
     const Selection& selection;
-    EdgeFunction edgeFunction = EdgeFunction::minimum;
+    EdgeFunction edgeFunction = EdgeFunction::split;
 };
 
 class Occupancy {
@@ -67,8 +67,7 @@ class Occupancy {
 
     MapScale scale_ = MapScale::cells;
     glm::ivec3 extentVoxels_{0}, grid_{0}, bricks_{0};
-    std::vector<glm::vec2> ranges_; // per brick: of its voxels and one layer around them
-    std::vector<glm::vec2> wide_;   // and of the bricks that touch it
+    std::vector<glm::vec2> wide_; // per brick: range of its voxels and of those of the bricks that touch it
     std::vector<std::uint8_t> levels_;
     std::uint32_t finest_ = 0;
     EdgeFunction edgeFunction_ = EdgeFunction::minimum;

@@ -122,25 +122,6 @@ class HashSource : public SlabSource {
     int nextZ_ = 0;
 };
 
-/// Stored values widened to double, which holds all four types exactly.
-inline double widened(ValueType type, const std::byte* at) {
-    const auto load = [&](auto typed) {
-        std::memcpy(&typed, at, sizeof typed);
-        return static_cast<double>(typed);
-    };
-    switch (type) {
-    case ValueType::u8:
-        return load(std::uint8_t{});
-    case ValueType::i16:
-        return load(std::int16_t{});
-    case ValueType::u16:
-        return load(std::uint16_t{});
-    case ValueType::f32:
-        return load(float{});
-    }
-    return 0;
-}
-
 /// A whole level, chunk by chunk, [z][y][x]. @param padding  called with every value beyond the level's edge
 inline std::vector<double> readLevel(const StoreReader& store, int level,
                                      const std::function<void(double)>& padding = {}) {
@@ -157,9 +138,9 @@ inline std::vector<double> readLevel(const StoreReader& store, int level,
                         for (int x = 0; x < kChunkExtent; ++x) {
                             const glm::ivec3 at = glm::ivec3(i, j, k) * kChunkExtent + glm::ivec3(x, y, z);
                             const double value =
-                                widened(store.info().type,
-                                        chunk.data() + linearIndex({x, y, z}, glm::ivec3(kChunkExtent)) *
-                                                           bytesPerValue(store.info().type));
+                                storedValue(store.info().type,
+                                            chunk.data() + linearIndex({x, y, z}, glm::ivec3(kChunkExtent)) *
+                                                               bytesPerValue(store.info().type));
                             if (at.x < extent.x && at.y < extent.y && at.z < extent.z)
                                 values[linearIndex(at, extent)] = value;
                             else if (padding)

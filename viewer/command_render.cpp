@@ -214,6 +214,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     options.engine = engine;
     options.device.text = arguments.device;
     double firstSeconds = 0;
+    if (!arguments.first.empty() && engine != Engine::march)
+        throw badFile("--first", "--engine march", arguments.engine);
     if (!arguments.first.empty())
         options.onFirstPicture = [&](const Image& image) {
             const Charge charge =

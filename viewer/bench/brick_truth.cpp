@@ -148,22 +148,7 @@ WholeLevels loadLevels(const StoreReader& store) {
     std::vector<std::byte> chunk(store.chunkBytes());
     const std::size_t bytes = bytesPerValue(out.info.type);
     const auto valueAt = [&](std::size_t i) {
-        const std::byte* at = chunk.data() + i * bytes;
-        const auto load = [&](auto typed) {
-            std::memcpy(&typed, at, sizeof typed);
-            return static_cast<float>(typed);
-        };
-        switch (out.info.type) {
-        case ValueType::u8:
-            return load(std::uint8_t{});
-        case ValueType::i16:
-            return load(std::int16_t{});
-        case ValueType::u16:
-            return load(std::uint16_t{});
-        case ValueType::f32:
-            return load(float{});
-        }
-        return 0.0f;
+        return static_cast<float>(storedValue(out.info.type, chunk.data() + i * bytes));
     };
     for (int level = 0; level < kLevelCount; ++level) {
         const glm::ivec3 extent = levelExtent(out.info.extentVoxels, level),
