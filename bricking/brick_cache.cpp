@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <list>
 #include <mutex>
 #include <optional>
@@ -35,6 +36,14 @@ struct Entry {
     std::list<ChunkKey>::iterator idleAt; // valid while resident with pins == 0
 };
 
+/// Of a chunk that is wanted without waiting.
+struct Wish {
+    ChunkPointer chunk; // there
+    std::exception_ptr failure;
+    bool loading = false;
+    bool settled() const { return chunk || failure; }
+};
+
 } // namespace
 
 struct BrickCache::State : std::enable_shared_from_this<State> {
@@ -46,12 +55,17 @@ struct BrickCache::State : std::enable_shared_from_this<State> {
     void unpin(const ChunkKey& key);
     ChunkFuture ask(const ChunkKey& key, ChunkPointer& resident);
     bool roomForOne() const { return held < capacity || !idle.empty(); }
+    /// Chunks that wishes hold or are about to.
+    bool mayLoadAhead() const { return ahead < std::max<std::size_t>(1, (capacity - loaders) / 2); }
+    bool hasJob() const { return roomForOne() && (!queue.empty() || (!wishes.empty() && mayLoadAhead())); }
+    std::optional<ChunkKey> nextJob();
     void loaderLoop();
     void load(const ChunkKey& key);
     std::unique_ptr<Chunk> decode(const ChunkKey& key) const;
 
     const StoreReader& store;
     const std::size_t chunkBytes, capacity; // capacity in chunks
+    std::size_t loaders = 0;
     const Charge charge;
 
     mutable std::mutex mutex;
@@ -59,8 +73,12 @@ struct BrickCache::State : std::enable_shared_from_this<State> {
     bool stop = false;
     std::unordered_map<ChunkKey, Entry, ChunkKeyHash> entries;
     std::deque<ChunkKey> queue;
-    std::list<ChunkKey> idle; // resident and unpinned, least recently used first
-    std::size_t held = 0;     // chunks decoding or resident; held <= capacity
+    std::deque<ChunkKey> wishes; // wanted, and nothing done about it yet; most urgent first
+    std::unordered_map<ChunkKey, Wish, ChunkKeyHash> wanted;
+    std::size_t ahead = 0;           // of wanted: loading or there
+    std::condition_variable settled; // a wish more
+    std::list<ChunkKey> idle;        // resident and unpinned, least recently used first
+    std::size_t held = 0;            // chunks decoding or resident; held <= capacity
     Counters counters;
 };
 
@@ -116,17 +134,51 @@ ChunkFuture BrickCache::State::ask(const ChunkKey& key, ChunkPointer& resident) 
     return future;
 }
 
+/// Under the mutex: a chunk to decode, its entry made. Requests go before wishes. Nothing where the next wish
+/// needed no decoding.
+std::optional<ChunkKey> BrickCache::State::nextJob() {
+    if (!queue.empty()) {
+        const ChunkKey key = queue.front();
+        queue.pop_front();
+        return key;
+    }
+    const ChunkKey key = wishes.front();
+    wishes.pop_front();
+    Wish& wish = wanted.at(key);
+    ++ahead;
+    const auto [at, isNew] = entries.try_emplace(key);
+    Entry& entry = at->second;
+    if (entry.stage == Stage::resident) {
+        ++counters.hits;
+        wish.chunk = pin(key, entry);
+        settled.notify_all();
+        return {};
+    }
+    wish.loading = true; // here, or by the loader that is at it; a queued one cannot be: the queue is empty
+    if (!isNew) {
+        ++counters.joins;
+        return {};
+    }
+    ++counters.misses;
+    entry.idleAt = idle.end();
+    entry.promise.emplace();
+    entry.future = entry.promise->get_future().share();
+    return key;
+}
+
 void BrickCache::State::loaderLoop() {
     while (true) {
         ChunkKey key;
         std::unique_ptr<const Chunk> evicted; // freed before the new one is made
         {
             std::unique_lock lock(mutex);
-            wake.wait(lock, [&] { return stop || (!queue.empty() && roomForOne()); });
+            wake.wait(lock, [&] { return stop || hasJob(); });
             if (stop)
                 return;
-            key = queue.front();
-            queue.pop_front();
+            const std::optional<ChunkKey> job = nextJob();
+            if (!job)
+                continue;
+            key = *job;
             if (held == capacity) {
                 const auto victim = entries.find(idle.front());
                 evicted = std::move(victim->second.chunk);
@@ -180,6 +232,12 @@ void BrickCache::State::load(const ChunkKey& key) {
             counters.bytesDecoded += chunkBytes;
             pointer = pin(key, entry);
         }
+        if (const auto wish = wanted.find(key); wish != wanted.end() && wish->second.loading) {
+            wish->second.loading = false;
+            wish->second.chunk = pointer;
+            wish->second.failure = failure;
+            settled.notify_all();
+        }
     }
     if (failure) {
         wake.notify_one(); // its room is free
@@ -195,6 +253,7 @@ BrickCache::BrickCache(const StoreReader& store, Ledger& ram, std::size_t budget
                          formatBytes(floorBytes(store.info(), threads)) + ", but was given " +
                          formatBytes(budgetBytes) + "; raise " + ram.option());
     state_ = std::make_shared<State>(store, ram, budgetBytes, store.chunkBytes());
+    state_->loaders = loaderCount(threads);
     for (std::size_t i = 0; i < loaderCount(threads); ++i)
         loaders_.emplace_back([state = state_.get()] { state->loaderLoop(); });
 }
@@ -212,7 +271,9 @@ BrickCache::~BrickCache() {
             state_->entries.erase(entry);
         }
         state_->queue.clear();
+        state_->wishes.clear();
     }
+    want({});
     state_->wake.notify_all();
     for (auto& promise : dropped)
         promise.set_exception(
@@ -240,6 +301,71 @@ ChunkPointer BrickCache::get(const ChunkKey& key) {
     ChunkPointer resident;
     const ChunkFuture future = state_->ask(key, resident);
     return resident ? resident : future.get();
+}
+
+void BrickCache::want(std::span<const ChunkKey> keys) {
+    std::unordered_map<ChunkKey, Wish, ChunkKeyHash> before; // its pointers die after the lock
+    {
+        const std::lock_guard lock(state_->mutex);
+        State& s = *state_;
+        before.swap(s.wanted);
+        s.wishes.clear();
+        s.ahead = 0;
+        for (const ChunkKey& key : keys) {
+            const auto [at, isNew] = s.wanted.try_emplace(key);
+            TESSERA_CHECK(isNew);
+            Wish& wish = at->second;
+            if (const auto old = before.find(key); old != before.end() && !old->second.failure) {
+                wish = std::move(old->second);
+                before.erase(old);
+            }
+            if (wish.chunk || wish.loading)
+                ++s.ahead;
+            else
+                s.wishes.push_back(key);
+        }
+        for (const auto& [key, wish] : before)
+            if (!wish.settled() && !wish.loading)
+                ++s.counters.forgotten;
+    }
+    state_->wake.notify_all();
+    state_->settled.notify_all();
+}
+
+ChunkPointer BrickCache::take(const ChunkKey& key) {
+    ChunkPointer chunk;
+    std::exception_ptr failure;
+    {
+        const std::lock_guard lock(state_->mutex);
+        State& s = *state_;
+        const auto wish = s.wanted.find(key);
+        if (wish != s.wanted.end() && wish->second.settled()) {
+            chunk = std::move(wish->second.chunk);
+            failure = wish->second.failure;
+            s.wanted.erase(wish);
+            --s.ahead;
+        } else if (const auto entry = s.entries.find(key);
+                   entry != s.entries.end() && entry->second.stage == Stage::resident) {
+            ++s.counters.hits;
+            chunk = s.pin(key, entry->second);
+            if (wish != s.wanted.end()) { // it was still in the list
+                s.wishes.erase(std::find(s.wishes.begin(), s.wishes.end(), key));
+                s.wanted.erase(wish);
+            }
+        }
+    }
+    state_->wake.notify_all();
+    if (failure)
+        std::rethrow_exception(failure);
+    return chunk;
+}
+
+void BrickCache::waitForWanted(std::chrono::steady_clock::time_point deadline) const {
+    std::unique_lock lock(state_->mutex);
+    state_->settled.wait_until(lock, deadline, [&] {
+        return state_->wanted.empty() || std::any_of(state_->wanted.begin(), state_->wanted.end(),
+                                                     [](const auto& w) { return w.second.settled(); });
+    });
 }
 
 std::size_t BrickCache::pinnableChunks() const {

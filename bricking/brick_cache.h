@@ -13,6 +13,7 @@
 #include "core/brick.h"
 #include "core/budget.h"
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <future>
@@ -50,15 +51,27 @@ class BrickCache {
     std::vector<ChunkFuture> request(std::span<const ChunkKey> keys);
     /// One chunk, now: resident at once, or waits. Thread-safe. Throws what decoding threw.
     ChunkPointer get(const ChunkKey& key);
+
+    /// What is wanted without waiting, the most urgent first, each once: takes the place of the list before,
+    /// of which all is forgotten that is not on this one and not being decoded yet. Loaders turn to it when
+    /// no request is queued. What they load of it stays until it is taken or no longer wanted; they load
+    /// ahead as far as half of pinnableChunks() goes.
+    void want(std::span<const ChunkKey> keys);
+    /// A chunk that is there, now, else null; it is then no longer wanted. Throws what decoding threw.
+    ChunkPointer take(const ChunkKey& key);
+    /// Waits until a wanted chunk is there or has failed, or none is wanted any more, or the deadline.
+    void waitForWanted(std::chrono::steady_clock::time_point deadline) const;
+
     /// No deadlock as long as the chunks that all callers together hold (pointers, and futures not yet
-    /// dropped) are at most this many: budget / chunk bytes - threads, so that every loader has room to work
-    /// in.
+    /// dropped, and what is loaded of the wanted list) are at most this many: budget / chunk bytes - threads,
+    /// so that every loader has room to work in.
     std::size_t pinnableChunks() const;
     /// Eight pinned chunks, the neighbourhood of one sample, and one per loader.
     static std::size_t floorBytes(const VolumeInfo& info, int threads);
 
     struct Counters {
         std::uint64_t hits = 0, joins = 0, misses = 0, evictions = 0, bytesDecoded = 0;
+        std::uint64_t forgotten = 0;              // wanted once, and no longer before they were decoded
         std::size_t heldBytes = 0, peakBytes = 0; // of chunks, now and at most so far
     };
     Counters counters() const;

@@ -7,17 +7,16 @@
 
 namespace tessera {
 
-std::vector<float> visibilityFactors(std::span<const std::uint32_t> counts, std::uint32_t countPerPixel,
-                                     const ViewWeights& weights, const Selection& selection,
-                                     Visibility last) {
-    TESSERA_CHECK(counts.size() == weights.area.size() && counts.size() == selection.levels.size());
-    TESSERA_CHECK(last.empty() || last.size() == counts.size());
-    TESSERA_CHECK(countPerPixel > 0);
-    std::vector<float> factors(counts.size(), kHiddenVisibility);
-    for (std::size_t brick = 0; brick < counts.size(); ++brick) {
-        const double whole = static_cast<double>(countPerPixel) * static_cast<double>(weights.area[brick]);
-        const double fraction = whole > 0 ? std::min(static_cast<double>(counts[brick]) / whole, 1.0) : 0.0;
-        const float now = std::max(static_cast<float>(fraction), kHiddenVisibility);
+std::vector<float> visibilityFactors(std::span<const SeenBrick> seen, const Selection& selection,
+                                     std::span<const float> last) {
+    TESSERA_CHECK(seen.size() == selection.levels.size());
+    TESSERA_CHECK(last.empty() || last.size() == seen.size());
+    std::vector<float> factors(seen.size());
+    for (std::size_t brick = 0; brick < seen.size(); ++brick) {
+        const SeenBrick& s = seen[brick];
+        const double most = static_cast<double>(s.rays) * SeenBrick::kLightOfRay;
+        const double light = s.rays == 0 ? 1.0 : std::min(s.light / most, 1.0);
+        const float now = std::max(static_cast<float>(light), kHiddenVisibility);
         factors[brick] = now;
         if (last.empty())
             continue;

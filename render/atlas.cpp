@@ -116,38 +116,53 @@ std::size_t atlasBytes(std::size_t pages, ValueType type, const TextureLimits& l
 
 Atlas::Atlas(const VolumeInfo& info, const Selection& selection, std::size_t pages,
              const TextureLimits& limits, Ledger& gpu, Ledger& ram)
-    : info_(info), selection_(selection), pages_(std::max<std::size_t>(1, pages)),
+    : bricks_(selection.bricks), info_(info), pages_(std::max<std::size_t>(1, pages)),
       format_(texelFormat(info.type)), allocator_(atlasPages(pages_, info.type, limits)),
-      entriesCharge_(ram.charge(indexBytes(selection.bricks), "the brick index")),
-      entries_(cellCount(selection.bricks), glm::uvec2(kEntryAbsent, 0)) {
+      entriesCharge_(
+          ram.charge(indexBytes(selection.bricks) + cellCount(selection.bricks), "the brick index")),
+      entries_(cellCount(selection.bricks), glm::uvec2(kEntryAbsent, 0)),
+      levels_(cellCount(selection.bricks), Selection::kEmpty) {
     const glm::ivec3 box = atlasPages(pages_, info.type, limits);
     TESSERA_CHECK(box.x > 0);
     voxels_ = GlTexture3d(format_.internal, box * kBrickExtent, texelBytes(info.type), GL_LINEAR, gpu,
                           "the brick atlas");
     index_ = GlTexture3d(GL_RG32UI, selection.bricks, 8, GL_NEAREST, gpu, "the brick index");
-    for (std::size_t b = 0; b < entries_.size(); ++b)
-        if (selection_.levels[b] + 1 >= kLevelCount)
-            entries_[b] = {kEntryValue, std::bit_cast<std::uint32_t>(selection_.means[b])};
+    adopt(selection);
+}
+
+void Atlas::adopt(const Selection& selection) {
+    TESSERA_CHECK(selection.bricks == bricks_);
+    for (std::size_t b = 0; b < entries_.size(); ++b) {
+        const std::uint8_t level = selection.levels[b];
+        if (isResident(b)) {
+            if (levels_[b] == level)
+                continue;
+            evict(b);
+        }
+        levels_[b] = level;
+        entries_[b] = level + 1 < kLevelCount
+                          ? glm::uvec2(kEntryAbsent, 0)
+                          : glm::uvec2(kEntryValue, std::bit_cast<std::uint32_t>(selection.means[b]));
+    }
     writeIndex();
 }
 
 std::size_t Atlas::stagingBytes(const VolumeInfo& info) {
     return cellCount(glm::ivec3(kBrickExtent)) * texelBytes(info.type) +
-           2 * indexBytes(brickGrid(info.extentVoxels));
+           2 * indexBytes(brickGrid(info.extentVoxels)) + cellCount(brickGrid(info.extentVoxels));
 }
 
 void Atlas::writeIndex() {
-    index_.upload(glm::ivec3(0), selection_.bricks, GL_RG_INTEGER, GL_UNSIGNED_INT, entries_.data());
+    index_.upload(glm::ivec3(0), bricks_, GL_RG_INTEGER, GL_UNSIGNED_INT, entries_.data());
     glFinish(); // the driver may still hold copies of what was handed over
 }
 
-namespace {
-
-/// The chunk that holds a brick of a level: a chunk has 2^level bricks per edge.
-ChunkKey chunkOf(const glm::ivec3& brick, int level) {
-    const glm::ivec3 chunk = brick >> level;
+ChunkKey chunkOf(std::size_t brick, int level, const glm::ivec3& bricks) {
+    const glm::ivec3 chunk = gridPosition(brick, bricks) >> level;
     return {level, chunk.x, chunk.y, chunk.z};
 }
+
+namespace {
 
 AtlasSlot slotOf(const glm::uvec2& entry, int level) {
     const auto part = [](std::uint32_t word, int shift, std::uint32_t mask) {
@@ -164,18 +179,21 @@ bool Atlas::isResident(std::size_t brick) const {
     return (entries_[brick].x & (kEntryValue | kEntryAbsent)) == 0;
 }
 
+std::optional<int> Atlas::residentLevel(std::size_t brick) const {
+    return isResident(brick) ? std::optional<int>(levels_[brick]) : std::nullopt;
+}
+
 void Atlas::evict(std::size_t brick) {
-    allocator_.release(slotOf(entries_[brick], selection_.levels[brick]));
+    allocator_.release(slotOf(entries_[brick], levels_[brick]));
     entries_[brick] = {kEntryAbsent, 0};
 }
 
 void Atlas::load(BrickCache& cache, Ledger& ram, Work& work) {
     std::vector<std::size_t> bricks;
     for (std::size_t b = 0; b < entries_.size(); ++b)
-        if (selection_.levels[b] + 1 < kLevelCount)
+        if (levels_[b] + 1 < kLevelCount)
             bricks.push_back(b);
-    TESSERA_CHECK(loadBricks(std::move(bricks), cache, ram, work));
-    writeIndex();
+    serve(bricks, cache, ram, work);
 }
 
 void Atlas::serve(std::span<const std::size_t> bricks, BrickCache& cache, Ledger& ram, Work& work) {
@@ -208,9 +226,7 @@ void Atlas::serve(std::span<const std::size_t> bricks, BrickCache& cache, Ledger
 }
 
 bool Atlas::loadBricks(std::vector<std::size_t> bricks, BrickCache& cache, Ledger& ram, Work& work) {
-    const auto key = [&](std::size_t b) {
-        return chunkOf(gridPosition(b, selection_.bricks), selection_.levels[b]);
-    };
+    const auto key = [&](std::size_t b) { return chunkOf(b, levels_[b], bricks_); };
     // Coarse levels first: they are few, and most of the picture.
     std::sort(bricks.begin(), bricks.end(), [&](std::size_t a, std::size_t b) {
         const ChunkKey ka = key(a), kb = key(b);
@@ -233,12 +249,71 @@ bool Atlas::loadBricks(std::vector<std::size_t> bricks, BrickCache& cache, Ledge
     return room;
 }
 
+std::size_t Atlas::place(std::span<const BrickToPlace> bricks, Ledger& ram, Work& work) {
+    const Charge charge = ram.charge(32768 * texelBytes(info_.type), "upload staging");
+    std::vector<std::byte> staging(32768 * texelBytes(info_.type));
+    std::size_t placed = 0;
+    for (; placed < bricks.size(); ++placed) {
+        const BrickToPlace& b = bricks[placed];
+        TESSERA_CHECK(b.level + 1 < kLevelCount && b.chunk);
+        const glm::uvec2 entry = entries_[b.brick];
+        const std::uint8_t level = levels_[b.brick];
+        const bool resident = isResident(b.brick);
+        levels_[b.brick] = static_cast<std::uint8_t>(b.level);
+        if (!uploadBrick(b.brick, *b.chunk, staging.data(), work)) {
+            levels_[b.brick] = level;
+            break;
+        }
+        if (resident)
+            allocator_.release(slotOf(entry, level));
+    }
+    glFinish();
+    return placed;
+}
+
+void Atlas::dropToMean(std::size_t brick, float mean) {
+    if (isResident(brick))
+        evict(brick);
+    levels_[brick] = kLevelCount - 1;
+    entries_[brick] = {kEntryValue, std::bit_cast<std::uint32_t>(mean)};
+}
+
+std::vector<std::size_t> Atlas::bricksOfSparsestPage() const {
+    const glm::ivec3 pages = voxels_.extent() / kBrickExtent;
+    std::vector<std::uint16_t> used(cellCount(pages));
+    std::vector<std::uint8_t> level(used.size());
+    const auto pageOf = [&](std::size_t b) {
+        return linearIndex(slotOf(entries_[b], levels_[b]).page, pages);
+    };
+    for (std::size_t b = 0; b < entries_.size(); ++b)
+        if (isResident(b)) {
+            ++used[pageOf(b)];
+            level[pageOf(b)] = levels_[b];
+        }
+    std::array<std::size_t, kLevelCount> room{}; // slots of pages in use
+    for (std::size_t page = 0; page < used.size(); ++page)
+        if (used[page] > 0)
+            room[level[page]] += PageAllocator::slotsPerPage(level[page]) - used[page];
+    std::size_t best = used.size();
+    for (std::size_t page = 0; page < used.size(); ++page) {
+        const std::size_t own = PageAllocator::slotsPerPage(level[page]) - used[page];
+        if (used[page] > 0 && room[level[page]] - own >= used[page] &&
+            (best == used.size() || used[page] < used[best]))
+            best = page;
+    }
+    std::vector<std::size_t> bricks;
+    for (std::size_t b = 0; best < used.size() && b < entries_.size(); ++b)
+        if (isResident(b) && pageOf(b) == best)
+            bricks.push_back(b);
+    return bricks;
+}
+
 bool Atlas::uploadBrick(std::size_t brick, const Chunk& chunk, std::byte* staging, Work& work) {
-    const int level = selection_.levels[brick], edge = kBrickExtent >> level;
+    const int level = levels_[brick], edge = kBrickExtent >> level;
     const auto slot = allocator_.allocate(level);
     if (!slot)
         return false;
-    const glm::ivec3 inChunk = (gridPosition(brick, selection_.bricks) & ((1 << level) - 1)) * edge;
+    const glm::ivec3 inChunk = (gridPosition(brick, bricks_) & ((1 << level) - 1)) * edge;
     const std::size_t stored = bytesPerValue(info_.type), rowTexels = static_cast<std::size_t>(edge),
                       texel = texelBytes(info_.type);
     std::byte* row = staging;

@@ -2,11 +2,13 @@
 // predicted, levels chosen (bricking/level_selection.h has the rules).
 #pragma once
 
-#include "bricking/level_selection.h"
+#include "bricking/level_chooser.h"
 #include "bricking/statistics.h"
 #include "bricking/store/store_reader.h"
 #include "core/scene.h"
 #include "render/atlas.h"
+
+#include <memory>
 
 namespace tessera {
 
@@ -19,6 +21,8 @@ struct ChosenLevels {
     std::size_t atlasPages = 0; // of the atlas; fewer than the selection's where it takes several passes
     bool predicted = false;     // false: no statistics of errors in this budget of RAM, or one level for all
     PredictedError error;       // where predicted
+    /// Where it pays to count what is seen and to choose again (PreparedScene::chooseBySight()).
+    std::unique_ptr<LevelChooser> chooser;
 };
 
 /// Pages that the neighbourhood of one sample can take: eight bricks for a value, and those half a brick

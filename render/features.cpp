@@ -14,6 +14,7 @@ const std::vector<FeatureName>& featureNames() {
         {kFeatureCounting, "FEATURE_COUNTING", "work counters"},
         {kFeatureMixed, "FEATURE_MIXED", "interblock interpolation"},
         {kFeaturePasses, "FEATURE_PASSES", "several passes"},
+        {kFeatureVisibility, "FEATURE_VISIBILITY", "counting of what is seen"},
     };
     return names;
 }

@@ -23,6 +23,10 @@ struct LevelTextures {
         : corners(GL_RG32UI, map.cornerGrid(), 8, GL_NEAREST, gpu, "the level map"),
           facts(GL_R32UI, map.bricks, 4, GL_NEAREST, gpu, "the level map") {
         static_assert(sizeof(BrickCorner) == 8, "two words a texel");
+        upload(map);
+    }
+    /// Of the same volume.
+    void upload(const LevelMap& map) {
         corners.upload(glm::ivec3(0), map.cornerGrid(), GL_RG_INTEGER, GL_UNSIGNED_INT, map.corners.data());
         facts.upload(glm::ivec3(0), map.bricks, GL_RED_INTEGER, GL_UNSIGNED_INT, map.facts.data());
     }

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <chrono>
 #include <cmath>
 
 namespace tessera {
@@ -20,31 +19,15 @@ struct GpuWork { // layout of the Work buffer in march.comp
 };
 static_assert(sizeof(GpuWork) == 28);
 
-/// Learns what an iteration costs here and says how many one dispatch may hold. A dispatch of n rays cannot
-/// run more than n times its iteration limit, so the bound holds for tiles that turn out dense, not just for
-/// those seen so far.
-class Pace {
-  public:
-    explicit Pace(double targetMs) : targetMs_(targetMs) {}
-    std::size_t iterationsPerDispatch() const {
-        return static_cast<std::size_t>(std::clamp(targetMs_ / msPerIteration_, 16384.0, 4e9));
-    }
-    void observe(double ms, std::size_t iterations) {
-        constexpr std::size_t kTelling = 4096; // below it the cost of the dispatch itself drowns the rest
-        if (iterations < kTelling)
-            return;
-        msPerIteration_ = std::max(ms / static_cast<double>(iterations), msPerIteration_ * 0.7);
-    }
-
-  private:
-    double targetMs_;
-    double msPerIteration_ = 1e-3; // a cautious start: a microsecond
-};
-
 } // namespace
 
 std::size_t March::stateBytes(const glm::ivec2& size) {
     return 20 * static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) + sizeof(GpuWork);
+}
+
+std::size_t March::visibilityBytes(const glm::ivec2& size, const glm::ivec3& bricks) {
+    return 4 * static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) +
+           sizeof(SeenBrick) * cellCount(bricks);
 }
 
 void setRayUniforms(const GlProgram& program, const RayFrame<double>& frame) {
@@ -62,29 +45,35 @@ void setRayUniforms(const GlProgram& program, const RayFrame<double>& frame) {
 
 March::March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
              const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu)
-    : size_(glm::ivec2(frame.imageSize)), features_(features), info_(info),
-      maxCount_(static_cast<int>(std::ceil(glm::length(frame.extent) / frame.segmentVoxels)) + 2),
+    : size_(glm::ivec2(frame.imageSize)), features_(features), info_(info), gpu_(gpu),
       program_("march.comp", featureDefines(features)) {
     TESSERA_CHECK((occupancy != nullptr) == ((features & kFeatureSkipping) != 0));
     const std::size_t pixels = static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y);
-    table_ = GlBuffer(optics.table.size() * sizeof(glm::vec4), std::as_bytes(std::span(optics.table)), gpu,
-                      "the transfer function's table");
+    const glm::ivec3 bricks = brickGrid(info.extentVoxels);
     colour_ = GlBuffer(16 * pixels, {}, gpu, "the picture");
     next_ = GlBuffer(4 * pixels, {}, gpu, "the rays' state");
     work_ = GlBuffer(sizeof(GpuWork), {}, gpu, "the work counters");
     if (features & kFeaturePasses) {
-        const glm::ivec3 bricks = brickGrid(info.extentVoxels);
         wanted_ = GlBuffer(wantedBytes(bricks), {}, gpu, "the bricks that rays wait for");
         takeWanted();
     }
+    if (features & kFeatureVisibility) {
+        seen_ = GlBuffer(sizeof(SeenBrick) * cellCount(bricks), {}, gpu, "what is seen of bricks");
+        lastBrick_ = GlBuffer(4 * pixels, {}, gpu, "what is seen of bricks");
+    }
     if (occupancy) {
-        skipping_ = skippingTexture(*occupancy, gpu);
+        skipping_ = GlTexture3d(GL_RG32UI, occupancy->grid(), sizeof(SkippingTexel), GL_NEAREST, gpu,
+                                "the map of empty space");
         setSkippingUniforms(program_, *occupancy);
     }
-    setRayUniforms(program_, frame);
-    program_.set("uStride", strides.uniformSegments);
-    program_.set("uStepVoxels", static_cast<float>(strides.segmentVoxels));
-    program_.set("uNaive", strides.sampling == Sampling::naive ? 1 : 0);
+    setFunction(optics);
+    restart(frame, strides, occupancy);
+}
+
+void March::setFunction(const Optics& optics) {
+    table_ = {}; // first, so that two are never charged
+    table_ = GlBuffer(optics.table.size() * sizeof(glm::vec4), std::as_bytes(std::span(optics.table)), gpu_,
+                      "the transfer function's table");
     program_.set("uTableScale", optics.scale);
     program_.set("uTableOffset", optics.offset);
     program_.set("uTableLast", static_cast<int>(optics.table.size()) - 1);
@@ -94,6 +83,30 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
     program_.set("uTermination", optics.termination);
 }
 
+void March::restart(const RayFrame<double>& frame, const Strides& strides, const Occupancy* changed) {
+    TESSERA_CHECK(glm::ivec2(frame.imageSize) == size_);
+    maxCount_ = static_cast<int>(std::ceil(glm::length(frame.extent) / frame.segmentVoxels)) + 2;
+    if (changed)
+        uploadSkipping(skipping_, *changed);
+    setRayUniforms(program_, frame);
+    program_.set("uStride", strides.uniformSegments);
+    program_.set("uStepVoxels", static_cast<float>(strides.segmentVoxels));
+    program_.set("uNaive", strides.sampling == Sampling::naive ? 1 : 0);
+    colour_.clear();
+    next_.clear();
+    if (features_ & kFeatureVisibility) {
+        seen_.clear();
+        lastBrick_.fill(UINT32_MAX);
+    }
+    tile_ = glm::ivec2(0);
+}
+
+std::vector<SeenBrick> March::seen() const {
+    std::vector<SeenBrick> seen(cellCount(brickGrid(info_.extentVoxels)));
+    seen_.read(0, std::as_writable_bytes(std::span(seen)));
+    return seen;
+}
+
 std::vector<std::uint32_t> March::takeWanted() {
     std::vector<std::uint32_t> wanted(cellCount(brickGrid(info_.extentVoxels)));
     wanted_.read(0, std::as_writable_bytes(std::span(wanted)));
@@ -101,7 +114,8 @@ std::vector<std::uint32_t> March::takeWanted() {
     return wanted;
 }
 
-std::size_t March::run(const FieldSource& source, const MarchSlicing& slicing, Work& work) {
+bool March::runUntil(const FieldSource& source, const MarchSlicing& slicing, Clock::time_point deadline,
+                     Work& work) {
     bindField(program_, features_, info_, source);
     if (features_ & kFeatureSkipping)
         skipping_.bind(kSkippingUnit);
@@ -111,7 +125,10 @@ std::size_t March::run(const FieldSource& source, const MarchSlicing& slicing, W
     work_.bind(3);
     if (features_ & kFeaturePasses)
         wanted_.bind(4);
-    std::size_t waiting = 0;
+    if (features_ & kFeatureVisibility) {
+        seen_.bind(5);
+        lastBrick_.bind(6);
+    }
     program_.use();
 
     const auto dispatch = [&](const glm::ivec2& origin, const glm::ivec2& end, int iterations) {
@@ -120,56 +137,67 @@ std::size_t March::run(const FieldSource& source, const MarchSlicing& slicing, W
         program_.set("uTileEnd", end);
         program_.set("uMaxIterations", iterations);
         const glm::ivec2 groups = (end - origin + (kGroup - 1)) / kGroup;
-        const auto start = std::chrono::steady_clock::now();
+        const auto start = Clock::now();
         glDispatchCompute(static_cast<GLuint>(groups.x), static_cast<GLuint>(groups.y), 1);
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
         glFinish();
-        const double ms =
-            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
         GpuWork counted{};
         work_.read(0, std::as_writable_bytes(std::span(&counted, 1)));
         work += Work{counted.iterations, counted.segments, counted.samples, counted.fetches, counted.blended};
         return std::pair(ms, counted);
     };
-    dispatch({0, 0}, {1, 1}, 0); // the driver compiles at the first dispatch; that is not marching
+    if (!compiled_) // the driver compiles at the first dispatch; that is not marching
+        dispatch({0, 0}, {1, 1}, 0);
+    compiled_ = true;
 
-    Pace pace(slicing.targetMs);
-    for (glm::ivec2 origin(0); origin.y < size_.y;) {
+    if (tile_ == glm::ivec2(0))
+        waiting_ = 0;
+    while (tile_.y < size_.y) {
         // Tiles in rows; the edge is a power of two that keeps whole rays within one dispatch where possible.
         int edge = slicing.fixedTile;
         if (edge == 0) {
             edge = 64;
             while (edge < 4096 &&
                    static_cast<std::size_t>(4 * edge * edge) * static_cast<std::size_t>(maxCount_) <=
-                       pace.iterationsPerDispatch())
+                       pace_.iterationsPerDispatch(slicing.targetMs))
                 edge *= 2;
             // A row of tiles keeps one height; a tile may only grow where it starts a row.
-            if (origin.x > 0)
+            if (tile_.x > 0)
                 edge = rowEdge_;
             rowEdge_ = edge;
         }
-        const glm::ivec2 end = glm::min(origin + edge, size_);
+        const glm::ivec2 end = glm::min(tile_ + edge, size_);
         const std::size_t rays =
-            static_cast<std::size_t>(end.x - origin.x) * static_cast<std::size_t>(end.y - origin.y);
+            static_cast<std::size_t>(end.x - tile_.x) * static_cast<std::size_t>(end.y - tile_.y);
         for (bool unfinished = true; unfinished;) {
+            if (Clock::now() >= deadline)
+                return false;
             int iterations = slicing.fixedIterations;
             if (iterations == 0)
-                iterations = static_cast<int>(std::clamp<std::size_t>(pace.iterationsPerDispatch() / rays, 1,
-                                                                      static_cast<std::size_t>(maxCount_)));
-            const auto [ms, counted] = dispatch(origin, end, iterations);
-            pace.observe(ms, counted.iterations);
+                iterations = static_cast<int>(
+                    std::clamp<std::size_t>(pace_.iterationsPerDispatch(slicing.targetMs) / rays, 1,
+                                            static_cast<std::size_t>(maxCount_)));
+            const auto [ms, counted] = dispatch(tile_, end, iterations);
+            pace_.observe(ms, counted.iterations);
             unfinished = counted.unfinished > 0;
             if (!unfinished)
-                waiting += counted.waiting;
+                waiting_ += counted.waiting;
             ++work.dispatches;
             work.marchMs += ms;
             work.longestDispatchMs = std::max(work.longestDispatchMs, ms);
         }
-        origin.x = end.x;
-        if (origin.x >= size_.x)
-            origin = {0, end.y};
+        tile_.x = end.x;
+        if (tile_.x >= size_.x)
+            tile_ = {0, end.y};
     }
-    return waiting;
+    tile_ = glm::ivec2(0);
+    return true;
+}
+
+std::size_t March::run(const FieldSource& source, const MarchSlicing& slicing, Work& work) {
+    TESSERA_CHECK(runUntil(source, slicing, Clock::time_point::max(), work));
+    return waiting_;
 }
 
 Image March::image() const {

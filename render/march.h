@@ -2,6 +2,7 @@
 // tiles and iteration limits so that no dispatch runs long, whatever the scene.
 #pragma once
 
+#include "bricking/visibility.h"
 #include "core/budget.h"
 #include "core/image.h"
 #include "render/atlas.h"
@@ -12,11 +13,13 @@
 #include "render/gl/program.h"
 #include "render/occupancy.h"
 #include "render/optics.h"
+#include "render/pace.h"
 #include "render/ray.h"
 #include "render/skipping_binding.h"
 #include "render/strides.h"
 #include "render/work.h"
 
+#include <chrono>
 #include <glm/vec2.hpp>
 #include <vector>
 
@@ -32,6 +35,7 @@ struct MarchSlicing {
 
 class March {
   public:
+    using Clock = std::chrono::steady_clock;
     /// Compiles the program and allocates table, map of empty space and ray state on the GPU ledger.
     /// occupancy is needed exactly when features has kFeatureSkipping; info must outlive this.
     March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
@@ -40,6 +44,16 @@ class March {
     /// Marches all rays to their end, or (kFeaturePasses) until they wait for absent bricks. Returns how many
     /// wait.
     std::size_t run(const FieldSource& source, const MarchSlicing& slicing, Work& work);
+    /// The same as far as it gets: no dispatch begins after the deadline. True when all rays are at their end
+    /// or wait; else the next call goes on. The picture does not depend on where it was cut.
+    bool runUntil(const FieldSource& source, const MarchSlicing& slicing, Clock::time_point deadline,
+                  Work& work);
+    /// All rays begin anew. @param changed  the map of empty space where it is another one, else null
+    void restart(const RayFrame<double>& frame, const Strides& strides, const Occupancy* changed);
+    /// Another transfer function; restart() must follow.
+    void setFunction(const Optics& optics);
+    /// kFeatureVisibility: per brick, [z][y][x], what the rays saw since they began.
+    std::vector<SeenBrick> seen() const;
     /// kFeaturePasses: per brick the first ray that waits for it, or UINT32_MAX; forgets them.
     std::vector<std::uint32_t> takeWanted();
     /// The map of empty space on the device; with kFeatureSkipping only.
@@ -52,15 +66,22 @@ class March {
     static std::size_t stateBytes(const glm::ivec2& size);
     /// The same for kFeaturePasses.
     static std::size_t wantedBytes(const glm::ivec3& bricks) { return 4 * cellCount(bricks); }
+    /// The same for kFeatureVisibility.
+    static std::size_t visibilityBytes(const glm::ivec2& size, const glm::ivec3& bricks);
 
   private:
     glm::ivec2 size_;
     std::uint32_t features_;
     const VolumeInfo& info_;
-    int maxCount_;    // most iterations any ray can need
-    int rowEdge_ = 0; // edge of the tiles in the row that is being marched
+    Ledger& gpu_;
+    int maxCount_ = 0;        // most iterations any ray can need
+    glm::ivec2 tile_{0};      // origin of the tile that is being marched
+    int rowEdge_ = 0;         // edge of the tiles in its row
+    std::size_t waiting_ = 0; // rays of the tiles before it
+    bool compiled_ = false;   // by the driver
+    Pace pace_;
     GlProgram program_;
-    GlBuffer table_, colour_, next_, work_, wanted_;
+    GlBuffer table_, colour_, next_, work_, wanted_, seen_, lastBrick_;
     GlTexture3d skipping_;
 };
 

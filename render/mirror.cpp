@@ -3,7 +3,9 @@
 
 #include "core/threads.h"
 
+#include <atomic>
 #include <mutex>
+#include <span>
 
 namespace tessera {
 
@@ -24,34 +26,74 @@ template <typename Real> struct MixedField {
     glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) { return interblockGradient(samples, p); }
 };
 
+/// visit(field), with the field of the input.
+template <typename Real, typename Visit> void withField(const MirrorInput& input, const Visit& visit) {
+    if (input.levels) {
+        MixedReader samples(*input.cache, *input.info, *input.selection, *input.levels);
+        MixedField<Real> field{samples};
+        visit(field);
+    } else {
+        const int level = input.selection->finest();
+        LatticeReader samples(*input.cache, *input.info, level, input.selection);
+        UniformField<Real> field{samples, Real(1) / static_cast<Real>(1 << level)};
+        visit(field);
+    }
+}
+
+constexpr std::size_t kStrip = 64; // rays a thread takes at a time: neighbours share chunks
+
+template <typename Field>
+void seeAlong(const SegmentedRay<float>& ray, Field& field, const MirrorInput& input,
+              std::span<SeenBrick> seen) {
+    float alpha = 0;
+    std::size_t last = seen.size();
+    for (int i = 0, n = 0; i < ray.count; i += n) {
+        n = strideAt(input.strides, ray, i);
+        const float length = strideLength(ray, i, n);
+        const glm::vec3 p = stridePosition(ray, i, length);
+        const glm::ivec3 at =
+            glm::clamp(glm::ivec3(p) / kBrickExtent, glm::ivec3(0), input.selection->bricks - 1);
+        if (const std::size_t brick = linearIndex(at, input.selection->bricks); brick != last) {
+            last = brick;
+            std::atomic_ref(seen[brick].light) +=
+                static_cast<std::uint32_t>((1 - alpha) * static_cast<float>(SeenBrick::kLightOfRay) + 0.5f);
+            ++std::atomic_ref(seen[brick].rays);
+        }
+        const float extinction = lookUp(*input.optics, field.value(p)).a;
+        if (extinction > 0)
+            alpha += (1 - alpha) * opacityOf(extinction * (length * ray.segmentMm));
+    }
+}
+
 } // namespace
 
 template <typename Real>
 std::vector<glm::vec<4, Real>> mirrorRays(const MirrorInput& input, std::size_t rayCount,
                                           const RaySource<Real>& rays, int threads, Work& work) {
-    constexpr std::size_t kStrip = 64; // rays a thread takes at a time: neighbours share chunks
     std::vector<glm::vec<4, Real>> out(rayCount);
     std::mutex mutex;
     parallelFor((rayCount + kStrip - 1) / kStrip, threads, [&](std::size_t strip) {
         Work mine;
-        const auto draw = [&](auto& field) {
+        withField<Real>(input, [&](auto& field) {
             for (std::size_t i = strip * kStrip; i < std::min(rayCount, (strip + 1) * kStrip); ++i)
                 out[i] = mirrorRay(rays(i), field, input, mine);
-        };
-        if (input.levels) {
-            MixedReader samples(*input.cache, *input.info, *input.selection, *input.levels);
-            MixedField<Real> field{samples};
-            draw(field);
-        } else {
-            const int level = input.selection->finest();
-            LatticeReader samples(*input.cache, *input.info, level, input.selection);
-            UniformField<Real> field{samples, Real(1) / static_cast<Real>(1 << level)};
-            draw(field);
-        }
+        });
         const std::lock_guard lock(mutex);
         work += mine;
     });
     return out;
+}
+
+std::vector<SeenBrick> mirrorSeen(const MirrorInput& input, std::size_t rayCount,
+                                  const RaySource<float>& rays, int threads) {
+    std::vector<SeenBrick> seen(input.selection->levels.size());
+    parallelFor((rayCount + kStrip - 1) / kStrip, threads, [&](std::size_t strip) {
+        withField<float>(input, [&](auto& field) {
+            for (std::size_t i = strip * kStrip; i < std::min(rayCount, (strip + 1) * kStrip); ++i)
+                seeAlong(rays(i), field, input, seen);
+        });
+    });
+    return seen;
 }
 
 template std::vector<glm::vec4> mirrorRays<float>(const MirrorInput&, std::size_t, const RaySource<float>&,

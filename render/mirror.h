@@ -2,6 +2,7 @@
 // in exact mode must equal the float mirror; a difference is a fault of one of them.
 #pragma once
 
+#include "bricking/visibility.h"
 #include "render/lattice.h"
 #include "render/occupancy.h"
 #include "render/optics.h"
@@ -80,6 +81,11 @@ extern template std::vector<glm::vec4> mirrorRays<float>(const MirrorInput&, std
                                                          const RaySource<float>&, int, Work&);
 extern template std::vector<glm::dvec4> mirrorRays<double>(const MirrorInput&, std::size_t,
                                                            const RaySource<double>&, int, Work&);
+
+/// What rays see of bricks, as VisibilityPass counts it: lights added up in whole numbers, so that threads do
+/// not matter. Optics' shading and termination, and occupancy, count for nothing.
+std::vector<SeenBrick> mirrorSeen(const MirrorInput& input, std::size_t rayCount,
+                                  const RaySource<float>& rays, int threads);
 
 /// Rays of a frame, row by row from the top left pixel.
 template <typename Real> RaySource<Real> frameRays(const RayFrame<Real>& frame) {

@@ -5,6 +5,7 @@
 #include "core/threads.h"
 #include "render/lattice.h"
 #include "render/march.h" // March::stateBytes
+#include "render/visibility_pass.h"
 
 #include <algorithm>
 #include <cmath>
@@ -89,6 +90,14 @@ MirrorInput PreparedScene::mirrorInput(bool skipping) const {
             strides()};
 }
 
+void PreparedScene::setFunction(const TransferFunction& f, const Scene& scene, Ledger& ram) {
+    function = f;
+    table = makeTable(function);
+    functionCharge = {};
+    functionCharge = ram.charge(tableBytes(table.entries.size()), "the transfer function's table");
+    optics = makeOptics(table, info(), scene.shading, scene.quality.terminationTransmittance);
+}
+
 void PreparedScene::setSelection(Selection chosen, Ledger& ram) {
     selection = std::move(chosen);
     levels = LevelMap();
@@ -96,6 +105,14 @@ void PreparedScene::setSelection(Selection chosen, Ledger& ram) {
         levels = makeLevelMap(selection, info().extentVoxels, quality, ram);
     if (quality.skipping)
         mapEmptySpace(ram);
+}
+
+void PreparedScene::chooseBySight(std::span<const SeenBrick> seen, Ledger& ram) {
+    const std::vector<float> visible = visibilityFactors(seen, selection);
+    Selection better = chosen.chooser->best(statistics.brickMean, chosen.atlasPages, visible);
+    chosen.error = chosen.chooser->predict(better, visible);
+    chosen.chooser.reset();
+    setSelection(std::move(better), ram);
 }
 
 void PreparedScene::mapEmptySpace(Ledger& ram) {
@@ -106,10 +123,10 @@ void PreparedScene::mapEmptySpace(Ledger& ram) {
         occupancy = Occupancy(input, mapScale, ram);
 }
 
-PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
-                           Ledger& ram, const Ledger& gpu, int threads, LevelChoice choice,
-                           std::size_t bytesPerPixel) {
+PreparedScene prepareView(const Scene& scene, const StoreReader& store, Ledger& ram, int threads,
+                          std::size_t bytesPerPixel) {
     PreparedScene p;
+    p.quality = scene.quality;
     p.store = &store;
     const VolumeInfo& info = store.info();
     p.imageSize = scene.imageSize;
@@ -122,57 +139,70 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
     p.statistics = loadStatistics(store, ram, threads);
     const TransferChoice& function = scene.volumes.at(0).transferFunction;
     if (const auto* name = std::get_if<std::string>(&function))
-        p.function = presetFunction(*name, summarise(p.statistics, info));
+        p.setFunction(presetFunction(*name, summarise(p.statistics, info)), scene, ram);
     else
-        p.function = std::get<TransferFunction>(function);
-    p.table = makeTable(p.function);
-    p.functionCharge = ram.charge(tableBytes(p.table.entries.size()), "the transfer function's table");
-    p.optics = makeOptics(p.table, info, scene.shading, scene.quality.terminationTransmittance);
+        p.setFunction(std::get<TransferFunction>(function), scene, ram);
     if (const auto* view = std::get_if<FittedView>(&scene.camera))
         p.camera = fitCamera(info, view->view, view->projection, scene.imageSize);
     else
         p.camera = std::get<Camera>(scene.camera);
 
     p.ramFloorBytes = floor;
+    return p;
+}
+
+PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
+                           Ledger& ram, const Ledger& gpu, int threads, LevelChoice choice,
+                           std::size_t bytesPerPixel) {
+    PreparedScene p = prepareView(scene, store, ram, threads, bytesPerPixel);
     chooseAgain(p, scene, limits, ram, gpu, threads, choice);
     return p;
 }
 
+std::size_t PreparedScene::reserveGpu(const TextureLimits& limits, const Ledger& ram, const Ledger& gpu) {
+    const glm::ivec3 bricks = brickGrid(info().extentVoxels);
+    // Rays and tables; with quality to reach, also what rays wait with. What is seen is counted before the
+    // picture, in its room.
+    const std::size_t picture = March::stateBytes(imageSize);
+    const std::size_t rays = quality.maxError ? picture + March::wantedBytes(bricks)
+                                              : std::max(picture, VisibilityPass::bytes(imageSize, bricks));
+    const std::size_t fixed =
+        rays + Atlas::indexBytes(bricks) + LevelMap::bytes(bricks) + optics.table.size() * sizeof(glm::vec4);
+    if (!quality.skipping)
+        return fixed;
+    // The map of empty space: at bricks' scale in the floor, beyond what that promises to bricks; of cells
+    // where it is a small part.
+    const std::size_t promised = fixed + atlasBytes(neighbourhoodPages(true), info().type, limits);
+    const std::size_t spareGpu = gpu.freeBytes() - std::min(gpu.freeBytes(), promised);
+    mapScale = chooseMapScale(info().extentVoxels, ram.limitBytes() - ramFloorBytes, spareGpu / 4);
+    return fixed + mapBytes(info().extentVoxels, mapScale);
+}
+
+std::size_t PreparedScene::ramToKeep(int threads) const {
+    return cacheFloorBytes(info(), threads > 0 ? threads : defaultThreads()) + Atlas::stagingBytes(info()) +
+           LevelMap::bytes(brickGrid(info().extentVoxels)) +
+           (quality.skipping ? Occupancy::bytes(info().extentVoxels, mapScale) : 0);
+}
+
+void PreparedScene::openCache(Ledger& ram, int threads) {
+    // It takes what is left, less upload staging and, where there is plenty, some air.
+    const int used = threads > 0 ? threads : defaultThreads();
+    const std::size_t free = ram.freeBytes(), staging = Atlas::stagingBytes(info());
+    const std::size_t left = free > staging ? free - staging : 0;
+    const std::size_t bytes = std::max(std::min(left, cacheFloorBytes(info(), used)), left - left / 8);
+    cache = std::make_unique<BrickCache>(*store, ram, bytes, used);
+}
+
 void chooseAgain(PreparedScene& p, const Scene& scene, const TextureLimits& limits, Ledger& ram,
                  const Ledger& gpu, int threads, LevelChoice choice) {
-    const VolumeInfo& info = p.info();
     p.cache.reset(); // it holds all memory that was left
     p.quality = scene.quality;
-    // GPU memory: what every picture costs first, then levels as fine as the rest holds.
-    const std::size_t fixed =
-        March::stateBytes(scene.imageSize) + Atlas::indexBytes(brickGrid(info.extentVoxels)) +
-        LevelMap::bytes(brickGrid(info.extentVoxels)) + p.optics.table.size() * sizeof(glm::vec4) +
-        (scene.quality.maxError ? March::wantedBytes(brickGrid(info.extentVoxels)) : 0);
-    // The map of empty space is charged as bricks' scale in the floor; cells where they are a small part.
-    std::size_t mapOnGpu = 0;
-    if (scene.quality.skipping) {
-        // Beyond what the floor promises to bricks.
-        const std::size_t promised = fixed + atlasBytes(neighbourhoodPages(true), info.type, limits);
-        const std::size_t spareGpu = gpu.freeBytes() - std::min(gpu.freeBytes(), promised);
-        p.mapScale = chooseMapScale(info.extentVoxels, ram.limitBytes() - p.ramFloorBytes, spareGpu / 4);
-        mapOnGpu = mapBytes(info.extentVoxels, p.mapScale);
-    }
-    const int cacheThreads = threads > 0 ? threads : defaultThreads();
-    const std::size_t staging = Atlas::stagingBytes(info);
-    const std::size_t kept = cacheFloorBytes(info, cacheThreads) + staging +
-                             LevelMap::bytes(brickGrid(info.extentVoxels)) +
-                             (scene.quality.skipping ? Occupancy::bytes(info.extentVoxels, p.mapScale) : 0);
-    p.chosen = chooseLevels(scene, p.camera, p.statistics, p.table, *p.store, limits, choice, gpu,
-                            fixed + mapOnGpu, ram, kept, threads);
+    const std::size_t fixed = p.reserveGpu(limits, ram, gpu);
+    p.chosen = chooseLevels(scene, p.camera, p.statistics, p.table, *p.store, limits, choice, gpu, fixed, ram,
+                            p.ramToKeep(threads), threads);
     p.setSelection(std::move(p.chosen.selection), ram);
-    p.frame = rayFrame(p.camera, info, scene.imageSize, scene.quality.stepVoxels);
-
-    // The cache takes what is left, less upload staging and, where there is plenty, some air.
-    const std::size_t free = ram.freeBytes();
-    const std::size_t left = free > staging ? free - staging : 0;
-    const std::size_t cacheBytes =
-        std::max(std::min(left, cacheFloorBytes(info, cacheThreads)), left - left / 8);
-    p.cache = std::make_unique<BrickCache>(*p.store, ram, cacheBytes, cacheThreads);
+    p.frame = rayFrame(p.camera, p.info(), scene.imageSize, scene.quality.stepVoxels);
+    p.openCache(ram, threads);
 }
 
 } // namespace tessera

@@ -6,6 +6,7 @@
 #include "bricking/selection.h"
 #include "bricking/statistics.h"
 #include "bricking/store/store_reader.h"
+#include "bricking/visibility.h"
 #include "core/budget.h"
 #include "core/preset.h" // ValueSummary
 #include "core/scene.h"
@@ -42,8 +43,19 @@ struct PreparedScene {
 
     const VolumeInfo& info() const { return store->info(); }
     bool mixed() const { return !levels.corners.empty(); }
+    /// Takes another transfer function; shading and termination are the scene's.
+    void setFunction(const TransferFunction& function, const Scene& scene, Ledger& ram);
+    /// GPU memory that a picture takes besides its bricks; chooses the scale of the map of empty space.
+    std::size_t reserveGpu(const TextureLimits& limits, const Ledger& ram, const Ledger& gpu);
+    /// RAM that the maps, the smallest cache and uploading take.
+    std::size_t ramToKeep(int threads) const;
+    /// Makes the cache, of all RAM that is left.
+    void openCache(Ledger& ram, int threads);
     /// Takes another selection, and maps its levels and its empty space.
     void setSelection(Selection chosen, Ledger& ram);
+    /// Chooses levels again, by what a picture of the selection saw of each brick; needs chosen.chooser, and
+    /// lets go of it.
+    void chooseBySight(std::span<const SeenBrick> seen, Ledger& ram);
     /// Proves anew what the selection's levels change; all of it the first time.
     void mapEmptySpace(Ledger& ram);
     /// Valid as long as this is not moved.
@@ -73,6 +85,10 @@ PreparedScene prepareScene(const Scene& scene, const StoreReader& store, const T
                            Ledger& ram, const Ledger& gpu, int threads,
                            LevelChoice choice = LevelChoice::perBrick,
                            std::size_t bytesPerPixel = kPictureBytesPerPixel);
+
+/// The same without levels, their maps and the cache: for a picture whose levels change.
+PreparedScene prepareView(const Scene& scene, const StoreReader& store, Ledger& ram, int threads,
+                          std::size_t bytesPerPixel = kPictureBytesPerPixel);
 
 /// Takes the scene's quality and chooses levels anew, with their maps and a new cache. The engine must have
 /// let go of the selection and of the cache.

@@ -6,6 +6,7 @@
 #include "render/mirror.h"
 #include "render/prepare.h"
 #include "render/reference.h"
+#include "render/visibility_pass.h"
 
 #include <algorithm>
 #include <chrono>
@@ -72,40 +73,79 @@ template <typename Real> Image toImage(const std::vector<glm::vec<4, Real>>& pix
     return image;
 }
 
+/// What the march reads bricks and their levels from.
+struct Field {
+    Field(const PreparedScene& p, const Atlas& atlas, Ledger& gpu) {
+        source = {&atlas, nullptr, p.selection.finest(), nullptr, nullptr};
+        if (p.mixed()) {
+            source.map = &p.levels;
+            source.textures = &textures.emplace(p.levels, gpu);
+        }
+    }
+    std::optional<LevelTextures> textures;
+    FieldSource source;
+};
+
 void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledger& ram, Ledger& gpu,
                  const RenderOptions& options, RenderResult& result) {
     const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};
+    const auto loading = Clock::now();
+    Atlas atlas(p.info(), p.selection, p.chosen.atlasPages, limits, gpu, ram);
+    if (p.chosen.chooser) {
+        atlas.load(*p.cache, ram, result.work);
+        VisibilityPass pass(featuresOf(scene, p, false), p.info(), gpu);
+        Work counting; // not the picture's
+        p.chooseBySight(pass.count(visibilityRays(p.camera, p.info(), scene.imageSize, p.strides()),
+                                   Field(p, atlas, gpu).source, p.optics, counting),
+                        ram);
+        atlas.adopt(p.selection);
+    }
     result.features = featuresOf(scene, p, options.counting);
     const Occupancy* occupancy = scene.quality.skipping ? &p.occupancy : nullptr;
-    const auto loading = Clock::now();
     March march(result.features, p.frame, p.info(), p.strides(), p.optics, occupancy, gpu);
-    Atlas atlas(p.info(), p.selection, p.chosen.atlasPages, limits, gpu, ram);
     const bool passes = (result.features & kFeaturePasses) != 0;
     if (!passes)
         atlas.load(*p.cache, ram, result.work);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
-    FieldSource source{&atlas, nullptr, p.selection.finest(), nullptr, nullptr};
-    std::optional<LevelTextures> levelTextures;
-    if (p.mixed()) {
-        source.map = &p.levels;
-        source.textures = &levelTextures.emplace(p.levels, gpu);
-    }
+    const Field field(p, atlas, gpu);
     const std::size_t rays =
         static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y);
     // Refining reads every brick, so all must be there.
     if (occupancy && !passes && refiningPays(*occupancy, rays) &&
         gpu.freeBytes() >= refiningBytes(p.table.entries.size()))
         result.refinedCells = refineSkipping(march.skippingMap(), *occupancy, p.table, p.optics,
-                                             result.features, p.info(), source, gpu);
+                                             result.features, p.info(), field.source, gpu);
     result.passes = 1;
-    for (; march.run(source, options.slicing, result.work) > 0; ++result.passes)
+    for (; march.run(field.source, options.slicing, result.work) > 0; ++result.passes)
         atlas.serve(bricksToServe(march.takeWanted(), p.selection, atlas.pages()), *p.cache, ram,
                     result.work);
     result.image = march.image();
     result.secondsDrawing = secondsSince(drawing);
     if (!context.errors().empty())
         throw Error("OpenGL: " + context.errors().front());
+}
+
+void chooseBySightOnCpu(PreparedScene& p, int threads, Ledger& ram) {
+    const VisibilityRays sight = visibilityRays(p.camera, p.info(), p.imageSize, p.strides());
+    MirrorInput input = p.mirrorInput(false);
+    input.strides = sight.strides;
+    const glm::ivec2 size(sight.frame.imageSize);
+    p.chooseBySight(mirrorSeen(input, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y),
+                               frameRays(cast<float>(sight.frame)), threads),
+                    ram);
+}
+
+/// What the selection came to; after it is final.
+void report(const PreparedScene& p, RenderResult& result) {
+    result.level = p.selection.finest();
+    result.bricksOfLevel = p.selection.counts;
+    result.selectionPages = pagesFor(p.selection.counts);
+    result.atlasPages = std::min(p.chosen.atlasPages, result.selectionPages);
+    if (p.chosen.predicted)
+        result.predictedError = p.chosen.error;
+    result.residentBricks = p.selection.shownBricks();
+    result.emptyBricks = p.selection.counts[Selection::kEmpty];
 }
 
 } // namespace
@@ -157,15 +197,7 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     }
     result.camera = p.camera;
     result.tableRelativeError = p.table.relativeError;
-    result.level = p.selection.finest();
-    result.bricksOfLevel = p.selection.counts;
-    result.atlasPages = p.chosen.atlasPages;
-    result.selectionPages = pagesFor(p.selection.counts);
     result.levelsOnPurpose = options.levels != LevelChoice::perBrick || options.engine == Engine::reference;
-    if (p.chosen.predicted)
-        result.predictedError = p.chosen.error;
-    result.residentBricks = p.selection.shownBricks();
-    result.emptyBricks = p.selection.counts[Selection::kEmpty];
     result.cells = cellCount(p.statistics.cells);
     result.occupiedCells = scene.quality.skipping ? p.occupancy.occupiedCells() : result.cells;
     const ValueSummary values = summarise(p.statistics, p.info());
@@ -175,17 +207,23 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
 
     if (options.engine == Engine::march) {
         drawByMarch(scene, p, *context, ram, gpu, options, result);
+        report(p, result);
+        result.occupiedCells = scene.quality.skipping ? p.occupancy.occupiedCells() : result.cells;
         return result;
     }
     const auto drawing = Clock::now();
     const std::size_t pixels =
         static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y);
     if (options.engine == Engine::mirror) {
+        if (p.chosen.chooser)
+            chooseBySightOnCpu(p, options.threads, ram);
+        report(p, result);
         result.image =
             toImage(mirrorRays<float>(p.mirrorInput(scene.quality.skipping), pixels,
                                       frameRays(cast<float>(p.frame)), options.threads, result.work),
                     scene.imageSize);
     } else {
+        report(p, result);
         result.level = 0;
         const ReferenceInput input{p.cache.get(), &p.info(), &p.function, scene.shading, &p.statistics};
         result.image = toImage(

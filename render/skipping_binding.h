@@ -10,12 +10,9 @@
 
 namespace tessera {
 
-inline GlTexture3d skippingTexture(const Occupancy& occupancy, Ledger& gpu) {
-    GlTexture3d texture(GL_RG32UI, occupancy.grid(), sizeof(SkippingTexel), GL_NEAREST, gpu,
-                        "the map of empty space");
+inline void uploadSkipping(GlTexture3d& texture, const Occupancy& occupancy) {
     static_assert(std::endian::native == std::endian::little, "a texel's low word comes first");
     texture.upload(glm::ivec3(0), occupancy.grid(), GL_RG_INTEGER, GL_UNSIGNED_INT, occupancy.map().data());
-    return texture;
 }
 
 inline void setSkippingUniforms(const GlProgram& program, const Occupancy& occupancy) {

@@ -203,24 +203,23 @@ TEST(SelectUniform, TakesTheFinestLevelThatFits) {
 // ------------------------------------------------------------------------------------------------------------
 
 TEST(VisibilityFactors, RiseAtOnceFallSlowlyAndDoNotFlicker) {
-    ViewWeights w;
-    w.area = {100, 100, 0, 100};
     Selection s;
     s.levels = {0, 5, 0, 0};
-    const std::vector<std::uint32_t> seen = {25500, 25500, 9, 2550}, hidden(4, 0),
-                                     jitter = {20000, 15000, 0, 4000};
-    const auto first = visibilityFactors(seen, 255, w, s);
-    EXPECT_EQ(first, (std::vector<float>{1, 1, kHiddenVisibility, 0.1f}));
-    EXPECT_EQ(visibilityFactors(jitter, 255, w, s, first), first);
-    const auto next = visibilityFactors(hidden, 255, w, s, first);
-    EXPECT_EQ(next, (std::vector<float>{0.5f, kHiddenVisibility, kHiddenVisibility, 0.05f}));
+    const std::vector<SeenBrick> seen = {{25600, 100}, {0, 0}, {9, 100}, {3200, 100}},
+                                 hidden(4, SeenBrick{0, 7}),
+                                 jitter = {{20000, 100}, {15000, 100}, {0, 100}, {4000, 100}};
+    const auto first = visibilityFactors(seen, s);
+    EXPECT_EQ(first, (std::vector<float>{1, 1, kHiddenVisibility, 0.125f}));
+    EXPECT_EQ(visibilityFactors(jitter, s, first), first);
+    const auto next = visibilityFactors(hidden, s, first);
+    EXPECT_EQ(next, (std::vector<float>{0.5f, kHiddenVisibility, kHiddenVisibility, 0.0625f}));
     auto later = next;
     for (int n = 0; n < 7; ++n)
-        later = visibilityFactors(hidden, 255, w, s, later);
+        later = visibilityFactors(hidden, s, later);
     for (const float f : later)
         EXPECT_LE(f, 2 * kHiddenVisibility); // the dead band ends where hidden begins
-    EXPECT_EQ(visibilityFactors(seen, 255, w, s, later)[0], 1);
-    EXPECT_EQ(visibilityFactors(std::vector<std::uint32_t>(4, UINT32_MAX), 1, w, s)[0], 1);
+    EXPECT_EQ(visibilityFactors(seen, s, later)[0], 1);
+    EXPECT_EQ(visibilityFactors(std::vector<SeenBrick>(4, {UINT32_MAX, 1}), s)[0], 1);
 }
 
 // -- the view

@@ -33,7 +33,7 @@ TEST(ShaderComposition, IncludesOnceAndMapsLogLinesToFiles) {
 TEST(Program, EveryFeatureCombinationCompilesAndOmitsWhatItDoesNotNeed) {
     const GlContext context({"software"});
     for (std::uint32_t f = 0; f <= kAllFeatures; ++f) {
-        if ((f & (kFeatureMixed | kFeaturePasses)) != 0 && (f & kFeatureBricked) == 0)
+        if ((f & (kFeatureMixed | kFeaturePasses | kFeatureVisibility)) != 0 && (f & kFeatureBricked) == 0)
             continue; // refused: see common_features.glsl
         const GlProgram program("march.comp", featureDefines(f));
         ASSERT_EQ(program.hasUniform("uPhong"), (f & kFeatureShading) != 0) << f;

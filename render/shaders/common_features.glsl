@@ -1,9 +1,10 @@
 // common_features.glsl: every feature is 0 or 1; a forgotten or misspelt one is an error, not "off".
 #if !defined(FEATURE_SHADING) || !defined(FEATURE_SKIPPING) || !defined(FEATURE_HARDWARE) || \
     !defined(FEATURE_NORMALISED) || !defined(FEATURE_BRICKED) || !defined(FEATURE_TERMINATION) || \
-    !defined(FEATURE_COUNTING) || !defined(FEATURE_MIXED) || !defined(FEATURE_PASSES)
+    !defined(FEATURE_COUNTING) || !defined(FEATURE_MIXED) || !defined(FEATURE_PASSES) || \
+    !defined(FEATURE_VISIBILITY)
 #error every FEATURE_ must be defined as 0 or 1 (render/features.h)
 #endif
-#if (FEATURE_MIXED || FEATURE_PASSES) && !FEATURE_BRICKED
-#error mixed levels and several passes need bricks
+#if (FEATURE_MIXED || FEATURE_PASSES || FEATURE_VISIBILITY) && !FEATURE_BRICKED
+#error mixed levels, several passes and what is seen of bricks need bricks
 #endif

@@ -14,6 +14,10 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(std430, binding = 1) buffer RayColour { vec4 uColour[]; }; // rgb premultiplied, alpha
 layout(std430, binding = 2) buffer RayNext { int uNext[]; };      // next segment; -1: finished
 layout(std430, binding = 3) buffer Work { uint uUnfinished, uIterations, uSegments, uSamples, uFetches, uBlended, uWaiting; };
+#if FEATURE_VISIBILITY
+layout(std430, binding = 5) buffer Seen { uint uSeen[]; };           // per brick: light in 1/256 of a ray's, and rays
+layout(std430, binding = 6) buffer LastBrick { int uLastBrick[]; };  // per ray: number of the brick counted last
+#endif
 uniform ivec2 uTileOrigin, uTileEnd;
 uniform int uMaxIterations;
 #if FEATURE_TERMINATION
@@ -33,6 +37,9 @@ void main() {
     uint segments = 0u;
     uint shown = 0u;
     int left = uMaxIterations;
+#if FEATURE_VISIBILITY
+    int lastBrick = uLastBrick[slot];
+#endif
 #if FEATURE_PASSES
     gRayNumber = uint(slot);
     bool waiting = false; // all that its next sample needs is named
@@ -75,6 +82,13 @@ void main() {
                 continue;
             }
             enterHome(p);
+#if FEATURE_VISIBILITY
+            if (gHomeNumber != lastBrick) {
+                lastBrick = gHomeNumber;
+                atomicAdd(uSeen[2 * lastBrick], uint((1.0 - sum.a) * 256.0 + 0.5));
+                atomicAdd(uSeen[2 * lastBrick + 1], 1u);
+            }
+#endif
             place = tablePlace(fieldValue(p));
             extinction = extinctionAt(place);
 #if FEATURE_PASSES
@@ -120,6 +134,9 @@ void main() {
     }
     uColour[slot] = sum;
     uNext[slot] = i < ray.count ? i : -1;
+#if FEATURE_VISIBILITY
+    uLastBrick[slot] = lastBrick;
+#endif
 #if FEATURE_PASSES
     if (waiting) atomicAdd(uWaiting, 1u);
     else

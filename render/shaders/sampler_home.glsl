@@ -1,13 +1,16 @@
 // sampler_home.glsl: the brick that a ray is in. A ray stays for many samples; what they share is looked up once,
 // and where no other brick has weight a value is one fetch. The same values as fieldValue(), bit for bit in exact
 // mode. Needs sampler_field.glsl. Gives enterHome(p), leaveHome(), inHome(p), homeValue(p),
-// homePitch(); for strides gHomeStride, gStartLow, gStartHigh.
+// homePitch(); for strides gHomeStride, gStartLow, gStartHigh; for counting gHomeNumber.
 
 #if FEATURE_BRICKED
 const float kFar = 1e9;
 vec3 gHomeLow = vec3(kFar), gHomeHigh = vec3(-kFar); // voxels: between them no other brick has weight
 float gHomeScale, gHomeValue;                        // texel = position * scale + offset; or all one value
 bool gHomeIsValue = true;
+#if FEATURE_VISIBILITY
+int gHomeNumber = -1; // of the brick, [z][y][x]
+#endif
 #if FEATURE_HARDWARE
 vec3 gHomeOffset, gFirstTexel, gLastTexel;
 #else
@@ -58,6 +61,10 @@ void enterHome(vec3 position) {
     gHomeLow = vec3(brick * 32) + low;
     gHomeHigh = vec3(brick * 32 + 32) - high;
     uvec2 entry = brickEntry(brick);
+#if FEATURE_VISIBILITY
+    ivec3 bricks = textureSize(uIndex, 0);
+    gHomeNumber = (brick.z * bricks.y + brick.y) * bricks.x + brick.x;
+#endif
     gHomeIsValue = (entry.x & kEntryValue) != 0u;
     gHomeValue = uintBitsToFloat(entry.y);
     ivec3 first = brick << (5 - level);

@@ -131,15 +131,15 @@ Image drawn(PreparedScene& p, const Selection& selection, Ledger& ram, int threa
     return image;
 }
 
-/// Visible fraction of each brick, in 1/255 of a pixel: what the march counts. Rays through level 2, which is
+/// What is seen of each brick, as the march counts it. Rays through level 2, which is
 /// fine enough to know what hides what.
-std::vector<std::uint32_t> visibleCounts(const WholeLevels& levels, const TransferTable& table,
-                                         const Camera& camera, const glm::ivec2& size, int threads) {
+std::vector<SeenBrick> visibleCounts(const WholeLevels& levels, const TransferTable& table,
+                                     const Camera& camera, const glm::ivec2& size, int threads) {
     constexpr int level = 2;
     const VolumeInfo& info = levels.info;
     const glm::ivec3 bricks = brickGrid(info.extentVoxels), extent = levels.extents[level];
     const RayFrame<double> frame = rayFrame(camera, info, size, 1 << level);
-    std::vector<std::vector<std::uint32_t>> rows(static_cast<std::size_t>(size.y));
+    std::vector<std::vector<SeenBrick>> rows(static_cast<std::size_t>(size.y));
     parallelFor(rows.size(), threads, [&](std::size_t y) {
         rows[y].resize(cellCount(bricks));
         for (int x = 0; x < size.x; ++x) {
@@ -152,8 +152,11 @@ std::vector<std::uint32_t> visibleCounts(const WholeLevels& levels, const Transf
                 const glm::ivec3 sample =
                     glm::clamp(glm::ivec3(glm::floor(p / 4.0)), glm::ivec3(0), extent - 1);
                 const std::size_t brick = linearIndex(sample / (kBrickExtent >> level), bricks);
-                if (brick != last)
-                    rows[y][brick] += static_cast<std::uint32_t>(std::lround(255 * through));
+                if (brick != last) {
+                    rows[y][brick].light +=
+                        static_cast<std::uint32_t>(std::lround(SeenBrick::kLightOfRay * through));
+                    ++rows[y][brick].rays;
+                }
                 last = brick;
                 const double value =
                     info.rescaleSlope *
@@ -167,10 +170,12 @@ std::vector<std::uint32_t> visibleCounts(const WholeLevels& levels, const Transf
             }
         }
     });
-    std::vector<std::uint32_t> counts(cellCount(bricks));
+    std::vector<SeenBrick> counts(cellCount(bricks));
     for (const auto& row : rows)
-        for (std::size_t brick = 0; brick < counts.size(); ++brick)
-            counts[brick] += row[brick];
+        for (std::size_t brick = 0; brick < counts.size(); ++brick) {
+            counts[brick].light += row[brick].light;
+            counts[brick].rays += row[brick].rays;
+        }
     return counts;
 }
 
@@ -203,7 +208,7 @@ void choice(const std::vector<std::string>& stores, int size, const std::vector<
             const ViewWeights byDistance = distanceWeights(view);
             const std::span<const float> means = statistics.brickMean;
             const std::vector<float> seen =
-                visibilityFactors(visibleCounts(levels, p.table, p.camera, p.imageSize, threads), 255, view,
+                visibilityFactors(visibleCounts(levels, p.table, p.camera, p.imageSize, threads),
                                   cullBricks(statistics, p.table, store.info(), 0, true));
             ViewWeights unlimited = view;
             std::fill(unlimited.finest.begin(), unlimited.finest.end(), std::uint8_t{0});

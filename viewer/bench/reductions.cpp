@@ -20,9 +20,12 @@ constexpr float kLeastSeen = 1.0f / 64;
 constexpr float kUnseen = 1.0f / 510;
 
 /// What the choice of levels knows of what hides what: nothing, what the product predicts, or the truth.
-enum class Way { allVisible, predicted, asSeen };
-constexpr std::array<std::pair<Way, const char*>, 3> kWays = {
-    {{Way::allVisible, "all visible"}, {Way::predicted, "product"}, {Way::asSeen, "as seen"}}};
+enum class Way { allVisible, predicted, counted, countedTwice, asSeen };
+constexpr std::array<std::pair<Way, const char*>, 5> kWays = {{{Way::allVisible, "all visible"},
+                                                               {Way::predicted, "predicted"},
+                                                               {Way::counted, "counted"},
+                                                               {Way::countedTwice, "counted twice"},
+                                                               {Way::asSeen, "as seen"}}};
 
 /// A scene with its finest picture and what is seen of each brick.
 struct Subject {
@@ -56,9 +59,15 @@ struct Choice {
 
 Choice drawn(Subject& subject, double reduction, Way way) {
     SceneBench& scene = subject.scene;
+    std::vector<float> counted;
+    if (way == Way::counted || way == Way::countedTwice)
+        counted = scene.countedVisibility(scene.chosenAt(reduction));
+    if (way == Way::countedTwice)
+        counted = scene.countedVisibility(scene.chosenAt(reduction, counted));
     const Visibility visibility = way == Way::allVisible  ? Visibility()
                                   : way == Way::predicted ? Visibility(scene.visibility())
-                                                          : Visibility(subject.factors);
+                                  : way == Way::asSeen    ? Visibility(subject.factors)
+                                                          : Visibility(counted);
     const Selection selection = scene.chosenAt(reduction, visibility);
     Drawn picture = scene.draw(selection);
     return {scene.reductionOf(selection), SceneBench::difference(picture, subject.truth),
@@ -139,8 +148,9 @@ Report reductionsReport(const Workbench& bench) {
         size + " x " + size + " pixels; every second pixel each way is measured."};
     Table lossless{"reductions",
                    "Virtually lossless up to a reduction of, by what the choice knows of visibility:",
-                   {"scene", "culling", "and occlusion", "all visible", "mean", "p99", "product", "mean",
-                    "p99", "as seen", "mean", "p99"},
+                   {"scene", "culling", "and occlusion", "all visible", "mean", "p99", "predicted", "mean",
+                    "p99", "counted", "mean", "p99", "counted twice", "mean", "p99", "as seen", "mean",
+                    "p99"},
                    {},
                    true};
     Table errors{

@@ -8,6 +8,7 @@
 #include "datasets/phantom.h"
 #include "render/field_binding.h"
 #include "render/march.h"
+#include "render/visibility_pass.h"
 #include "viewer/volume_input.h"
 
 #include <algorithm>
@@ -185,6 +186,25 @@ Drawn SceneBench::draw(Selection selection, const Setting& setting) {
     drawn.image = march.image();
     bench_.common.detail(name_ + ": marched in " + formatNumber(drawn.work.marchMs, 3) + " ms");
     return drawn;
+}
+
+std::vector<float> SceneBench::countedVisibility(Selection selection) {
+    PreparedScene& p = prepared_;
+    p.setSelection(std::move(selection), ram_);
+    const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
+    Work work;
+    Atlas atlas(p.info(), p.selection, std::max(pagesOf(p.selection), std::size_t{1}), limits, gpu_, ram_);
+    atlas.load(*p.cache, ram_, work);
+    FieldSource source{&atlas, nullptr, p.selection.finest(), nullptr, nullptr};
+    std::optional<LevelTextures> textures;
+    if (p.mixed()) {
+        source.map = &p.levels;
+        source.textures = &textures.emplace(p.levels, gpu_);
+    }
+    VisibilityPass pass(featuresOf(p, {}), p.info(), gpu_);
+    return visibilityFactors(
+        pass.count(visibilityRays(p.camera, p.info(), p.imageSize, p.strides()), source, p.optics, work),
+        p.selection);
 }
 
 double SceneBench::reductionOf(const Selection& selection) const {

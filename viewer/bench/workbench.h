@@ -80,6 +80,8 @@ class SceneBench {
     const std::string& name() const { return name_; }
 
     Drawn draw(Selection selection, const Setting& setting = {});
+    /// What the camera sees of every brick past the others, counted over a selection's bricks.
+    std::vector<float> countedVisibility(Selection selection);
     /// Against a truth of the same scene.
     static ImageDifference difference(const Drawn& drawn, const Drawn& truth) {
         return compare(drawn.image, truth.image);
