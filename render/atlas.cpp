@@ -114,6 +114,13 @@ std::size_t atlasBytes(std::size_t pages, ValueType type, const TextureLimits& l
     return box.x == 0 ? std::numeric_limits<std::size_t>::max() : cellCount(box) * 32768 * texelBytes(type);
 }
 
+std::size_t pagesThatFit(std::size_t bytes, ValueType type, const TextureLimits& limits) {
+    std::size_t pages = std::min(bytes, limits.maxBytes) / atlasBytes(1, type, TextureLimits{});
+    while (pages > 0 && atlasBytes(pages, type, limits) > bytes)
+        --pages;
+    return pages;
+}
+
 Atlas::Atlas(const VolumeInfo& info, const Selection& selection, std::size_t pages,
              const TextureLimits& limits, Ledger& gpu, Ledger& ram)
     : bricks_(selection.bricks), info_(info), pages_(std::max<std::size_t>(1, pages)),

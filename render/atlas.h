@@ -50,6 +50,8 @@ std::size_t pagesFor(const std::array<std::size_t, kLevelCount + 1>& counts);
 glm::ivec3 atlasPages(std::size_t pages, ValueType type, const TextureLimits& limits);
 /// Bytes of that box; the largest size_t when none can.
 std::size_t atlasBytes(std::size_t pages, ValueType type, const TextureLimits& limits);
+/// Most pages whose box fits; 0: not even one.
+std::size_t pagesThatFit(std::size_t bytes, ValueType type, const TextureLimits& limits);
 
 /// A brick at a level below the coarsest, and the chunk that holds it.
 struct BrickToPlace {

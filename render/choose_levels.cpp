@@ -10,14 +10,6 @@
 namespace tessera {
 namespace {
 
-/// Most pages whose box of a texture fits; 0: not even one.
-std::size_t pagesThatFit(std::size_t bytes, ValueType type, const TextureLimits& limits) {
-    std::size_t pages = std::min(bytes, limits.maxBytes) / atlasBytes(1, type, TextureLimits{});
-    while (pages > 0 && atlasBytes(pages, type, limits) > bytes)
-        --pages;
-    return pages;
-}
-
 InputError belowFloor(const Ledger& gpu, std::size_t floorBytes, const char* what) {
     return InputError(gpu.option() + ": this scene needs at least " + formatBytes(floorBytes) + " (" + what +
                       "), but " + formatBytes(gpu.freeBytes()) + " are free");

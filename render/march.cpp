@@ -153,6 +153,7 @@ bool March::runUntil(const FieldSource& source, const MarchSlicing& slicing, Clo
 
     if (tile_ == glm::ivec2(0))
         waiting_ = 0;
+    bool late = false; // one dispatch at least, or short deadlines would never come to an end
     while (tile_.y < size_.y) {
         // Tiles in rows; the edge is a power of two that keeps whole rays within one dispatch where possible.
         int edge = slicing.fixedTile;
@@ -171,7 +172,7 @@ bool March::runUntil(const FieldSource& source, const MarchSlicing& slicing, Clo
         const std::size_t rays =
             static_cast<std::size_t>(end.x - tile_.x) * static_cast<std::size_t>(end.y - tile_.y);
         for (bool unfinished = true; unfinished;) {
-            if (Clock::now() >= deadline)
+            if (late)
                 return false;
             int iterations = slicing.fixedIterations;
             if (iterations == 0)
@@ -186,6 +187,7 @@ bool March::runUntil(const FieldSource& source, const MarchSlicing& slicing, Clo
             ++work.dispatches;
             work.marchMs += ms;
             work.longestDispatchMs = std::max(work.longestDispatchMs, ms);
+            late = Clock::now() >= deadline;
         }
         tile_.x = end.x;
         if (tile_.x >= size_.x)

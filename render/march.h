@@ -44,8 +44,8 @@ class March {
     /// Marches all rays to their end, or (kFeaturePasses) until they wait for absent bricks. Returns how many
     /// wait.
     std::size_t run(const FieldSource& source, const MarchSlicing& slicing, Work& work);
-    /// The same as far as it gets: no dispatch begins after the deadline. True when all rays are at their end
-    /// or wait; else the next call goes on. The picture does not depend on where it was cut.
+    /// The same as far as it gets: no dispatch but the first begins after the deadline. True when all rays
+    /// are at their end or wait; else the next call goes on. The picture does not depend on where it was cut.
     bool runUntil(const FieldSource& source, const MarchSlicing& slicing, Clock::time_point deadline,
                   Work& work);
     /// All rays begin anew. @param changed  the map of empty space where it is another one, else null

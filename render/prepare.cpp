@@ -72,6 +72,19 @@ MapScale chooseMapScale(const glm::ivec3& extentVoxels, std::size_t spareRam, st
 }
 } // namespace
 
+std::uint32_t PreparedScene::features(bool counting) const {
+    std::uint32_t f = kFeatureBricked;
+    const auto add = [&](bool needed, Feature feature) { f |= needed ? feature : 0u; };
+    add(mixed(), kFeatureMixed);
+    add(optics.shading, kFeatureShading);
+    add(quality.skipping, kFeatureSkipping);
+    add(quality.fetch == Fetch::hardware, kFeatureHardware);
+    add(texelFormat(info().type).normalised, kFeatureNormalised);
+    add(optics.termination > 0, kFeatureTermination);
+    add(counting, kFeatureCounting);
+    return f;
+}
+
 Strides PreparedScene::strides() const {
     Strides strides;
     strides.sampling = quality.sampling;
@@ -100,8 +113,12 @@ void PreparedScene::setFunction(const TransferFunction& f, const Scene& scene, L
 
 void PreparedScene::setSelection(Selection chosen, Ledger& ram) {
     selection = std::move(chosen);
+    mapLevels(ram, false);
+}
+
+void PreparedScene::mapLevels(Ledger& ram, bool always) {
     levels = LevelMap();
-    if (!selection.uniform() || quality.edgeFunction == EdgeFunction::nearest)
+    if (always || !selection.uniform() || quality.edgeFunction == EdgeFunction::nearest)
         levels = makeLevelMap(selection, info().extentVoxels, quality, ram);
     if (quality.skipping)
         mapEmptySpace(ram);

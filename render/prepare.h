@@ -53,11 +53,15 @@ struct PreparedScene {
     void openCache(Ledger& ram, int threads);
     /// Takes another selection, and maps its levels and its empty space.
     void setSelection(Selection chosen, Ledger& ram);
+    /// Maps the levels of the selection, where they are mixed or always, and its empty space.
+    void mapLevels(Ledger& ram, bool always);
     /// Chooses levels again, by what a picture of the selection saw of each brick; needs chosen.chooser, and
     /// lets go of it.
     void chooseBySight(std::span<const SeenBrick> seen, Ledger& ram);
     /// Proves anew what the selection's levels change; all of it the first time.
     void mapEmptySpace(Ledger& ram);
+    /// Of render/features.h: what the scene needs of a march over bricks that are all there.
+    std::uint32_t features(bool counting) const;
     /// Valid as long as this is not moved.
     Strides strides() const;
     /// Everything the mirror needs.

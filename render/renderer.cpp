@@ -21,28 +21,6 @@ double secondsSince(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Only what the scene needs is compiled.
-std::uint32_t featuresOf(const Scene& scene, const PreparedScene& p, bool counting) {
-    std::uint32_t f = kFeatureBricked;
-    if (p.mixed())
-        f |= kFeatureMixed;
-    if (p.chosen.atlasPages < pagesFor(p.selection.counts))
-        f |= kFeaturePasses;
-    if (scene.shading.on)
-        f |= kFeatureShading;
-    if (scene.quality.skipping)
-        f |= kFeatureSkipping;
-    if (scene.quality.fetch == Fetch::hardware)
-        f |= kFeatureHardware;
-    if (texelFormat(p.info().type).normalised)
-        f |= kFeatureNormalised;
-    if (scene.quality.terminationTransmittance > 0)
-        f |= kFeatureTermination;
-    if (counting)
-        f |= kFeatureCounting;
-    return f;
-}
-
 /// What the next pass holds: the bricks that the first waiting rays need, as many as fit. The very first
 /// ray's are always among them, so that every pass gets on.
 std::vector<std::size_t> bricksToServe(const std::vector<std::uint32_t>& firstRay, const Selection& selection,
@@ -93,14 +71,16 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
     Atlas atlas(p.info(), p.selection, p.chosen.atlasPages, limits, gpu, ram);
     if (p.chosen.chooser) {
         atlas.load(*p.cache, ram, result.work);
-        VisibilityPass pass(featuresOf(scene, p, false), p.info(), gpu);
+        VisibilityPass pass(p.features(false), p.info(), gpu);
         Work counting; // not the picture's
         p.chooseBySight(pass.count(visibilityRays(p.camera, p.info(), scene.imageSize, p.strides()),
                                    Field(p, atlas, gpu).source, p.optics, counting),
                         ram);
         atlas.adopt(p.selection);
     }
-    result.features = featuresOf(scene, p, options.counting);
+    result.features = p.features(options.counting);
+    if (p.chosen.atlasPages < pagesFor(p.selection.counts))
+        result.features |= kFeaturePasses;
     const Occupancy* occupancy = scene.quality.skipping ? &p.occupancy : nullptr;
     March march(result.features, p.frame, p.info(), p.strides(), p.optics, occupancy, gpu);
     const bool passes = (result.features & kFeaturePasses) != 0;

@@ -75,23 +75,6 @@ Scene sceneOf(const BenchVolume& volume, const std::string& preset, const std::s
     return scene;
 }
 
-std::uint32_t featuresOf(const PreparedScene& p, const Setting& setting) {
-    std::uint32_t f = kFeatureBricked | kFeatureHardware;
-    if (p.optics.shading)
-        f |= kFeatureShading;
-    if (p.optics.termination > 0)
-        f |= kFeatureTermination;
-    if (p.mixed())
-        f |= kFeatureMixed;
-    if (setting.skipping)
-        f |= kFeatureSkipping;
-    if (texelFormat(p.info().type).normalised)
-        f |= kFeatureNormalised;
-    if (setting.counting)
-        f |= kFeatureCounting;
-    return f;
-}
-
 constexpr std::size_t kAmpleGpuBytes = std::size_t{8} << 30; // these experiments count pages themselves
 
 } // namespace
@@ -172,7 +155,7 @@ Drawn SceneBench::draw(Selection selection, const Setting& setting) {
     p.setSelection(std::move(selection), ram_);
     Drawn drawn;
     const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
-    March march(featuresOf(p, setting), p.frame, p.info(), p.strides(), p.optics,
+    March march(p.features(setting.counting), p.frame, p.info(), p.strides(), p.optics,
                 setting.skipping ? &p.occupancy : nullptr, gpu_);
     Atlas atlas(p.info(), p.selection, std::max(pagesOf(p.selection), std::size_t{1}), limits, gpu_, ram_);
     atlas.load(*p.cache, ram_, drawn.work);
@@ -201,7 +184,7 @@ std::vector<float> SceneBench::countedVisibility(Selection selection) {
         source.map = &p.levels;
         source.textures = &textures.emplace(p.levels, gpu_);
     }
-    VisibilityPass pass(featuresOf(p, {}), p.info(), gpu_);
+    VisibilityPass pass(p.features(false), p.info(), gpu_);
     return visibilityFactors(
         pass.count(visibilityRays(p.camera, p.info(), p.imageSize, p.strides()), source, p.optics, work),
         p.selection);

@@ -1,0 +1,316 @@
+// render/interactive_renderer.cpp: see interactive_renderer.h: what to choose, and when to draw. How bricks
+// move is in interactive_bricks.cpp.
+#include "render/interactive_renderer.h"
+
+#include "core/error.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+using std::chrono::duration;
+using std::chrono::milliseconds;
+
+constexpr int kMean = kLevelCount - 1;
+/// Levels resident, wanted, being chosen and chosen from; gains, visibility, what was seen; moves as they are
+/// ranked.
+constexpr std::size_t kBytesPerBrick = 96;
+constexpr milliseconds kPatience{50}; // for more bricks before a better picture
+
+} // namespace
+
+/// What a choice needs; it is made on another thread.
+struct InteractiveRenderer::Request {
+    const PreparedScene* scene = nullptr;          // of it statistics and info only
+    std::shared_ptr<const TransferTable> function; // where it is another one
+    Camera camera;
+    std::size_t pages = 0;
+    std::vector<float> visible; // empty: predicted
+    std::vector<std::uint8_t> resident;
+};
+
+InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& store,
+                                         const GlContext& context, Ledger& ram, Ledger& gpu,
+                                         const InteractiveOptions& options)
+    : scene_(scene), ram_(ram), gpu_(gpu), options_(options) {
+    scene_.quality.maxError.reset();
+    const int threads = options.threads;
+    p_ = prepareView(scene_, store, ram, threads);
+    const std::size_t bricks = cellCount(brickGrid(p_.info().extentVoxels));
+    charge_ = ram.charge(kBytesPerBrick * bricks, "levels that change");
+    const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};
+    const std::size_t tables = 2 * TransferTable::kMaxEntries * sizeof(glm::vec4);
+    const std::size_t fixed = p_.reserveGpu(limits, ram, gpu) + tables +
+                              VisibilityPass::bytes(scene.imageSize, brickGrid(p_.info().extentVoxels));
+    pages_ = pagesThatFit(gpu.freeBytes() - std::min(gpu.freeBytes(), fixed), p_.info().type, limits);
+    if (pages_ == 0)
+        throw InputError(gpu.option() + ": this scene needs at least " +
+                         formatBytes(fixed + atlasBytes(1, p_.info().type, limits)) +
+                         " (picture, tables and a page of bricks), but " + formatBytes(gpu.freeBytes()) +
+                         " are free");
+    chosenPages_ = pages_ - static_cast<std::size_t>(static_cast<double>(pages_) *
+                                                     std::clamp(options.spareShare, 0.0, 0.5));
+    // Nothing is resident: every brick that shows something stands as its mean.
+    p_.selection = cullBricks(p_.statistics, p_.table, p_.info(), kMean, true);
+    const std::size_t shown = p_.selection.shownBricks();
+    if (ram.freeBytes() >= p_.ramToKeep(threads) + LevelChooser::bytes(shown, bricks)) {
+        chooser_ = std::make_unique<LevelChooser>(store, ram, threads);
+        chooser_->setFunction(p_.statistics, p_.table); // before the cache takes the memory that is left
+        predicts_ = true;
+        mostRays_ = (bricks - shown) * kBrickRayParts * kBrickRayBytes;
+        raysReserve_ = ram.charge(std::min(mostRays_, (ram.freeBytes() - p_.ramToKeep(threads)) / 4),
+                                  "what is known of more bricks");
+    }
+    p_.mapLevels(ram, true);
+    p_.openCache(ram, threads);
+    atlas_.emplace(p_.info(), p_.selection, pages_, limits, gpu, ram);
+    textures_.emplace(p_.levels, gpu);
+    source_ = {&*atlas_, nullptr, 0, &p_.levels, &*textures_};
+    p_.frame = rayFrame(p_.camera, p_.info(), scene_.imageSize, scene_.quality.stepVoxels);
+    const std::uint32_t features = p_.features(options.counting);
+    march_.emplace(features, p_.frame, p_.info(), p_.strides(), p_.optics,
+                   scene_.quality.skipping ? &p_.occupancy : nullptr, gpu);
+    sight_.emplace(features, p_.info(), gpu);
+    gain_.assign(bricks, 0);
+    levelsAreNew_ = true;
+    functionIsNew_ = false; // the chooser knows it, and where there is none every choice is told
+}
+
+InteractiveRenderer::~InteractiveRenderer() {
+    if (choosing_.valid())
+        choosing_.wait();
+}
+
+void InteractiveRenderer::reserveForRays() {
+    if (chooser_)
+        if (auto charge = ram_.tryCharge(std::min(mostRays_, ram_.freeBytes() / 2)))
+            raysReserve_ = std::move(*charge);
+}
+
+void InteractiveRenderer::setCamera(const Camera& camera) {
+    p_.camera = camera;
+    cameraIsNew_ = viewIsNew_ = true;
+    sightsLeft_ = 1;
+}
+
+void InteractiveRenderer::setFunction(const TransferFunction& function) {
+    nextFunction_ = function;
+}
+
+void InteractiveRenderer::cancel() {
+    if (drawing_)
+        cameraIsNew_ = true; // begins anew
+    drawing_ = false;
+}
+
+void InteractiveRenderer::setPath(std::vector<Camera> next) {
+    path_ = std::move(next);
+    lookedAhead_ = 0;
+    ahead_.clear();
+}
+
+InteractiveRenderer::Choice InteractiveRenderer::choose(LevelChooser* chooser, const Request& r) {
+    Choice c;
+    const Statistics& statistics = r.scene->statistics;
+    const auto oneForAll = [&] { // the finest level that fits
+        for (int level = 0; level < kLevelCount; ++level) {
+            c.selection = cullBricks(statistics, *r.function, r.scene->info(), level, true);
+            if (pagesFor(c.selection.counts) <= r.pages)
+                break;
+        }
+        c.gain.assign(c.selection.levels.size(), 0);
+        return c;
+    };
+    if (!chooser)
+        return oneForAll();
+    try {
+        if (r.function)
+            chooser->setFunction(statistics, *r.function);
+    } catch (const InputError&) { // the budget has no room for what is known of so many bricks
+        return oneForAll();
+    }
+    c.predicted = true;
+    chooser->setCamera(r.camera, r.scene->imageSize);
+    const std::vector<float> visible = r.visible.empty() ? chooser->predictedVisibility() : r.visible;
+    c.selection = chooser->best(statistics.brickMean, r.pages, visible);
+    c.error = chooser->predict(c.selection, visible);
+    c.gain.resize(visible.size());
+    for (std::size_t b = 0; b < visible.size(); ++b)
+        if (const int to = c.selection.levels[b]; to < kLevelCount) {
+            const auto& errors = chooser->errors().errors[b];
+            const int from = std::min<int>(r.resident[b], kMean);
+            c.gain[b] = chooser->weights().area[b] * visible[b] *
+                        (errors[static_cast<std::size_t>(from)] - errors[static_cast<std::size_t>(to)]);
+        }
+    return c;
+}
+
+void InteractiveRenderer::startChoosing(const Camera& camera, std::vector<float> visible) {
+    Request request{&p_, nullptr, camera, chosenPages_, std::move(visible), p_.selection.levels};
+    if (functionIsNew_ || !predicts_)
+        request.function = std::make_shared<const TransferTable>(p_.table);
+    raysReserve_ = {};
+    choosing_ = std::async(std::launch::async,
+                           [chooser = chooser_.get(), r = std::move(request)] { return choose(chooser, r); });
+}
+
+void InteractiveRenderer::finishChoosing() {
+    if (!choosing_.valid() || choosing_.wait_for(milliseconds(0)) != std::future_status::ready)
+        return;
+    const bool forPath = std::exchange(forPath_, false);
+    Choice choice = choosing_.get();
+    predicts_ = choice.predicted;
+    reserveForRays();
+    if (viewIsNew_ || functionIsNew_)
+        return; // it answers what is no longer asked
+    if (forPath) {
+        lookAhead(choice);
+        return;
+    }
+    wanted_ = std::move(choice.selection);
+    gain_ = std::move(choice.gain);
+    predicted_ = choice.error;
+    direct_ = false;
+    plan();
+}
+
+void InteractiveRenderer::chooseWhatIsNew() {
+    if (choosing_.valid())
+        return;
+    if (viewIsNew_ || functionIsNew_) {
+        // What the last view saw is the best guess at what this one will see, unless the function is another.
+        startChoosing(p_.camera, visible_);
+        viewIsNew_ = functionIsNew_ = false;
+    } else if (wanted_ && moves_.empty() && sightsLeft_ == 0 && lookedAhead_ < path_.size()) {
+        forPath_ = true;
+        startChoosing(path_[lookedAhead_++], visible_); // as it will be when it comes to that
+    }
+}
+
+void InteractiveRenderer::applyFunction() {
+    if (!nextFunction_)
+        return;
+    p_.setFunction(*nextFunction_, scene_, ram_);
+    nextFunction_.reset();
+    const Selection culled = cullBricks(p_.statistics, p_.table, p_.info(), kMean, true);
+    for (std::size_t b = 0; b < culled.levels.size(); ++b) {
+        const bool shows = culled.levels[b] != Selection::kEmpty;
+        if (shows == (p_.selection.levels[b] != Selection::kEmpty))
+            continue;
+        drop(b);
+        setLevel(b, culled.levels[b]);
+    }
+    if (scene_.quality.skipping) {
+        p_.occupancy.functionChanged(
+            {p_.statistics, p_.table, p_.info(), p_.selection, p_.quality.edgeFunction}, options_.threads);
+        mapIsNew_ = true;
+    }
+    march_->setFunction(p_.optics);
+    wanted_.reset();
+    moves_.clear();
+    visible_.clear();
+    ahead_.clear();
+    lookedAhead_ = 0;
+    sightsLeft_ = 1;
+    functionIsNew_ = functionWasSet_ = levelsAreNew_ = true;
+}
+
+void InteractiveRenderer::countSight() {
+    if (!wanted_ || !moves_.empty() || choosing_.valid() || viewIsNew_ || functionIsNew_ || sightsLeft_ == 0)
+        return;
+    --sightsLeft_;
+    if (!predicts_ || predicted_.mean == 0)
+        return; // every brick is as fine as a pixel shows
+    mapResident();
+    Work work; // not the picture's
+    visible_ =
+        visibilityFactors(sight_->count(visibilityRays(p_.camera, p_.info(), scene_.imageSize, p_.strides()),
+                                        source_, p_.optics, work),
+                          p_.selection, visible_);
+    startChoosing(p_.camera, visible_);
+}
+
+void InteractiveRenderer::mapResident() {
+    if (!levelsAreNew_)
+        return;
+    p_.mapLevels(ram_, true);
+    textures_->upload(p_.levels);
+    atlas_->writeIndex();
+    levelsAreNew_ = false;
+    mapIsNew_ = true;
+    pictureIsOld_ = true;
+}
+
+void InteractiveRenderer::beginPicture() {
+    mapResident();
+    p_.frame = rayFrame(p_.camera, p_.info(), scene_.imageSize, scene_.quality.stepVoxels);
+    march_->restart(p_.frame, p_.strides(), mapIsNew_ && scene_.quality.skipping ? &p_.occupancy : nullptr);
+    mapIsNew_ = cameraIsNew_ = functionWasSet_ = pictureIsOld_ = false;
+    drawing_ = true;
+    pictureBegan_ = Clock::now();
+}
+
+bool InteractiveRenderer::pictureIsDue() const {
+    const auto waited = Clock::now() - lastPicture_;
+    const bool first = picture_.pixels.empty();
+    if (first && waited < options_.firstPatience) {
+        const bool coarse = std::none_of(moves_.begin(), moves_.end(), [&](const Move& m) {
+            return p_.selection.levels[m.brick] == kMean;
+        });
+        return wanted_ && coarse;
+    }
+    if (first || cameraIsNew_ || functionWasSet_)
+        return true;
+    if (!levelsAreNew_ && !pictureIsOld_)
+        return false;
+    // Where bricks are still to come, as long again as a picture takes.
+    return moves_.empty() || waited > std::max<Clock::duration>(kPatience, pictureTook_);
+}
+
+bool InteractiveRenderer::settled() const {
+    return wanted_ && moves_.empty() && !choosing_.valid() && !viewIsNew_ && !functionIsNew_ &&
+           !nextFunction_ && sightsLeft_ == 0 && !drawing_ && !cameraIsNew_ && !functionWasSet_ &&
+           !levelsAreNew_ && !pictureIsOld_ && lookedAhead_ == path_.size();
+}
+
+InteractiveRenderer::Progress InteractiveRenderer::advance(Clock::time_point deadline) {
+    Progress progress;
+    do {
+        if (!drawing_) {
+            applyFunction();
+            finishChoosing();
+            chooseWhatIsNew();
+            moveBricks();
+            countSight();
+            if (pictureIsDue())
+                beginPicture();
+        }
+        if (drawing_) {
+            MarchSlicing slicing;
+            slicing.targetMs = options_.dispatchMs;
+            if (!march_->runUntil(source_, slicing, deadline, work_))
+                break;
+            picture_ = march_->image();
+            drawing_ = false;
+            progress.newPicture = true;
+            lastPicture_ = Clock::now();
+            pictureTook_ = lastPicture_ - pictureBegan_;
+            break; // to be shown
+        }
+        if (settled())
+            break;
+        const auto soon = std::min(deadline, Clock::now() + milliseconds(10));
+        if (choosing_.valid())
+            choosing_.wait_until(soon);
+        else
+            p_.cache->waitForWanted(soon);
+    } while (Clock::now() < deadline);
+    progress.converged = settled();
+    progress.movesLeft = moves_.size();
+    progress.choosing = choosing_.valid();
+    return progress;
+}
+
+} // namespace tessera

@@ -1,0 +1,151 @@
+// render/interactive_renderer.h: pictures that follow one another: camera and function move, bricks come as
+// they are needed, and the picture gets better while one looks. Everything is done in advance(), which does
+// what fits before a deadline; only choosing levels and decoding have threads of their own.
+//
+// A brick is drawn as what the atlas has of it, its mean at worst, so that every picture is whole. What it
+// has moves towards what was chosen, between pictures (render/README.md, "The state machine of a brick").
+#pragma once
+
+#include "bricking/level_chooser.h"
+#include "core/image.h"
+#include "render/gl/context.h"
+#include "render/prepare.h"
+#include "render/transition.h"
+#include "render/visibility_pass.h"
+#include "render/work.h"
+
+#include <chrono>
+#include <future>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace tessera {
+
+struct InteractiveOptions {
+    int threads = 0;                                 // that decode and choose; 0: all processors
+    std::size_t uploadBytes = std::size_t{16} << 20; // of bricks that move between two pictures, at most
+    double dispatchMs = 20;                          // that a dispatch aims at
+    /// Share of the atlas that is kept free, so that bricks can move without making room first. With 0 the
+    /// levels that it comes to are those of renderScene().
+    double spareShare = 1.0 / 16;
+    /// That a first picture waits for coarse levels, lest it be one of the bricks' means.
+    std::chrono::milliseconds firstPatience{2000};
+    bool counting = false; // work counters
+};
+
+class InteractiveRenderer {
+  public:
+    using Clock = std::chrono::steady_clock;
+
+    /// store, ledgers and context must outlive this; the context stays current. Quality's maxError is left
+    /// out of account: what fits at once is drawn.
+    /// Throws InputError for budgets below the scene's floor.
+    InteractiveRenderer(const Scene& scene, const StoreReader& store, const GlContext& context, Ledger& ram,
+                        Ledger& gpu, const InteractiveOptions& options = {});
+    ~InteractiveRenderer();
+
+    /// From the next picture on. The one in the works goes on to its end, so that pictures also come while
+    /// the camera moves; cancel() drops it.
+    void setCamera(const Camera& camera);
+    void setFunction(const TransferFunction& function);
+    void cancel();
+    /// Where the camera will be next, in order: their bricks are loaded into the cache when there is nothing
+    /// else to load.
+    void setPath(std::vector<Camera> next);
+
+    struct Progress {
+        bool newPicture = false;   // one came to its end in this call
+        bool converged = false;    // it is the last until something is changed
+        std::size_t movesLeft = 0; // of bricks that are not at their levels yet
+        bool choosing = false;
+    };
+    /// Chooses, requests, uploads and marches what fits before the deadline, one dispatch at least; one that
+    /// has begun ends.
+    /// Throws what decoding or choosing threw.
+    Progress advance(Clock::time_point deadline);
+    /// The last whole picture: linear, premultiplied, on nothing. Empty before the first.
+    const Image& picture() const { return picture_; }
+
+    /// For reports and tests.
+    const Selection& resident() const { return p_.selection; }
+    const std::optional<Selection>& wanted() const { return wanted_; }
+    const PredictedError& predictedError() const { return predicted_; } // of what is wanted
+    std::size_t atlasPages() const { return pages_; }
+    const Work& work() const { return work_; }
+    BrickCache::Counters cacheCounters() const { return p_.cache->counters(); }
+    std::size_t repacks() const { return repacks_; }
+
+  private:
+    struct Request;
+    struct Choice {
+        Selection selection;
+        PredictedError error;
+        std::vector<float> gain; // per brick
+        bool predicted = false;  // false: no memory for it; one level for all
+    };
+    static Choice choose(LevelChooser* chooser, const Request& request);
+
+    void startChoosing(const Camera& camera, std::vector<float> visible);
+    void finishChoosing();
+    void chooseWhatIsNew();
+    void reserveForRays();
+    void applyFunction();
+    void plan();
+    void moveBricks();
+    void makeRoom(const Move& blocked);
+    void drop(std::size_t brick);
+    void setLevel(std::size_t brick, std::uint8_t level);
+    void wantChunks();
+    void lookAhead(const Choice& choice);
+    int coarseLevel() const;
+    void countSight();
+    void mapResident();
+    void beginPicture();
+    bool pictureIsDue() const;
+    bool settled() const;
+
+    Scene scene_;
+    Ledger &ram_, &gpu_;
+    InteractiveOptions options_;
+    PreparedScene p_; // its selection is what is resident
+    Charge charge_;
+    std::size_t pages_ = 0, chosenPages_ = 0;
+    std::unique_ptr<LevelChooser> chooser_;
+    Charge raysReserve_; // for bricks that another function may show
+    std::optional<Atlas> atlas_;
+    std::optional<LevelTextures> textures_;
+    std::optional<March> march_;
+    std::optional<VisibilityPass> sight_;
+    FieldSource source_;
+
+    std::optional<Selection> wanted_;
+    PredictedError predicted_;
+    std::vector<float> gain_, visible_; // per brick; visible_: empty before sight was counted
+    std::vector<Move> moves_;           // most urgent first
+    std::vector<Camera> path_;
+    std::vector<ChunkKey> ahead_; // chunks of the path's next camera
+    std::size_t lookedAhead_ = 0; // cameras of the path whose chunks are known
+    std::future<Choice> choosing_;
+    bool predicts_ = false;    // the chooser knows the function's errors
+    std::size_t mostRays_ = 0; // bytes that more bricks can take of it
+    bool forPath_ = false;     // what is being chosen
+    bool viewIsNew_ = true;    // since levels were last chosen for it
+    bool functionIsNew_ = false;
+    int sightsLeft_ = 1;  // times that levels are chosen again by what was seen
+    bool direct_ = false; // bricks skip the coarse level: the atlas was packed anew
+    std::optional<TransferFunction> nextFunction_;
+
+    bool drawing_ = false;
+    // Since the last picture began: what is new, and has been put where rays read it or not yet.
+    bool cameraIsNew_ = true, functionWasSet_ = false, pictureIsOld_ = true;
+    bool levelsAreNew_ = true; // not mapped yet
+    bool mapIsNew_ = false;    // of empty space, not yet on the device
+    Clock::time_point lastPicture_ = Clock::now(), pictureBegan_;
+    Clock::duration pictureTook_{};
+    Image picture_;
+    Work work_;
+    std::size_t repacks_ = 0;
+};
+
+} // namespace tessera
