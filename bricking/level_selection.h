@@ -30,7 +30,7 @@ std::size_t pagesOf(const Selection& selection);
 using Visibility = std::span<const float>;
 
 /// A pixel needs no finer samples than its own size, as long as filtering before the transfer function only
-/// averages what the pixel would average. Where it shifts the mean colour of a brick noticeably (more than 1
+/// averages what the pixel would average. Where it shifts the mean colour of a brick noticeably (more than 2
 /// in L*u*v*), thin things vanish or thicken: there weights.finest goes down to the level that keeps them.
 void keepWhatFilteringLoses(const LevelErrors& errors, ViewWeights& weights);
 

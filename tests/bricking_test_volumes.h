@@ -1,10 +1,11 @@
-// tests/bricking_test_volumes.h: small volumes from a hash, temporary folders, and whole levels read back,
+// tests/bricking_test_volumes.h: small volumes from a hash, and whole levels read back,
 // for the tests of bricking.
 #pragma once
 
 #include "bricking/import/importer.h"
 #include "bricking/store/store_reader.h"
 #include "core/error.h"
+#include "core/scratch_folder.h"
 
 #include <cmath>
 #include <cstring>
@@ -13,34 +14,10 @@
 #include <functional>
 #include <iterator>
 #include <string>
-#include <unistd.h>
 #include <vector>
 
 namespace tessera::test {
 namespace fs = std::filesystem;
-
-/// A fresh folder, removed with all it holds.
-class ScratchFolder {
-  public:
-    ScratchFolder() {
-        static int count = 0;
-        path_ = fs::temp_directory_path() /
-                ("tessera-test-" + std::to_string(::getpid()) + "-" + std::to_string(count++));
-        fs::remove_all(path_);
-        fs::create_directories(path_);
-    }
-    ~ScratchFolder() {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-    ScratchFolder(const ScratchFolder&) = delete;
-    ScratchFolder& operator=(const ScratchFolder&) = delete;
-    fs::path operator/(const std::string& name) const { return path_ / name; }
-    const fs::path& path() const { return path_; }
-
-  private:
-    fs::path path_;
-};
 
 inline std::uint64_t mixed(std::uint64_t h) {
     h = (h ^ (h >> 31)) * 0x7fb5d329728ea185u;

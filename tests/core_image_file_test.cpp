@@ -4,14 +4,14 @@
 
 #include "core/colour.h"
 #include "core/error.h"
+#include "core/scratch_folder.h"
 
 #include <OpenImageIO/imageio.h>
-#include <atomic>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <random>
-#include <unistd.h>
 
 namespace tessera {
 namespace {
@@ -20,17 +20,10 @@ namespace fs = std::filesystem;
 
 class ImageFile : public ::testing::Test {
   protected:
-    void SetUp() override {
-        static std::atomic<int> count{0};
-        folder_ = fs::temp_directory_path() /
-                  ("tessera-image-" + std::to_string(::getpid()) + "-" + std::to_string(count++));
-        fs::create_directories(folder_);
-    }
-    void TearDown() override { fs::remove_all(folder_); }
     std::size_t filesInFolder() const {
-        return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {}));
+        return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_.path()), {}));
     }
-    fs::path folder_;
+    const ScratchFolder folder_;
 };
 
 Image randomImage(bool opaque) {

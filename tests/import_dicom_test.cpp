@@ -51,7 +51,7 @@ class DicomFolder : public ::testing::Test {
     static std::int16_t firstOf(const std::vector<std::int16_t>& values, int z) {
         return values[static_cast<std::size_t>(12 * z)];
     }
-    TemporaryFolder folder;
+    ScratchFolder folder;
 
   private:
     int written_ = 0;
@@ -106,7 +106,7 @@ TEST_F(DicomFolder, JitterBelowOnePercentIsAcceptedAndAboveIsNot) {
     EXPECT_EQ(open()->info().extentVoxels.z, 5);
     writeSeries({100}); // and now one far away
     EXPECT_THAT(refused(), HasSubstr("missing"));
-    const TemporaryFolder other;
+    const ScratchFolder other;
     int n = 0;
     for (const double z : {0.0, 2.0, 4.03, 6.0, 8.0})
         writeDicom(other / std::to_string(n), imageAt(n, z)), ++n;
@@ -137,7 +137,7 @@ TEST_F(DicomFolder, DuplicatesAreRefusedEvenWhenResampling) {
 
 TEST_F(DicomFolder, MixedOrientationSizeSpacingAndMissingPositionAreRefused) {
     const auto refusedWith = [](auto change, const char* expected) {
-        const TemporaryFolder mixed;
+        const ScratchFolder mixed;
         for (int n = 0; n < 3; ++n) {
             DicomImage image = imageAt(n, n);
             if (n == 1)

@@ -23,7 +23,7 @@ constexpr std::array<double, 12> kLps = {-1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1, 0};
 
 template <class In, class Out>
 void expectType(std::int16_t code, const std::vector<In>& in, const std::vector<Out>& out) {
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     for (const bool big : {false, true}) {
         for (const int version : {1, 2}) {
             NiftiImage image;
@@ -54,7 +54,7 @@ TEST(ImportNifti, EveryNumberTypeInBothByteOrdersAndVersions) {
 }
 
 TEST(ImportNifti, NonFiniteBecomesFillAndIsCounted) {
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
     NiftiImage image;
     image.extent = {3, 2, 1};
@@ -71,7 +71,7 @@ TEST(ImportNifti, NonFiniteBecomesFillAndIsCounted) {
 }
 
 TEST(ImportNifti, SlopeZeroMeansNotScaled) {
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     NiftiImage image;
     image.voxels = std::string(48, '\0');
     image.intercept = 5;
@@ -85,7 +85,7 @@ TEST(ImportNifti, SlopeZeroMeansNotScaled) {
 }
 
 TEST(ImportNifti, QformAndUnits) {
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     NiftiImage image;
     image.voxels = std::string(48, '\0');
     std::string bytes = niftiBytes(image);
@@ -111,7 +111,7 @@ TEST(ImportNifti, QformAndUnits) {
 }
 
 TEST(ImportNifti, TrailingBytesAreTolerated) {
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     NiftiImage image;
     image.srow = kLps;
     image.voxels = std::string(48, '\1') + "more";
@@ -123,7 +123,7 @@ TEST(ImportNifti, TrailingBytesAreTolerated) {
 }
 
 TEST(ImportNifti, EveryTruncationIsRefusedWithTheFileNamed) {
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     NiftiImage image;
     image.srow = kLps;
     image.voxels = std::string(48, '\1');
@@ -146,7 +146,7 @@ TEST(ImportNifti, EveryTruncationIsRefusedWithTheFileNamed) {
 }
 
 TEST(ImportNifti, LyingHeadersAreRefused) {
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     NiftiImage image;
     image.voxels = std::string(48, '\0');
     const auto refusedWith = [&](auto change, const char* expected, int version = 1) {
@@ -186,7 +186,7 @@ TEST(ImportNifti, LyingHeadersAreRefused) {
 }
 
 TEST(ImportNifti, DamagedHeaderBytesNeverDoWorseThanAnError) {
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     NiftiImage image;
     image.voxels = std::string(48, '\1');
     std::mt19937 random(4711);
@@ -218,7 +218,7 @@ class RawFile : public ::testing::Test {
                                          ",\"type\":" + type + extra + "}");
     }
     std::string refused() { return refusalOfOpening(folder / "a.json"); }
-    TemporaryFolder folder;
+    ScratchFolder folder;
 };
 
 TEST_F(RawFile, OffsetEndianRescaleAndUnit) {
@@ -268,7 +268,7 @@ TEST_F(RawFile, LyingSidecarsAreRefused) {
 }
 
 TEST(ImportOpen, WhatIsNoVolumeIsRefusedWithThePathNamed) {
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     EXPECT_THAT(refusalOfOpening(folder / "missing.nii"), HasSubstr("missing.nii"));
     EXPECT_THAT(refusalOfOpening(folder / "missing"), HasSubstr("missing"));
     std::filesystem::create_directory(folder / "empty");
@@ -283,7 +283,7 @@ TEST(ImportOpen, WhatIsNoVolumeIsRefusedWithThePathNamed) {
 }
 
 TEST(ImportOpen, ListsFilesLargestFirst) {
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     std::filesystem::create_directory(folder / "deep");
     NiftiImage image;
     image.voxels = std::string(48, '\0');

@@ -104,7 +104,7 @@ NiftiImage niftiOf(const Layout& layout) {
 }
 
 TEST(ImportOrientation, NiftiInEveryOrderGivesOneVolume) {
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     int n = 0;
     for (const Layout& layout : allLayouts()) {
         SCOPED_TRACE(n);
@@ -121,7 +121,7 @@ TEST(ImportOrientation, NiftiInEveryOrderGivesOneVolume) {
 }
 
 TEST(ImportOrientation, RawInEveryOrderGivesOneVolume) {
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     for (const Layout& layout : allLayouts()) {
         const glm::ivec3 n = layout.extent();
         const glm::dvec3 origin = layout.position({0, 0, 0});
@@ -145,7 +145,7 @@ TEST(ImportOrientation, RawInEveryOrderGivesOneVolume) {
 }
 
 TEST(ImportOrientation, DicomInEveryOrderGivesOneVolume) {
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     int number = 0;
     for (const Layout& layout : allLayouts()) {
         SCOPED_TRACE(number);

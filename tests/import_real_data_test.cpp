@@ -90,7 +90,7 @@ TEST_F(RealData, LosslessEncodingsDecodeEqualAndSilently) {
 }
 
 TEST_F(RealData, TruncatedCompressedSlicesAreRefused) {
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     testing::internal::CaptureStderr();
     for (const auto& entry : std::filesystem::directory_iterator(at("ct-slice-encodings"))) {
         for (const double part : {0.2, 0.6, 0.99}) {

@@ -1,9 +1,10 @@
-// tests/import_test_tools.h: what the import tests share: a temporary folder, reading a source whole, patient
+// tests/import_test_tools.h: what the import tests share: reading a source whole, patient
 // positions, NIfTI and sidecar writers, and the shared test data.
 #pragma once
 
 #include "bricking/import/open_source.h"
 #include "core/error.h"
+#include "core/scratch_folder.h"
 
 #include <cstdint>
 #include <cstdlib>
@@ -12,29 +13,10 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <string>
-#include <unistd.h>
 #include <vector>
 #include <zlib.h>
 
 namespace tessera::test {
-
-class TemporaryFolder {
-  public:
-    TemporaryFolder() {
-        std::string name = (std::filesystem::temp_directory_path() / "tessera-import-XXXXXX").string();
-        path_ = ::mkdtemp(name.data());
-    }
-    ~TemporaryFolder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-    const std::filesystem::path& path() const { return path_; }
-
-  private:
-    std::filesystem::path path_;
-};
 
 inline void writeFile(const std::filesystem::path& path, const std::string& bytes) {
     std::filesystem::remove(path); // some file systems flush a file that is truncated and rewritten

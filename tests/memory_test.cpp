@@ -2,6 +2,8 @@
 // of import, phantom and render stays within the budgets, plus that of the same command with next to nothing
 // to do (libraries, driver, compiled shaders), plus 32 MiB. On a software device GPU memory is resident
 // memory too.
+#include "core/scratch_folder.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -32,12 +34,6 @@ class Memory : public ::testing::Test {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
         GTEST_SKIP() << "a sanitizer keeps freed memory and shadows the rest";
 #endif
-        std::string name = (fs::temp_directory_path() / "tessera-memory-XXXXXX").string();
-        folder_ = ::mkdtemp(name.data());
-    }
-    void TearDown() override {
-        if (!folder_.empty())
-            fs::remove_all(folder_);
     }
 
     /// Runs the program in the folder; the largest resident memory in MiB. Not forked: a child begins with a
@@ -53,7 +49,7 @@ class Memory : public ::testing::Test {
         argv.push_back(nullptr);
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);
-        posix_spawn_file_actions_addchdir_np(&actions, folder_.c_str());
+        posix_spawn_file_actions_addchdir_np(&actions, folder_.path().c_str());
         const std::string log = (folder_ / "log").string();
         posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
                                          0600);
@@ -101,7 +97,7 @@ class Memory : public ::testing::Test {
             }
     }
 
-    fs::path folder_;
+    const tessera::ScratchFolder folder_;
 };
 
 TEST_F(Memory, PhantomAndRenderStayWithinTheirBudgets) {

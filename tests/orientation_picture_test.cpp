@@ -204,7 +204,7 @@ glm::dvec2 centreOf(const Image& image) {
 
 TEST(OrientationPicture, EveryFormatAndOrderGivesOnePicture) {
     constexpr double kTolerance = 1e-6; // affines pass through float and decimals
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     PhantomSource source;
     toStore(source, folder / "expected.zarr");
     const Image expected = draw(folder / "expected.zarr", kBoxes, "anterior");
@@ -243,7 +243,7 @@ TEST(OrientationPicture, EveryFormatAndOrderGivesOnePicture) {
 }
 
 TEST(OrientationPicture, MarksComeOutOnTheirSide) {
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     // One small bright box in a corner of an even cube: patient's right, anterior, superior.
     VolumeInfo info;
     info.extentVoxels = {24, 24, 24};

@@ -93,7 +93,7 @@ TEST_F(Privacy, NothingIdentifyingLeavesTheInput) {
         look(readAll(folder_ / picture), picture, true);
         look(readManifest(folder_ / picture), "the manifest", true);
         EXPECT_THAT(readManifest(folder_ / picture), HasSubstr("not for diagnosis"));
-        EXPECT_THAT(readManifest(folder_ / picture), Not(HasSubstr(folder_.filename().string())));
+        EXPECT_THAT(readManifest(folder_ / picture), Not(HasSubstr(folder_.path().filename().string())));
     }
     const Outcome march = quietAbout("render " + kFolder +
                                          " --gl-device software --size 24x24 -v --explain --json"

@@ -1,10 +1,10 @@
 // tests/program_fixture.h: runs the program inside a temporary folder and keeps what it said.
 #pragma once
 
+#include "core/scratch_folder.h"
 #include "viewer/program.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -35,14 +35,6 @@ inline std::string readAll(const fs::path& path) {
 
 class Program : public ::testing::Test {
   protected:
-    void SetUp() override {
-        static std::atomic<int> count{0};
-        folder_ = fs::temp_directory_path() /
-                  ("tessera-program-" + std::to_string(::getpid()) + "-" + std::to_string(count++));
-        fs::create_directories(folder_);
-    }
-    void TearDown() override { fs::remove_all(folder_); }
-
     /// Runs `tessera arguments` inside the temporary folder, in a child process; words split at blanks, and
     /// '' is an empty one.
     Outcome run(const std::string& arguments) {
@@ -59,7 +51,7 @@ class Program : public ::testing::Test {
                 readAll(folder_ / ".err")};
     }
     int runInChild(std::vector<std::string>& words) const {
-        fs::current_path(folder_);
+        fs::current_path(folder_.path());
         ::setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
         if (!std::freopen(".out", "w", stdout) || !std::freopen(".err", "w", stderr))
             return 100;
@@ -89,7 +81,7 @@ class Program : public ::testing::Test {
     }
     bool exists(const std::string& name) const { return fs::exists(folder_ / name); }
 
-    fs::path folder_;
+    const ScratchFolder folder_;
 };
 
 } // namespace tessera::test

@@ -142,7 +142,7 @@ TEST_F(Program, APictureIsWrittenWithoutAWordWhenQuietAndCarriesItsManifest) {
     // No path of this machine is inside the picture.
     const std::string picture = readAll(folder_ / "a.exr");
     EXPECT_THAT(picture, HasSubstr("not for diagnosis"));
-    EXPECT_THAT(picture, Not(HasSubstr(folder_.filename().string())));
+    EXPECT_THAT(picture, Not(HasSubstr(folder_.path().filename().string())));
 }
 
 TEST_F(Program, ABlankPictureSaysWhyAndWhatToTry) {

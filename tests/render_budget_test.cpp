@@ -5,12 +5,12 @@
 #include "scene_fixture.h"
 
 #include "bricking/import/importer.h"
+#include "core/scratch_folder.h"
 #include "datasets/phantom.h"
 
 #include <gmock/gmock.h>
 #include <optional>
 #include <set>
-#include <unistd.h>
 #include <vector>
 
 namespace tessera::test {
@@ -179,9 +179,7 @@ TEST(RenderBudget, TheFloorsOfBothTogetherSuffice) {
 }
 
 TEST(ImportBudget, IsKeptFromTheFloorUp) {
-    const auto folder =
-        std::filesystem::temp_directory_path() / ("tessera-budget-" + std::to_string(::getpid()));
-    std::filesystem::create_directories(folder);
+    const ScratchFolder folder;
     const auto import = [&](std::size_t bytes) {
         const auto source = makePhantom("sphere", {70, 90, 67}, 2);
         Ledger ram("RAM", "--ram", bytes);
@@ -207,7 +205,6 @@ TEST(ImportBudget, IsKeptFromTheFloorUp) {
         ++accepted;
     }
     EXPECT_GE(accepted, 10);
-    std::filesystem::remove_all(folder);
 }
 
 } // namespace

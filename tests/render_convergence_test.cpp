@@ -1,6 +1,7 @@
 // The reference through store and sampler against closed forms, on anisotropic and sheared volumes; and the
 // mirror against the reference: the error falls at the rule's order as the step is halved.
 #include "bricking/import/importer.h"
+#include "core/scratch_folder.h"
 #include "render/reference.h"
 #include "tests/scene_fixture.h"
 
@@ -51,20 +52,12 @@ VolumeInfo shearedInfo(int n) {
 class Stored {
   public:
     Stored(const VolumeInfo& info, const std::function<double(glm::dvec3)>& value) : info_(info) {
-        folder_ = std::filesystem::temp_directory_path() /
-                  ("tessera-convergence-" + std::to_string(getpid()) + "-" +
-                   std::to_string(reinterpret_cast<std::uintptr_t>(this)));
         FormulaSource source(info, value);
         ImportOptions options;
         options.force = true;
-        importToStore(source, folder_, ram_, options);
-        reader_ = std::make_unique<StoreReader>(folder_, ram_);
+        importToStore(source, folder_ / "v.zarr", ram_, options);
+        reader_ = std::make_unique<StoreReader>(folder_ / "v.zarr", ram_);
         cache_ = std::make_unique<BrickCache>(*reader_, ram_, std::size_t{64} << 20, 2);
-    }
-    ~Stored() {
-        cache_.reset();
-        reader_.reset();
-        std::filesystem::remove_all(folder_);
     }
     glm::dvec4 alongZ(const TransferFunction& function) {
         ReferenceInput input{cache_.get(), &reader_->info(), &function, Shading{.on = false}, nullptr};
@@ -77,7 +70,7 @@ class Stored {
     double mmPerVoxel() const { return glm::length(glm::dvec3(info_.patientFromVoxel[2])); }
     Ledger ram_{"RAM", "--ram", std::size_t{512} << 20};
     VolumeInfo info_;
-    std::filesystem::path folder_;
+    const ScratchFolder folder_;
     std::unique_ptr<StoreReader> reader_;
     std::unique_ptr<BrickCache> cache_;
 };

@@ -10,6 +10,7 @@
 #include "bricking/selection.h"
 #include "core/image_metrics.h"
 #include "core/preset.h"
+#include "core/scratch_folder.h"
 #include "datasets/phantom.h"
 
 #include <algorithm>
@@ -17,7 +18,6 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <numeric>
-#include <unistd.h>
 
 namespace tessera::bench {
 namespace {
@@ -94,7 +94,6 @@ TEST(RankCorrelation, KnowsOrderTiesAndNothing) {
 class TrueErrors : public testing::Test {
   protected:
     void SetUp() override {
-        std::filesystem::create_directories(folder_);
         ImportOptions options;
         options.durable = false;
         importToStore(*makePhantom("torso", {70, 50, 75}), folder_ / "v.zarr", ram_, options);
@@ -104,12 +103,7 @@ class TrueErrors : public testing::Test {
         for (const std::uint8_t level : cullBricks(statistics_, table_, store_->info(), 0, true).levels)
             shows_.push_back(level != Selection::kEmpty);
     }
-    void TearDown() override {
-        store_.reset();
-        std::filesystem::remove_all(folder_);
-    }
-    std::filesystem::path folder_ =
-        std::filesystem::temp_directory_path() / ("tessera-bench-test-" + std::to_string(::getpid()));
+    const ScratchFolder folder_;
     Ledger ram_{"RAM", "--ram", std::size_t{256} << 20};
     std::unique_ptr<StoreReader> store_;
     Statistics statistics_;
@@ -185,8 +179,8 @@ TEST(Page, SectionsAreReplacedAndKeepTheirOrder) {
 }
 
 TEST(Page, ReportsAreWritten) {
-    const std::filesystem::path folder =
-        std::filesystem::temp_directory_path() / ("tessera-page-test-" + std::to_string(::getpid()));
+    const ScratchFolder scratch;
+    const std::filesystem::path folder = scratch / "report";
     Report report;
     report.name = "one";
     report.title = "Title";
@@ -194,7 +188,6 @@ TEST(Page, ReportsAreWritten) {
     writeReport(report, {"command", "machine", "0"}, {folder, "page", "# Head\n", {"one"}});
     EXPECT_TRUE(std::filesystem::exists(folder / "page.md"));
     EXPECT_TRUE(std::filesystem::exists(folder / "page" / "numbers.csv"));
-    std::filesystem::remove_all(folder);
 }
 
 TEST(ColourMapped, GrowsBrighter) {

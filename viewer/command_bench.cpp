@@ -2,6 +2,7 @@
 // docs/level-of-detail.md, made again by one command.
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "core/scratch_folder.h"
 #include "viewer/bench/edge_functions.h"
 #include "viewer/bench/experiments.h"
 #include "viewer/bench/page.h"
@@ -11,7 +12,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <memory>
-#include <unistd.h> // getpid: a scratch folder of our own
 
 namespace tessera {
 namespace {
@@ -56,24 +56,6 @@ constexpr const char* kHeading =
     "Sources: course notes on advanced volume ray casting, sections 2.9.3 to 2.11, whose figures and tables "
     "are "
     "named; they number levels the other way round. Errors are distances in CIE 1976 L*u*v*.\n";
-
-/// A folder for generated volumes, removed with all it holds.
-class ScratchFolder {
-  public:
-    ScratchFolder() : path_(fs::temp_directory_path() / ("tessera-bench-" + std::to_string(::getpid()))) {
-        fs::create_directories(path_);
-    }
-    ~ScratchFolder() {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-    ScratchFolder(const ScratchFolder&) = delete;
-    ScratchFolder& operator=(const ScratchFolder&) = delete;
-    const fs::path& path() const { return path_; }
-
-  private:
-    fs::path path_;
-};
 
 /// The folder of scans: as told, or where the tests look for theirs, or none.
 fs::path scansFolder(const BenchArguments& arguments) {

@@ -12,7 +12,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <unistd.h>
 
 namespace tessera::bench {
 
@@ -124,16 +123,6 @@ MemoryVolume phantomInMemory(const std::string& name, const glm::ivec3& extent, 
     volume.info.rescaleIntercept -= bias * volume.info.rescaleSlope;
     volume.voxels = std::move(converted);
     return volume;
-}
-
-ScratchFolder::ScratchFolder() {
-    path_ = std::filesystem::temp_directory_path() / ("tessera-bench-" + std::to_string(::getpid()));
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
-}
-ScratchFolder::~ScratchFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
 }
 
 std::map<std::string, std::string> parseOptions(int argc, char** argv,

@@ -9,6 +9,7 @@
 #include "core/budget.h"
 #include "core/image.h"
 #include "core/scene.h"
+#include "core/scratch_folder.h"
 #include "render/atlas.h"
 #include "render/gl/context.h"
 #include "render/prepare.h"
@@ -94,19 +95,6 @@ struct MemoryVolume {
     std::vector<std::byte> voxels;
 };
 MemoryVolume phantomInMemory(const std::string& name, const glm::ivec3& extent, ValueType type);
-
-/// A fresh folder below the temporary one, removed with all it holds.
-class ScratchFolder {
-  public:
-    ScratchFolder();
-    ~ScratchFolder();
-    ScratchFolder(const ScratchFolder&) = delete;
-    ScratchFolder& operator=(const ScratchFolder&) = delete;
-    const std::filesystem::path& path() const { return path_; }
-
-  private:
-    std::filesystem::path path_;
-};
 
 /// "--name value" pairs. Throws InputError for a name that is not among the defaults, or has no value.
 std::map<std::string, std::string> parseOptions(int argc, char** argv,

@@ -45,7 +45,7 @@ BlockGrid gridOfScan(const SceneBench& scene) {
 Table levelTable(const BlockGrid& grid) {
     Table table{"hierarchy-shape",
                 "A shape with the counts of the source's figure, in 64 x 64 samples, "
-                "blocks of 8 x 8; levels as the source numbers them, 0 the "
+                "blocks of 8 x 8; levels as the source numbers them, 0 the coarsest; "
                 "a byte a sample. The source has 2560, 2240 and 1462 bytes, reductions 1.60, 1.83 and 2.80:",
                 {"level"},
                 {},

@@ -1,0 +1,25 @@
+// core/scratch_folder.h: a folder for what is not to stay: generated volumes of the benches and of the tests.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace tessera {
+
+/// A fresh folder among the system's temporary ones, of this object alone and for this user alone; removed
+/// with all it holds.
+class ScratchFolder {
+  public:
+    /// Throws Error naming the place where no folder can be made.
+    ScratchFolder();
+    ~ScratchFolder();
+    ScratchFolder(const ScratchFolder&) = delete;
+    ScratchFolder& operator=(const ScratchFolder&) = delete;
+    const std::filesystem::path& path() const { return path_; }
+    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+
+  private:
+    std::filesystem::path path_;
+};
+
+} // namespace tessera
