@@ -15,6 +15,7 @@ const std::vector<FeatureName>& featureNames() {
         {kFeatureMixed, "FEATURE_MIXED", "interblock interpolation"},
         {kFeaturePasses, "FEATURE_PASSES", "several passes"},
         {kFeatureVisibility, "FEATURE_VISIBILITY", "counting of what is seen"},
+        {kFeatureSubBlocks, "FEATURE_SUBBLOCKS", "sub-blocks of half a voxel"},
     };
     return names;
 }

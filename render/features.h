@@ -20,8 +20,9 @@ enum Feature : std::uint32_t {
     kFeatureMixed = 1u << 7,       // bricks of several levels: interblock interpolation, adaptive strides
     kFeaturePasses = 1u << 8,      // some bricks are absent: rays wait for them and go on in another pass
     kFeatureVisibility = 1u << 9,  // rays count the light that reaches each brick
+    kFeatureSubBlocks = 1u << 10,  // skipping also leaps over sub-blocks of half a voxel
 };
-constexpr std::uint32_t kAllFeatures = (1u << 10) - 1;
+constexpr std::uint32_t kAllFeatures = (1u << 11) - 1;
 
 struct FeatureName {
     Feature bit;

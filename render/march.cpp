@@ -129,6 +129,11 @@ bool March::runUntil(const FieldSource& source, const MarchSlicing& slicing, Clo
         seen_.bind(5);
         lastBrick_.bind(6);
     }
+    if (features_ & kFeatureSubBlocks) {
+        TESSERA_CHECK(subBlocks_);
+        subBlocks_->places.bind(5);
+        subBlocks_->masks.bind(6);
+    }
     program_.use();
 
     const auto dispatch = [&](const glm::ivec2& origin, const glm::ivec2& end, int iterations) {

@@ -58,6 +58,8 @@ class March {
     std::vector<std::uint32_t> takeWanted();
     /// The map of empty space on the device; with kFeatureSkipping only.
     const GlTexture3d& skippingMap() const { return skipping_; }
+    /// kFeatureSubBlocks: to be called before run(); sub-blocks of the same map, which outlive this.
+    void useSubBlocks(const SubBlocks& subBlocks) { subBlocks_ = &subBlocks; }
     /// The picture; charged by the caller.
     Image image() const;
     const GlProgram& program() const { return program_; }
@@ -83,6 +85,7 @@ class March {
     GlProgram program_;
     GlBuffer table_, colour_, next_, work_, wanted_, seen_, lastBrick_;
     GlTexture3d skipping_;
+    const SubBlocks* subBlocks_ = nullptr;
 };
 
 /// Sets the uniforms of common_ray.glsl.

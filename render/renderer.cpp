@@ -44,6 +44,12 @@ std::vector<std::size_t> bricksToServe(const std::vector<std::uint32_t>& firstRa
     return order;
 }
 
+/// GPU memory of a picture's march with a map of empty space.
+std::size_t marchBytes(const Scene& scene, const PreparedScene& p) {
+    return March::stateBytes(scene.imageSize) + p.optics.table.size() * sizeof(glm::vec4) +
+           mapBytes(p.info().extentVoxels, p.mapScale);
+}
+
 template <typename Real> Image toImage(const std::vector<glm::vec<4, Real>>& pixels, const glm::ivec2& size) {
     Image image(size);
     for (std::size_t i = 0; i < pixels.size(); ++i)
@@ -82,20 +88,30 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
     if (p.chosen.atlasPages < pagesFor(p.selection.counts))
         result.features |= kFeaturePasses;
     const Occupancy* occupancy = scene.quality.skipping ? &p.occupancy : nullptr;
-    March march(result.features, p.frame, p.info(), p.strides(), p.optics, occupancy, gpu);
+    const std::size_t rays =
+        static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y);
+    // Refining reads every brick, so all must be there.
     const bool passes = (result.features & kFeaturePasses) != 0;
+    const bool refines = occupancy && !passes && refiningPays(*occupancy, rays);
+    const std::size_t refining = refiningBytes(p.table.entries.size());
+    const Field field(p, atlas, gpu);
+    SubBlocks subBlocks;
+    if (refines && subBlocksPay(*occupancy, rays, result.features) &&
+        gpu.freeBytes() >= marchBytes(scene, p) + refining + SubBlocks::placesBytes(*occupancy)) {
+        result.features |= kFeatureSubBlocks;
+        subBlocks = SubBlocks(*occupancy, gpu);
+    }
+    March march(result.features, p.frame, p.info(), p.strides(), p.optics, occupancy, gpu);
     if (!passes)
         atlas.load(*p.cache, ram, result.work);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
-    const Field field(p, atlas, gpu);
-    const std::size_t rays =
-        static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y);
-    // Refining reads every brick, so all must be there.
-    if (occupancy && !passes && refiningPays(*occupancy, rays) &&
-        gpu.freeBytes() >= refiningBytes(p.table.entries.size()))
+    SubBlocks* wanted = (result.features & kFeatureSubBlocks) ? &subBlocks : nullptr;
+    if (wanted)
+        march.useSubBlocks(subBlocks);
+    if (refines && gpu.freeBytes() >= refining)
         result.refinedCells = refineSkipping(march.skippingMap(), *occupancy, p.table, p.optics,
-                                             result.features, p.info(), field.source, gpu);
+                                             result.features, p.info(), field.source, gpu, wanted);
     result.passes = 1;
     for (; march.run(field.source, options.slicing, result.work) > 0; ++result.passes)
         atlas.serve(bricksToServe(march.takeWanted(), p.selection, atlas.pages()), *p.cache, ram,

@@ -35,9 +35,13 @@ TEST(Program, EveryFeatureCombinationCompilesAndOmitsWhatItDoesNotNeed) {
     for (std::uint32_t f = 0; f <= kAllFeatures; ++f) {
         if ((f & (kFeatureMixed | kFeaturePasses | kFeatureVisibility)) != 0 && (f & kFeatureBricked) == 0)
             continue; // refused: see common_features.glsl
+        constexpr std::uint32_t kBase = kFeatureSkipping | kFeatureBricked;
+        if ((f & kFeatureSubBlocks) != 0 && (f & (kBase | kFeatureVisibility)) != kBase)
+            continue;
         const GlProgram program("march.comp", featureDefines(f));
         ASSERT_EQ(program.hasUniform("uPhong"), (f & kFeatureShading) != 0) << f;
         ASSERT_EQ(program.hasUniform("uSkipping"), (f & kFeatureSkipping) != 0) << f;
+        ASSERT_EQ(program.hasUniform("uSkippingGrid"), (f & kFeatureSubBlocks) != 0) << f;
         ASSERT_EQ(program.hasUniform("uCorners"), (f & kFeatureMixed) != 0) << f;
         ASSERT_EQ(program.hasUniform("uIndex"), (f & kFeatureBricked) != 0) << f;
         ASSERT_EQ(program.hasUniform("uTermination"), (f & kFeatureTermination) != 0) << f;

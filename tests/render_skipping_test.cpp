@@ -295,12 +295,67 @@ TEST(Skipping, BlocksOfCellsSaveSamplesAndChangeNoBit) {
                 EXPECT_TRUE(bitEqual(blocks.image, every.image));
                 EXPECT_TRUE(bitEqual(cells.image, every.image));
                 EXPECT_LE(blocks.work.segments, cells.work.segments);
+                if (edge == EdgeFunction::minimum) {
+                    const GpuPicture fine = marchOn(prepared, features | kFeatureSubBlocks, {}, true);
+                    EXPECT_TRUE(bitEqual(fine.image, every.image));
+                    EXPECT_GT(fine.subBlockEntries, 0u);
+                    EXPECT_LT(fine.work.segments, blocks.work.segments);
+                    // Every sample that shows takes six more for its gradient.
+                    const double oracle = static_cast<double>(every.work.samples - every.work.segments) / 6;
+                    if (!mixed) {
+                        EXPECT_LT(static_cast<double>(fine.work.segments), 1.3 * oracle);
+                        EXPECT_GT(static_cast<double>(blocks.work.segments), 1.3 * oracle);
+                    }
+                }
                 if (!mixed && info.unit == "HU") {
                     EXPECT_LT(static_cast<double>(blocks.work.segments),
                               0.8 * static_cast<double>(cells.work.segments));
                 }
             }
     }
+}
+
+// Functions with gaps, samples so dense that rays visit every sub-block they cross, filtered fetches too: the
+// picture is the same. Without room for sub-blocks as well: then they are left out.
+TEST(Skipping, SubBlocksChangeNoBitUnderFunctionsWithGaps) {
+    const GlContext context({"software"});
+    std::mt19937 random(53);
+    std::uint64_t saved = 0;
+    for (const char* store : {"torso", "marschner-lobb", "thin"})
+        for (int round = 0; round < 3; ++round) {
+            Ledger ram("RAM", "--ram", std::size_t{64} << 20);
+            const StoreReader reader(storePath(store), ram);
+            Scene scene = sceneOn(reader.info(), "auto", round, {24, 24});
+            scene.quality.stepVoxels = round == 0 ? 0.2 : 0.5;
+            const Statistics statistics = loadStatistics(reader, ram, 1);
+            const ValueSummary values = summarise(statistics, reader.info());
+            std::vector<OpacityPoint> points; // five peaks with gaps between them
+            std::uniform_real_distribution<double> width(0.1, 0.9);
+            for (int peak = 0; peak < 5; ++peak) {
+                const double each = (values.highest - values.lowest) / 5, from = values.lowest + each * peak;
+                const double half = 0.5 * each * width(random);
+                points.push_back({from, 0});
+                points.push_back({from + half, 0.02});
+                points.push_back({from + 2 * half, 0});
+            }
+            scene.volumes[0].transferFunction = TransferFunction::fromOpacity(points, {}, values.spacingMm);
+            Prepared prepared(store, scene);
+            const bool filtered = round == 2;
+            const std::uint32_t features = kFeatureBricked | kFeatureSkipping | kFeatureShading |
+                                           (filtered ? std::uint32_t{kFeatureHardware} : 0);
+            const GpuPicture every = marchOn(prepared, features & ~kFeatureSkipping);
+            const GpuPicture blocks = marchOn(prepared, features, {}, true);
+            const GpuPicture fine = marchOn(prepared, features | kFeatureSubBlocks, {}, true);
+            SCOPED_TRACE(std::string(store) + " round " + std::to_string(round));
+            EXPECT_FALSE(isBlank(every.image));
+            EXPECT_TRUE(bitEqual(blocks.image, every.image));
+            EXPECT_TRUE(bitEqual(fine.image, every.image));
+            saved += blocks.work.segments - fine.work.segments;
+            const GpuPicture coarse = marchOn(prepared, features | kFeatureSubBlocks); // none were found
+            EXPECT_EQ(coarse.subBlockEntries, 0u);
+            EXPECT_TRUE(bitEqual(coarse.image, every.image));
+        }
+    EXPECT_GT(saved, 10000u);
 }
 
 // One picture pays for refining where its rays are many for the cells; a map of bricks has none to refine.
@@ -312,6 +367,9 @@ TEST(Skipping, RefiningIsLeftOutWhereItDoesNotPay) {
     EXPECT_EQ(cells, prepared.p.occupancy.occupiedCells()) << "all of one level";
     EXPECT_TRUE(refiningPays(prepared.p.occupancy, 1000 * cells));
     EXPECT_FALSE(refiningPays(prepared.p.occupancy, cells));
+    EXPECT_TRUE(subBlocksPay(prepared.p.occupancy, 1000 * cells, kFeatureBricked));
+    EXPECT_FALSE(subBlocksPay(prepared.p.occupancy, 1000 * cells, kFeatureBricked | kFeatureHardware));
+    EXPECT_FALSE(subBlocksPay(prepared.p.occupancy, 20 * cells, kFeatureBricked));
     prepared.p.mapScale = MapScale::bricks;
     prepared.p.occupancy = Occupancy();
     prepared.p.mapEmptySpace(prepared.budgets.ram);

@@ -76,7 +76,7 @@ struct Prepared {
 struct GpuPicture {
     Image image;
     Work work;
-    std::size_t refinedCells = 0;
+    std::size_t refinedCells = 0, subBlockEntries = 0;
 };
 inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const MarchSlicing& slicing = {},
                           bool refine = false) {
@@ -102,9 +102,16 @@ inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const Marc
             source.map = &p.levels;
             source.textures = &levelTextures.emplace(p.levels, gpu);
         }
+        SubBlocks subBlocks;
+        const bool fine = (features & kFeatureSubBlocks) != 0;
+        if (fine) {
+            subBlocks = SubBlocks(p.occupancy, gpu);
+            march.useSubBlocks(subBlocks);
+        }
         if (refine)
             out.refinedCells = refineSkipping(march.skippingMap(), p.occupancy, p.table, p.optics, features,
-                                              p.info(), source, gpu);
+                                              p.info(), source, gpu, fine ? &subBlocks : nullptr);
+        out.subBlockEntries = subBlocks.entries;
         march.run(source, slicing, out.work);
     } else {
         const GlTexture3d whole =

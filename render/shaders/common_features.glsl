@@ -2,9 +2,15 @@
 #if !defined(FEATURE_SHADING) || !defined(FEATURE_SKIPPING) || !defined(FEATURE_HARDWARE) || \
     !defined(FEATURE_NORMALISED) || !defined(FEATURE_BRICKED) || !defined(FEATURE_TERMINATION) || \
     !defined(FEATURE_COUNTING) || !defined(FEATURE_MIXED) || !defined(FEATURE_PASSES) || \
-    !defined(FEATURE_VISIBILITY)
+    !defined(FEATURE_VISIBILITY) || !defined(FEATURE_SUBBLOCKS)
 #error every FEATURE_ must be defined as 0 or 1 (render/features.h)
 #endif
 #if (FEATURE_MIXED || FEATURE_PASSES || FEATURE_VISIBILITY) && !FEATURE_BRICKED
 #error mixed levels, several passes and what is seen of bricks need bricks
+#endif
+#if FEATURE_SUBBLOCKS && !(FEATURE_SKIPPING && FEATURE_BRICKED)
+#error sub-blocks are part of empty-space skipping, and found from bricks
+#endif
+#if FEATURE_SUBBLOCKS && FEATURE_VISIBILITY
+#error sub-blocks and what is seen of bricks share their bindings
 #endif

@@ -76,7 +76,7 @@ void main() {
             n = strideAt(ray, i);
             length = strideLength(ray, i, n);
             p = stridePosition(ray, i, length);
-            int next = nextOccupied(ray, i, n, p);
+            int next = nextOccupied(ray, i, n, p, left, iterations);
             if (next > i) {
                 i = next;
                 continue;

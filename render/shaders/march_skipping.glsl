@@ -1,6 +1,6 @@
 // march_skipping.glsl: leaps over strides that are proven empty; twin of render/occupancy.h.
-// Needs FEATURE_SKIPPING, common_ray.glsl, march_strides.glsl. Gives beginSkipping(ray), isOccupied(p),
-// nextOccupied(ray, i, n, p).
+// Needs FEATURE_SKIPPING, FEATURE_SUBBLOCKS, common_ray.glsl, march_strides.glsl. Gives beginSkipping(ray),
+// isOccupied(p), nextOccupied(ray, i, n, p, left, iterations).
 
 #if FEATURE_SKIPPING
 uniform usampler3D uSkipping; // two words a texel: see render/distance_map.h
@@ -29,40 +29,87 @@ ivec3 voxelAt(vec3 p) { return clamp(ivec3(floor(p)), ivec3(0), uSkippingLast); 
 uvec2 skippingTexel(ivec3 voxel) { return texelFetch(uSkipping, voxel >> uSkippingShift, 0).xy; }
 bool isOccupiedBox(uvec2 texel) { return (texel.y & 0x80000000u) != 0u; }
 
-// Of an occupied box: whether the voxel's block can show anything.
-bool isOccupiedBlock(uvec2 texel, ivec3 voxel) {
+int blockBit(ivec3 voxel) {
     ivec3 block = (voxel >> (uSkippingShift - 2)) & 3;
-    int bit = min(block.x | block.y << 2 | block.z << 4, 62);
-    return ((bit < 32 ? texel.x : texel.y) >> (bit & 31) & 1u) != 0u;
+    return min(block.x | block.y << 2 | block.z << 4, 62);
 }
+// Of an occupied box: whether the block can show anything.
+bool isOccupiedBlock(uvec2 texel, int bit) { return ((bit < 32 ? texel.x : texel.y) >> (bit & 31) & 1u) != 0u; }
+
+#if FEATURE_SUBBLOCKS
+layout(std430, binding = 5) readonly buffer Places { uint uPlaces[]; };       // see render/fine_mask.h
+layout(std430, binding = 6) readonly buffer SubBlocks { uint uSubBlocks[]; };
+uniform ivec3 uSkippingGrid;
+
+const vec3 kSubBlocksPerVoxel = vec3(2.0, 2.0, 4.0);
+
+ivec3 subBlockAt(vec3 p, ivec3 voxel) { // p may lie on the volume's far side
+    return clamp(ivec3(floor(p * kSubBlocksPerVoxel)), voxel * ivec3(2, 2, 4), voxel * ivec3(2, 2, 4) + ivec3(1, 1, 3));
+}
+// Of an occupied block of a cell.
+bool isOccupiedSubBlock(uvec2 texel, int bit, ivec3 voxel, ivec3 subBlock) {
+    ivec3 cell = voxel >> 3;
+    uint place = uPlaces[1 + (cell.z * uSkippingGrid.y + cell.y) * uSkippingGrid.x + cell.x];
+    uvec2 below = texel & uvec2(bit < 32 ? (1u << bit) - 1u : 0xFFFFFFFFu, bit < 32 ? 0u : (1u << (bit - 32)) - 1u);
+    uint slot = max(place, 1u) - 1u + uint(bitCount(below.x) + bitCount(below.y));
+    ivec3 inside = subBlock & ivec3(3, 3, 7);
+    uint word = uSubBlocks[4u * slot + uint(inside.z >> 1)];
+    return place == 0u || (word >> (inside.x | inside.y << 2 | (inside.z & 1) << 4) & 1u) != 0u;
+}
+#endif
 
 bool isOccupied(vec3 p) {
     ivec3 voxel = voxelAt(p);
     uvec2 texel = skippingTexel(voxel);
-    return isOccupiedBox(texel) && isOccupiedBlock(texel, voxel);
+    int bit = blockBit(voxel);
+    bool occupied = isOccupiedBox(texel) && isOccupiedBlock(texel, bit);
+#if FEATURE_SUBBLOCKS
+    occupied = occupied && isOccupiedSubBlock(texel, bit, voxel, subBlockAt(p, voxel));
+#endif
+    return occupied;
 }
 
-// i where p, the middle of the stride of n segments from i, lies where something can show; else where the first
-// stride starts whose middle may lie beyond the box that is empty.
-int nextOccupied(Ray ray, int i, int n, vec3 p) {
-    ivec3 voxel = voxelAt(p);
-    uvec2 texel = skippingTexel(voxel);
-    int shift = uSkippingShift;
-    int reach = int((gOctantHigh ? texel.y : texel.x) >> gOctantBit & 127u);
-    if (isOccupiedBox(texel)) {
-        if (isOccupiedBlock(texel, voxel)) return i;
-        shift -= 2;
-        reach = 1;
+// Where the ray's next stride starts whose middle may show something: leaps until then, in a loop of its own, because
+// a turn of it is cheap beside the caller's. p: the middle of the stride of n segments from i. Takes what it
+// leaps from left. Leaps that were cut short end where a stride starts.
+int nextOccupied(Ray ray, int i, int n, vec3 p, inout int left, inout uint iterations) {
+    while (true) {
+        ivec3 voxel = voxelAt(p);
+        uvec2 texel = skippingTexel(voxel);
+        ivec3 box = voxel >> uSkippingShift;
+        vec3 edge = vec3(1 << uSkippingShift);
+        int reach = int((gOctantHigh ? texel.y : texel.x) >> gOctantBit & 127u);
+        if (isOccupiedBox(texel)) {
+            box = voxel >> (uSkippingShift - 2);
+            edge *= 0.25;
+            reach = 1;
+            int bit = blockBit(voxel);
+            if (isOccupiedBlock(texel, bit)) {
+#if FEATURE_SUBBLOCKS
+                box = subBlockAt(p, voxel);
+                edge = 1.0 / kSubBlocksPerVoxel;
+                if (isOccupiedSubBlock(texel, bit, voxel, box)) return i;
+#else
+                return i;
+#endif
+            }
+        }
+        vec3 side = vec3(box + mix(ivec3(1 - reach), ivec3(reach), equal(gAscends, ivec3(1)))) * edge;
+        vec3 leave = (side + gLeaveOffset) * gPerStep; // in segments from the entry
+        leave = mix(leave, vec3(kMaxFloat), equal(gPerStep, vec3(0.0)));
+        float beyond = ceil(min(min(leave.x, leave.y), leave.z) - 0.5);
+        if (!(beyond < float(ray.count))) return ray.count;
+        i = max(i + n, strideStart(ray, max(int(beyond), 0)));
+        if (left <= 0 || gTurns >= kMostTurns || i >= ray.count) return i;
+        --left;
+        ++gTurns;
+        ++iterations;
+        n = strideAt(ray, i);
+        p = stridePosition(ray, i, strideLength(ray, i, n));
     }
-    ivec3 side = ((voxel >> shift) + mix(ivec3(1 - reach), ivec3(reach), equal(gAscends, ivec3(1)))) << shift;
-    vec3 leave = (vec3(side) + gLeaveOffset) * gPerStep; // in segments from the entry
-    leave = mix(leave, vec3(kMaxFloat), equal(gPerStep, vec3(0.0)));
-    float beyond = ceil(min(min(leave.x, leave.y), leave.z) - 0.5);
-    if (!(beyond < float(ray.count))) return ray.count;
-    return max(i + n, strideStart(ray, max(int(beyond), 0)));
 }
 #else
 void beginSkipping(Ray ray) {}
 bool isOccupied(vec3 p) { return true; }
-int nextOccupied(Ray ray, int i, int n, vec3 p) { return i; }
+int nextOccupied(Ray ray, int i, int n, vec3 p, inout int left, inout uint iterations) { return i; }
 #endif
