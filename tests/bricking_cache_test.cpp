@@ -4,8 +4,10 @@
 
 #include "bricking/brick_cache.h"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
@@ -204,6 +206,73 @@ TEST_F(Cache, ABudgetBelowTheFloorIsRefusedByName) {
                 ThrowsMessage<InputError>(HasSubstr(formatBytes(floor))));
     Ledger tight("RAM", "--ram", floor - 1);
     EXPECT_THAT([&] { BrickCache(store, tight, floor, 3); }, ThrowsMessage<InputError>(HasSubstr("--ram")));
+}
+
+// -- wanted without waiting
+// ------------------------------------------------------------------------------------------------------
+
+/// Takes chunks as they come until none of the keys is left; how many were right, -1 at the deadline.
+int takeAll(BrickCache& cache, std::vector<ChunkKey> keys,
+            const std::function<bool(const ChunkKey&, const ChunkPointer&)>& right) {
+    const auto deadline = std::chrono::steady_clock::now() + 20s;
+    int taken = 0;
+    while (!keys.empty()) {
+        if (std::chrono::steady_clock::now() > deadline)
+            return -1;
+        cache.waitForWanted(deadline);
+        std::erase_if(keys, [&](const ChunkKey& key) {
+            const ChunkPointer chunk = cache.take(key);
+            taken += chunk && right(key, chunk);
+            return chunk != nullptr;
+        });
+    }
+    return taken;
+}
+
+TEST_F(Cache, WantedChunksComeThoughTheyDoNotFitTogether) {
+    BrickCache cache(store, ram, 10 * chunk, 2);
+    const std::vector<ChunkKey> keys = allKeys();
+    ASSERT_GT(keys.size(), 60u);
+    cache.want(keys);
+    EXPECT_EQ(takeAll(cache, keys, [&](const auto& key, const auto& found) { return right(key, found); }),
+              static_cast<int>(keys.size()));
+    EXPECT_LE(cache.counters().peakBytes, 10 * chunk);
+    const auto deadline = std::chrono::steady_clock::now() + 20s;
+    cache.waitForWanted(deadline); // none is wanted any more
+    EXPECT_LT(std::chrono::steady_clock::now(), deadline);
+}
+
+TEST_F(Cache, ANewListTakesTheOldOnesPlaceWhileOthersWork) {
+    BrickCache cache(store, ram, 20 * chunk, 2);
+    const std::vector<ChunkKey> keys = allKeys();
+    std::atomic<bool> done{false};
+    std::atomic<int> wrong{0};
+    std::vector<std::jthread> others; // one pin each at a time
+    for (unsigned t = 0; t < 2; ++t)
+        others.emplace_back([&, t] {
+            std::mt19937 random(t);
+            while (!done) {
+                const ChunkKey key = keys[random() % keys.size()];
+                if (!right(key, cache.get(key)))
+                    ++wrong;
+            }
+        });
+    std::mt19937 random(7);
+    for (int list = 0; list < 60; ++list) {
+        std::vector<ChunkKey> wanted = keys;
+        std::shuffle(wanted.begin(), wanted.end(), random);
+        wanted.resize(1 + random() % 12);
+        cache.want(wanted);
+        if (list % 3 != 0)
+            continue; // dropped half done
+        EXPECT_EQ(
+            takeAll(cache, wanted, [&](const auto& key, const auto& found) { return right(key, found); }),
+            static_cast<int>(wanted.size()));
+    }
+    done = true;
+    others.clear();
+    EXPECT_EQ(wrong, 0);
+    EXPECT_LE(cache.counters().peakBytes, 20 * chunk);
 }
 
 } // namespace
