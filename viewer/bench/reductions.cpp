@@ -19,12 +19,12 @@ constexpr float kLeastSeen = 1.0f / 64;
 /// What no pixel of 8 bits can show.
 constexpr float kUnseen = 1.0f / 510;
 
-/// What the choice of levels knows of what hides what: nothing, what the product predicts, or the truth.
-enum class Way { allVisible, predicted, counted, countedTwice, asSeen };
-constexpr std::array<std::pair<Way, const char*>, 5> kWays = {{{Way::allVisible, "all visible"},
+/// What the choice of levels knows of what hides what: nothing, what the bricks' rays predict, what a picture
+/// of the levels so chosen saw (as the product does), or the truth.
+enum class Way { allVisible, predicted, counted, asSeen };
+constexpr std::array<std::pair<Way, const char*>, 4> kWays = {{{Way::allVisible, "all visible"},
                                                                {Way::predicted, "predicted"},
-                                                               {Way::counted, "counted"},
-                                                               {Way::countedTwice, "counted twice"},
+                                                               {Way::counted, "product"},
                                                                {Way::asSeen, "as seen"}}};
 
 /// A scene with its finest picture and what is seen of each brick.
@@ -60,10 +60,8 @@ struct Choice {
 Choice drawn(Subject& subject, double reduction, Way way) {
     SceneBench& scene = subject.scene;
     std::vector<float> counted;
-    if (way == Way::counted || way == Way::countedTwice)
-        counted = scene.countedVisibility(scene.chosenAt(reduction));
-    if (way == Way::countedTwice)
-        counted = scene.countedVisibility(scene.chosenAt(reduction, counted));
+    if (way == Way::counted)
+        counted = scene.countedVisibility(scene.chosenAt(reduction, scene.visibility()));
     const Visibility visibility = way == Way::allVisible  ? Visibility()
                                   : way == Way::predicted ? Visibility(scene.visibility())
                                   : way == Way::asSeen    ? Visibility(subject.factors)
@@ -111,13 +109,13 @@ std::pair<std::string, std::vector<Panel>> pictureRow(const Workbench& bench, co
     const auto panel = [&](const std::string& what, Image image) {
         return Panel{fileName(volume.name + "-" + preset, what), std::move(image)};
     };
-    Choice medium = drawn(subject, kReductions[1], Way::predicted);
+    Choice medium = drawn(subject, kReductions[1], Way::counted);
     Image error = colourMapped(luvDifferences(medium.image, subject.truth.image), subject.truth.image.size,
                                kErrorScale);
     std::pair<std::string, std::vector<Panel>> row{volume.name + ", " + preset, {}};
-    row.second.push_back(panel("lossless", drawn(subject, lossless, Way::predicted).image));
+    row.second.push_back(panel("lossless", drawn(subject, lossless, Way::counted).image));
     row.second.push_back(panel("80", std::move(medium.image)));
-    row.second.push_back(panel("315", drawn(subject, kReductions[2], Way::predicted).image));
+    row.second.push_back(panel("315", drawn(subject, kReductions[2], Way::counted).image));
     row.second.push_back(panel("80-error", std::move(error)));
     row.second.insert(row.second.begin(), panel("finest", std::move(subject.truth.image)));
     return row;
@@ -140,17 +138,21 @@ Report reductionsReport(const Workbench& bench) {
         "it "
         "was searched for. *Culling* leaves out bricks that the function shows nothing of and keeps the rest "
         "at "
-        "level 0; *and occlusion* leaves out those behind opaque ones too. *All visible* takes every brick "
-        "in the view as wholly visible; *product* weighs it by what the product predicts of "
-        "what hides what; *as seen* by the light that passes what lies before it, known "
+        "level 0; *and occlusion* leaves out those behind opaque ones and those out of view too, which is "
+        "what "
+        "the source calls virtually lossless. *All visible* takes every brick in the view as wholly visible; "
+        "*predicted* weighs it by what the bricks' rays predict of what hides what; *product* chooses like "
+        "that, counts what a small picture of those levels sees of every brick, and chooses again; *as seen* "
+        "weighs by the light that passes what lies before a brick, known "
         "from the finest data. Pages are the unit: a reduction counts all texels of the pages in use, free "
         "slots and what the volume's border cuts off included. Levels are chosen for pictures of " +
-        size + " x " + size + " pixels; every second pixel each way is measured."};
+        size + " x " + size +
+        " pixels; every second pixel each way is measured. Cameras: *anterior* (perspective), *left* "
+        "(parallel), *near* (perspective, from half the distance), *inside* (in the volume, 110 degrees)."};
     Table lossless{"reductions",
                    "Virtually lossless up to a reduction of, by what the choice knows of visibility:",
                    {"scene", "culling", "and occlusion", "all visible", "mean", "p99", "predicted", "mean",
-                    "p99", "counted", "mean", "p99", "counted twice", "mean", "p99", "as seen", "mean",
-                    "p99"},
+                    "p99", "product", "mean", "p99", "as seen", "mean", "p99"},
                    {},
                    true};
     Table errors{
@@ -181,7 +183,7 @@ Report reductionsReport(const Workbench& bench) {
             double losslessAnterior = 1;
             std::vector<std::string> cameras = {"anterior"};
             if (!bench.quick && preset == volume.presets.front())
-                cameras.insert(cameras.end(), {"left", "near"});
+                cameras.insert(cameras.end(), {"left", "near", "inside"});
             for (const std::string& camera : cameras) {
                 SceneBench scene(bench, volume, preset, camera, bench.fewerPixels());
                 Subject subject(scene, bench.fewerPixels());
@@ -191,7 +193,7 @@ Report reductionsReport(const Workbench& bench) {
                     const Choice most = mostLossless(subject, kWays[n].first, rounds);
                     row.insert(row.end(), {most.reduction, most.error.luvMean, most.error.luvP99});
                     reached[n] += most.reduction >= kReductions[0];
-                    if (kWays[n].first == Way::predicted && camera == "anterior")
+                    if (kWays[n].first == Way::counted && camera == "anterior")
                         losslessAnterior = most.reduction;
                     std::vector<Cell> given = {scene.name(), kWays[n].second};
                     for (const double reduction : kReductions) {
@@ -208,7 +210,7 @@ Report reductionsReport(const Workbench& bench) {
                     continue;
                 Plot::Curve line{volume.name + ", " + preset, {}};
                 for (double reduction = 4; reduction <= 512; reduction *= bench.quick ? 4 : 2) {
-                    const Choice choice = drawn(subject, reduction, Way::predicted);
+                    const Choice choice = drawn(subject, reduction, Way::counted);
                     curve.rows.push_back({scene.name(), choice.reduction, choice.error.luvMean,
                                           choice.error.luvP99, choice.predicted.mean, choice.predicted.p99});
                     if (choice.error.luvMean > 0)

@@ -119,6 +119,13 @@ Camera cameraNamed(const std::string& name, const VolumeInfo& info, const glm::i
     if (name == "near") {
         const double distance = glm::length(camera.position - camera.focalPoint);
         camera.position = camera.focalPoint + 0.5 * distance * glm::normalize(glm::dvec3(0.5, -1, 0.4));
+    } else if (name == "inside") {
+        const auto at = [&](const glm::dvec3& share) {
+            return glm::dvec3(info.patientFromVoxel * glm::dvec4(share * glm::dvec3(info.extentVoxels), 1));
+        };
+        camera.position = at({0.53, 0.31, 0.45});
+        camera.focalPoint = at({0.2, 0.9, 0.7});
+        camera.viewAngle = 110;
     } else {
         TESSERA_CHECK(name == "anterior");
     }
@@ -194,6 +201,10 @@ double SceneBench::reductionOf(const Selection& selection) const {
     const double texels =
         static_cast<double>(pagesOf(selection)) * kBrickExtent * kBrickExtent * kBrickExtent;
     return static_cast<double>(info().voxelCount()) / std::max(texels, 1.0);
+}
+
+Selection SceneBench::chosenAt(double reduction) {
+    return chosenAt(reduction, countedVisibility(chosenAt(reduction, visibility_)));
 }
 
 Selection SceneBench::chosenAt(double reduction, Visibility visibility) const {

@@ -48,7 +48,7 @@ Workbench makeWorkbench(const std::string& device, const std::filesystem::path& 
                         bool quick, std::size_t ramBytes, const CommonOptions& common);
 
 /// Cameras by name: "anterior" (perspective), "left" (parallel), "near" (perspective, oblique, half the
-/// volume fills the picture).
+/// volume fills the picture), "inside" (in the volume, 110 degrees).
 Camera cameraNamed(const std::string& name, const VolumeInfo& info, const glm::ivec2& size);
 
 /// How a selection is drawn.
@@ -95,10 +95,11 @@ class SceneBench {
     const ViewWeights& weights() const { return weights_; }
     /// Voxels of the volume to texels of the selection's pages.
     double reductionOf(const Selection& selection) const;
-    /// The product's own choice for at least such a reduction.
-    Selection chosenAt(double reduction) const { return chosenAt(reduction, visibility_); }
+    /// The product's own choice for at least such a reduction: the first, by predicted visibility, and then
+    /// by what was seen of that.
+    Selection chosenAt(double reduction);
     Selection chosenAt(double reduction, Visibility visibility) const;
-    /// What the product takes bricks to be visible.
+    /// What the bricks' rays predict.
     const std::vector<float>& visibility() const { return visibility_; }
     /// Pages that give at least such a reduction; at least 1.
     std::size_t pagesAt(double reduction) const;
