@@ -92,6 +92,7 @@ void InteractiveRenderer::reserveForRays() {
 void InteractiveRenderer::setCamera(const Camera& camera) {
     p_.camera = camera;
     cameraIsNew_ = viewIsNew_ = true;
+    counting_ = false;
     sightsLeft_ = 1;
 }
 
@@ -209,6 +210,7 @@ void InteractiveRenderer::applyFunction() {
     }
     march_->setFunction(p_.optics);
     wanted_.reset();
+    counting_ = false;
     moves_.clear();
     visible_.clear();
     ahead_.clear();
@@ -217,19 +219,30 @@ void InteractiveRenderer::applyFunction() {
     functionIsNew_ = functionWasSet_ = levelsAreNew_ = true;
 }
 
-void InteractiveRenderer::countSight() {
-    if (!wanted_ || !moves_.empty() || choosing_.valid() || viewIsNew_ || functionIsNew_ || sightsLeft_ == 0)
-        return;
-    --sightsLeft_;
-    if (!predicts_ || predicted_.mean == 0)
-        return; // every brick is as fine as a pixel shows
-    mapResident();
+void InteractiveRenderer::countSight(Clock::time_point deadline) {
+    if (!counting_) {
+        if (!wanted_ || !moves_.empty() || choosing_.valid() || viewIsNew_ || functionIsNew_ ||
+            sightsLeft_ == 0)
+            return;
+        --sightsLeft_;
+        if (!predicts_ || predicted_.mean == 0)
+            return; // every brick is as fine as a pixel shows
+        mapResident();
+        sight_->begin(visibilityRays(p_.camera, p_.info(), scene_.imageSize, p_.strides()), p_.optics);
+        counting_ = true;
+    }
     Work work; // not the picture's
-    visible_ =
-        visibilityFactors(sight_->count(visibilityRays(p_.camera, p_.info(), scene_.imageSize, p_.strides()),
-                                        source_, p_.optics, work),
-                          p_.selection, visible_);
+    if (!sight_->countUntil(source_, slicing(), deadline, work))
+        return;
+    counting_ = false;
+    visible_ = visibilityFactors(sight_->seen(), p_.selection, visible_);
     startChoosing(p_.camera, visible_);
+}
+
+MarchSlicing InteractiveRenderer::slicing() const {
+    MarchSlicing s;
+    s.targetMs = options_.dispatchMs;
+    return s;
 }
 
 void InteractiveRenderer::mapResident() {
@@ -270,7 +283,7 @@ bool InteractiveRenderer::pictureIsDue() const {
 }
 
 bool InteractiveRenderer::settled() const {
-    return wanted_ && moves_.empty() && !choosing_.valid() && !viewIsNew_ && !functionIsNew_ &&
+    return wanted_ && moves_.empty() && !counting_ && !choosing_.valid() && !viewIsNew_ && !functionIsNew_ &&
            !nextFunction_ && sightsLeft_ == 0 && !drawing_ && !cameraIsNew_ && !functionWasSet_ &&
            !levelsAreNew_ && !pictureIsOld_ && lookedAhead_ == path_.size();
 }
@@ -282,15 +295,16 @@ InteractiveRenderer::Progress InteractiveRenderer::advance(Clock::time_point dea
             applyFunction();
             finishChoosing();
             chooseWhatIsNew();
-            moveBricks();
-            countSight();
+            if (!counting_)
+                moveBricks();
+            countSight(deadline);
+            if (counting_)
+                break;
             if (pictureIsDue())
                 beginPicture();
         }
         if (drawing_) {
-            MarchSlicing slicing;
-            slicing.targetMs = options_.dispatchMs;
-            if (!march_->runUntil(source_, slicing, deadline, work_))
+            if (!march_->runUntil(source_, slicing(), deadline, work_))
                 break;
             picture_ = march_->image();
             drawing_ = false;

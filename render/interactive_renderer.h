@@ -99,7 +99,8 @@ class InteractiveRenderer {
     void wantChunks();
     void lookAhead(const Choice& choice);
     int coarseLevel() const;
-    void countSight();
+    void countSight(Clock::time_point deadline);
+    MarchSlicing slicing() const;
     void mapResident();
     void beginPicture();
     bool pictureIsDue() const;
@@ -136,7 +137,7 @@ class InteractiveRenderer {
     bool direct_ = false; // bricks skip the coarse level: the atlas was packed anew
     std::optional<TransferFunction> nextFunction_;
 
-    bool drawing_ = false;
+    bool drawing_ = false, counting_ = false; // a picture; what is seen
     // Since the last picture began: what is new, and has been put where rays read it or not yet.
     bool cameraIsNew_ = true, functionWasSet_ = false, pictureIsOld_ = true;
     bool levelsAreNew_ = true; // not mapped yet

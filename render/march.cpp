@@ -163,7 +163,7 @@ bool March::runUntil(const FieldSource& source, const MarchSlicing& slicing, Clo
         // Tiles in rows; the edge is a power of two that keeps whole rays within one dispatch where possible.
         int edge = slicing.fixedTile;
         if (edge == 0) {
-            edge = 64;
+            edge = 16;
             while (edge < 4096 &&
                    static_cast<std::size_t>(4 * edge * edge) * static_cast<std::size_t>(maxCount_) <=
                        pace_.iterationsPerDispatch(slicing.targetMs))

@@ -32,16 +32,25 @@ std::size_t VisibilityPass::bytes(const glm::ivec2& imageSize, const glm::ivec3&
     return March::stateBytes(size) + March::visibilityBytes(size, bricks);
 }
 
-std::vector<SeenBrick> VisibilityPass::count(const VisibilityRays& rays, const FieldSource& source,
-                                             const Optics& optics, Work& work) {
+void VisibilityPass::begin(const VisibilityRays& rays, const Optics& optics) {
     if (march_) {
         march_->setFunction(optics);
         march_->restart(rays.frame, rays.strides, nullptr);
     } else {
         march_.emplace(features_, rays.frame, info_, rays.strides, optics, nullptr, gpu_);
     }
+}
+
+bool VisibilityPass::countUntil(const FieldSource& source, const MarchSlicing& slicing,
+                                March::Clock::time_point deadline, Work& work) {
+    return march_->runUntil(source, slicing, deadline, work);
+}
+
+std::vector<SeenBrick> VisibilityPass::count(const VisibilityRays& rays, const FieldSource& source,
+                                             const Optics& optics, Work& work) {
+    begin(rays, optics);
     march_->run(source, MarchSlicing{}, work);
-    return march_->seen();
+    return seen();
 }
 
 } // namespace tessera

@@ -31,6 +31,11 @@ class VisibilityPass {
     /// Per brick, [z][y][x].
     std::vector<SeenBrick> count(const VisibilityRays& rays, const FieldSource& source, const Optics& optics,
                                  Work& work);
+    /// The same in parts: what source reads must not change between them. True when all is counted.
+    void begin(const VisibilityRays& rays, const Optics& optics);
+    bool countUntil(const FieldSource& source, const MarchSlicing& slicing, March::Clock::time_point deadline,
+                    Work& work);
+    std::vector<SeenBrick> seen() const { return march_->seen(); }
     /// GPU bytes, the transfer function's table not included: the scene's own march is made later.
     static std::size_t bytes(const glm::ivec2& imageSize, const glm::ivec3& bricks);
 

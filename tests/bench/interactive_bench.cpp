@@ -1,0 +1,108 @@
+// tests/bench/interactive_bench.cpp: pictures that follow one another: a camera goes around a volume in
+// steps, and for every step the time to the first picture of the new view, to the last, and how long a single
+// call of advance() took beyond its deadline, as CSV; with and without being told the path.
+//
+//   interactive_bench --store t512.zarr --preset bone --size 512 --steps 12 --gpu-memory 64MiB --ram 512MiB
+//                     --deadline-ms 16 --device auto
+#include "render/interactive_renderer.h"
+#include "tests/bench/bench_tools.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/mat4x4.hpp>
+
+namespace tessera::bench {
+namespace {
+
+/// Cameras around the volume's vertical axis, a few degrees apart.
+std::vector<Camera> orbit(const Camera& first, int steps, double degrees) {
+    std::vector<Camera> cameras;
+    for (int n = 0; n < steps; ++n) {
+        const glm::dmat4 turn = glm::rotate(glm::dmat4(1), glm::radians(n * degrees), glm::dvec3(0, 0, 1));
+        Camera camera = first;
+        camera.position =
+            first.focalPoint + glm::dvec3(turn * glm::dvec4(first.position - first.focalPoint, 0));
+        cameras.push_back(camera);
+    }
+    return cameras;
+}
+
+struct Step {
+    double firstMs = 0, lastMs = 0, lateMs = 0; // lateMs: most that a call went beyond its deadline
+    int pictures = 0;
+    std::uint64_t bricks = 0, bytes = 0, misses = 0;
+};
+
+Step measure(InteractiveRenderer& renderer, double deadlineMs) {
+    Step step;
+    const auto start = Clock::now();
+    const Work before = renderer.work();
+    const auto misses = renderer.cacheCounters().misses;
+    for (bool converged = false; !converged;) {
+        const auto call = Clock::now();
+        const auto progress =
+            renderer.advance(call + std::chrono::duration_cast<Clock::duration>(
+                                        std::chrono::duration<double, std::milli>(deadlineMs)));
+        step.lateMs = std::max(step.lateMs, msSince(call) - deadlineMs);
+        if (progress.newPicture && ++step.pictures == 1)
+            step.firstMs = msSince(start);
+        if (progress.newPicture)
+            step.lastMs = msSince(start);
+        converged = progress.converged;
+    }
+    step.bricks = renderer.work().bricksUploaded - before.bricksUploaded;
+    step.bytes = renderer.work().bytesUploaded - before.bytesUploaded;
+    step.misses = renderer.cacheCounters().misses - misses;
+    return step;
+}
+
+void run(int argc, char** argv) {
+    auto options = parseOptions(argc, argv,
+                                {{"--store", ""},
+                                 {"--preset", "bone"},
+                                 {"--size", "512"},
+                                 {"--steps", "12"},
+                                 {"--degrees", "10"},
+                                 {"--deadline-ms", "16"},
+                                 {"--device", "software"},
+                                 {"--ram", "512MiB"},
+                                 {"--gpu-memory", "256MiB"}});
+    const auto number = [&](const std::string& name) { return parseNumbers(options[name], name).at(0); };
+    const int size = static_cast<int>(number("--size")), steps = static_cast<int>(number("--steps"));
+    const double deadlineMs = number("--deadline-ms"), degrees = number("--degrees");
+    Ledger ram("RAM", "--ram", parseBytes(options["--ram"], "--ram"));
+    const GlContext context(GlDeviceChoice{options["--device"]});
+    const std::string path = options["--store"];
+    const StoreReader store(path, ram);
+    Scene scene;
+    scene.volumes = {{path, options["--preset"]}};
+    scene.imageSize = glm::ivec2(size);
+    scene.camera = fitCamera(store.info(), View::anterior, Projection::perspective, scene.imageSize);
+    const std::vector<Camera> cameras = orbit(std::get<Camera>(scene.camera), steps, degrees);
+    std::printf("path told,step,first ms,last ms,late ms,pictures,bricks,MiB,chunks decoded,pages,repacks\n");
+    for (const bool told : {false, true}) {
+        Ledger gpu("GPU memory", "--gpu-memory", parseBytes(options["--gpu-memory"], "--gpu-memory"));
+        InteractiveOptions choices;
+        choices.dispatchMs = deadlineMs / 2;
+        InteractiveRenderer renderer(scene, store, context, ram, gpu, choices);
+        for (int n = 0; n < steps; ++n) {
+            renderer.setCamera(cameras[static_cast<std::size_t>(n)]);
+            if (told && n + 1 < steps)
+                renderer.setPath({cameras[static_cast<std::size_t>(n) + 1]});
+            const Step s = measure(renderer, deadlineMs);
+            std::printf("%s,%d,%.1f,%.1f,%.1f,%d,%llu,%.2f,%llu,%zu,%zu\n", told ? "yes" : "no", n, s.firstMs,
+                        s.lastMs, s.lateMs, s.pictures, static_cast<unsigned long long>(s.bricks),
+                        static_cast<double>(s.bytes) / (1 << 20), static_cast<unsigned long long>(s.misses),
+                        pagesFor(renderer.resident().counts), renderer.repacks());
+            std::fflush(stdout);
+        }
+    }
+}
+
+} // namespace
+} // namespace tessera::bench
+
+int main(int argc, char** argv) {
+    return tessera::bench::runMain("interactive_bench", tessera::bench::run, argc, argv);
+}
