@@ -10,7 +10,6 @@
 namespace tessera {
 namespace {
 
-using std::chrono::duration;
 using std::chrono::milliseconds;
 
 constexpr int kMean = kLevelCount - 1;
