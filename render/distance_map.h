@@ -11,6 +11,8 @@
 
 #include "core/brick.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -47,10 +49,32 @@ inline int octantDistance(SkippingTexel empty, int octant) {
     return static_cast<int>((empty >> (8 * octant)) & 127u);
 }
 
+/// Slices of a map along z that hold a change: from first up to end, which is not one of them.
+struct ChangedSlices {
+    int first = 0, end = 0;
+    bool any() const { return end > first; }
+    void add(const ChangedSlices& other) {
+        if (!other.any())
+            return;
+        first = any() ? std::min(first, other.first) : other.first;
+        end = std::max(end, other.end);
+    }
+};
+
 /// Fills the whole map. Exact: every distance is the largest that its octant allows, up to kFarthest.
-/// @param masks  per brick, [z][y][x]: bit x + 4y + 16z of a cell that can show something
+/// @param masks  per brick, [z][y][x]: bit x + 4y + 16z of a cell that can show something; none of a cell
+/// beyond
+///               the volume
 /// @param map  mapGrid() texels, [z][y][x]
+/// @param threads  0: all processors; more than two do not help
 void fillDistanceMap(const glm::ivec3& extentVoxels, std::span<const std::uint64_t> masks, MapScale scale,
                      std::span<SkippingTexel> map, int threads);
+
+/// Makes the map of earlier masks that of others; the same, bit for bit, as filling it anew.
+/// @param changedBricks  in any order: all whose masks are others, and perhaps more
+/// Returns where texels changed, or may have.
+ChangedSlices updateDistanceMap(const glm::ivec3& extentVoxels, std::span<const std::uint64_t> masks,
+                                MapScale scale, std::span<const std::size_t> changedBricks,
+                                std::span<SkippingTexel> map, int threads);
 
 } // namespace tessera

@@ -86,8 +86,12 @@ void March::setFunction(const Optics& optics) {
 void March::restart(const RayFrame<double>& frame, const Strides& strides, const Occupancy* changed) {
     TESSERA_CHECK(glm::ivec2(frame.imageSize) == size_);
     maxCount_ = static_cast<int>(std::ceil(glm::length(frame.extent) / frame.segmentVoxels)) + 2;
-    if (changed)
-        uploadSkipping(skipping_, *changed);
+    if (changed) {
+        TESSERA_CHECK(changed->grid() == skipping_.extent());
+        uploadSkipping(skipping_, *changed, changed->changedSince(skippingVersion_));
+        skippingVersion_ = changed->version();
+        subBlocks_ = nullptr; // they were another map's
+    }
     setRayUniforms(program_, frame);
     program_.set("uStride", strides.uniformSegments);
     program_.set("uStepVoxels", static_cast<float>(strides.segmentVoxels));

@@ -48,7 +48,10 @@ class March {
     /// are at their end or wait; else the next call goes on. The picture does not depend on where it was cut.
     bool runUntil(const FieldSource& source, const MarchSlicing& slicing, Clock::time_point deadline,
                   Work& work);
-    /// All rays begin anew. @param changed  the map of empty space where it is another one, else null
+    /// All rays begin anew. @param changed  the occupancy that this was made with, where it changed since,
+    /// else null:
+    ///                                       then blocks and sub-blocks are to be found again
+    ///                                       (refineSkipping())
     void restart(const RayFrame<double>& frame, const Strides& strides, const Occupancy* changed);
     /// Another transfer function; restart() must follow.
     void setFunction(const Optics& optics);
@@ -85,6 +88,7 @@ class March {
     GlProgram program_;
     GlBuffer table_, colour_, next_, work_, wanted_, seen_, lastBrick_;
     GlTexture3d skipping_;
+    std::uint64_t skippingVersion_ = 0; // of the occupancy that the texture holds; 0: none
     const SubBlocks* subBlocks_ = nullptr;
 };
 

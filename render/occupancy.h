@@ -4,14 +4,12 @@
 // brick's, clamped to that brick, and those of neighbours that have weight there (brick_corner.h).
 #pragma once
 
-#include "bricking/selection.h"
-#include "bricking/statistics.h"
 #include "core/brick.h"
 #include "core/budget.h"
-#include "core/scene.h"
-#include "core/transfer_function.h"
+#include "render/brick_proof.h"
 #include "render/distance_map.h"
 #include "render/ray.h"
+#include "render/shown_values.h"
 #include "render/strides.h"
 
 #include <cmath>
@@ -23,26 +21,25 @@
 
 namespace tessera {
 
-/// What the proof reads. It only looks while it is called.
-struct OccupancyInput {
-    const Statistics& statistics;
-    const TransferTable& table;
-    const VolumeInfo& info;
-    const Selection& selection;
-    EdgeFunction edgeFunction = EdgeFunction::split;
-};
-
 class Occupancy {
   public:
     Occupancy() = default;
     /// Proves every brick and fills the map. @param threads  0: all processors
     Occupancy(const OccupancyInput& input, MapScale scale, Ledger& ram, int threads = 0);
 
-    /// The function is another: everything is proven anew. True where map or plain cells changed.
+    /// The function is another, and perhaps levels are: proves bricks anew that hold values which one
+    /// function shows and the other does not. True where map or plain cells changed.
     bool functionChanged(const OccupancyInput& input, int threads = 0);
     /// Levels of some bricks are others, the function is the same: proves those bricks and their neighbours
-    /// anew, which it finds itself. True where the map changed. Both leave what a new Occupancy would hold.
+    /// anew, which it finds itself. True where the map or plain cells changed. Both mend the map where it
+    /// changes, and leave what a new Occupancy would hold.
     bool levelsChanged(const OccupancyInput& input, int threads = 0);
+
+    /// Grows with every change.
+    std::uint64_t version() const { return version_; }
+    /// Slices of the map that a copy of an earlier version lacks, bits included that a device added to it
+    /// (fine_mask.h).
+    ChangedSlices changedSince(std::uint64_t version) const;
 
     MapScale scale() const { return scale_; }
     const glm::ivec3& extentVoxels() const { return extentVoxels_; }
@@ -63,7 +60,10 @@ class Occupancy {
     static std::size_t bytes(const glm::ivec3& extentVoxels, MapScale scale);
 
   private:
-    template <typename Which> bool prove(const OccupancyInput& input, const Which& which, int threads);
+    bool follow(const OccupancyInput& input, bool functionChanged, int threads);
+    std::vector<std::size_t> staleBricks(const OccupancyInput& input, bool functionChanged) const;
+    std::vector<std::size_t> prove(const OccupancyInput& input, const std::vector<std::size_t>& bricks,
+                                   int threads);
 
     MapScale scale_ = MapScale::cells;
     glm::ivec3 extentVoxels_{0}, grid_{0}, bricks_{0};
@@ -73,6 +73,9 @@ class Occupancy {
     EdgeFunction edgeFunction_ = EdgeFunction::minimum;
     std::vector<std::uint64_t> masks_, plain_; // plain_: of bricks with occupied cells
     std::vector<SkippingTexel> map_;
+    ShownValues shown_;
+    std::uint64_t version_ = 0;
+    ChangedSlices changed_; // by the last change
     Charge charge_;
 };
 

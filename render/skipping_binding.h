@@ -10,9 +10,14 @@
 
 namespace tessera {
 
-inline void uploadSkipping(GlTexture3d& texture, const Occupancy& occupancy) {
+/// @param slices  occupancy.changedSince() of what the texture holds
+inline void uploadSkipping(GlTexture3d& texture, const Occupancy& occupancy, const ChangedSlices& slices) {
     static_assert(std::endian::native == std::endian::little, "a texel's low word comes first");
-    texture.upload(glm::ivec3(0), occupancy.grid(), GL_RG_INTEGER, GL_UNSIGNED_INT, occupancy.map().data());
+    if (!slices.any())
+        return;
+    const glm::ivec3 grid = occupancy.grid();
+    texture.upload({0, 0, slices.first}, {grid.x, grid.y, slices.end - slices.first}, GL_RG_INTEGER,
+                   GL_UNSIGNED_INT, occupancy.map().data() + linearIndex({0, 0, slices.first}, grid));
 }
 
 inline void setSkippingUniforms(const GlProgram& program, const Occupancy& occupancy) {

@@ -89,6 +89,93 @@ TEST(DistanceMap, HoldsTheLargestEmptyCubeOfEveryOctant) {
     EXPECT_GT(texels, 2000);
 }
 
+// Edits of one brick at a time, near and far from what is occupied: each mended map is the map filled anew,
+// and no slice outside those named has changed.
+TEST(DistanceMap, MendedIsWhatFillingAnewGives) {
+    std::mt19937_64 random(5);
+    int mended = 0;
+    for (const glm::ivec3 extent :
+         {glm::ivec3(200, 300, 260), glm::ivec3(33, 800, 130), glm::ivec3(1100, 150, 200)})
+        for (const MapScale scale : {MapScale::cells, MapScale::bricks}) {
+            const glm::ivec3 bricks = brickGrid(extent), cells = cellGrid(extent),
+                             grid = mapGrid(extent, scale);
+            const auto cellsOf = [&](std::size_t brick) {
+                std::uint64_t exist = 0;
+                for (int bit = 0; bit < 64; ++bit) {
+                    const glm::ivec3 cell = gridPosition(brick, bricks) * kCellsPerBrick +
+                                            glm::ivec3(bit & 3, bit >> 2 & 3, bit >> 4);
+                    if (glm::all(glm::lessThan(cell, cells)))
+                        exist |= std::uint64_t{1} << bit;
+                }
+                return exist;
+            };
+            std::vector<std::uint64_t> masks(cellCount(bricks), 0);
+            std::vector<SkippingTexel> map(cellCount(grid)), fresh(map.size()), before;
+            fillDistanceMap(extent, masks, scale, map, 1);
+            for (int step = 0; step < 40; ++step) {
+                std::vector<std::size_t> edited;
+                for (std::size_t n = 0; n < (step % 10 == 9 ? masks.size() / 3 : 1 + random() % 2); ++n) {
+                    edited.push_back(random() % masks.size());
+                    std::uint64_t& mask = masks[edited.back()];
+                    mask = (random() % 3 == 0 ? 0 : random() & random() & random()) & cellsOf(edited.back());
+                }
+                before = map;
+                const ChangedSlices slices = updateDistanceMap(extent, masks, scale, edited, map, 2);
+                fillDistanceMap(extent, masks, scale, fresh, 1);
+                ASSERT_EQ(map, fresh) << "step " << step;
+                const std::size_t slice = static_cast<std::size_t>(grid.x) * static_cast<std::size_t>(grid.y);
+                for (std::size_t i = 0; i < map.size(); ++i) {
+                    const int z = static_cast<int>(i / slice);
+                    ASSERT_TRUE(map[i] == before[i] || (z >= slices.first && z < slices.end))
+                        << "step " << step;
+                }
+                mended += slices.any() && slices.end - slices.first < grid.z ? 1 : 0;
+            }
+        }
+    EXPECT_GT(mended, 20);
+}
+
+// Where two functions are said not to differ, they say the same of every range of values; and they are not
+// always said to differ.
+TEST(ShownValues, OutsideOfDifferencesBothTablesSayTheSame) {
+    std::mt19937 random(17);
+    std::uniform_real_distribution<double> value(-50, 1050);
+    int same = 0, different = 0;
+    for (int round = 0; round < 300; ++round) {
+        std::vector<OpacityPoint> points;
+        for (int i = 0; i < 5; ++i) // at some of these points nothing shows, and some share a value
+            points.push_back({std::floor(value(random) / 40) * 40, random() % 2 == 0 ? 0.0 : 0.3});
+        std::vector<OpacityPoint> edited = points;
+        OpacityPoint& point = edited[random() % edited.size()];
+        if (round % 3 == 0)
+            point.opacity *= 0.5; // shows what it showed
+        else if (round % 3 == 1)
+            point.value += value(random) / 20;
+        else
+            point.opacity = 0.3 - point.opacity;
+        const auto table = [](const std::vector<OpacityPoint>& p) {
+            return makeTable(TransferFunction::fromOpacity(p, {}, 1));
+        };
+        const TransferTable one = table(points), other = table(edited);
+        const std::vector<ValueRange> ranges = ShownValues(one).differences(ShownValues(other));
+        for (int i = 0; i < 300; ++i) {
+            const double a = value(random), b = i % 3 == 0 ? value(random) : a + value(random) / 100;
+            const ValueRange range{std::min(a, b), std::max(a, b)};
+            if (std::any_of(ranges.begin(), ranges.end(),
+                            [&](const ValueRange& r) { return r.meets(range); })) {
+                ++different;
+                continue;
+            }
+            ++same;
+            ASSERT_EQ(one.emptyOver(range.lowest, range.highest),
+                      other.emptyOver(range.lowest, range.highest))
+                << "round " << round << ", " << range.lowest << " to " << range.highest;
+        }
+    }
+    EXPECT_GT(same, 20000);
+    EXPECT_GT(different, 1000);
+}
+
 /// Random levels; every fourth brick empty whatever it shows, when asked.
 Selection randomLevels(const Selection& like, std::mt19937& random, bool anyEmpty) {
     std::uniform_int_distribution<int> level(0, kLevelCount - 1), fourth(0, 3);
@@ -113,6 +200,15 @@ TransferFunction randomFunction(std::mt19937& random, double lowest, double high
         {{at[0], 0}, {at[1], opacity(random)}, {at[2], opacity(random)}, {at[3], 0}}, {}, 1);
 }
 
+/// Per cell, [z][y][x]: occupied and plain.
+std::vector<bool> plainBits(const Occupancy& o) {
+    const glm::ivec3 cells = cellGrid(o.extentVoxels());
+    std::vector<bool> plain(cellCount(cells));
+    for (std::size_t c = 0; c < plain.size(); ++c)
+        plain[c] = !o.isEmpty(gridPosition(c, cells)) && o.isPlain(gridPosition(c, cells));
+    return plain;
+}
+
 TEST(Occupancy, AnySequenceOfChangesGivesWhatAFreshOneHolds) {
     std::mt19937 random(11);
     for (const char* store : {"torso", "marschner-lobb", "thin"}) {
@@ -129,6 +225,9 @@ TEST(Occupancy, AnySequenceOfChangesGivesWhatAFreshOneHolds) {
             for (int step = 0; step < 60; ++step) {
                 const int kind = static_cast<int>(random() % 8);
                 bool changed = false;
+                const std::uint64_t version = followed.version();
+                const std::vector<SkippingTexel> mapBefore = followed.map();
+                const std::vector<bool> plainBefore = plainBits(followed);
                 if (kind == 0) {
                     table = makeTable(randomFunction(random, statistics.lowest, statistics.highest));
                     changed = followed.functionChanged(input(), 2);
@@ -150,6 +249,20 @@ TEST(Occupancy, AnySequenceOfChangesGivesWhatAFreshOneHolds) {
                 const Occupancy fresh(input(), scale, budgets.ram, 1);
                 ASSERT_EQ(followed.masks(), fresh.masks()) << store << " step " << step << " kind " << kind;
                 ASSERT_EQ(followed.map(), fresh.map()) << store << " step " << step << " kind " << kind;
+                const std::vector<bool> plain = plainBits(followed);
+                ASSERT_EQ(plain, plainBits(fresh)) << store << " step " << step << " kind " << kind;
+                // A copy on the device learns of every slice that is another, also where only plain cells
+                // are.
+                const ChangedSlices slices = followed.changedSince(version);
+                for (std::size_t i = 0; i < mapBefore.size(); ++i) {
+                    const int z = gridPosition(i, followed.grid()).z;
+                    ASSERT_TRUE(mapBefore[i] == followed.map()[i] || (z >= slices.first && z < slices.end));
+                }
+                const glm::ivec3 cells = cellGrid(reader.info().extentVoxels);
+                for (std::size_t i = 0; i < plain.size(); ++i) {
+                    const int z = gridPosition(i, cells).z / (scale == MapScale::cells ? 1 : kCellsPerBrick);
+                    ASSERT_TRUE(plainBefore[i] == plain[i] || (z >= slices.first && z < slices.end));
+                }
             }
             EXPECT_GT(changes, 5) << store;
         }
@@ -313,6 +426,52 @@ TEST(Skipping, BlocksOfCellsSaveSamplesAndChangeNoBit) {
                 }
             }
     }
+}
+
+// A march keeps its map, with what the device found of blocks, and takes the slices that an edit of levels
+// changed.
+TEST(Skipping, AMarchFollowsChangesOfLevels) {
+    const GlContext context({"software"});
+    std::mt19937 random(71);
+    Ledger ram("RAM", "--ram", std::size_t{64} << 20);
+    const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
+    Prepared prepared("torso", sceneOn(info, "bone", 0, {40, 40}));
+    PreparedScene& p = prepared.p;
+    Ledger& gpu = prepared.budgets.gpu;
+    Selection selection = mostlyFinest(p.selection, random);
+    p.setSelection(selection, prepared.budgets.ram);
+    const std::uint32_t features = kFeatureBricked | kFeatureSkipping | kFeatureMixed | kFeatureNormalised;
+    March march(features, p.frame, p.info(), p.strides(), p.optics, &p.occupancy, gpu);
+    for (int edit = 0; edit < 6; ++edit) {
+        const std::uint64_t version = p.occupancy.version();
+        if (edit > 0) {
+            for (int n = 0; n < 2; ++n) { // some from the finest level, whose blocks were found, to another
+                std::uint8_t& level = selection.levels[random() % selection.levels.size()];
+                if (level != Selection::kEmpty)
+                    level = static_cast<std::uint8_t>(level == 0 ? 2 : 0);
+            }
+            selection.counts = {};
+            for (const std::uint8_t level : selection.levels)
+                ++selection.counts[level];
+            p.setSelection(selection, prepared.budgets.ram);
+            march.restart(p.frame, p.strides(), &p.occupancy);
+            EXPECT_LE(p.occupancy.version(), version + 1);
+        }
+        Work work;
+        Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), TextureLimits{}, gpu,
+                    prepared.budgets.ram);
+        atlas.load(*p.cache, prepared.budgets.ram, work);
+        const LevelTextures textures(p.levels, gpu);
+        const FieldSource source{&atlas, nullptr, p.selection.finest(), &p.levels, &textures};
+        if (edit == 0 || edit == 3)
+            refineSkipping(march.skippingMap(), p.occupancy, p.table, p.optics, features, p.info(), source,
+                           gpu);
+        march.run(source, {}, work);
+        const GpuPicture every = marchOn(prepared, features & ~kFeatureSkipping);
+        EXPECT_FALSE(isBlank(every.image));
+        EXPECT_TRUE(bitEqual(march.image(), every.image)) << "edit " << edit;
+    }
+    EXPECT_GT(p.occupancy.version(), 3u);
 }
 
 // Functions with gaps, samples so dense that rays visit every sub-block they cross, filtered fetches too: the

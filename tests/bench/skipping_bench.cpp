@@ -94,38 +94,46 @@ void benchMap(int edge, int repeats) {
             };
             recount();
             const auto input = [&](int t) { return OccupancyInput{statistics, tables[t], info, s}; };
-            std::vector<double> fresh, function, levels, freshCpu, functionCpu, levelsCpu;
+            enum Edit { kFresh, kFunction, kOneBrick, k300, kScattered, kTogether, kEdits };
+            std::vector<double> ms[kEdits], cpu[kEdits];
             std::size_t occupied = 0;
-            for (int i = 0; i < repeats; ++i) {
-                double cpu = cpuMs();
+            const auto timed = [&](Edit edit, const auto& change) {
+                const double cpuBefore = cpuMs();
                 const auto start = Clock::now();
-                Occupancy o(input(0), scale, ram);
-                fresh.push_back(msSince(start));
-                freshCpu.push_back(cpuMs() - cpu);
+                change();
+                ms[edit].push_back(msSince(start));
+                cpu[edit].push_back(cpuMs() - cpuBefore);
+            };
+            const Selection before = s;
+            for (int i = 0; i < repeats; ++i) {
+                Occupancy o;
+                s = before;
+                timed(kFresh, [&] { o = Occupancy(input(0), scale, ram); });
                 occupied = o.occupiedCells();
-                for (int change = 0; change < 2; ++change) {
-                    cpu = cpuMs();
-                    const auto then = Clock::now();
-                    o.functionChanged(input(1 - change));
-                    function.push_back(msSince(then));
-                    functionCpu.push_back(cpuMs() - cpu);
-                }
-                for (int n = 0; n < 300; ++n)
-                    s.levels[shown[random() % shown.size()]] = static_cast<std::uint8_t>(random() % 4);
-                recount();
-                cpu = cpuMs();
-                const auto changed = Clock::now();
-                o.levelsChanged(input(0));
-                levels.push_back(msSince(changed));
-                levelsCpu.push_back(cpuMs() - cpu);
+                for (int change = 0; change < 2; ++change)
+                    timed(kFunction, [&] { o.functionChanged(input(1 - change)); });
+                const auto levels = [&](Edit edit, std::size_t first, std::size_t count, bool scattered) {
+                    for (std::size_t n = 0; n < count; ++n) {
+                        std::uint8_t& level =
+                            s.levels[shown[scattered ? random() % shown.size() : first + n]];
+                        level = static_cast<std::uint8_t>((level + 1) % 4);
+                    }
+                    recount();
+                    timed(edit, [&] { o.levelsChanged(input(0)); });
+                };
+                for (int n = 0; n < 5; ++n)
+                    levels(kOneBrick, 0, 1, true);
+                levels(k300, 0, 300, true);
+                const std::size_t part = shown.size() / 20;
+                levels(kScattered, 0, part, true);
+                levels(kTogether, random() % (shown.size() - part), part, false); // in the order of [z][y][x]
             }
-            std::printf("%d^3,%s,%s,%zu,%.3f,%.1f,%.1f,%.1f,%.1f,%.1f,%.1f,%zu,%.2f\n", edge,
-                        mixed ? "mixed" : "level 0", scale == MapScale::cells ? "cells" : "bricks",
-                        statistics.cellMin.size(),
-                        static_cast<double>(occupied) / static_cast<double>(statistics.cellMin.size()),
-                        minimum(fresh), minimum(function), minimum(levels), minimum(freshCpu),
-                        minimum(functionCpu), minimum(levelsCpu), Occupancy::bytes(info.extentVoxels, scale),
-                        loadAverage());
+            std::printf("%d^3,%s,%s,%zu,%.3f", edge, mixed ? "mixed" : "level 0",
+                        scale == MapScale::cells ? "cells" : "bricks", statistics.cellMin.size(),
+                        static_cast<double>(occupied) / static_cast<double>(statistics.cellMin.size()));
+            for (int edit = 0; edit < kEdits; ++edit)
+                std::printf(",%.2f,%.2f", minimum(ms[edit]), minimum(cpu[edit]));
+            std::printf(",%zu,%.2f\n", Occupancy::bytes(info.extentVoxels, scale), loadAverage());
         }
 }
 
@@ -260,8 +268,10 @@ void run(int argc, char** argv) {
                                  {"--repeats", "5"}});
     const int repeats = static_cast<int>(parseNumbers(options["--repeats"], "--repeats").at(0));
     if (!options["--map"].empty()) {
-        std::printf("extent,levels,map,cells,occupied,all_ms,function_ms,300_levels_ms,all_cpu_ms,function_"
-                    "cpu_ms,300_levels_cpu_ms,bytes,load\n");
+        std::printf("extent,levels,map,cells,occupied");
+        for (const char* edit : {"all", "function", "one_brick", "300_bricks", "5%_scattered", "5%_together"})
+            std::printf(",%s_ms,%s_cpu_ms", edit, edit);
+        std::printf(",bytes,load\n");
         for (const double edge : parseNumbers(options["--map"], "--map"))
             benchMap(static_cast<int>(edge), repeats);
     }
