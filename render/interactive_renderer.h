@@ -72,6 +72,7 @@ class InteractiveRenderer {
     const std::optional<Selection>& wanted() const { return wanted_; }
     const PredictedError& predictedError() const { return predicted_; } // of what is wanted
     std::size_t atlasPages() const { return pages_; }
+    const Atlas& atlas() const { return *atlas_; }
     const Work& work() const { return work_; }
     BrickCache::Counters cacheCounters() const { return p_.cache->counters(); }
     std::size_t repacks() const { return repacks_; }

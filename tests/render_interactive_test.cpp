@@ -37,7 +37,17 @@ struct Session {
     void checkStep() {
         EXPECT_LE(gpu.usedBytes(), gpu.limitBytes());
         EXPECT_LE(ram.usedBytes(), ram.limitBytes());
-        EXPECT_LE(pagesFor(renderer.resident().counts), renderer.atlasPages());
+        const Selection& s = renderer.resident();
+        EXPECT_LE(pagesFor(s.counts), renderer.atlasPages());
+        // What rays are told is what the atlas holds.
+        std::array<std::size_t, kLevelCount + 1> counts{};
+        for (std::size_t b = 0; b < s.levels.size(); ++b) {
+            ++counts[s.levels[b]];
+            const std::optional<int> held = renderer.atlas().residentLevel(b);
+            ASSERT_EQ(held.has_value(), s.levels[b] < kLevelCount - 1) << b;
+            ASSERT_TRUE(!held || *held == s.levels[b]) << b;
+        }
+        EXPECT_EQ(counts, s.counts);
     }
     /// Pictures until it has converged; at most so many calls.
     int converge(milliseconds each = milliseconds(200), int most = 500) {
