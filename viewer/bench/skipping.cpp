@@ -92,7 +92,9 @@ class SkippingCase {
         if (way >= kBlocks)
             refineSkipping(march.skippingMap(), map, p_.table, p_.optics, features, p_.info(), source, gpu_,
                            way == kSubBlocks ? &subBlocks : nullptr);
-        findMs = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        if (way >= kBlocks)
+            findMs =
+                std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
         rows_[way].bytes =
             way == kNone ? 0 : static_cast<double>(march.skippingMap().bytes() + subBlocks.bytes());
         Work work;
