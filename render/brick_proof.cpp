@@ -59,57 +59,64 @@ Hull BrickProof::rangeOver(const glm::ivec3& firstCell, const Span& x, const Spa
     return hull;
 }
 
-/// Whether it and all around it have level 0, which blend like one: most bricks of most pictures.
-bool BrickProof::amongFinest(const glm::ivec3& brick) const {
-    const glm::ivec3 low = glm::max(brick - 1, glm::ivec3(0)),
-                     high = glm::min(brick + 1, in_.selection.bricks - 1);
-    std::uint8_t any = 0;
-    for (int z = low.z; z <= high.z; ++z)
-        for (int y = low.y; y <= high.y; ++y) {
-            const std::uint8_t* row =
-                in_.selection.levels.data() + linearIndex({low.x, y, z}, in_.selection.bricks);
-            for (int x = 0; x <= high.x - low.x; ++x)
-                any = static_cast<std::uint8_t>(any | row[x]);
-        }
-    return any == 0 && edges_[0][0].layers <= 1;
-}
-
 /// Those whose weight is not zero everywhere in the brick, and whose samples the cells' own ranges do not
 /// cover.
 void BrickProof::findNeighbours(const glm::ivec3& brick, int level, bool everyOne) {
     count_ = 0;
-    if (amongFinest(brick) && (!everyOne || edges_[0][0].plain))
-        return; // each cell's own range covers the layer of samples that it reaches
+    constexpr std::uint8_t kOutside = 255;
+    constexpr std::array<int, 3> kSteps = {1, 3, 9};
+    std::array<std::uint8_t, 27> levels; // of the brick and those around it, x fastest
+    std::uint8_t any = 0;
+    std::size_t place = 0;
     glm::ivec3 side(0);
     for (side.z = -1; side.z <= 1; ++side.z)
         for (side.y = -1; side.y <= 1; ++side.y)
-            for (side.x = -1; side.x <= 1; ++side.x) {
-                const glm::ivec3 at = brick + side;
-                if (side == glm::ivec3(0) || glm::any(glm::lessThan(at, glm::ivec3(0))) ||
-                    glm::any(glm::greaterThanEqual(at, in_.selection.bricks)))
+            for (side.x = -1; side.x <= 1; ++side.x, ++place) {
+                const glm::ivec3 at = brick + side, &bricks = in_.selection.bricks;
+                const bool inside = static_cast<unsigned>(at.x) < static_cast<unsigned>(bricks.x) &&
+                                    static_cast<unsigned>(at.y) < static_cast<unsigned>(bricks.y) &&
+                                    static_cast<unsigned>(at.z) < static_cast<unsigned>(bricks.z);
+                levels[place] = inside ? in_.selection.levels[linearIndex(at, bricks)] : kOutside;
+                any = static_cast<std::uint8_t>(any | (inside ? levels[place] : 0));
+            }
+    // Bricks of level 0 blend like one, and each cell's own range covers the layer of samples that it
+    // reaches.
+    if (any == 0 && edges_[0][0].layers <= 1 && (!everyOne || edges_[0][0].plain))
+        return;
+    place = 0;
+    for (side.z = -1; side.z <= 1; ++side.z)
+        for (side.y = -1; side.y <= 1; ++side.y)
+            for (side.x = -1; side.x <= 1; ++side.x, ++place) {
+                if (side == glm::ivec3(0) || levels[place] == kOutside)
                     continue;
-                Neighbour n{side, at, levelOf(at), true, 0, glm::ivec3(0)};
+                Neighbour& n = neighbours_[static_cast<std::size_t>(count_)];
+                n.side = side;
+                n.level = levels[place];
+                n.plain = true;
+                n.layers = glm::ivec3(0);
                 bool reaches = true, deep = false;
                 for (int axis = 0; axis < 3; ++axis) {
                     if (side[axis] == 0)
                         continue;
-                    glm::ivec3 facing = at;
-                    facing[axis] -= side[axis];
-                    const Edge& edge =
-                        edges_[static_cast<std::size_t>(n.level)][static_cast<std::size_t>(levelOf(facing))];
+                    const std::size_t facing =
+                        place - static_cast<std::size_t>(side[axis] * kSteps[static_cast<std::size_t>(axis)]);
+                    const Edge& edge = edges_[levels[place]][levels[facing]];
                     n.layers[axis] = edge.layers;
                     reaches = reaches && n.layers[axis] > 0;
                     deep = deep || n.layers[axis] > 1;
                     n.plain = n.plain && edge.plain;
                 }
                 if (everyOne) {
-                    if (in_.edgeFunction == EdgeFunction::nearest)
-                        n = {side, at, levelOf(at), false, 0, glm::ivec3(1)};
+                    if (in_.edgeFunction == EdgeFunction::nearest) {
+                        n.plain = false;
+                        n.layers = glm::ivec3(1);
+                    }
                 } else if (!reaches || (level == 0 && n.level == 0 && !deep))
                     continue;
-                if (isValue(n.level))
-                    n.mean = in_.selection.means[linearIndex(at, in_.selection.bricks)];
-                neighbours_[static_cast<std::size_t>(count_++)] = n;
+                n.brick = brick + side;
+                n.mean =
+                    isValue(n.level) ? in_.selection.means[linearIndex(n.brick, in_.selection.bricks)] : 0.0f;
+                ++count_;
             }
 }
 

@@ -109,7 +109,6 @@ class BrickProof {
         return {in_.statistics.cellMin[c], in_.statistics.cellMax[c]};
     }
     Hull rangeOver(const glm::ivec3& firstCell, const Span& x, const Span& y, const Span& z) const;
-    bool amongFinest(const glm::ivec3& brick) const;
     void findNeighbours(const glm::ivec3& brick, int level, bool everyOne);
     using CellHulls = std::array<Hull, 64>; // x + 4y + 16z
     /// Adds its samples to the hulls of the cells whose points can reach them.
@@ -125,7 +124,7 @@ class BrickProof {
     std::array<std::array<Edge, kLevelCount + 1>, kLevelCount + 1>
         edges_; // [neighbour's level][level it faces]
     ZeroExtinction zero_;
-    std::array<Neighbour, 26> neighbours_;
+    std::array<Neighbour, 27> neighbours_; // one to spare
     int count_ = 0;
 };
 

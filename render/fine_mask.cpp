@@ -106,7 +106,7 @@ bool refiningPays(const Occupancy& occupancy, std::size_t rays) {
 }
 
 bool subBlocksPay(const Occupancy& occupancy, std::size_t rays, std::uint32_t features) {
-    constexpr std::size_t kRaysPerCell = 64;
+    constexpr std::size_t kRaysPerCell = 128;
     return occupancy.scale() == MapScale::cells && (features & kFeatureHardware) == 0 &&
            rays >= kRaysPerCell * occupancy.plainCells();
 }

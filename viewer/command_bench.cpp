@@ -32,10 +32,9 @@ struct Experiment {
 /// In the order of the page.
 const std::vector<Experiment>& experiments() {
     static const std::vector<Experiment> all = {
-        {"hierarchy", hierarchyReport},   {"gradient", nullptr},
-        {"edges", edgeCostReport},        {"sampling", samplingReport},
-        {"reductions", reductionsReport}, {"prediction", predictionReport},
-        {"memory", memoryReport}};
+        {"hierarchy", hierarchyReport},   {"gradient", nullptr},        {"edges", edgeCostReport},
+        {"sampling", samplingReport},     {"skipping", skippingReport}, {"reductions", reductionsReport},
+        {"prediction", predictionReport}, {"memory", memoryReport}};
     return all;
 }
 std::vector<std::string> experimentNames() {
