@@ -79,7 +79,7 @@ void encode(const BrickRayPart& part, std::span<std::uint8_t, kBrickRayBytes> by
     std::memcpy(bytes.data(), &part.lo, sizeof part.lo);
     std::memcpy(bytes.data() + 4, &part.hi, sizeof part.hi);
     std::memcpy(bytes.data() + 8, &part.axes, sizeof part.axes);
-    std::memcpy(bytes.data() + 10, part.codes.data(), part.codes.size());
+    std::memcpy(bytes.data() + 12, part.codes.data(), part.codes.size());
 }
 
 BrickRayPart decodeRays(std::span<const std::uint8_t, kBrickRayBytes> bytes) {
@@ -87,7 +87,7 @@ BrickRayPart decodeRays(std::span<const std::uint8_t, kBrickRayBytes> bytes) {
     std::memcpy(&part.lo, bytes.data(), sizeof part.lo);
     std::memcpy(&part.hi, bytes.data() + 4, sizeof part.hi);
     std::memcpy(&part.axes, bytes.data() + 8, sizeof part.axes);
-    std::memcpy(part.codes.data(), bytes.data() + 10, part.codes.size());
+    std::memcpy(part.codes.data(), bytes.data() + 12, part.codes.size());
     return part;
 }
 
@@ -141,7 +141,7 @@ std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields) {
         return candidates[a].mean != candidates[b].mean ? candidates[a].mean < candidates[b].mean : a < b;
     });
     std::array<Values, kBrickRayParts> values{};
-    std::array<std::uint16_t, kBrickRayParts> axes{};
+    std::array<std::uint32_t, kBrickRayParts> axes{};
     for (std::size_t group = 0; group < kRayGroups; ++group) {
         const std::size_t n = order.size();
         std::size_t first = n * group / kRayGroups, end = n * (group + 1) / kRayGroups;
@@ -161,7 +161,7 @@ std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields) {
             // Each part has near and far rays turn by turn, so that it is fair by itself.
             const std::size_t part = (half + group) % kBrickRayParts;
             sampleRay(fields, ray, values[part].data() + group * kSamplesPerRay);
-            axes[part] = static_cast<std::uint16_t>(axes[part] | ray.axis << (2 * group));
+            axes[part] |= static_cast<std::uint32_t>(ray.axis) << (2 * group);
         }
     }
     const auto [least, most] = std::minmax_element(fields.voxels.begin(), fields.voxels.end());
@@ -173,7 +173,7 @@ std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields) {
                      voxel / fields.size.x / fields.size.y};
         ray.start[ray.axis] = 0;
         sampleRay(fields, ray, values[part].data() + kRayGroups * kSamplesPerRay);
-        axes[part] = static_cast<std::uint16_t>(axes[part] | ray.axis << (2 * kRayGroups));
+        axes[part] |= static_cast<std::uint32_t>(ray.axis) << (2 * kRayGroups);
     }
     std::array<BrickRayPart, kBrickRayParts> parts;
     for (std::size_t part = 0; part < parts.size(); ++part) {

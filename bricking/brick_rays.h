@@ -2,15 +2,17 @@
 // picture of a brick needs (level_error.h). A histogram knows which values a brick holds but not which of
 // them lie behind one another, and the picture depends on both; a ray knows.
 //
-// A brick's 16 rays run along the axes, each a row of voxels. 14 of them stand for all such rays equally:
+// A brick's 24 rays run along the axes, each a row of voxels. 22 of them stand for all such rays equally:
 // every second one each way is a candidate; the candidates of all three axes are sorted by their mean value
-// into seven equal groups, each group by its distance from level 3 into two halves, and the middle ray of
+// into eleven equal groups, each group by its distance from level 3 into two halves, and the middle ray of
 // each half is taken. The last two go through the brick's largest and its smallest voxel and weigh little, so
-// that something small and rare is not taken for nothing. Two parts of eight rays, one of each group and one
-// extreme, so that half the memory still holds a fair sample. Along a ray the fields of levels 0, 1, 2 are
-// sampled at 8 voxels, that of level 3 at 4 places, those of levels 4 and 5 at 2, as coarse fields need;
-// fields of levels above 0 are trilinear and use the neighbouring bricks' samples of the same level. A sample
-// is 8 bits of the range of all samples of its part.
+// that something small and rare is not taken for nothing. Two parts of twelve rays, one of each group and one
+// extreme, so that half the memory still holds a fair sample. Along a ray the fields of levels 0 and 1 are
+// sampled at 16 voxels, that of level 2 at 8 places, of level 3 at 4, of levels 4 and 5 at 2: as often as the
+// fields of levels 1 to 4 have samples. Fields of levels above 0 are trilinear and use the neighbouring
+// bricks' samples of the same level. A sample is 8 bits of the range of all samples of its part. Numbers of
+// rays and of samples were measured (docs/level-of-detail.md): at equal bytes, more samples along a ray tell
+// more than more rays do.
 #pragma once
 
 #include "core/brick.h"
@@ -24,27 +26,28 @@
 namespace tessera {
 
 constexpr int kBrickRayParts = 2;
-constexpr int kRaysPerPart = 8;
+constexpr int kRaysPerPart = 12;
 constexpr int kRayGroups = kRaysPerPart - 1; // the last ray of a part is an extreme
 constexpr float kExtremeWeight = 1.0f / 16;  // of a part's last ray; the others share the rest equally
 /// Samples along a ray per level; each stands for an equal part of the row.
-constexpr std::array<int, kLevelCount> kRaySamples = {8, 8, 8, 4, 2, 2};
-constexpr int kSamplesPerRay = 32;
+constexpr std::array<int, kLevelCount> kRaySamples = {16, 16, 8, 4, 2, 2};
+constexpr int kSamplesPerRay = 48;
 
 /// One part of a brick as it is stored, little-endian.
 struct BrickRayPart {
     float lo = 0, hi = 0;   // stored units: what codes 0 and 255 stand for
-    std::uint16_t axes = 0; // two bits per ray: the axis it runs along
+    std::uint32_t axes = 0; // two bits per ray: the axis it runs along
     std::array<std::uint8_t, std::size_t{kRaysPerPart * kSamplesPerRay}> codes{}; // [ray][level][sample]
-    int axis(int ray) const { return axes >> (2 * ray) & 3; }
+    int axis(int ray) const { return static_cast<int>(axes >> (2 * ray) & 3u); }
 };
-constexpr std::size_t kBrickRayBytes = 2 * sizeof(float) + 2 + kRaysPerPart * kSamplesPerRay;
+constexpr std::size_t kBrickRayBytes =
+    2 * sizeof(float) + sizeof(std::uint32_t) + kRaysPerPart * kSamplesPerRay;
 
 void encode(const BrickRayPart& part, std::span<std::uint8_t, kBrickRayBytes> bytes);
 BrickRayPart decodeRays(std::span<const std::uint8_t, kBrickRayBytes> bytes);
 
 /// Where along a row of n voxels sample j of a level lies, in voxels from the row's start: a voxel's centre
-/// where the level has 8 samples, the middle of its part where it has fewer.
+/// where the level has as many samples as level 0, the middle of its part where it has fewer.
 double raySampleAt(int j, int samples, int n);
 
 /// The fields of one brick, for sampling: values of level 0 inside it, and the samples of each coarser level

@@ -21,7 +21,7 @@ LevelChooser::LevelChooser(const StoreReader& store, Ledger& ram, int threads)
       charge_(ram.charge(predictionBytes(rays_.rowOf.size()), "the prediction of errors")) {}
 
 std::size_t LevelChooser::bytes(std::size_t shownBricks, std::size_t bricks) {
-    constexpr std::size_t kReading = std::size_t{4} << 20; // parts of the statistics on their way
+    constexpr std::size_t kReading = std::size_t{12} << 20; // parts of the statistics on their way
     return kReading + (shownBricks + BrickRays::kRowsPerPage) * kBrickRayParts * kBrickRayBytes +
            bricks * (sizeof(std::uint32_t) + 1) + predictionBytes(bricks);
 }

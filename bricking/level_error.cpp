@@ -1,6 +1,6 @@
-// bricking/level_error.cpp: see level_error.h. What costs time is compositing 512 samples a brick: one
-// look-up each, in tables made for the few lengths that segments have, and the conversion to L*u*v*, which
-// the compiler turns into vector code because it is written over arrays.
+// bricking/level_error.cpp: see level_error.h. What costs time is compositing 1728 samples a brick, one
+// look-up each, in tables made for the few lengths that segments have. Vectors are the compilers' own (GCC
+// and Clang), because neither makes good ones of these loops by itself.
 #include "bricking/level_error.h"
 
 #include "core/error.h"
@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 
 namespace tessera {
 namespace {
@@ -16,10 +17,15 @@ namespace {
 constexpr std::size_t kBricksPerTask = 256;
 constexpr int kRays = kBrickRayParts * kRaysPerPart;
 constexpr std::size_t kColours = std::size_t{kRays * kLevelCount};
+/// Segments that a ray is composited in. Fields of levels 2 to 5 are nearly linear between the few samples
+/// that are kept, so what lies between is interpolated: the function may change faster than the field, and
+/// two levels can only be compared where both are cut alike, which coarse levels with their large errors need
+/// less.
+constexpr std::array<int, kLevelCount> kSegments = {16, 16, 16, 8, 8, 8};
+constexpr std::size_t kSegmentsPerRay = 72;
 
-/// What a segment of one length adds for a value: colour times opacity, and opacity. A vector of the
-/// compilers (GCC and Clang), because neither makes one of four floats by itself here, and this loop is half
-/// of the time.
+/// What a segment of one length does for a value: colour times opacity that it adds, and the share of light
+/// that it lets through. Also four numbers of any kind.
 using Added = float __attribute__((vector_size(16)));
 
 /// The function, resampled for nearest look-ups. 4096 entries are an eighth of the finest table step or less
@@ -42,8 +48,8 @@ class SegmentTables {
                 const int rest = info.extentVoxels[axis] % kBrickExtent;
                 const int voxels = border && rest > 0 ? rest : kBrickExtent;
                 for (int level = 0; level < kLevelCount; ++level)
-                    tables_[slot(axis, border, level)] = tableFor(
-                        table, spacing[axis] * voxels / kRaySamples[static_cast<std::size_t>(level)]);
+                    tables_[slot(axis, border, level)] =
+                        tableFor(table, spacing[axis] * voxels / kSegments[static_cast<std::size_t>(level)]);
             }
     }
     /// Index of a value in any of the tables, before rounding and clamping: a * stored + b.
@@ -71,7 +77,7 @@ class SegmentTables {
             const glm::vec4 a = table.entries[left], b = table.entries[left + 1];
             const glm::vec4 e = a + static_cast<float>(at - static_cast<double>(left)) * (b - a);
             const float alpha = static_cast<float>(-std::expm1(-static_cast<double>(e.a) * lengthMm));
-            made[i] = Added{e.r * alpha, e.g * alpha, e.b * alpha, alpha};
+            made[i] = Added{e.r * alpha, e.g * alpha, e.b * alpha, 1 - alpha};
         }
         lengths_.push_back(lengthMm);
         made_.push_back(std::move(made));
@@ -88,40 +94,76 @@ class SegmentTables {
 /// Colours of all rays at all levels, as arrays: [level][ray].
 struct Colours {
     alignas(16) std::array<float, kColours> r{}, g{}, b{};
-    std::array<float, kRays> alpha{}; // at level 0
+    std::array<float, kRays> light{}; // let through at level 0
 };
 
-/// Cube root of a number in [0, 2]: a guess from the bits and two Newton steps; below 2e-6 relative.
-inline float cubeRoot(float x) {
-    const float safe = std::max(x, 1e-12f);
-    const auto bits = static_cast<float>(std::bit_cast<std::int32_t>(safe));
-    float y = std::bit_cast<float>(static_cast<std::int32_t>(bits * (1.0f / 3)) + 0x2a514067);
-    y = (2 * y + safe / (y * y)) * (1.0f / 3);
-    y = (2 * y + safe / (y * y)) * (1.0f / 3);
-    return y;
+using Bits = std::int32_t __attribute__((vector_size(16)));
+
+/// Cube roots of numbers in [0, 2]: a guess from the bits and a step of Halley's method; below 2e-5 relative.
+inline Added cubeRoot(Added x) {
+    const Added safe = x > 1e-12f ? x : Added{} + 1e-12f;
+    const Added bits = __builtin_convertvector(std::bit_cast<Bits>(safe), Added);
+    const Added y = std::bit_cast<Added>(__builtin_convertvector(bits * (1.0f / 3), Bits) + 0x2a514067);
+    const Added cube = y * y * y;
+    return y * (cube + 2 * safe) / (2 * cube + safe);
 }
 
 /// luvFromLinear of core/colour.h in float, over all colours at once; in place.
 void toLuv(Colours& c) {
     constexpr float xn = 0.9504700f, yn = 1.0000001f, zn = 1.0888300f, sn = xn + 15 * yn + 3 * zn;
     constexpr float un = 4 * xn / sn, vn = 9 * yn / sn, kappa = 24389.0f / 27, epsilon = 216.0f / 24389;
-    for (std::size_t i = 0; i < kColours; ++i) {
-        const float r = std::min(c.r[i], 1.0f), g = std::min(c.g[i], 1.0f), b = std::min(c.b[i], 1.0f);
-        const float x = 0.4124564f * r + 0.3575761f * g + 0.1804375f * b;
-        const float y = 0.2126729f * r + 0.7151522f * g + 0.0721750f * b;
-        const float z = 0.0193339f * r + 0.1191920f * g + 0.9503041f * b;
-        const float inverse = 1 / std::max(x + 15 * y + 3 * z, 1e-20f);
-        const float curved = 116 * cubeRoot(y) - 16, straight = kappa * y;
-        const float lightness = y > epsilon ? curved : straight;
-        c.r[i] = lightness;
-        c.g[i] = 13 * lightness * (4 * x * inverse - un);
-        c.b[i] = 13 * lightness * (9 * y * inverse - vn);
+    constexpr std::size_t kLanes = sizeof(Added) / sizeof(float);
+    static_assert(kColours % kLanes == 0);
+    const auto atMostOne = [](Added v) { return v < 1.0f ? v : Added{} + 1.0f; };
+    for (std::size_t i = 0; i < kColours; i += kLanes) {
+        Added r, g, b;
+        std::memcpy(&r, &c.r[i], sizeof r);
+        std::memcpy(&g, &c.g[i], sizeof g);
+        std::memcpy(&b, &c.b[i], sizeof b);
+        r = atMostOne(r);
+        g = atMostOne(g);
+        b = atMostOne(b);
+        const Added x = 0.4124564f * r + 0.3575761f * g + 0.1804375f * b;
+        const Added y = 0.2126729f * r + 0.7151522f * g + 0.0721750f * b;
+        const Added z = 0.0193339f * r + 0.1191920f * g + 0.9503041f * b;
+        const Added sum = x + 15 * y + 3 * z;
+        const Added inverse = 1.0f / (sum > 1e-20f ? sum : Added{} + 1e-20f);
+        const Added curved = 116 * cubeRoot(y) - 16, straight = kappa * y;
+        const Added lightness = y > epsilon ? curved : straight;
+        const Added u = 13 * lightness * (4 * x * inverse - un);
+        const Added v = 13 * lightness * (9 * y * inverse - vn);
+        std::memcpy(&c.r[i], &lightness, sizeof lightness);
+        std::memcpy(&c.g[i], &u, sizeof u);
+        std::memcpy(&c.b[i], &v, sizeof v);
+    }
+}
+
+/// Twice as many samples, each a quarter of the way from one to its neighbour; at the ends as they are.
+template <std::size_t n> void doubled(const std::uint8_t* in, std::uint8_t* out) {
+    for (std::size_t j = 0; j < n; ++j) {
+        const int here = 3 * in[j] + 2, before = in[j > 0 ? j - 1 : j], after = in[j + 1 < n ? j + 1 : j];
+        out[2 * j] = static_cast<std::uint8_t>((here + before) / 4);
+        out[2 * j + 1] = static_cast<std::uint8_t>((here + after) / 4);
+    }
+}
+
+/// Codes of a ray's segments, [level][segment], from those of its samples.
+void segmentCodes(const std::uint8_t* in, std::uint8_t* out) {
+    static_assert(kRaySamples == std::array<int, kLevelCount>{16, 16, 8, 4, 2, 2});
+    static_assert(kSegments == std::array<int, kLevelCount>{16, 16, 16, 8, 8, 8});
+    std::copy(in, in + 32, out);
+    doubled<8>(in + 32, out + 32);
+    doubled<4>(in + 40, out + 48);
+    for (int level = 4; level < kLevelCount; ++level) {
+        std::array<std::uint8_t, 4> half;
+        doubled<2>(in + 44 + 2 * (level - 4), half.data());
+        doubled<4>(half.data(), out + 56 + 8 * (level - 4));
     }
 }
 
 /// Composites the rays of one part at all levels, front to back, before black.
-void compositePart(const BrickRayPart& part, const SegmentTables& tables, const glm::bvec3& border,
-                   int firstRay, Colours& out) {
+void compositePart(const BrickRayPart& part, int partIndex, const SegmentTables& tables,
+                   const glm::bvec3& border, Colours& out) {
     // Nearest entries of all 256 codes: less work than one conversion per sample.
     alignas(16) std::array<std::int32_t, 256> entry;
     const double range = (static_cast<double>(part.hi) - static_cast<double>(part.lo)) / 255;
@@ -135,20 +177,33 @@ void compositePart(const BrickRayPart& part, const SegmentTables& tables, const 
     }
     for (int ray = 0; ray < kRaysPerPart; ++ray) {
         const int axis = part.axis(ray);
-        const std::uint8_t* codes =
-            part.codes.data() + std::size_t{kSamplesPerRay} * static_cast<std::size_t>(ray);
-        for (int level = 0; level < kLevelCount; ++level) {
-            const Added* table = tables.at(axis, border[axis], level);
-            Added sum = {0, 0, 0, 0};
-            const int samples = kRaySamples[static_cast<std::size_t>(level)];
-            for (int j = 0; j < samples; ++j)
-                sum += (1 - sum[3]) * table[static_cast<std::size_t>(entry[*codes++])];
-            const auto at = static_cast<std::size_t>(level * kRays + firstRay + ray);
-            out.r[at] = sum[0];
-            out.g[at] = sum[1];
-            out.b[at] = sum[2];
+        std::array<std::uint8_t, kSegmentsPerRay> codes;
+        segmentCodes(part.codes.data() + static_cast<std::size_t>(ray * kSamplesPerRay), codes.data());
+        const bool fromItsEnd = seenFromItsEnd(partIndex, ray);
+        // Three levels at a time, because each step of a ray waits for the light that the last one left.
+        for (int level = 0; level < kLevelCount; level += 3) {
+            const int segments = kSegments[static_cast<std::size_t>(level)];
+            const std::uint8_t* code = codes.data() + level * kSegments[0] + (fromItsEnd ? segments - 1 : 0);
+            const int step = fromItsEnd ? -1 : 1;
+            const std::array<const Added*, 3> table = {tables.at(axis, border[axis], level),
+                                                       tables.at(axis, border[axis], level + 1),
+                                                       tables.at(axis, border[axis], level + 2)};
+            std::array<Added, 3> sum{}, light = {Added{} + 1, Added{} + 1, Added{} + 1};
+            for (int j = 0; j < segments; ++j, code += step)
+                for (std::size_t n = 0; n < 3; ++n) {
+                    const Added added = table[n][entry[code[n * static_cast<std::size_t>(segments)]]];
+                    sum[n] += light[n] * added;
+                    light[n] *= added[3];
+                }
+            for (std::size_t n = 0; n < 3; ++n) {
+                const std::size_t to = (static_cast<std::size_t>(level) + n) * kRays +
+                                       static_cast<std::size_t>(partIndex * kRaysPerPart + ray);
+                out.r[to] = sum[n][0];
+                out.g[to] = sum[n][1];
+                out.b[to] = sum[n][2];
+            }
             if (level == 0)
-                out.alpha[at] = sum[3];
+                out.light[static_cast<std::size_t>(partIndex * kRaysPerPart + ray)] = light[0][3];
         }
     }
 }
@@ -201,11 +256,11 @@ LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, co
             for (int axis = 0; axis < 3; ++axis)
                 border[axis] = border[axis] && cut[axis];
             for (int part = 0; part < rays.parts; ++part)
-                compositePart(decodeRays(rays.part(row, part)), tables, border, part * kRaysPerPart, colours);
+                compositePart(decodeRays(rays.part(row, part)), part, tables, border, colours);
             toLuv(colours);
             float through = 0;
             for (std::size_t i = 0; i < static_cast<std::size_t>(used); ++i)
-                through += weights[i] * (1 - colours.alpha[i]);
+                through += weights[i] * colours.light[i];
             out.transmittances[brick] = std::clamp(through, 0.0f, 1.0f);
             const auto isBlack = [&](std::size_t i) { return colours.r[i] == 0; }; // lightness
             std::size_t black = 0;

@@ -1,12 +1,13 @@
 // bricking/level_error.h: how far the picture of a brick would be off at each level, under a transfer
 // function: what selection minimises.
 //
-// The error of a brick at a level: the brick alone before black, seen along the axes; the mean over its rays
-// of the distance in CIE 1976 L*u*v* between the ray composited from level 0 and from that level. It is
-// predicted by compositing the rays that import sampled (brick_rays.h) in just that way, so it has no bias to
-// speak of; what it has is the scatter of a sample of 16 rays. A choice that looks for the largest gains
-// finds the largest scatter, so that is then smoothed: a fifth of a brick's error is that of its neighbours,
-// and half of how it is shared out among levels is as in all bricks together. Colour that changes along a
+// The error of a brick at a level: the brick alone before black, seen along the axes from both ends; the mean
+// over its rays of the distance in CIE 1976 L*u*v* between the ray composited from level 0 and from that
+// level. It is predicted by compositing the rays that import sampled (brick_rays.h) in just that way, half of
+// them from either end, so it has no bias to speak of; what it has is the scatter of a sample of 24 rays. A
+// choice that looks for the largest gains finds the largest scatter, so that is then smoothed: a tenth of a
+// brick's error is that of its neighbours, and a quarter of how it is shared out among levels is as in all
+// bricks together. Colour that changes along a
 // ray, values that lie behind one another, noise that cancels along a ray and narrow peaks of the function
 // are all in it. A brick that shows something which none of its rays met is given the error of one white ray
 // among them, growing with the level: small things are what people look for. What is not: what lies before
@@ -27,7 +28,7 @@ namespace tessera {
 /// Rays of the bricks that were asked for, in pages, so that more can be added without moving any.
 struct BrickRays {
     static constexpr std::uint32_t kNoRow = UINT32_MAX;
-    static constexpr std::size_t kRowsPerPage = 256; // 133 KiB
+    static constexpr std::size_t kRowsPerPage = 256; // 294 KiB
     glm::ivec3 bricks{0};
     int parts = kBrickRayParts;                   // of kBrickRayParts
     std::vector<std::uint32_t> rowOf;             // [z][y][x]: a brick's row, or kNoRow
@@ -61,6 +62,13 @@ LevelErrors predictErrors(const BrickRays& rays, std::vector<std::uint8_t> shows
 /// Memory that predictErrors() takes at most, its result included, besides the rays.
 std::size_t predictErrorsBytes(std::size_t bricks);
 
+/// The end from which a sampled ray is composited, as the eye of a camera there would see it: half of the
+/// rays of a part and of a pair of rays that stand for one group from either, because a brick's two sides may
+/// look different. True: from its last sample.
+constexpr bool seenFromItsEnd(int part, int ray) {
+    return ((ray / 2 + part) & 1) != 0;
+}
+
 /// The weighted mean over the sampled rays, as it is.
 LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, const TransferTable& table,
                       const VolumeInfo& info, int threads = 0);
@@ -68,9 +76,8 @@ LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, co
 /// Takes scatter out. With e of a brick the mean of kOwnShare of its own error and the rest that of those of
 /// its six neighbours that show, and s the sum of e over levels: error(level) = (1 - kProfileShare) *
 /// e(level) + kProfileShare * s * (share of the level in the sum over all bricks). Both constants were
-/// measured (docs): the true error of what is chosen falls by a tenth, ranks stay. A single brick stays as it
-/// is.
-constexpr float kOwnShare = 0.8f, kProfileShare = 0.5f;
+/// measured (docs/level-of-detail.md). A single brick stays as it is.
+constexpr float kOwnShare = 0.9f, kProfileShare = 0.25f;
 void smoothErrors(LevelErrors& errors, int threads = 0);
 
 } // namespace tessera

@@ -1,5 +1,5 @@
 // bricking/ray_statistics.h: the sampled rays of bricks (brick_rays.h), read from a store's statistics for
-// the bricks that show something: 532 bytes a brick, half of it for one part.
+// the bricks that show something: 1176 bytes a brick, half of it for one part.
 #pragma once
 
 #include "bricking/level_error.h"

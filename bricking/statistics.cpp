@@ -24,7 +24,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::uint64_t kMaxGroupBytes = 1 << 20; // ours have about 2 KiB and 30 bytes per 64 slices
-constexpr std::int64_t kVersion = 3;              // 1: brick histograms; 2: no rays through the extremes
+// 1: brick histograms; 2: no rays through the extremes; 3: fewer rays and samples
+constexpr std::int64_t kVersion = 4;
 
 ArraySpec cellSpec(const glm::ivec3& cells) {
     return {"float32", sizeof(float), cells, glm::min(cells, glm::ivec3(64, 64, 16)), 0};

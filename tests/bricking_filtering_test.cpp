@@ -105,7 +105,7 @@ TEST(KeepWhatFilteringLoses, KeepsAThinBrightSheet) {
     // all white.
     const glm::ivec3 extent(32, 32, 32);
     const LevelErrors e = predictedOf(
-        extent, [](int, int y, int) { return y == 16 ? 200 : 0; }, whiteAbove150(kOpaque));
+        extent, [](int, int y, int) { return y == 18 ? 200 : 0; }, whiteAbove150(kOpaque));
     for (std::size_t level = 1; level < kLevelCount; ++level) {
         EXPECT_NEAR(static_cast<double>(e.errors[0][level]), 100.0 / 32, 0.01);
         EXPECT_NEAR(static_cast<double>(e.biases[0][level]), 100.0 / 32, 0.01);
@@ -118,7 +118,7 @@ TEST(KeepWhatFilteringLoses, KeepsAThinBrightSheet) {
 
     // One voxel on, rays across it meet it too: a third of all rays run across.
     const LevelErrors met = predictedOf(
-        extent, [](int, int y, int) { return y == 17 ? 200 : 0; }, whiteAbove150(kOpaque));
+        extent, [](int, int y, int) { return y == 19 ? 200 : 0; }, whiteAbove150(kOpaque));
     for (std::size_t level = 1; level < kLevelCount; ++level) {
         EXPECT_GT(met.biases[0][level], 25);
         EXPECT_LT(met.biases[0][level], 45);
@@ -148,8 +148,8 @@ TEST(MissedByAllRays, ABrickThatShowsSomethingIsNotTakenForNothing) {
         EXPECT_EQ(e.shows, (std::vector<std::uint8_t>{1, 1, 1}));
         for (const std::size_t brick : {std::size_t{0}, std::size_t{2}}) {
             for (int level = 0; level < kLevelCount; ++level) {
-                // One white ray of 8 or 16, at the coarsest level.
-                const double expected = 100.0 / (8 * parts) * level / 5;
+                // One white ray of 12 or 24, at the coarsest level.
+                const double expected = 100.0 / (12 * parts) * level / 5;
                 const auto at = static_cast<std::size_t>(level);
                 EXPECT_NEAR(static_cast<double>(e.errors[brick][at]), expected, 1e-5) << level;
                 EXPECT_NEAR(static_cast<double>(e.biases[brick][at]), expected, 1e-5) << level;
@@ -159,8 +159,8 @@ TEST(MissedByAllRays, ABrickThatShowsSomethingIsNotTakenForNothing) {
         EXPECT_NEAR(static_cast<double>(e.transmittances[1]), 0, 1e-6);
         ViewWeights w = fromFar(unitInfo(extent));
         keepWhatFilteringLoses(e, w);
-        // 16 rays: 1.25 at level 1 is not noticeable, 2.5 at level 2 is; 8 rays: 2.5 at level 1 already.
-        EXPECT_EQ(w.finest[0], parts == 2 ? 1 : 0);
+        // 24 rays: 1.67 at level 2 is not noticeable, 2.5 at level 3 is; 12 rays: 1.67 at level 1 is not.
+        EXPECT_EQ(w.finest[0], parts == 2 ? 2 : 1);
         const std::vector<float> means(3);
         EXPECT_EQ(selectLevels(e, w, means, 10).levels[0], w.finest[0]) << "it must be bought";
     }

@@ -68,39 +68,50 @@ glm::vec4 entryAt(const TransferTable& table, const VolumeInfo& info, float stor
                     static_cast<float>(x - static_cast<double>(left)));
 }
 
+/// A row of voxels composited before black, seen from its first voxel or from its last. Colours are times
+/// their opacity.
+glm::dvec3 seenAlong(const std::vector<glm::dvec4>& voxels, std::size_t first, std::size_t stride, int count,
+                     bool fromItsEnd) {
+    glm::dvec3 colour(0);
+    double through = 1;
+    for (int n = 0; n < count; ++n) {
+        const auto i = static_cast<std::size_t>(fromItsEnd ? count - 1 - n : n);
+        const glm::dvec4& added = voxels[first + i * stride];
+        colour += through * glm::dvec3(added);
+        through *= 1 - added.a;
+    }
+    return luvFromLinear(glm::min(colour, glm::dvec3(1)));
+}
+
 std::array<float, kLevelCount> errorsOf(const Resampled& brick, const TransferTable& table,
                                         const VolumeInfo& info) {
     const glm::ivec3 size = brick.size, stride(1, size.x, size.x * size.y);
     std::array<float, kLevelCount> errors{};
-    std::vector<glm::vec4> entries(cellCount(size));
+    std::vector<glm::dvec4> added(cellCount(size));
     std::vector<glm::dvec3> finest;
     for (std::size_t level = 0; level < kLevelCount; ++level) {
-        for (std::size_t i = 0; i < entries.size(); ++i)
-            entries[i] = entryAt(table, info, brick.values[level][i]);
         double sum = 0;
         std::size_t rays = 0;
         for (int axis = 0; axis < 3; ++axis) {
             const int u = (axis + 1) % 3, w = (axis + 2) % 3;
             const double mm = info.spacingMm()[axis];
+            for (std::size_t i = 0; i < added.size(); ++i) {
+                const glm::vec4 e = entryAt(table, info, brick.values[level][i]);
+                const double alpha = -std::expm1(-static_cast<double>(e.a) * mm);
+                added[i] = glm::dvec4(alpha * glm::dvec3(e), alpha);
+            }
             for (int q = 0; q < size[w]; ++q)
-                for (int p = 0; p < size[u]; ++p, ++rays) {
-                    glm::dvec3 colour(0);
-                    double through = 1;
-                    for (int i = 0; i < size[axis]; ++i) {
-                        const glm::vec4& e = entries[static_cast<std::size_t>(i * stride[axis] +
-                                                                              p * stride[u] + q * stride[w])];
-                        if (!(e.a > 0))
-                            continue;
-                        const double alpha = -std::expm1(-static_cast<double>(e.a) * mm);
-                        colour += through * alpha * glm::dvec3(e);
-                        through *= 1 - alpha;
+                for (int p = 0; p < size[u]; ++p)
+                    for (const bool fromItsEnd : {false, true}) {
+                        const glm::dvec3 luv =
+                            seenAlong(added, static_cast<std::size_t>(p * stride[u] + q * stride[w]),
+                                      static_cast<std::size_t>(stride[axis]), size[axis], fromItsEnd);
+                        if (level == 0)
+                            finest.push_back(luv);
+                        else
+                            sum += glm::length(luv - finest[rays]);
+                        ++rays;
                     }
-                    const glm::dvec3 luv = luvFromLinear(glm::min(colour, glm::dvec3(1)));
-                    if (level == 0)
-                        finest.push_back(luv);
-                    else
-                        sum += glm::length(luv - finest[rays]);
-                }
         }
         errors[level] = static_cast<float>(sum / static_cast<double>(rays));
     }

@@ -21,8 +21,8 @@ struct WholeLevels {
 };
 WholeLevels loadLevels(const StoreReader& store);
 
-/// Mean over all rows of voxels of each brick, along all three axes, of the distance in L*u*v* between level
-/// 0 and each level, sampled at every voxel, before black. Of bricks with shows[brick] != 0.
+/// Mean over all rows of voxels of each brick, along all three axes from both ends, of the distance in L*u*v*
+/// between level 0 and each level, sampled at every voxel, before black. Of bricks with shows[brick] != 0.
 LevelErrors trueErrors(const WholeLevels& levels, const std::vector<std::uint8_t>& shows,
                        const TransferTable& table, int threads);
 

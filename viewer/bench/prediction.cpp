@@ -35,12 +35,14 @@ Report predictionReport(const Workbench& bench) {
     report.title = "Predicted and true errors";
     report.text = {
         "The true error of a brick at a level: the brick alone before black, every row of voxels along the "
-        "three "
-        "axes composited from level 0 and from that level, mean CIE L*u*v* distance. The prediction knows 16 "
-        "sampled rays of it. Levels are chosen for pictures of " +
-        std::to_string(bench.pixels()) + " x " + std::to_string(bench.pixels()) +
+        "three axes, seen from both ends, composited from level 0 and from that level, mean CIE L*u*v* "
+        "distance. The prediction knows " +
+        std::to_string(kBrickRayParts * kRaysPerPart) +
+        " sampled rays of it. Levels are chosen for pictures of " + std::to_string(bench.pixels()) + " x " +
+        std::to_string(bench.pixels()) +
         " pixels, camera anterior; every second pixel each way is drawn. Rank correlations (Spearman) are "
-        "over the bricks that show something."};
+        "over the bricks that show something. All choices but that of one level weigh a brick by the pixels "
+        "it covers (by distance: one over the distance) and by how visible the product counts it to be."};
     Table ranks{"prediction",
                 "Rank correlation of predicted and true error, per level; pooled: all levels "
                 "together; data error: the root mean square of the values' change, for comparison:",
@@ -91,13 +93,15 @@ Report predictionReport(const Workbench& bench) {
                 if (reduction <= scene.reductionOf(culled))
                     continue; // everything fits: nothing to choose
                 const std::size_t pages = scene.pagesAt(reduction);
+                const std::vector<float> seen =
+                    scene.countedVisibility(scene.chosenAt(reduction, scene.visibility()));
                 std::vector<ImageDifference> d;
                 const auto add = [&](const Selection& selection) {
                     d.push_back(SceneBench::difference(scene.draw(selection), truth));
                 };
                 for (const LevelErrors* errors : {&real, &predicted, &data})
-                    add(selectLevels(*errors, scene.weights(), culled.means, pages));
-                add(selectLevels(sizes, byDistance, culled.means, pages));
+                    add(selectLevels(*errors, scene.weights(), culled.means, pages, seen));
+                add(selectLevels(sizes, byDistance, culled.means, pages, seen));
                 add(selectUniform(predicted, culled.means, pages));
                 const double ratio = d[0].luvMean > 0 ? d[1].luvMean / d[0].luvMean : 1;
                 ratios.push_back(ratio);
