@@ -4,6 +4,7 @@
 #include "render/interactive_renderer.h"
 
 #include <algorithm>
+#include <exception>
 
 namespace tessera {
 namespace {
@@ -38,6 +39,10 @@ int InteractiveRenderer::coarseLevel() const {
 
 void InteractiveRenderer::plan() {
     moves_ = movesTo(p_.selection, *wanted_, gain_, direct_ ? kMean : coarseLevel());
+    if (!failed_.empty())
+        std::erase_if(moves_, [&](const Move& m) {
+            return m.level != kMean && failed_.contains(chunkOf(m.brick, m.level, p_.selection.bricks));
+        });
     wantChunks();
 }
 
@@ -67,6 +72,7 @@ void InteractiveRenderer::moveBricks() {
     std::size_t chunks = 0, at = 0;
     const std::uint64_t uploaded = work_.bytesUploaded;
     bool room = true;
+    std::exception_ptr failure;
     while (room && at < moves_.size()) {
         if (moves_[at].level == kMean) {
             drop(moves_[at++].brick);
@@ -80,7 +86,16 @@ void InteractiveRenderer::moveBricks() {
         while (end < moves_.size() && moves_[end].level != kMean &&
                chunkOf(moves_[end].brick, moves_[end].level, p_.selection.bricks) == key)
             ++end;
-        if (const ChunkPointer chunk = p_.cache->take(key)) {
+        ChunkPointer chunk;
+        try {
+            chunk = p_.cache->take(key);
+        } catch (...) { // its bricks stay what they are; the caller is told once
+            failed_.insert(key);
+            failure = std::current_exception();
+            at = end;
+            continue;
+        }
+        if (chunk) {
             run.clear();
             for (std::size_t n = at; n < end; ++n)
                 run.push_back({moves_[n].brick, moves_[n].level, chunk});
@@ -105,6 +120,8 @@ void InteractiveRenderer::moveBricks() {
         plan(); // bricks that have their coarse level now
     else if (moved)
         wantChunks();
+    if (failure)
+        std::rethrow_exception(failure);
 }
 
 void InteractiveRenderer::makeRoom(const Move& blocked) {

@@ -18,6 +18,7 @@
 #include <future>
 #include <memory>
 #include <optional>
+#include <unordered_set>
 #include <vector>
 
 namespace tessera {
@@ -62,7 +63,8 @@ class InteractiveRenderer {
     };
     /// Chooses, requests, uploads and marches what fits before the deadline, one dispatch at least; one that
     /// has begun ends.
-    /// Throws what decoding or choosing threw.
+    /// Throws what decoding or choosing threw; a chunk that cannot be read is told of once, its bricks stay
+    /// as coarse as they are, and calls may go on.
     Progress advance(Clock::time_point deadline);
     /// The last whole picture: linear, premultiplied, on nothing. Empty before the first.
     const Image& picture() const { return picture_; }
@@ -123,8 +125,9 @@ class InteractiveRenderer {
 
     std::optional<Selection> wanted_;
     PredictedError predicted_;
-    std::vector<float> gain_, visible_; // per brick; visible_: empty before sight was counted
-    std::vector<Move> moves_;           // most urgent first
+    std::vector<float> gain_, visible_;                 // per brick; visible_: empty before sight was counted
+    std::vector<Move> moves_;                           // most urgent first
+    std::unordered_set<ChunkKey, ChunkKeyHash> failed_; // chunks that cannot be read
     std::vector<Camera> path_;
     std::vector<ChunkKey> ahead_; // chunks of the path's next camera
     std::size_t lookedAhead_ = 0; // cameras of the path whose chunks are known

@@ -2,10 +2,13 @@
 // whatever order bricks arrived; budgets hold after every step; nothing that is wanted is thrown out; and it
 // always comes to an end.
 #include "core/image_metrics.h"
+#include "core/scratch_folder.h"
 #include "render/interactive_renderer.h"
 #include "render/renderer.h"
 #include "tests/scene_fixture.h"
 
+#include <fstream>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
 #include <thread>
@@ -29,10 +32,9 @@ Scene torsoScene(const std::string& preset, int camera, const glm::ivec2& size =
 /// A renderer with all that it stands on.
 struct Session {
     explicit Session(const Scene& scene, std::size_t gpuBytes, InteractiveOptions options = {},
-                     const std::string& store = "torso", std::size_t ramBytes = kRam)
-        : ram("RAM", "--ram", ramBytes), gpu("GPU memory", "--gpu-memory", gpuBytes),
-          reader(storePath(store), ram), context({"software"}),
-          renderer(scene, reader, context, ram, gpu, options) {}
+                     const std::filesystem::path& store = storePath("torso"))
+        : ram("RAM", "--ram", kRam), gpu("GPU memory", "--gpu-memory", gpuBytes), reader(store, ram),
+          context({"software"}), renderer(scene, reader, context, ram, gpu, options) {}
 
     void checkStep() {
         EXPECT_LE(gpu.usedBytes(), gpu.limitBytes());
@@ -242,6 +244,38 @@ TEST(Interactive, ThePathsNextBricksAreLoadedAhead) {
     // Not all: the second choice, by what is seen there, is not known before.
     EXPECT_LE(3 * misses[true], 2 * misses[false]);
     EXPECT_TRUE(bitEqual(pictures[false], pictures[true]));
+}
+
+// A chunk that cannot be read is told of once, by file; all else goes on and comes to its end.
+TEST(Interactive, ADamagedChunkIsToldOfOnce) {
+    const ScratchFolder scratch;
+    std::filesystem::copy(storePath("torso"), scratch / "torso.zarr",
+                          std::filesystem::copy_options::recursive);
+    const std::filesystem::path shard = scratch / "torso.zarr/0/c/0/0/0";
+    ASSERT_TRUE(std::filesystem::exists(shard));
+    {
+        std::fstream file(shard, std::ios::in | std::ios::out | std::ios::binary);
+        const auto middle = static_cast<std::streamoff>(std::filesystem::file_size(shard) / 2);
+        file.seekg(middle);
+        const int byte = file.get();
+        file.seekp(middle);
+        file.put(static_cast<char>(byte ^ 0x20));
+    }
+    const Scene scene = torsoScene("soft-tissue", 0);
+    Session session(scene, std::size_t{1} << 30, {}, scratch / "torso.zarr");
+    int told = 0;
+    bool converged = false;
+    for (int n = 0; n < 500 && !converged; ++n)
+        try {
+            converged = session.renderer.advance(Clock::now() + milliseconds(200)).converged;
+        } catch (const std::exception& e) {
+            ++told;
+            EXPECT_THAT(e.what(), testing::HasSubstr("torso.zarr/0/c/0/0/0"));
+        }
+    EXPECT_TRUE(converged);
+    EXPECT_EQ(told, 1);
+    EXPECT_FALSE(isBlank(session.renderer.picture()));
+    session.checkStep();
 }
 
 TEST(Interactive, DeadlinesAreKeptAndWorkGoesOn) {

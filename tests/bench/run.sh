@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds all benchmarks and runs them; CSV and tables go to build/bench-results. On 2 cores it takes a quarter of an
 # hour and is only worth as much as the machine is quiet: the load is printed beside every figure.
-#   tests/bench/run.sh [micro|frame|peer ...]      all three where none is named
+#   tests/bench/run.sh [micro|frame|interactive|peer ...]      all where none is named
 #   TESSERA_BENCH_DEVICE  auto, software or a number (default: software, so that figures compare)
 #   TESSERA_BENCH_BUILD   build folder (default: build/release)
 set -euo pipefail
@@ -14,7 +14,7 @@ store=build/bench-data/torso-thorax.zarr
 mkdir -p "$results" build/bench-data
 
 [[ -f $build/CMakeCache.txt ]] || cmake --preset release -B "$build"
-targets=(micro_bench frame_bench)
+targets=(micro_bench frame_bench interactive_bench)
 if grep -q '^build vtk_peer' "$build/build.ninja"; then targets+=(vtk_peer); fi
 cmake --build "$build" --target "${targets[@]}"
 
@@ -27,7 +27,7 @@ cmake --build "$build" --target "${targets[@]}"
 } > "$results/machine.txt"
 
 what=("$@")
-[[ ${#what[@]} -gt 0 ]] || what=(micro frame peer)
+[[ ${#what[@]} -gt 0 ]] || what=(micro frame interactive peer)
 for part in "${what[@]}"; do
     case $part in
     micro)
@@ -42,6 +42,12 @@ for part in "${what[@]}"; do
             > "$results/frame-fetch.csv"
         cat "$results/frame.csv" "$results/frame-fetch.csv"
         ;;
+    interactive)
+        # frame_bench makes the store where it is absent.
+        [[ -d $store ]] || "$build/frame_bench" --store "$store" --device "$device" --only bone --sizes 128 --repeats 1 \
+            > /dev/null
+        "$build/interactive_bench" --store "$store" --device "$device" --gpu-memory 64MiB | tee "$results/interactive.csv"
+        ;;
     peer)
         if [[ ! -x $build/vtk_peer ]]; then
             echo "peer: left out, VTK's rendering is not installed"
@@ -53,7 +59,7 @@ for part in "${what[@]}"; do
         fi
         ;;
     *)
-        echo "run.sh: expected micro, frame or peer, found $part" >&2
+        echo "run.sh: expected micro, frame, interactive or peer, found $part" >&2
         exit 2
         ;;
     esac
