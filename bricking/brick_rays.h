@@ -10,9 +10,8 @@
 // extreme, so that half the memory still holds a fair sample. Along a ray the fields of levels 0 and 1 are
 // sampled at 16 voxels, that of level 2 at 8 places, of level 3 at 4, of levels 4 and 5 at 2: as often as the
 // fields of levels 1 to 4 have samples. Fields of levels above 0 are trilinear and use the neighbouring
-// bricks' samples of the same level. A sample is 8 bits of the range of all samples of its part. Numbers of
-// rays and of samples were measured (docs/level-of-detail.md): at equal bytes, more samples along a ray tell
-// more than more rays do.
+// bricks' samples of the same level. A sample is 8 bits of the range of all samples of its part. Of equal
+// bytes, more samples along a ray tell more than more rays do.
 #pragma once
 
 #include "core/brick.h"

@@ -76,7 +76,8 @@ LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, co
 /// Takes scatter out. With e of a brick the mean of kOwnShare of its own error and the rest that of those of
 /// its six neighbours that show, and s the sum of e over levels: error(level) = (1 - kProfileShare) *
 /// e(level) + kProfileShare * s * (share of the level in the sum over all bricks). Both constants were
-/// measured (docs/level-of-detail.md). A single brick stays as it is.
+/// measured: the worst choices lose a little less, the others neither lose nor win. A single brick stays as
+/// it is.
 constexpr float kOwnShare = 0.9f, kProfileShare = 0.25f;
 void smoothErrors(LevelErrors& errors, int threads = 0);
 
