@@ -114,12 +114,10 @@ void InteractiveRenderer::setPath(std::vector<Camera> next) {
 InteractiveRenderer::Choice InteractiveRenderer::choose(LevelChooser* chooser, const Request& r) {
     Choice c;
     const Statistics& statistics = r.scene->statistics;
-    const auto oneForAll = [&] { // the finest level that fits
-        for (int level = 0; level < kLevelCount; ++level) {
-            c.selection = cullBricks(statistics, *r.function, r.scene->info(), level, true);
-            if (pagesFor(c.selection.counts) <= r.pages)
-                break;
-        }
+    const auto oneForAll = [&] { // what counts here is pages, not bytes
+        const auto pages = [](const auto& counts) { return pagesFor(counts); };
+        c.selection =
+            selectOneLevel(statistics, *r.function, r.scene->info(), r.pages, pages, true, "--gpu-memory", 0);
         c.gain.assign(c.selection.levels.size(), 0);
         return c;
     };

@@ -103,6 +103,14 @@ MirrorInput PreparedScene::mirrorInput(bool skipping) const {
             strides()};
 }
 
+SceneField::SceneField(const PreparedScene& scene, const Atlas& atlas, Ledger& gpu)
+    : source{&atlas, nullptr, scene.selection.finest(), nullptr, nullptr} {
+    if (!scene.mixed())
+        return;
+    source.map = &scene.levels;
+    source.textures = &textures.emplace(scene.levels, gpu);
+}
+
 void PreparedScene::setFunction(const TransferFunction& f, const Scene& scene, Ledger& ram) {
     function = f;
     table = makeTable(function);

@@ -12,12 +12,14 @@
 #include "core/scene.h"
 #include "render/atlas.h"
 #include "render/choose_levels.h"
+#include "render/field_binding.h"
 #include "render/mirror.h"
 #include "render/occupancy.h"
 #include "render/optics.h"
 #include "render/ray.h"
 
 #include <memory>
+#include <optional>
 
 namespace tessera {
 
@@ -68,6 +70,15 @@ struct PreparedScene {
     MirrorInput mirrorInput(bool skipping) const;
 
     Quality quality;
+};
+
+/// What a march reads the bricks of a prepared scene and their levels from; of its selection as it is now.
+struct SceneField {
+    SceneField(const PreparedScene& scene, const Atlas& atlas, Ledger& gpu);
+    SceneField(const SceneField&) = delete; // source points into it
+    SceneField& operator=(const SceneField&) = delete;
+    std::optional<LevelTextures> textures; // of mixed levels
+    FieldSource source;
 };
 
 /// RAM a pixel takes while it is drawn and written: two float pictures (as computed, and converted or on its

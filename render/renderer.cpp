@@ -57,19 +57,6 @@ template <typename Real> Image toImage(const std::vector<glm::vec<4, Real>>& pix
     return image;
 }
 
-/// What the march reads bricks and their levels from.
-struct Field {
-    Field(const PreparedScene& p, const Atlas& atlas, Ledger& gpu) {
-        source = {&atlas, nullptr, p.selection.finest(), nullptr, nullptr};
-        if (p.mixed()) {
-            source.map = &p.levels;
-            source.textures = &textures.emplace(p.levels, gpu);
-        }
-    }
-    std::optional<LevelTextures> textures;
-    FieldSource source;
-};
-
 void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledger& ram, Ledger& gpu,
                  const RenderOptions& options, RenderResult& result) {
     const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};
@@ -80,7 +67,7 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
         VisibilityPass pass(p.features(false), p.info(), gpu);
         Work counting; // not the picture's
         p.chooseBySight(pass.count(visibilityRays(p.camera, p.info(), scene.imageSize, p.strides()),
-                                   Field(p, atlas, gpu).source, p.optics, counting),
+                                   SceneField(p, atlas, gpu).source, p.optics, counting),
                         ram);
         atlas.adopt(p.selection);
     }
@@ -94,7 +81,7 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
     const bool passes = (result.features & kFeaturePasses) != 0;
     const bool refines = occupancy && !passes && refiningPays(*occupancy, rays);
     const std::size_t refining = refiningBytes(p.table.entries.size());
-    const Field field(p, atlas, gpu);
+    const SceneField field(p, atlas, gpu);
     SubBlocks subBlocks;
     if (refines && subBlocksPay(*occupancy, rays, result.features) &&
         gpu.freeBytes() >= marchBytes(scene, p) + refining + SubBlocks::placesBytes(*occupancy)) {

@@ -92,7 +92,8 @@ Image still(const Scene& scene, std::size_t gpuBytes, Selection* levels = nullpt
 
 TEST(Interactive, ComesToTheStillsLevelsAndPicture) {
     const Scene scene = torsoScene("bone", 0);
-    // Ample memory: the finest that a pixel shows; the same picture bit by bit.
+    // Ample memory: the finest that a pixel shows. It has one level here, which the still reads as such and a
+    // renderer whose levels may change as mixed: pictures differ by rounding.
     Session ample(scene, std::size_t{1} << 30);
     ample.converge();
     Selection levels;
@@ -103,8 +104,8 @@ TEST(Interactive, ComesToTheStillsLevelsAndPicture) {
     EXPECT_EQ(ample.renderer.repacks(), 0u);
 }
 
-// Any number of loaders, any deadline, and a view that was somewhere else before: the levels and the picture
-// that it comes to are the same.
+// Any number of loaders, any deadline, any upload size: the levels and the picture that it comes to are the
+// same.
 TEST(Interactive, ArrivalOrderDoesNotMatter) {
     const Scene scene = torsoScene("soft-tissue", 0);
     const std::size_t budget = gpuBytesFor(scene, 60);
@@ -173,9 +174,8 @@ TEST(Interactive, FirstPictureIsWholeAndPicturesGetBetter) {
     EXPECT_GT(compare(pictures.front(), pictures.back()).luvMean, 0);
 }
 
-// Random cameras, functions, deadlines and cancels on a budget of few pages: after every step the ledgers
-// hold and what is resident fits; and in the end it is what a fresh renderer comes to, but for what the
-// memory of past views keeps.
+// Random cameras, functions, paths, deadlines and cancels on a budget of few pages: after every step the
+// ledgers hold, what is resident fits and is what rays are told; and it comes to the levels that it wants.
 TEST(Interactive, AnyStepsKeepTheBudgetAndComeToAnEnd) {
     const Scene scene = torsoScene("soft-tissue", 0, {32, 32});
     for (const std::size_t pages : {3u, 12u, 40u}) {

@@ -25,19 +25,9 @@ Counted count(Prepared& prepared) {
     Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), TextureLimits{}, gpu,
                 prepared.budgets.ram);
     atlas.load(*p.cache, prepared.budgets.ram, work);
-    FieldSource source{&atlas, nullptr, p.selection.finest(), nullptr, nullptr};
-    std::optional<LevelTextures> textures;
-    std::uint32_t features = kFeatureBricked;
-    if (texelFormat(p.info().type).normalised)
-        features |= kFeatureNormalised;
-    if (p.mixed()) {
-        features |= kFeatureMixed;
-        source.map = &p.levels;
-        source.textures = &textures.emplace(p.levels, gpu);
-    }
-    VisibilityPass pass(features, p.info(), gpu);
+    VisibilityPass pass(p.features(false), p.info(), gpu);
     Counted counted;
-    counted.march = pass.count(rays, source, p.optics, work);
+    counted.march = pass.count(rays, SceneField(p, atlas, gpu).source, p.optics, work);
     MirrorInput input = p.mirrorInput(false);
     input.strides = rays.strides;
     const glm::ivec2 size(rays.frame.imageSize);

@@ -96,12 +96,8 @@ inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const Marc
         Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), TextureLimits{}, gpu,
                     prepared.budgets.ram);
         atlas.load(*p.cache, prepared.budgets.ram, out.work);
-        source.atlas = &atlas;
-        std::optional<LevelTextures> levelTextures;
-        if (p.mixed()) {
-            source.map = &p.levels;
-            source.textures = &levelTextures.emplace(p.levels, gpu);
-        }
+        const SceneField field(p, atlas, gpu);
+        source = field.source;
         SubBlocks subBlocks;
         const bool fine = (features & kFeatureSubBlocks) != 0;
         if (fine) {

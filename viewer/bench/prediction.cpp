@@ -93,8 +93,7 @@ Report predictionReport(const Workbench& bench) {
                 if (reduction <= scene.reductionOf(culled))
                     continue; // everything fits: nothing to choose
                 const std::size_t pages = scene.pagesAt(reduction);
-                const std::vector<float> seen =
-                    scene.countedVisibility(scene.chosenAt(reduction, scene.visibility()));
+                const std::vector<float> seen = scene.seenAt(reduction);
                 std::vector<ImageDifference> d;
                 const auto add = [&](const Selection& selection) {
                     d.push_back(SceneBench::difference(scene.draw(selection), truth));

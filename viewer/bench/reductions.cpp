@@ -1,5 +1,6 @@
 // viewer/bench/reductions.cpp: how far data shrink before a picture suffers: figure 2.27 of the course notes
 // on advanced volume ray casting, on named scans, functions and cameras.
+#include "bricking/visibility.h"
 #include "viewer/bench/experiments.h"
 #include "viewer/bench/pictures.h"
 #include "viewer/bench/seen_bricks.h"
@@ -14,8 +15,6 @@ namespace {
 constexpr double kLosslessMean = 0.5, kLosslessP99 = 3; // L*u*v*: "virtually lossless"
 constexpr double kReductions[] = {6, 80, 315};          // as in the source
 constexpr double kErrorScale = 20;                      // L*u*v* that error pictures end at
-/// A hidden brick keeps this much weight, so that at least something coarse of it is there.
-constexpr float kLeastSeen = 1.0f / 64;
 /// What no pixel of 8 bits can show.
 constexpr float kUnseen = 1.0f / 510;
 
@@ -38,7 +37,7 @@ struct Subject {
         seen = seenBricks(scene.prepared(), scene.culled(), rays);
         Selection left = scene.culled();
         for (std::size_t b = 0; b < seen.size(); ++b) {
-            factors.push_back(std::max(seen[b], kLeastSeen));
+            factors.push_back(std::max(seen[b], kHiddenVisibility));
             if (left.levels[b] == 0 && (seen[b] < kUnseen || scene.weights().area[b] <= 0)) {
                 left.levels[b] = kLevelCount - 1;
                 --left.counts[0];
@@ -61,7 +60,7 @@ Choice drawn(Subject& subject, double reduction, Way way) {
     SceneBench& scene = subject.scene;
     std::vector<float> counted;
     if (way == Way::counted)
-        counted = scene.countedVisibility(scene.chosenAt(reduction, scene.visibility()));
+        counted = scene.seenAt(reduction);
     const Visibility visibility = way == Way::allVisible  ? Visibility()
                                   : way == Way::predicted ? Visibility(scene.visibility())
                                   : way == Way::asSeen    ? Visibility(subject.factors)

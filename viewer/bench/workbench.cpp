@@ -2,8 +2,6 @@
 #include "viewer/bench/workbench.h"
 
 #include "bricking/import/importer.h"
-#include "bricking/predicted_visibility.h"
-#include "bricking/ray_statistics.h"
 #include "core/error.h"
 #include "datasets/phantom.h"
 #include "render/field_binding.h"
@@ -144,14 +142,11 @@ SceneBench::SceneBench(const Workbench& bench, const BenchVolume& volume, const 
         prepared_.frame =
             rayFrame(prepared_.camera, info(), glm::ivec2(pixels), prepared_.quality.stepVoxels);
     culled_ = cullBricks(prepared_.statistics, prepared_.table, info(), 0, true);
-    for (const std::uint8_t level : culled_.levels)
-        shows_.push_back(level != Selection::kEmpty);
-    weights_ = viewWeights(prepared_.camera, store_.info(), scene.imageSize, 0, shows_);
-    BrickRays rays = noBrickRays(info(), kBrickRayParts, analysisRam_);
-    addBrickRays(store_, shows_, rays, analysisRam_);
-    predicted_ = predictErrors(rays, shows_, prepared_.table, info());
-    keepWhatFilteringLoses(predicted_, weights_); // as render/choose_levels.cpp does
-    visibility_ = predictVisibility(predicted_, prepared_.camera, info(), scene.imageSize);
+    chooser_.emplace(store_, analysisRam_, 0);
+    chooser_->setFunction(prepared_.statistics, prepared_.table);
+    chooser_->keepFunction();
+    chooser_->setCamera(prepared_.camera, scene.imageSize);
+    visibility_ = chooser_->predictedVisibility();
 }
 
 Drawn SceneBench::draw(Selection selection, const Setting& setting) {
@@ -166,13 +161,8 @@ Drawn SceneBench::draw(Selection selection, const Setting& setting) {
                 setting.skipping ? &p.occupancy : nullptr, gpu_);
     Atlas atlas(p.info(), p.selection, std::max(pagesOf(p.selection), std::size_t{1}), limits, gpu_, ram_);
     atlas.load(*p.cache, ram_, drawn.work);
-    FieldSource source{&atlas, nullptr, p.selection.finest(), nullptr, nullptr};
-    std::optional<LevelTextures> textures;
-    if (p.mixed()) {
-        source.map = &p.levels;
-        source.textures = &textures.emplace(p.levels, gpu_);
-    }
-    march.run(source, MarchSlicing{}, drawn.work);
+    const SceneField field(p, atlas, gpu_);
+    march.run(field.source, MarchSlicing{}, drawn.work);
     drawn.image = march.image();
     bench_.common.detail(name_ + ": marched in " + formatNumber(drawn.work.marchMs, 3) + " ms");
     return drawn;
@@ -185,16 +175,11 @@ std::vector<float> SceneBench::countedVisibility(Selection selection) {
     Work work;
     Atlas atlas(p.info(), p.selection, std::max(pagesOf(p.selection), std::size_t{1}), limits, gpu_, ram_);
     atlas.load(*p.cache, ram_, work);
-    FieldSource source{&atlas, nullptr, p.selection.finest(), nullptr, nullptr};
-    std::optional<LevelTextures> textures;
-    if (p.mixed()) {
-        source.map = &p.levels;
-        source.textures = &textures.emplace(p.levels, gpu_);
-    }
+    const SceneField field(p, atlas, gpu_);
     VisibilityPass pass(p.features(false), p.info(), gpu_);
-    return visibilityFactors(
-        pass.count(visibilityRays(p.camera, p.info(), p.imageSize, p.strides()), source, p.optics, work),
-        p.selection);
+    return visibilityFactors(pass.count(visibilityRays(p.camera, p.info(), p.imageSize, p.strides()),
+                                        field.source, p.optics, work),
+                             p.selection);
 }
 
 double SceneBench::reductionOf(const Selection& selection) const {
@@ -203,12 +188,16 @@ double SceneBench::reductionOf(const Selection& selection) const {
     return static_cast<double>(info().voxelCount()) / std::max(texels, 1.0);
 }
 
+std::vector<float> SceneBench::seenAt(double reduction) {
+    return countedVisibility(chosenAt(reduction, visibility_));
+}
+
 Selection SceneBench::chosenAt(double reduction) {
-    return chosenAt(reduction, countedVisibility(chosenAt(reduction, visibility_)));
+    return chosenAt(reduction, seenAt(reduction));
 }
 
 Selection SceneBench::chosenAt(double reduction, Visibility visibility) const {
-    return selectLevels(predicted_, weights_, culled_.means, pagesAt(reduction), visibility);
+    return chooser_->best(culled_.means, pagesAt(reduction), visibility);
 }
 
 std::size_t SceneBench::pagesAt(double reduction) const {

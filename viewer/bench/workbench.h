@@ -2,7 +2,7 @@
 // can be drawn with any selection of levels.
 #pragma once
 
-#include "bricking/level_selection.h"
+#include "bricking/level_chooser.h"
 #include "core/image_metrics.h"
 #include "core/scene.h"
 #include "render/gl/context.h"
@@ -13,6 +13,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -90,14 +91,16 @@ class SceneBench {
     /// Every brick that shows something at level 0: what culling alone leaves.
     const Selection& culled() const { return culled_; }
     /// 1 for each of these.
-    const std::vector<std::uint8_t>& shows() const { return shows_; }
-    const LevelErrors& predicted() const { return predicted_; }
-    const ViewWeights& weights() const { return weights_; }
+    const std::vector<std::uint8_t>& shows() const { return chooser_->shows(); }
+    const LevelErrors& predicted() const { return chooser_->errors(); }
+    const ViewWeights& weights() const { return chooser_->weights(); }
     /// Voxels of the volume to texels of the selection's pages.
     double reductionOf(const Selection& selection) const;
     /// The product's own choice for at least such a reduction: the first, by predicted visibility, and then
     /// by what was seen of that.
     Selection chosenAt(double reduction);
+    /// What it takes for seen then.
+    std::vector<float> seenAt(double reduction);
     Selection chosenAt(double reduction, Visibility visibility) const;
     /// What the bricks' rays predict.
     const std::vector<float>& visibility() const { return visibility_; }
@@ -111,10 +114,8 @@ class SceneBench {
     Ledger ram_, analysisRam_, gpu_;
     StoreReader store_;
     PreparedScene prepared_;
-    ViewWeights weights_;
     Selection culled_;
-    std::vector<std::uint8_t> shows_;
-    LevelErrors predicted_;
+    std::optional<LevelChooser> chooser_;
     std::vector<float> visibility_;
 };
 
