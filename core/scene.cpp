@@ -20,14 +20,15 @@ namespace {
 using nlohmann::json;
 using Keys = std::vector<std::string>;
 
-const Keys kSceneKeys = {"tesseraScene", "volumes", "camera", "shading", "quality", "image"};
+const Keys kSceneKeys = {"tesseraScene", "volumes", "camera", "shading", "isosurfaces", "quality", "image"};
 const Keys kVolumeKeys = {"path", "transferFunction"};
 const Keys kFittedKeys = {"view", "parallelProjection"};
 const Keys kFreeCameraKeys = {"position",  "focalPoint",         "viewUp",
                               "viewAngle", "parallelProjection", "parallelScale"};
-const Keys kShadingKeys = {"shade", "ambient", "diffuse", "specular", "specularPower"};
-const Keys kQualityKeys = {"stepVoxels", "fetch",   "terminationTransmittance", "skipping", "edgeFunction",
-                           "sampling",   "maxError"};
+const Keys kShadingKeys = {"shade", "ambient", "diffuse", "specular", "specularPower", "gradient"};
+const Keys kSurfaceKeys = {"value", "rgb", "opacity"};
+const Keys kQualityKeys = {"stepVoxels", "integrator",   "fetch",    "terminationTransmittance",
+                           "skipping",   "edgeFunction", "sampling", "maxError"};
 const Keys kImageKeys = {"size", "background"};
 
 Keys cameraKeys() {
@@ -117,7 +118,33 @@ Shading parseShading(const JsonValue& value) {
     readNumber(value, "diffuse", 0, 1, shading.diffuse);
     readNumber(value, "specular", 0, 1, shading.specular);
     readNumber(value, "specularPower", 0, 1024, shading.specularPower);
+    if (value.has("gradient"))
+        shading.gradient = parseGradient(value.at("gradient").oneOf(gradientNames()), value.place());
     return shading;
+}
+
+Isosurface parseSurface(const JsonValue& value) {
+    value.requireKeys(kSurfaceKeys);
+    Isosurface surface;
+    surface.value = value.at("value").number();
+    readNumber(value, "opacity", 0, 1, surface.opacity);
+    if (value.has("rgb")) {
+        const JsonValue colour = value.at("rgb");
+        if (colour.items().size() != 3)
+            colour.refuse("[r, g, b], linear");
+        for (int c = 0; c < 3; ++c)
+            surface.colour[c] = colour.items()[static_cast<std::size_t>(c)].number(0, 1);
+    }
+    return surface;
+}
+
+std::vector<Isosurface> parseSurfaces(const JsonValue& value) {
+    std::vector<Isosurface> surfaces;
+    for (const JsonValue& item : value.items())
+        surfaces.push_back(parseSurface(item));
+    if (surfaces.size() > Scene::kMaxSurfaces)
+        value.refuse("at most " + std::to_string(Scene::kMaxSurfaces) + " isosurfaces");
+    return surfaces;
 }
 
 Quality parseQuality(const JsonValue& value) {
@@ -125,6 +152,8 @@ Quality parseQuality(const JsonValue& value) {
     Quality quality;
     // 1/64 voxel: 32 times finer than the default, below which float positions along a ray start to merge
     readNumber(value, "stepVoxels", 1.0 / 64, 16, quality.stepVoxels);
+    if (value.has("integrator"))
+        quality.integrator = parseIntegrator(value.at("integrator").oneOf(integratorNames()), value.place());
     if (value.has("fetch"))
         quality.fetch = parseFetch(value.at("fetch").oneOf(fetchNames()), value.place());
     if (value.has("edgeFunction"))
@@ -217,6 +246,17 @@ const std::vector<std::string>& samplingNames() {
     static const std::vector<std::string> names = {"full", "limited", "naive"};
     return names;
 }
+
+const std::vector<std::string>& integratorNames() {
+    static const std::vector<std::string> names = {"auto", "midpoint", "linear", "pre-integrated",
+                                                   "pre-integrated-2d"};
+    return names;
+}
+const std::vector<std::string>& gradientNames() {
+    static const std::vector<std::string> names = {"forward", "central", "sobel", "analytic"};
+    return names;
+}
+
 View parseView(const std::string& text, const std::string& where) {
     return static_cast<View>(nameIndex(text, viewNames(), where));
 }
@@ -230,6 +270,14 @@ EdgeFunction parseEdgeFunction(const std::string& text, const std::string& where
 
 Sampling parseSampling(const std::string& text, const std::string& where) {
     return static_cast<Sampling>(nameIndex(text, samplingNames(), where));
+}
+
+Integrator parseIntegrator(const std::string& text, const std::string& where) {
+    return static_cast<Integrator>(nameIndex(text, integratorNames(), where));
+}
+
+Gradient parseGradient(const std::string& text, const std::string& where) {
+    return static_cast<Gradient>(nameIndex(text, gradientNames(), where));
 }
 
 std::optional<glm::vec3> parseBackground(const std::string& text, const std::string& where) {
@@ -274,6 +322,8 @@ Scene parseScene(const std::string& text, const std::filesystem::path& folder, c
         scene.camera = parseCamera(root.at("camera"));
     if (root.has("shading"))
         scene.shading = parseShading(root.at("shading"));
+    if (root.has("isosurfaces"))
+        scene.surfaces = parseSurfaces(root.at("isosurfaces"));
     if (root.has("quality"))
         scene.quality = parseQuality(root.at("quality"));
     if (root.has("image"))
@@ -295,10 +345,15 @@ std::string sceneJson(const Scene& scene) {
             function = transferJson(std::get<TransferFunction>(volume.transferFunction));
         volumes.push_back({{"path", volume.path.string()}, {"transferFunction", std::move(function)}});
     }
+    json surfaces = json::array();
+    for (const Isosurface& surface : scene.surfaces)
+        surfaces.push_back(
+            {{"value", surface.value}, {"rgb", listOf(surface.colour)}, {"opacity", surface.opacity}});
     const Shading& shading = scene.shading;
     const Quality& quality = scene.quality;
     json qualityObject = {
         {"stepVoxels", quality.stepVoxels},
+        {"integrator", integratorNames()[static_cast<std::size_t>(quality.integrator)]},
         {"fetch", fetchNames()[static_cast<std::size_t>(quality.fetch)]},
         {"terminationTransmittance", quality.terminationTransmittance},
         {"skipping", quality.skipping},
@@ -314,7 +369,9 @@ std::string sceneJson(const Scene& scene) {
                              {"ambient", shading.ambient},
                              {"diffuse", shading.diffuse},
                              {"specular", shading.specular},
-                             {"specularPower", shading.specularPower}}},
+                             {"specularPower", shading.specularPower},
+                             {"gradient", gradientNames()[static_cast<std::size_t>(shading.gradient)]}}},
+                           {"isosurfaces", std::move(surfaces)},
                            {"quality", std::move(qualityObject)},
                            {"image",
                             {{"size", {scene.imageSize.x, scene.imageSize.y}},
@@ -328,6 +385,7 @@ std::map<std::string, std::vector<std::string>> sceneKeys() {
             {"$.volumes[].transferFunction", transferKeys()},
             {"$.camera", cameraKeys()},
             {"$.shading", kShadingKeys},
+            {"$.isosurfaces[]", kSurfaceKeys},
             {"$.quality", kQualityKeys},
             {"$.image", kImageKeys}};
 }

@@ -16,11 +16,24 @@
 
 namespace tessera {
 
+/// How the field's gradient is taken (docs/sampling.md, "Value"): differences to one side or to both, the
+/// smoothed differences of Sobel, or the derivative of trilinear interpolation itself.
+enum class Gradient { forward, central, sobel, analytic };
+
 /// Phong with a head light: colour * (ambient + diffuse * |n.v|) + specular * max(0, r.v)^specularPower,
 /// the specular part white. Off: colour as the transfer function gives it.
 struct Shading {
     bool on = true;
     double ambient = 0.2, diffuse = 0.8, specular = 0.25, specularPower = 20;
+    Gradient gradient = Gradient::central;
+};
+
+/// A surface of one value, drawn where rays cross it, in one pass with the volume. Lit as the volume is.
+struct Isosurface {
+    double value = 0;       // physical units
+    glm::dvec3 colour{1.0}; // linear light, [0,1], not premultiplied
+    double opacity = 1;     // [0,1], of the surface itself: whatever the angle and the step
+    bool operator==(const Isosurface&) const = default;
 };
 
 enum class Fetch { hardware, exact };
@@ -32,8 +45,12 @@ enum class EdgeFunction { nearest, minimum, split, maximum };
 /// brick that can have weight there; as the brick at hand.
 enum class Sampling { full, limited, naive };
 
+/// What a segment of a ray adds (docs/sampling.md, "Integrators").
+enum class Integrator { automatic, midpoint, linear, preintegrated, preintegrated2d };
+
 struct Quality {
-    double stepVoxels = 0.5;       // q of docs/sampling.md: a segment, in level-0 voxels, [1/64,16]
+    double stepVoxels = 0.5; // q of docs/sampling.md: a segment, in level-0 voxels, [1/64,16]
+    Integrator integrator = Integrator::automatic; // automatic: as the transfer function's sharpness asks
     Fetch fetch = Fetch::hardware; // exact: texel fetches and float arithmetic, for equality tests
     double terminationTransmittance = 1.0 / 510;     // a ray stops below it; 0: off
     bool skipping = true;                            // empty-space skipping; never changes the picture
@@ -64,10 +81,12 @@ struct Scene {
     std::vector<SceneVolume> volumes; // exactly one is drawn now
     CameraChoice camera = FittedView{};
     Shading shading;
+    std::vector<Isosurface> surfaces; // at most kMaxSurfaces
     Quality quality;
     glm::ivec2 imageSize{512, 512};
     std::optional<glm::vec3> background = glm::vec3(0); // linear rgb in [0,1]; none: transparent
 
+    static constexpr std::size_t kMaxSurfaces = 8;
     static constexpr int kMaxImageExtent = 16384; // pixels an axis: 4 GiB of float pixels
 };
 
@@ -93,10 +112,14 @@ const std::vector<std::string>& viewNames();         // in the order of View
 const std::vector<std::string>& fetchNames();        // in the order of Fetch
 const std::vector<std::string>& edgeFunctionNames(); // in the order of EdgeFunction
 const std::vector<std::string>& samplingNames();     // in the order of Sampling
+const std::vector<std::string>& integratorNames();   // in the order of Integrator
+const std::vector<std::string>& gradientNames();     // in the order of Gradient
 View parseView(const std::string& text, const std::string& where);
 Fetch parseFetch(const std::string& text, const std::string& where);
 EdgeFunction parseEdgeFunction(const std::string& text, const std::string& where);
 Sampling parseSampling(const std::string& text, const std::string& where);
+Integrator parseIntegrator(const std::string& text, const std::string& where);
+Gradient parseGradient(const std::string& text, const std::string& where);
 
 /// Colour from "black", "white", "#rrggbb" (sRGB) or "transparent" (none). Throws InputError naming where.
 std::optional<glm::vec3> parseBackground(const std::string& text, const std::string& where);

@@ -25,8 +25,10 @@ const char* const kFitted = R"({"tesseraScene":1,
   "volumes":[{"path":"a/x.zarr","transferFunction":{"scalarOpacityUnitDistance":2.5,
     "scalarOpacity":[[-100,0],[50,0.125],[50,0.5]],"rgbTransferFunction":[[0,0.1,0.2,0.3],[10,1,1,1]]}}],
   "camera":{"view":"left","parallelProjection":true},
-  "shading":{"shade":false,"ambient":0.1,"diffuse":0.7,"specular":0.3,"specularPower":40},
-  "quality":{"stepVoxels":0.25,"fetch":"exact","terminationTransmittance":0,"skipping":false,
+  "shading":{"shade":false,"ambient":0.1,"diffuse":0.7,"specular":0.3,"specularPower":40,
+    "gradient":"sobel"},
+  "isosurfaces":[{"value":-300,"rgb":[0.9,0.5,0.25],"opacity":0.5},{"value":200,"rgb":[1,1,1],"opacity":1}],
+  "quality":{"stepVoxels":0.25,"integrator":"pre-integrated","fetch":"exact","terminationTransmittance":0,"skipping":false,
     "edgeFunction":"split","sampling":"naive","maxError":2.5},
   "image":{"size":[640,480],"background":"#336699"}})";
 const char* const kFree = R"({"tesseraScene":1,"volumes":[{"path":"/s/x.zarr","transferFunction":"lung"}],
@@ -72,6 +74,11 @@ TEST(Scene, EveryKeyIsRead) {
     EXPECT_EQ(scene.shading.specular, 0.3);
     EXPECT_EQ(scene.shading.specularPower, 40);
     EXPECT_EQ(scene.quality.stepVoxels, 0.25);
+    EXPECT_EQ(scene.shading.gradient, Gradient::sobel);
+    ASSERT_EQ(scene.surfaces.size(), 2u);
+    EXPECT_EQ(scene.surfaces[0], (Isosurface{-300, glm::dvec3(0.9, 0.5, 0.25), 0.5}));
+    EXPECT_EQ(scene.surfaces[1], (Isosurface{200, glm::dvec3(1), 1}));
+    EXPECT_EQ(scene.quality.integrator, Integrator::preintegrated);
     EXPECT_EQ(scene.quality.fetch, Fetch::exact);
     EXPECT_EQ(scene.quality.terminationTransmittance, 0);
     EXPECT_FALSE(scene.quality.skipping);
