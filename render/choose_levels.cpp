@@ -70,8 +70,9 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
         const std::size_t wanted = pagesFor(chosen.selection.counts);
         chosen.error = chooser->predict(chosen.selection);
         chosen.atlasPages = std::min(std::max<std::size_t>(1, wanted), pages);
-        const std::size_t least =
-            std::max<std::size_t>(1, std::min(wanted, neighbourhoodPages(scene.shading.on)));
+        const std::size_t least = std::max<std::size_t>(
+            1, std::min(wanted, neighbourhoodPages(scene.shading.on,
+                                                   scene.quality.integrator != Integrator::midpoint)));
         if (chosen.atlasPages < least)
             throw belowFloor(gpu, gpuFixed + atlasBytes(least, info.type, limits),
                              "picture, tables and the bricks around one sample");

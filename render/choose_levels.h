@@ -25,10 +25,11 @@ struct ChosenLevels {
     std::unique_ptr<LevelChooser> chooser;
 };
 
-/// Pages that the neighbourhood of one sample can take: eight bricks for a value, and those half a brick
-/// further for the differences of a gradient. No atlas of several passes may have fewer.
-constexpr std::size_t neighbourhoodPages(bool shading) {
-    return shading ? 27 : 8;
+/// Pages that the neighbourhood of one segment can take: eight bricks for a value; those half a brick further
+/// for the differences of a gradient, and for the values at its two ends, which are at most half a brick
+/// apart. No atlas of several passes may have fewer.
+constexpr std::size_t neighbourhoodPages(bool shading, bool ends) {
+    return shading || ends ? 27 : 8;
 }
 
 /// @param gpuFixed  bytes that the scene takes of gpu besides its bricks

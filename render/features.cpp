@@ -16,8 +16,24 @@ const std::vector<FeatureName>& featureNames() {
         {kFeaturePasses, "FEATURE_PASSES", "several passes"},
         {kFeatureVisibility, "FEATURE_VISIBILITY", "counting of what is seen"},
         {kFeatureSubBlocks, "FEATURE_SUBBLOCKS", "sub-blocks of half a voxel"},
+        {kFeatureLinear, "FEATURE_LINEAR", "segments of linear colour"},
+        {kFeaturePreintegrated, "FEATURE_PREINTEGRATED", "pre-integrated segments"},
+        {kFeatureSeenColours, "FEATURE_SEENCOLOURS", "pre-integrated colours with attenuation"},
     };
     return names;
+}
+
+std::uint32_t integratorFeatures(Integrator integrator) {
+    switch (integrator) {
+    case Integrator::linear:
+        return kFeatureLinear;
+    case Integrator::preintegrated:
+        return kFeaturePreintegrated;
+    case Integrator::preintegrated2d:
+        return kFeaturePreintegrated | kFeatureSeenColours;
+    default:
+        return 0;
+    }
 }
 
 std::string featureDefines(std::uint32_t features) {

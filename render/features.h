@@ -3,6 +3,8 @@
 // recompiles.
 #pragma once
 
+#include "core/scene.h" // Integrator
+
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -21,8 +23,16 @@ enum Feature : std::uint32_t {
     kFeaturePasses = 1u << 8,      // some bricks are absent: rays wait for them and go on in another pass
     kFeatureVisibility = 1u << 9,  // rays count the light that reaches each brick
     kFeatureSubBlocks = 1u << 10,  // skipping also leaps over sub-blocks of half a voxel
+    // Integrators; none: midpoint. March sets these itself, by its optics.
+    kFeatureLinear = 1u << 11,        // constant extinction and linear colour between a segment's ends
+    kFeaturePreintegrated = 1u << 12, // means over the values between a segment's ends
+    kFeatureSeenColours = 1u << 13,   // with these, colours with attenuation inside the segment
 };
-constexpr std::uint32_t kAllFeatures = (1u << 11) - 1;
+constexpr std::uint32_t kAllFeatures = (1u << 14) - 1;
+constexpr std::uint32_t kIntegratorFeatures = kFeatureLinear | kFeaturePreintegrated | kFeatureSeenColours;
+
+/// Of an integrator that is not automatic.
+std::uint32_t integratorFeatures(Integrator integrator);
 
 struct FeatureName {
     Feature bit;

@@ -19,6 +19,11 @@ struct GpuWork { // layout of the Work buffer in march.comp
 };
 static_assert(sizeof(GpuWork) == 28);
 
+std::uint32_t withIntegrator(std::uint32_t features, const Optics& optics) {
+    features &= ~kIntegratorFeatures;
+    return (features & kFeatureVisibility) ? features : features | integratorFeatures(optics.integrator);
+}
+
 } // namespace
 
 std::size_t March::stateBytes(const glm::ivec2& size) {
@@ -45,8 +50,8 @@ void setRayUniforms(const GlProgram& program, const RayFrame<double>& frame) {
 
 March::March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
              const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu)
-    : size_(glm::ivec2(frame.imageSize)), features_(features), info_(info), gpu_(gpu),
-      program_("march.comp", featureDefines(features)) {
+    : size_(glm::ivec2(frame.imageSize)), features_(withIntegrator(features, optics)), info_(info), gpu_(gpu),
+      program_("march.comp", featureDefines(features_)), occupancy_(occupancy) {
     TESSERA_CHECK((occupancy != nullptr) == ((features & kFeatureSkipping) != 0));
     const std::size_t pixels = static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y);
     const glm::ivec3 bricks = brickGrid(info.extentVoxels);
@@ -71,9 +76,28 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
 }
 
 void March::setFunction(const Optics& optics) {
-    table_ = {}; // first, so that two are never charged
-    table_ = GlBuffer(optics.table.size() * sizeof(glm::vec4), std::as_bytes(std::span(optics.table)), gpu_,
-                      "the transfer function's table");
+    if (const std::uint32_t features = withIntegrator(features_, optics); features != features_) {
+        features_ = features;
+        program_ = GlProgram("march.comp", featureDefines(features_));
+        compiled_ = false;
+        if (occupancy_)
+            setSkippingUniforms(program_, *occupancy_);
+    }
+    const auto replace = [&](GlBuffer& buffer, const std::vector<glm::vec4>& numbers) {
+        buffer = {}; // first, so that two are never charged
+        buffer = GlBuffer(numbers.size() * sizeof(glm::vec4), std::as_bytes(std::span(numbers)), gpu_,
+                          "the transfer function's tables");
+    };
+    replace(table_, optics.table);
+    if (features_ & kFeaturePreintegrated) {
+        std::vector<glm::vec4> sums = optics.sums;
+        sums.insert(sums.end(), optics.seen.colours().begin(), optics.seen.colours().end());
+        replace(sums_, sums);
+    }
+    program_.set("uSeenScale", optics.seenScale);
+    program_.set("uSeenStart", static_cast<int>(optics.sums.size()));
+    program_.set("uSeenEdge", SeenColours::kEdge);
+    program_.set("uSeenFirstLayer", optics.seen.firstLayer());
     program_.set("uTableScale", optics.scale);
     program_.set("uTableOffset", optics.offset);
     program_.set("uTableLast", static_cast<int>(optics.table.size()) - 1);
@@ -133,6 +157,8 @@ bool March::runUntil(const FieldSource& source, const MarchSlicing& slicing, Clo
         seen_.bind(5);
         lastBrick_.bind(6);
     }
+    if (features_ & kFeaturePreintegrated)
+        sums_.bind(7);
     if (features_ & kFeatureSubBlocks) {
         TESSERA_CHECK(subBlocks_);
         subBlocks_->places.bind(5);

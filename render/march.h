@@ -37,7 +37,7 @@ class March {
   public:
     using Clock = std::chrono::steady_clock;
     /// Compiles the program and allocates table, map of empty space and ray state on the GPU ledger.
-    /// occupancy is needed exactly when features has kFeatureSkipping; info must outlive this.
+    /// occupancy is needed exactly when features has kFeatureSkipping; it and info must outlive this.
     March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
           const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu);
 
@@ -53,7 +53,7 @@ class March {
     ///                                       then blocks and sub-blocks are to be found again
     ///                                       (refineSkipping())
     void restart(const RayFrame<double>& frame, const Strides& strides, const Occupancy* changed);
-    /// Another transfer function; restart() must follow.
+    /// Another transfer function; restart() must follow. Compiles anew where the integrator is another.
     void setFunction(const Optics& optics);
     /// kFeatureVisibility: per brick, [z][y][x], what the rays saw since they began.
     std::vector<SeenBrick> seen() const;
@@ -86,7 +86,8 @@ class March {
     bool compiled_ = false;   // by the driver
     Pace pace_;
     GlProgram program_;
-    GlBuffer table_, colour_, next_, work_, wanted_, seen_, lastBrick_;
+    const Occupancy* occupancy_ = nullptr; // that this was made with
+    GlBuffer table_, sums_, colour_, next_, work_, wanted_, seen_, lastBrick_;
     GlTexture3d skipping_;
     std::uint64_t skippingVersion_ = 0; // of the occupancy that the texture holds; 0: none
     const SubBlocks* subBlocks_ = nullptr;

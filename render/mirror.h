@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bricking/visibility.h"
+#include "render/integrators.h"
 #include "render/lattice.h"
 #include "render/occupancy.h"
 #include "render/optics.h"
@@ -33,27 +34,39 @@ template <typename Real, typename Field>
 glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input,
                             Work& work) {
     const Optics& optics = *input.optics;
+    const bool ends = needsEnds(optics.integrator);
     glm::vec<4, Real> sum(0);
+    Real front = 0;     // place of the value at the start of segment i
+    bool known = false; // front is
     for (int i = 0; i < ray.count;) {
         ++work.iterations;
         const int n = strideAt(input.strides, ray, i);
         const Real length = strideLength(ray, i, n);
-        const glm::vec<3, Real> p = stridePosition(ray, i, length);
         if (input.occupancy) {
-            const int next = nextOccupied(*input.occupancy, input.strides, ray, i, n, p);
+            const int next = ends ? nextShown(*input.occupancy, input.strides, ray, i)
+                                  : nextOccupied(*input.occupancy, input.strides, ray, i, n,
+                                                 stridePosition(ray, i, length));
             if (next > i) {
                 i = next;
+                known = false;
                 continue;
             }
         }
         ++work.segments;
         ++work.samples;
-        const glm::vec<4, Real> optical = lookUp(optics, field.value(p));
-        if (optical.a > Real(0)) {
-            const Real alpha = opacityOf(optical.a * (length * ray.segmentMm));
-            glm::vec<3, Real> colour(optical);
+        if (ends && !known) {
+            ++work.samples;
+            front = placeOf(optics, field.value(segmentStart(ray, i)));
+        }
+        const Real back =
+            placeOf(optics, field.value(ends ? strideEnd(ray, i, length) : stridePosition(ray, i, length)));
+        const Real extinction = segmentExtinction(optics, front, back);
+        if (extinction > Real(0)) {
+            const Real depth = extinction * (length * ray.segmentMm);
+            const Real alpha = opacityOf(depth);
+            glm::vec<3, Real> colour = segmentColour(optics, front, back, depth, alpha, n);
             if (optics.shading) {
-                colour = shade(optics, colour, field.gradient(p), ray.direction);
+                colour = shade(optics, colour, field.gradient(stridePosition(ray, i, length)), ray.direction);
                 work.samples += 6;
             }
             const Real weight = (Real(1) - sum.a) * alpha;
@@ -64,6 +77,8 @@ glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const M
             if (Real(1) - sum.a < static_cast<Real>(optics.termination))
                 break;
         }
+        front = back;
+        known = true;
         i += n;
     }
     return sum;

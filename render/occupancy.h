@@ -17,6 +17,7 @@
 #include <glm/common.hpp>
 #include <glm/vec2.hpp>
 #include <limits>
+#include <optional>
 #include <vector>
 
 namespace tessera {
@@ -83,6 +84,51 @@ class Occupancy {
 /// no stride is leapt over whose middle lies outside.
 constexpr double kLeapMargin = 1.0 / 64;
 
+/// A box, in voxels, that is proven empty.
+struct EmptyBox {
+    glm::ivec3 low, high;
+    bool touches(const EmptyBox& other) const {
+        return glm::all(glm::lessThanEqual(low, other.high)) && glm::all(glm::lessThanEqual(other.low, high));
+    }
+};
+
+/// The empty box around a place, as far as a ray in the direction of step may leap; none where something can
+/// show.
+template <typename Real>
+std::optional<EmptyBox> emptyBoxAt(const Occupancy& o, const glm::vec<3, Real>& step,
+                                   const glm::vec<3, Real>& p) {
+    const glm::ivec3 voxel = glm::clamp(glm::ivec3(glm::floor(p)), glm::ivec3(0), o.extentVoxels() - 1);
+    int shift = boxShift(o.scale());
+    const SkippingTexel texel = o.map()[linearIndex(voxel >> shift, o.grid())];
+    glm::ivec3 ascends(0);
+    int reach = 1;
+    for (int axis = 0; axis < 3; ++axis)
+        ascends[axis] = step[axis] > Real(0) ? 1 : 0;
+    if (isOccupied(texel)) {
+        shift -= 2;
+        if ((texel >> blockBit((voxel >> shift) & 3)) & 1u)
+            return std::nullopt;
+    } else {
+        reach = octantDistance(texel, ascends.x | ascends.y << 1 | ascends.z << 2);
+    }
+    const glm::ivec3 box = voxel >> shift, ahead = (reach - 1) * ascends, behind = (reach - 1) - ahead;
+    return EmptyBox{(box - behind) * (1 << shift), (box + 1 + ahead) * (1 << shift)};
+}
+
+/// Where a ray leaves a box, less a margin, in segments from its entry.
+template <typename Real> Real leaves(const SegmentedRay<Real>& ray, const EmptyBox& box) {
+    Real leave = std::numeric_limits<Real>::max();
+    const Real margin = static_cast<Real>(kLeapMargin);
+    for (int axis = 0; axis < 3; ++axis) {
+        const Real d = ray.step[axis];
+        if (d > Real(0))
+            leave = std::min(leave, (static_cast<Real>(box.high[axis]) - margin - ray.entry[axis]) / d);
+        if (d < Real(0))
+            leave = std::min(leave, (static_cast<Real>(box.low[axis]) + margin - ray.entry[axis]) / d);
+    }
+    return leave;
+}
+
 /// Twin of nextOccupied() in shaders/march_skipping.glsl: i itself where p, the middle of the stride of n
 /// segments from i, lies where something can show; else where the first stride starts whose middle may lie
 /// beyond the box that is empty. Leaps differ from the shader's by rounding; which strides are taken does
@@ -90,36 +136,38 @@ constexpr double kLeapMargin = 1.0 / 64;
 template <typename Real>
 int nextOccupied(const Occupancy& o, const Strides& strides, const SegmentedRay<Real>& ray, int i, int n,
                  const glm::vec<3, Real>& p) {
-    const glm::ivec3 voxel = glm::clamp(glm::ivec3(glm::floor(p)), glm::ivec3(0), o.extentVoxels() - 1);
-    int shift = boxShift(o.scale());
-    const SkippingTexel texel = o.map()[linearIndex(voxel >> shift, o.grid())];
-    int octant = 0, reach = 1;
-    if (isOccupied(texel)) {
-        shift -= 2;
-        if ((texel >> blockBit((voxel >> shift) & 3)) & 1u)
-            return i;
-    } else {
-        for (int axis = 0; axis < 3; ++axis)
-            octant |= (ray.step[axis] > Real(0) ? 1 : 0) << axis;
-        reach = octantDistance(texel, octant);
-    }
-    Real leave = std::numeric_limits<Real>::max(); // in segments from the entry
-    for (int axis = 0; axis < 3; ++axis) {
-        const Real d = ray.step[axis];
-        const int box = voxel[axis] >> shift;
-        const Real margin = static_cast<Real>(kLeapMargin);
-        if (d > Real(0))
-            leave =
-                std::min(leave, (static_cast<Real>((box + reach) << shift) - margin - ray.entry[axis]) / d);
-        if (d < Real(0))
-            leave = std::min(
-                leave,
-                (static_cast<Real>((box - (reach - 1)) * (1 << shift)) + margin - ray.entry[axis]) / d);
-    }
-    const Real beyond = std::ceil(leave - Real(0.5));
+    const std::optional<EmptyBox> box = emptyBoxAt(o, ray.step, p);
+    if (!box)
+        return i;
+    const Real beyond = std::ceil(leaves(ray, *box) - Real(0.5));
     if (!(beyond < static_cast<Real>(ray.count)))
         return ray.count;
     return std::max(i + n, strideStart(strides, ray, std::max(static_cast<int>(beyond), 0)));
+}
+
+/// The same for segments that are given by the field at their ends: i itself where the stride from i can show
+/// something, else where the first stride starts that can. A stride cannot where both its ends lie in empty
+/// boxes that touch: values at its ends lie in the ranges of these, which share the value at a point where
+/// they touch, so that nothing between the two values shows either.
+template <typename Real>
+int nextShown(const Occupancy& o, const Strides& strides, const SegmentedRay<Real>& ray, int i) {
+    std::optional<EmptyBox> box = emptyBoxAt(o, ray.step, segmentStart(ray, i));
+    while (box) {
+        const Real beyond = std::floor(leaves(ray, *box));
+        if (!(beyond < static_cast<Real>(ray.count)))
+            return ray.count;
+        i = std::max(i, strideStart(strides, ray, std::max(static_cast<int>(beyond), 0)));
+        const int n = strideAt(strides, ray, i);
+        const std::optional<EmptyBox> next =
+            emptyBoxAt(o, ray.step, strideEnd(ray, i, strideLength(ray, i, n)));
+        if (!next || !box->touches(*next))
+            return i;
+        i += n;
+        if (i >= ray.count)
+            return ray.count;
+        box = next;
+    }
+    return i;
 }
 
 } // namespace tessera

@@ -1,10 +1,13 @@
 // render/optics.cpp: see optics.h.
 #include "render/optics.h"
 
+#include "core/error.h"
+
 namespace tessera {
 
 Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shading& shading,
-                  double terminationTransmittance) {
+                  double terminationTransmittance, Integrator integrator) {
+    TESSERA_CHECK(integrator != Integrator::automatic);
     Optics o;
     o.table = table.entries;
     // Physical = slope * stored + intercept, folded into the table's own scale once, in double.
@@ -18,7 +21,22 @@ Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shad
     o.voxelFromPatientTransposed = glm::mat3(glm::transpose(glm::inverse(linear)));
     o.patientFromVoxel = glm::mat3(linear);
     o.termination = static_cast<float>(terminationTransmittance);
+    o.integrator = integrator;
+    if (integrator == Integrator::preintegrated || integrator == Integrator::preintegrated2d)
+        o.sums = tableSums(o.table);
     return o;
+}
+
+void prepareSeenColours(Optics& o, double segmentMm, int firstLayer, int layers) {
+    if (o.integrator != Integrator::preintegrated2d) {
+        o.seen = SeenColours();
+        return;
+    }
+    o.seenScale = static_cast<float>(SeenColours::kEdge - 1) / static_cast<float>(o.table.size() - 1);
+    if (o.seen.length() == segmentMm && o.seen.firstLayer() == firstLayer && o.seen.layers() == layers)
+        o.seen.update(o.table);
+    else
+        o.seen = SeenColours(o.table, segmentMm, firstLayer, layers);
 }
 
 } // namespace tessera

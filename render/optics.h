@@ -6,6 +6,7 @@
 #include "core/scene.h" // Shading
 #include "core/transfer_function.h"
 #include "core/volume.h"
+#include "render/preintegration.h"
 
 #include <algorithm>
 #include <bit>
@@ -28,11 +29,23 @@ struct Optics {
     int specularPower = 1;
     glm::mat3 voxelFromPatientTransposed{1}; // linear parts
     glm::mat3 patientFromVoxel{1};
-    float termination = 0; // transmittance below which a ray ends; 0: never
+    float termination = 0;                        // transmittance below which a ray ends; 0: never
+    Integrator integrator = Integrator::midpoint; // never automatic
+    std::vector<glm::vec4> sums;                  // of the pre-integrated ones: tableSums()
+    SeenColours seen;                             // of preintegrated2d
+    float seenScale = 0;                          // its places per entry
+
+    /// Of a march's tables.
+    std::size_t gpuBytes() const {
+        return (table.size() + sums.size() + seen.colours().size()) * sizeof(glm::vec4);
+    }
 };
 
 Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shading& shading,
-                  double terminationTransmittance);
+                  double terminationTransmittance, Integrator integrator = Integrator::midpoint);
+/// preintegrated2d: makes the table of seen colours, or mends it where only entries differ from those it was
+/// made of. @param segmentMm  a typical segment; layers for strides of 2^firstLayer segments and the next
+void prepareSeenColours(Optics& optics, double segmentMm, int firstLayer, int layers);
 
 template <typename Real> glm::vec<4, Real> lookUp(const Optics& o, Real stored) {
     const int last = static_cast<int>(o.table.size()) - 1;

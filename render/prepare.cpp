@@ -8,6 +8,7 @@
 #include "render/visibility_pass.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace tessera {
@@ -36,9 +37,25 @@ std::size_t pixelCount(const glm::ivec2& size) {
 std::size_t selectionBytes(const VolumeInfo& info) {
     return cellCount(brickGrid(info.extentVoxels)) * (sizeof(std::uint8_t) + sizeof(float));
 }
-/// A transfer function's table as TransferTable and as Optics hold it.
+/// A transfer function's table as TransferTable and as Optics hold it, and its sums.
 std::size_t tableBytes(std::size_t entries) {
-    return entries * (2 * sizeof(glm::vec4) + sizeof(int));
+    return entries * (2 * sizeof(glm::vec4) + sizeof(int)) + 2 * (entries + 2) * sizeof(glm::vec4);
+}
+/// The tables of colours, and the one that an upload copies.
+std::size_t seenBytes(Integrator integrator) {
+    return integrator == Integrator::preintegrated2d ? 2 * SeenColours::bytes(kLevelCount) : 0;
+}
+/// Pre-integration takes the field to be continuous.
+Integrator integratorFor(const Quality& quality) {
+    const bool jumps = quality.edgeFunction == EdgeFunction::nearest;
+    if (jumps && quality.integrator != Integrator::automatic && quality.integrator != Integrator::midpoint)
+        throw InputError(
+            "integrator: expected midpoint where bricks are not blended (edge function nearest), "
+            "found " +
+            integratorNames()[static_cast<std::size_t>(quality.integrator)]);
+    if (quality.integrator != Integrator::automatic)
+        return quality.integrator;
+    return jumps ? Integrator::midpoint : Integrator::preintegrated;
 }
 /// Every CPU renderer's thread pins the chunks of one neighbourhood while the loaders need one each.
 std::size_t cacheFloorBytes(const VolumeInfo& info, int threads) {
@@ -50,13 +67,13 @@ std::size_t cacheFloorBytes(const VolumeInfo& info, int threads) {
 } // namespace
 
 std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize, std::size_t bytesPerPixel,
-                             int threads) {
+                             int threads, Integrator integrator) {
     const int used = threads > 0 ? threads : defaultThreads();
     const std::size_t own = bytesPerPixel * pixelCount(imageSize) + selectionBytes(info) +
                             Occupancy::bytes(info.extentVoxels, MapScale::bricks) +
                             LevelMap::bytes(brickGrid(info.extentVoxels)) +
-                            tableBytes(TransferTable::kMaxEntries) + cacheFloorBytes(info, used) +
-                            Atlas::stagingBytes(info);
+                            tableBytes(TransferTable::kMaxEntries) + seenBytes(integrator) +
+                            cacheFloorBytes(info, used) + Atlas::stagingBytes(info);
     // A reader takes up to a quarter of what is free (store_reader.h); the statistics' floor knows that.
     return statisticsFloorBytes(info, used) + own / 3 * 4 + 4;
 }
@@ -82,7 +99,7 @@ std::uint32_t PreparedScene::features(bool counting) const {
     add(texelFormat(info().type).normalised, kFeatureNormalised);
     add(optics.termination > 0, kFeatureTermination);
     add(counting, kFeatureCounting);
-    return f;
+    return f | integratorFeatures(optics.integrator);
 }
 
 Strides PreparedScene::strides() const {
@@ -115,8 +132,23 @@ void PreparedScene::setFunction(const TransferFunction& f, const Scene& scene, L
     function = f;
     table = makeTable(function);
     functionCharge = {};
-    functionCharge = ram.charge(tableBytes(table.entries.size()), "the transfer function's table");
-    optics = makeOptics(table, info(), scene.shading, scene.quality.terminationTransmittance);
+    const Integrator integrator = integratorFor(scene.quality);
+    functionCharge = ram.charge(tableBytes(table.entries.size()) + seenBytes(integrator),
+                                "the transfer function's tables");
+    SeenColours seen = std::move(optics.seen); // may serve on
+    optics = makeOptics(table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
+    optics.seen = std::move(seen);
+    if (!selection.levels.empty())
+        prepareSegments();
+}
+
+void PreparedScene::prepareSegments() {
+    const double voxelMm = std::cbrt(std::abs(glm::determinant(glm::dmat3(info().patientFromVoxel))));
+    const Strides s = strides();
+    const int longest =
+        mixed() ? levels.mostStride : std::countr_zero(static_cast<unsigned>(s.uniformSegments));
+    const int first = mixed() ? 0 : longest;
+    prepareSeenColours(optics, quality.stepVoxels * voxelMm, first, longest - first + 1);
 }
 
 void PreparedScene::setSelection(Selection chosen, Ledger& ram) {
@@ -128,6 +160,7 @@ void PreparedScene::mapLevels(Ledger& ram, bool always) {
     levels = LevelMap();
     if (always || !selection.uniform() || quality.edgeFunction == EdgeFunction::nearest)
         levels = makeLevelMap(selection, info().extentVoxels, quality, ram);
+    prepareSegments();
     if (quality.skipping)
         mapEmptySpace(ram);
 }
@@ -155,7 +188,8 @@ PreparedScene prepareView(const Scene& scene, const StoreReader& store, Ledger& 
     p.store = &store;
     const VolumeInfo& info = store.info();
     p.imageSize = scene.imageSize;
-    const std::size_t floor = renderFloorBytes(info, scene.imageSize, bytesPerPixel, threads);
+    const std::size_t floor =
+        renderFloorBytes(info, scene.imageSize, bytesPerPixel, threads, integratorFor(scene.quality));
     if (ram.limitBytes() < floor)
         throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
                          ", but the budget is " + formatBytes(ram.limitBytes()));
@@ -192,12 +226,13 @@ std::size_t PreparedScene::reserveGpu(const TextureLimits& limits, const Ledger&
     const std::size_t rays = quality.maxError ? picture + March::wantedBytes(bricks)
                                               : std::max(picture, VisibilityPass::bytes(imageSize, bricks));
     const std::size_t fixed =
-        rays + Atlas::indexBytes(bricks) + LevelMap::bytes(bricks) + optics.table.size() * sizeof(glm::vec4);
+        rays + Atlas::indexBytes(bricks) + LevelMap::bytes(bricks) + optics.gpuBytes() +
+        (optics.integrator == Integrator::preintegrated2d ? SeenColours::bytes(kLevelCount) : 0);
     if (!quality.skipping)
         return fixed;
     // The map of empty space: at bricks' scale in the floor, beyond what that promises to bricks; of cells
     // where it is a small part.
-    const std::size_t promised = fixed + atlasBytes(neighbourhoodPages(true), info().type, limits);
+    const std::size_t promised = fixed + atlasBytes(neighbourhoodPages(true, true), info().type, limits);
     const std::size_t spareGpu = gpu.freeBytes() - std::min(gpu.freeBytes(), promised);
     mapScale = chooseMapScale(info().extentVoxels, ram.limitBytes() - ramFloorBytes, spareGpu / 4);
     return fixed + mapBytes(info().extentVoxels, mapScale);

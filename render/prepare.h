@@ -45,7 +45,7 @@ struct PreparedScene {
 
     const VolumeInfo& info() const { return store->info(); }
     bool mixed() const { return !levels.corners.empty(); }
-    /// Takes another transfer function; shading and termination are the scene's.
+    /// Takes another transfer function; shading, termination and integrator are the scene's.
     void setFunction(const TransferFunction& function, const Scene& scene, Ledger& ram);
     /// GPU memory that a picture takes besides its bricks; chooses the scale of the map of empty space.
     std::size_t reserveGpu(const TextureLimits& limits, const Ledger& ram, const Ledger& gpu);
@@ -55,6 +55,8 @@ struct PreparedScene {
     void openCache(Ledger& ram, int threads);
     /// Takes another selection, and maps its levels and its empty space.
     void setSelection(Selection chosen, Ledger& ram);
+    /// The tables that segments of the lengths need which rays take through the selection.
+    void prepareSegments();
     /// Maps the levels of the selection, where they are mixed or always, and its empty space.
     void mapLevels(Ledger& ram, bool always);
     /// Chooses levels again, by what a picture of the selection saw of each brick; needs chosen.chooser, and
@@ -88,7 +90,7 @@ constexpr std::size_t kPictureBytesPerPixel = 2 * sizeof(glm::vec4) + 4 * sizeof
 /// The scene's floor of RAM, its store reader included: no smaller budget is accepted, and this one suffices.
 /// @param threads  0: all processors
 std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize, std::size_t bytesPerPixel,
-                             int threads);
+                             int threads, Integrator integrator = Integrator::automatic);
 
 /// @param limits   of the device, or the defaults where none is used
 /// @param ram  the store's reader is charged to it, and little else

@@ -145,6 +145,10 @@ template <typename Real> Real strideLength(const SegmentedRay<Real>& ray, int i,
 template <typename Real> glm::vec<3, Real> stridePosition(const SegmentedRay<Real>& ray, int i, Real length) {
     return ray.entry + (static_cast<Real>(i) + Real(0.5) * length) * ray.step;
 }
+/// The end of a stride, voxels; the start of the next.
+template <typename Real> glm::vec<3, Real> strideEnd(const SegmentedRay<Real>& ray, int i, Real length) {
+    return ray.entry + (static_cast<Real>(i) + length) * ray.step;
+}
 /// Where segment i begins, voxels.
 template <typename Real> glm::vec<3, Real> segmentStart(const SegmentedRay<Real>& ray, int i) {
     return ray.entry + static_cast<Real>(i) * ray.step;

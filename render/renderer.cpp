@@ -46,7 +46,7 @@ std::vector<std::size_t> bricksToServe(const std::vector<std::uint32_t>& firstRa
 
 /// GPU memory of a picture's march with a map of empty space.
 std::size_t marchBytes(const Scene& scene, const PreparedScene& p) {
-    return March::stateBytes(scene.imageSize) + p.optics.table.size() * sizeof(glm::vec4) +
+    return March::stateBytes(scene.imageSize) + p.optics.gpuBytes() +
            mapBytes(p.info().extentVoxels, p.mapScale);
 }
 

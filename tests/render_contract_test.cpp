@@ -18,9 +18,11 @@ struct Case {
     const char* store;
     const char* preset;
     int camera;
+    Integrator integrator = Integrator::midpoint;
 };
 std::ostream& operator<<(std::ostream& out, const Case& c) {
-    return out << c.store << ", " << c.preset << ", camera " << c.camera;
+    return out << c.store << ", " << c.preset << ", camera " << c.camera << ", "
+               << integratorNames()[static_cast<std::size_t>(c.integrator)];
 }
 
 class Contract : public testing::TestWithParam<Case> {
@@ -34,6 +36,7 @@ class Contract : public testing::TestWithParam<Case> {
         const StoreReader reader(storePath(GetParam().store), ram);
         Scene s = sceneOn(reader.info(), GetParam().preset, GetParam().camera, kSize);
         s.shading.on = shading;
+        s.quality.integrator = GetParam().integrator;
         return s;
     }
 };
@@ -44,6 +47,13 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Contract,
                                          Case{"abdomen", "vessels", 1}, Case{"abdomen", "soft-tissue", 2},
                                          Case{"head", "skin", 0}, Case{"head", "bone", 1},
                                          Case{"head", "soft-tissue", 2}));
+INSTANTIATE_TEST_SUITE_P(Integrators, Contract,
+                         testing::Values(Case{"torso", "soft-tissue", 2, Integrator::linear},
+                                         Case{"torso", "bone", 1, Integrator::preintegrated},
+                                         Case{"torso", "soft-tissue", 0, Integrator::preintegrated2d},
+                                         Case{"abdomen", "vessels", 0, Integrator::linear},
+                                         Case{"abdomen", "soft-tissue", 2, Integrator::preintegrated},
+                                         Case{"head", "bone", 1, Integrator::preintegrated2d}));
 
 // Row: skipping on and off; tile size; dispatch splitting; resume: bit-equal, exact mode, termination off.
 TEST_P(Contract, CuttingTheWorkAndSkippingChangeNoBit) {
@@ -68,7 +78,9 @@ TEST_P(Contract, CuttingTheWorkAndSkippingChangeNoBit) {
 TEST_P(Contract, BricksEqualOneWholeTexture) {
     const GlContext context({"software"});
     int levelBefore = -1;
-    for (const std::size_t budget : {std::size_t{1} << 30, std::size_t{9} << 19}) {
+    const std::size_t tables =
+        GetParam().integrator == Integrator::preintegrated2d ? SeenColours::bytes(kLevelCount) : 0;
+    for (const std::size_t budget : {std::size_t{1} << 30, (std::size_t{9} << 19) + tables}) {
         Prepared prepared(GetParam().store, scene(true), /*culling=*/false, budget);
         EXPECT_GT(prepared.p.selection.finest(), levelBefore);
         levelBefore = prepared.p.selection.finest();

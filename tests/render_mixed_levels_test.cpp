@@ -49,12 +49,14 @@ constexpr EdgeFunction kEdgeFunctions[] = {EdgeFunction::nearest, EdgeFunction::
 
 struct MixedScene {
     MixedScene(const std::string& store, const std::string& preset, int camera, EdgeFunction edge,
-               Sampling sampling = Sampling::limited, glm::ivec2 size = {32, 32}) {
+               Sampling sampling = Sampling::limited, glm::ivec2 size = {32, 32},
+               Integrator integrator = Integrator::midpoint) {
         Ledger ram("RAM", "--ram", std::size_t{64} << 20);
         const VolumeInfo info = StoreReader(storePath(store), ram).info();
         Scene scene = sceneOn(info, preset, camera, size);
         scene.quality.edgeFunction = edge;
         scene.quality.sampling = sampling;
+        scene.quality.integrator = integrator;
         prepared = std::make_unique<Prepared>(store, scene);
     }
     PreparedScene& p() { return prepared->p; }
@@ -277,6 +279,7 @@ struct PictureCase {
     int camera;
     EdgeFunction edge;
     Sampling sampling;
+    Integrator integrator = Integrator::midpoint;
 };
 class MixedPicture : public testing::TestWithParam<PictureCase> {
   protected:
@@ -287,19 +290,27 @@ class MixedPicture : public testing::TestWithParam<PictureCase> {
 };
 INSTANTIATE_TEST_SUITE_P(
     Scenes, MixedPicture,
-    testing::Values(PictureCase{"torso", "bone", 0, EdgeFunction::minimum, Sampling::limited},
-                    PictureCase{"torso", "soft-tissue", 2, EdgeFunction::maximum, Sampling::limited},
-                    PictureCase{"torso", "soft-tissue", 1, EdgeFunction::split, Sampling::naive},
-                    PictureCase{"abdomen", "bone", 0, EdgeFunction::maximum, Sampling::full},
-                    PictureCase{"abdomen", "soft-tissue", 2, EdgeFunction::minimum, Sampling::limited},
-                    PictureCase{"head", "skin", 1, EdgeFunction::nearest, Sampling::limited}));
+    testing::Values(
+        PictureCase{"torso", "bone", 0, EdgeFunction::minimum, Sampling::limited},
+        PictureCase{"torso", "soft-tissue", 2, EdgeFunction::maximum, Sampling::limited},
+        PictureCase{"torso", "soft-tissue", 1, EdgeFunction::split, Sampling::naive},
+        PictureCase{"abdomen", "bone", 0, EdgeFunction::maximum, Sampling::full},
+        PictureCase{"abdomen", "soft-tissue", 2, EdgeFunction::minimum, Sampling::limited},
+        PictureCase{"head", "skin", 1, EdgeFunction::nearest, Sampling::limited},
+        PictureCase{"torso", "soft-tissue", 2, EdgeFunction::split, Sampling::limited, Integrator::linear},
+        PictureCase{"torso", "bone", 0, EdgeFunction::split, Sampling::limited, Integrator::preintegrated},
+        PictureCase{"abdomen", "soft-tissue", 1, EdgeFunction::maximum, Sampling::naive,
+                    Integrator::preintegrated},
+        PictureCase{"head", "skin", 0, EdgeFunction::minimum, Sampling::full, Integrator::preintegrated2d},
+        PictureCase{"abdomen", "bone", 2, EdgeFunction::split, Sampling::limited,
+                    Integrator::preintegrated2d}));
 
 // The contract's rows on one mixed selection: skipping, tiles and resuming change no bit; march equals
 // mirror.
 TEST_P(MixedPicture, ContractHolds) {
     const GlContext context({"software"});
     const PictureCase c = GetParam();
-    MixedScene scene(c.store, c.preset, c.camera, c.edge, c.sampling);
+    MixedScene scene(c.store, c.preset, c.camera, c.edge, c.sampling, {32, 32}, c.integrator);
     scene.choose(randomShownLevels(scene.p().selection, 7));
     PreparedScene& p = scene.p();
     ASSERT_TRUE(p.mixed());

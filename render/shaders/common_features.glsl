@@ -2,7 +2,8 @@
 #if !defined(FEATURE_SHADING) || !defined(FEATURE_SKIPPING) || !defined(FEATURE_HARDWARE) || \
     !defined(FEATURE_NORMALISED) || !defined(FEATURE_BRICKED) || !defined(FEATURE_TERMINATION) || \
     !defined(FEATURE_COUNTING) || !defined(FEATURE_MIXED) || !defined(FEATURE_PASSES) || \
-    !defined(FEATURE_VISIBILITY) || !defined(FEATURE_SUBBLOCKS)
+    !defined(FEATURE_VISIBILITY) || !defined(FEATURE_SUBBLOCKS) || \
+    !defined(FEATURE_LINEAR) || !defined(FEATURE_PREINTEGRATED) || !defined(FEATURE_SEENCOLOURS)
 #error every FEATURE_ must be defined as 0 or 1 (render/features.h)
 #endif
 #if (FEATURE_MIXED || FEATURE_PASSES || FEATURE_VISIBILITY) && !FEATURE_BRICKED
@@ -13,4 +14,7 @@
 #endif
 #if FEATURE_SUBBLOCKS && FEATURE_VISIBILITY
 #error sub-blocks and what is seen of bricks share their bindings
+#endif
+#if FEATURE_VISIBILITY && (FEATURE_LINEAR || FEATURE_PREINTEGRATED)
+#error what is seen of bricks is counted by the midpoint rule
 #endif

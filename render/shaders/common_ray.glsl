@@ -1,5 +1,5 @@
 // common_ray.glsl: one pixel's ray and its segments in voxel space; twin of render/ray.h, operation by operation.
-// Needs nothing. Gives Ray makeRay(pixel centre), strideLength, stridePosition, segmentStart.
+// Needs nothing. Gives Ray makeRay(pixel centre), strideLength, stridePosition, strideEnd, segmentStart.
 
 uniform vec3 uCentre, uRight, uUp, uToCentre; // voxels
 uniform mat3 uPatientFromVoxel;               // linear part, mm per voxel
@@ -72,6 +72,11 @@ float strideLength(Ray ray, int i, int n) {
 
 vec3 stridePosition(Ray ray, int i, float length) {
     precise vec3 at = ray.entry + (float(i) + 0.5 * length) * ray.step;
+    return at;
+}
+
+vec3 strideEnd(Ray ray, int i, float length) {
+    precise vec3 at = ray.entry + (float(i) + length) * ray.step;
     return at;
 }
 

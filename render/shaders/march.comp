@@ -8,6 +8,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "common_ray.glsl"
 #include "sampler_field.glsl"
 #include "march_optics.glsl"
+#include "march_segment.glsl"
 #include "march_strides.glsl"
 #include "march_skipping.glsl"
 
@@ -36,6 +37,7 @@ void main() {
     uint iterations = 0u;
     uint segments = 0u;
     uint shown = 0u;
+    uint fronts = 0u; // segments whose front was not the back of the one before
     int left = uMaxIterations;
 #if FEATURE_VISIBILITY
     int lastBrick = uLastBrick[slot];
@@ -44,10 +46,18 @@ void main() {
     gRayNumber = uint(slot);
     bool waiting = false; // all that its next sample needs is named
 #endif
+#if FEATURE_ENDS
+    float front = 0.0;       // place of the value at the start of segment i
+    bool known = false;      // front is
+    bool frontShows = false; // something can show there
+#else
+    const float front = 0.0;
+#endif
     while (i < ray.count && left > 0 && gTurns < kMostTurns) {
         ++gTurns;
         float extinction = 0.0;
-        float place = 0.0;
+        float place = 0.0;  // of the value at the stride's back, or at its middle where that alone counts
+        bool shows = false; // something can show there
         float length = 0.0; // of the stride, in segments
         int n = 0;
         vec3 p = vec3(0.0);
@@ -63,24 +73,48 @@ void main() {
                 ++iterations;
                 n = homeStride(i);
                 length = strideLength(ray, i, n);
+#if FEATURE_ENDS
+                p = strideEnd(ray, i, length);
+                shows = isOccupied(p);
+                within = known && (frontShows || shows) && inHome(p) && startsInHome(ray, i);
+#else
                 p = stridePosition(ray, i, length);
                 within = inHome(p) && startsInHome(ray, i) && isOccupied(p);
+#endif
                 if (!within) break;
-                place = tablePlace(homeValue(p));
-                extinction = extinctionAt(place);
+                place = placeOf(homeValue(p));
+                extinction = segmentExtinction(front, place);
                 if (extinction > 0.0) break;
                 ++segments;
                 i += n;
+#if FEATURE_ENDS
+                front = place;
+                frontShows = shows;
+#endif
             }
             if (within) break; // shows, or at its end, or its turns are spent
             n = strideAt(ray, i);
             length = strideLength(ray, i, n);
+#if FEATURE_ENDS
+            int next = nextShown(ray, i, left, iterations);
+            if (next > i) {
+                i = next;
+                known = false;
+                continue;
+            }
+            if (!known) front = placeOf(fieldValue(segmentStart(ray, i)));
+            fronts += uint(!known);
+            known = true;
+            p = strideEnd(ray, i, length);
+            shows = isOccupied(p);
+#else
             p = stridePosition(ray, i, length);
             int next = nextOccupied(ray, i, n, p, left, iterations);
             if (next > i) {
                 i = next;
                 continue;
             }
+#endif
             enterHome(p);
 #if FEATURE_VISIBILITY
             if (gHomeNumber != lastBrick) {
@@ -89,14 +123,18 @@ void main() {
                 atomicAdd(uSeen[2 * lastBrick + 1], 1u);
             }
 #endif
-            place = tablePlace(fieldValue(p));
-            extinction = extinctionAt(place);
+            place = placeOf(fieldValue(p));
+            extinction = segmentExtinction(front, place);
 #if FEATURE_PASSES
             if (gMissing || gNaming) break;
 #endif
             if (extinction > 0.0) break;
             ++segments;
             i += n;
+#if FEATURE_ENDS
+            front = place;
+            frontShows = shows;
+#endif
         }
 #if FEATURE_PASSES
         bool waits = gNaming || gMissing; // then also the gradient's bricks are named
@@ -106,9 +144,9 @@ void main() {
         if (!(extinction > 0.0) && !waits) break;
         precise float depth = extinction * (length * ray.segmentMm);
         precise float alpha = opacityOf(depth);
-        vec3 colour = colourAt(place);
+        vec3 colour = segmentColour(front, place, depth, alpha, n);
 #if FEATURE_SHADING
-        colour = shade(colour, fieldGradient(p), ray.direction);
+        colour = shade(colour, fieldGradient(stridePosition(ray, i, length)), ray.direction);
 #endif
 #if FEATURE_PASSES
         if (gNaming) {
@@ -119,6 +157,9 @@ void main() {
             gMissing = false;
             gNaming = true;
             leaveHome();
+#if FEATURE_ENDS
+            known = false;
+#endif
             continue;
         }
 #endif
@@ -128,6 +169,10 @@ void main() {
         ++segments;
         ++shown;
         i += n;
+#if FEATURE_ENDS
+        front = place;
+        frontShows = shows;
+#endif
 #if FEATURE_TERMINATION
         if (1.0 - sum.a < uTermination) i = ray.count;
 #endif
@@ -145,7 +190,7 @@ void main() {
     atomicAdd(uIterations, iterations); // always: it paces the dispatches
 #if FEATURE_COUNTING
     atomicAdd(uSegments, segments);
-    atomicAdd(uSamples, segments + 6u * uint(FEATURE_SHADING) * shown);
+    atomicAdd(uSamples, segments + fronts + 6u * uint(FEATURE_SHADING) * shown);
     atomicAdd(uFetches, gFetches);
 #if FEATURE_MIXED
     atomicAdd(uBlended, gBlended);

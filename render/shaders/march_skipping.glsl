@@ -1,6 +1,7 @@
 // march_skipping.glsl: leaps over strides that are proven empty; twin of render/occupancy.h.
-// Needs FEATURE_SKIPPING, FEATURE_SUBBLOCKS, common_ray.glsl, march_strides.glsl. Gives beginSkipping(ray),
-// isOccupied(p), nextOccupied(ray, i, n, p, left, iterations).
+// Needs FEATURE_SKIPPING, FEATURE_SUBBLOCKS, FEATURE_ENDS, common_ray.glsl, march_strides.glsl. Gives
+// beginSkipping(ray), isOccupied(p), and nextOccupied(ray, i, n, p, left, iterations) or, for segments that are given
+// by their ends, nextShown(ray, i, left, iterations).
 
 #if FEATURE_SKIPPING
 uniform usampler3D uSkipping; // two words a texel: see render/distance_map.h
@@ -69,35 +70,51 @@ bool isOccupied(vec3 p) {
     return occupied;
 }
 
+// The empty box around p, as far as a ray may leap: number and edge of the smallest box there, and how many of them
+// along each axis the ray goes on in. False where something can show.
+bool emptyBoxAt(vec3 p, out vec3 box, out vec3 edge, out int reach) {
+    ivec3 voxel = voxelAt(p);
+    uvec2 texel = skippingTexel(voxel);
+    box = vec3(voxel >> uSkippingShift);
+    edge = vec3(1 << uSkippingShift);
+    reach = int((gOctantHigh ? texel.y : texel.x) >> gOctantBit & 127u);
+    if (isOccupiedBox(texel)) {
+        box = vec3(voxel >> (uSkippingShift - 2));
+        edge *= 0.25;
+        reach = 1;
+        int bit = blockBit(voxel);
+        if (isOccupiedBlock(texel, bit)) {
+#if FEATURE_SUBBLOCKS
+            ivec3 subBlock = subBlockAt(p, voxel);
+            box = vec3(subBlock);
+            edge = 1.0 / kSubBlocksPerVoxel;
+            if (isOccupiedSubBlock(texel, bit, voxel, subBlock)) return false;
+#else
+            return false;
+#endif
+        }
+    }
+    return true;
+}
+
+// Where the ray leaves that box, less a margin, in segments from its entry.
+float leaves(vec3 box, vec3 edge, int reach) {
+    vec3 side = (box + mix(vec3(1 - reach), vec3(reach), equal(gAscends, ivec3(1)))) * edge;
+    vec3 leave = (side + gLeaveOffset) * gPerStep;
+    leave = mix(leave, vec3(kMaxFloat), equal(gPerStep, vec3(0.0)));
+    return min(min(leave.x, leave.y), leave.z);
+}
+
+#if !FEATURE_ENDS
 // Where the ray's next stride starts whose middle may show something: leaps until then, in a loop of its own, because
 // a turn of it is cheap beside the caller's. p: the middle of the stride of n segments from i. Takes what it
 // leaps from left. Leaps that were cut short end where a stride starts.
 int nextOccupied(Ray ray, int i, int n, vec3 p, inout int left, inout uint iterations) {
-    while (true) {
-        ivec3 voxel = voxelAt(p);
-        uvec2 texel = skippingTexel(voxel);
-        ivec3 box = voxel >> uSkippingShift;
-        vec3 edge = vec3(1 << uSkippingShift);
-        int reach = int((gOctantHigh ? texel.y : texel.x) >> gOctantBit & 127u);
-        if (isOccupiedBox(texel)) {
-            box = voxel >> (uSkippingShift - 2);
-            edge *= 0.25;
-            reach = 1;
-            int bit = blockBit(voxel);
-            if (isOccupiedBlock(texel, bit)) {
-#if FEATURE_SUBBLOCKS
-                box = subBlockAt(p, voxel);
-                edge = 1.0 / kSubBlocksPerVoxel;
-                if (isOccupiedSubBlock(texel, bit, voxel, box)) return i;
-#else
-                return i;
-#endif
-            }
-        }
-        vec3 side = vec3(box + mix(ivec3(1 - reach), ivec3(reach), equal(gAscends, ivec3(1)))) * edge;
-        vec3 leave = (side + gLeaveOffset) * gPerStep; // in segments from the entry
-        leave = mix(leave, vec3(kMaxFloat), equal(gPerStep, vec3(0.0)));
-        float beyond = ceil(min(min(leave.x, leave.y), leave.z) - 0.5);
+    vec3 box;
+    vec3 edge;
+    int reach;
+    while (emptyBoxAt(p, box, edge, reach)) {
+        float beyond = ceil(leaves(box, edge, reach) - 0.5);
         if (!(beyond < float(ray.count))) return ray.count;
         i = max(i + n, strideStart(ray, max(int(beyond), 0)));
         if (left <= 0 || gTurns >= kMostTurns || i >= ray.count) return i;
@@ -107,9 +124,38 @@ int nextOccupied(Ray ray, int i, int n, vec3 p, inout int left, inout uint itera
         n = strideAt(ray, i);
         p = stridePosition(ray, i, strideLength(ray, i, n));
     }
+    return i;
 }
+#else
+// The same for segments that are given by the field at their ends; twin of nextShown() in render/occupancy.h.
+int nextShown(Ray ray, int i, inout int left, inout uint iterations) {
+    vec3 box;
+    vec3 edge;
+    int reach;
+    bool isEmpty = emptyBoxAt(segmentStart(ray, i), box, edge, reach);
+    while (isEmpty) {
+        float beyond = floor(leaves(box, edge, reach));
+        if (!(beyond < float(ray.count))) return ray.count;
+        i = max(i, strideStart(ray, max(int(beyond), 0)));
+        int n = strideAt(ray, i);
+        // Empty boxes that touch share a value, so that nothing between the values in both shows.
+        vec3 low = (box + vec3(gAscends - 1) * float(reach - 1)) * edge;
+        vec3 high = (box + 1.0 + vec3(gAscends) * float(reach - 1)) * edge;
+        isEmpty = emptyBoxAt(strideEnd(ray, i, strideLength(ray, i, n)), box, edge, reach);
+        bool touches = all(lessThanEqual(box * edge, high)) && all(lessThanEqual(low, (box + 1.0) * edge));
+        if (!isEmpty || !touches) return i;
+        i += n;
+        if (left <= 0 || gTurns >= kMostTurns || i >= ray.count) return i;
+        --left;
+        ++gTurns;
+        ++iterations;
+    }
+    return i;
+}
+#endif
 #else
 void beginSkipping(Ray ray) {}
 bool isOccupied(vec3 p) { return true; }
 int nextOccupied(Ray ray, int i, int n, vec3 p, inout int left, inout uint iterations) { return i; }
+int nextShown(Ray ray, int i, inout int left, inout uint iterations) { return i; }
 #endif
