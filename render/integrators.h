@@ -1,7 +1,7 @@
 // render/integrators.h: what a segment of a ray adds (docs/sampling.md, "Integrators"): the C++ twin of
 // shaders/march_segment.glsl. In float it repeats the shader operation by operation. "Place" is a value in
-// units of the transfer table's entries; a segment is given by the places at its front and at its back, or,
-// for the midpoint rule, by the place at its middle as both.
+// units of the transfer table's entries; a segment is given by its two ends or, for the midpoint
+// rule, by its middle as the back.
 #pragma once
 
 #include "render/optics.h"
@@ -39,64 +39,68 @@ template <typename Real> glm::vec<4, Real> entryAt(const Optics& o, Real place) 
     return a + (x - static_cast<Real>(i)) * (b - a);
 }
 
-/// The bins that hold the ends of an interval of places; -1 is before the table, the last entry after it.
-template <typename Real> struct PlaceInterval {
-    Real low, high;
-    int first, last;
-    PlaceInterval(const Optics& o, Real front, Real back)
-        : low(std::min(front, back)), high(std::max(front, back)), first(bin(o, low)), last(bin(o, high)) {}
-
-  private:
-    static int bin(const Optics& o, Real place) {
-        return std::clamp(static_cast<int>(std::floor(place)), -1, static_cast<int>(o.table.size()) - 1);
-    }
+/// One end of a segment: its place and, for pre-integration, the bin that holds it.
+template <typename Real> struct SegmentEnd {
+    Real place = 0;
+    int bin = 0;                // -1 is before the table, its last entry after it
+    glm::vec<4, Real> entry{0}; // of Optics::bins
 };
 
-/// Integral from entry i to entry j, i <= j; from -1, before the table, to the number of entries, after it.
-template <typename Real> glm::vec<4, Real> sumBetween(const Optics& o, int i, int j) {
-    const auto high = [&](int n) { return glm::vec<4, Real>(o.sums[2 * static_cast<std::size_t>(n + 1)]); };
-    const auto low = [&](int n) {
-        return glm::vec<4, Real>(o.sums[2 * static_cast<std::size_t>(n + 1) + 1]);
-    };
-    return (high(j) - high(i)) + (low(j) - low(i));
+template <typename Real> SegmentEnd<Real> endOf(const Optics& o, Real stored) {
+    SegmentEnd<Real> end{placeOf(o, stored)};
+    if (!o.bins.empty()) {
+        end.bin =
+            std::clamp(static_cast<int>(std::floor(end.place)), -1, static_cast<int>(o.table.size()) - 1);
+        end.entry = glm::vec<4, Real>(o.bins[static_cast<std::size_t>(end.bin + 1)]);
+    }
+    return end;
 }
 
-/// Extinction, averaged over the values between two places; exact for the table. Zero exactly where every
-/// entry around these values is zero.
-template <typename Real> Real meanExtinction(const Optics& o, Real front, Real back) {
-    const PlaceInterval<Real> p(o, front, back);
-    if (p.first == p.last)
-        return entryAt(o, Real(0.5) * (p.low + p.high)).a;
-    if (sumBetween<Real>(o, p.first, p.last + 1).a == Real(0))
-        return 0;
-    const Real next = static_cast<Real>(p.first + 1), start = static_cast<Real>(p.last);
-    const Real below = (next - p.low) * entryAt(o, Real(0.5) * (p.low + next)).a;
-    const Real above = (p.high - start) * entryAt(o, Real(0.5) * (start + p.high)).a;
-    return (below + sumBetween<Real>(o, p.first + 1, p.last).a + above) / (p.high - p.low);
+/// Extinction, averaged over the values between two ends; exact for the table but for rounding. Zero exactly
+/// where every entry around these values is zero.
+template <typename Real> Real meanExtinction(const SegmentEnd<Real>& front, const SegmentEnd<Real>& back) {
+    const bool rises = front.place < back.place;
+    const SegmentEnd<Real>&low = rises ? front : back, &high = rises ? back : front;
+    const Real f = low.place - static_cast<Real>(low.bin), g = high.place - static_cast<Real>(high.bin);
+    if (low.bin == high.bin)
+        return low.entry.x + (Real(0.5) * (f + g)) * low.entry.y;
+    const Real width = high.place - low.place;
+    const Real above = g * (high.entry.x + (Real(0.5) * g) * high.entry.y);
+    if (low.bin + 1 == high.bin) { // nothing cancels, however close they are
+        const Real below = (Real(1) - f) * (low.entry.x + (Real(0.5) * (Real(1) + f)) * low.entry.y);
+        return (below + above) / width;
+    }
+    const Real under = f * (low.entry.x + (Real(0.5) * f) * low.entry.y);
+    const Real sum = (high.entry.z - low.entry.z) + ((high.entry.w - low.entry.w) + (above - under));
+    return std::max(sum, Real(0)) / width;
 }
 
-/// Integral of extinction times colour, and of extinction, between places of one bin; Simpson's rule has it
-/// exactly.
-template <typename Real> glm::vec<4, Real> sumInsideBin(const Optics& o, Real low, Real high) {
-    const auto radiance = [&](Real place) {
+/// Colour, averaged over the values between two ends by their extinction; inside a bin the colour at the
+/// middle of what is used of it.
+template <typename Real>
+glm::vec<3, Real> meanColour(const Optics& o, const SegmentEnd<Real>& front, const SegmentEnd<Real>& back) {
+    const bool rises = front.place < back.place;
+    const SegmentEnd<Real>&low = rises ? front : back, &high = rises ? back : front;
+    const glm::vec<3, Real> middle(entryAt(o, Real(0.5) * (low.place + high.place)));
+    if (low.bin == high.bin)
+        return middle;
+    const auto radiance = [&](Real width, Real place) {
         const glm::vec<4, Real> e = entryAt(o, place);
-        return glm::vec<4, Real>(e.r * e.a, e.g * e.a, e.b * e.a, e.a);
+        const Real weight = width * e.a;
+        return glm::vec<4, Real>(weight * e.r, weight * e.g, weight * e.b, weight);
     };
-    return ((high - low) * Real(1.0 / 6)) *
-           (radiance(low) + Real(4) * radiance(Real(0.5) * (low + high)) + radiance(high));
-}
-
-/// Colour, averaged over the values between two places by their extinction.
-template <typename Real> glm::vec<3, Real> meanColour(const Optics& o, Real front, Real back) {
-    const PlaceInterval<Real> p(o, front, back);
-    glm::vec<4, Real> sum(0);
-    if (p.first == p.last)
-        sum = sumInsideBin(o, p.low, p.high);
-    else
-        sum = sumInsideBin(o, p.low, static_cast<Real>(p.first + 1)) +
-              sumBetween<Real>(o, p.first + 1, p.last) + sumInsideBin(o, static_cast<Real>(p.last), p.high);
-    if (!(sum.a > Real(1e-30))) // the values hardly differ, or nothing shows
-        return glm::vec<3, Real>(entryAt(o, Real(0.5) * (p.low + p.high)));
+    const auto sumTo = [&](int entry, int part) {
+        return glm::vec<4, Real>(
+            o.sums[2 * static_cast<std::size_t>(entry + 1) + static_cast<std::size_t>(part)]);
+    };
+    const Real next = static_cast<Real>(low.bin + 1), start = static_cast<Real>(high.bin);
+    const glm::vec<4, Real> below = radiance(next - low.place, Real(0.5) * (low.place + next));
+    const glm::vec<4, Real> above = radiance(high.place - start, Real(0.5) * (start + high.place));
+    const glm::vec<4, Real> between =
+        (sumTo(high.bin, 0) - sumTo(low.bin + 1, 0)) + (sumTo(high.bin, 1) - sumTo(low.bin + 1, 1));
+    const glm::vec<4, Real> sum = (below + between) + above;
+    if (!(sum.a > Real(1e-30)))
+        return middle; // nothing shows
     return glm::vec<3, Real>(sum) / sum.a;
 }
 
@@ -134,35 +138,36 @@ template <typename Real> Real seenDepth(Real depth, Real alpha) {
 }
 
 /// Extinction of a segment, per mm.
-template <typename Real> Real segmentExtinction(const Optics& o, Real front, Real back) {
+template <typename Real>
+Real segmentExtinction(const Optics& o, const SegmentEnd<Real>& front, const SegmentEnd<Real>& back) {
     switch (o.integrator) {
     case Integrator::linear:
-        return Real(0.5) * (entryAt(o, front).a + entryAt(o, back).a);
+        return Real(0.5) * (entryAt(o, front.place).a + entryAt(o, back.place).a);
     case Integrator::preintegrated:
     case Integrator::preintegrated2d:
-        return meanExtinction(o, front, back);
+        return meanExtinction(front, back);
     default:
-        return entryAt(o, back).a;
+        return entryAt(o, back.place).a;
     }
 }
 
 /// Colour that is seen of a segment of that depth and opacity, not premultiplied.
 /// @param strideSegments  its length in lattice segments, before it is cut at the exit
 template <typename Real>
-glm::vec<3, Real> segmentColour(const Optics& o, Real front, Real back, Real depth, Real alpha,
-                                int strideSegments) {
+glm::vec<3, Real> segmentColour(const Optics& o, const SegmentEnd<Real>& front, const SegmentEnd<Real>& back,
+                                Real depth, Real alpha, int strideSegments) {
     using Vec = glm::vec<3, Real>;
     switch (o.integrator) {
     case Integrator::linear: {
-        const Vec a(entryAt(o, front)), b(entryAt(o, back));
+        const Vec a(entryAt(o, front.place)), b(entryAt(o, back.place));
         return a + seenDepth(depth, alpha) * (b - a);
     }
     case Integrator::preintegrated:
         return meanColour(o, front, back);
     case Integrator::preintegrated2d:
-        return seenColour(o, front, back, strideSegments);
+        return seenColour(o, front.place, back.place, strideSegments);
     default:
-        return Vec(entryAt(o, back));
+        return Vec(entryAt(o, back.place));
     }
 }
 

@@ -90,12 +90,13 @@ void March::setFunction(const Optics& optics) {
     };
     replace(table_, optics.table);
     if (features_ & kFeaturePreintegrated) {
-        std::vector<glm::vec4> sums = optics.sums;
+        std::vector<glm::vec4> sums = optics.bins;
+        sums.insert(sums.end(), optics.sums.begin(), optics.sums.end());
         sums.insert(sums.end(), optics.seen.colours().begin(), optics.seen.colours().end());
         replace(sums_, sums);
     }
     program_.set("uSeenScale", optics.seenScale);
-    program_.set("uSeenStart", static_cast<int>(optics.sums.size()));
+    program_.set("uSumsStart", static_cast<int>(optics.bins.size()));
     program_.set("uSeenEdge", SeenColours::kEdge);
     program_.set("uSeenFirstLayer", optics.seen.firstLayer());
     program_.set("uTableScale", optics.scale);

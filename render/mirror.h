@@ -36,8 +36,8 @@ glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const M
     const Optics& optics = *input.optics;
     const bool ends = needsEnds(optics.integrator);
     glm::vec<4, Real> sum(0);
-    Real front = 0;     // place of the value at the start of segment i
-    bool known = false; // front is
+    SegmentEnd<Real> front; // at the start of segment i
+    bool known = false;     // front is
     for (int i = 0; i < ray.count;) {
         ++work.iterations;
         const int n = strideAt(input.strides, ray, i);
@@ -56,10 +56,10 @@ glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const M
         ++work.samples;
         if (ends && !known) {
             ++work.samples;
-            front = placeOf(optics, field.value(segmentStart(ray, i)));
+            front = endOf(optics, field.value(segmentStart(ray, i)));
         }
-        const Real back =
-            placeOf(optics, field.value(ends ? strideEnd(ray, i, length) : stridePosition(ray, i, length)));
+        const SegmentEnd<Real> back =
+            endOf(optics, field.value(ends ? strideEnd(ray, i, length) : stridePosition(ray, i, length)));
         const Real extinction = segmentExtinction(optics, front, back);
         if (extinction > Real(0)) {
             const Real depth = extinction * (length * ray.segmentMm);

@@ -23,7 +23,9 @@ Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shad
     o.termination = static_cast<float>(terminationTransmittance);
     o.integrator = integrator;
     if (integrator == Integrator::preintegrated || integrator == Integrator::preintegrated2d)
-        o.sums = tableSums(o.table);
+        o.bins = extinctionBins(o.table);
+    if (integrator == Integrator::preintegrated)
+        o.sums = colourSums(o.table);
     return o;
 }
 

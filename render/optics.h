@@ -31,13 +31,14 @@ struct Optics {
     glm::mat3 patientFromVoxel{1};
     float termination = 0;                        // transmittance below which a ray ends; 0: never
     Integrator integrator = Integrator::midpoint; // never automatic
-    std::vector<glm::vec4> sums;                  // of the pre-integrated ones: tableSums()
+    std::vector<glm::vec4> bins;                  // of the pre-integrated ones: extinctionBins()
+    std::vector<glm::vec4> sums;                  // of preintegrated: colourSums()
     SeenColours seen;                             // of preintegrated2d
     float seenScale = 0;                          // its places per entry
 
     /// Of a march's tables.
     std::size_t gpuBytes() const {
-        return (table.size() + sums.size() + seen.colours().size()) * sizeof(glm::vec4);
+        return (table.size() + bins.size() + sums.size() + seen.colours().size()) * sizeof(glm::vec4);
     }
 };
 

@@ -68,7 +68,24 @@ glm::vec3 seenColour(const TableIntegral& integral, const std::vector<glm::vec4>
 
 } // namespace
 
-std::vector<glm::vec4> tableSums(const std::vector<glm::vec4>& table) {
+std::vector<glm::vec4> extinctionBins(const std::vector<glm::vec4>& table) {
+    std::vector<glm::vec4> bins;
+    bins.reserve(table.size() + 1);
+    const auto append = [&](float start, float rise, double sum) {
+        const float high = static_cast<float>(sum);
+        bins.emplace_back(start, rise, high, static_cast<float>(sum - static_cast<double>(high)));
+    };
+    double sum = 0;
+    append(table.front().a, 0, -static_cast<double>(table.front().a));
+    for (std::size_t i = 0; i + 1 < table.size(); ++i) {
+        append(table[i].a, table[i + 1].a - table[i].a, sum);
+        sum += 0.5 * (static_cast<double>(table[i].a) + static_cast<double>(table[i + 1].a));
+    }
+    append(table.back().a, 0, sum);
+    return bins;
+}
+
+std::vector<glm::vec4> colourSums(const std::vector<glm::vec4>& table) {
     std::vector<glm::vec4> sums;
     sums.reserve(2 * (table.size() + 2));
     const auto append = [&](const glm::dvec4& sum) {

@@ -39,7 +39,7 @@ std::size_t selectionBytes(const VolumeInfo& info) {
 }
 /// A transfer function's table as TransferTable and as Optics hold it, and its sums.
 std::size_t tableBytes(std::size_t entries) {
-    return entries * (2 * sizeof(glm::vec4) + sizeof(int)) + 2 * (entries + 2) * sizeof(glm::vec4);
+    return entries * (2 * sizeof(glm::vec4) + sizeof(int)) + (3 * entries + 5) * sizeof(glm::vec4);
 }
 /// The tables of colours, and the one that an upload copies.
 std::size_t seenBytes(Integrator integrator) {

@@ -36,7 +36,7 @@ struct RenderArguments {
     std::string device = "auto";
     double step = 0;      // 0: as the scene says
     double maxError = -1; // negative: as the scene says
-    std::string edgeFunction, sampling, first;
+    std::string edgeFunction, sampling, integrator, first;
     bool noShading = false, noSkipping = false, explain = false, json = false;
     InputOptions input;
 };
@@ -83,6 +83,8 @@ void applyOptions(const RenderArguments& arguments, Scene& scene) {
     }
     if (!arguments.edgeFunction.empty())
         scene.quality.edgeFunction = parseEdgeFunction(arguments.edgeFunction, "--edge-function");
+    if (!arguments.integrator.empty())
+        scene.quality.integrator = parseIntegrator(arguments.integrator, "--integrator");
     if (!arguments.sampling.empty())
         scene.quality.sampling = parseSampling(arguments.sampling, "--sampling");
     if (arguments.maxError >= 0)
@@ -292,6 +294,9 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
                         "blend between bricks: " + joinNames(edgeFunctionNames()) + " (default: split)");
     command->add_option("--sampling", a->sampling,
                         "steps in coarse bricks: " + joinNames(samplingNames()) + " (default: limited)");
+    command->add_option("--integrator", a->integrator,
+                        "what a segment of a ray adds: " + joinNames(integratorNames()) +
+                            " (default: auto, as the transfer function asks)");
     command->add_option("--fetch", a->fetch, joinNames(fetchNames()));
     command->add_flag("--no-shading", a->noShading, "colours as the transfer function has them");
     command->add_flag("--no-skipping", a->noSkipping, "sample empty space too; the picture is the same");

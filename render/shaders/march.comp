@@ -47,16 +47,16 @@ void main() {
     bool waiting = false; // all that its next sample needs is named
 #endif
 #if FEATURE_ENDS
-    float front = 0.0;       // place of the value at the start of segment i
-    bool known = false;      // front is
-    bool frontShows = false; // something can show there
+    SegmentEnd front = endOf(0.0); // at the start of segment i
+    bool known = false;            // front is
+    bool frontShows = false;       // something can show there
 #else
-    const float front = 0.0;
+    SegmentEnd front; // not read
 #endif
     while (i < ray.count && left > 0 && gTurns < kMostTurns) {
         ++gTurns;
         float extinction = 0.0;
-        float place = 0.0;  // of the value at the stride's back, or at its middle where that alone counts
+        SegmentEnd back; // the stride's, or its middle where that alone counts
         bool shows = false; // something can show there
         float length = 0.0; // of the stride, in segments
         int n = 0;
@@ -82,13 +82,13 @@ void main() {
                 within = inHome(p) && startsInHome(ray, i) && isOccupied(p);
 #endif
                 if (!within) break;
-                place = placeOf(homeValue(p));
-                extinction = segmentExtinction(front, place);
+                back = endOf(homeValue(p));
+                extinction = segmentExtinction(front, back);
                 if (extinction > 0.0) break;
                 ++segments;
                 i += n;
 #if FEATURE_ENDS
-                front = place;
+                front = back;
                 frontShows = shows;
 #endif
             }
@@ -102,7 +102,7 @@ void main() {
                 known = false;
                 continue;
             }
-            if (!known) front = placeOf(fieldValue(segmentStart(ray, i)));
+            if (!known) front = endOf(fieldValue(segmentStart(ray, i)));
             fronts += uint(!known);
             known = true;
             p = strideEnd(ray, i, length);
@@ -123,8 +123,8 @@ void main() {
                 atomicAdd(uSeen[2 * lastBrick + 1], 1u);
             }
 #endif
-            place = placeOf(fieldValue(p));
-            extinction = segmentExtinction(front, place);
+            back = endOf(fieldValue(p));
+            extinction = segmentExtinction(front, back);
 #if FEATURE_PASSES
             if (gMissing || gNaming) break;
 #endif
@@ -132,7 +132,7 @@ void main() {
             ++segments;
             i += n;
 #if FEATURE_ENDS
-            front = place;
+            front = back;
             frontShows = shows;
 #endif
         }
@@ -144,7 +144,7 @@ void main() {
         if (!(extinction > 0.0) && !waits) break;
         precise float depth = extinction * (length * ray.segmentMm);
         precise float alpha = opacityOf(depth);
-        vec3 colour = segmentColour(front, place, depth, alpha, n);
+        vec3 colour = segmentColour(front, back, depth, alpha, n);
 #if FEATURE_SHADING
         colour = shade(colour, fieldGradient(stridePosition(ray, i, length)), ray.direction);
 #endif
@@ -170,7 +170,7 @@ void main() {
         ++shown;
         i += n;
 #if FEATURE_ENDS
-        front = place;
+        front = back;
         frontShows = shows;
 #endif
 #if FEATURE_TERMINATION

@@ -1,14 +1,22 @@
-// march_segment.glsl: what a segment of a ray adds, from the places (values in units of the table's entries) at its
-// front and its back, or at its middle alone; twin of render/integrators.h, operation by operation.
-// Needs FEATURE_LINEAR, FEATURE_PREINTEGRATED, FEATURE_SEENCOLOURS, march_optics.glsl. Gives FEATURE_ENDS,
-// placeOf(stored), segmentExtinction(front, back), segmentColour(front, back, depth, alpha, n).
+// march_segment.glsl: what a segment of a ray adds, from the values at its two ends or at its middle alone, as places
+// (units of the table's entries); twin of render/integrators.h, operation by operation.
+// Needs FEATURE_LINEAR, FEATURE_PREINTEGRATED, FEATURE_SEENCOLOURS, march_optics.glsl. Gives FEATURE_ENDS, SegmentEnd,
+// endOf(stored), segmentExtinction(front, back), segmentColour(front, back, depth, alpha, n).
 
 #define FEATURE_ENDS (FEATURE_LINEAR || FEATURE_PREINTEGRATED)
 
+struct SegmentEnd {
+    float place;
+#if FEATURE_PREINTEGRATED
+    int bin; // -1 is before the table, its last entry after it
+    vec4 entry;
+#endif
+};
+
 #if !FEATURE_ENDS
-float placeOf(float stored) { return tablePlace(stored); }
-float segmentExtinction(float front, float back) { return extinctionAt(back); }
-vec3 segmentColour(float front, float back, float depth, float alpha, int n) { return colourAt(back); }
+SegmentEnd endOf(float stored) { return SegmentEnd(tablePlace(stored)); }
+float segmentExtinction(SegmentEnd front, SegmentEnd back) { return extinctionAt(back.place); }
+vec3 segmentColour(SegmentEnd front, SegmentEnd back, float depth, float alpha, int n) { return colourAt(back.place); }
 #else
 
 const float kFarPlace = 4194304.0;
@@ -20,54 +28,55 @@ float placeOf(float stored) {
 }
 
 float onTable(float place) { return clamp(place, 0.0, float(uTableLast)); }
-float extinctionOf(float place) { return extinctionAt(onTable(place)); }
-vec3 colourOf(float place) { return colourAt(onTable(place)); }
 
 #if FEATURE_PREINTEGRATED
-// tableSums() of preintegration.h, then SeenColours where there are some: [layer][back][front].
+// extinctionBins() of preintegration.h, then its colourSums() or its SeenColours.
 layout(std430, binding = 7) readonly buffer TableSums { vec4 uSums[]; };
+uniform int uSumsStart; // of what comes after the bins
 
-int binOf(float place) { return clamp(int(floor(place)), -1, uTableLast); }
-
-// Integral of extinction from entry i to entry j; from -1 to the number of entries.
-float extinctionBetween(int i, int j) {
-    precise float sum = (uSums[2 * j + 2].a - uSums[2 * i + 2].a) + (uSums[2 * j + 3].a - uSums[2 * i + 3].a);
-    return sum;
+SegmentEnd endOf(float stored) {
+    SegmentEnd end;
+    end.place = placeOf(stored);
+    end.bin = clamp(int(floor(end.place)), -1, uTableLast);
+    end.entry = uSums[end.bin + 1];
+    return end;
 }
 
-// Averaged over the values between two places. Zero exactly where every entry around these values is zero.
-float segmentExtinction(float front, float back) {
-    float low = min(front, back);
-    float high = max(front, back);
-    int first = binOf(low);
-    int last = binOf(high);
-    if (first == last) {
-        precise float middle = 0.5 * (low + high);
-        return extinctionOf(middle);
+// Averaged over the values between two ends. Zero exactly where every entry around these values is zero.
+float segmentExtinction(SegmentEnd front, SegmentEnd back) {
+    bool rises = front.place < back.place;
+    SegmentEnd low = back;
+    SegmentEnd high = front;
+    if (rises) {
+        low = front;
+        high = back;
     }
-    if (extinctionBetween(first, last + 1) == 0.0) return 0.0;
-    float next = float(first + 1);
-    float start = float(last);
-    precise float middleBelow = 0.5 * (low + next);
-    precise float middleAbove = 0.5 * (start + high);
-    precise float below = (next - low) * extinctionOf(middleBelow);
-    precise float above = (high - start) * extinctionOf(middleAbove);
-    precise float mean = (below + extinctionBetween(first + 1, last) + above) / (high - low);
-    return mean;
+    precise float f = low.place - float(low.bin);
+    precise float g = high.place - float(high.bin);
+    precise float inside = low.entry.x + (0.5 * (f + g)) * low.entry.y;
+    precise float width = high.place - low.place;
+    precise float above = g * (high.entry.x + (0.5 * g) * high.entry.y);
+    precise float below = (1.0 - f) * (low.entry.x + (0.5 * (1.0 + f)) * low.entry.y);
+    precise float under = f * (low.entry.x + (0.5 * f) * low.entry.y);
+    precise float sum = (high.entry.z - low.entry.z) + ((high.entry.w - low.entry.w) + (above - under));
+    sum = max(sum, 0.0);
+    precise float beside = below + above; // nothing cancels, however close they are
+    precise float mean = (low.bin + 1 == high.bin ? beside : sum) / width;
+    return low.bin == high.bin ? inside : mean;
 }
 
 #if FEATURE_SEENCOLOURS
 uniform float uSeenScale; // places of the table of colours per entry of the other
-uniform int uSeenStart, uSeenEdge, uSeenFirstLayer;
+uniform int uSeenEdge, uSeenFirstLayer;
 
-vec3 segmentColour(float front, float back, float depth, float alpha, int n) {
-    precise float x = onTable(front) * uSeenScale;
-    precise float y = onTable(back) * uSeenScale;
+vec3 segmentColour(SegmentEnd front, SegmentEnd back, float depth, float alpha, int n) {
+    precise float x = onTable(front.place) * uSeenScale;
+    precise float y = onTable(back.place) * uSeenScale;
     int i = min(int(x), uSeenEdge - 2);
     int j = min(int(y), uSeenEdge - 2);
     precise float fx = x - float(i);
     precise float fy = y - float(j);
-    int at = uSeenStart + ((findLSB(n) - uSeenFirstLayer) * uSeenEdge + j) * uSeenEdge + i;
+    int at = uSumsStart + ((findLSB(n) - uSeenFirstLayer) * uSeenEdge + j) * uSeenEdge + i;
     vec3 c00 = uSums[at].rgb;
     vec3 c01 = uSums[at + uSeenEdge].rgb;
     precise vec3 near = c00 + fx * (uSums[at + 1].rgb - c00);
@@ -76,46 +85,53 @@ vec3 segmentColour(float front, float back, float depth, float alpha, int n) {
     return colour;
 }
 #else
-vec4 radianceAt(float place) {
+vec4 entryAt(float place) {
     float x = onTable(place);
     int i = tableCell(x);
     vec4 a = uTable[i];
     precise vec4 e = a + (x - float(i)) * (uTable[i + 1] - a);
-    precise vec3 emitted = e.rgb * e.a;
-    return vec4(emitted, e.a);
+    return e;
 }
 
-vec4 sumInsideBin(float low, float high) {
-    precise float middle = 0.5 * (low + high);
-    precise vec4 sum =
-        ((high - low) * (1.0 / 6.0)) * (radianceAt(low) + 4.0 * radianceAt(middle) + radianceAt(high));
-    return sum;
+vec4 radiance(float width, float place) {
+    vec4 e = entryAt(place);
+    precise float weight = width * e.a;
+    precise vec3 emitted = weight * e.rgb;
+    return vec4(emitted, weight);
 }
 
-vec4 sumBetween(int i, int j) {
-    precise vec4 sum = (uSums[2 * j + 2] - uSums[2 * i + 2]) + (uSums[2 * j + 3] - uSums[2 * i + 3]);
-    return sum;
-}
+vec4 sumTo(int entry, int part) { return uSums[uSumsStart + 2 * (entry + 1) + part]; }
 
-vec3 segmentColour(float front, float back, float depth, float alpha, int n) {
-    float low = min(front, back);
-    float high = max(front, back);
-    int first = binOf(low);
-    int last = binOf(high);
-    precise vec4 sum;
-    if (first == last) sum = sumInsideBin(low, high);
-    else
-        sum = sumInsideBin(low, float(first + 1)) + sumBetween(first + 1, last) + sumInsideBin(float(last), high);
-    precise float middle = 0.5 * (low + high);
-    if (!(sum.a > 1e-30)) return colourOf(middle); // the values hardly differ, or nothing shows
+vec3 segmentColour(SegmentEnd front, SegmentEnd back, float depth, float alpha, int n) {
+    bool rises = front.place < back.place;
+    float low = rises ? front.place : back.place;
+    float high = rises ? back.place : front.place;
+    int first = rises ? front.bin : back.bin;
+    int last = rises ? back.bin : front.bin;
+    precise float at = 0.5 * (low + high);
+    vec3 middle = entryAt(at).rgb;
+    if (first == last) return middle;
+    float next = float(first + 1);
+    float start = float(last);
+    precise float widthBelow = next - low;
+    precise float widthAbove = high - start;
+    precise float middleBelow = 0.5 * (low + next);
+    precise float middleAbove = 0.5 * (start + high);
+    vec4 below = radiance(widthBelow, middleBelow);
+    vec4 above = radiance(widthAbove, middleAbove);
+    precise vec4 between = (sumTo(last, 0) - sumTo(first + 1, 0)) + (sumTo(last, 1) - sumTo(first + 1, 1));
+    precise vec4 sum = (below + between) + above;
+    if (!(sum.a > 1e-30)) return middle; // nothing shows
     precise vec3 colour = sum.rgb / sum.a;
     return colour;
 }
 #endif
 
 #else // constant extinction, linear colour
-float segmentExtinction(float front, float back) {
-    precise float mean = 0.5 * (extinctionOf(front) + extinctionOf(back));
+SegmentEnd endOf(float stored) { return SegmentEnd(placeOf(stored)); }
+
+float segmentExtinction(SegmentEnd front, SegmentEnd back) {
+    precise float mean = 0.5 * (extinctionAt(onTable(front.place)) + extinctionAt(onTable(back.place)));
     return mean;
 }
 
@@ -131,9 +147,9 @@ float seenDepth(float depth, float alpha) {
     return large;
 }
 
-vec3 segmentColour(float front, float back, float depth, float alpha, int n) {
-    vec3 a = colourOf(front);
-    precise vec3 colour = a + seenDepth(depth, alpha) * (colourOf(back) - a);
+vec3 segmentColour(SegmentEnd front, SegmentEnd back, float depth, float alpha, int n) {
+    vec3 a = colourAt(onTable(front.place));
+    precise vec3 colour = a + seenDepth(depth, alpha) * (colourAt(onTable(back.place)) - a);
     return colour;
 }
 #endif
