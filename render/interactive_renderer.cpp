@@ -40,7 +40,8 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     const std::size_t bricks = cellCount(brickGrid(p_.info().extentVoxels));
     charge_ = ram.charge(kBytesPerBrick * bricks, "levels that change");
     const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};
-    const std::size_t tables = 2 * TransferTable::kMaxEntries * sizeof(glm::vec4);
+    // Of any function: the march's table, bins and sums, and the table of what is seen.
+    const std::size_t tables = 5 * TransferTable::kMaxEntries * sizeof(glm::vec4);
     const std::size_t fixed = p_.reserveGpu(limits, ram, gpu) + tables +
                               VisibilityPass::bytes(scene.imageSize, brickGrid(p_.info().extentVoxels));
     pages_ = pagesThatFit(gpu.freeBytes() - std::min(gpu.freeBytes(), fixed), p_.info().type, limits);

@@ -32,40 +32,6 @@ constexpr int kSlices = 32;
 /// The last of an opaque segment ends where this is left.
 constexpr double kLeft = 1.0 / 1024;
 
-glm::vec3 seenColour(const TableIntegral& integral, const std::vector<glm::vec4>& table, double front,
-                     double back, double length) {
-    const auto colourAt = [&](double place) {
-        const auto bin = std::min(static_cast<std::size_t>(place), table.size() - 2);
-        return glm::dvec3(entryAt(table, bin, place - static_cast<double>(bin)));
-    };
-    if (front == back)
-        return glm::vec3(colourAt(front));
-    const glm::dvec4 atFront = integral.upTo(front), atBack = integral.upTo(back);
-    const double sign = back > front ? 1 : -1;
-    const double perPlace = length / std::abs(back - front);
-    const double depth = sign * (atBack.a - atFront.a) * perPlace;
-    if (!(depth > 1e-12)) { // too thin to hide anything of itself
-        const double thin = atBack.a - atFront.a;
-        if (thin == 0)
-            return glm::vec3(colourAt(0.5 * (front + back)));
-        return glm::vec3(glm::dvec3(atBack - atFront) / thin);
-    }
-    const double seen = -std::expm1(-depth);
-    glm::dvec3 sum(0);
-    glm::dvec4 before = atFront;
-    for (int slice = 1; slice <= kSlices; ++slice) {
-        const double left = 1 - seen * slice / kSlices;
-        const double end = slice == kSlices ? std::min(depth, -std::log(kLeft)) : -std::log(left);
-        const double place = std::clamp(integral.placeOfDepth(atFront.a + sign * end / perPlace),
-                                        std::min(front, back), std::max(front, back));
-        const glm::dvec4 at = slice == kSlices && depth <= -std::log(kLeft) ? atBack : integral.upTo(place);
-        const double thickness = at.a - before.a;
-        sum += thickness != 0 ? glm::dvec3(at - before) / thickness : colourAt(place);
-        before = at;
-    }
-    return glm::vec3(glm::clamp(sum / static_cast<double>(kSlices), glm::dvec3(0), glm::dvec3(1)));
-}
-
 } // namespace
 
 std::vector<glm::vec4> extinctionBins(const std::vector<glm::vec4>& table) {
@@ -130,6 +96,40 @@ double TableIntegral::placeOfDepth(double depth) const {
     return static_cast<double>(bin) + std::clamp(f, 0.0, 1.0);
 }
 
+glm::dvec3 TableIntegral::colour(double place) const {
+    const auto bin = std::min(static_cast<std::size_t>(place), table_.size() - 2);
+    return glm::dvec3(entryAt(table_, bin, place - static_cast<double>(bin)));
+}
+
+glm::dvec3 seenColour(const TableIntegral& integral, double front, double back, double length) {
+    if (front == back)
+        return integral.colour(front);
+    const glm::dvec4 atFront = integral.upTo(front), atBack = integral.upTo(back);
+    const double sign = back > front ? 1 : -1;
+    const double perPlace = length / std::abs(back - front);
+    const double depth = sign * (atBack.a - atFront.a) * perPlace;
+    if (!(depth > 1e-12)) { // too thin to hide anything of itself
+        const double thin = atBack.a - atFront.a;
+        if (thin == 0)
+            return integral.colour(0.5 * (front + back));
+        return glm::dvec3(atBack - atFront) / thin;
+    }
+    const double seen = -std::expm1(-depth);
+    glm::dvec3 sum(0);
+    glm::dvec4 before = atFront;
+    for (int slice = 1; slice <= kSlices; ++slice) {
+        const double left = 1 - seen * slice / kSlices;
+        const double end = slice == kSlices ? std::min(depth, -std::log(kLeft)) : -std::log(left);
+        const double place = std::clamp(integral.placeOfDepth(atFront.a + sign * end / perPlace),
+                                        std::min(front, back), std::max(front, back));
+        const glm::dvec4 at = slice == kSlices && depth <= -std::log(kLeft) ? atBack : integral.upTo(place);
+        const double thickness = at.a - before.a;
+        sum += thickness != 0 ? glm::dvec3(at - before) / thickness : integral.colour(place);
+        before = at;
+    }
+    return glm::clamp(sum / static_cast<double>(kSlices), glm::dvec3(0), glm::dvec3(1));
+}
+
 SeenColours::SeenColours(const std::vector<glm::vec4>& table, double length, int firstLayer, int layers)
     : length_(length), firstLayer_(firstLayer), layers_(layers) {
     TESSERA_CHECK(layers > 0 && table.size() >= 2);
@@ -161,7 +161,7 @@ std::size_t SeenColours::update(const std::vector<glm::vec4>& table) {
             if (std::max(front, back) < lowest || std::min(front, back) > highest)
                 continue;
             colours_[row * kEdge + static_cast<std::size_t>(i)] =
-                glm::vec4(seenColour(integral, table_, front, back, length), 0);
+                glm::vec4(glm::vec3(seenColour(integral, front, back, length)), 0);
             ++computed[row];
         }
     });

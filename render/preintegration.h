@@ -63,10 +63,15 @@ class TableIntegral {
     glm::dvec4 upTo(double place) const;
     /// The place at which the integral of extinction is this; the lowest where there are several.
     double placeOfDepth(double depth) const;
+    glm::dvec3 colour(double place) const;
 
   private:
     const std::vector<glm::vec4>& table_; // outlives this
     std::vector<glm::dvec4> sums_;
 };
+
+/// The mean colour that is seen of a segment along which the value goes linearly from one place of the table
+/// to another.
+glm::dvec3 seenColour(const TableIntegral& integral, double front, double back, double length);
 
 } // namespace tessera

@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/threads.h"
+#include "render/choose_integrator.h"
 #include "render/lattice.h"
 #include "render/march.h" // March::stateBytes
 #include "render/visibility_pass.h"
@@ -45,17 +46,18 @@ std::size_t tableBytes(std::size_t entries) {
 std::size_t seenBytes(Integrator integrator) {
     return integrator == Integrator::preintegrated2d ? 2 * SeenColours::bytes(kLevelCount) : 0;
 }
-/// Pre-integration takes the field to be continuous.
-Integrator integratorFor(const Quality& quality) {
-    const bool jumps = quality.edgeFunction == EdgeFunction::nearest;
-    if (jumps && quality.integrator != Integrator::automatic && quality.integrator != Integrator::midpoint)
+/// The edge of a cube of a voxel's volume.
+double typicalVoxelMm(const VolumeInfo& info) {
+    return std::cbrt(std::abs(glm::determinant(glm::dmat3(info.patientFromVoxel))));
+}
+/// Integrators that use a segment's ends take the field to be continuous.
+void checkIntegrator(const Quality& quality) {
+    if (quality.edgeFunction == EdgeFunction::nearest && quality.integrator != Integrator::automatic &&
+        quality.integrator != Integrator::midpoint)
         throw InputError(
             "integrator: expected midpoint where bricks are not blended (edge function nearest), "
             "found " +
             integratorNames()[static_cast<std::size_t>(quality.integrator)]);
-    if (quality.integrator != Integrator::automatic)
-        return quality.integrator;
-    return jumps ? Integrator::midpoint : Integrator::preintegrated;
 }
 /// Every CPU renderer's thread pins the chunks of one neighbourhood while the loaders need one each.
 std::size_t cacheFloorBytes(const VolumeInfo& info, int threads) {
@@ -63,6 +65,10 @@ std::size_t cacheFloorBytes(const VolumeInfo& info, int threads) {
            cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info.type) * LatticeReader::kPinnedChunks *
                static_cast<std::size_t>(threads - 1);
 }
+/// Tables of colours are taken by themselves where they are a small part of what is free.
+constexpr std::size_t kShareForSeenColours = 16;
+/// What the eye cannot see in a segment's colour.
+constexpr double kSeenColourMatters = 1.0 / 255;
 
 } // namespace
 
@@ -132,7 +138,11 @@ void PreparedScene::setFunction(const TransferFunction& f, const Scene& scene, L
     function = f;
     table = makeTable(function);
     functionCharge = {};
-    const Integrator integrator = integratorFor(scene.quality);
+    Integrator integrator = scene.quality.integrator;
+    if (integrator == Integrator::automatic)
+        integrator = scene.quality.edgeFunction == EdgeFunction::nearest
+                         ? Integrator::midpoint
+                         : integratorFor(statistics, table, info(), scene.quality.stepVoxels);
     functionCharge = ram.charge(tableBytes(table.entries.size()) + seenBytes(integrator),
                                 "the transfer function's tables");
     SeenColours seen = std::move(optics.seen); // may serve on
@@ -142,13 +152,28 @@ void PreparedScene::setFunction(const TransferFunction& f, const Scene& scene, L
         prepareSegments();
 }
 
+void PreparedScene::considerSeenColours(Ledger& ram, const Ledger& gpu) {
+    if (quality.integrator != Integrator::automatic || optics.integrator != Integrator::preintegrated ||
+        ram.freeBytes() / kShareForSeenColours < seenBytes(Integrator::preintegrated2d) ||
+        gpu.freeBytes() / kShareForSeenColours < SeenColours::bytes(kLevelCount))
+        return;
+    const double change = quality.stepVoxels * typicalChangePerVoxel(statistics, table, info());
+    if (seenColourDifference(table, change, quality.stepVoxels * typicalVoxelMm(info())) <=
+        kSeenColourMatters)
+        return;
+    optics.integrator = Integrator::preintegrated2d;
+    optics.sums.clear();
+    functionCharge = {};
+    functionCharge = ram.charge(tableBytes(table.entries.size()) + seenBytes(optics.integrator),
+                                "the transfer function's tables");
+}
+
 void PreparedScene::prepareSegments() {
-    const double voxelMm = std::cbrt(std::abs(glm::determinant(glm::dmat3(info().patientFromVoxel))));
     const Strides s = strides();
     const int longest =
         mixed() ? levels.mostStride : std::countr_zero(static_cast<unsigned>(s.uniformSegments));
     const int first = mixed() ? 0 : longest;
-    prepareSeenColours(optics, quality.stepVoxels * voxelMm, first, longest - first + 1);
+    prepareSeenColours(optics, quality.stepVoxels * typicalVoxelMm(info()), first, longest - first + 1);
 }
 
 void PreparedScene::setSelection(Selection chosen, Ledger& ram) {
@@ -183,13 +208,14 @@ void PreparedScene::mapEmptySpace(Ledger& ram) {
 
 PreparedScene prepareView(const Scene& scene, const StoreReader& store, Ledger& ram, int threads,
                           std::size_t bytesPerPixel) {
+    checkIntegrator(scene.quality);
     PreparedScene p;
     p.quality = scene.quality;
     p.store = &store;
     const VolumeInfo& info = store.info();
     p.imageSize = scene.imageSize;
     const std::size_t floor =
-        renderFloorBytes(info, scene.imageSize, bytesPerPixel, threads, integratorFor(scene.quality));
+        renderFloorBytes(info, scene.imageSize, bytesPerPixel, threads, scene.quality.integrator);
     if (ram.limitBytes() < floor)
         throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
                          ", but the budget is " + formatBytes(ram.limitBytes()));
@@ -257,6 +283,7 @@ void chooseAgain(PreparedScene& p, const Scene& scene, const TextureLimits& limi
                  const Ledger& gpu, int threads, LevelChoice choice) {
     p.cache.reset(); // it holds all memory that was left
     p.quality = scene.quality;
+    p.considerSeenColours(ram, gpu);
     const std::size_t fixed = p.reserveGpu(limits, ram, gpu);
     p.chosen = chooseLevels(scene, p.camera, p.statistics, p.table, *p.store, limits, choice, gpu, fixed, ram,
                             p.ramToKeep(threads), threads);

@@ -55,6 +55,9 @@ struct PreparedScene {
     void openCache(Ledger& ram, int threads);
     /// Takes another selection, and maps its levels and its empty space.
     void setSelection(Selection chosen, Ledger& ram);
+    /// Where the integrator is left open: colours with attenuation inside the segment, if that shows and the
+    /// budgets have room. Before selections.
+    void considerSeenColours(Ledger& ram, const Ledger& gpu);
     /// The tables that segments of the lengths need which rays take through the selection.
     void prepareSegments();
     /// Maps the levels of the selection, where they are mixed or always, and its empty space.

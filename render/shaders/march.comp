@@ -51,7 +51,7 @@ void main() {
     bool known = false;            // front is
     bool frontShows = false;       // something can show there
 #else
-    SegmentEnd front; // not read
+    const SegmentEnd front = SegmentEnd(0.0); // not read
 #endif
     while (i < ray.count && left > 0 && gTurns < kMostTurns) {
         ++gTurns;
