@@ -104,9 +104,12 @@ class ExtremeRun {
         const Scene scene = sceneOf(c, volume);
         Prepared prepared(stores_.path(c), scene, true, 0, &volume.info.patientFromVoxel);
         PreparedScene& p = prepared.p;
-        if (structure.mixed)
+        if (structure.mixed) {
             p.setSelection(randomShownLevels(p.selection, static_cast<unsigned>(c[kVariant] + 7)),
                            prepared.budgets.ram);
+            if (!p.mixed()) // few bricks: the general path all the same
+                p.mapLevels(prepared.budgets.ram, true);
+        }
         ++tally.cases;
 
         MarchSlicing slicing; // fixed, so that the number of dispatches can be said beforehand
@@ -205,10 +208,13 @@ class ExtremeRun {
         // A rule of first order is off by as much as halving changes it, one of second order by a third of
         // that; pictures of few pixels are given half of it more. The table is off by its own known error, in
         // depth at most the same share of the longest ray's.
+        // A table of seen colours is bilinear between 256 x 256 places; these functions' colours bend little
+        // there.
+        const double ownError =
+            p.table.relativeError + (p.optics.integrator == Integrator::preintegrated2d ? 1e-4 : 1e-6);
         const double n = 4.0 * static_cast<double>(truth.size());
         const double depth = std::min(1.0, peakPerVoxel(c) * glm::length(glm::dvec3(p.info().extentVoxels)));
-        EXPECT_LE(std::sqrt(error.squares / n),
-                  1.5 * std::sqrt(change.squares / n) + (p.table.relativeError + 1e-6) * depth);
+        EXPECT_LE(std::sqrt(error.squares / n), 1.5 * std::sqrt(change.squares / n) + ownError * depth);
         return true;
     }
 
@@ -286,7 +292,7 @@ TEST_P(Extremes, AreFiniteAndEqualTheMirror) {
 TEST(ExtremeReference, MirrorComesAsNearAsItsStepLetsExpect) {
     ExtremeRun run;
     int compared = 0, constant = 0;
-    for (const ExtremeCase& c : randomCases(6000, 7)) {
+    for (const ExtremeCase& c : randomCases(3000, 7)) {
         SCOPED_TRACE(c);
         if (!run.compareWithReference(c))
             continue;
@@ -296,7 +302,7 @@ TEST(ExtremeReference, MirrorComesAsNearAsItsStepLetsExpect) {
             return;
     }
     std::printf("%d compared, %d of them constant\n", compared, constant);
-    EXPECT_GE(compared - constant, 100);
+    EXPECT_GE(compared - constant, 60);
     EXPECT_GE(constant, 100);
 }
 
