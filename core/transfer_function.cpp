@@ -108,9 +108,13 @@ TransferTable makeTable(const TransferFunction& function) {
     constexpr std::size_t kMinEntries = 256;
     const std::vector<double>& kinks = function.kinks();
     double first = kinks.empty() ? 0 : kinks.front(), last = kinks.empty() ? 1 : kinks.back();
-    if (!(last > first)) { // one value: a constant, or one step with both sides to show
-        first -= 0.5;
-        last += 0.5;
+    // Readers have scale and offset in float: a narrower table would make the one infinite or cancel the
+    // other. One value, a constant or one step with both sides to show, gets room as well.
+    const double least =
+        std::max(last > first ? 1e-25 : 1.0, 1e-6 * std::max(std::abs(first), std::abs(last)));
+    if (const double lacking = least - (last - first); lacking > 0) {
+        first -= 0.5 * lacking;
+        last += 0.5 * lacking;
     }
     double closest = last - first;
     for (std::size_t i = 1; i < kinks.size(); ++i)

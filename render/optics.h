@@ -15,6 +15,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vec4.hpp>
+#include <limits>
 #include <vector>
 
 namespace tessera {
@@ -50,8 +51,9 @@ void prepareSeenColours(Optics& optics, double segmentMm, int firstLayer, int la
 
 template <typename Real> glm::vec<4, Real> lookUp(const Optics& o, Real stored) {
     const int last = static_cast<int>(o.table.size()) - 1;
-    const Real x = std::clamp(stored * static_cast<Real>(o.scale) + static_cast<Real>(o.offset), Real(0),
-                              static_cast<Real>(last));
+    const Real place = stored * static_cast<Real>(o.scale) + static_cast<Real>(o.offset);
+    // No clamp(): a place that is not a number must be one too, or what follows reads beyond the table.
+    const Real x = place > Real(0) ? std::min(place, static_cast<Real>(last)) : Real(0);
     const int i = std::min(static_cast<int>(x), last - 1);
     const glm::vec<4, Real> a(o.table[static_cast<std::size_t>(i)]),
         b(o.table[static_cast<std::size_t>(i) + 1]);
@@ -104,8 +106,8 @@ glm::vec<3, Real> shade(const Optics& o, const glm::vec<3, Real>& colour, const 
     const auto g = toGradient[0] * gradient.x + toGradient[1] * gradient.y + toGradient[2] * gradient.z;
     const auto d = toPatient[0] * direction.x + toPatient[1] * direction.y + toPatient[2] * direction.z;
     const Real lengths = (g.x * g.x + g.y * g.y + g.z * g.z) * (d.x * d.x + d.y * d.y + d.z * d.z);
-    if (!(lengths > Real(0)))
-        return colour; // no direction to light from
+    if (!(lengths > Real(0) && lengths <= std::numeric_limits<Real>::max()))
+        return colour; // no direction to light from, or one that this type cannot hold
     const Real cosine = std::min(Real(1), std::abs(g.x * d.x + g.y * d.y + g.z * d.z) / std::sqrt(lengths));
     const Real mirrored = std::max(Real(0), Real(2) * cosine * cosine - Real(1));
     const glm::vec<3, Real> phong(o.phong);

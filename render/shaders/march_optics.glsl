@@ -8,8 +8,8 @@ uniform float uTableScale, uTableOffset; // entry = stored value * scale + offse
 uniform int uTableLast;
 
 float tablePlace(float stored) {
-    precise float x = clamp(stored * uTableScale + uTableOffset, 0.0, float(uTableLast));
-    return x;
+    precise float place = stored * uTableScale + uTableOffset;
+    return place > 0.0 ? min(place, float(uTableLast)) : 0.0; // clamp() may keep what is not a number
 }
 
 int tableCell(float place) { return min(int(place), uTableLast - 1); }
@@ -69,7 +69,7 @@ vec3 shade(vec3 colour, vec3 gradient, vec3 direction) {
     precise vec3 d = uPatientFromVoxel[0] * direction.x + uPatientFromVoxel[1] * direction.y +
                      uPatientFromVoxel[2] * direction.z;
     precise float lengths = (g.x * g.x + g.y * g.y + g.z * g.z) * (d.x * d.x + d.y * d.y + d.z * d.z);
-    if (!(lengths > 0.0)) return colour; // no direction to light from
+    if (!(lengths > 0.0 && lengths <= kMaxFloat)) return colour; // no direction to light from, or beyond float
     precise float cosine = min(1.0, abs(g.x * d.x + g.y * d.y + g.z * d.z) / sqrt(lengths));
     precise float mirrored = max(0.0, 2.0 * cosine * cosine - 1.0); // r.v with light, viewer on one line
     precise vec3 lit = colour * (uPhong.x + uPhong.y * cosine) + uPhong.z * wholePower(mirrored, uSpecularPower);
