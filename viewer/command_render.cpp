@@ -36,7 +36,7 @@ struct RenderArguments {
     std::string device = "auto";
     double step = 0;      // 0: as the scene says
     double maxError = -1; // negative: as the scene says
-    std::string edgeFunction, sampling, first;
+    std::string edgeFunction, sampling, gradient, first;
     bool noShading = false, noSkipping = false, explain = false, json = false;
     InputOptions input;
 };
@@ -85,6 +85,8 @@ void applyOptions(const RenderArguments& arguments, Scene& scene) {
         scene.quality.edgeFunction = parseEdgeFunction(arguments.edgeFunction, "--edge-function");
     if (!arguments.sampling.empty())
         scene.quality.sampling = parseSampling(arguments.sampling, "--sampling");
+    if (!arguments.gradient.empty())
+        scene.shading.gradient = parseGradient(arguments.gradient, "--gradient");
     if (arguments.maxError >= 0)
         scene.quality.maxError = arguments.maxError;
     if (arguments.noShading)
@@ -293,6 +295,9 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
     command->add_option("--sampling", a->sampling,
                         "steps in coarse bricks: " + joinNames(samplingNames()) + " (default: limited)");
     command->add_option("--fetch", a->fetch, joinNames(fetchNames()));
+    command->add_option("--gradient", a->gradient,
+                        "how surfaces are found for shading: " + joinNames(gradientNames()) +
+                            " (default: central)");
     command->add_flag("--no-shading", a->noShading, "colours as the transfer function has them");
     command->add_flag("--no-skipping", a->noSkipping, "sample empty space too; the picture is the same");
     command->add_option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
