@@ -74,6 +74,12 @@ template <typename Real> Real edgeWeight(const EdgeReach<Real>& reach, Real into
     return glm::clamp(Real(0.5) + Real(0.5) * (into / r), Real(0), Real(1));
 }
 
+/// Derivative of edgeWeight() along its axis' coordinate.
+template <typename Real> Real edgeWeightSlope(const EdgeReach<Real>& reach, Real into, bool upperSide) {
+    const Real r = into >= Real(0) ? reach.own : reach.other;
+    return std::abs(into) < r ? (upperSide ? Real(0.5) : Real(-0.5)) / r : Real(0);
+}
+
 /// Where a point stands among the eight bricks around its nearest brick corner.
 template <typename Real> struct CornerPlace {
     glm::ivec3 corner{0};
@@ -127,6 +133,26 @@ Real cornerWeight(const BrickCorner& corner, int brick, int near, const glm::vec
                                      upper ? offset[axis] : -offset[axis], upper);
     }
     return weight;
+}
+
+/// Derivative of cornerWeight().
+template <typename Real>
+glm::vec<3, Real> cornerWeightSlope(const BrickCorner& corner, int brick, int near,
+                                    const glm::vec<3, Real>& offset, EdgeFunction function,
+                                    std::uint32_t finest) {
+    glm::vec<3, Real> weights(1), slopes(0);
+    const std::uint32_t own = corner.code(brick);
+    for (int axis = 0; axis < 3; ++axis) {
+        const std::uint32_t other = corner.code(brick ^ (1 << axis));
+        if ((near & (1 << axis)) == 0 || other == BrickCorner::kOutside)
+            continue;
+        const bool upper = (brick & (1 << axis)) != 0;
+        const EdgeReach<Real> reach = edgeReach<Real>(own, other, function, finest);
+        weights[axis] = edgeWeight(reach, upper ? offset[axis] : -offset[axis], upper);
+        slopes[axis] = edgeWeightSlope(reach, upper ? offset[axis] : -offset[axis], upper);
+    }
+    return {slopes.x * (weights.y * weights.z), slopes.y * (weights.z * weights.x),
+            slopes.z * (weights.x * weights.y)};
 }
 
 /// Largest k such that a ray may stride over 2^k segments from a place (docs/sampling.md, "Ray").

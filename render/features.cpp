@@ -19,6 +19,9 @@ const std::vector<FeatureName>& featureNames() {
         {kFeatureLinear, "FEATURE_LINEAR", "segments of linear colour"},
         {kFeaturePreintegrated, "FEATURE_PREINTEGRATED", "pre-integrated segments"},
         {kFeatureSeenColours, "FEATURE_SEENCOLOURS", "pre-integrated colours with attenuation"},
+        {kFeatureForwardGradient, "FEATURE_FORWARD_GRADIENT", "gradients by forward differences"},
+        {kFeatureSobelGradient, "FEATURE_SOBEL_GRADIENT", "gradients by smoothed differences (Sobel)"},
+        {kFeatureAnalyticGradient, "FEATURE_ANALYTIC_GRADIENT", "gradients of the interpolation itself"},
     };
     return names;
 }
@@ -34,6 +37,20 @@ std::uint32_t integratorFeatures(Integrator integrator) {
     default:
         return 0;
     }
+}
+
+std::uint32_t gradientFeature(Gradient gradient) {
+    switch (gradient) {
+    case Gradient::forward:
+        return kFeatureForwardGradient;
+    case Gradient::central:
+        break;
+    case Gradient::sobel:
+        return kFeatureSobelGradient;
+    case Gradient::analytic:
+        return kFeatureAnalyticGradient;
+    }
+    return 0;
 }
 
 std::string featureDefines(std::uint32_t features) {

@@ -3,7 +3,7 @@
 // recompiles.
 #pragma once
 
-#include "core/scene.h" // Integrator
+#include "core/scene.h" // Gradient, Integrator
 
 #include <cstdint>
 #include <string>
@@ -27,12 +27,20 @@ enum Feature : std::uint32_t {
     kFeatureLinear = 1u << 11,        // constant extinction and linear colour between a segment's ends
     kFeaturePreintegrated = 1u << 12, // means over the values between a segment's ends
     kFeatureSeenColours = 1u << 13,   // with these, colours with attenuation inside the segment
+    // How gradients are taken; at most one of these, none: central differences.
+    kFeatureForwardGradient = 1u << 14,
+    kFeatureSobelGradient = 1u << 15,
+    kFeatureAnalyticGradient = 1u << 16,
 };
-constexpr std::uint32_t kAllFeatures = (1u << 14) - 1;
+constexpr std::uint32_t kAllFeatures = (1u << 17) - 1;
 constexpr std::uint32_t kIntegratorFeatures = kFeatureLinear | kFeaturePreintegrated | kFeatureSeenColours;
 
 /// Of an integrator that is not automatic.
 std::uint32_t integratorFeatures(Integrator integrator);
+constexpr std::uint32_t kGradientFeatures =
+    kFeatureForwardGradient | kFeatureSobelGradient | kFeatureAnalyticGradient;
+/// The bit that has a program take gradients this way; 0 for central differences.
+std::uint32_t gradientFeature(Gradient gradient);
 
 struct FeatureName {
     Feature bit;

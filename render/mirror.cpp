@@ -14,28 +14,30 @@ namespace {
 template <typename Real> struct UniformField {
     LatticeReader& samples;
     Real samplesPerVoxel;
+    Gradient kind;
     Real value(const glm::vec<3, Real>& p) { return fieldValue(samples, p, samplesPerVoxel); }
     glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) {
-        return fieldGradient(samples, p, samplesPerVoxel);
+        return fieldGradient(samples, p, samplesPerVoxel, kind);
     }
 };
 
 template <typename Real> struct MixedField {
     MixedReader& samples;
+    Gradient kind;
     Real value(const glm::vec<3, Real>& p) { return interblockValue(samples, p); }
-    glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) { return interblockGradient(samples, p); }
+    glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) { return interblockGradient(samples, p, kind); }
 };
 
 /// visit(field), with the field of the input.
 template <typename Real, typename Visit> void withField(const MirrorInput& input, const Visit& visit) {
     if (input.levels) {
         MixedReader samples(*input.cache, *input.info, *input.selection, *input.levels);
-        MixedField<Real> field{samples};
+        MixedField<Real> field{samples, input.optics->gradient};
         visit(field);
     } else {
         const int level = input.selection->finest();
         LatticeReader samples(*input.cache, *input.info, level, input.selection);
-        UniformField<Real> field{samples, Real(1) / static_cast<Real>(1 << level)};
+        UniformField<Real> field{samples, Real(1) / static_cast<Real>(1 << level), input.optics->gradient};
         visit(field);
     }
 }

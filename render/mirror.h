@@ -67,7 +67,7 @@ glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const M
             glm::vec<3, Real> colour = segmentColour(optics, front, back, depth, alpha, n);
             if (optics.shading) {
                 colour = shade(optics, colour, field.gradient(stridePosition(ray, i, length)), ray.direction);
-                work.samples += 6;
+                work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
             }
             const Real weight = (Real(1) - sum.a) * alpha;
             sum.r = sum.r + weight * colour.r;

@@ -15,6 +15,7 @@ Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shad
     o.scale = static_cast<float>(info.rescaleSlope * perValue);
     o.offset = static_cast<float>((info.rescaleIntercept - static_cast<double>(table.firstValue)) * perValue);
     o.shading = shading.on;
+    o.gradient = shading.gradient;
     o.phong = glm::vec3(shading.ambient, shading.diffuse, shading.specular);
     o.specularPower = std::clamp(static_cast<int>(std::lround(shading.specularPower)), 1, 1024);
     const glm::dmat3 linear(info.patientFromVoxel);

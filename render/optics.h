@@ -26,7 +26,8 @@ struct Optics {
     std::vector<glm::vec4> table; // rgb colour, a extinction per mm
     float scale = 0, offset = 0;
     bool shading = false;
-    glm::vec3 phong{0}; // ambient, diffuse, specular
+    Gradient gradient = Gradient::central; // what shading takes
+    glm::vec3 phong{0};                    // ambient, diffuse, specular
     int specularPower = 1;
     glm::mat3 voxelFromPatientTransposed{1}; // linear parts
     glm::mat3 patientFromVoxel{1};

@@ -100,6 +100,8 @@ std::uint32_t PreparedScene::features(bool counting) const {
     const auto add = [&](bool needed, Feature feature) { f |= needed ? feature : 0u; };
     add(mixed(), kFeatureMixed);
     add(optics.shading, kFeatureShading);
+    if (optics.shading)
+        f |= gradientFeature(optics.gradient);
     add(quality.skipping, kFeatureSkipping);
     add(quality.fetch == Fetch::hardware, kFeatureHardware);
     add(texelFormat(info().type).normalised, kFeatureNormalised);

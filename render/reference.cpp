@@ -230,7 +230,8 @@ class RayIntegral {
         addPieces([&](double t) {
             RadiantPoint point = plain(t);
             if (point.extinction > 0)
-                point.colour = shade(optics_, point.colour, fieldGradient(wide, position(t), 1.0), direction);
+                point.colour = shade(optics_, point.colour,
+                                     fieldGradient(wide, position(t), 1.0, optics_.gradient), direction);
             return point;
         });
     }

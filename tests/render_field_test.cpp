@@ -90,6 +90,13 @@ TEST_P(Field, ShaderEqualsItsTwin) {
         ASSERT_EQ(glm::vec3(exact[i]), gradient) << i;
         worst = std::max(worst, std::abs(filtered[i].w - value));
     }
+    for (const Gradient kind : {Gradient::forward, Gradient::sobel, Gradient::analytic}) {
+        const auto probed =
+            probeField(positions, features | gradientFeature(kind), info, source, prepared.budgets.gpu);
+        for (std::size_t i = 0; i < positions.size(); ++i)
+            ASSERT_EQ(glm::vec3(probed[i]), fieldGradient(samples, positions[i], perVoxel, kind))
+                << gradientNames()[static_cast<std::size_t>(kind)] << " " << i;
+    }
     // llvmpipe filters in float; what remains is the slot's shift of coordinates, up to 6e-5 texel
     // (NUMERICS).
     EXPECT_LE(worst, 4e-4f * range);

@@ -129,6 +129,12 @@ TEST_P(MixedField, ShaderEqualsItsTwin) {
         worst = std::max(worst, std::abs(filtered[i].w - exact[i].w));
     }
     EXPECT_LE(worst, 4e-4f * range); // llvmpipe's filter: see render_field_test.cpp
+    for (const Gradient kind : {Gradient::forward, Gradient::sobel, Gradient::analytic}) {
+        const auto probed = probeField(positions, features | gradientFeature(kind), p.info(), source, gpu);
+        for (std::size_t i = 0; i < positions.size(); ++i)
+            ASSERT_EQ(glm::vec3(probed[i]), interblockGradient(samples, positions[i], kind))
+                << gradientNames()[static_cast<std::size_t>(kind)] << " " << i;
+    }
 }
 
 // Both sides of every face, edge and corner, of borders to empty bricks and to the outside: values agree to

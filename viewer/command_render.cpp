@@ -36,7 +36,7 @@ struct RenderArguments {
     std::string device = "auto";
     double step = 0;      // 0: as the scene says
     double maxError = -1; // negative: as the scene says
-    std::string edgeFunction, sampling, integrator, first;
+    std::string edgeFunction, sampling, integrator, gradient, first;
     bool noShading = false, noSkipping = false, explain = false, json = false;
     InputOptions input;
 };
@@ -87,6 +87,8 @@ void applyOptions(const RenderArguments& arguments, Scene& scene) {
         scene.quality.integrator = parseIntegrator(arguments.integrator, "--integrator");
     if (!arguments.sampling.empty())
         scene.quality.sampling = parseSampling(arguments.sampling, "--sampling");
+    if (!arguments.gradient.empty())
+        scene.shading.gradient = parseGradient(arguments.gradient, "--gradient");
     if (arguments.maxError >= 0)
         scene.quality.maxError = arguments.maxError;
     if (arguments.noShading)
@@ -298,6 +300,9 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
                         "what a segment of a ray adds: " + joinNames(integratorNames()) +
                             " (default: auto, as the transfer function asks)");
     command->add_option("--fetch", a->fetch, joinNames(fetchNames()));
+    command->add_option("--gradient", a->gradient,
+                        "how surfaces are found for shading: " + joinNames(gradientNames()) +
+                            " (default: central)");
     command->add_flag("--no-shading", a->noShading, "colours as the transfer function has them");
     command->add_flag("--no-skipping", a->noSkipping, "sample empty space too; the picture is the same");
     command->add_option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");

@@ -3,7 +3,9 @@
     !defined(FEATURE_NORMALISED) || !defined(FEATURE_BRICKED) || !defined(FEATURE_TERMINATION) || \
     !defined(FEATURE_COUNTING) || !defined(FEATURE_MIXED) || !defined(FEATURE_PASSES) || \
     !defined(FEATURE_VISIBILITY) || !defined(FEATURE_SUBBLOCKS) || \
-    !defined(FEATURE_LINEAR) || !defined(FEATURE_PREINTEGRATED) || !defined(FEATURE_SEENCOLOURS)
+    !defined(FEATURE_LINEAR) || !defined(FEATURE_PREINTEGRATED) || !defined(FEATURE_SEENCOLOURS) || \
+    !defined(FEATURE_FORWARD_GRADIENT) || !defined(FEATURE_SOBEL_GRADIENT) || \
+    !defined(FEATURE_ANALYTIC_GRADIENT)
 #error every FEATURE_ must be defined as 0 or 1 (render/features.h)
 #endif
 #if (FEATURE_MIXED || FEATURE_PASSES || FEATURE_VISIBILITY) && !FEATURE_BRICKED
@@ -17,4 +19,7 @@
 #endif
 #if FEATURE_VISIBILITY && (FEATURE_LINEAR || FEATURE_PREINTEGRATED)
 #error what is seen of bricks is counted by the midpoint rule
+#endif
+#if FEATURE_FORWARD_GRADIENT + FEATURE_SOBEL_GRADIENT + FEATURE_ANALYTIC_GRADIENT > 1
+#error a gradient is taken one way
 #endif

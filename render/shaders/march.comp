@@ -190,7 +190,7 @@ void main() {
     atomicAdd(uIterations, iterations); // always: it paces the dispatches
 #if FEATURE_COUNTING
     atomicAdd(uSegments, segments);
-    atomicAdd(uSamples, segments + fronts + 6u * uint(FEATURE_SHADING) * shown);
+    atomicAdd(uSamples, segments + fronts + kGradientValues * uint(FEATURE_SHADING) * shown);
     atomicAdd(uFetches, gFetches);
 #if FEATURE_MIXED
     atomicAdd(uBlended, gBlended);

@@ -1,8 +1,8 @@
 // sampler_field.glsl: the field of docs/sampling.md: the only code that turns a position into a value or a
 // gradient; twin of render/sampler.h. Bricks of mixed levels are in sampler_interblock.glsl; where all share one
 // level, the field is plain trilinear interpolation on that level's lattice, empty bricks reading as their mean.
-// Needs FEATURE_MIXED and those of sampler_atlas.glsl. Gives fieldValue(p), fieldGradient(p); p in level-0
-// voxels, values as stored, gradients in stored units per voxel; and what sampler_home.glsl gives.
+// Needs FEATURE_MIXED and those of sampler_atlas.glsl. Gives fieldValue(p); p in level-0
+// voxels, values as stored; and what sampler_home.glsl and sampler_gradient.glsl give.
 
 #include "sampler_atlas.glsl"
 #if FEATURE_MIXED
@@ -68,34 +68,4 @@ float localPitch(vec3 p) { return uVoxelsPerSample; }
 
 #include "sampler_home.glsl"
 
-// Central differences of this very field, offset half a sample.
-vec3 fieldGradient(vec3 p) {
-    precise float pitch = inHome(p) ? homePitch() : localPitch(p);
-    precise float h = 0.5 * pitch;
-    // A compiler for SIMD lanes runs both sides of a branch, but a loop only as long as a lane needs it: so the
-    // six values are taken from the brick at hand, and those again, one by one, where other bricks have weight.
-    vec3 ahead;
-    vec3 behind;
-    int outside = 0; // bits: ahead along x, y, z, then behind
-    for (int axis = 0; axis < 3; ++axis) {
-        vec3 offset = vec3(0.0);
-        offset[axis] = h;
-        precise vec3 up = p + offset;
-        precise vec3 down = p - offset;
-        ahead[axis] = homeValue(up);
-        behind[axis] = homeValue(down);
-        outside |= int(!inHome(up)) << axis | int(!inHome(down)) << (axis + 3);
-    }
-    gTurns += 3;
-    for (; outside != 0; outside &= outside - 1) {
-        ++gTurns;
-        int turn = findLSB(outside);
-        bvec3 axis = equal(ivec3(turn >= 3 ? turn - 3 : turn), ivec3(0, 1, 2));
-        precise vec3 at = p + mix(vec3(0.0), vec3(turn < 3 ? h : -h), axis);
-        float value = fieldValue(at);
-        if (turn < 3) ahead = mix(ahead, vec3(value), axis);
-        else behind = mix(behind, vec3(value), axis);
-    }
-    precise vec3 g = (ahead - behind) / pitch;
-    return g;
-}
+#include "sampler_gradient.glsl"

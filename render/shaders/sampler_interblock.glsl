@@ -48,8 +48,8 @@ int nearAxes(uvec2 corner, vec3 offset) {
     return near;
 }
 
-// Weight of one of the eight before normalisation: the product of its edge weights along the near axes.
-float cornerWeight(uvec2 corner, int brick, int near, vec3 offset) {
+// Edge weights of one of the eight along the axes, 1 along those that are not near; slopes: their derivatives.
+vec3 edgeWeights(uvec2 corner, int brick, int near, vec3 offset, out vec3 slopes) {
     uint own = codeOf(corner, brick);
     uvec3 other = uvec3(codeOf(corner, brick ^ 1), codeOf(corner, brick ^ 2), codeOf(corner, brick ^ 4));
     // Codes order levels, and an empty brick after them: the smaller code is the minimum's level.
@@ -66,12 +66,25 @@ float cornerWeight(uvec2 corner, int brick, int near, vec3 offset) {
     precise vec3 weights = clamp(0.5 + 0.5 * (into / reach), vec3(0.0), vec3(1.0));
     // Nearest: no blend at all between bricks that show something.
     vec3 steps = vec3(greaterThan(into, vec3(0.0))) + vec3(equal(into, vec3(0.0))) * vec3(upper);
-    if (uEdgeFunction == 0) weights = mix(steps, weights, asMinimum);
+    slopes = mix(vec3(0.0), mix(vec3(-0.5), vec3(0.5), upper) / reach, lessThan(abs(into), reach));
+    if (uEdgeFunction == 0) {
+        weights = mix(steps, weights, asMinimum);
+        slopes = mix(vec3(0.0), slopes, asMinimum);
+    }
     bvec3 counts = notEqual(ivec3(near) & ivec3(1, 2, 4), ivec3(0));
     weights = mix(vec3(1.0), weights, counts);
+    slopes = mix(vec3(0.0), slopes, counts);
     weights = mix(weights, vec3(1.0), equal(other, uvec3(kCodeOutside)));
+    slopes = mix(slopes, vec3(0.0), equal(other, uvec3(kCodeOutside)));
+    return weights;
+}
+
+// Weight of one of the eight before normalisation: the product of its edge weights along the near axes.
+float cornerWeight(uvec2 corner, int brick, int near, vec3 offset) {
+    vec3 slopes;
+    precise vec3 weights = edgeWeights(corner, brick, near, offset, slopes);
     precise float weight = weights.x * weights.y * weights.z;
-    return own == kCodeOutside ? 0.0 : weight;
+    return codeOf(corner, brick) == kCodeOutside ? 0.0 : weight;
 }
 
 ivec3 brickOf(ivec3 corner, int brick) { return corner - 1 + (ivec3(brick, brick >> 1, brick >> 2) & 1); }
