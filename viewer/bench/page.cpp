@@ -7,6 +7,7 @@
 #endif
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -63,28 +64,47 @@ std::string gnuplotText(const std::string& word) {
     return out + "\"";
 }
 
+/// Colours that stay apart in print and for most eyes (Okabe and Ito 2008, black for yellow).
+constexpr std::array<const char*, 8> kPalette = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
+                                                 "#E69F00", "#56B4E9", "#000000", "#999933"};
+
+std::string styleText(const Plot::Curve& curve, std::size_t place) {
+    if (curve.style == Plot::Style::guide)
+        return " with lines dashtype 3 linewidth 1 linecolor rgb \"#888888\"";
+    const std::size_t colour = curve.colour < 0 ? place : static_cast<std::size_t>(curve.colour);
+    const bool dashed = curve.style == Plot::Style::dashed;
+    return std::string(" with linespoints pointsize 0.6 linewidth 1.5 pointtype ") + (dashed ? "6" : "7") +
+           " dashtype " + (dashed ? "2" : "1") + " linecolor rgb \"" + kPalette[colour % kPalette.size()] +
+           "\"";
+}
+
 /// The plot as commands for gnuplot, its data included.
-std::string gnuplotScript(const Plot& plot, const fs::path& out) {
+std::string gnuplotScript(const Plot& plot, const fs::path& svg) {
     std::ostringstream text;
-    text << "set terminal svg size 760,420 noenhanced background rgb \"white\" font \"sans,12\"\n"
-         << "set output " << gnuplotText(out.string()) << "\nset key outside right\nset grid\n"
+    text << "set key outside right\nset grid\n"
          << "set xlabel " << gnuplotText(plot.xLabel) << "\nset ylabel " << gnuplotText(plot.yLabel) << "\n";
     if (plot.logX)
         text << "set logscale x\n";
     if (plot.logY)
-        text << "set logscale y\n";
+        text << "set logscale y\nset format y \"%.0e\"\n";
     for (std::size_t i = 0; i < plot.curves.size(); ++i) {
         text << "$curve" << i << " << EOD\n";
         for (const auto& [x, y] : plot.curves[i].points)
             text << full(x) << " " << full(y) << "\n";
         text << "EOD\n";
     }
-    text << "plot ";
-    for (std::size_t i = 0; i < plot.curves.size(); ++i)
-        text << (i ? ", " : "") << "$curve" << i
-             << " with linespoints pointtype 7 pointsize 0.5 linewidth 1.5 title "
-             << gnuplotText(plot.curves[i].label);
-    text << "\n";
+    const auto draw = [&](const std::string& terminal, const fs::path& out) {
+        text << "set terminal " << terminal << "\nset output " << gnuplotText(out.string()) << "\nplot ";
+        for (std::size_t i = 0; i < plot.curves.size(); ++i)
+            text << (i ? ", " : "") << "$curve" << i << styleText(plot.curves[i], i) << " title "
+                 << gnuplotText(plot.curves[i].label);
+        text << "\nset output\n";
+    };
+    draw("svg size 760,420 noenhanced background rgb \"white\" font \"sans,12\"", svg);
+    if (plot.png)
+        draw("pngcairo size 1140,630 noenhanced background rgb \"white\" font \"sans,13\" fontscale 1.2 "
+             "linewidth 1.5",
+             fs::path(svg).replace_extension(".png"));
     return text.str();
 }
 
