@@ -31,6 +31,14 @@ std::string targetText(double target) {
     return target == kDisplayError ? "1/255" : number(target);
 }
 
+/// A setting's name, an automatic integrator with what it came to.
+std::string shownName(const Measured& m) {
+    std::string name = settingName(m.planned.setting);
+    if (m.planned.setting.integrator == Integrator::automatic)
+        name.insert(name.find(','), " (" + integratorNames()[static_cast<std::size_t>(m.integrator)] + ")");
+    return name;
+}
+
 /// Settings that differ in step, integrator, fetch and termination alone: with all memory and the scene's
 /// light.
 bool isPlain(const Sweep& sweep, const Setting& s) {
@@ -507,7 +515,7 @@ bench::Report defaultsSection(const std::vector<Sweep>& sweeps) {
         else
             append(row, std::string(kNotReached), std::string(), std::string());
         if (asIs)
-            append(row, settingName(asIs->planned.setting), asIs->error.rmse, asIs->leastMs());
+            append(row, shownName(*asIs), asIs->error.rmse, asIs->leastMs());
         else
             append(row, std::string("not drawn"), std::string(), std::string());
         row.push_back(best && asIs && best->leastMs() > 0 ? Cell(asIs->leastMs() / best->leastMs())

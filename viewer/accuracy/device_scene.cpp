@@ -64,6 +64,7 @@ DeviceMarch::DeviceMarch(DeviceScene& on, const Scene& scene, const Setting& set
     p.setFunction(TransferFunction(p.function), scene_, on.ram_);
     p.frame = rayFrame(p.camera, p.info(), scene_.imageSize, setting.stepVoxels);
     features_ = p.features(counting);
+    integrator_ = p.optics.integrator;
     const Occupancy* occupancy = p.quality.skipping ? &p.occupancy : nullptr;
     const std::size_t rays =
         static_cast<std::size_t>(scene_.imageSize.x) * static_cast<std::size_t>(scene_.imageSize.y);
@@ -83,6 +84,7 @@ DeviceMarch::DeviceMarch(DeviceScene& on, const Scene& scene, const Setting& set
 }
 
 Frame DeviceMarch::draw(double stepVoxels) {
+    TESSERA_CHECK(integrator_ != Integrator::preintegrated2d || stepVoxels == setting_.stepVoxels);
     PreparedScene& p = on_.prepared_;
     scene_.quality.stepVoxels = stepVoxels;
     p.quality = scene_.quality;

@@ -64,7 +64,9 @@ class DeviceMarch {
     DeviceMarch(DeviceScene& on, const Scene& scene, const Setting& setting, bool counting);
     DeviceMarch(const DeviceMarch&) = delete; // sub-blocks are pointed to
     DeviceMarch& operator=(const DeviceMarch&) = delete;
+    /// With preintegrated2d, whose tables are for a step, only the setting's own step is allowed (checked).
     Frame draw(double stepVoxels);
+    Integrator integrator() const { return integrator_; } // never automatic
     /// Bricks included.
     std::size_t gpuBytes() const { return on_.gpu_.usedBytes() + gpu_.peakBytes(); }
     /// "bricked, skipping, ...": what is compiled, besides counting.
@@ -76,6 +78,7 @@ class DeviceMarch {
     Setting setting_;
     Ledger gpu_;
     std::uint32_t features_ = 0;
+    Integrator integrator_ = Integrator::midpoint;
     SubBlocks subBlocks_;
     std::optional<March> march_;
 };

@@ -1,14 +1,15 @@
 // viewer/accuracy/stiff.cpp: see stiff.h.
 #include "viewer/accuracy/stiff.h"
 
-#include "render/optics.h"
+#include "core/scene.h" // integratorNames
+#include "render/integrators.h"
 
 #include <cmath>
 
 namespace tessera::accuracy {
 namespace {
 
-constexpr double kFirst = 0.2, kLast = 0.9; // of the colour ramp
+constexpr float kFirst = 0.2f, kLast = 0.9f; // of the colour ramp
 
 /// Closed form T6: c0 (1-e^-x) + (c1-c0) ((1-e^-x)/x - e^-x), the last by its series where it would cancel.
 double exactColour(double x) {
@@ -21,30 +22,57 @@ double exactColour(double x) {
             ramp -= term * k;
         }
     }
-    return kFirst * -std::expm1(-x) + (kLast - kFirst) * ramp;
+    return double{kFirst} * -std::expm1(-x) + (double{kLast} - double{kFirst}) * ramp;
 }
 
-template <typename Real> double midpointError(double depth) {
-    const Real segment = static_cast<Real>(depth / kStiffSegments);
+/// The slab as the integrators read it: a table of two entries, values from one to the other along the ray;
+/// the slab is one millimetre long.
+Optics slab(double depth, Integrator integrator) {
+    Optics o;
+    const float extinction = static_cast<float>(depth);
+    o.table = {glm::vec4(glm::vec3(kFirst), extinction), glm::vec4(glm::vec3(kLast), extinction)};
+    o.integrator = integrator;
+    if (integrator == Integrator::preintegrated || integrator == Integrator::preintegrated2d)
+        o.sums = tableSums(o.table);
+    if (integrator == Integrator::preintegrated2d) {
+        o.seen = SeenColours(o.table, 1.0 / kStiffSegments, 0, 1);
+        o.seenScale = SeenColours::kEdge - 1;
+    }
+    return o;
+}
+
+template <typename Real> double relativeError(const Optics& o) {
+    const Real length = Real(1) / Real(kStiffSegments);
     Real colour = 0, alpha = 0;
     for (int i = 0; i < kStiffSegments; ++i) {
-        const Real c = static_cast<Real>(kFirst + (kLast - kFirst) * (i + 0.5) / kStiffSegments);
-        const Real weight = (Real(1) - alpha) * opacityOf(segment);
+        Real front = static_cast<Real>(i) * length, back = static_cast<Real>(i + 1) * length;
+        if (!needsEnds(o.integrator))
+            front = back = Real(0.5) * (front + back);
+        const Real depth = segmentExtinction(o, front, back) * length, opacity = opacityOf(depth);
+        const Real weight = (Real(1) - alpha) * opacity;
         alpha += weight;
-        colour += weight * c;
+        colour += weight * segmentColour(o, front, back, depth, opacity, 1).r;
     }
-    const double exact = exactColour(depth);
+    const double exact = exactColour(static_cast<double>(o.table.front().a));
     return std::abs(static_cast<double>(colour) - exact) / exact;
 }
 
 } // namespace
 
 std::vector<StiffCurve> stiffCurves() {
-    std::vector<StiffCurve> curves = {{"midpoint, double", {}}, {"midpoint, float", {}}};
-    for (int quarter = -24; quarter <= 24; ++quarter) {
-        const double depth = std::pow(10, 0.25 * quarter);
-        curves[0].points.emplace_back(depth, midpointError<double>(depth));
-        curves[1].points.emplace_back(depth, midpointError<float>(depth));
+    std::vector<StiffCurve> curves;
+    for (const Integrator integrator :
+         {Integrator::midpoint, Integrator::linear, Integrator::preintegrated, Integrator::preintegrated2d}) {
+        const std::string& name = integratorNames()[static_cast<std::size_t>(integrator)];
+        StiffCurve inDouble{name + ", double", {}}, inFloat{name + ", float", {}};
+        for (int quarter = -24; quarter <= 24; ++quarter) {
+            const Optics o = slab(std::pow(10, 0.25 * quarter), integrator);
+            const double depth = std::pow(10, 0.25 * quarter);
+            inDouble.points.emplace_back(depth, relativeError<double>(o));
+            inFloat.points.emplace_back(depth, relativeError<float>(o));
+        }
+        curves.push_back(std::move(inDouble));
+        curves.push_back(std::move(inFloat));
     }
     return curves;
 }

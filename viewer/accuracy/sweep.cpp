@@ -104,7 +104,9 @@ class Runner {
 
     Sweep run() {
         out_.loadBefore = bench::loadAverage();
-        const std::vector<Planned> planned = plannedSettings(out_.scene.scene, options_.effort.quick);
+        const std::vector<Planned> planned = options_.settings.empty()
+                                                 ? plannedSettings(out_.scene.scene, options_.effort.quick)
+                                                 : options_.settings;
         details_.push_back({Detail{}, makeScene(Detail{}, gpuBytes_)});
         findTruth();
         for (const Planned& p : planned)
@@ -123,7 +125,7 @@ class Runner {
         std::unique_ptr<DeviceScene> scene; // null: refused
     };
     struct Drawer {
-        Setting setting; // its step aside
+        Setting setting; // its step aside where that varies
         std::unique_ptr<DeviceMarch> march;
     };
 
@@ -182,9 +184,10 @@ class Runner {
                        std::to_string(compared.size()) + " pixels show something");
     }
 
-    /// One for all settings that differ in their step alone.
+    /// One for all settings that differ in their step alone, and have no tables for it.
     DeviceMarch& marchOf(DeviceScene& scene, Setting setting, bool counting) {
-        setting.stepVoxels = 1;
+        if (setting.integrator != Integrator::preintegrated2d)
+            setting.stepVoxels = 1;
         std::vector<Drawer>& drawers = counting ? counters_ : drawers_;
         for (Drawer& known : drawers)
             if (known.setting == setting)
@@ -210,6 +213,7 @@ class Runner {
                 frame = march.draw(s.stepVoxels);
             m.error = measureError(thinned(frame.image, out_.pixelStride), truth_);
             m.features = march.features();
+            m.integrator = march.integrator();
             m.peakRamBytes = scene->peakRamBytes();
             m.peakGpuBytes = march.gpuBytes();
             m.bytesDecoded = scene->bytesDecoded();

@@ -46,6 +46,7 @@ struct Measured {
     ImageError error; // of the compared pixels
     Work work;
     std::string features;
+    Integrator integrator = Integrator::midpoint; // that an automatic one came to
     std::size_t peakRamBytes = 0, peakGpuBytes = 0;
     std::uint64_t bytesDecoded = 0;
     /// Light that ending rays early may leave out, and whether it does not leave out more (and adds none),
@@ -84,6 +85,7 @@ struct SweepOptions {
     std::string device = "auto";
     std::size_t ramBytes = 0, gpuBytes = 0;
     Effort effort;
+    std::vector<Planned> settings; // empty: plannedSettings()
 };
 
 /// Every stride-th pixel of every stride-th row, from the middle of the first stride on.
