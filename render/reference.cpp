@@ -165,7 +165,7 @@ class RayIntegral {
     RayIntegral(const ReferenceInput& input, const StoredFunction& function, const Optics& optics,
                 LatticeReader& samples, const std::vector<bool>& emptyCells)
         : info_(*input.info), function_(function), optics_(optics), samples_(samples),
-          emptyCells_(emptyCells), cells_(cellGrid(info_.extentVoxels)) {}
+          emptyCells_(emptyCells), cells_(cellGrid(info_.extentVoxels)), panels_(input.panels) {}
 
     glm::dvec4 operator()(const ReferenceRay& ray) {
         RayLine<double> line{ray.base, ray.direction, ray.tMin, 1};
@@ -217,7 +217,13 @@ class RayIntegral {
         std::sort(cuts.begin(), cuts.end());
         const auto addPieces = [&](const auto& radiant) {
             for (std::size_t i = 0; i + 1 < cuts.size(); ++i)
-                integral.add(ta + cuts[i] * length, ta + cuts[i + 1] * length, radiant);
+                for (int k = 0; k < panels_; ++k) {
+                    const auto at = [&](int panel) {
+                        const double share = static_cast<double>(panel) / panels_;
+                        return ta + (cuts[i] + (cuts[i + 1] - cuts[i]) * share) * length;
+                    };
+                    integral.add(at(k), at(k + 1), radiant);
+                }
         };
         const auto plain = [&](double t) {
             const double s = cubic((t - ta) / length);
@@ -227,6 +233,8 @@ class RayIntegral {
             return addPieces(plain);
         const Neighbourhood wide(samples_, low, true);
         const glm::dvec3 direction = glm::normalize(ray.direction);
+        cutWhereLightTurns([&](double u) { return fieldGradient(wide, position(ta + u * length), 1.0); },
+                           direction);
         addPieces([&](double t) {
             RadiantPoint point = plain(t);
             if (point.extinction > 0)
@@ -234,6 +242,22 @@ class RayIntegral {
                                      fieldGradient(wide, position(t), 1.0, optics_.gradient), direction);
             return point;
         });
+    }
+
+    /// Light is two-sided, so it has a corner where the gradient turns away from the ray. Differences of the
+    /// field are cubics between the planes that rays are cut at, and so is their product with a direction.
+    template <typename GradientAt>
+    void cutWhereLightTurns(const GradientAt& gradient, const glm::dvec3& direction) {
+        const glm::dmat3 toGradient(optics_.voxelFromPatientTransposed), toPatient(optics_.patientFromVoxel);
+        const glm::dvec3 along = glm::transpose(toGradient) * (toPatient * direction);
+        const auto facing = [&](double u) { return glm::dot(gradient(u), along); };
+        const Cubic cubic(facing(0), facing(1.0 / 3), facing(2.0 / 3), facing(1));
+        std::array<double, 4> ends{};
+        const std::size_t count = cubic.monotonePieces(ends);
+        for (std::size_t i = 0; i + 1 < count; ++i)
+            if ((cubic(ends[i]) < 0) != (cubic(ends[i + 1]) < 0))
+                cuts_.push_back(crossing(cubic, 0, ends[i], ends[i + 1]));
+        std::sort(cuts_.begin(), cuts_.end());
     }
 
     /// Trilinear in a given cell, also a rounding error outside of it, so that the cubic is exact.
@@ -248,6 +272,7 @@ class RayIntegral {
     LatticeReader& samples_;
     const std::vector<bool>& emptyCells_;
     glm::ivec3 cells_;
+    int panels_;
     std::vector<double> cuts_;
 };
 

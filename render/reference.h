@@ -23,6 +23,9 @@ struct ReferenceInput {
     Shading shading;
     /// Optional: cells of 8^3 voxels whose range has no extinction are passed in one stride.
     const Statistics* statistics = nullptr;
+    /// Panels that a smooth piece of a ray starts with, at least 1. More never change the result by more than
+    /// rounding: that is part of the proof (reference_proof.h).
+    int panels = 1;
 };
 
 /// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, inf).

@@ -10,7 +10,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdlib>
 #include <memory>
 
 namespace tessera {
@@ -56,18 +55,6 @@ constexpr const char* kHeading =
     "are "
     "named; they number levels the other way round. Errors are distances in CIE 1976 L*u*v*.\n";
 
-/// The folder of scans: as told, or where the tests look for theirs, or none.
-fs::path scansFolder(const BenchArguments& arguments) {
-    if (!arguments.scans.empty()) {
-        std::error_code ignored;
-        if (!fs::is_directory(arguments.scans, ignored))
-            throw badFile(arguments.scans, "a folder with scans", "none");
-        return arguments.scans;
-    }
-    const char* const data = std::getenv("TESSERA_TEST_DATA");
-    return data ? fs::path(data) : fs::path();
-}
-
 void checkNames(const std::vector<std::string>& given, const std::vector<std::string>& names,
                 const std::string& option) {
     for (const std::string& name : given)
@@ -89,7 +76,7 @@ std::string volumesLine(const Workbench& bench) {
 void runBench(const BenchArguments& arguments, const std::string& command, const CommonOptions& common) {
     checkNames(arguments.only, experimentNames(), "--only");
     checkNames(arguments.volumes, volumeNames(), "--volumes");
-    const fs::path scans = scansFolder(arguments);
+    const fs::path scans = scansFolder(arguments.scans);
     const std::size_t ramBytes = budgetBytes(arguments.ram, "--ram", common);
     std::error_code error;
     fs::create_directories(arguments.out, error);

@@ -19,6 +19,7 @@ void addImportCommand(CLI::App& program, const CommonOptions& common, Action& ac
 void addInfoCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addPhantomCommand(CLI::App& program, const CommonOptions& common, Action& action);
+void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addBenchCommand(CLI::App& program, const CommonOptions& common, Action& action);
 
 } // namespace tessera

@@ -74,6 +74,7 @@ int run(int argc, char** argv) {
     addInfoCommand(program, common, action);
     addRenderCommand(program, common, action);
     addPhantomCommand(program, common, action);
+    addAccuracyCommand(program, common, action);
     addBenchCommand(program, common, action);
     checkCommand(program, argc, argv);
     try {

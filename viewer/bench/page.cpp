@@ -7,10 +7,12 @@
 #endif
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <sstream>
 #include <thread>
@@ -63,28 +65,70 @@ std::string gnuplotText(const std::string& word) {
     return out + "\"";
 }
 
+/// Colours that stay apart in print and for most eyes (Okabe and Ito 2008, black for yellow).
+constexpr std::array<const char*, 8> kPalette = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
+                                                 "#E69F00", "#56B4E9", "#000000", "#999933"};
+
+std::string styleText(const Plot::Curve& curve, std::size_t place) {
+    if (curve.style == Plot::Style::guide)
+        return " with lines dashtype 3 linewidth 1.5 linecolor rgb \"#666666\" notitle";
+    const std::size_t colour = curve.colour < 0 ? place : static_cast<std::size_t>(curve.colour);
+    const bool dashed = curve.style == Plot::Style::dashed;
+    return std::string(" with linespoints pointsize 0.6 linewidth 1.5 pointtype ") + (dashed ? "6" : "7") +
+           " dashtype " + (dashed ? "2" : "1") + " linecolor rgb \"" + kPalette[colour % kPalette.size()] +
+           "\" title " + gnuplotText(curve.label);
+}
+
+/// "[0.5:20]" around all of the points of one coordinate, with some air; nothing where gnuplot does well by
+/// itself.
+template <typename Coordinate> std::string rangeText(const Plot& plot, const Coordinate& coordinate) {
+    double low = std::numeric_limits<double>::infinity(), high = 0;
+    for (const Plot::Curve& curve : plot.curves)
+        for (const auto& point : curve.points) {
+            low = std::min(low, coordinate(point));
+            high = std::max(high, coordinate(point));
+        }
+    if (!(low > 0 && low <= high))
+        return "[*:*]";
+    const double air = std::pow(high / low, 0.04) * 1.02;
+    return "[" + full(low / air) + ":" + full(high * air) + "]";
+}
+
 /// The plot as commands for gnuplot, its data included.
-std::string gnuplotScript(const Plot& plot, const fs::path& out) {
+std::string gnuplotScript(const Plot& plot, const fs::path& svg) {
     std::ostringstream text;
-    text << "set terminal svg size 760,420 noenhanced background rgb \"white\" font \"sans,12\"\n"
-         << "set output " << gnuplotText(out.string()) << "\nset key outside right\nset grid\n"
+    text << "set key outside right reverse Left\nset grid\n"
          << "set xlabel " << gnuplotText(plot.xLabel) << "\nset ylabel " << gnuplotText(plot.yLabel) << "\n";
     if (plot.logX)
-        text << "set logscale x\n";
+        text << "set logscale x\nset format x \"%g\"\nset xrange "
+             << rangeText(plot, [](const auto& p) { return p.first; }) << "\n";
     if (plot.logY)
-        text << "set logscale y\n";
+        text << "set logscale y\nset format y \"%.0e\"\nset yrange "
+             << rangeText(plot, [](const auto& p) { return p.second; }) << "\n";
     for (std::size_t i = 0; i < plot.curves.size(); ++i) {
+        const Plot::Curve& curve = plot.curves[i];
         text << "$curve" << i << " << EOD\n";
-        for (const auto& [x, y] : plot.curves[i].points)
+        for (const auto& [x, y] : curve.points)
             text << full(x) << " " << full(y) << "\n";
         text << "EOD\n";
+        if (curve.style == Plot::Style::guide && !curve.points.empty()) // named where it is, not in the key
+            text << "set label " << gnuplotText(curve.label) << " at " << full(curve.points.back().first)
+                 << "," << full(curve.points.back().second)
+                 << (curve.points.back().first < curve.points.front().first ? " left offset 0.5,-0.6"
+                                                                            : " right offset -0.5,0.6")
+                 << " textcolor rgb \"#666666\"\n";
     }
-    text << "plot ";
-    for (std::size_t i = 0; i < plot.curves.size(); ++i)
-        text << (i ? ", " : "") << "$curve" << i
-             << " with linespoints pointtype 7 pointsize 0.5 linewidth 1.5 title "
-             << gnuplotText(plot.curves[i].label);
-    text << "\n";
+    const auto draw = [&](const std::string& terminal, const fs::path& out) {
+        text << "set terminal " << terminal << "\nset output " << gnuplotText(out.string()) << "\nplot ";
+        for (std::size_t i = 0; i < plot.curves.size(); ++i)
+            text << (i ? ", " : "") << "$curve" << i << styleText(plot.curves[i], i);
+        text << "\nset output\n";
+    };
+    draw("svg size 860,440 noenhanced background rgb \"white\" font \"sans,12\"", svg);
+    if (plot.png)
+        draw("pngcairo size 1290,660 noenhanced background rgb \"white\" font \"sans,13\" fontscale 1.1 "
+             "linewidth 1.5",
+             fs::path(svg).replace_extension(".png"));
     return text.str();
 }
 

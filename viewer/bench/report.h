@@ -38,11 +38,16 @@ struct Plot {
     std::string name; // of its picture
     std::string caption, xLabel, yLabel;
     bool logX = false, logY = false;
+    /// A guide is there to be compared with: a thin grey line without points.
+    enum class Style { line, dashed, guide };
     struct Curve {
         std::string label;
         std::vector<std::pair<double, double>> points;
+        Style style = Style::line;
+        int colour = -1; // of a small palette; negative: by the curve's place
     };
     std::vector<Curve> curves;
+    bool png = false; // also as PNG, beside the SVG
 };
 
 struct Report {

@@ -10,6 +10,7 @@
 #include "viewer/volume_input.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <glm/geometric.hpp>
 #include <optional>
 
@@ -76,6 +77,17 @@ Scene sceneOf(const BenchVolume& volume, const std::string& preset, const std::s
 constexpr std::size_t kAmpleGpuBytes = std::size_t{8} << 30; // these experiments count pages themselves
 
 } // namespace
+
+fs::path scansFolder(const std::string& told) {
+    if (!told.empty()) {
+        std::error_code ignored;
+        if (!fs::is_directory(told, ignored))
+            throw badFile(told, "a folder with scans", "none");
+        return told;
+    }
+    const char* const data = std::getenv("TESSERA_TEST_DATA");
+    return data ? fs::path(data) : fs::path();
+}
 
 std::vector<std::string> volumeNames() {
     std::vector<std::string> names = {"torso"};

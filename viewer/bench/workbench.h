@@ -40,6 +40,9 @@ struct Workbench {
     int fewerPixels() const { return pixels() / 2; } // of pictures that are only measured
 };
 
+/// The folder of scans: as told, or where the tests look for theirs, or none (empty). Throws InputError for
+/// one that is not there.
+std::filesystem::path scansFolder(const std::string& told);
 /// Names of all volumes that a workbench may have.
 std::vector<std::string> volumeNames();
 /// The generated volumes, written to scratchFolder, and those known scans that are in scansFolder (empty:

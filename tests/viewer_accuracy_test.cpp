@@ -1,0 +1,344 @@
+// The parts of `tessera accuracy` that compute: which settings are measured, envelopes and what is read off
+// them, orders, intervals, the columns of runs.csv, curves of other renderers, stiff extinction, and one
+// sweep.
+#include "viewer/accuracy/accuracy_report.h"
+#include "viewer/accuracy/scenes.h"
+
+#include "bricking/import/importer.h"
+#include "core/error.h"
+#include "core/scratch_folder.h"
+#include "datasets/phantom.h"
+#include "viewer/bench/page.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <set>
+
+namespace tessera::accuracy {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+TEST(Envelope, KeepsWhatNothingBeatsInBoth) {
+    const auto envelope = paretoEnvelope({{0.1, 10, 0},
+                                          {0.2, 20, 1},
+                                          {0.01, 40, 2},
+                                          {0.01, 50, 3},
+                                          {0.5, 5, 4},
+                                          {0.05, 10, 5},
+                                          {0.001, 0, 6}});
+    std::vector<std::size_t> settings;
+    for (const WorkPoint& p : envelope)
+        settings.push_back(p.setting);
+    EXPECT_THAT(settings, ElementsAre(4, 5, 2)); // 6 was never timed
+}
+
+TEST(Envelope, IsReadBetweenItsPointsAndNeverBeyond) {
+    const std::vector<WorkPoint> e = paretoEnvelope({{1e-1, 10, 0}, {1e-3, 1000, 1}});
+    EXPECT_NEAR(*timeAtError(e, 1e-2), 100, 1e-9); // half way on the log-log line
+    EXPECT_NEAR(*errorAtTime(e, 100), 1e-2, 1e-12);
+    EXPECT_EQ(*timeAtError(e, 0.5), 10); // the fastest is better already
+    EXPECT_EQ(*errorAtTime(e, 1e6), 1e-3);
+    EXPECT_FALSE(timeAtError(e, 1e-4));
+    EXPECT_FALSE(errorAtTime(e, 9));
+    EXPECT_FALSE(timeAtError({}, 1));
+    EXPECT_FALSE(errorAtTime({}, 1));
+}
+
+TEST(FittedOrder, IsTheSlopeAboveTheFloor) {
+    std::vector<std::pair<double, double>> second;
+    for (const double h : {0.125, 2.0, 0.5, 1.0, 0.25})
+        second.emplace_back(h, 0.03 * h * h);
+    EXPECT_NEAR(fittedOrder(second, 1e-9)->slope, 2, 1e-9);
+    EXPECT_EQ(fittedOrder(second, 1e-9)->points, 5u);
+    EXPECT_EQ(fittedOrder(second, 0.001)->points, 4u); // 0.00047 is below the floor
+    for (auto& [h, error] : second)
+        error = std::max(error, 0.007); // stalls from 1/2 on
+    EXPECT_EQ(fittedOrder(second, 0)->points, 3u);
+    EXPECT_FALSE(fittedOrder({{2, 0.1}, {1, 0.1}, {0.5, 0.1}}, 0));
+    EXPECT_FALSE(fittedOrder({{2, 0.1}, {1, 0.05}}, 0));
+}
+
+TEST(BootstrapRatio, ClaimsOnlyWhatBlocksAgreeOn) {
+    const RatioInterval twice = bootstrapRatio({20, 20.2, 20.1, 20.4, 20.1}, {10, 10.1, 10.3, 10, 10.2});
+    EXPECT_GT(twice.low, 1.9);
+    EXPECT_LT(twice.high, 2.1);
+    EXPECT_TRUE(twice.claimed(2));
+    EXPECT_FALSE(bootstrapRatio({20, 9, 14, 11, 30}, {10, 15, 9, 22, 12}).claimed(1));
+    EXPECT_FALSE(bootstrapRatio({10.1, 10.1}, {10, 10}).claimed(1.01)) << "one percent is nothing";
+}
+
+TEST(Quantiles, AreLinearBetweenRanks) {
+    EXPECT_EQ(quantile({3, 1, 2}, 0), 1);
+    EXPECT_EQ(quantile({3, 1, 2}, 0.5), 2);
+    EXPECT_EQ(quantile({3, 1, 2}, 0.75), 2.5);
+    EXPECT_EQ(quantile({7}, 0.95), 7);
+}
+
+Scene plainScene() {
+    Scene scene;
+    scene.volumes = {{"v.zarr", std::string("bone")}};
+    scene.shading.on = false;
+    return scene;
+}
+
+TEST(Plan, HasTheProductAndASweepAlongEachAxis) {
+    for (const bool quick : {true, false}) {
+        const std::vector<Planned> plan = plannedSettings(plainScene(), quick);
+        std::set<std::string> names, axes;
+        std::set<std::pair<Integrator, Fetch>> methods;
+        for (const Planned& p : plan) {
+            EXPECT_TRUE(names.insert(settingName(p.setting)).second) << settingName(p.setting) << " twice";
+            axes.insert(p.axis);
+            if (p.axis == "product")
+                methods.emplace(p.setting.integrator, p.setting.fetch);
+        }
+        EXPECT_EQ(methods.size(), 8u);
+        EXPECT_THAT(axes, ElementsAre("default", "edges", "levels", "memory", "product", "termination"));
+        EXPECT_EQ(plan.front().setting, settingOf(plainScene()));
+    }
+    Scene lit = plainScene();
+    lit.shading.on = true;
+    const std::vector<Planned> plan = plannedSettings(lit, true);
+    EXPECT_EQ(std::count_if(plan.begin(), plan.end(), [](const Planned& p) { return p.axis == "gradient"; }),
+              3);
+}
+
+TEST(Plan, ASettingIsWhatTheSceneIsDrawnWith) {
+    Setting s;
+    s.stepVoxels = 0.125;
+    s.integrator = Integrator::linear;
+    s.fetch = Fetch::exact;
+    s.termination = 0;
+    s.gradient = Gradient::sobel;
+    s.detail.maxError = 2;
+    s.detail.edgeFunction = EdgeFunction::maximum;
+    EXPECT_EQ(settingOf(withSetting(plainScene(), s)), s);
+    EXPECT_EQ(settingName(s),
+              "linear, exact, step 1/8, termination off, sobel gradient, levels 2, maximum edges");
+}
+
+TEST(Fractions, ReadAsPeopleWriteThem) {
+    EXPECT_EQ(fractionText(0.0625), "1/16");
+    EXPECT_EQ(fractionText(1.0 / 510), "1/510");
+    EXPECT_EQ(fractionText(2), "2");
+    EXPECT_EQ(fractionText(1e-4), "0.0001");
+    EXPECT_EQ(fractionText(0.7), "0.7");
+    EXPECT_EQ(fractionText(0), "off");
+}
+
+TEST(RunColumns, AreThoseOfThePlan) {
+    std::string header;
+    for (const std::string& column : runColumns())
+        header += (header.empty() ? "" : ",") + column;
+    EXPECT_EQ(header, "commit,machine,driver,scene,method,fetch,ert,lod_eps,step_vox,features,block,reps,"
+                      "time_min_ms,time_med_ms,iqr_ms,p95_ms,gpu_ms,samples,fetches,bricks,bytes_decoded,"
+                      "peak_host_MB,peak_gpu_MB,rmse,max_abs,p99_9,bias,frac_gt_1_255,psnr,ssim,dE_uv_mean,"
+                      "dE_uv_p99,flip,nan_count,bound,bound_ok,ref_err");
+}
+
+TEST(Peers, AreReadByTheNamesOfTheirColumns) {
+    const ScratchFolder folder;
+    const auto file = folder / "peers.csv";
+    std::ofstream(file)
+        << "renderer,distance_voxels,time_min_ms,rmse\nvtk cpu,2,40.5,0.02\nvtk gpu,1,80,0.01\n";
+    const std::vector<PeerPoint> points = loadPeers(file, "ct");
+    ASSERT_EQ(points.size(), 2u);
+    EXPECT_EQ(points[0].renderer, "vtk cpu");
+    EXPECT_EQ(points[0].scene, "ct");
+    EXPECT_EQ(points[1].ms, 80);
+    EXPECT_EQ(points[1].rmse, 0.01);
+    std::ofstream(file) << "scene,renderer,time_min_ms,rmse,max_abs\nhead,vtk,1,0.5,1\n";
+    EXPECT_EQ(loadPeers(file, "ct").at(0).scene, "head");
+    const auto refused = [&](const std::string& text, const std::string& word) {
+        std::ofstream(file) << text;
+        try {
+            loadPeers(file, "");
+            FAIL() << text;
+        } catch (const InputError& error) {
+            EXPECT_THAT(error.what(), HasSubstr(word));
+            EXPECT_THAT(error.what(), HasSubstr("peers.csv"));
+        }
+    };
+    refused("", "column names");
+    refused("renderer,time_min_ms\nvtk,1\n", "\"rmse\"");
+    refused("renderer,time_min_ms,rmse\nvtk,1\n", "line 2");
+    refused("renderer,time_min_ms,rmse\nvtk,fast,0.1\n", "\"fast\"");
+    refused("renderer,time_min_ms,rmse\nvtk,1,nan\n", "\"nan\"");
+}
+
+// NUMERICS B2: midpoint with 64 segments.
+TEST(Stiff, MidpointIsAsMeasuredElsewhere) {
+    const std::vector<StiffCurve> curves = stiffCurves();
+    const auto found = std::find_if(curves.begin(), curves.end(),
+                                    [](const StiffCurve& c) { return c.name == "midpoint, double"; });
+    ASSERT_NE(found, curves.end());
+    const auto at = [&](double depth) {
+        for (const auto& [x, error] : found->points)
+            if (std::abs(x / depth - 1) < 1e-9)
+                return error;
+        return -1.0;
+    };
+    EXPECT_NEAR(at(1e-6), 2.6e-11, 1e-12);
+    EXPECT_NEAR(at(1), 2.9e-5, 1e-6);
+    EXPECT_NEAR(at(100), 6.6e-3, 1e-4);
+    EXPECT_NEAR(at(1e6), 2.7e-2, 1e-3);
+    EXPECT_EQ(curves.size(), 8u); // every integrator in double and in float
+    for (const StiffCurve& curve : curves)
+        for (const auto& [depth, error] : curve.points) {
+            EXPECT_TRUE(std::isfinite(error) && error >= 0 && error < 0.1) << curve.name << " " << depth;
+            if (curve.name.starts_with("linear")) {
+                // In float, one segment stays below 1e-6; this is the sum of 64, each rounded.
+                EXPECT_LT(error, curve.name == "linear, double" ? 1e-9 : 4e-6) << depth;
+            }
+        }
+}
+
+/// A sweep whose numbers are made up: errors and times of two settings.
+Sweep madeUp(const std::string& name, double fastError, double slowError) {
+    Sweep sweep;
+    sweep.scene = {name, "", plainScene(), 0};
+    for (const auto& [step, error, ms] :
+         {std::tuple(1.0, fastError, 10.0), std::tuple(0.5, slowError, 20.0)}) {
+        Measured m;
+        m.planned.setting = settingOf(plainScene());
+        m.planned.setting.integrator = Integrator::midpoint;
+        m.planned.setting.stepVoxels = step;
+        m.error.rmse = error;
+        m.blocks = {{{ms + 1, ms}, ms}, {{ms + 2}, ms}};
+        sweep.measured.push_back(m);
+    }
+    return sweep;
+}
+
+TEST(Defaults, AreTheFastestWithinOne255th) {
+    const Sweep easy = madeUp("easy", 0.001, 0.0001), hard = madeUp("hard", 0.01, 0.002),
+                hopeless = madeUp("hopeless", 0.1, 0.05);
+    EXPECT_EQ(paretoChoice(easy)->planned.setting.stepVoxels, 1);
+    EXPECT_EQ(paretoChoice(hard)->planned.setting.stepVoxels, 0.5);
+    EXPECT_EQ(paretoChoice(hopeless), nullptr);
+    EXPECT_EQ(easy.measured[0].leastMs(), 10);
+    const std::vector<CommonChoice> common = commonChoices({easy, hard, hopeless});
+    ASSERT_EQ(common.size(), 1u); // only the finer step serves both
+    EXPECT_EQ(common[0].setting.stepVoxels, 0.5);
+    EXPECT_NEAR(common[0].slowdown, std::sqrt(2.0), 1e-12); // twice in one, once in the other
+}
+
+TEST(RunsTable, HasARowForEveryBlock) {
+    const bench::Table table = runsTable({madeUp("easy", 0.1, 0.01)}, {"Tessera", "a machine, of some kind"});
+    ASSERT_EQ(table.rows.size(), 4u);
+    for (const auto& row : table.rows)
+        EXPECT_EQ(row.size(), table.columns.size());
+    const std::string csv = bench::csvText(table);
+    EXPECT_THAT(csv, HasSubstr("\"a machine, of some kind\",,easy,midpoint,hardware,"));
+}
+
+TEST(Thinned, TakesTheMiddleOfEveryStride) {
+    Image image(glm::ivec2(7, 6));
+    for (int y = 0; y < 6; ++y)
+        for (int x = 0; x < 7; ++x)
+            image.at(x, y).r = static_cast<float>(10 * y + x);
+    const Image out = thinned(image, 3);
+    EXPECT_EQ(out.size, glm::ivec2(2, 2));
+    EXPECT_EQ(out.at(0, 0).r, 11);
+    EXPECT_EQ(out.at(1, 1).r, 44);
+    EXPECT_EQ(thinned(image, 1).pixels, image.pixels);
+}
+
+// A whole sweep: finite, bounded, and nearer to the truth with every halving of the step.
+TEST(ASweep, FindsThatErrorsFallWithTheStep) {
+    const ScratchFolder folder;
+    {
+        Ledger ram("RAM", "--ram", std::size_t{256} << 20);
+        ImportOptions options;
+        options.durable = false;
+        importToStore(*makePhantom("torso", {48, 36, 56}), folder / "v.zarr", ram, options);
+    }
+    NamedScene scene{"torso", "A phantom.", plainScene(), 0};
+    scene.scene.volumes[0].path = folder / "v.zarr";
+    scene.scene.imageSize = {40, 32};
+    SweepOptions options;
+    options.device = "software";
+    options.ramBytes = std::size_t{256} << 20;
+    options.gpuBytes = std::size_t{64} << 20;
+    options.effort.quick = true;
+    const auto add = [&](const std::string& axis) -> Setting& {
+        options.settings.push_back({settingOf(scene.scene), axis});
+        return options.settings.back().setting;
+    };
+    add("default");
+    for (const double step : {2.0, 1.0, 0.5, 0.25}) {
+        Setting& s = add("product");
+        s.integrator = Integrator::midpoint;
+        s.stepVoxels = step;
+        s.termination = 0;
+    }
+    for (const double step : {1.0, 0.5}) { // its tables are for a step
+        Setting& s = add("product");
+        s.integrator = Integrator::preintegrated2d;
+        s.stepVoxels = step;
+    }
+    add("memory").detail.memoryShare = 4;
+    CommonOptions common;
+    common.quiet = true;
+    const Sweep sweep = runSweep(scene, options, common);
+    EXPECT_TRUE(sweep.proof.holds()) << sweep.proof.halving << ", " << sweep.proof.independent;
+    EXPECT_EQ(sweep.imageSize, glm::ivec2(40, 32));
+    EXPECT_EQ(sweep.pixelStride, 1);
+    for (const Failure& failure : sweep.failures)
+        ADD_FAILURE() << failure.setting << ": " << failure.what;
+    for (const Measured& m : sweep.measured) {
+        EXPECT_EQ(m.error.nanCount, 0u) << settingName(m.planned.setting);
+        EXPECT_TRUE(m.boundOk) << settingName(m.planned.setting);
+        EXPECT_GT(m.work.samples, 0u);
+        EXPECT_GT(m.leastMs(), 0);
+        EXPECT_EQ(m.leastOfBlocks().size(), 2u);
+        EXPECT_GT(m.peakGpuBytes, 0u);
+        EXPECT_LE(m.peakGpuBytes, options.gpuBytes);
+        EXPECT_LE(m.peakRamBytes, options.ramBytes);
+        EXPECT_GT(m.error.maskedPixels, 100u);
+        EXPECT_LE(m.error.p999, m.error.maxAbs);
+    }
+    ASSERT_EQ(sweep.measured.size(), options.settings.size());
+    double before = 1;
+    for (const double step : {2.0, 1.0, 0.5, 0.25}) {
+        Setting s = settingOf(scene.scene);
+        s.integrator = Integrator::midpoint;
+        s.stepVoxels = step;
+        s.termination = 0;
+        const Measured* m = sweep.find(s);
+        ASSERT_NE(m, nullptr) << step;
+        EXPECT_LT(m->error.rmse, before) << step;
+        before = m->error.rmse;
+    }
+    // Less memory, more error: the sweep measures what it says.
+    Setting little = settingOf(scene.scene);
+    little.detail.memoryShare = 4;
+    const Measured* const coarse = sweep.find(little);
+    const Measured* const whole = sweep.find(settingOf(scene.scene));
+    ASSERT_TRUE(coarse && whole);
+    EXPECT_GT(coarse->error.rmse, whole->error.rmse);
+    EXPECT_LT(coarse->peakGpuBytes, whole->peakGpuBytes);
+}
+
+TEST(StandardScenes, AreFiveAndSayWhatIsLeftOut) {
+    EXPECT_EQ(standardSceneNames().size(), 5u);
+    const ScratchFolder folder;
+    CommonOptions common;
+    common.quiet = true;
+    const StandardScenes made = standardScenes(folder.path(), "", {"boundary-layer", "narrow-ct"}, true,
+                                               std::size_t{256} << 20, common);
+    ASSERT_EQ(made.scenes.size(), 1u);
+    EXPECT_EQ(made.scenes[0].name, "boundary-layer");
+    EXPECT_EQ(made.leftOut.size(), 4u);
+    EXPECT_THAT(made.leftOut, ::testing::Contains(HasSubstr("not at hand")));
+    EXPECT_THROW(standardScenes(folder.path(), "", {"sphare"}, true, std::size_t{256} << 20, common),
+                 InputError);
+}
+
+} // namespace
+} // namespace tessera::accuracy

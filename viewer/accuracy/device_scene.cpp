@@ -1,0 +1,115 @@
+// viewer/accuracy/device_scene.cpp: see device_scene.h.
+#include "viewer/accuracy/device_scene.h"
+
+#include "core/error.h"
+#include "render/fine_mask.h"
+#include "render/visibility_pass.h"
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+
+namespace tessera::accuracy {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double msSince(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+} // namespace
+
+DeviceScene::DeviceScene(const Scene& scene, const Detail& detail, const StoreReader& store,
+                         const GlContext& context, Ledger& ram, std::size_t gpuBytes)
+    : limits_{context.max3dTextureSize(), context.maxTextureBytes()},
+      ram_(ram.name(), ram.option(), ram.freeBytes()), gpu_("GPU memory", "--gpu-memory", gpuBytes) {
+    Scene asked = scene;
+    asked.quality.maxError = detail.maxError;
+    asked.quality.edgeFunction = detail.edgeFunction;
+    PreparedScene& p = prepared_;
+    p = prepareScene(asked, store, limits_, ram_, gpu_, 0);
+    fixedBytes_ = p.reserveGpu(limits_, ram_, gpu_);
+    if (p.chosen.atlasPages < pagesFor(p.selection.counts))
+        throw InputError(gpu_.option() + ": " + formatBytes(gpuBytes) +
+                         " cannot hold at once all bricks that these levels take");
+    atlas_ = std::make_unique<Atlas>(p.info(), p.selection, std::max(p.chosen.atlasPages, std::size_t{1}),
+                                     limits_, gpu_, ram_);
+    atlas_->load(*p.cache, ram_, uploads_);
+    if (p.chosen.chooser) { // as the renderer does: what is seen decides, once
+        VisibilityPass pass(p.features(false), p.info(), gpu_);
+        Work counting; // not the picture's
+        p.chooseBySight(pass.count(visibilityRays(p.camera, p.info(), scene.imageSize, p.strides()),
+                                   SceneField(p, *atlas_, gpu_).source, p.optics, counting),
+                        ram_);
+        atlas_->adopt(p.selection);
+        atlas_->load(*p.cache, ram_, uploads_);
+    }
+    field_.emplace(p, *atlas_, gpu_);
+    bytesDecoded_ = p.cache->counters().bytesDecoded;
+    peakRam_ = ram_.peakBytes();
+    p.cache.reset(); // every brick is on the device now
+    kept_ = ram.charge(ram_.usedBytes(), "what stays in RAM of a scene on the device");
+}
+
+std::size_t DeviceScene::gpuBytesForShare(int share) const {
+    const std::size_t pages = pagesFor(prepared_.selection.counts) / static_cast<std::size_t>(share);
+    return fixedBytes_ + atlasBytes(std::max(pages, std::size_t{1}), prepared_.info().type, limits_);
+}
+
+DeviceMarch::DeviceMarch(DeviceScene& on, const Scene& scene, const Setting& setting, bool counting)
+    : on_(on), scene_(withSetting(scene, setting)), setting_(setting),
+      gpu_(on.gpu_.name(), on.gpu_.option(), on.gpu_.freeBytes()) {
+    PreparedScene& p = on.prepared_;
+    p.quality = scene_.quality;
+    p.setFunction(TransferFunction(p.function), scene_, on.ram_);
+    p.frame = rayFrame(p.camera, p.info(), scene_.imageSize, setting.stepVoxels);
+    features_ = p.features(counting);
+    integrator_ = p.optics.integrator;
+    const Occupancy* occupancy = p.quality.skipping ? &p.occupancy : nullptr;
+    const std::size_t rays =
+        static_cast<std::size_t>(scene_.imageSize.x) * static_cast<std::size_t>(scene_.imageSize.y);
+    // Refined where the renderer would refine, once; a viewer does so once for a function.
+    const bool refines = occupancy && refiningPays(*occupancy, rays);
+    const bool subBlocks = refines && subBlocksPay(*occupancy, rays, features_);
+    if (subBlocks) {
+        features_ |= kFeatureSubBlocks;
+        subBlocks_ = SubBlocks(*occupancy, gpu_);
+    }
+    march_.emplace(features_, p.frame, p.info(), p.strides(), p.optics, occupancy, gpu_);
+    if (subBlocks)
+        march_->useSubBlocks(subBlocks_);
+    if (refines && gpu_.freeBytes() >= refiningBytes(p.table.entries.size()))
+        refineSkipping(march_->skippingMap(), *occupancy, p.table, p.optics, features_, p.info(),
+                       on.field_->source, gpu_, subBlocks ? &subBlocks_ : nullptr);
+}
+
+Frame DeviceMarch::draw(double stepVoxels) {
+    TESSERA_CHECK(integrator_ != Integrator::preintegrated2d || stepVoxels == setting_.stepVoxels);
+    PreparedScene& p = on_.prepared_;
+    scene_.quality.stepVoxels = stepVoxels;
+    p.quality = scene_.quality;
+    p.frame = rayFrame(p.camera, p.info(), scene_.imageSize, stepVoxels);
+    Frame frame;
+    const auto start = Clock::now();
+    march_->restart(p.frame, p.strides(), nullptr);
+    march_->run(on_.field_->source, MarchSlicing{}, frame.work);
+    frame.image = march_->image();
+    frame.wallMs = msSince(start);
+    frame.gpuMs = frame.work.marchMs;
+    return frame;
+}
+
+std::string DeviceMarch::features() const {
+    std::string text;
+    for (const FeatureName& f : featureNames()) {
+        if (!(features_ & f.bit) || f.bit == kFeatureCounting)
+            continue;
+        std::string word = std::string(f.define).substr(std::string("FEATURE_").size());
+        std::transform(word.begin(), word.end(), word.begin(),
+                       [](unsigned char c) { return c == '_' ? '-' : static_cast<char>(std::tolower(c)); });
+        text += (text.empty() ? "" : "+") + word;
+    }
+    return text;
+}
+
+} // namespace tessera::accuracy

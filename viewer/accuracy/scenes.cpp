@@ -1,0 +1,148 @@
+// viewer/accuracy/scenes.cpp: see scenes.h.
+#include "viewer/accuracy/scenes.h"
+
+#include "bricking/import/importer.h"
+#include "bricking/statistics.h"
+#include "core/error.h"
+#include "core/nearest_name.h"
+#include "datasets/phantom.h"
+#include "render/prepare.h" // summarise
+#include "viewer/bench/workbench.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera::accuracy {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path phantomStore(const fs::path& scratch, const std::string& name, const glm::ivec3& extent,
+                      std::size_t ramBytes) {
+    const fs::path store = scratch / (name + ".zarr");
+    Ledger ram("RAM", "--ram", ramBytes);
+    ImportOptions options;
+    options.durable = false;
+    importToStore(*makePhantom(name, extent), store, ram, options);
+    return store;
+}
+
+Scene sceneOn(const fs::path& store, TransferChoice function, View view, bool lit, int pixels) {
+    Scene scene;
+    scene.volumes = {{store, std::move(function)}};
+    scene.camera = FittedView{view, Projection::perspective};
+    scene.shading.on = lit;
+    scene.imageSize = glm::ivec2(pixels);
+    return scene;
+}
+
+/// T4: one extinction inside the sphere, nothing outside: a step, and chords of every length.
+TransferFunction uniformInside() {
+    return TransferFunction::fromOpacity({{-1000, 0}, {0, 0}, {0, 0.02}, {1000, 0.02}},
+                                         {{0, {0.9, 0.5, 0.2}}, {1000, {0.2, 0.5, 0.9}}}, 1);
+}
+
+/// T11: extinction k / (s + eps) over a ramp s in [0,1], eps = 1/1000, linear in opacity between points that
+/// lie geometrically. Opacity is per a length so short that it does not saturate.
+TransferFunction boundaryLayer(double lowest, double highest, double lengthMm) {
+    constexpr double kEps = 1e-3, kStrength = 1, kPointsPerDecade = 8;
+    const double unitMm = 1e-2 * kEps * lengthMm;
+    std::vector<OpacityPoint> opacity;
+    for (int i = 0;; ++i) {
+        const double s = std::min(1.0, kEps * (std::pow(10, i / kPointsPerDecade) - 1));
+        const double extinction = kStrength / (lengthMm * (s + kEps));
+        opacity.push_back({lowest + (highest - lowest) * s, -std::expm1(-extinction * unitMm)});
+        if (s == 1)
+            break;
+    }
+    return TransferFunction::fromOpacity(std::move(opacity),
+                                         {{lowest, {1, 0.2, 0.1}}, {highest, {0.1, 0.4, 1}}}, unitMm);
+}
+
+/// A spike 1/4096 of the values' range wide, at the lowest value of bone; what it adds where it is crossed
+/// does not depend on its width.
+TransferFunction spike(double lowest, double highest) {
+    const double width = (highest - lowest) / 4096, at = 250;
+    return TransferFunction::fromOpacity({{at - width / 2, 0}, {at, 0.9}, {at + width / 2, 0}},
+                                         {{at - 50, {0.9, 0.8, 0.6}}}, 0.01 * width);
+}
+
+ValueSummary valuesOf(const fs::path& store, std::size_t ramBytes) {
+    Ledger ram("RAM", "--ram", ramBytes);
+    const StoreReader reader(store, ram);
+    return summarise(loadStatistics(reader, ram, 0), reader.info());
+}
+
+} // namespace
+
+std::vector<std::string> standardSceneNames() {
+    return {"sphere", "boundary-layer", "narrow-ct", "soft-tissue-ct", "sparse"};
+}
+
+StandardScenes standardScenes(const fs::path& scratch, const fs::path& scans,
+                              const std::vector<std::string>& only, bool quick, std::size_t ramBytes,
+                              const CommonOptions& common) {
+    const std::vector<std::string> names = standardSceneNames();
+    for (const std::string& name : only)
+        if (std::find(names.begin(), names.end(), name) == names.end())
+            throw badFile("--only", "one of " + joinNames(names),
+                          "\"" + name + "\"; nearest: \"" + nearestName(name, names) + "\"");
+    StandardScenes made;
+    const auto wanted = [&](const std::string& name) {
+        const bool is = only.empty() || std::find(only.begin(), only.end(), name) != only.end();
+        if (!is)
+            made.leftOut.push_back("Scene `" + name + "`: not asked for.");
+        return is;
+    };
+    const int pixels = quick ? 96 : 256;
+    if (wanted("sphere"))
+        made.scenes.push_back(
+            {"sphere", "A sphere of constant extinction (closed form T4), colour along its depth.",
+             sceneOn(phantomStore(scratch, "sphere", glm::ivec3(quick ? 48 : 128), ramBytes), uniformInside(),
+                     View::anterior, false, pixels)});
+    if (wanted("boundary-layer")) {
+        const fs::path store = phantomStore(scratch, "ramp", glm::ivec3(quick ? 48 : 128), ramBytes);
+        const ValueSummary values = valuesOf(store, ramBytes);
+        made.scenes.push_back(
+            {"boundary-layer",
+             "A stiff boundary layer (closed form T11): extinction k/(s+1/1000) over a ramp s.",
+             sceneOn(store, boundaryLayer(values.lowest, values.highest, 256), View::left, false, pixels)});
+    }
+    const bool narrow = wanted("narrow-ct"), soft = wanted("soft-tissue-ct");
+    if (narrow || soft) {
+        const bench::Workbench scansBench =
+            bench::makeWorkbench("software", scans, {"abdomen"}, scratch, quick, ramBytes, common);
+        if (scansBench.volumes.empty()) {
+            for (const auto& [asked, name] :
+                 {std::pair(narrow, "narrow-ct"), std::pair(soft, "soft-tissue-ct")})
+                if (asked)
+                    made.leftOut.push_back(
+                        "Scene `" + std::string(name) +
+                        "`: the abdomen CT is not at hand (`--scans FOLDER` names where it is).");
+        } else {
+            const bench::BenchVolume& ct = scansBench.volumes.front();
+            const ValueSummary values = valuesOf(ct.store, ramBytes);
+            if (narrow)
+                made.scenes.push_back(
+                    {"narrow-ct", "A spike of opacity 1/4096 of the range wide, on a " + ct.about + ".",
+                     sceneOn(ct.store, spike(values.lowest, values.highest), View::anterior, false, pixels)});
+            if (soft)
+                made.scenes.push_back(
+                    {"soft-tissue-ct", "Preset soft-tissue, lit, on a " + ct.about + ".",
+                     sceneOn(ct.store, std::string("soft-tissue"), View::anterior, true, pixels)});
+        }
+    }
+    if (wanted("sparse")) {
+        const glm::ivec3 extent = quick ? glm::ivec3(160, 120, 188) : glm::ivec3(640, 480, 750);
+        NamedScene sparse{
+            "sparse",
+            "Bone of a generated torso, most of it empty, in a GPU budget that its bricks do not fit.",
+            sceneOn(phantomStore(scratch, "torso", extent, ramBytes), std::string("bone"), View::anterior,
+                    false, pixels)};
+        sparse.gpuBytes = std::size_t{quick ? 2U : 32U} << 20;
+        made.scenes.push_back(std::move(sparse));
+    }
+    return made;
+}
+
+} // namespace tessera::accuracy

@@ -1,0 +1,185 @@
+// viewer/command_accuracy.cpp: `tessera accuracy SCENE -o FOLDER`: how wrong the picture is, what less error
+// costs, and what breaks; and with --all the five scenes of docs/accuracy.md.
+#include "bricking/store/store_reader.h"
+#include "core/error.h"
+#include "core/nearest_name.h"
+#include "core/scratch_folder.h"
+#include "render/gl/context.h"
+#include "viewer/accuracy/accuracy_report.h"
+#include "viewer/accuracy/scenes.h"
+#include "viewer/bench/page.h"
+#include "viewer/bench/workbench.h" // scansFolder
+#include "viewer/commands.h"
+#include "viewer/volume_input.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+#include <memory>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace accuracy;
+
+struct AccuracyArguments {
+    std::string in, out, scans, peers, ram, gpuMemory, size, preset, device = "auto";
+    std::vector<std::string> only;
+    bool all = false, quick = false, noShading = false;
+    InputOptions input;
+};
+
+constexpr const char* kHeading = "# Error against run time: what was measured\n\n"
+                                 "How wrong is a picture, what does less error cost, and what breaks when "
+                                 "the data or the transfer function turn "
+                                 "nasty. This page is generated, with its figures and the CSV files beside "
+                                 "it, by `tessera accuracy`; each section "
+                                 "says how and where it was made.\n";
+
+/// A name that a file may have.
+std::string plainName(const std::string& text) {
+    std::string name;
+    for (const char c : text)
+        name += std::isalnum(static_cast<unsigned char>(c)) || c == '-' ? c : '-';
+    return name.empty() ? "scene" : name;
+}
+
+/// The scene that a user names: a scene file, or a store or source files as `tessera render` shows them.
+NamedScene namedScene(const AccuracyArguments& arguments, Ledger& ram, const CommonOptions& common) {
+    NamedScene named;
+    named.name = plainName(fs::path(arguments.in).stem().string());
+    if (isSceneFile(arguments.in))
+        named.scene = loadScene(arguments.in);
+    else
+        named.scene.volumes.push_back({fs::path(arguments.in), std::string()});
+    SceneVolume& volume = named.scene.volumes.front();
+    volume.path = storeFor(volume.path, arguments.input, ram, common);
+    if (!arguments.preset.empty())
+        volume.transferFunction = arguments.preset;
+    if (const auto* preset = std::get_if<std::string>(&volume.transferFunction); preset && preset->empty())
+        volume.transferFunction =
+            std::string(StoreReader(volume.path, ram).info().unit == "HU" ? "bone" : "auto");
+    if (!arguments.size.empty())
+        named.scene.imageSize = parseImageSize(arguments.size, "--size", Scene::kMaxImageExtent);
+    if (arguments.noShading)
+        named.scene.shading.on = false;
+    named.about = "A scene that was given.";
+    return named;
+}
+
+std::vector<std::string> omissionsOf(const AccuracyArguments& arguments,
+                                     const std::vector<std::string>& leftOut) {
+    std::vector<std::string> omissions = {
+        "FLIP: no package of Debian 12 brings it; the column is empty.",
+        "A bound of the whole picture: only what ending rays early may leave out is claimed and tested "
+        "(`bound`). Errors "
+        "of levels are predicted, not bounded; that of filtered fetches is bounded for values, not for "
+        "pixels; that of "
+        "the step has no bound that holds for every function.",
+        "Pictures in several passes: their time is mostly loading. Levels that do not fit at once are "
+        "refused instead.",
+        "A cold cache: all bricks are on the device before a frame is timed.",
+        "Jitter and other random methods: there are none."};
+    if (arguments.peers.empty())
+        omissions.push_back(
+            "Other renderers: none were measured beside these runs (`--peers FILE.csv` adds them).");
+    omissions.insert(omissions.end(), leftOut.begin(), leftOut.end());
+    return omissions;
+}
+
+void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common) {
+    if (arguments.in.empty() != arguments.all)
+        throw InputError(arguments.all
+                             ? "accuracy: expected a scene or --all, found both"
+                             : "accuracy: expected a scene, a store, source files or --all, found none");
+    SweepOptions options;
+    options.device = arguments.device;
+    options.ramBytes = budgetBytes(arguments.ram, "--ram", common);
+    options.gpuBytes = budgetBytes(arguments.gpuMemory, "--gpu-memory", common);
+    options.effort.quick = arguments.quick;
+    std::error_code error;
+    fs::create_directories(arguments.out, error);
+    if (error)
+        throw badFile(arguments.out, "a folder to write in", error.message());
+
+    const ScratchFolder scratch;
+    std::vector<NamedScene> scenes;
+    std::vector<std::string> leftOut;
+    {
+        Ledger ram("RAM", "--ram", options.ramBytes);
+        if (arguments.all) {
+            StandardScenes made = standardScenes(scratch.path(), bench::scansFolder(arguments.scans),
+                                                 arguments.only, arguments.quick, options.ramBytes, common);
+            scenes = std::move(made.scenes);
+            leftOut = std::move(made.leftOut);
+        } else {
+            scenes.push_back(namedScene(arguments, ram, common));
+        }
+    }
+    const std::vector<PeerPoint> peers =
+        arguments.peers.empty() ? std::vector<PeerPoint>()
+                                : loadPeers(arguments.peers, scenes.size() == 1 ? scenes.front().name : "");
+
+    std::vector<Sweep> sweeps;
+    for (const NamedScene& scene : scenes) {
+        common.note(scene.name + " ...");
+        sweeps.push_back(runSweep(scene, options, common));
+    }
+    if (sweeps.empty())
+        throw InputError("accuracy: expected a scene that can be measured, found none");
+
+    const MeasuredOn on{"Tessera " TESSERA_VERSION, bench::describeMachine(sweeps.front().device)};
+    std::vector<bench::Report> reports = {referenceSection(sweeps, on, options.effort)};
+    for (const Sweep& sweep : sweeps)
+        reports.push_back(sceneSection(sweep, peers));
+    reports.push_back(stiffSection());
+    reports.push_back(defaultsSection(sweeps));
+    reports.push_back(runsSection(sweeps, on, omissionsOf(arguments, leftOut)));
+    bench::PagePlace place{arguments.out, "accuracy", kHeading, {}};
+    for (const bench::Report& report : reports)
+        place.order.push_back(report.name);
+    const bench::MadeBy madeBy{std::string("tessera accuracy ") + (arguments.all ? "--all" : "SCENE") +
+                                   " -o FOLDER" + (arguments.quick ? " --quick" : ""),
+                               on.machine + "; load " + bench::formatCell(bench::loadAverage()),
+                               TESSERA_VERSION};
+    for (const bench::Report& report : reports)
+        bench::writeReport(report, madeBy, place);
+    common.note("wrote " + (fs::path(arguments.out) / "accuracy.md").string());
+}
+
+} // namespace
+
+void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& action) {
+    auto* command = program.add_subcommand(
+        "accuracy", "Measure how wrong a scene's picture is, and what less error costs in time");
+    auto a = std::make_shared<AccuracyArguments>();
+    command->add_option("SCENE", a->in, "scene (.json), store (.zarr), DICOM folder, .nii, ...");
+    command
+        ->add_option("-o,--output", a->out,
+                     "folder for the page accuracy.md and the folder accuracy beside it")
+        ->required();
+    command->add_flag("--all", a->all, "the five scenes of docs/accuracy.md instead of one");
+    command->add_option("--only", a->only,
+                        "with --all: of these scenes only: " + joinNames(standardSceneNames()));
+    command->add_option("--scans", a->scans,
+                        "with --all: folder with the public scans (default: $TESSERA_TEST_DATA)");
+    command->add_flag("--quick", a->quick, "small pictures, fewer settings and repeats: about a minute");
+    command->add_option("--peers", a->peers,
+                        "CSV of other renderers on the same scenes: scene, renderer, time_min_ms, rmse");
+    command->add_option("--size", a->size,
+                        "pixels, WIDTHxHEIGHT, at most 512 are drawn (default: the scene's)");
+    command->add_option("--preset", a->preset, "instead of the scene's transfer function");
+    command->add_flag("--no-shading", a->noShading, "colours as the transfer function has them");
+    command->add_option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
+    command->add_option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command->add_option("--gl-device", a->device, "auto, software or a number")->capture_default_str();
+    command->add_option("--series", a->input.series, "source files: number of the DICOM series");
+    command->add_flag("--largest", a->input.largest,
+                      "source files: of a folder with several, the largest CT");
+    command->add_flag("--resample-z", a->input.resampleZ, "source files: interpolate uneven slices");
+    command->footer("Example:\n  tessera accuracy scene.json -o results --quick");
+    command->callback([a, &common, &action] { action = [a, &common] { runAccuracy(*a, common); }; });
+}
+
+} // namespace tessera
