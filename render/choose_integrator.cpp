@@ -72,9 +72,7 @@ double midpointRampError(const TransferTable& table, double change, double lowes
 double seenColourDifference(const TransferTable& table, double change, double segmentMm) {
     Optics o;
     o.table = table.entries;
-    o.integrator = Integrator::preintegrated;
-    o.bins = extinctionBins(o.table);
-    o.sums = colourSums(o.table);
+    setIntegrator(o, Integrator::preintegrated);
     o.scale = 1; // places stand for stored values
     const auto last = static_cast<double>(table.entries.size() - 1);
     const double step = std::min(change * static_cast<double>(table.entriesPerValue), last);

@@ -7,7 +7,6 @@ namespace tessera {
 
 Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shading& shading,
                   double terminationTransmittance, Integrator integrator) {
-    TESSERA_CHECK(integrator != Integrator::automatic);
     Optics o;
     o.table = table.entries;
     // Physical = slope * stored + intercept, folded into the table's own scale once, in double.
@@ -22,12 +21,19 @@ Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shad
     o.voxelFromPatientTransposed = glm::mat3(glm::transpose(glm::inverse(linear)));
     o.patientFromVoxel = glm::mat3(linear);
     o.termination = static_cast<float>(terminationTransmittance);
+    setIntegrator(o, integrator);
+    return o;
+}
+
+void setIntegrator(Optics& o, Integrator integrator) {
+    TESSERA_CHECK(integrator != Integrator::automatic);
     o.integrator = integrator;
+    o.bins.clear();
+    o.sums.clear();
     if (integrator == Integrator::preintegrated || integrator == Integrator::preintegrated2d)
         o.bins = extinctionBins(o.table);
     if (integrator == Integrator::preintegrated)
         o.sums = colourSums(o.table);
-    return o;
 }
 
 void prepareSeenColours(Optics& o, double segmentMm, int firstLayer, int layers) {

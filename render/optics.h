@@ -46,6 +46,8 @@ struct Optics {
 
 Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shading& shading,
                   double terminationTransmittance, Integrator integrator = Integrator::midpoint);
+/// Takes an integrator, not automatic, with what it needs of the table besides seen colours.
+void setIntegrator(Optics& optics, Integrator integrator);
 /// preintegrated2d: makes the table of seen colours, or mends it where only entries differ from those it was
 /// made of. @param segmentMm  a typical segment; layers for strides of 2^firstLayer segments and the next
 void prepareSeenColours(Optics& optics, double segmentMm, int firstLayer, int layers);

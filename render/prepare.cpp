@@ -163,8 +163,7 @@ void PreparedScene::considerSeenColours(Ledger& ram, const Ledger& gpu) {
     if (seenColourDifference(table, change, quality.stepVoxels * typicalVoxelMm(info())) <=
         kSeenColourMatters)
         return;
-    optics.integrator = Integrator::preintegrated2d;
-    optics.sums.clear();
+    setIntegrator(optics, Integrator::preintegrated2d);
     functionCharge = {};
     functionCharge = ram.charge(tableBytes(table.entries.size()) + seenBytes(optics.integrator),
                                 "the transfer function's tables");

@@ -31,13 +31,9 @@ Optics slab(double depth, Integrator integrator) {
     Optics o;
     const float extinction = static_cast<float>(depth);
     o.table = {glm::vec4(glm::vec3(kFirst), extinction), glm::vec4(glm::vec3(kLast), extinction)};
-    o.integrator = integrator;
-    if (integrator == Integrator::preintegrated || integrator == Integrator::preintegrated2d)
-        o.sums = tableSums(o.table);
-    if (integrator == Integrator::preintegrated2d) {
-        o.seen = SeenColours(o.table, 1.0 / kStiffSegments, 0, 1);
-        o.seenScale = SeenColours::kEdge - 1;
-    }
+    o.scale = 1; // places stand for stored values
+    setIntegrator(o, integrator);
+    prepareSeenColours(o, 1.0 / kStiffSegments, 0, 1);
     return o;
 }
 
@@ -45,9 +41,9 @@ template <typename Real> double relativeError(const Optics& o) {
     const Real length = Real(1) / Real(kStiffSegments);
     Real colour = 0, alpha = 0;
     for (int i = 0; i < kStiffSegments; ++i) {
-        Real front = static_cast<Real>(i) * length, back = static_cast<Real>(i + 1) * length;
-        if (!needsEnds(o.integrator))
-            front = back = Real(0.5) * (front + back);
+        const Real middle = (static_cast<Real>(i) + Real(0.5)) * length;
+        const auto front = endOf(o, static_cast<Real>(i) * length);
+        const auto back = endOf(o, needsEnds(o.integrator) ? static_cast<Real>(i + 1) * length : middle);
         const Real depth = segmentExtinction(o, front, back) * length, opacity = opacityOf(depth);
         const Real weight = (Real(1) - alpha) * opacity;
         alpha += weight;
