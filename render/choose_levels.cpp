@@ -15,6 +15,9 @@ InputError belowFloor(const Ledger& gpu, std::size_t floorBytes, const char* wha
                       "), but " + formatBytes(gpu.freeBytes()) + " are free");
 }
 
+/// Of the error that a picture may have; steps take what levels leave of it.
+constexpr double kShareOfLevels = 0.5;
+
 /// The finest level of at most 256 samples along every axis.
 int quickLevel(const glm::ivec3& extentVoxels) {
     int level = 0;
@@ -66,7 +69,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
     chooser->setCamera(camera, scene.imageSize);
     chosen.predicted = true;
     if (scene.quality.maxError) {
-        chosen.selection = chooser->within(statistics.brickMean, *scene.quality.maxError);
+        chosen.selection = chooser->within(statistics.brickMean, kShareOfLevels * *scene.quality.maxError);
         const std::size_t wanted = pagesFor(chosen.selection.counts);
         chosen.error = chooser->predict(chosen.selection);
         chosen.atlasPages = std::min(std::max<std::size_t>(1, wanted), pages);

@@ -53,10 +53,8 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
     : size_(glm::ivec2(frame.imageSize)), features_(withIntegrator(features, optics)), info_(info), gpu_(gpu),
       program_("march.comp", featureDefines(features_)), occupancy_(occupancy) {
     TESSERA_CHECK((occupancy != nullptr) == ((features & kFeatureSkipping) != 0));
-    const std::size_t pixels = static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y);
     const glm::ivec3 bricks = brickGrid(info.extentVoxels);
-    colour_ = GlBuffer(16 * pixels, {}, gpu, "the picture");
-    next_ = GlBuffer(4 * pixels, {}, gpu, "the rays' state");
+    allocateState();
     work_ = GlBuffer(sizeof(GpuWork), {}, gpu, "the work counters");
     if (features & kFeaturePasses) {
         wanted_ = GlBuffer(wantedBytes(bricks), {}, gpu, "the bricks that rays wait for");
@@ -64,7 +62,6 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
     }
     if (features & kFeatureVisibility) {
         seen_ = GlBuffer(sizeof(SeenBrick) * cellCount(bricks), {}, gpu, "what is seen of bricks");
-        lastBrick_ = GlBuffer(4 * pixels, {}, gpu, "what is seen of bricks");
     }
     if (occupancy) {
         skipping_ = GlTexture3d(GL_RG32UI, occupancy->grid(), sizeof(SkippingTexel), GL_NEAREST, gpu,
@@ -75,8 +72,25 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
     restart(frame, strides, occupancy);
 }
 
+void March::allocateState() {
+    const std::size_t pixels = static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y);
+    colour_ = {}; // first, so that two are never charged
+    next_ = {};
+    lastBrick_ = {};
+    colour_ = GlBuffer(16 * pixels, {}, gpu_, "the picture");
+    next_ = GlBuffer(4 * pixels, {}, gpu_, "the rays' state");
+    if (features_ & kFeatureVisibility)
+        lastBrick_ = GlBuffer(4 * pixels, {}, gpu_, "what is seen of bricks");
+}
+
 void March::setFunction(const Optics& optics) {
-    if (const std::uint32_t features = withIntegrator(features_, optics); features != features_) {
+    setFeatures(features_, optics);
+}
+
+void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
+    if (const std::uint32_t features = withIntegrator(wanted, optics); features != features_) {
+        TESSERA_CHECK(((features ^ features_) & (kFeatureSkipping | kFeaturePasses | kFeatureVisibility)) ==
+                      0);
         features_ = features;
         program_ = GlProgram("march.comp", featureDefines(features_));
         compiled_ = false;
@@ -109,7 +123,10 @@ void March::setFunction(const Optics& optics) {
 }
 
 void March::restart(const RayFrame<double>& frame, const Strides& strides, const Occupancy* changed) {
-    TESSERA_CHECK(glm::ivec2(frame.imageSize) == size_);
+    if (const glm::ivec2 size(frame.imageSize); size != size_) {
+        size_ = size;
+        allocateState();
+    }
     maxCount_ = static_cast<int>(std::ceil(glm::length(frame.extent) / frame.segmentVoxels)) + 2;
     if (changed) {
         TESSERA_CHECK(changed->grid() == skipping_.extent());

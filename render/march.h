@@ -48,13 +48,15 @@ class March {
     /// are at their end or wait; else the next call goes on. The picture does not depend on where it was cut.
     bool runUntil(const FieldSource& source, const MarchSlicing& slicing, Clock::time_point deadline,
                   Work& work);
-    /// All rays begin anew. @param changed  the occupancy that this was made with, where it changed since,
-    /// else null:
+    /// All rays begin anew, of a picture of any size. @param changed  the occupancy that this was made with,
+    /// where it changed since, else null:
     ///                                       then blocks and sub-blocks are to be found again
     ///                                       (refineSkipping())
     void restart(const RayFrame<double>& frame, const Strides& strides, const Occupancy* changed);
     /// Another transfer function; restart() must follow. Compiles anew where the integrator is another.
     void setFunction(const Optics& optics);
+    /// The same with other features, which need no other memory; restart() must follow.
+    void setFeatures(std::uint32_t features, const Optics& optics);
     /// kFeatureVisibility: per brick, [z][y][x], what the rays saw since they began.
     std::vector<SeenBrick> seen() const;
     /// kFeaturePasses: per brick the first ray that waits for it, or UINT32_MAX; forgets them.
@@ -75,6 +77,8 @@ class March {
     static std::size_t visibilityBytes(const glm::ivec2& size, const glm::ivec3& bricks);
 
   private:
+    void allocateState();
+
     glm::ivec2 size_;
     std::uint32_t features_;
     const VolumeInfo& info_;

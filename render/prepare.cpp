@@ -163,10 +163,23 @@ void PreparedScene::considerSeenColours(Ledger& ram, const Ledger& gpu) {
     if (seenColourDifference(table, change, quality.stepVoxels * typicalVoxelMm(info())) <=
         kSeenColourMatters)
         return;
-    setIntegrator(optics, Integrator::preintegrated2d);
+    tessera::setIntegrator(optics, Integrator::preintegrated2d);
     functionCharge = {};
     functionCharge = ram.charge(tableBytes(table.entries.size()) + seenBytes(optics.integrator),
                                 "the transfer function's tables");
+}
+
+void PreparedScene::setStep(double stepVoxels) {
+    quality.stepVoxels = stepVoxels;
+    if (mixed())
+        levels.mostStride = mostStride(selection, quality);
+    frame = rayFrame(camera, info(), imageSize, stepVoxels);
+    prepareSegments();
+}
+
+void PreparedScene::setIntegrator(Integrator integrator) {
+    tessera::setIntegrator(optics, integrator);
+    prepareSegments();
 }
 
 void PreparedScene::prepareSegments() {

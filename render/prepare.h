@@ -55,6 +55,9 @@ struct PreparedScene {
     void openCache(Ledger& ram, int threads);
     /// Takes another selection, and maps its levels and its empty space.
     void setSelection(Selection chosen, Ledger& ram);
+    /// Another length of segments, in voxels, or another integrator, for the levels there are.
+    void setStep(double stepVoxels);
+    void setIntegrator(Integrator integrator);
     /// Where the integrator is left open: colours with attenuation inside the segment, if that shows and the
     /// budgets have room. Before selections.
     void considerSeenColours(Ledger& ram, const Ledger& gpu);

@@ -2,6 +2,7 @@
 #include "render/renderer.h"
 
 #include "core/error.h"
+#include "render/check_march.h"
 #include "render/fine_mask.h"
 #include "render/mirror.h"
 #include "render/prepare.h"
@@ -57,6 +58,11 @@ template <typename Real> Image toImage(const std::vector<glm::vec<4, Real>>& pix
     return image;
 }
 
+/// The largest component that a segment's colour can have.
+double brightest(const Shading& shading) {
+    return shading.on ? std::max(1.0, shading.ambient + shading.diffuse + shading.specular) : 1.0;
+}
+
 void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledger& ram, Ledger& gpu,
                  const RenderOptions& options, RenderResult& result) {
     const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};
@@ -99,12 +105,26 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
     if (refines && gpu.freeBytes() >= refining)
         result.refinedCells = refineSkipping(march.skippingMap(), *occupancy, p.table, p.optics,
                                              result.features, p.info(), field.source, gpu, wanted);
-    result.passes = 1;
-    for (; march.run(field.source, options.slicing, result.work) > 0; ++result.passes)
-        atlas.serve(bricksToServe(march.takeWanted(), p.selection, atlas.pages()), *p.cache, ram,
-                    result.work);
+    const auto run = [&](March& rays, Work& work) { // and how often
+        int count = 1;
+        for (; rays.run(field.source, options.slicing, work) > 0; ++count)
+            atlas.serve(bricksToServe(rays.takeWanted(), p.selection, atlas.pages()), *p.cache, ram, work);
+        return count;
+    };
+    CheckMarch check(march, result.features, p, run);
+    if (scene.quality.maxError.value_or(0) > 0)
+        check.chooseStep(*scene.quality.maxError - p.chosen.error.p99);
+    result.features = (result.features & ~kIntegratorFeatures) | integratorFeatures(p.optics.integrator);
+    result.passes = run(march, result.work);
     result.image = march.image();
     result.secondsDrawing = secondsSince(drawing);
+    const auto checking = Clock::now();
+    if (options.checking) {
+        result.errors = check.errorsOf(result.image, brightest(scene.shading));
+        if (p.chosen.predicted)
+            result.errors->levelsLuvP99 = p.chosen.error.p99;
+    }
+    result.secondsChecking = secondsSince(checking);
     if (!context.errors().empty())
         throw Error("OpenGL: " + context.errors().front());
 }
@@ -122,6 +142,8 @@ void chooseBySightOnCpu(PreparedScene& p, int threads, Ledger& ram) {
 /// What the selection came to; after it is final.
 void report(const PreparedScene& p, RenderResult& result) {
     result.level = p.selection.finest();
+    result.integrator = p.optics.integrator;
+    result.stepVoxels = p.quality.stepVoxels;
     result.bricksOfLevel = p.selection.counts;
     result.selectionPages = pagesFor(p.selection.counts);
     result.atlasPages = std::min(p.chosen.atlasPages, result.selectionPages);
@@ -258,6 +280,19 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              static_cast<unsigned long long>(r.work.segments),
              static_cast<unsigned long long>(r.work.samples), static_cast<unsigned long long>(r.work.fetches),
              static_cast<unsigned long long>(r.work.dispatches), r.work.longestDispatchMs);
+    line("segments: %g voxels, %s", r.stepVoxels,
+         integratorNames()[static_cast<std::size_t>(r.integrator)].c_str());
+    if (r.errors) {
+        const PictureErrors& e = *r.errors;
+        if (e.step)
+            line("error of the step: rms %.2g, L*u*v* %.2g in the mean, %.2g at the 99th percentile, falling "
+                 "at order "
+                 "%.1f (estimated from %d pixels)",
+                 e.step->error.rms, e.step->error.luvMean, e.step->error.luvP99, e.step->order, e.pixels);
+        if (e.filtering)
+            line("error of filtered fetches: rms %.2g, L*u*v* %.2g in the mean, %.2g at the 99th percentile",
+                 e.filtering->rms, e.filtering->luvMean, e.filtering->luvP99);
+    }
     line("transfer function table: off by at most %.2g of the largest extinction, steps aside",
          r.tableRelativeError);
     line("ray termination: at most %.2g of a pixel's light is left out",

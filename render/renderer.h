@@ -9,6 +9,7 @@
 #include "render/choose_levels.h"
 #include "render/gl/context.h"
 #include "render/march.h"
+#include "render/picture_check.h"
 #include "render/work.h"
 
 #include <array>
@@ -30,6 +31,7 @@ struct RenderOptions {
     MarchSlicing slicing; // march only
     bool counting = true; // work counters; false: they are not compiled
     LevelChoice levels = LevelChoice::perBrick;
+    bool checking = false; // march only: draw some pixels again to estimate the picture's errors
     /// March only: gets a first whole picture, all bricks at one coarse level, before levels are chosen and
     /// loaded for the picture itself.
     std::function<void(const Image&)> onFirstPicture;
@@ -51,6 +53,10 @@ struct RenderResult {
     std::size_t cells = 0, occupiedCells = 0, refinedCells = 0;
     std::uint32_t features = 0; // of render/features.h; march only
     double tableRelativeError = 0;
+    Integrator integrator = Integrator::midpoint; // as used; so the step
+    double stepVoxels = 0;
+    std::optional<PictureErrors> errors; // where they were checked
+    double secondsChecking = 0;
     double lowest = 0, highest = 0; // values of the volume, physical units
     double secondsPreparing = 0, secondsLoading = 0, secondsDrawing = 0;
 };

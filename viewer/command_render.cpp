@@ -37,7 +37,7 @@ struct RenderArguments {
     double step = 0;      // 0: as the scene says
     double maxError = -1; // negative: as the scene says
     std::string edgeFunction, sampling, integrator, gradient, first;
-    bool noShading = false, noSkipping = false, explain = false, json = false;
+    bool noShading = false, noSkipping = false, noCheck = false, explain = false, json = false;
     InputOptions input;
 };
 
@@ -80,6 +80,8 @@ void applyOptions(const RenderArguments& arguments, Scene& scene) {
         if (!(arguments.step >= 1.0 / 64 && arguments.step <= 16))
             throw badFile("--step", "voxels from 1/64 to 16", formatNumber(arguments.step));
         scene.quality.stepVoxels = arguments.step;
+        if (arguments.maxError > 0)
+            throw badFile("--step", "--step or --max-error, which chooses a step", "both");
     }
     if (!arguments.edgeFunction.empty())
         scene.quality.edgeFunction = parseEdgeFunction(arguments.edgeFunction, "--edge-function");
@@ -217,6 +219,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     RenderOptions options;
     options.engine = engine;
     options.device.text = arguments.device;
+    options.checking = !arguments.noCheck;
     double firstSeconds = 0;
     if (!arguments.first.empty() && engine != Engine::march)
         throw badFile("--first", "--engine march", arguments.engine);
@@ -247,7 +250,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
         report["blank"] = blank;
         report["seconds"] = {{"preparing", result.secondsPreparing},
                              {"loading", result.secondsLoading},
-                             {"drawing", result.secondsDrawing}};
+                             {"drawing", result.secondsDrawing},
+                             {"checking", result.secondsChecking}};
         if (firstSeconds > 0)
             report["seconds"]["firstPictureSinceStart"] = firstSeconds;
         if (arguments.explain)
@@ -286,8 +290,10 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
     command
         ->add_option(
             "--max-error", a->maxError,
-            "predicted error to stay below (L*u*v*, 99th percentile), in as many passes as the budget "
-            "needs; 0: the finest that a pixel can show (default: the best that fits at once)")
+            "error to stay below (L*u*v*, 99th percentile, predicted for levels and estimated for steps): "
+            "takes "
+            "levels, step and integrator that cost the least, in as many passes as the budget needs; 0: the "
+            "finest levels that a pixel can show (default: the best that fits at once)")
         ->check(CLI::NonNegativeNumber);
     command->add_option(
         "--first", a->first,
@@ -305,6 +311,8 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
                             " (default: central)");
     command->add_flag("--no-shading", a->noShading, "colours as the transfer function has them");
     command->add_flag("--no-skipping", a->noSkipping, "sample empty space too; the picture is the same");
+    command->add_flag("--no-check", a->noCheck,
+                      "do not draw some pixels again to estimate the picture's errors");
     command->add_option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
     command->add_option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command->add_option("--gl-device", a->device, "auto, software, or a device's number")

@@ -10,6 +10,34 @@ nlohmann::json budgetJson(const Ledger& ledger) {
 }
 } // namespace
 
+namespace {
+nlohmann::json errorJson(const EstimatedError& e) {
+    return {{"rms", e.rms}, {"largest", e.largest}, {"luvMean", e.luvMean}, {"luvPercentile99", e.luvP99}};
+}
+
+/// Each cause apart; docs/user-guide.md says what they mean.
+nlohmann::json errorsJson(const RenderResult& result, const Scene& scene) {
+    const double share = scene.quality.terminationTransmittance;
+    nlohmann::json errors = {{"termination", {{"lightLeftOutAtMost", share}}},
+                             {"table", {{"ofLargestExtinction", result.tableRelativeError}}}};
+    if (result.predictedError)
+        errors["levels"] = {{"luvMean", result.predictedError->mean},
+                            {"luvPercentile99", result.predictedError->p99}};
+    if (!result.errors)
+        return errors;
+    errors["pixelsDrawnAgain"] = result.errors->pixels;
+    errors["termination"]["largest"] = result.errors->terminationBound;
+    if (result.errors->step) {
+        errors["step"] = errorJson(result.errors->step->error);
+        errors["step"]["order"] = result.errors->step->order;
+    }
+    if (result.errors->filtering)
+        errors["filtering"] = errorJson(*result.errors->filtering);
+    errors["luvPercentile99"] = result.errors->luvP99();
+    return errors;
+}
+} // namespace
+
 nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const RenderResult& result,
                             Engine engine, const Ledger& ram, const Ledger& gpu) {
     const std::string hash = store.contentHash();
@@ -45,7 +73,10 @@ nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const 
           {"emptyBricks", result.emptyBricks},
           {"cells", result.cells},
           {"occupiedCells", result.occupiedCells}}},
-        {"transferTableRelativeError", result.tableRelativeError},
+        {"segments",
+         {{"stepVoxels", result.stepVoxels},
+          {"integrator", integratorNames()[static_cast<std::size_t>(result.integrator)]}}},
+        {"errors", errorsJson(result, scene)},
         {"work",
          {{"iterations", work.iterations},
           {"segments", work.segments},
@@ -55,10 +86,6 @@ nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const 
           {"bricksUploaded", work.bricksUploaded},
           {"blended", work.blended},
           {"bytesUploaded", work.bytesUploaded}}}};
-    if (result.predictedError)
-        manifest["predictedLevelError"] = {{"unit", "CIE 1976 L*u*v*"},
-                                           {"mean", result.predictedError->mean},
-                                           {"percentile99", result.predictedError->p99}};
     return manifest;
 }
 

@@ -1,0 +1,38 @@
+// render/check_march.h: a picture's own march, used to draw some of its pixels again: to choose step and
+// integrator before it is drawn, and to say how wrong it is afterwards (picture_check.h).
+#pragma once
+
+#include "core/image.h"
+#include "render/march.h"
+#include "render/picture_check.h"
+#include "render/prepare.h"
+
+#include <functional>
+
+namespace tessera {
+
+class CheckMarch {
+  public:
+    /// @param run  marches all rays to their end, bringing the bricks that they wait for
+    CheckMarch(March& march, std::uint32_t features, PreparedScene& scene,
+               std::function<void(March&, Work&)> run)
+        : march_(march), features_(features), scene_(scene), run_(std::move(run)), grid_(scene.imageSize) {}
+
+    /// Takes the step and, where the scene leaves it open, the integrator that cost the least of those
+    /// whose error stays below luvP99 (CIE L*u*v*, 99th percentile over the grid's pixels); the finest step
+    /// where none does. The march is ready for the picture then. Returns the error that was found.
+    double chooseStep(double luvP99);
+    /// Of the march's picture, which the march forgets.
+    PictureErrors errorsOf(const Image& picture, double brightest);
+
+  private:
+    Image draw(double stepVoxels);
+
+    March& march_;
+    std::uint32_t features_;
+    PreparedScene& scene_;
+    std::function<void(March&, Work&)> run_;
+    PixelGrid grid_;
+};
+
+} // namespace tessera
