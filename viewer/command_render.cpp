@@ -261,6 +261,11 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
         for (const std::string& line : lines)
             std::printf("%s\n", line.c_str());
     }
+    if (const double asked = scene.quality.maxError.value_or(0);
+        asked > 0 && result.errors && result.errors->luvP99() > asked)
+        common.note("the picture's error is estimated at " + formatNumber(result.errors->luvP99(), 2) +
+                    " (L*u*v*, 99th percentile), more than " + formatNumber(asked, 2) +
+                    ": no step tried is fine enough");
     common.note("wrote " + arguments.out + ": " + std::to_string(scene.imageSize.x) + " x " +
                 std::to_string(scene.imageSize.y) + ", " + levelText(result) + ", " + result.device + ", " +
                 formatNumber(result.secondsPreparing + result.secondsLoading + result.secondsDrawing, 3) +
