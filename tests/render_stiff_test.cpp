@@ -272,12 +272,12 @@ TEST(Stiff, BoundaryLayerOnGradedSegments) {
         for (const int n : segments) {
             double alpha = 0;
             const auto at = [&](double i) { return epsilon * std::expm1(i / n * std::log1p(1 / epsilon)); };
-            const auto place = [&](double t) { return placeOf(optics, epsilon / (t + epsilon)); };
+            const auto end = [&](double t) { return endOf(optics, epsilon / (t + epsilon)); };
             for (int i = 0; i < n; ++i) {
                 const double a = at(i), b = at(i + 1), middle = 0.5 * (a + b);
                 const bool ends = needsEnds(integrator);
                 const double extinction =
-                    segmentExtinction(optics, place(ends ? a : middle), place(ends ? b : middle));
+                    segmentExtinction(optics, end(ends ? a : middle), end(ends ? b : middle));
                 alpha += (1 - alpha) * opacityOf(extinction * (b - a));
             }
             e.push_back(std::abs(alpha - -std::expm1(-depth)));
