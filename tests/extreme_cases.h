@@ -396,6 +396,10 @@ inline Scene sceneOf(const ExtremeCase& c, const ExtremeVolume& volume) {
         !(s.mixed && s.integrator == Integrator::midpoint))
         scene.quality.edgeFunction = EdgeFunction::minimum;
     scene.quality.sampling = static_cast<Sampling>(c[kSampling]);
+    // Long strides have tables of seen colours of their own, a tenth of a second each: one case in six makes
+    // them.
+    if (s.mixed && s.integrator == Integrator::preintegrated2d && c[kVariant] != 0)
+        scene.quality.sampling = Sampling::full;
     return scene;
 }
 
