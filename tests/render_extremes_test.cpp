@@ -39,11 +39,7 @@ PictureDifference differenceOf(const std::vector<A>& a, const std::vector<B>& b)
     return d;
 }
 
-std::vector<glm::dvec4> widened(const std::vector<glm::vec4>& pixels) {
-    return {pixels.begin(), pixels.end()};
-}
-
-SegmentedRay<double> widened(const SegmentedRay<float>& r) {
+SegmentedRay<double> inDouble(const SegmentedRay<float>& r) {
     SegmentedRay<double> d;
     d.entry = r.entry, d.step = r.step, d.direction = r.direction;
     d.segmentMm = static_cast<double>(r.segmentMm), d.tail = static_cast<double>(r.tail);
@@ -69,21 +65,6 @@ struct Tally {
     int cases = 0, visible = 0, equal = 0, constant = 0;
     double worstMarch = 0; // largest difference of march and float mirror
 };
-
-/// Finite; alpha in [0,1]; no component above what alpha allows: colours of transfer functions are at most 1,
-/// so premultiplied ones are at most alpha, and lit ones at most alpha times the sum of Phong's parts. Sums
-/// of n rounded terms may exceed this by n/2^24 of themselves: 1e-5 is for 170 segments in one direction.
-void expectInRange(const std::vector<glm::dvec4>& pixels, const Shading& shading, const char* what) {
-    const double brightest =
-        shading.on ? std::max(1.0, shading.ambient + shading.diffuse) + shading.specular : 1.0;
-    for (std::size_t i = 0; i < pixels.size(); ++i)
-        for (int c = 0; c < 4; ++c) {
-            const double value = pixels[i][c];
-            const double most = c == 3 ? 1 + 1e-6 : pixels[i].a * brightest * (1 + 1e-5) + 1e-30;
-            ASSERT_TRUE(value >= 0 && value <= most) << what << ": pixel " << i << ", component " << c
-                                                     << " is " << value << ", alpha " << pixels[i].a;
-        }
-}
 
 /// Double mirror of a camera's own double rays.
 std::vector<glm::dvec4> mirrorInDouble(const PreparedScene& p, double stepVoxels) {
@@ -142,7 +123,7 @@ class ExtremeRun {
             input, rays.size(), [&](std::size_t i) { return rays[i]; }, 1, work);
         expectInRange(widened(single), scene.shading, "float mirror");
         const auto exact = mirrorRays<double>(
-            input, rays.size(), [&](std::size_t i) { return widened(rays[i]); }, 1, unused);
+            input, rays.size(), [&](std::size_t i) { return inDouble(rays[i]); }, 1, unused);
         expectInRange(exact, scene.shading, "double mirror");
         if (structure.fetch == Fetch::exact) {
             // SAMPLING's rule; the slack is what the driver's square root and the order of a dot product may
@@ -159,7 +140,7 @@ class ExtremeRun {
             // what the products of n floats lose.
             const double termination = structure.termination ? 1.0 / 510 : 0;
             for (std::size_t i = 0; i < rays.size(); ++i) {
-                const double alpha = constantAlpha(p, widened(rays[i]));
+                const double alpha = constantAlpha(p, inDouble(rays[i]));
                 ASSERT_NEAR(marched[i].a, alpha, termination + 1e-5) << "pixel " << i;
                 ASSERT_NEAR(exact[i].a, alpha, termination + 1e-12) << "pixel " << i;
             }
@@ -280,10 +261,8 @@ TEST_P(Extremes, AreFiniteAndEqualTheMirror) {
     }
     RecordProperty("cases", tally.cases);
     RecordProperty("worstMarch", std::to_string(tally.worstMarch));
-    std::printf(
-        "%d cases: %d show something, %d march against mirror (worst %.2g), %d against the reference, "
-        "%d of them constant\n",
-        tally.cases, tally.visible, tally.equal, tally.worstMarch, tally.constant, tally.constant);
+    std::printf("%d cases: %d show something, %d march against mirror (worst %.2g), %d constant\n",
+                tally.cases, tally.visible, tally.equal, tally.worstMarch, tally.constant);
     EXPECT_GE(tally.cases, 100);
     EXPECT_GE(tally.visible, tally.cases / 4);
 }
