@@ -69,11 +69,13 @@ glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const M
                 colour = shade(optics, colour, field.gradient(stridePosition(ray, i, length)), ray.direction);
                 work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
             }
-            const Real weight = (Real(1) - sum.a) * alpha;
+            // The weight is what alpha really grew by: near 1 it no longer does, and colour must not go on.
+            const Real before = sum.a;
+            sum.a = sum.a + (Real(1) - sum.a) * alpha;
+            const Real weight = sum.a - before;
             sum.r = sum.r + weight * colour.r;
             sum.g = sum.g + weight * colour.g;
             sum.b = sum.b + weight * colour.b;
-            sum.a = sum.a + weight;
             if (Real(1) - sum.a < static_cast<Real>(optics.termination))
                 break;
         }

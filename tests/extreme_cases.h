@@ -14,6 +14,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
+#include <gtest/gtest.h>
 #include <limits>
 #include <random>
 #include <set>
@@ -396,6 +397,10 @@ inline Scene sceneOf(const ExtremeCase& c, const ExtremeVolume& volume) {
         !(s.mixed && s.integrator == Integrator::midpoint))
         scene.quality.edgeFunction = EdgeFunction::minimum;
     scene.quality.sampling = static_cast<Sampling>(c[kSampling]);
+    // Long strides have tables of seen colours of their own, a tenth of a second each: one case in six makes
+    // them.
+    if (s.mixed && s.integrator == Integrator::preintegrated2d && c[kVariant] != 0)
+        scene.quality.sampling = Sampling::full;
     return scene;
 }
 
@@ -420,5 +425,24 @@ class ExtremeStores {
     ScratchFolder folder_;
     std::set<int> made_;
 };
+
+inline std::vector<glm::dvec4> widened(const std::vector<glm::vec4>& pixels) {
+    return {pixels.begin(), pixels.end()};
+}
+
+/// Finite; alpha in [0,1]; no component above what alpha allows: colours of transfer functions are at most 1,
+/// so premultiplied ones are at most alpha, and lit ones at most alpha times the sum of Phong's parts. Sums
+/// of n rounded terms may exceed this by n/2^24 of themselves: 1e-5 is for 170 segments in one direction.
+inline void expectInRange(const std::vector<glm::dvec4>& pixels, const Shading& shading, const char* what) {
+    const double brightest =
+        shading.on ? std::max(1.0, shading.ambient + shading.diffuse) + shading.specular : 1.0;
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+        for (int c = 0; c < 4; ++c) {
+            const double value = pixels[i][c];
+            const double most = c == 3 ? 1 + 1e-6 : pixels[i].a * brightest * (1 + 1e-5) + 1e-30;
+            ASSERT_TRUE(value >= 0 && value <= most) << what << ": pixel " << i << ", component " << c
+                                                     << " is " << value << ", alpha " << pixels[i].a;
+        }
+}
 
 } // namespace tessera::test

@@ -39,11 +39,7 @@ PictureDifference differenceOf(const std::vector<A>& a, const std::vector<B>& b)
     return d;
 }
 
-std::vector<glm::dvec4> widened(const std::vector<glm::vec4>& pixels) {
-    return {pixels.begin(), pixels.end()};
-}
-
-SegmentedRay<double> widened(const SegmentedRay<float>& r) {
+SegmentedRay<double> inDouble(const SegmentedRay<float>& r) {
     SegmentedRay<double> d;
     d.entry = r.entry, d.step = r.step, d.direction = r.direction;
     d.segmentMm = static_cast<double>(r.segmentMm), d.tail = static_cast<double>(r.tail);
@@ -66,24 +62,9 @@ Selection randomShownLevels(const Selection& like, unsigned seed) {
 
 /// What the cases of a run came to; a test that compared nothing must fail.
 struct Tally {
-    int cases = 0, visible = 0, equal = 0, constant = 0;
+    int cases = 0, visible = 0, equal = 0, filtered = 0, constant = 0;
     double worstMarch = 0; // largest difference of march and float mirror
 };
-
-/// Finite; alpha in [0,1]; no component above what alpha allows: colours of transfer functions are at most 1,
-/// so premultiplied ones are at most alpha, and lit ones at most alpha times the sum of Phong's parts. Sums
-/// of n rounded terms may exceed this by n/2^24 of themselves: 1e-5 is for 170 segments in one direction.
-void expectInRange(const std::vector<glm::dvec4>& pixels, const Shading& shading, const char* what) {
-    const double brightest =
-        shading.on ? std::max(1.0, shading.ambient + shading.diffuse) + shading.specular : 1.0;
-    for (std::size_t i = 0; i < pixels.size(); ++i)
-        for (int c = 0; c < 4; ++c) {
-            const double value = pixels[i][c];
-            const double most = c == 3 ? 1 + 1e-6 : pixels[i].a * brightest * (1 + 1e-5) + 1e-30;
-            ASSERT_TRUE(value >= 0 && value <= most) << what << ": pixel " << i << ", component " << c
-                                                     << " is " << value << ", alpha " << pixels[i].a;
-        }
-}
 
 /// Double mirror of a camera's own double rays.
 std::vector<glm::dvec4> mirrorInDouble(const PreparedScene& p, double stepVoxels) {
@@ -119,6 +100,7 @@ class ExtremeRun {
         const std::vector<glm::dvec4> marched = widened(gpu.image.pixels);
         expectInRange(marched, scene.shading, "march");
         const std::vector<SegmentedRay<float>> rays = gpuRays(p.frame, prepared.budgets.gpu);
+        expectRaysOfCamera(p, rays);
         std::size_t segments = 0, longest = 0;
         for (const SegmentedRay<float>& ray : rays) {
             segments += static_cast<std::size_t>(ray.count);
@@ -142,7 +124,7 @@ class ExtremeRun {
             input, rays.size(), [&](std::size_t i) { return rays[i]; }, 1, work);
         expectInRange(widened(single), scene.shading, "float mirror");
         const auto exact = mirrorRays<double>(
-            input, rays.size(), [&](std::size_t i) { return widened(rays[i]); }, 1, unused);
+            input, rays.size(), [&](std::size_t i) { return inDouble(rays[i]); }, 1, unused);
         expectInRange(exact, scene.shading, "double mirror");
         if (structure.fetch == Fetch::exact) {
             // SAMPLING's rule; the slack is what the driver's square root and the order of a dot product may
@@ -154,12 +136,18 @@ class ExtremeRun {
             tally.worstMarch = std::max(tally.worstMarch, march.largest);
             ++tally.equal;
         }
+        if (structure.fetch == Fetch::hardware && isWide(c) && !structure.shading && !volume.beyondFloat &&
+            peakPerVoxel(c) <=
+                1) { // OpenImageIO's gate, where a small error of a value is one of the picture
+            EXPECT_LE(differenceOf(gpu.image.pixels, single).largest, 0.012);
+            ++tally.filtered;
+        }
         if (isConstant(c) && !structure.shading) {
             // Any step, level and integrator is exact here (T1), on the rays as they are: what remains is
             // what the products of n floats lose.
             const double termination = structure.termination ? 1.0 / 510 : 0;
             for (std::size_t i = 0; i < rays.size(); ++i) {
-                const double alpha = constantAlpha(p, widened(rays[i]));
+                const double alpha = constantAlpha(p, inDouble(rays[i]));
                 ASSERT_NEAR(marched[i].a, alpha, termination + 1e-5) << "pixel " << i;
                 ASSERT_NEAR(exact[i].a, alpha, termination + 1e-12) << "pixel " << i;
             }
@@ -188,7 +176,7 @@ class ExtremeRun {
                             referenceRays(p.camera, p.info(), p.imageSize), 1);
         expectInRange(truth, scene.shading, "reference");
         const auto mirror = mirrorInDouble(p, q);
-        const std::vector<double> uncertain = uncertainLengths(p);
+        const std::vector<double> uncertain = uncertainInDouble(p);
         if (isConstant(c)) { // the table's floats are off by 2^-24 of a depth, so by 2^-24/e of alpha at most
             for (std::size_t i = 0; i < truth.size(); ++i)
                 for (int n = 0; n < 4; ++n)
@@ -225,25 +213,49 @@ class ExtremeRun {
     static double constantAlpha(const PreparedScene& p, const SegmentedRay<double>& ray) {
         return opacityOf(static_cast<double>(p.optics.table.front().a) * lengthMm(ray));
     }
-    /// Per pixel, how much of a ray's length in the volume, mm, hangs on the last digits of doubles: all of
-    /// it for a ray that lies in a face.
-    static std::vector<double> uncertainLengths(const PreparedScene& p) {
-        const glm::dmat4& place = p.info().patientFromVoxel;
-        const glm::dvec3 mm = p.info().spacingMm();
-        const double digits = 1e-14 * glm::length(glm::dvec3(p.info().extentVoxels)) +
-                              1e-15 * (glm::length(glm::dvec3(place[3])) + glm::length(p.camera.position)) /
-                                  std::min({mm.x, mm.y, mm.z});
+    /// Per pixel, how much of a ray's length in the volume, mm, hangs on where it is by so many voxels: all
+    /// of it for a ray that lies in a face.
+    static std::vector<double> uncertainLengths(const PreparedScene& p, double voxels) {
         std::vector<double> out(static_cast<std::size_t>(p.imageSize.x) *
                                 static_cast<std::size_t>(p.imageSize.y));
+        const auto rays = frameRays(p.frame);
         for (int direction = 0; direction < 27; ++direction) {
             RayFrame<double> moved = p.frame;
             moved.centre +=
-                digits * (glm::dvec3(direction % 3, direction / 3 % 3, direction / 9) - glm::dvec3(1));
-            const auto rays = frameRays(p.frame), movedRays = frameRays(moved);
+                voxels * (glm::dvec3(direction % 3, direction / 3 % 3, direction / 9) - glm::dvec3(1));
+            const auto movedRays = frameRays(moved);
             for (std::size_t i = 0; i < out.size(); ++i)
                 out[i] = std::max(out[i], std::abs(lengthMm(movedRays(i)) - lengthMm(rays(i))));
         }
         return out;
+    }
+    /// Of a camera in patient space, in double.
+    static std::vector<double> uncertainInDouble(const PreparedScene& p) {
+        const glm::dmat4& place = p.info().patientFromVoxel;
+        const glm::dvec3 mm = p.info().spacingMm();
+        return uncertainLengths(
+            p, 1e-14 * glm::length(glm::dvec3(p.info().extentVoxels)) +
+                   1e-15 * (glm::length(glm::dvec3(place[3])) + glm::length(p.camera.position)) /
+                       std::min({mm.x, mm.y, mm.z}));
+    }
+    /// The GPU's float rays are the camera's: their lengths, as far as float positions can say.
+    static void expectRaysOfCamera(const PreparedScene& p, const std::vector<SegmentedRay<float>>& rays) {
+        const RayFrame<double>& f = p.frame;
+        const double far = glm::length(f.centre) + glm::length(f.right) + glm::length(f.up) +
+                           glm::length(f.extent) + (f.perspective ? glm::length(f.toCentre) : 0);
+        const std::vector<double> uncertain = uncertainLengths(p, 0x1p-21 * far);
+        // A direction's small component counts as much more as voxels are longer along it.
+        const glm::dvec3 mm = p.info().spacingMm();
+        const double ofLength = 1e-5 + 1e-6 * std::max({mm.x, mm.y, mm.z}) / std::min({mm.x, mm.y, mm.z});
+        const auto exact = frameRays(f);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const double length = lengthMm(exact(i));
+            // Ends are counted from the plane that rays start from: far away, in voxels, where these are
+            // flat.
+            const double ends = 0x1p-21 * far * exact(i).segmentMm / f.segmentVoxels;
+            ASSERT_NEAR(lengthMm(inDouble(rays[i])), length, 2 * uncertain[i] + ends + ofLength * length)
+                << "pixel " << i;
+        }
     }
 
     ExtremeStores stores_;
@@ -280,10 +292,9 @@ TEST_P(Extremes, AreFiniteAndEqualTheMirror) {
     }
     RecordProperty("cases", tally.cases);
     RecordProperty("worstMarch", std::to_string(tally.worstMarch));
-    std::printf(
-        "%d cases: %d show something, %d march against mirror (worst %.2g), %d against the reference, "
-        "%d of them constant\n",
-        tally.cases, tally.visible, tally.equal, tally.worstMarch, tally.constant, tally.constant);
+    std::printf("%d cases: %d show something; march against mirror: %d exact (worst %.2g), %d filtered; "
+                "%d constant\n",
+                tally.cases, tally.visible, tally.equal, tally.worstMarch, tally.filtered, tally.constant);
     EXPECT_GE(tally.cases, 100);
     EXPECT_GE(tally.visible, tally.cases / 4);
 }

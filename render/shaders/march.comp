@@ -163,9 +163,10 @@ void main() {
             continue;
         }
 #endif
-        precise float weight = (1.0 - sum.a) * alpha;
+        float before = sum.a;
+        sum.a = sum.a + (1.0 - sum.a) * alpha;
+        precise float weight = sum.a - before; // what alpha grew by: near 1 it no longer does, nor must colour
         sum.rgb = sum.rgb + weight * colour;
-        sum.a = sum.a + weight;
         ++segments;
         ++shown;
         i += n;

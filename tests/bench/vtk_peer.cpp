@@ -1,13 +1,14 @@
-// tests/bench/vtk_peer.cpp: the thorax-sized torso, plain, drawn by Tessera's march and by VTK's two volume
-// mappers in one interleaved run, and how far each is from the true integral: time at equal error, never at
-// equal step.
+// tests/bench/vtk_peer.cpp: a plain scene drawn by Tessera's march, with each integrator, and by VTK's two
+// volume mappers in one interleaved run, and how far each is from the true integral: time at equal error,
+// never at equal step.
 //
-//   xvfb-run -a vtk_peer --store build/bench-data/torso-thorax.zarr --rounds 5 --csv
-//   build/bench-results/vtk_peer.csv
+//   xvfb-run -a vtk_peer --scene SCENE.json --rounds 5 --csv build/bench-results/vtk_peer.csv
+//   xvfb-run -a vtk_peer --store build/bench-data/torso-thorax.zarr --rounds 5       (the thorax-sized torso)
 //
 // Same camera, same points of the transfer function (linear in opacity per unit distance and in RGB, linear
 // light), same trilinear field, black background. VTK hands out 8 bits a channel, so the comparison is made
-// on pictures rounded to 8 bits, Tessera's too; Tessera's error before rounding is a column of its own.
+// on pictures rounded to 8 bits, Tessera's too; Tessera's errors before rounding are columns of their own.
+// The CSV is what `tessera accuracy SCENE.json --peers FILE.csv` reads.
 // --shifts 1 also measures against references moved by half a pixel: a disagreement about pixel centres would
 // show there.
 #include "tests/bench/bench_tools.h"
@@ -16,6 +17,7 @@
 #include "core/error.h"
 #include "core/image_metrics.h"
 #include "render/features.h"
+#include "render/march.h"
 #include "render/ray.h"
 #include "render/reference.h"
 
@@ -26,8 +28,12 @@
 #include <cstring>
 #include <exception>
 #include <functional>
+#include <glm/matrix.hpp>
+#include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
+#include <sstream>
 #include <thread>
 
 namespace tessera::bench {
@@ -165,6 +171,7 @@ Image without(Image image, const std::vector<bool>& leftOut) {
 struct Method {
     std::string family;
     double distanceVoxels = 0;
+    bool tessera = false;           // then it is known before rounding too
     std::function<double()> draw;   // milliseconds
     std::function<Image()> picture; // of the last draw
     std::vector<double> ms;
@@ -207,10 +214,10 @@ void printTables(const std::vector<Method>& methods, const std::vector<std::stri
         std::printf("| %s | %g | %.0f | %.0f | %.5f | %.3f | %.2f | %.5f | ", m.family.c_str(),
                     m.distanceVoxels, minimum(m.ms), median(m.ms), m.rounded.rms, m.rounded.maxAbs,
                     m.rounded.luvP99, m.rmsWithBorder);
-        if (m.family.starts_with("vtk"))
-            std::printf("n/a |\n");
-        else
+        if (m.tessera)
             std::printf("%.6f |\n", m.asIs.rms);
+        else
+            std::printf("n/a |\n");
     }
     std::printf(
         "\nMinimum ms at equal error (rms of 8-bit pictures), interpolated, not extrapolated:\n\n| rms |");
@@ -221,7 +228,7 @@ void printTables(const std::vector<Method>& methods, const std::vector<std::stri
         std::printf("---|");
     std::vector<double> targets = {0.02, 0.01, 1.0 / 255, 0.002, 0.0015};
     for (const Method& m : methods)
-        if (m.family.starts_with("vtk"))
+        if (!m.tessera)
             targets.push_back(m.rounded.rms);
     std::sort(targets.rbegin(), targets.rend());
     for (const double target : targets) {
@@ -235,65 +242,148 @@ void printTables(const std::vector<Method>& methods, const std::vector<std::stri
     std::printf("\n");
 }
 
-void writeCsv(const std::string& path, const std::vector<Method>& methods, const std::string& tesseraDevice,
-              const std::string& vtkDevice, double loadBefore) {
+struct RunOn {
+    std::string scene, tesseraDevice, vtkDevice;
+    double loadBefore = 0;
+};
+
+/// Errors are those of 8-bit pictures, by which all can be compared; "_float" is before rounding.
+void writeCsv(const std::string& path, const std::vector<Method>& methods, const RunOn& on) {
     std::FILE* file = std::fopen(path.c_str(), "w");
     if (!file)
         throw InputError(path + ": expected a file that can be written");
-    std::fprintf(file,
-                 "renderer,device,distance_voxels,rounds,time_min_ms,time_med_ms,rms_8bit,max_8bit,bias_8bit,"
-                 "luv_mean_8bit,luv_p99_8bit,rms_float,max_float,rms_8bit_with_border,masked_pixels,segments,"
-                 "samples,fetches,"
-                 "load_before,load_after\n");
+    std::fprintf(file, "scene,renderer,distance_voxels,time_min_ms,time_med_ms,rmse,max_abs,dE_uv_p99,"
+                       "rmse_float,max_abs_float,dE_uv_p99_float,bias,dE_uv_mean,rmse_with_border,"
+                       "masked_pixels,rounds,segments,samples,fetches,load_before,load_after,device\n");
     for (const Method& m : methods) {
-        std::string device = m.family.starts_with("vtk") ? vtkDevice : tesseraDevice;
+        std::string device = m.tessera ? on.tesseraDevice : on.vtkDevice;
         std::replace(device.begin(), device.end(), ',', ';');
+        std::fprintf(file, "%s,%s,%g,%.2f,%.2f,%.6f,%.5f,%.4f,", on.scene.c_str(), m.family.c_str(),
+                     m.distanceVoxels, minimum(m.ms), median(m.ms), m.rounded.rms, m.rounded.maxAbs,
+                     m.rounded.luvP99);
+        if (m.tessera)
+            std::fprintf(file, "%.3e,%.3e,%.5f,", m.asIs.rms, m.asIs.maxAbs, m.asIs.luvP99);
+        else
+            std::fprintf(file, "n/a,n/a,n/a,");
         std::fprintf(
-            file,
-            "%s,%s,%g,%zu,%.2f,%.2f,%.6f,%.5f,%.6f,%.4f,%.4f,%.7f,%.6f,%.6f,%zu,%llu,%llu,%llu,%.2f,%.2f\n",
-            m.family.c_str(), device.c_str(), m.distanceVoxels, m.ms.size(), minimum(m.ms), median(m.ms),
-            m.rounded.rms, m.rounded.maxAbs, m.rounded.bias, m.rounded.luvMean, m.rounded.luvP99, m.asIs.rms,
-            m.asIs.maxAbs, m.rmsWithBorder, m.rounded.maskedPixels,
+            file, "%.6f,%.4f,%.6f,%zu,%zu,%llu,%llu,%llu,%.2f,%.2f,%s\n", m.rounded.bias, m.rounded.luvMean,
+            m.rmsWithBorder, m.rounded.maskedPixels, m.ms.size(),
             static_cast<unsigned long long>(m.work.segments), static_cast<unsigned long long>(m.work.samples),
-            static_cast<unsigned long long>(m.work.fetches), loadBefore, loadAverage());
+            static_cast<unsigned long long>(m.work.fetches), on.loadBefore, loadAverage(), device.c_str());
     }
     std::fclose(file);
 }
 
+/// What both programs can draw alike; throws InputError where they cannot.
+Scene comparableScene(std::map<std::string, std::string>& options) {
+    Scene scene;
+    const std::string& file = options["--scene"];
+    if (file.empty()) {
+        ensurePhantomStore(options["--store"], "torso", parseExtent(options["--phantom"], "--phantom"));
+        scene.volumes = {{options["--store"], options["--preset"]}};
+        scene.shading.on = false;
+        scene.imageSize = glm::ivec2(512);
+    } else {
+        scene = loadScene(file);
+        // VTK's normals are differences over two voxels, and 12-bit codes of these in the CPU mapper; a lit
+        // picture would compare these and not the integrals.
+        if (scene.shading.on)
+            throw InputError(file +
+                             ": expected a plain scene (\"shade\": false), because the two do not take "
+                             "normals alike");
+        if (!scene.surfaces.empty())
+            throw InputError(file + ": expected a scene without surfaces, which VTK's mappers do not mix in");
+    }
+    if (!options["--size"].empty())
+        scene.imageSize = glm::ivec2(static_cast<int>(parseNumbers(options["--size"], "--size").at(0)));
+    return scene;
+}
+
+std::vector<Integrator> parseIntegrators(const std::string& text) {
+    std::vector<Integrator> out;
+    std::istringstream names(text);
+    for (std::string name; std::getline(names, name, ',');)
+        out.push_back(parseIntegrator(name, "--integrators"));
+    if (out.empty() || std::count(out.begin(), out.end(), Integrator::automatic))
+        throw InputError("--integrators: expected names of integrators, but for auto");
+    return out;
+}
+
+/// A scene on the device, drawn with any integrator and step.
+class TesseraScene {
+  public:
+    TesseraScene(const Scene& scene, const StoreReader& store, const std::string& device, Budgets& budgets)
+        : scene_(scene), budgets_(budgets), context_(GlDeviceChoice{device}),
+          onDevice_(scene, store, context_, budgets) {}
+
+    const PreparedScene& prepared() const { return onDevice_.prepared(); }
+    std::string device() const { return context_.renderer(); }
+    /// The tables are made beforehand: they are a scene's, not a frame's.
+    Optics optics(Integrator integrator, double stepVoxels) const {
+        const PreparedScene& p = prepared();
+        Optics optics = makeOptics(p.table, p.info(), scene_.shading, scene_.quality.terminationTransmittance,
+                                   integrator);
+        const double voxelMm = std::cbrt(std::abs(glm::determinant(glm::dmat3(p.info().patientFromVoxel))));
+        prepareSeenColours(optics, stepVoxels * voxelMm, 0, 1);
+        return optics;
+    }
+    double draw(const Optics& optics, double stepVoxels, Fetch fetch, bool counting, Image& picture,
+                Work& work) {
+        const PreparedScene& p = prepared();
+        std::uint32_t features = onDevice_.features(fetch) & ~kIntegratorFeatures;
+        features |= integratorFeatures(optics.integrator) | (counting ? kFeatureCounting : 0u);
+        const Occupancy* occupancy = (features & kFeatureSkipping) ? &p.occupancy : nullptr;
+        Strides strides = p.strides();
+        strides.segmentVoxels = stepVoxels;
+        March march(features, rayFrame(p.camera, p.info(), scene_.imageSize, stepVoxels), p.info(), strides,
+                    optics, occupancy, budgets_.gpu);
+        work = {};
+        march.run({&onDevice_.atlas(), nullptr, p.selection.finest()}, MarchSlicing{}, work);
+        const auto reading = Clock::now();
+        picture = march.image();
+        return work.marchMs + msSince(reading);
+    }
+
+  private:
+    Scene scene_;
+    Budgets& budgets_;
+    GlContext context_;
+    SceneOnDevice onDevice_;
+};
+
 void run(int argc, char** argv) {
     auto options = parseOptions(argc, argv,
-                                {{"--store", "build/bench-data/torso-thorax.zarr"},
+                                {{"--scene", ""},
+                                 {"--store", "build/bench-data/torso-thorax.zarr"},
                                  {"--phantom", "512x512x749"},
                                  {"--preset", "bone"},
-                                 {"--size", "512"},
+                                 {"--size", ""},
                                  {"--rounds", "6"},
                                  {"--stride", "4"},
                                  {"--distances", "2,1,0.5,0.25"},
+                                 {"--integrators", "midpoint,linear,pre-integrated,pre-integrated-2d"},
+                                 {"--fetch", "hardware"},
                                  {"--device", "software"},
                                  {"--shifts", "0"},
                                  {"--csv", ""}});
     const auto number = [&](const char* option) {
         return static_cast<int>(std::atof(options[option].c_str()));
     };
-    const glm::ivec2 size(static_cast<int>(parseNumbers(options["--size"], "--size").at(0)));
+    Scene scene = comparableScene(options);
+    const glm::ivec2 size = scene.imageSize;
     const int stride = static_cast<int>(parseNumbers(options["--stride"], "--stride").at(0));
-    ensurePhantomStore(options["--store"], "torso", parseExtent(options["--phantom"], "--phantom"));
+    const std::vector<Integrator> integrators = parseIntegrators(options["--integrators"]);
+    const Fetch fetch = parseFetch(options["--fetch"], "--fetch");
 
     Budgets budgets;
-    const StoreReader store(options["--store"], budgets.ram);
+    const StoreReader store(scene.volumes.at(0).path, budgets.ram);
     const VolumeInfo& info = store.info();
-    Scene scene;
-    scene.volumes = {{options["--store"], options["--preset"]}};
-    scene.shading.on = false;
-    scene.imageSize = size;
+    if (const auto* view = std::get_if<FittedView>(&scene.camera)) // for this size
+        scene.camera = fitCamera(info, view->view, view->projection, size);
 
     GlThread glThread;
-    std::optional<GlContext> context;
-    std::optional<SceneOnDevice> tessera;
-    glThread.run([&] {
-        context.emplace(GlDeviceChoice{options["--device"]});
-        tessera.emplace(scene, store, *context, budgets);
-    });
+    std::optional<TesseraScene> tessera;
+    glThread.run([&] { tessera.emplace(scene, store, options["--device"], budgets); });
     const PreparedScene& p = tessera->prepared();
     if (p.selection.finest() != 0)
         throw Error("the volume does not fit the device at full resolution");
@@ -305,27 +395,33 @@ void run(int argc, char** argv) {
     const glm::dvec3 spacing = info.spacingMm();
     const double voxelMm = std::cbrt(spacing.x * spacing.y * spacing.z);
 
-    const std::vector<std::string> families = {"tessera hardware", "tessera exact", "vtk cpu", "vtk gpu"};
+    std::vector<std::string> families;
+    for (const Integrator integrator : integrators)
+        families.push_back("tessera " + integratorNames()[static_cast<std::size_t>(integrator)] +
+                           (fetch == Fetch::exact ? " exact" : ""));
+    families.insert(families.end(), {"vtk cpu", "vtk gpu"});
     std::vector<Method> methods;
     Image last; // of Tessera
     for (const double d : parseNumbers(options["--distances"], "--distances")) {
-        for (const Fetch fetch : {Fetch::hardware, Fetch::exact}) {
-            const std::uint32_t features = tessera->features(fetch);
+        for (std::size_t i = 0; i < integrators.size(); ++i) {
             Method m;
-            m.family = families[fetch == Fetch::exact ? 1 : 0];
+            m.family = families[i];
             m.distanceVoxels = d;
-            m.draw = [&glThread, &tessera, &last, size, d, features] {
+            m.tessera = true;
+            const auto optics = std::make_shared<const Optics>(tessera->optics(integrators[i], d));
+            m.draw = [&glThread, &tessera, &last, d, fetch, optics] {
                 double ms = 0;
-                glThread.run([&] { ms = tessera->draw(size, d, features, &last).ms; });
+                Work work;
+                glThread.run([&] { ms = tessera->draw(*optics, d, fetch, false, last, work); });
                 return ms;
             };
             m.picture = [&last] { return last; };
-            glThread.run([&] { m.work = tessera->draw(size, d, features | kFeatureCounting, nullptr).work; });
+            glThread.run([&] { tessera->draw(*optics, d, fetch, true, last, m.work); });
             methods.push_back(std::move(m));
         }
         for (VtkRenderer* vtk : {&cpu, &gpu}) {
             Method m;
-            m.family = families[vtk == &cpu ? 2 : 3];
+            m.family = vtk == &cpu ? "vtk cpu" : "vtk gpu";
             m.distanceVoxels = d;
             m.draw = [vtk, d, voxelMm] { return vtk->drawMs(d * voxelMm); };
             m.picture = [vtk] { return vtk->picture(); };
@@ -354,7 +450,12 @@ void run(int argc, char** argv) {
         m.rounded = compare(roundedTo8Bits(m.pixels), truth);
     }
 
-    const double load = loadAverage();
+    RunOn on;
+    on.scene = options["--scene"].empty() ? "torso-" + options["--preset"]
+                                          : std::filesystem::path(options["--scene"]).stem().string();
+    on.tesseraDevice = tessera->device();
+    on.vtkDevice = gpu.device();
+    on.loadBefore = loadAverage();
     for (int round = 0; round < number("--rounds"); ++round)
         for (std::size_t i = 0; i < methods.size(); ++i) {
             Method& m = methods[round % 2 ? methods.size() - 1 - i : i];
@@ -363,17 +464,17 @@ void run(int argc, char** argv) {
 
     std::printf(
         "volume %dx%dx%d, spacing %.4g x %.4g x %.4g mm, one voxel of distance = %.4g mm\n"
-        "picture %dx%d, preset %s, plain; errors on every %d. pixel of every %d. row: %zu pixels, %zu not "
+        "picture %dx%d, scene %s; errors on every %d. pixel of every %d. row: %zu pixels, %zu not "
         "black\nTessera on %s; VTK %s on %s\n%d rounds after one of warming up; load %.1f before, %.1f "
         "after; "
         "reference %.0f ms\n",
         info.extentVoxels.x, info.extentVoxels.y, info.extentVoxels.z, spacing.x, spacing.y, spacing.z,
-        voxelMm, size.x, size.y, options["--preset"].c_str(), stride, stride, truth.pixels.size(),
-        methods.front().rounded.maskedPixels, context->renderer().c_str(), VtkRenderer::version().c_str(),
-        gpu.device().c_str(), number("--rounds"), load, loadAverage(), referenceMs);
+        voxelMm, size.x, size.y, on.scene.c_str(), stride, stride, truth.pixels.size(),
+        methods.front().rounded.maskedPixels, on.tesseraDevice.c_str(), VtkRenderer::version().c_str(),
+        on.vtkDevice.c_str(), number("--rounds"), on.loadBefore, loadAverage(), referenceMs);
     printTables(methods, families);
     if (!options["--csv"].empty())
-        writeCsv(options["--csv"], methods, context->renderer(), gpu.device(), load);
+        writeCsv(options["--csv"], methods, on);
 
     if (number("--shifts")) {
         std::printf("\nrms against a reference whose rays are moved, pixels right and down:\n\n| moved |");
@@ -399,10 +500,7 @@ void run(int argc, char** argv) {
         }
         std::printf("\n");
     }
-    glThread.run([&] {
-        tessera.reset();
-        context.reset();
-    });
+    glThread.run([&] { tessera.reset(); });
 }
 
 } // namespace

@@ -7,6 +7,7 @@
 #include <vtkCamera.h>
 #include <vtkColorTransferFunction.h>
 #include <vtkFixedPointVolumeRayCastMapper.h>
+#include <vtkFloatArray.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkOpenGLGPUVolumeRayCastMapper.h>
@@ -16,7 +17,9 @@
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkShortArray.h>
+#include <vtkSmartPointer.h>
 #include <vtkUnsignedCharArray.h>
+#include <vtkUnsignedShortArray.h>
 #include <vtkVersion.h>
 #include <vtkVolume.h>
 #include <vtkVolumeProperty.h>
@@ -39,20 +42,55 @@ struct VtkRenderer::State {
 
 namespace {
 
+template <typename Array> vtkSmartPointer<vtkDataArray> wrapped(std::span<const std::byte> voxels) {
+    using Value = typename Array::ValueType;
+    auto array = vtkSmartPointer<Array>::New();
+    // VTK's arrays are not const; it only reads them.
+    auto* values = const_cast<Value*>(reinterpret_cast<const Value*>(voxels.data()));
+    array->SetArray(values, static_cast<vtkIdType>(voxels.size() / sizeof(Value)), 1);
+    return array;
+}
+
 /// Voxels without a copy; VTK's points are voxel centres.
 void setVoxels(vtkImageData& image, const VolumeInfo& info, std::span<const std::byte> voxels) {
-    TESSERA_CHECK(info.type == ValueType::i16);
     const glm::dvec3 spacing = info.spacingMm(), origin = firstVoxelCentreMm(info);
-    for (int axis = 0; axis < 3; ++axis)
-        TESSERA_CHECK(info.patientFromVoxel[axis][axis] == spacing[axis]); // along the patient's axes
+    for (int axis = 0; axis < 3; ++axis) // a cosine of a millionth moves a voxel at the far end by none
+        if (!(info.patientFromVoxel[axis][axis] > (1 - 1e-12) * spacing[axis]))
+            throw InputError(
+                "the volume: expected axes along the patient's, which both mappers of VTK can draw");
     image.SetDimensions(info.extentVoxels.x, info.extentVoxels.y, info.extentVoxels.z);
     image.SetSpacing(spacing.x, spacing.y, spacing.z);
     image.SetOrigin(origin.x, origin.y, origin.z);
-    vtkNew<vtkShortArray> scalars;
-    // VTK's arrays are not const; it only reads them.
-    auto* values = const_cast<short*>(reinterpret_cast<const short*>(voxels.data()));
-    scalars->SetArray(values, static_cast<vtkIdType>(voxels.size() / 2), 1);
+    vtkSmartPointer<vtkDataArray> scalars;
+    switch (info.type) {
+    case ValueType::u8:
+        scalars = wrapped<vtkUnsignedCharArray>(voxels);
+        break;
+    case ValueType::i16:
+        scalars = wrapped<vtkShortArray>(voxels);
+        break;
+    case ValueType::u16:
+        scalars = wrapped<vtkUnsignedShortArray>(voxels);
+        break;
+    case ValueType::f32:
+        scalars = wrapped<vtkFloatArray>(voxels);
+        break;
+    }
     image.GetPointData()->SetScalars(scalars);
+}
+
+/// Calls add(value, point) for each point, in stored values, ascending. VTK knows one point a value: the left
+/// one of a step goes a little to the left, by less than the tables of both mappers tell apart.
+template <typename Point, typename Add>
+void addPoints(const std::vector<Point>& points, const VolumeInfo& info, const Add& add) {
+    if (points.empty())
+        return;
+    const double range = points.back().value - points.front().value;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const bool left = i + 1 < points.size() && points[i + 1].value == points[i].value;
+        const double value = left ? points[i].value - 1e-7 * (range > 0 ? range : 1) : points[i].value;
+        add((value - info.rescaleIntercept) / info.rescaleSlope, points[i]);
+    }
 }
 
 } // namespace
@@ -65,11 +103,13 @@ VtkRenderer::VtkRenderer(VtkMapper mapper, const VolumeInfo& info, std::span<con
     setVoxels(*s.image, info, voxels);
     // The same points, in stored values: VTK too is linear between them, in opacity per unit distance and in
     // RGB.
-    const auto stored = [&](double value) { return (value - info.rescaleIntercept) / info.rescaleSlope; };
-    for (const OpacityPoint& point : function.opacityPoints())
-        s.opacity->AddPoint(stored(point.value), point.opacity);
-    for (const ColourPoint& point : function.colourPoints())
-        s.colour->AddRGBPoint(stored(point.value), point.colour.r, point.colour.g, point.colour.b);
+    addPoints(function.opacityPoints(), info,
+              [&](double value, const OpacityPoint& point) { s.opacity->AddPoint(value, point.opacity); });
+    addPoints(function.colourPoints(), info, [&](double value, const ColourPoint& point) {
+        s.colour->AddRGBPoint(value, point.colour.r, point.colour.g, point.colour.b);
+    });
+    if (function.colourPoints().empty())
+        s.colour->AddRGBPoint(0, 1, 1, 1);
     s.property->SetColor(s.colour);
     s.property->SetScalarOpacity(s.opacity);
     s.property->SetScalarOpacityUnitDistance(function.referenceLengthMm());

@@ -20,8 +20,8 @@ enum class VtkMapper { cpu, gpu }; // vtkFixedPointVolumeRayCastMapper, vtkOpenG
 
 class VtkRenderer {
   public:
-    /// @param voxels  all voxels of level 0, stored int16, [z][y][x]; not copied, outlives this
-    /// @param info    axes along the patient's (no rotation), int16
+    /// @param voxels  all voxels of level 0 as stored, [z][y][x]; not copied, outlives this
+    /// Throws InputError for a volume whose axes are not along the patient's.
     VtkRenderer(VtkMapper mapper, const VolumeInfo& info, std::span<const std::byte> voxels,
                 const TransferFunction& function, const Camera& camera, const glm::ivec2& size);
     ~VtkRenderer();
