@@ -28,11 +28,12 @@ double exactColour(double x) {
 /// The slab as the integrators read it: a table of two entries, values from one to the other along the ray;
 /// the slab is one millimetre long.
 Optics slab(double depth, Integrator integrator) {
-    Optics o;
     const float extinction = static_cast<float>(depth);
-    o.table = {glm::vec4(glm::vec3(kFirst), extinction), glm::vec4(glm::vec3(kLast), extinction)};
-    o.scale = 1; // places stand for stored values
-    setIntegrator(o, integrator);
+    TransferTable table;
+    table.firstValue = 0;
+    table.entriesPerValue = 1;
+    table.entries = {glm::vec4(glm::vec3(kFirst), extinction), glm::vec4(glm::vec3(kLast), extinction)};
+    Optics o = makeOptics(table, VolumeInfo{}, Shading{.on = false}, 0, integrator);
     prepareSeenColours(o, 1.0 / kStiffSegments, 0, 1);
     return o;
 }
@@ -41,13 +42,14 @@ template <typename Real> double relativeError(const Optics& o) {
     const Real length = Real(1) / Real(kStiffSegments);
     Real colour = 0, alpha = 0;
     for (int i = 0; i < kStiffSegments; ++i) {
-        const Real middle = (static_cast<Real>(i) + Real(0.5)) * length;
-        const auto front = endOf(o, static_cast<Real>(i) * length);
-        const auto back = endOf(o, needsEnds(o.integrator) ? static_cast<Real>(i + 1) * length : middle);
-        const Real depth = segmentExtinction(o, front, back) * length, opacity = opacityOf(depth);
+        Real front = static_cast<Real>(i) * length, back = static_cast<Real>(i + 1) * length;
+        if (!needsEnds(o.integrator))
+            front = back = Real(0.5) * (front + back);
+        const auto from = endOf(o, front), to = endOf(o, back);
+        const Real depth = segmentExtinction(o, from, to) * length, opacity = opacityOf(depth);
         const Real weight = (Real(1) - alpha) * opacity;
         alpha += weight;
-        colour += weight * segmentColour(o, front, back, depth, opacity, 1).r;
+        colour += weight * segmentColour(o, from, to, depth, opacity, 1).r;
     }
     const double exact = exactColour(static_cast<double>(o.table.front().a));
     return std::abs(static_cast<double>(colour) - exact) / exact;
