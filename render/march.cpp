@@ -19,9 +19,13 @@ struct GpuWork { // layout of the Work buffer in march.comp
 };
 static_assert(sizeof(GpuWork) == 28);
 
-std::uint32_t withIntegrator(std::uint32_t features, const Optics& optics) {
-    features &= ~kIntegratorFeatures;
-    return (features & kFeatureVisibility) ? features : features | integratorFeatures(optics.integrator);
+/// With what follows from the optics.
+std::uint32_t withOptics(std::uint32_t features, const Optics& optics) {
+    features &= ~(kIntegratorFeatures | kFeatureSurfaces);
+    if (features & kFeatureVisibility)
+        return features; // light by the midpoint rule, and no isosurfaces
+    return features | integratorFeatures(optics.integrator) |
+           (optics.surfaces.empty() ? 0u : std::uint32_t{kFeatureSurfaces});
 }
 
 } // namespace
@@ -50,7 +54,7 @@ void setRayUniforms(const GlProgram& program, const RayFrame<double>& frame) {
 
 March::March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
              const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu)
-    : size_(glm::ivec2(frame.imageSize)), features_(withIntegrator(features, optics)), info_(info), gpu_(gpu),
+    : size_(glm::ivec2(frame.imageSize)), features_(withOptics(features, optics)), info_(info), gpu_(gpu),
       program_("march.comp", featureDefines(features_)), occupancy_(occupancy) {
     TESSERA_CHECK((occupancy != nullptr) == ((features & kFeatureSkipping) != 0));
     const std::size_t pixels = static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y);
@@ -71,12 +75,14 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
                                 "the map of empty space");
         setSkippingUniforms(program_, *occupancy);
     }
+    if (features_ & kFeatureHits)
+        hits_ = GlBuffer(sizeof(SurfaceHit) * pixels, {}, gpu, "what rays hit first");
     setFunction(optics);
     restart(frame, strides, occupancy);
 }
 
 void March::setFunction(const Optics& optics) {
-    if (const std::uint32_t features = withIntegrator(features_, optics); features != features_) {
+    if (const std::uint32_t features = withOptics(features_, optics); features != features_) {
         features_ = features;
         program_ = GlProgram("march.comp", featureDefines(features_));
         compiled_ = false;
@@ -99,6 +105,14 @@ void March::setFunction(const Optics& optics) {
     program_.set("uSumsStart", static_cast<int>(optics.bins.size()));
     program_.set("uSeenEdge", SeenColours::kEdge);
     program_.set("uSeenFirstLayer", optics.seen.firstLayer());
+    program_.set("uSurfaces", static_cast<int>(optics.surfaces.size()));
+    program_.set("uVolumeShows", optics.volumeShows ? 1 : 0);
+    for (std::size_t i = 0; i < optics.surfaces.size(); ++i) {
+        const auto element = [&](const char* array) { return array + ("[" + std::to_string(i) + "]"); };
+        program_.set(element("uIsovalues").c_str(), optics.surfaces[i].isovalue);
+        program_.set(element("uSurfaceColours").c_str(), optics.surfaces[i].colour);
+        program_.set(element("uSurfaceOpacities").c_str(), optics.surfaces[i].opacity);
+    }
     program_.set("uTableScale", optics.scale);
     program_.set("uTableOffset", optics.offset);
     program_.set("uTableLast", static_cast<int>(optics.table.size()) - 1);
@@ -123,11 +137,28 @@ void March::restart(const RayFrame<double>& frame, const Strides& strides, const
     program_.set("uNaive", strides.sampling == Sampling::naive ? 1 : 0);
     colour_.clear();
     next_.clear();
+    if (features_ & kFeatureHits)
+        hits_.clear();
     if (features_ & kFeatureVisibility) {
         seen_.clear();
         lastBrick_.fill(UINT32_MAX);
     }
     tile_ = glm::ivec2(0);
+}
+
+void March::setNearSurfaces(const Occupancy& nearSurfaces) {
+    TESSERA_CHECK(occupancy_ && nearSurfaces.grid() == occupancy_->grid());
+    if (nearSurfaces_.bytes() == 0)
+        nearSurfaces_ = GlTexture3d(GL_RG32UI, nearSurfaces.grid(), sizeof(SkippingTexel), GL_NEAREST, gpu_,
+                                    "the map of isosurfaces");
+    uploadSkipping(nearSurfaces_, nearSurfaces, {0, nearSurfaces.grid().z});
+}
+
+std::vector<SurfaceHit> March::hits() const {
+    static_assert(sizeof(SurfaceHit) == 2 * sizeof(glm::vec4), "two vec4 in march.comp");
+    std::vector<SurfaceHit> hits(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y));
+    hits_.read(0, std::as_writable_bytes(std::span(hits)));
+    return hits;
 }
 
 std::vector<SeenBrick> March::seen() const {
@@ -146,8 +177,13 @@ std::vector<std::uint32_t> March::takeWanted() {
 bool March::runUntil(const FieldSource& source, const MarchSlicing& slicing, Clock::time_point deadline,
                      Work& work) {
     bindField(program_, features_, info_, source);
-    if (features_ & kFeatureSkipping)
+    if (features_ & kFeatureSkipping) {
         skipping_.bind(kSkippingUnit);
+        (nearSurfaces_.bytes() > 0 ? nearSurfaces_ : skipping_).bind(kNearSurfacesUnit);
+        program_.set("uNearSurfaces", static_cast<int>(kNearSurfacesUnit));
+    }
+    if (features_ & kFeatureHits)
+        hits_.bind(5);
     table_.bind(0);
     colour_.bind(1);
     next_.bind(2);
