@@ -104,10 +104,66 @@ bool TransferTable::emptyOver(double lowest, double highest) const {
     return nonZeroUpTo[final] == (first == 0 ? 0 : nonZeroUpTo[first - 1]);
 }
 
-TransferTable makeTable(const TransferFunction& function) {
-    constexpr std::size_t kMinEntries = 256;
+bool TransferTable::isTransparent() const {
+    return std::all_of(entries.begin(), entries.end(), [](const glm::vec4& e) { return e.a == 0; });
+}
+
+namespace {
+/// Entries that are an isosurface's value or lie beside it.
+std::vector<std::uint8_t> besideSurfaces(const TransferTable& table) {
+    std::vector<std::uint8_t> marks(table.entries.size());
+    const double last = static_cast<double>(marks.size() - 1);
+    for (const double value : table.isovalues) {
+        const double place =
+            (value - static_cast<double>(table.firstValue)) * static_cast<double>(table.entriesPerValue);
+        marks[static_cast<std::size_t>(std::clamp(std::floor(place), 0.0, last))] = 1;
+        marks[static_cast<std::size_t>(std::clamp(std::ceil(place), 0.0, last))] = 1;
+    }
+    return marks;
+}
+void countShown(TransferTable& table) {
+    const std::vector<std::uint8_t> marks = besideSurfaces(table);
+    table.nonZeroUpTo.resize(marks.size());
+    int shown = 0;
+    for (std::size_t i = 0; i < marks.size(); ++i)
+        table.nonZeroUpTo[i] = shown += table.entries[i].a != 0 || marks[i] != 0 ? 1 : 0;
+}
+} // namespace
+
+TransferTable TransferTable::ofSurfaces() const {
+    TransferTable table = *this;
+    const std::vector<std::uint8_t> marks = besideSurfaces(*this);
+    for (std::size_t i = 0; i < marks.size(); ++i)
+        table.entries[i].a = marks[i];
+    countShown(table);
+    return table;
+}
+
+TransferTable TransferTable::withSurfacesAsStep(double extinction) const {
+    TransferTable table = *this;
+    const double first =
+        (isovalues.front() - static_cast<double>(firstValue)) * static_cast<double>(entriesPerValue);
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        glm::vec4& e = table.entries[i];
+        if (static_cast<double>(i) < first)
+            continue;
+        if (e.a == 0)
+            e = glm::vec4(1, 1, 1, 0);
+        e.a = std::max(e.a, static_cast<float>(extinction));
+    }
+    countShown(table);
+    return table;
+}
+
+TransferTable makeTable(const TransferFunction& function, std::vector<double> isovalues) {
+    const std::size_t kMinEntries = isovalues.empty() ? 256 : 4096;
+    std::sort(isovalues.begin(), isovalues.end());
     const std::vector<double>& kinks = function.kinks();
     double first = kinks.empty() ? 0 : kinks.front(), last = kinks.empty() ? 1 : kinks.back();
+    if (!isovalues.empty()) {
+        first = kinks.empty() ? isovalues.front() : std::min(first, isovalues.front());
+        last = kinks.empty() ? isovalues.back() : std::max(last, isovalues.back());
+    }
     // Readers have scale and offset in float: a narrower table would make the one infinite or cancel the
     // other. One value, a constant or one step with both sides to show, gets room as well.
     const double least =
@@ -126,12 +182,10 @@ TransferTable makeTable(const TransferFunction& function) {
 
     TransferTable table;
     table.entries.resize(size);
-    table.nonZeroUpTo.resize(size);
     const double pitch = (last - first) / static_cast<double>(size - 1);
     table.firstValue = static_cast<float>(first);
     table.entriesPerValue = static_cast<float>(1 / pitch);
     double highest = 0;
-    int nonZero = 0;
     for (std::size_t i = 0; i < size; ++i) {
         // The first entry is the limit from the left: a step at the very first point is seen from both sides
         // only if values below it read what lies below.
@@ -140,9 +194,9 @@ TransferTable makeTable(const TransferFunction& function) {
         const double extinction = function.extinction(value);
         table.entries[i] = glm::vec4(glm::vec3(function.colour(value)), static_cast<float>(extinction));
         highest = std::max(highest, extinction);
-        nonZero += table.entries[i].a != 0 ? 1 : 0;
-        table.nonZeroUpTo[i] = nonZero;
     }
+    table.isovalues = std::move(isovalues);
+    countShown(table);
     // Own error: four probes a bin, away from steps (bins that a duplicate point falls into or beside).
     std::vector<double> steps;
     const auto& points = function.opacityPoints();

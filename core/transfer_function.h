@@ -61,16 +61,31 @@ struct TransferTable {
     /// Largest |extinction of table - of points| / largest extinction, over a fine sweep without the
     /// neighbourhood (one table bin) of steps, which no table of finite size can follow.
     double relativeError = 0;
-    /// Entries up to and including i whose extinction is not 0; for emptyOver().
+    /// Values of isosurfaces, ascending, physical units.
+    std::vector<double> isovalues;
+    /// Entries up to and including i that show something: their extinction is not 0, or an isosurface's value
+    /// is theirs or lies beside them; for emptyOver().
     std::vector<int> nonZeroUpTo;
 
     static constexpr int kMaxEntries = 65536; // 1 MiB: one entry per HU over the whole 16-bit range
-    /// True when the table's extinction is exactly 0 everywhere on [lowest, highest] (physical units);
-    /// conservative by one entry on both sides, so that float rounding of an index cannot matter.
+    /// True when the table's extinction is exactly 0 everywhere on [lowest, highest] (physical units), and no
+    /// isosurface's value lies there; conservative by one entry on both sides, so that float rounding of an
+    /// index cannot matter.
     bool emptyOver(double lowest, double highest) const;
+    bool shows(std::size_t entry) const {
+        return nonZeroUpTo[entry] != (entry == 0 ? 0 : nonZeroUpTo[entry - 1]);
+    }
+    /// No entry has an extinction.
+    bool isTransparent() const;
+    /// What the isosurfaces alone show: entries beside their values have an extinction of 1, all others none.
+    TransferTable ofSurfaces() const;
+    /// For judging levels: from the lowest isosurface's value on, entries have at least this extinction
+    /// (1/mm), white where they had none.
+    TransferTable withSurfacesAsStep(double extinction) const;
 };
 
-/// Size follows the sharpest feature: at least 8 entries between the two closest points, a power of two.
-TransferTable makeTable(const TransferFunction& function);
+/// Size follows the sharpest feature: at least 8 entries between the two closest points, a power of two; with
+/// isosurfaces, whose values the table then covers, at least 4096.
+TransferTable makeTable(const TransferFunction& function, std::vector<double> isovalues = {});
 
 } // namespace tessera

@@ -75,7 +75,8 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
         chosen.atlasPages = std::min(std::max<std::size_t>(1, wanted), pages);
         const std::size_t least = std::max<std::size_t>(
             1, std::min(wanted, neighbourhoodPages(scene.shading.on,
-                                                   scene.quality.integrator != Integrator::midpoint)));
+                                                   scene.quality.integrator != Integrator::midpoint ||
+                                                       !scene.surfaces.empty())));
         if (chosen.atlasPages < least)
             throw belowFloor(gpu, gpuFixed + atlasBytes(least, info.type, limits),
                              "picture, tables and the bricks around one sample");

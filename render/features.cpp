@@ -22,6 +22,8 @@ const std::vector<FeatureName>& featureNames() {
         {kFeatureForwardGradient, "FEATURE_FORWARD_GRADIENT", "gradients by forward differences"},
         {kFeatureSobelGradient, "FEATURE_SOBEL_GRADIENT", "gradients by smoothed differences (Sobel)"},
         {kFeatureAnalyticGradient, "FEATURE_ANALYTIC_GRADIENT", "gradients of the interpolation itself"},
+        {kFeatureSurfaces, "FEATURE_SURFACES", "isosurfaces"},
+        {kFeatureHits, "FEATURE_HITS", "what rays hit first"},
     };
     return names;
 }

@@ -31,8 +31,10 @@ enum Feature : std::uint32_t {
     kFeatureForwardGradient = 1u << 14,
     kFeatureSobelGradient = 1u << 15,
     kFeatureAnalyticGradient = 1u << 16,
+    kFeatureSurfaces = 1u << 17, // isosurfaces. March sets it itself, by its optics.
+    kFeatureHits = 1u << 18,     // with these, where rays first meet one
 };
-constexpr std::uint32_t kAllFeatures = (1u << 17) - 1;
+constexpr std::uint32_t kAllFeatures = (1u << 19) - 1;
 constexpr std::uint32_t kIntegratorFeatures = kFeatureLinear | kFeaturePreintegrated | kFeatureSeenColours;
 
 /// Of an integrator that is not automatic.

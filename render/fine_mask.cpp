@@ -25,7 +25,7 @@ std::vector<int> zeroRuns(const TransferTable& table) {
     std::vector<int> runs(table.entries.size());
     int end = static_cast<int>(runs.size());
     for (int i = end - 1; i >= 0; --i) {
-        const auto shows = [&](int entry) { return table.entries[static_cast<std::size_t>(entry)].a != 0; };
+        const auto shows = [&](int entry) { return table.shows(static_cast<std::size_t>(entry)); };
         if (i + 1 < static_cast<int>(runs.size()) && shows(i) != shows(i + 1))
             end = i + 1;
         runs[static_cast<std::size_t>(i)] = shows(i) ? end : -end;

@@ -42,8 +42,10 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};
     // Of any function: the march's table, bins and sums, and the table of what is seen.
     const std::size_t tables = 5 * TransferTable::kMaxEntries * sizeof(glm::vec4);
-    const std::size_t fixed = p_.reserveGpu(limits, ram, gpu) + tables +
-                              VisibilityPass::bytes(scene.imageSize, brickGrid(p_.info().extentVoxels));
+    const std::size_t reserved = p_.reserveGpu(limits, ram, gpu);
+    p_.mapsNearSurfaces = false; // levels change too often
+    const std::size_t fixed =
+        reserved + tables + VisibilityPass::bytes(scene.imageSize, brickGrid(p_.info().extentVoxels));
     pages_ = pagesThatFit(gpu.freeBytes() - std::min(gpu.freeBytes(), fixed), p_.info().type, limits);
     if (pages_ == 0)
         throw InputError(gpu.option() + ": this scene needs at least " +

@@ -19,9 +19,13 @@ struct GpuWork { // layout of the Work buffer in march.comp
 };
 static_assert(sizeof(GpuWork) == 28);
 
-std::uint32_t withIntegrator(std::uint32_t features, const Optics& optics) {
-    features &= ~kIntegratorFeatures;
-    return (features & kFeatureVisibility) ? features : features | integratorFeatures(optics.integrator);
+/// With what follows from the optics.
+std::uint32_t withOptics(std::uint32_t features, const Optics& optics) {
+    features &= ~(kIntegratorFeatures | kFeatureSurfaces);
+    if (features & kFeatureVisibility)
+        return features; // light by the midpoint rule, and no isosurfaces
+    return features | integratorFeatures(optics.integrator) |
+           (optics.surfaces.empty() ? 0u : std::uint32_t{kFeatureSurfaces});
 }
 
 } // namespace
@@ -50,7 +54,7 @@ void setRayUniforms(const GlProgram& program, const RayFrame<double>& frame) {
 
 March::March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
              const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu)
-    : size_(glm::ivec2(frame.imageSize)), features_(withIntegrator(features, optics)), info_(info), gpu_(gpu),
+    : size_(glm::ivec2(frame.imageSize)), features_(withOptics(features, optics)), info_(info), gpu_(gpu),
       program_("march.comp", featureDefines(features_)), occupancy_(occupancy) {
     TESSERA_CHECK((occupancy != nullptr) == ((features & kFeatureSkipping) != 0));
     const glm::ivec3 bricks = brickGrid(info.extentVoxels);
@@ -60,9 +64,8 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
         wanted_ = GlBuffer(wantedBytes(bricks), {}, gpu, "the bricks that rays wait for");
         takeWanted();
     }
-    if (features & kFeatureVisibility) {
+    if (features & kFeatureVisibility)
         seen_ = GlBuffer(sizeof(SeenBrick) * cellCount(bricks), {}, gpu, "what is seen of bricks");
-    }
     if (occupancy) {
         skipping_ = GlTexture3d(GL_RG32UI, occupancy->grid(), sizeof(SkippingTexel), GL_NEAREST, gpu,
                                 "the map of empty space");
@@ -77,10 +80,13 @@ void March::allocateState() {
     colour_ = {}; // first, so that two are never charged
     next_ = {};
     lastBrick_ = {};
+    hits_ = {};
     colour_ = GlBuffer(16 * pixels, {}, gpu_, "the picture");
     next_ = GlBuffer(4 * pixels, {}, gpu_, "the rays' state");
     if (features_ & kFeatureVisibility)
         lastBrick_ = GlBuffer(4 * pixels, {}, gpu_, "what is seen of bricks");
+    if (features_ & kFeatureHits)
+        hits_ = GlBuffer(sizeof(SurfaceHit) * pixels, {}, gpu_, "what rays hit first");
 }
 
 void March::setFunction(const Optics& optics) {
@@ -88,9 +94,9 @@ void March::setFunction(const Optics& optics) {
 }
 
 void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
-    if (const std::uint32_t features = withIntegrator(wanted, optics); features != features_) {
-        TESSERA_CHECK(((features ^ features_) & (kFeatureSkipping | kFeaturePasses | kFeatureVisibility)) ==
-                      0);
+    if (const std::uint32_t features = withOptics(wanted, optics); features != features_) {
+        TESSERA_CHECK(((features ^ features_) &
+                       (kFeatureSkipping | kFeaturePasses | kFeatureVisibility | kFeatureHits)) == 0);
         features_ = features;
         program_ = GlProgram("march.comp", featureDefines(features_));
         compiled_ = false;
@@ -113,6 +119,14 @@ void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
     program_.set("uSumsStart", static_cast<int>(optics.bins.size()));
     program_.set("uSeenEdge", SeenColours::kEdge);
     program_.set("uSeenFirstLayer", optics.seen.firstLayer());
+    program_.set("uSurfaces", static_cast<int>(optics.surfaces.size()));
+    program_.set("uVolumeShows", optics.volumeShows ? 1 : 0);
+    for (std::size_t i = 0; i < optics.surfaces.size(); ++i) {
+        const auto element = [&](const char* array) { return array + ("[" + std::to_string(i) + "]"); };
+        program_.set(element("uIsovalues").c_str(), optics.surfaces[i].isovalue);
+        program_.set(element("uSurfaceColours").c_str(), optics.surfaces[i].colour);
+        program_.set(element("uSurfaceOpacities").c_str(), optics.surfaces[i].opacity);
+    }
     program_.set("uTableScale", optics.scale);
     program_.set("uTableOffset", optics.offset);
     program_.set("uTableLast", static_cast<int>(optics.table.size()) - 1);
@@ -140,11 +154,28 @@ void March::restart(const RayFrame<double>& frame, const Strides& strides, const
     program_.set("uNaive", strides.sampling == Sampling::naive ? 1 : 0);
     colour_.clear();
     next_.clear();
+    if (features_ & kFeatureHits)
+        hits_.clear();
     if (features_ & kFeatureVisibility) {
         seen_.clear();
         lastBrick_.fill(UINT32_MAX);
     }
     tile_ = glm::ivec2(0);
+}
+
+void March::setNearSurfaces(const Occupancy& nearSurfaces) {
+    TESSERA_CHECK(occupancy_ && nearSurfaces.grid() == occupancy_->grid());
+    if (nearSurfaces_.bytes() == 0)
+        nearSurfaces_ = GlTexture3d(GL_RG32UI, nearSurfaces.grid(), sizeof(SkippingTexel), GL_NEAREST, gpu_,
+                                    "the map of isosurfaces");
+    uploadSkipping(nearSurfaces_, nearSurfaces, {0, nearSurfaces.grid().z});
+}
+
+std::vector<SurfaceHit> March::hits() const {
+    static_assert(sizeof(SurfaceHit) == 2 * sizeof(glm::vec4), "two vec4 in march.comp");
+    std::vector<SurfaceHit> hits(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y));
+    hits_.read(0, std::as_writable_bytes(std::span(hits)));
+    return hits;
 }
 
 std::vector<SeenBrick> March::seen() const {
@@ -163,8 +194,13 @@ std::vector<std::uint32_t> March::takeWanted() {
 bool March::runUntil(const FieldSource& source, const MarchSlicing& slicing, Clock::time_point deadline,
                      Work& work) {
     bindField(program_, features_, info_, source);
-    if (features_ & kFeatureSkipping)
+    if (features_ & kFeatureSkipping) {
         skipping_.bind(kSkippingUnit);
+        (nearSurfaces_.bytes() > 0 ? nearSurfaces_ : skipping_).bind(kNearSurfacesUnit);
+        program_.set("uNearSurfaces", static_cast<int>(kNearSurfacesUnit));
+    }
+    if (features_ & kFeatureHits)
+        hits_.bind(5);
     table_.bind(0);
     colour_.bind(1);
     next_.bind(2);

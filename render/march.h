@@ -11,6 +11,7 @@
 #include "render/gl/context.h"
 #include "render/gl/objects.h"
 #include "render/gl/program.h"
+#include "render/mirror_input.h" // SurfaceHit
 #include "render/occupancy.h"
 #include "render/optics.h"
 #include "render/pace.h"
@@ -37,6 +38,7 @@ class March {
   public:
     using Clock = std::chrono::steady_clock;
     /// Compiles the program and allocates table, map of empty space and ray state on the GPU ledger.
+    /// Integrator and isosurfaces are those of optics, whatever features say.
     /// occupancy is needed exactly when features has kFeatureSkipping; it and info must outlive this.
     March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
           const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu);
@@ -63,6 +65,12 @@ class March {
     std::vector<std::uint32_t> takeWanted();
     /// The map of empty space on the device; with kFeatureSkipping only.
     const GlTexture3d& skippingMap() const { return skipping_; }
+    /// With isosurfaces: what they alone show (PreparedScene::nearSurfaces), so that rays solve for them only
+    /// near them. Before run(), and again where it changed; without it rays do wherever anything shows.
+    void setNearSurfaces(const Occupancy& nearSurfaces);
+    const GlTexture3d& nearSurfacesMap() const { return nearSurfaces_; }
+    /// kFeatureHits: of every ray, row by row.
+    std::vector<SurfaceHit> hits() const;
     /// kFeatureSubBlocks: to be called before run(); sub-blocks of the same map, which outlive this.
     void useSubBlocks(const SubBlocks& subBlocks) { subBlocks_ = &subBlocks; }
     /// The picture; charged by the caller.
@@ -91,8 +99,8 @@ class March {
     Pace pace_;
     GlProgram program_;
     const Occupancy* occupancy_ = nullptr; // that this was made with
-    GlBuffer table_, sums_, colour_, next_, work_, wanted_, seen_, lastBrick_;
-    GlTexture3d skipping_;
+    GlBuffer table_, sums_, colour_, next_, work_, wanted_, seen_, lastBrick_, hits_;
+    GlTexture3d skipping_, nearSurfaces_;
     std::uint64_t skippingVersion_ = 0; // of the occupancy that the texture holds; 0: none
     const SubBlocks* subBlocks_ = nullptr;
 };

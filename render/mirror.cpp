@@ -16,6 +16,7 @@ template <typename Real> struct UniformField {
     Real samplesPerVoxel;
     Gradient kind;
     Real value(const glm::vec<3, Real>& p) { return fieldValue(samples, p, samplesPerVoxel); }
+    Real pitch(const glm::vec<3, Real>&) const { return Real(1) / samplesPerVoxel; }
     glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) {
         return fieldGradient(samples, p, samplesPerVoxel, kind);
     }
@@ -25,6 +26,13 @@ template <typename Real> struct MixedField {
     MixedReader& samples;
     Gradient kind;
     Real value(const glm::vec<3, Real>& p) { return interblockValue(samples, p); }
+    /// Of the brick that p lies in.
+    Real pitch(const glm::vec<3, Real>& p) {
+        const LevelMap& map = samples.map();
+        const auto place = cornerPlace(p, glm::vec<3, Real>(map.extentVoxels), map.bricks);
+        const std::uint32_t code = map.at(place.corner).code(place.home);
+        return static_cast<Real>(1 << (code == BrickCorner::kEmpty ? map.finest : code));
+    }
     glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) { return interblockGradient(samples, p, kind); }
 };
 
@@ -86,6 +94,20 @@ std::vector<glm::vec<4, Real>> mirrorRays(const MirrorInput& input, std::size_t 
     return out;
 }
 
+template <typename Real>
+std::vector<SurfaceHit> mirrorHits(const MirrorInput& input, std::size_t rayCount,
+                                   const RaySource<Real>& rays, int threads) {
+    std::vector<SurfaceHit> hits(rayCount);
+    parallelFor((rayCount + kStrip - 1) / kStrip, threads, [&](std::size_t strip) {
+        Work unused;
+        withField<Real>(input, [&](auto& field) {
+            for (std::size_t i = strip * kStrip; i < std::min(rayCount, (strip + 1) * kStrip); ++i)
+                mirrorRay(rays(i), field, input, unused, &hits[i]);
+        });
+    });
+    return hits;
+}
+
 std::vector<SeenBrick> mirrorSeen(const MirrorInput& input, std::size_t rayCount,
                                   const RaySource<float>& rays, int threads) {
     std::vector<SeenBrick> seen(input.selection->levels.size());
@@ -102,5 +124,10 @@ template std::vector<glm::vec4> mirrorRays<float>(const MirrorInput&, std::size_
                                                   int, Work&);
 template std::vector<glm::dvec4> mirrorRays<double>(const MirrorInput&, std::size_t, const RaySource<double>&,
                                                     int, Work&);
+
+template std::vector<SurfaceHit> mirrorHits<float>(const MirrorInput&, std::size_t, const RaySource<float>&,
+                                                   int);
+template std::vector<SurfaceHit> mirrorHits<double>(const MirrorInput&, std::size_t, const RaySource<double>&,
+                                                    int);
 
 } // namespace tessera

@@ -5,6 +5,8 @@
 #include "bricking/visibility.h"
 #include "render/integrators.h"
 #include "render/lattice.h"
+#include "render/mirror_input.h"
+#include "render/mirror_surfaces.h"
 #include "render/occupancy.h"
 #include "render/optics.h"
 #include "render/ray.h"
@@ -17,23 +19,15 @@
 
 namespace tessera {
 
-/// All that a mirror needs besides its rays. The pointed-to objects outlive it.
-struct MirrorInput {
-    BrickCache* cache = nullptr;
-    const VolumeInfo* info = nullptr;
-    const Selection* selection = nullptr;
-    const LevelMap* levels = nullptr; // null: the selection has one level
-    const Optics* optics = nullptr;
-    const Occupancy* occupancy = nullptr; // null: no skipping
-    Strides strides;
-};
-
 /// Premultiplied colour and alpha of one ray.
-/// @param field  value(p) and gradient(p) at a place in voxels
+/// @param field  value(p) and gradient(p) at a place in voxels; pitch(p), distance of samples there
+/// @param hit    with isosurfaces: where the first is met
 template <typename Real, typename Field>
-glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input,
-                            Work& work) {
+glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
+                            SurfaceHit* hit = nullptr) {
     const Optics& optics = *input.optics;
+    if (!optics.surfaces.empty())
+        return mirrorRayWithSurfaces(ray, field, input, work, hit);
     const bool ends = needsEnds(optics.integrator);
     glm::vec<4, Real> sum(0);
     SegmentEnd<Real> front; // at the start of segment i
@@ -98,6 +92,15 @@ extern template std::vector<glm::vec4> mirrorRays<float>(const MirrorInput&, std
                                                          const RaySource<float>&, int, Work&);
 extern template std::vector<glm::dvec4> mirrorRays<double>(const MirrorInput&, std::size_t,
                                                            const RaySource<double>&, int, Work&);
+
+/// What the rays of isosurfaces meet first, one of each ray, in order.
+template <typename Real>
+std::vector<SurfaceHit> mirrorHits(const MirrorInput& input, std::size_t rayCount,
+                                   const RaySource<Real>& rays, int threads);
+extern template std::vector<SurfaceHit> mirrorHits<float>(const MirrorInput&, std::size_t,
+                                                          const RaySource<float>&, int);
+extern template std::vector<SurfaceHit> mirrorHits<double>(const MirrorInput&, std::size_t,
+                                                           const RaySource<double>&, int);
 
 /// What rays see of bricks, as VisibilityPass counts it: lights added up in whole numbers, so that threads do
 /// not matter. Optics' shading and termination, and occupancy, count for nothing.

@@ -170,4 +170,46 @@ int nextShown(const Occupancy& o, const Strides& strides, const SegmentedRay<Rea
     return i;
 }
 
+/// Whether everything between two places is proven empty: all of the smallest boxes that the box around both
+/// meets. False also where these are more than two along an axis.
+template <typename Real>
+bool isClear(const Occupancy& o, const glm::vec<3, Real>& a, const glm::vec<3, Real>& b) {
+    const glm::ivec3 last = o.extentVoxels() - 1;
+    const glm::ivec3 from = glm::clamp(glm::ivec3(glm::floor(a)), glm::ivec3(0), last);
+    const glm::ivec3 to = glm::clamp(glm::ivec3(glm::floor(b)), glm::ivec3(0), last);
+    const int shift = boxShift(o.scale()), fine = shift - 2;
+    const glm::ivec3 first = glm::min(from, to) >> fine, span = (glm::max(from, to) >> fine) - first;
+    if (std::max(span.x, std::max(span.y, span.z)) > 1)
+        return false;
+    const int mask = span.x | span.y << 1 | span.z << 2;
+    int corner = 0;
+    do {
+        const glm::ivec3 block = first + glm::ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);
+        const SkippingTexel texel = o.map()[linearIndex(block >> 2, o.grid())];
+        if (isOccupied(texel) && ((texel >> blockBit(block & 3)) & 1u))
+            return false;
+        corner = (corner - mask) & mask;
+    } while (corner != 0);
+    return true;
+}
+
+/// The same for rays that look for surfaces, which can lie anywhere in a stride: i itself where the stride
+/// from i is not proven empty all along, else where the first such stride starts.
+template <typename Real>
+int nextNotClear(const Occupancy& o, const Strides& strides, const SegmentedRay<Real>& ray, int i) {
+    while (const std::optional<EmptyBox> box = emptyBoxAt(o, ray.step, segmentStart(ray, i))) {
+        const Real beyond = std::floor(leaves(ray, *box));
+        if (!(beyond < static_cast<Real>(ray.count)))
+            return ray.count;
+        i = std::max(i, strideStart(strides, ray, std::max(static_cast<int>(beyond), 0)));
+        const int n = strideAt(strides, ray, i);
+        if (!isClear(o, segmentStart(ray, i), strideEnd(ray, i, strideLength(ray, i, n))))
+            return i;
+        i += n;
+        if (i >= ray.count)
+            return ray.count;
+    }
+    return i;
+}
+
 } // namespace tessera

@@ -21,6 +21,7 @@ Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shad
     o.voxelFromPatientTransposed = glm::mat3(glm::transpose(glm::inverse(linear)));
     o.patientFromVoxel = glm::mat3(linear);
     o.termination = static_cast<float>(terminationTransmittance);
+    o.volumeShows = !table.isTransparent();
     setIntegrator(o, integrator);
     return o;
 }
@@ -34,6 +35,17 @@ void setIntegrator(Optics& o, Integrator integrator) {
         o.bins = extinctionBins(o.table);
     if (integrator == Integrator::preintegrated)
         o.sums = colourSums(o.table);
+}
+
+std::vector<SurfaceLook> surfaceLooks(const std::vector<Isosurface>& surfaces, const VolumeInfo& info) {
+    std::vector<SurfaceLook> looks;
+    for (const Isosurface& s : surfaces)
+        if (s.opacity > 0)
+            looks.push_back({static_cast<float>((s.value - info.rescaleIntercept) / info.rescaleSlope),
+                             glm::vec3(s.colour), static_cast<float>(s.opacity)});
+    std::stable_sort(looks.begin(), looks.end(),
+                     [](const SurfaceLook& a, const SurfaceLook& b) { return a.isovalue < b.isovalue; });
+    return looks;
 }
 
 void prepareSeenColours(Optics& o, double segmentMm, int firstLayer, int layers) {

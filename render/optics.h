@@ -20,6 +20,13 @@
 
 namespace tessera {
 
+/// An isosurface as rays meet it.
+struct SurfaceLook {
+    float isovalue = 0; // stored units
+    glm::vec3 colour{1};
+    float opacity = 1;
+};
+
 /// The transfer table addressed by stored values: entry = stored * scale + offset. Float, as the shader has
 /// it.
 struct Optics {
@@ -38,6 +45,9 @@ struct Optics {
     SeenColours seen;                             // of preintegrated2d
     float seenScale = 0;                          // its places per entry
 
+    std::vector<SurfaceLook> surfaces; // by isovalue, ascending
+    bool volumeShows = true;           // the table has an extinction
+
     /// Of a march's tables.
     std::size_t gpuBytes() const {
         return (table.size() + bins.size() + sums.size() + seen.colours().size()) * sizeof(glm::vec4);
@@ -48,6 +58,8 @@ Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shad
                   double terminationTransmittance, Integrator integrator = Integrator::midpoint);
 /// Takes an integrator, not automatic, with what it needs of the table besides seen colours.
 void setIntegrator(Optics& optics, Integrator integrator);
+/// Sorted as Optics has them; those that are wholly transparent are left out.
+std::vector<SurfaceLook> surfaceLooks(const std::vector<Isosurface>& surfaces, const VolumeInfo& info);
 /// preintegrated2d: makes the table of seen colours, or mends it where only entries differ from those it was
 /// made of. @param segmentMm  a typical segment; layers for strides of 2^firstLayer segments and the next
 void prepareSeenColours(Optics& optics, double segmentMm, int firstLayer, int layers);
@@ -98,6 +110,20 @@ template <typename Real> Real wholePower(Real x, int n) {
         square = square * square;
     }
     return result;
+}
+
+/// The gradient in patient space as a unit normal that faces against the ray; 0 where there is none.
+template <typename Real>
+glm::vec<3, Real> unitNormal(const Optics& o, const glm::vec<3, Real>& gradient,
+                             const glm::vec<3, Real>& direction) {
+    using Mat = glm::mat<3, 3, Real>;
+    const Mat toGradient(o.voxelFromPatientTransposed), toPatient(o.patientFromVoxel);
+    const auto g = toGradient[0] * gradient.x + toGradient[1] * gradient.y + toGradient[2] * gradient.z;
+    const auto d = toPatient[0] * direction.x + toPatient[1] * direction.y + toPatient[2] * direction.z;
+    const Real length = std::sqrt(g.x * g.x + g.y * g.y + g.z * g.z);
+    if (!(length > Real(0)))
+        return glm::vec<3, Real>(0);
+    return g * (g.x * d.x + g.y * d.y + g.z * d.z > Real(0) ? Real(-1) / length : Real(1) / length);
 }
 
 /// Phong with a head light. gradient: voxel space, any scale; direction: the ray's, unit, voxel space.

@@ -100,13 +100,14 @@ std::uint32_t PreparedScene::features(bool counting) const {
     const auto add = [&](bool needed, Feature feature) { f |= needed ? feature : 0u; };
     add(mixed(), kFeatureMixed);
     add(optics.shading, kFeatureShading);
-    if (optics.shading)
+    if (optics.shading || !optics.surfaces.empty())
         f |= gradientFeature(optics.gradient);
     add(quality.skipping, kFeatureSkipping);
     add(quality.fetch == Fetch::hardware, kFeatureHardware);
     add(texelFormat(info().type).normalised, kFeatureNormalised);
     add(optics.termination > 0, kFeatureTermination);
     add(counting, kFeatureCounting);
+    add(!optics.surfaces.empty(), kFeatureSurfaces);
     return f | integratorFeatures(optics.integrator);
 }
 
@@ -122,10 +123,16 @@ Strides PreparedScene::strides() const {
 }
 
 MirrorInput PreparedScene::mirrorInput(bool skipping) const {
-    return {cache.get(), &info(),
-            &selection,  mixed() ? &levels : nullptr,
-            &optics,     skipping ? &occupancy : nullptr,
-            strides()};
+    MirrorInput input;
+    input.cache = cache.get();
+    input.info = &info();
+    input.selection = &selection;
+    input.levels = mixed() ? &levels : nullptr;
+    input.optics = &optics;
+    input.occupancy = skipping ? &occupancy : nullptr;
+    input.nearSurfaces = skipping && mapsNearSurfaces ? &nearSurfaces : nullptr;
+    input.strides = strides();
+    return input;
 }
 
 SceneField::SceneField(const PreparedScene& scene, const Atlas& atlas, Ledger& gpu)
@@ -138,7 +145,11 @@ SceneField::SceneField(const PreparedScene& scene, const Atlas& atlas, Ledger& g
 
 void PreparedScene::setFunction(const TransferFunction& f, const Scene& scene, Ledger& ram) {
     function = f;
-    table = makeTable(function);
+    std::vector<double> isovalues;
+    for (const Isosurface& surface : scene.surfaces)
+        if (surface.opacity > 0)
+            isovalues.push_back(surface.value);
+    table = makeTable(function, std::move(isovalues));
     functionCharge = {};
     Integrator integrator = scene.quality.integrator;
     if (integrator == Integrator::automatic)
@@ -150,6 +161,7 @@ void PreparedScene::setFunction(const TransferFunction& f, const Scene& scene, L
     SeenColours seen = std::move(optics.seen); // may serve on
     optics = makeOptics(table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
     optics.seen = std::move(seen);
+    optics.surfaces = surfaceLooks(scene.surfaces, info());
     if (!selection.levels.empty())
         prepareSegments();
 }
@@ -218,6 +230,13 @@ void PreparedScene::mapEmptySpace(Ledger& ram) {
         occupancy.levelsChanged(input);
     else
         occupancy = Occupancy(input, mapScale, ram);
+    if (!mapsNearSurfaces)
+        return;
+    const OccupancyInput ofSurfaces{statistics, surfaceTable, info(), selection, quality.edgeFunction};
+    if (nearSurfaces.exists())
+        nearSurfaces.levelsChanged(ofSurfaces);
+    else
+        nearSurfaces = Occupancy(ofSurfaces, mapScale, ram);
 }
 
 PreparedScene prepareView(const Scene& scene, const StoreReader& store, Ledger& ram, int threads,
@@ -275,13 +294,21 @@ std::size_t PreparedScene::reserveGpu(const TextureLimits& limits, const Ledger&
     const std::size_t promised = fixed + atlasBytes(neighbourhoodPages(true, true), info().type, limits);
     const std::size_t spareGpu = gpu.freeBytes() - std::min(gpu.freeBytes(), promised);
     mapScale = chooseMapScale(info().extentVoxels, ram.limitBytes() - ramFloorBytes, spareGpu / 4);
-    return fixed + mapBytes(info().extentVoxels, mapScale);
+    const std::size_t map = mapBytes(info().extentVoxels, mapScale);
+    // Another of isosurfaces is a luxury: without it rays solve for them wherever anything shows.
+    mapsNearSurfaces = !optics.surfaces.empty() && optics.volumeShows && mapScale == MapScale::cells &&
+                       map <= spareGpu / 8 && 32 * map <= ram.limitBytes() - ramFloorBytes;
+    if (!mapsNearSurfaces)
+        return fixed + map;
+    surfaceTable = table.ofSurfaces();
+    return fixed + 2 * map;
 }
 
 std::size_t PreparedScene::ramToKeep(int threads) const {
     return cacheFloorBytes(info(), threads > 0 ? threads : defaultThreads()) + Atlas::stagingBytes(info()) +
            LevelMap::bytes(brickGrid(info().extentVoxels)) +
-           (quality.skipping ? Occupancy::bytes(info().extentVoxels, mapScale) : 0);
+           (quality.skipping ? (mapsNearSurfaces ? 2 : 1) * Occupancy::bytes(info().extentVoxels, mapScale)
+                             : 0);
 }
 
 void PreparedScene::openCache(Ledger& ram, int threads) {

@@ -35,6 +35,11 @@ struct PreparedScene {
     LevelMap levels;                      // of a selection of mixed levels; else empty
     MapScale mapScale = MapScale::bricks; // of the map of empty space
     Occupancy occupancy;
+    /// What isosurfaces alone show, where there are some, the function shows something too, and memory is
+    /// ample.
+    bool mapsNearSurfaces = false;
+    Occupancy nearSurfaces;
+    TransferTable surfaceTable; // then
     RayFrame<double> frame;
     glm::ivec2 imageSize{0};
     std::size_t ramFloorBytes = 0; // of the scene

@@ -48,7 +48,7 @@ std::vector<std::size_t> bricksToServe(const std::vector<std::uint32_t>& firstRa
 /// GPU memory of a picture's march with a map of empty space.
 std::size_t marchBytes(const Scene& scene, const PreparedScene& p) {
     return March::stateBytes(scene.imageSize) + p.optics.gpuBytes() +
-           mapBytes(p.info().extentVoxels, p.mapScale);
+           (p.mapsNearSurfaces ? 2 : 1) * mapBytes(p.info().extentVoxels, p.mapScale);
 }
 
 template <typename Real> Image toImage(const std::vector<glm::vec<4, Real>>& pixels, const glm::ivec2& size) {
@@ -89,7 +89,7 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
     const std::size_t refining = refiningBytes(p.table.entries.size());
     const SceneField field(p, atlas, gpu);
     SubBlocks subBlocks;
-    if (refines && subBlocksPay(*occupancy, rays, result.features) &&
+    if (refines && p.optics.surfaces.empty() && subBlocksPay(*occupancy, rays, result.features) &&
         gpu.freeBytes() >= marchBytes(scene, p) + refining + SubBlocks::placesBytes(*occupancy)) {
         result.features |= kFeatureSubBlocks;
         subBlocks = SubBlocks(*occupancy, gpu);
@@ -105,6 +105,12 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
     if (refines && gpu.freeBytes() >= refining)
         result.refinedCells = refineSkipping(march.skippingMap(), *occupancy, p.table, p.optics,
                                              result.features, p.info(), field.source, gpu, wanted);
+    if (occupancy && p.mapsNearSurfaces) {
+        march.setNearSurfaces(p.nearSurfaces);
+        if (refines && gpu.freeBytes() >= refining)
+            refineSkipping(march.nearSurfacesMap(), p.nearSurfaces, p.surfaceTable, p.optics, result.features,
+                           p.info(), field.source, gpu, nullptr);
+    }
     const auto run = [&](March& rays, Work& work) { // and how often
         int count = 1;
         for (; rays.run(field.source, options.slicing, work) > 0; ++count)
@@ -175,6 +181,8 @@ std::size_t pictureBytesPerPixel(Engine engine) {
 
 RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& ram, Ledger& gpu,
                          const RenderOptions& options) {
+    if (options.engine == Engine::reference && !scene.surfaces.empty())
+        throw InputError("the reference draws no isosurfaces; expected the engine march or mirror");
     RenderResult result;
     const auto start = Clock::now();
     std::optional<GlContext> context;

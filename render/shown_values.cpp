@@ -19,10 +19,10 @@ ShownValues::ShownValues(const TransferTable& table)
       entriesPerValue_(static_cast<double>(table.entriesPerValue)), entries_(table.entries.size()) {
     const auto valueAt = [&](double entry) { return firstValue_ + entry / entriesPerValue_; };
     for (std::size_t i = 0; i < entries_ && !tooMany_; ++i) {
-        if (table.entries[i].a == 0)
+        if (!table.shows(i))
             continue;
         std::size_t end = i;
-        while (end < entries_ && table.entries[end].a != 0)
+        while (end < entries_ && table.shows(end))
             ++end;
         shown_.push_back({i == 0 ? -kInfinity : valueAt(static_cast<double>(i) - 0.5),
                           end == entries_ ? kInfinity : valueAt(static_cast<double>(end) - 0.5)});

@@ -44,7 +44,11 @@ TEST(Program, EveryFeatureCombinationCompilesAndOmitsWhatItDoesNotNeed) {
         if (std::popcount(gradient) > 1 || (integrator & (kFeatureLinear | kFeaturePreintegrated)) ==
                                                (kFeatureLinear | kFeaturePreintegrated))
             continue;
-        if ((integrator | gradient) != 0 && (f * 2654435761u) >> 25 != 0)
+        const std::uint32_t surfaces = f & (kFeatureSurfaces | kFeatureHits);
+        if (surfaces == kFeatureHits ||
+            (surfaces != 0 && (f & (kFeatureSubBlocks | kFeatureVisibility)) != 0))
+            continue;
+        if ((integrator | gradient | surfaces) != 0 && (f * 2654435761u) >> 25 != 0)
             continue;
         if ((f & kFeatureSubBlocks) != 0 && (f & (kBase | kFeatureVisibility)) != kBase)
             continue;
@@ -52,6 +56,7 @@ TEST(Program, EveryFeatureCombinationCompilesAndOmitsWhatItDoesNotNeed) {
         ASSERT_EQ(program.hasUniform("uPhong"), (f & kFeatureShading) != 0) << f;
         ASSERT_EQ(program.hasUniform("uSkipping"), (f & kFeatureSkipping) != 0) << f;
         ASSERT_EQ(program.hasUniform("uSkippingGrid"), (f & kFeatureSubBlocks) != 0) << f;
+        ASSERT_EQ(program.hasUniform("uIsovalues"), (f & kFeatureSurfaces) != 0) << f;
         ASSERT_EQ(program.hasUniform("uCorners"), (f & kFeatureMixed) != 0) << f;
         ASSERT_EQ(program.hasUniform("uIndex"), (f & kFeatureBricked) != 0) << f;
         ASSERT_EQ(program.hasUniform("uTermination"), (f & kFeatureTermination) != 0) << f;

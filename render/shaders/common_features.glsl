@@ -5,7 +5,7 @@
     !defined(FEATURE_VISIBILITY) || !defined(FEATURE_SUBBLOCKS) || \
     !defined(FEATURE_LINEAR) || !defined(FEATURE_PREINTEGRATED) || !defined(FEATURE_SEENCOLOURS) || \
     !defined(FEATURE_FORWARD_GRADIENT) || !defined(FEATURE_SOBEL_GRADIENT) || \
-    !defined(FEATURE_ANALYTIC_GRADIENT)
+    !defined(FEATURE_ANALYTIC_GRADIENT) || !defined(FEATURE_SURFACES) || !defined(FEATURE_HITS)
 #error every FEATURE_ must be defined as 0 or 1 (render/features.h)
 #endif
 #if (FEATURE_MIXED || FEATURE_PASSES || FEATURE_VISIBILITY) && !FEATURE_BRICKED
@@ -19,6 +19,12 @@
 #endif
 #if FEATURE_VISIBILITY && (FEATURE_LINEAR || FEATURE_PREINTEGRATED)
 #error what is seen of bricks is counted by the midpoint rule
+#endif
+#if FEATURE_SURFACES && (FEATURE_SUBBLOCKS || FEATURE_VISIBILITY)
+#error rays that look for surfaces use neither sub-blocks nor count what is seen
+#endif
+#if FEATURE_HITS && !FEATURE_SURFACES
+#error what rays hit are isosurfaces
 #endif
 #if FEATURE_FORWARD_GRADIENT + FEATURE_SOBEL_GRADIENT + FEATURE_ANALYTIC_GRADIENT > 1
 #error a gradient is taken one way

@@ -11,6 +11,9 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "march_segment.glsl"
 #include "march_strides.glsl"
 #include "march_skipping.glsl"
+#if FEATURE_SURFACES
+#include "march_surface.glsl"
+#endif
 
 layout(std430, binding = 1) buffer RayColour { vec4 uColour[]; }; // rgb premultiplied, alpha
 layout(std430, binding = 2) buffer RayNext { int uNext[]; };      // next segment; -1: finished
@@ -18,6 +21,9 @@ layout(std430, binding = 3) buffer Work { uint uUnfinished, uIterations, uSegmen
 #if FEATURE_VISIBILITY
 layout(std430, binding = 5) buffer Seen { uint uSeen[]; };           // per brick: light in 1/256 of a ray's, and rays
 layout(std430, binding = 6) buffer LastBrick { int uLastBrick[]; };  // per ray: number of the brick counted last
+#endif
+#if FEATURE_HITS
+layout(std430, binding = 5) buffer Hits { vec4 uHits[]; };           // two a ray: SurfaceHit of render/mirror_input.h
 #endif
 uniform ivec2 uTileOrigin, uTileEnd;
 uniform int uMaxIterations;
@@ -46,6 +52,13 @@ void main() {
     gRayNumber = uint(slot);
     bool waiting = false; // all that its next sample needs is named
 #endif
+#if FEATURE_SURFACES
+    uint surfaceSamples = 0u;
+#if FEATURE_HITS
+    bool hasHit = floatBitsToInt(uHits[2 * slot + 1].w) != 0;
+#endif
+#include "march_surface_loop.glsl"
+#else
 #if FEATURE_ENDS
     SegmentEnd front = endOf(0.0); // at the start of segment i
     bool known = false;            // front is
@@ -178,6 +191,7 @@ void main() {
         if (1.0 - sum.a < uTermination) i = ray.count;
 #endif
     }
+#endif
     uColour[slot] = sum;
     uNext[slot] = i < ray.count ? i : -1;
 #if FEATURE_VISIBILITY
@@ -191,7 +205,11 @@ void main() {
     atomicAdd(uIterations, iterations); // always: it paces the dispatches
 #if FEATURE_COUNTING
     atomicAdd(uSegments, segments);
+#if FEATURE_SURFACES
+    atomicAdd(uSamples, surfaceSamples);
+#else
     atomicAdd(uSamples, segments + fronts + kGradientValues * uint(FEATURE_SHADING) * shown);
+#endif
     atomicAdd(uFetches, gFetches);
 #if FEATURE_MIXED
     atomicAdd(uBlended, gBlended);

@@ -1,6 +1,6 @@
 // march_optics.glsl: what a value looks like and what a segment adds; twin of render/optics.h. Powers and
 // exponentials are written out in additions and multiplications, because drivers' own differ by many ulp.
-// Needs FEATURE_SHADING, common_ray.glsl. Gives tablePlace(stored), extinctionAt(place), colourAt(place),
+// Needs FEATURE_SHADING, FEATURE_HITS, common_ray.glsl. Gives tablePlace(stored), extinctionAt(place), colourAt(place),
 // opacityOf(depth), shade(...).
 
 layout(std430, binding = 0) readonly buffer TransferTable { vec4 uTable[]; }; // rgb colour, a extinction per mm
@@ -47,8 +47,10 @@ float opacityOf(float depth) {
     return alpha;
 }
 
-#if FEATURE_SHADING
+#if FEATURE_SHADING || FEATURE_HITS
 uniform mat3 uVoxelFromPatientTransposed; // linear part: patient gradient = this * voxel gradient
+#endif
+#if FEATURE_SHADING
 uniform vec3 uPhong;                      // ambient, diffuse, specular
 uniform int uSpecularPower;               // whole, 1 or more
 

@@ -1,7 +1,8 @@
 // march_skipping.glsl: leaps over strides that are proven empty; twin of render/occupancy.h.
 // Needs FEATURE_SKIPPING, FEATURE_SUBBLOCKS, FEATURE_ENDS, common_ray.glsl, march_strides.glsl. Gives
 // beginSkipping(ray), isOccupied(p), and nextOccupied(ray, i, n, p, left, iterations) or, for segments that are given
-// by their ends, nextShown(ray, i, left, iterations).
+// by their ends, nextShown(ray, i, left, iterations); for those that may hold isosurfaces
+// nextNotClear(ray, i, left, iterations), isNearSurface(a, b).
 
 #if FEATURE_SKIPPING
 uniform usampler3D uSkipping; // two words a texel: see render/distance_map.h
@@ -153,9 +154,57 @@ int nextShown(Ray ray, int i, inout int left, inout uint iterations) {
     return i;
 }
 #endif
+
+#if FEATURE_SURFACES
+uniform usampler3D uNearSurfaces; // what the surfaces alone show; in shape as uSkipping
+
+// Whether everything between two places is proven empty; twin of isClear() in render/occupancy.h.
+bool isClear(usampler3D map, vec3 a, vec3 b) {
+    ivec3 from = voxelAt(a);
+    ivec3 to = voxelAt(b);
+    int shift = uSkippingShift - 2;
+    ivec3 first = min(from, to) >> shift;
+    ivec3 span = (max(from, to) >> shift) - first;
+    if (max(span.x, max(span.y, span.z)) > 1) return false;
+    int mask = span.x | span.y << 1 | span.z << 2;
+    int corner = 0;
+    bool clear = true;
+    do {
+        ++gTurns;
+        ivec3 block = first + (ivec3(corner, corner >> 1, corner >> 2) & 1);
+        uvec2 texel = texelFetch(map, block >> 2, 0).xy;
+        clear = clear && !(isOccupiedBox(texel) && isOccupiedBlock(texel, blockBit(block << shift)));
+        corner = (corner - mask) & mask;
+    } while (corner != 0 && clear);
+    return clear;
+}
+bool isNearSurface(vec3 a, vec3 b) { return !isClear(uNearSurfaces, a, b); }
+
+// For rays that look for surfaces, which can lie anywhere in a stride; twin of nextNotClear() in render/occupancy.h.
+int nextNotClear(Ray ray, int i, inout int left, inout uint iterations) {
+    vec3 box;
+    vec3 edge;
+    int reach;
+    while (emptyBoxAt(segmentStart(ray, i), box, edge, reach)) {
+        float beyond = floor(leaves(box, edge, reach));
+        if (!(beyond < float(ray.count))) return ray.count;
+        i = max(i, strideStart(ray, max(int(beyond), 0)));
+        int n = strideAt(ray, i);
+        if (!isClear(uSkipping, segmentStart(ray, i), strideEnd(ray, i, strideLength(ray, i, n)))) return i;
+        i += n;
+        if (left <= 0 || gTurns >= kMostTurns || i >= ray.count) return i;
+        --left;
+        ++gTurns;
+        ++iterations;
+    }
+    return i;
+}
+#endif
 #else
 void beginSkipping(Ray ray) {}
 bool isOccupied(vec3 p) { return true; }
 int nextOccupied(Ray ray, int i, int n, vec3 p, inout int left, inout uint iterations) { return i; }
 int nextShown(Ray ray, int i, inout int left, inout uint iterations) { return i; }
+int nextNotClear(Ray ray, int i, inout int left, inout uint iterations) { return i; }
+bool isNearSurface(vec3 a, vec3 b) { return true; }
 #endif

@@ -25,7 +25,7 @@ uint gFetches = 0u;
 // by side, up to 16. A ray counts its turns, also those of short loops that a compiler may or may not unroll, and
 // goes on in another dispatch when its share is spent; the rest of the share is what one more sample can take.
 int gTurns = 0;
-const int kMostTurns = 65535 / 16 - 400 - 400 * FEATURE_SOBEL_GRADIENT;
+const int kMostTurns = 65535 / 16 - 400 - 400 * FEATURE_SOBEL_GRADIENT - 1600 * FEATURE_SURFACES;
 
 float storedFromTexel(float texel) {
 #if FEATURE_NORMALISED
