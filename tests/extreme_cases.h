@@ -32,13 +32,19 @@ struct Structure {
     bool operator==(const Structure&) const = default;
 };
 
-/// Every pair of choices of what is compiled; exact fetches first, because only they are compared bit by bit.
+/// With exact fetches, which are compared bit by bit, every pair of choices of what is compiled; with
+/// filtered ones each integrator once; and the one choice that the scene leaves open.
 inline const std::vector<Structure>& structures() {
     static const std::vector<Structure> all = [] {
         std::vector<Structure> out;
-        for (const std::vector<int>& r : coveringArray({5, 2, 2, 2, 2, 2}, 1))
-            out.push_back({r[1] ? Fetch::hardware : Fetch::exact, r[2] == 1, r[3] == 1, r[4] == 1, r[5] == 0,
-                           static_cast<Integrator>(r[0]), static_cast<Gradient>(out.size() % 4)});
+        const auto gradient = [&] { return static_cast<Gradient>(out.size() % 4); };
+        for (const std::vector<int>& r : coveringArray({4, 2, 2, 2, 2}, 1))
+            out.push_back({Fetch::exact, r[1] == 1, r[2] == 1, r[3] == 1, r[4] == 0,
+                           static_cast<Integrator>(r[0] + 1), gradient()});
+        for (int i = 1; i <= 4; ++i)
+            out.push_back({Fetch::hardware, i % 2 == 0, i >= 3, i == 1 || i == 4, i != 2,
+                           static_cast<Integrator>(i), gradient()});
+        out.push_back({Fetch::exact, true, false, true, true, Integrator::automatic, gradient()});
         return out;
     }();
     return all;

@@ -299,13 +299,31 @@ Scene comparableScene(std::map<std::string, std::string>& options) {
     return scene;
 }
 
-std::vector<Integrator> parseIntegrators(const std::string& text) {
-    std::vector<Integrator> out;
-    std::istringstream names(text);
-    for (std::string name; std::getline(names, name, ',');)
-        out.push_back(parseIntegrator(name, "--integrators"));
-    if (out.empty() || std::count(out.begin(), out.end(), Integrator::automatic))
-        throw InputError("--integrators: expected names of integrators, but for auto");
+std::vector<std::string> splitAtCommas(const std::string& text) {
+    std::vector<std::string> out;
+    std::istringstream parts(text);
+    for (std::string part; std::getline(parts, part, ',');)
+        out.push_back(part);
+    return out;
+}
+
+/// Tessera with one integrator and one way to fetch.
+struct Variant {
+    Integrator integrator;
+    Fetch fetch;
+    std::string name() const {
+        return "tessera " + integratorNames()[static_cast<std::size_t>(integrator)] +
+               (fetch == Fetch::exact ? " exact" : "");
+    }
+};
+std::vector<Variant> parseVariants(const std::string& integrators, const std::string& fetches) {
+    std::vector<Variant> out;
+    for (const std::string& fetch : splitAtCommas(fetches))
+        for (const std::string& integrator : splitAtCommas(integrators)) {
+            out.push_back({parseIntegrator(integrator, "--integrators"), parseFetch(fetch, "--fetch")});
+            if (out.back().integrator == Integrator::automatic)
+                throw InputError("--integrators: expected the names of integrators, found " + integrator);
+        }
     return out;
 }
 
@@ -372,8 +390,7 @@ void run(int argc, char** argv) {
     Scene scene = comparableScene(options);
     const glm::ivec2 size = scene.imageSize;
     const int stride = static_cast<int>(parseNumbers(options["--stride"], "--stride").at(0));
-    const std::vector<Integrator> integrators = parseIntegrators(options["--integrators"]);
-    const Fetch fetch = parseFetch(options["--fetch"], "--fetch");
+    const std::vector<Variant> variants = parseVariants(options["--integrators"], options["--fetch"]);
 
     Budgets budgets;
     const StoreReader store(scene.volumes.at(0).path, budgets.ram);
@@ -396,27 +413,26 @@ void run(int argc, char** argv) {
     const double voxelMm = std::cbrt(spacing.x * spacing.y * spacing.z);
 
     std::vector<std::string> families;
-    for (const Integrator integrator : integrators)
-        families.push_back("tessera " + integratorNames()[static_cast<std::size_t>(integrator)] +
-                           (fetch == Fetch::exact ? " exact" : ""));
+    for (const Variant& variant : variants)
+        families.push_back(variant.name());
     families.insert(families.end(), {"vtk cpu", "vtk gpu"});
     std::vector<Method> methods;
     Image last; // of Tessera
     for (const double d : parseNumbers(options["--distances"], "--distances")) {
-        for (std::size_t i = 0; i < integrators.size(); ++i) {
+        for (const Variant& variant : variants) {
             Method m;
-            m.family = families[i];
+            m.family = variant.name();
             m.distanceVoxels = d;
             m.tessera = true;
-            const auto optics = std::make_shared<const Optics>(tessera->optics(integrators[i], d));
-            m.draw = [&glThread, &tessera, &last, d, fetch, optics] {
+            const auto optics = std::make_shared<const Optics>(tessera->optics(variant.integrator, d));
+            m.draw = [&glThread, &tessera, &last, d, fetch = variant.fetch, optics] {
                 double ms = 0;
                 Work work;
                 glThread.run([&] { ms = tessera->draw(*optics, d, fetch, false, last, work); });
                 return ms;
             };
             m.picture = [&last] { return last; };
-            glThread.run([&] { tessera->draw(*optics, d, fetch, true, last, m.work); });
+            glThread.run([&] { tessera->draw(*optics, d, variant.fetch, true, last, m.work); });
             methods.push_back(std::move(m));
         }
         for (VtkRenderer* vtk : {&cpu, &gpu}) {
