@@ -25,7 +25,7 @@ using namespace accuracy;
 
 struct AccuracyArguments {
     std::string in, out, scans, peers, ram, gpuMemory, size, preset, device = "auto";
-    std::vector<std::string> only;
+    std::vector<std::string> only, integrators;
     bool all = false, quick = false, noShading = false;
     InputOptions input;
 };
@@ -98,6 +98,11 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
     options.ramBytes = budgetBytes(arguments.ram, "--ram", common);
     options.gpuBytes = budgetBytes(arguments.gpuMemory, "--gpu-memory", common);
     options.effort.quick = arguments.quick;
+    for (const std::string& name : arguments.integrators) {
+        options.integrators.push_back(parseIntegrator(name, "--integrators"));
+        if (options.integrators.back() == Integrator::automatic)
+            throw badFile("--integrators", "an integrator that is one", "\"" + name + "\"");
+    }
     std::error_code error;
     fs::create_directories(arguments.out, error);
     if (error)
@@ -165,6 +170,8 @@ void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& 
     command->add_option("--scans", a->scans,
                         "with --all: folder with the public scans (default: $TESSERA_TEST_DATA)");
     command->add_flag("--quick", a->quick, "small pictures, fewer settings and repeats: about a minute");
+    command->add_option("--integrators", a->integrators,
+                        "to compare, of " + joinNames(integratorNames()) + " (default: all but auto)");
     command->add_option("--peers", a->peers,
                         "CSV of other renderers on the same scenes: scene, renderer, time_min_ms, rmse");
     command->add_option("--size", a->size,

@@ -75,7 +75,7 @@ void addGuides(Plot& plot, double floor, double sign, const std::vector<double>&
         }
     if (!x.any() || !y.any())
         return;
-    for (const double order : orders) {
+    for (const double order : y.high > 5 * y.low ? orders : std::vector<double>()) {
         // From the corner where errors are large; no longer than the figure is high.
         const double from = sign < 0 ? x.low : x.high,
                      decades = std::log(y.high / std::max(floor, y.low)) / order;
@@ -119,7 +119,7 @@ Plot workPrecisionPlot(const Sweep& sweep, const std::vector<PeerPoint>& peers) 
         if (!curve.points.empty())
             plot.curves.push_back(std::move(curve));
     }
-    addGuides(plot, sweep.floor(), -1, {1, 2, 4});
+    addGuides(plot, sweep.floor(), -1, {1, 2});
     return plot;
 }
 
@@ -290,12 +290,15 @@ std::vector<Cell> axisRow(const Measured& m) {
 }
 
 Table axesTable(const Sweep& sweep) {
-    Table table{"axes-" + sweep.scene.name,
-                "The scene as it is, and one thing changed at a time:",
-                {"axis", "setting", "rms", "max", "99.9 %", "bias", "PSNR, dB", "SSIM", "L*u*v* p99", "ms",
-                 "samples", "GPU MiB"},
-                {},
-                true};
+    Table table{
+        "axes-" + sweep.scene.name,
+        "The scene as it is drawn by default, its levels chosen for the picture and the memory, and one "
+        "thing "
+        "changed at a time (`levels`: every brick at its finest, or levels within a predicted error):",
+        {"axis", "setting", "rms", "max", "99.9 %", "bias", "PSNR, dB", "SSIM", "L*u*v* p99", "ms", "samples",
+         "GPU MiB"},
+        {},
+        true};
     const auto add = [&](const std::string& axis, const Measured& m) {
         std::vector<Cell> row = {axis};
         const std::vector<Cell> rest = axisRow(m);
@@ -307,8 +310,8 @@ Table axesTable(const Sweep& sweep) {
         const Setting& s = m.planned.setting;
         if (m.planned.axis == "default")
             add("as it is", m);
-        else if (m.planned.axis != "product" && s.stepVoxels == asIs.stepVoxels &&
-                 s.integrator == asIs.integrator && s.fetch == asIs.fetch)
+        else if (m.planned.axis != "product" && (s.detail != Detail{} || m.planned.axis == "levels") &&
+                 s.stepVoxels == asIs.stepVoxels && s.integrator == asIs.integrator && s.fetch == asIs.fetch)
             add(m.planned.axis, m);
     }
     return table;
