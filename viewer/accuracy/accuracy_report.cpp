@@ -466,21 +466,23 @@ bench::Report stiffSection() {
         " segments, by the arithmetic that march and mirror share, in double and in float, over twelve "
         "decades of optical depth."};
     Table table{"stiff", "Relative error by optical depth:", {"optical depth"}, {}, true};
-    Plot plot{"stiff",
-              "Relative error of the colour:",
-              "optical depth of the slab",
-              "relative error",
-              true,
-              true,
-              {},
-              true};
+    Plot plot{
+        "stiff",
+        "Relative error of the colour. The mean over a segment's values is here the colour of its middle, so "
+        "that `pre-integrated` covers `midpoint`:",
+        "optical depth of the slab",
+        "relative error",
+        true,
+        true,
+        {},
+        true};
     const std::vector<StiffCurve> curves = stiffCurves();
     for (const StiffCurve& curve : curves) {
         table.columns.push_back(curve.name);
         Plot::Curve shown{curve.name, {}, Plot::Style::line, -1};
         const bool isFloat = curve.name.ends_with("float");
         shown.style = isFloat ? Plot::Style::dashed : Plot::Style::line;
-        shown.colour = static_cast<int>(&curve - curves.data()) / 2;
+        shown.colour = 1 + static_cast<int>(&curve - curves.data()) / 2; // as in the other figures
         for (const auto& [depth, error] : curve.points)
             shown.points.emplace_back(depth, std::max(error, 1e-17)); // zero has no place on the axis
         plot.curves.push_back(std::move(shown));
@@ -552,8 +554,20 @@ bench::Report runsSection(const std::vector<Sweep>& sweeps, const MeasuredOn& on
     Table fails = failTable(sweeps);
     if (fails.rows.empty())
         report.text.push_back("Nothing was refused and nothing went wrong.");
-    fails.onPage = !fails.rows.empty();
+    Table summary{"fail-summary", "The same, counted:", {"scene", "what", "settings", "the first"}, {}, true};
+    for (const auto& row : fails.rows) {
+        const auto same = std::find_if(summary.rows.begin(), summary.rows.end(),
+                                       [&](const auto& r) { return r[0] == row[0] && r[1] == row[2]; });
+        if (same == summary.rows.end())
+            summary.rows.push_back({row[0], row[2], 1.0, row[1]});
+        else
+            (*same)[2] = std::get<double>((*same)[2]) + 1;
+    }
+    fails.onPage = false;
+    const bool any = !fails.rows.empty();
     report.tables = {runsTable(sweeps, on), std::move(fails)};
+    if (any)
+        report.tables.push_back(std::move(summary));
     std::string list = "Left out:\n";
     for (const std::string& omission : omissions)
         list += "\n- " + omission;

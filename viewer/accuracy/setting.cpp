@@ -70,7 +70,7 @@ std::vector<Planned> plannedSettings(const Scene& scene, bool quick, const std::
     if (!quick)
         steps.insert(steps.end(), {0.125, 0.0625});
     const std::vector<Fetch> fetches = {Fetch::hardware, Fetch::exact};
-    for (const double step : steps)
+    const auto addProduct = [&](double step) {
         for (const Integrator integrator : only.empty() ? allIntegrators() : only)
             for (const Fetch fetch : fetches) {
                 Setting s = asIs;
@@ -89,6 +89,11 @@ std::vector<Planned> plannedSettings(const Scene& scene, bool quick, const std::
                         plan.add(s, "termination");
                 }
             }
+    };
+    // What changes one thing comes before fine steps: a quick run may not get to those.
+    for (const double step : steps)
+        if (step >= 0.5)
+            addProduct(step);
     for (const double termination : {0.0, kFineTermination, kDisplayTermination}) {
         Setting s = asIs;
         s.termination = termination;
@@ -123,6 +128,9 @@ std::vector<Planned> plannedSettings(const Scene& scene, bool quick, const std::
             s.gradient = gradient;
             plan.add(s, "gradient");
         }
+    for (const double step : steps)
+        if (step < 0.5)
+            addProduct(step);
     return plan.take();
 }
 

@@ -25,6 +25,7 @@ double secondsSince(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+constexpr const char* kOutOfTime = "left out: the time for pictures was over";
 constexpr int kWarmUps = 2;
 constexpr double kLongFrameMs = 1000; // warm after one
 constexpr double kMovedShare = 0.02;
@@ -116,7 +117,7 @@ class Runner {
             if (secondsSince(start) <= options_.effort.secondsForPictures())
                 prepare(p);
             else
-                fail(p.setting, "left out: the time of a quick run was over");
+                fail(p.setting, kOutOfTime);
         for (int block = 0; block < options_.effort.blocks(); ++block)
             timeBlock(block);
         out_.loadAfter = bench::loadAverage();

@@ -32,7 +32,8 @@ struct Effort {
     int rounds() const { return quick ? 2 : 4; }                 // of a block
     double secondsPerSetting() const { return quick ? 0.4 : 2; } // then a block takes it once
     /// For first pictures, errors and counts; what comes later is left out, and listed.
-    double secondsForPictures() const { return quick ? 40 : 1e9; }
+    double secondsForPictures() const { return seconds > 0 ? seconds : quick ? 40 : 1e9; }
+    double seconds = 0;                                  // of that, where told
     int repeatedBlocks() const { return quick ? 0 : 2; } // where the calibration moved, at most, a block
     std::size_t provenRays() const { return quick ? 64 : 256; }
 };
