@@ -65,7 +65,8 @@ struct Range {
     bool any() const { return high > 0 && low <= high; }
 };
 
-/// The floor's line and guides of order 1, 2 and 4 at the top left.
+/// Guides at the top left, and the floor's line where errors come near it; else the caption tells where it
+/// is.
 void addGuides(Plot& plot, double floor, double sign, const std::vector<double>& orders) {
     Range x, y;
     for (const Plot::Curve& curve : plot.curves)
@@ -83,8 +84,12 @@ void addGuides(Plot& plot, double floor, double sign, const std::vector<double>&
         plot.curves.push_back(guide("order " + number(order), from, y.high,
                                     from * std::exp(sign < 0 ? reach : -reach), sign * order));
     }
-    plot.curves.push_back(
-        {"floor of the reference", {{x.low, floor}, {x.high, floor}}, Plot::Style::guide, -1});
+    constexpr double kNear = 30;
+    if (y.low < kNear * floor)
+        plot.curves.push_back(
+            {"floor of the reference", {{x.low, floor}, {x.high, floor}}, Plot::Style::guide, -1});
+    else
+        plot.caption += " The floor of the reference, " + number(floor, 2) + ", is below the figure.";
 }
 
 Plot workPrecisionPlot(const Sweep& sweep, const std::vector<PeerPoint>& peers) {
