@@ -15,7 +15,7 @@ TEST_F(Program, HelpAndVersionSucceed) {
     EXPECT_THAT(run("--version").out, HasSubstr("tessera 0."));
     EXPECT_EQ(run("--version").exitCode, 0);
     for (const char* command :
-         {"", "import", "info", "render", "phantom", "bench", "bench lod", "bench memory"}) {
+         {"", "import", "info", "render", "phantom", "accuracy", "bench", "bench lod", "bench memory"}) {
         const Outcome outcome = run(std::string(command) + " --help");
         EXPECT_EQ(outcome.exitCode, 0) << command;
         EXPECT_THAT(outcome.out, HasSubstr("Example:")) << command;

@@ -115,6 +115,7 @@ TEST(Plan, ASettingIsWhatTheSceneIsDrawnWith) {
     s.fetch = Fetch::exact;
     s.termination = 0;
     s.gradient = Gradient::sobel;
+    s.detail.finest = false;
     s.detail.maxError = 2;
     s.detail.edgeFunction = EdgeFunction::maximum;
     EXPECT_EQ(settingOf(withSetting(plainScene(), s)), s);
@@ -206,6 +207,7 @@ Sweep madeUp(const std::string& name, double fastError, double slowError) {
          {std::tuple(1.0, fastError, 10.0), std::tuple(0.5, slowError, 20.0)}) {
         Measured m;
         m.planned.setting = settingOf(plainScene());
+        m.planned.setting.detail = {};
         m.planned.setting.integrator = Integrator::midpoint;
         m.planned.setting.stepVoxels = step;
         m.error.rmse = error;

@@ -25,7 +25,8 @@ using namespace accuracy;
 
 struct AccuracyArguments {
     std::string in, out, scans, peers, ram, gpuMemory, size, preset, device = "auto";
-    std::vector<std::string> only;
+    std::vector<std::string> only, integrators;
+    double seconds = 0;
     bool all = false, quick = false, noShading = false;
     InputOptions input;
 };
@@ -98,6 +99,12 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
     options.ramBytes = budgetBytes(arguments.ram, "--ram", common);
     options.gpuBytes = budgetBytes(arguments.gpuMemory, "--gpu-memory", common);
     options.effort.quick = arguments.quick;
+    options.effort.seconds = arguments.seconds;
+    for (const std::string& name : arguments.integrators) {
+        options.integrators.push_back(parseIntegrator(name, "--integrators"));
+        if (options.integrators.back() == Integrator::automatic)
+            throw badFile("--integrators", "an integrator that is one", "\"" + name + "\"");
+    }
     std::error_code error;
     fs::create_directories(arguments.out, error);
     if (error)
@@ -139,10 +146,11 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
     bench::PagePlace place{arguments.out, "accuracy", kHeading, {}};
     for (const bench::Report& report : reports)
         place.order.push_back(report.name);
-    const bench::MadeBy madeBy{std::string("tessera accuracy ") + (arguments.all ? "--all" : "SCENE") +
-                                   " -o FOLDER" + (arguments.quick ? " --quick" : ""),
-                               on.machine + "; load " + bench::formatCell(bench::loadAverage()),
-                               TESSERA_VERSION};
+    const bench::MadeBy madeBy{
+        std::string("tessera accuracy ") + (arguments.all ? "--all" : "SCENE") + " -o FOLDER" +
+            (arguments.quick ? " --quick" : "") +
+            (arguments.seconds > 0 ? " --seconds " + formatNumber(arguments.seconds) : ""),
+        on.machine + "; load " + bench::formatCell(bench::loadAverage()), TESSERA_VERSION};
     for (const bench::Report& report : reports)
         bench::writeReport(report, madeBy, place);
     common.note("wrote " + (fs::path(arguments.out) / "accuracy.md").string());
@@ -165,6 +173,13 @@ void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& 
     command->add_option("--scans", a->scans,
                         "with --all: folder with the public scans (default: $TESSERA_TEST_DATA)");
     command->add_flag("--quick", a->quick, "small pictures, fewer settings and repeats: about a minute");
+    command
+        ->add_option("--seconds", a->seconds,
+                     "for the first pictures of a scene; settings that come later are left out, and listed "
+                     "(default: 40 with --quick, else no limit)")
+        ->check(CLI::PositiveNumber);
+    command->add_option("--integrators", a->integrators,
+                        "to compare, of " + joinNames(integratorNames()) + " (default: all but auto)");
     command->add_option("--peers", a->peers,
                         "CSV of other renderers on the same scenes: scene, renderer, time_min_ms, rmse");
     command->add_option("--size", a->size,

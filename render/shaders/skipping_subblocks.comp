@@ -32,7 +32,8 @@ void main() {
     }
     Shown shown = shownWithin(least(lo), most(hi), slackOf(least(lo), most(hi)));
     uint word = 0u;
-    vec4 lowBefore[4], highBefore[4]; // of the plane before, per row of sub-blocks
+    // Of the plane before, per row of sub-blocks; set because a driver's warning about it counts as an error.
+    vec4 lowBefore[4] = vec4[4](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0)), highBefore[4] = lowBefore;
     vec4 below[4], above[4];          // samples beside the plane
     int plane = 0;                    // 0 to 8, a quarter of a voxel apart, half a voxel beyond the first samples
     for (int slice = 0; slice < 4; ++slice) {

@@ -65,7 +65,8 @@ struct Range {
     bool any() const { return high > 0 && low <= high; }
 };
 
-/// The floor's line and guides of order 1, 2 and 4 at the top left.
+/// Guides at the top left, and the floor's line where errors come near it; else the caption tells where it
+/// is.
 void addGuides(Plot& plot, double floor, double sign, const std::vector<double>& orders) {
     Range x, y;
     for (const Plot::Curve& curve : plot.curves)
@@ -75,7 +76,7 @@ void addGuides(Plot& plot, double floor, double sign, const std::vector<double>&
         }
     if (!x.any() || !y.any())
         return;
-    for (const double order : orders) {
+    for (const double order : y.high > 5 * y.low ? orders : std::vector<double>()) {
         // From the corner where errors are large; no longer than the figure is high.
         const double from = sign < 0 ? x.low : x.high,
                      decades = std::log(y.high / std::max(floor, y.low)) / order;
@@ -83,8 +84,12 @@ void addGuides(Plot& plot, double floor, double sign, const std::vector<double>&
         plot.curves.push_back(guide("order " + number(order), from, y.high,
                                     from * std::exp(sign < 0 ? reach : -reach), sign * order));
     }
-    plot.curves.push_back(
-        {"floor of the reference", {{x.low, floor}, {x.high, floor}}, Plot::Style::guide, -1});
+    constexpr double kNear = 30;
+    if (y.low < kNear * floor)
+        plot.curves.push_back(
+            {"floor of the reference", {{x.low, floor}, {x.high, floor}}, Plot::Style::guide, -1});
+    else
+        plot.caption += " The floor of the reference, " + number(floor, 2) + ", is below the figure.";
 }
 
 Plot workPrecisionPlot(const Sweep& sweep, const std::vector<PeerPoint>& peers) {
@@ -119,7 +124,7 @@ Plot workPrecisionPlot(const Sweep& sweep, const std::vector<PeerPoint>& peers) 
         if (!curve.points.empty())
             plot.curves.push_back(std::move(curve));
     }
-    addGuides(plot, sweep.floor(), -1, {1, 2, 4});
+    addGuides(plot, sweep.floor(), -1, {1, 2});
     return plot;
 }
 
@@ -290,12 +295,15 @@ std::vector<Cell> axisRow(const Measured& m) {
 }
 
 Table axesTable(const Sweep& sweep) {
-    Table table{"axes-" + sweep.scene.name,
-                "The scene as it is, and one thing changed at a time:",
-                {"axis", "setting", "rms", "max", "99.9 %", "bias", "PSNR, dB", "SSIM", "L*u*v* p99", "ms",
-                 "samples", "GPU MiB"},
-                {},
-                true};
+    Table table{
+        "axes-" + sweep.scene.name,
+        "The scene as it is drawn by default, its levels chosen for the picture and the memory, and one "
+        "thing "
+        "changed at a time (`levels`: every brick at its finest, or levels within a predicted error):",
+        {"axis", "setting", "rms", "max", "99.9 %", "bias", "PSNR, dB", "SSIM", "L*u*v* p99", "ms", "samples",
+         "GPU MiB"},
+        {},
+        true};
     const auto add = [&](const std::string& axis, const Measured& m) {
         std::vector<Cell> row = {axis};
         const std::vector<Cell> rest = axisRow(m);
@@ -307,8 +315,8 @@ Table axesTable(const Sweep& sweep) {
         const Setting& s = m.planned.setting;
         if (m.planned.axis == "default")
             add("as it is", m);
-        else if (m.planned.axis != "product" && s.stepVoxels == asIs.stepVoxels &&
-                 s.integrator == asIs.integrator && s.fetch == asIs.fetch)
+        else if (m.planned.axis != "product" && (s.detail != Detail{} || m.planned.axis == "levels") &&
+                 s.stepVoxels == asIs.stepVoxels && s.integrator == asIs.integrator && s.fetch == asIs.fetch)
             add(m.planned.axis, m);
     }
     return table;
@@ -463,21 +471,23 @@ bench::Report stiffSection() {
         " segments, by the arithmetic that march and mirror share, in double and in float, over twelve "
         "decades of optical depth."};
     Table table{"stiff", "Relative error by optical depth:", {"optical depth"}, {}, true};
-    Plot plot{"stiff",
-              "Relative error of the colour:",
-              "optical depth of the slab",
-              "relative error",
-              true,
-              true,
-              {},
-              true};
+    Plot plot{
+        "stiff",
+        "Relative error of the colour. The mean over a segment's values is here the colour of its middle, so "
+        "that `pre-integrated` covers `midpoint`:",
+        "optical depth of the slab",
+        "relative error",
+        true,
+        true,
+        {},
+        true};
     const std::vector<StiffCurve> curves = stiffCurves();
     for (const StiffCurve& curve : curves) {
         table.columns.push_back(curve.name);
         Plot::Curve shown{curve.name, {}, Plot::Style::line, -1};
         const bool isFloat = curve.name.ends_with("float");
         shown.style = isFloat ? Plot::Style::dashed : Plot::Style::line;
-        shown.colour = static_cast<int>(&curve - curves.data()) / 2;
+        shown.colour = 1 + static_cast<int>(&curve - curves.data()) / 2; // as in the other figures
         for (const auto& [depth, error] : curve.points)
             shown.points.emplace_back(depth, std::max(error, 1e-17)); // zero has no place on the axis
         plot.curves.push_back(std::move(shown));
@@ -549,8 +559,20 @@ bench::Report runsSection(const std::vector<Sweep>& sweeps, const MeasuredOn& on
     Table fails = failTable(sweeps);
     if (fails.rows.empty())
         report.text.push_back("Nothing was refused and nothing went wrong.");
-    fails.onPage = !fails.rows.empty();
+    Table summary{"fail-summary", "The same, counted:", {"scene", "what", "settings", "the first"}, {}, true};
+    for (const auto& row : fails.rows) {
+        const auto same = std::find_if(summary.rows.begin(), summary.rows.end(),
+                                       [&](const auto& r) { return r[0] == row[0] && r[1] == row[2]; });
+        if (same == summary.rows.end())
+            summary.rows.push_back({row[0], row[2], 1.0, row[1]});
+        else
+            (*same)[2] = std::get<double>((*same)[2]) + 1;
+    }
+    fails.onPage = false;
+    const bool any = !fails.rows.empty();
     report.tables = {runsTable(sweeps, on), std::move(fails)};
+    if (any)
+        report.tables.push_back(std::move(summary));
     std::string list = "Left out:\n";
     for (const std::string& omission : omissions)
         list += "\n- " + omission;

@@ -27,7 +27,11 @@ DeviceScene::DeviceScene(const Scene& scene, const Detail& detail, const StoreRe
     asked.quality.maxError = detail.maxError;
     asked.quality.edgeFunction = detail.edgeFunction;
     PreparedScene& p = prepared_;
-    p = prepareScene(asked, store, limits_, ram_, gpu_, 0);
+    const bool finest = detail.finest && detail.memoryShare == 1 && !detail.maxError;
+    p = prepareScene(asked, store, limits_, ram_, gpu_, 0,
+                     finest ? LevelChoice::oneForAll : LevelChoice::perBrick);
+    if (finest && p.selection.finest() != 0) // not all fit
+        chooseAgain(p, asked, limits_, ram_, gpu_, 0, LevelChoice::perBrick);
     fixedBytes_ = p.reserveGpu(limits_, ram_, gpu_);
     if (p.chosen.atlasPages < pagesFor(p.selection.counts))
         throw InputError(gpu_.option() + ": " + formatBytes(gpuBytes) +

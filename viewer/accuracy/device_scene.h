@@ -30,6 +30,7 @@ class DeviceScene {
     const PreparedScene& prepared() const { return prepared_; }
     /// Budget under which its bricks would have so many times less room.
     std::size_t gpuBytesForShare(int share) const;
+    std::size_t gpuFreeBytes() const { return gpu_.freeBytes(); }
     const Work& uploads() const { return uploads_; }
     std::uint64_t bytesDecoded() const { return bytesDecoded_; }
     std::size_t peakRamBytes() const { return peakRam_; }

@@ -19,6 +19,8 @@ std::string featuresText(const Measured& m) {
     };
     if (s.gradient)
         add("gradient", gradientNames()[static_cast<std::size_t>(*s.gradient)]);
+    if (!s.detail.finest)
+        add("levels", "chosen");
     if (s.detail.memoryShare != 1)
         add("memory", "1/" + std::to_string(s.detail.memoryShare));
     if (s.detail.memoryShare != 1 || s.detail.maxError)

@@ -133,13 +133,13 @@ StandardScenes standardScenes(const fs::path& scratch, const fs::path& scans,
         }
     }
     if (wanted("sparse")) {
-        const glm::ivec3 extent = quick ? glm::ivec3(160, 120, 188) : glm::ivec3(640, 480, 750);
+        const glm::ivec3 extent = quick ? glm::ivec3(256, 192, 300) : glm::ivec3(640, 480, 750);
         NamedScene sparse{
             "sparse",
             "Bone of a generated torso, most of it empty, in a GPU budget that its bricks do not fit.",
             sceneOn(phantomStore(scratch, "torso", extent, ramBytes), std::string("bone"), View::anterior,
                     false, pixels)};
-        sparse.gpuBytes = std::size_t{quick ? 2U : 32U} << 20;
+        sparse.gpuBytes = std::size_t{quick ? 12U : 32U} << 20;
         made.scenes.push_back(std::move(sparse));
     }
     return made;

@@ -12,7 +12,7 @@ namespace {
 constexpr double kDisplayTermination = 1.0 / 510; // half a step of 8 bits
 constexpr double kFineTermination = 1e-4;
 
-const std::vector<Integrator>& integrators() {
+const std::vector<Integrator>& allIntegrators() {
     static const std::vector<Integrator> all = {Integrator::midpoint, Integrator::linear,
                                                 Integrator::preintegrated, Integrator::preintegrated2d};
     return all;
@@ -41,6 +41,7 @@ Setting settingOf(const Scene& scene) {
     s.termination = scene.quality.terminationTransmittance;
     if (scene.shading.on)
         s.gradient = scene.shading.gradient;
+    s.detail.finest = false; // levels as the renderer chooses them for the picture
     s.detail.maxError = scene.quality.maxError;
     s.detail.edgeFunction = scene.quality.edgeFunction;
     return s;
@@ -60,7 +61,7 @@ Scene withSetting(const Scene& scene, const Setting& setting) {
     return out;
 }
 
-std::vector<Planned> plannedSettings(const Scene& scene, bool quick) {
+std::vector<Planned> plannedSettings(const Scene& scene, bool quick, const std::vector<Integrator>& only) {
     Plan plan;
     const Setting asIs = settingOf(scene);
     plan.add(asIs, "default");
@@ -69,9 +70,9 @@ std::vector<Planned> plannedSettings(const Scene& scene, bool quick) {
     if (!quick)
         steps.insert(steps.end(), {0.125, 0.0625});
     const std::vector<Fetch> fetches = {Fetch::hardware, Fetch::exact};
-    for (const Integrator integrator : integrators())
-        for (const Fetch fetch : fetches)
-            for (const double step : steps) {
+    const auto addProduct = [&](double step) {
+        for (const Integrator integrator : only.empty() ? allIntegrators() : only)
+            for (const Fetch fetch : fetches) {
                 Setting s = asIs;
                 s.detail = {};
                 s.integrator = integrator;
@@ -88,6 +89,11 @@ std::vector<Planned> plannedSettings(const Scene& scene, bool quick) {
                         plan.add(s, "termination");
                 }
             }
+    };
+    // What changes one thing comes before fine steps: a quick run may not get to those.
+    for (const double step : steps)
+        if (step >= 0.5)
+            addProduct(step);
     for (const double termination : {0.0, kFineTermination, kDisplayTermination}) {
         Setting s = asIs;
         s.termination = termination;
@@ -106,6 +112,10 @@ std::vector<Planned> plannedSettings(const Scene& scene, bool quick) {
                 plan.add(s, "edges");
         }
     }
+    Setting finest = asIs;
+    finest.detail.finest = true;
+    finest.detail.maxError.reset();
+    plan.add(finest, "levels");
     for (const double maxError : quick ? std::vector<double>{2} : std::vector<double>{0.5, 2, 8}) {
         Setting s = asIs;
         s.detail.maxError = maxError;
@@ -118,6 +128,9 @@ std::vector<Planned> plannedSettings(const Scene& scene, bool quick) {
             s.gradient = gradient;
             plan.add(s, "gradient");
         }
+    for (const double step : steps)
+        if (step < 0.5)
+            addProduct(step);
     return plan.take();
 }
 
@@ -140,6 +153,8 @@ std::string settingName(const Setting& s) {
                        fractionText(s.termination);
     if (s.gradient)
         text += ", " + gradientNames()[static_cast<std::size_t>(*s.gradient)] + " gradient";
+    if (!s.detail.finest && !s.detail.maxError && s.detail.memoryShare == 1)
+        text += ", chosen levels";
     if (s.detail.memoryShare != 1)
         text += ", memory 1/" + std::to_string(s.detail.memoryShare);
     if (s.detail.maxError)

@@ -13,6 +13,7 @@ namespace tessera::accuracy {
 
 /// Which bricks a picture is drawn from: settings of one of these share what is on the device.
 struct Detail {
+    bool finest = true;  // every brick that shows something at level 0, where that fits; else as chosen
     int memoryShare = 1; // the scene's bricks get 1/memoryShare of the GPU memory that they ask for
     std::optional<double> maxError; // predicted error that levels may have, L*u*v*; none: the best that fits
     EdgeFunction edgeFunction = Quality{}.edgeFunction;
@@ -40,8 +41,11 @@ Setting settingOf(const Scene& scene);
 /// The scene with a setting's quality; the camera, the function and what it shows stay.
 Scene withSetting(const Scene& scene, const Setting& setting);
 
+/// Coarse steps of all methods come before finer ones.
 /// @param quick  fewer steps and axes
-std::vector<Planned> plannedSettings(const Scene& scene, bool quick);
+/// @param integrators  of the product; empty: all
+std::vector<Planned> plannedSettings(const Scene& scene, bool quick,
+                                     const std::vector<Integrator>& integrators = {});
 
 /// "preintegrated, exact": integrator and fetch: what is one curve of a figure.
 std::string methodName(const Setting& setting);

@@ -25,7 +25,9 @@ double secondsSince(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+constexpr const char* kOutOfTime = "left out: the time for pictures was over";
 constexpr int kWarmUps = 2;
+constexpr double kLongFrameMs = 1000; // warm after one
 constexpr double kMovedShare = 0.02;
 
 /// The fixed work whose time tells whether the machine is as it was: least of some repeats, on all
@@ -104,13 +106,18 @@ class Runner {
 
     Sweep run() {
         out_.loadBefore = bench::loadAverage();
-        const std::vector<Planned> planned = options_.settings.empty()
-                                                 ? plannedSettings(out_.scene.scene, options_.effort.quick)
-                                                 : options_.settings;
-        details_.push_back({Detail{}, makeScene(Detail{}, gpuBytes_)});
+        const std::vector<Planned> planned =
+            options_.settings.empty()
+                ? plannedSettings(out_.scene.scene, options_.effort.quick, options_.integrators)
+                : options_.settings;
+        details_.push_back({Detail{}, false, makeScene(out_.scene.scene, Detail{}, gpuBytes_)});
         findTruth();
+        const auto start = Clock::now();
         for (const Planned& p : planned)
-            prepare(p);
+            if (secondsSince(start) <= options_.effort.secondsForPictures())
+                prepare(p);
+            else
+                fail(p.setting, kOutOfTime);
         for (int block = 0; block < options_.effort.blocks(); ++block)
             timeBlock(block);
         out_.loadAfter = bench::loadAverage();
@@ -122,6 +129,7 @@ class Runner {
   private:
     struct OnDevice {
         Detail detail;
+        bool seenColours;                   // leaves room for the tables of preintegrated2d
         std::unique_ptr<DeviceScene> scene; // null: refused
     };
     struct Drawer {
@@ -129,8 +137,8 @@ class Runner {
         std::unique_ptr<DeviceMarch> march;
     };
 
-    std::unique_ptr<DeviceScene> makeScene(const Detail& detail, std::size_t gpuBytes) {
-        return std::make_unique<DeviceScene>(out_.scene.scene, detail, store_, context_, ram_, gpuBytes);
+    std::unique_ptr<DeviceScene> makeScene(const Scene& scene, const Detail& detail, std::size_t gpuBytes) {
+        return std::make_unique<DeviceScene>(scene, detail, store_, context_, ram_, gpuBytes);
     }
 
     /// No path of this machine gets into a report.
@@ -143,13 +151,20 @@ class Runner {
 
     /// Null, and a failure, where the scene cannot be drawn like that.
     DeviceScene* sceneOf(const Setting& setting) {
+        // Large tables leave less room for bricks, where the bricks take all there is.
+        constexpr std::size_t kAmple = std::size_t{64} << 20;
+        const bool seenColours = setting.integrator == Integrator::preintegrated2d &&
+                                 details_.front().scene->gpuFreeBytes() < kAmple;
         for (const OnDevice& known : details_)
-            if (known.detail == setting.detail)
+            if (known.detail == setting.detail && known.seenColours == seenColours)
                 return known.scene.get();
-        OnDevice made{setting.detail, nullptr};
+        OnDevice made{setting.detail, seenColours, nullptr};
         try {
+            Scene scene = out_.scene.scene;
+            if (seenColours)
+                scene.quality.integrator = setting.integrator;
             const int share = setting.detail.memoryShare;
-            made.scene = makeScene(setting.detail,
+            made.scene = makeScene(scene, setting.detail,
                                    share == 1 ? gpuBytes_ : details_.front().scene->gpuBytesForShare(share));
         } catch (const InputError& refused) {
             fail(setting, refused.what());
@@ -209,7 +224,7 @@ class Runner {
             m.work = marchOf(*scene, s, true).draw(s.stepVoxels).work;
             DeviceMarch& march = marchOf(*scene, s, false);
             Frame frame;
-            for (int i = 0; i < kWarmUps; ++i)
+            for (int i = 0; i < kWarmUps && !(frame.wallMs > kLongFrameMs); ++i)
                 frame = march.draw(s.stepVoxels);
             m.error = measureError(thinned(frame.image, out_.pixelStride), truth_);
             m.features = march.features();

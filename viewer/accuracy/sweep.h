@@ -31,6 +31,9 @@ struct Effort {
     int blocks() const { return quick ? 2 : 5; }
     int rounds() const { return quick ? 2 : 4; }                 // of a block
     double secondsPerSetting() const { return quick ? 0.4 : 2; } // then a block takes it once
+    /// For first pictures, errors and counts; what comes later is left out, and listed.
+    double secondsForPictures() const { return seconds > 0 ? seconds : quick ? 40 : 1e9; }
+    double seconds = 0;                                  // of that, where told
     int repeatedBlocks() const { return quick ? 0 : 2; } // where the calibration moved, at most, a block
     std::size_t provenRays() const { return quick ? 64 : 256; }
 };
@@ -85,7 +88,8 @@ struct SweepOptions {
     std::string device = "auto";
     std::size_t ramBytes = 0, gpuBytes = 0;
     Effort effort;
-    std::vector<Planned> settings; // empty: plannedSettings()
+    std::vector<Integrator> integrators; // of plannedSettings()
+    std::vector<Planned> settings;       // empty: plannedSettings()
 };
 
 /// Every stride-th pixel of every stride-th row, from the middle of the first stride on.

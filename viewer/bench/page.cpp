@@ -94,6 +94,23 @@ template <typename Coordinate> std::string rangeText(const Plot& plot, const Coo
     return "[" + full(low / air) + ":" + full(high * air) + "]";
 }
 
+/// Places to name on a logarithmic axis that spans too few decades to do with powers of ten; empty: enough.
+std::string ticsText(const Plot& plot) {
+    double low = std::numeric_limits<double>::infinity(), high = 0;
+    for (const Plot::Curve& curve : plot.curves)
+        for (const auto& [x, y] : curve.points) {
+            low = std::min(low, x);
+            high = std::max(high, x);
+        }
+    if (!(low > 0 && high < 100 * low))
+        return "";
+    std::string list;
+    for (double power = std::pow(10, std::floor(std::log10(low)) - 1); power <= 10 * high; power *= 10)
+        for (const double digit : {1, 2, 5})
+            list += (list.empty() ? "" : ",") + full(digit * power);
+    return "set xtics (" + list + ")\n";
+}
+
 /// The plot as commands for gnuplot, its data included.
 std::string gnuplotScript(const Plot& plot, const fs::path& svg) {
     std::ostringstream text;
@@ -101,7 +118,8 @@ std::string gnuplotScript(const Plot& plot, const fs::path& svg) {
          << "set xlabel " << gnuplotText(plot.xLabel) << "\nset ylabel " << gnuplotText(plot.yLabel) << "\n";
     if (plot.logX)
         text << "set logscale x\nset format x \"%g\"\nset xrange "
-             << rangeText(plot, [](const auto& p) { return p.first; }) << "\n";
+             << rangeText(plot, [](const auto& p) { return p.first; }) << "\n"
+             << ticsText(plot);
     if (plot.logY)
         text << "set logscale y\nset format y \"%.0e\"\nset yrange "
              << rangeText(plot, [](const auto& p) { return p.second; }) << "\n";
