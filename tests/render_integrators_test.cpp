@@ -117,10 +117,10 @@ TEST(Preintegration, EveryValueHasAPlace) {
                 const float extinction = segmentExtinction(o, f, g);
                 ASSERT_TRUE(std::isfinite(extinction) && extinction >= 0) << a << " " << b;
                 const float alpha = opacityOf(extinction);
-                if (alpha > 0)
-                    for (int c = 0; c < 3; ++c)
-                        ASSERT_TRUE(std::isfinite(segmentColour(o, f, g, extinction, alpha, 1)[c]))
-                            << a << " " << b;
+                for (int c = 0; c < 3 && alpha > 0; ++c) {
+                    ASSERT_TRUE(std::isfinite(segmentColour(o, f, g, extinction, alpha, 1)[c]))
+                        << a << " " << b;
+                }
             }
     }
 }
@@ -218,8 +218,9 @@ TEST(PictureCheck, TheGridsRaysAreThePictures) {
                         ASSERT_NEAR(mine.base[axis], theirs.base[axis], 1e-9);
                         ASSERT_NEAR(mine.direction[axis], theirs.direction[axis], 1e-12);
                     }
-                    if (projection == Projection::perspective)
+                    if (projection == Projection::perspective) {
                         ASSERT_NEAR(mine.nearest, theirs.nearest, 1e-9);
+                    }
                 }
         }
 }
