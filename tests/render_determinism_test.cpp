@@ -171,6 +171,21 @@ TEST_P(Determinism, WhatIsLeftOutLeavesNoTrace) {
              drawn(neutral), unlit});
     }
 
+    // A surface in the middle of the values, of no opacity.
+    Scene invisible = lit;
+    {
+        const Prepared prepared(kStore, lit);
+        const Statistics& v = prepared.p.statistics;
+        const VolumeInfo& info = prepared.reader.info();
+        const double middle = 0.5 * (static_cast<double>(v.lowest) + static_cast<double>(v.highest));
+        invisible.surfaces = {{info.rescaleSlope * middle + info.rescaleIntercept, glm::dvec3(1, 0, 0), 0}};
+    }
+    table.push_back({"a surface that is not seen", drawn(invisible), image});
+    Scene seen = invisible;
+    seen.surfaces[0].opacity = 0.5;
+    EXPECT_GT(difference(drawn(seen), image).highest, 1e-4)
+        << "a surface that is seen, behind most of the light";
+
     // Termination that never happens: compiled, but below what any ray is left with.
     Scene neverEnds = lit;
     neverEnds.quality.terminationTransmittance = 1e-30;
