@@ -46,6 +46,7 @@ glm::dvec4 integrate(const Optics& optics, const LineField& line, int n, double 
             return static_cast<Real>(line.value(static_cast<double>(p.x)));
         }
         glm::vec<3, Real> gradient(const glm::vec<3, Real>&) const { return glm::vec<3, Real>(0); }
+        Real pitch(const glm::vec<3, Real>&) const { return 1; }
     } field{line};
     SegmentedRay<Real> ray;
     ray.step = {Real(1) / static_cast<Real>(n), 0, 0};
