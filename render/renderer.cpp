@@ -107,7 +107,7 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
                                              result.features, p.info(), field.source, gpu, wanted);
     if (occupancy && p.mapsNearSurfaces) {
         march.setNearSurfaces(p.nearSurfaces);
-        if (refines && gpu.freeBytes() >= refining)
+        if (!passes && refiningPays(p.nearSurfaces, rays) && gpu.freeBytes() >= refining)
             refineSkipping(march.nearSurfacesMap(), p.nearSurfaces, p.surfaceTable, p.optics, result.features,
                            p.info(), field.source, gpu, nullptr);
     }
