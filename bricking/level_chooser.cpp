@@ -34,15 +34,14 @@ void LevelChooser::setFunction(const Statistics& statistics, const TransferTable
                    [](std::uint8_t level) { return level == Selection::kEmpty ? 0 : 1; });
     addBrickRays(store_, shows, rays_, ram_, threads_);
     errors_ = {};
-    if (table.isovalues.empty()) {
+    if (table.surfaces.empty()) {
         errors_ = predictErrors(rays_, std::move(shows), table, store_.info(), threads_);
         return;
     }
-    // A surface is where something begins that is as good as opaque after a few voxels.
     const glm::dvec3 spacing = store_.info().spacingMm();
     const double voxelMm = std::cbrt(spacing.x * spacing.y * spacing.z);
-    errors_ = predictErrors(rays_, std::move(shows), table.withSurfacesAsStep(0.5 / voxelMm), store_.info(),
-                            threads_);
+    errors_ =
+        predictErrors(rays_, std::move(shows), table.withSurfacesAsSteps(voxelMm), store_.info(), threads_);
 }
 
 void LevelChooser::keepFunction() {

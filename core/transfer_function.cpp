@@ -113,9 +113,9 @@ namespace {
 std::vector<std::uint8_t> besideSurfaces(const TransferTable& table) {
     std::vector<std::uint8_t> marks(table.entries.size());
     const double last = static_cast<double>(marks.size() - 1);
-    for (const double value : table.isovalues) {
-        const double place =
-            (value - static_cast<double>(table.firstValue)) * static_cast<double>(table.entriesPerValue);
+    for (const SurfaceValue& surface : table.surfaces) {
+        const double place = (surface.value - static_cast<double>(table.firstValue)) *
+                             static_cast<double>(table.entriesPerValue);
         marks[static_cast<std::size_t>(std::clamp(std::floor(place), 0.0, last))] = 1;
         marks[static_cast<std::size_t>(std::clamp(std::ceil(place), 0.0, last))] = 1;
     }
@@ -139,30 +139,41 @@ TransferTable TransferTable::ofSurfaces() const {
     return table;
 }
 
-TransferTable TransferTable::withSurfacesAsStep(double extinction) const {
+TransferTable TransferTable::withSurfacesAsSteps(double voxelMm) const {
+    constexpr double kNearlyOpaque = 0.9, kDense = 0.5, kThin = 0.02; // extinctions per voxel
     TransferTable table = *this;
-    const double first =
-        (isovalues.front() - static_cast<double>(firstValue)) * static_cast<double>(entriesPerValue);
-    for (std::size_t i = 0; i < entries.size(); ++i) {
-        glm::vec4& e = table.entries[i];
-        if (static_cast<double>(i) < first)
-            continue;
-        if (e.a == 0)
-            e = glm::vec4(1, 1, 1, 0);
-        e.a = std::max(e.a, static_cast<float>(extinction));
+    for (std::size_t n = 0; n < surfaces.size(); ++n) {
+        const SurfaceValue& surface = surfaces[n];
+        const double first =
+            (surface.value - static_cast<double>(firstValue)) * static_cast<double>(entriesPerValue);
+        const double perVoxel = surface.opacity >= kNearlyOpaque ? kDense : kThin * surface.opacity;
+        const float extinction = static_cast<float>(perVoxel / voxelMm);
+        const glm::vec3 colour = surface.colour * (n % 2 == 0 ? 1.0f : 0.5f); // told from its neighbours
+        for (std::size_t i = 0; i < table.entries.size(); ++i) {
+            if (static_cast<double>(i) < first)
+                continue;
+            glm::vec4& e = table.entries[i];
+            const float own = entries[i].a, sum = own + extinction;
+            e = glm::vec4((glm::vec3(entries[i]) * own + colour * extinction) / sum, std::max(sum, e.a));
+        }
     }
     countShown(table);
     return table;
 }
 
-TransferTable makeTable(const TransferFunction& function, std::vector<double> isovalues) {
-    const std::size_t kMinEntries = isovalues.empty() ? 256 : 4096;
-    std::sort(isovalues.begin(), isovalues.end());
+TransferTable makeTable(const TransferFunction& function, std::vector<SurfaceValue> surfaces) {
+    const std::size_t kMinEntries = surfaces.empty() ? 256 : 4096;
+    std::stable_sort(surfaces.begin(), surfaces.end(),
+                     [](const SurfaceValue& a, const SurfaceValue& b) { return a.value < b.value; });
     const std::vector<double>& kinks = function.kinks();
     double first = kinks.empty() ? 0 : kinks.front(), last = kinks.empty() ? 1 : kinks.back();
-    if (!isovalues.empty()) {
-        first = kinks.empty() ? isovalues.front() : std::min(first, isovalues.front());
-        last = kinks.empty() ? isovalues.back() : std::max(last, isovalues.back());
+    if (!surfaces.empty()) {
+        first = kinks.empty() ? surfaces.front().value : std::min(first, surfaces.front().value);
+        last = kinks.empty() ? surfaces.back().value : std::max(last, surfaces.back().value);
+        // Values beyond the table read as its ends: these must not be a surface's.
+        const double beyond = std::max((last - first) / 64, 0.5);
+        first -= first == surfaces.front().value ? beyond : 0;
+        last += last == surfaces.back().value ? beyond : 0;
     }
     // Readers have scale and offset in float: a narrower table would make the one infinite or cancel the
     // other. One value, a constant or one step with both sides to show, gets room as well.
@@ -195,7 +206,7 @@ TransferTable makeTable(const TransferFunction& function, std::vector<double> is
         table.entries[i] = glm::vec4(glm::vec3(function.colour(value)), static_cast<float>(extinction));
         highest = std::max(highest, extinction);
     }
-    table.isovalues = std::move(isovalues);
+    table.surfaces = std::move(surfaces);
     countShown(table);
     // Own error: four probes a bin, away from steps (bins that a duplicate point falls into or beside).
     std::vector<double> steps;

@@ -53,6 +53,13 @@ class TransferFunction {
     bool pointsAreExtinction_ = false;
 };
 
+/// An isosurface, as far as it decides what is shown.
+struct SurfaceValue {
+    double value = 0; // physical units
+    glm::vec3 colour{1};
+    double opacity = 1;
+};
+
 /// The function as march and mirror read it: equidistant samples, linear between them, in float.
 struct TransferTable {
     float firstValue = 0;           // value of entries.front(); values below read as it
@@ -61,8 +68,7 @@ struct TransferTable {
     /// Largest |extinction of table - of points| / largest extinction, over a fine sweep without the
     /// neighbourhood (one table bin) of steps, which no table of finite size can follow.
     double relativeError = 0;
-    /// Values of isosurfaces, ascending, physical units.
-    std::vector<double> isovalues;
+    std::vector<SurfaceValue> surfaces; // ascending
     /// Entries up to and including i that show something: their extinction is not 0, or an isosurface's value
     /// is theirs or lies beside them; for emptyOver().
     std::vector<int> nonZeroUpTo;
@@ -79,13 +85,14 @@ struct TransferTable {
     bool isTransparent() const;
     /// What the isosurfaces alone show: entries beside their values have an extinction of 1, all others none.
     TransferTable ofSurfaces() const;
-    /// For judging levels: from the lowest isosurface's value on, entries have at least this extinction
-    /// (1/mm), white where they had none.
-    TransferTable withSurfacesAsStep(double extinction) const;
+    /// For judging levels: from each isosurface's value on something begins that is told from what lies
+    /// before it: as good as opaque after a few voxels where the surface is nearly opaque, else thin, so that
+    /// it hides little.
+    TransferTable withSurfacesAsSteps(double voxelMm) const;
 };
 
 /// Size follows the sharpest feature: at least 8 entries between the two closest points, a power of two; with
 /// isosurfaces, whose values the table then covers, at least 4096.
-TransferTable makeTable(const TransferFunction& function, std::vector<double> isovalues = {});
+TransferTable makeTable(const TransferFunction& function, std::vector<SurfaceValue> surfaces = {});
 
 } // namespace tessera

@@ -145,11 +145,11 @@ SceneField::SceneField(const PreparedScene& scene, const Atlas& atlas, Ledger& g
 
 void PreparedScene::setFunction(const TransferFunction& f, const Scene& scene, Ledger& ram) {
     function = f;
-    std::vector<double> isovalues;
+    std::vector<SurfaceValue> surfaces;
     for (const Isosurface& surface : scene.surfaces)
         if (surface.opacity > 0)
-            isovalues.push_back(surface.value);
-    table = makeTable(function, std::move(isovalues));
+            surfaces.push_back({surface.value, glm::vec3(surface.colour), surface.opacity});
+    table = makeTable(function, std::move(surfaces));
     functionCharge = {};
     Integrator integrator = scene.quality.integrator;
     if (integrator == Integrator::automatic)

@@ -514,6 +514,22 @@ TEST(Isosurfaces, NothingIsSampledFarFromThem) {
     EXPECT_LE(draw(*prepared, kFeatureShading, {}, true).work.segments, 8 * entered);
 }
 
+// Values beyond a table read as its ends: surfaces at the ends of a function's range make nothing else
+// occupied, and bricks around them get the levels that they need.
+TEST(Isosurfaces, OccupyOnlyWhereTheyAre) {
+    for (const double isovalue : {-300.0, 250.0}) {
+        Scene scene = torsoScene(0, false, Integrator::midpoint, {200, 200});
+        scene.volumes[0].transferFunction = TransferFunction::fromExtinction({{0, 0}}, {});
+        scene.surfaces = {{isovalue, glm::dvec3(1), 0.5}};
+        Ledger ram("RAM", "--ram", std::size_t{1} << 30),
+            gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
+        const StoreReader reader(storePath("torso"), ram);
+        const PreparedScene p = prepareScene(scene, reader, TextureLimits{}, ram, gpu, 0);
+        EXPECT_LT(p.occupancy.occupiedCells(), p.occupancy.map().size() / 2) << isovalue;
+        EXPECT_GT(p.selection.counts[0], 10u) << isovalue;
+    }
+}
+
 TEST(Isosurfaces, CostNothingWhereThereAreNone) {
     const GlContext context({"software"});
     Scene scene = torsoScene(0, true, Integrator::preintegrated);
