@@ -105,8 +105,9 @@ StandardScenes standardScenes(const fs::path& scratch, const fs::path& scans,
         const ValueSummary values = valuesOf(store, ramBytes);
         made.scenes.push_back(
             {"boundary-layer",
-             "A stiff boundary layer (closed form T11): extinction k/(s+1/1000) over a ramp s.",
-             sceneOn(store, boundaryLayer(values.lowest, values.highest, 256), View::left, false, pixels)});
+             "A stiff boundary layer (closed form T11): extinction k/(s+1/1000) over a ramp s, entered where "
+             "it is dense.",
+             sceneOn(store, boundaryLayer(values.lowest, values.highest, 256), View::right, false, pixels)});
     }
     const bool narrow = wanted("narrow-ct"), soft = wanted("soft-tissue-ct");
     if (narrow || soft) {
