@@ -201,7 +201,7 @@ class Runner {
 
     /// One for all settings that differ in their step alone, and have no tables for it.
     DeviceMarch& marchOf(DeviceScene& scene, Setting setting, bool counting) {
-        if (setting.integrator != Integrator::preintegrated2d)
+        if (setting.integrator != Integrator::preintegrated2d && setting.integrator != Integrator::automatic)
             setting.stepVoxels = 1;
         std::vector<Drawer>& drawers = counting ? counters_ : drawers_;
         for (Drawer& known : drawers)
