@@ -95,6 +95,10 @@ class Runner {
           ram_("RAM", "--ram", options.ramBytes),
           gpuBytes_(scene.gpuBytes > 0 ? scene.gpuBytes : options.gpuBytes),
           store_(scene.scene.volumes.at(0).path, ram_) {
+        if (!scene.scene.surfaces.empty())
+            throw InputError(
+                "accuracy: expected a scene without isosurfaces, which the reference does not draw; found " +
+                std::to_string(scene.scene.surfaces.size()));
         out_.scene = scene;
         out_.scene.scene.imageSize = fittedSize(scene.scene.imageSize, options.effort.pictureExtent());
         out_.imageSize = out_.scene.scene.imageSize;
