@@ -42,21 +42,24 @@ TransferFunction uniformInside() {
                                          {{0, {0.9, 0.5, 0.2}}, {1000, {0.2, 0.5, 0.9}}}, 1);
 }
 
-/// T11: extinction k / (s + eps) over a ramp s in [0,1], eps = 1/1000, linear in opacity between points that
-/// lie geometrically. Opacity is per a length so short that it does not saturate.
+/// T11: extinction k / (s + eps) over a ramp s in [0,3/4], eps = 1/1000, linear in opacity between points
+/// that lie geometrically. Opacity is per a length so short that it does not saturate.
 TransferFunction boundaryLayer(double lowest, double highest, double lengthMm) {
     constexpr double kEps = 1e-3, kStrength = 1, kPointsPerDecade = 8;
+    // The layer begins inside: the volume's outermost half voxels are flat, and would be all that is seen.
+    constexpr double kBegin = 0.25;
     const double unitMm = 1e-2 * kEps * lengthMm;
-    std::vector<OpacityPoint> opacity;
+    const double begin = lowest + kBegin * (highest - lowest);
+    std::vector<OpacityPoint> opacity = {{begin, 0}};
     for (int i = 0;; ++i) {
-        const double s = std::min(1.0, kEps * (std::pow(10, i / kPointsPerDecade) - 1));
+        const double s = std::min(1 - kBegin, kEps * (std::pow(10, i / kPointsPerDecade) - 1));
         const double extinction = kStrength / (lengthMm * (s + kEps));
-        opacity.push_back({lowest + (highest - lowest) * s, -std::expm1(-extinction * unitMm)});
-        if (s == 1)
+        opacity.push_back({begin + (highest - lowest) * s, -std::expm1(-extinction * unitMm)});
+        if (s == 1 - kBegin)
             break;
     }
     return TransferFunction::fromOpacity(std::move(opacity),
-                                         {{lowest, {1, 0.2, 0.1}}, {highest, {0.1, 0.4, 1}}}, unitMm);
+                                         {{begin, {1, 0.2, 0.1}}, {highest, {0.1, 0.4, 1}}}, unitMm);
 }
 
 /// A spike 1/4096 of the values' range wide, at the lowest value of bone; what it adds where it is crossed
@@ -105,8 +108,9 @@ StandardScenes standardScenes(const fs::path& scratch, const fs::path& scans,
         const ValueSummary values = valuesOf(store, ramBytes);
         made.scenes.push_back(
             {"boundary-layer",
-             "A stiff boundary layer (closed form T11): extinction k/(s+1/1000) over a ramp s.",
-             sceneOn(store, boundaryLayer(values.lowest, values.highest, 256), View::left, false, pixels)});
+             "A stiff boundary layer (closed form T11): extinction k/(s+1/1000) over a ramp s, entered where "
+             "it is dense.",
+             sceneOn(store, boundaryLayer(values.lowest, values.highest, 256), View::right, false, pixels)});
     }
     const bool narrow = wanted("narrow-ct"), soft = wanted("soft-tissue-ct");
     if (narrow || soft) {

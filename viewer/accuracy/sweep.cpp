@@ -95,6 +95,10 @@ class Runner {
           ram_("RAM", "--ram", options.ramBytes),
           gpuBytes_(scene.gpuBytes > 0 ? scene.gpuBytes : options.gpuBytes),
           store_(scene.scene.volumes.at(0).path, ram_) {
+        if (!scene.scene.surfaces.empty())
+            throw InputError(
+                "accuracy: expected a scene without isosurfaces, which the reference does not draw; found " +
+                std::to_string(scene.scene.surfaces.size()));
         out_.scene = scene;
         out_.scene.scene.imageSize = fittedSize(scene.scene.imageSize, options.effort.pictureExtent());
         out_.imageSize = out_.scene.scene.imageSize;
@@ -201,7 +205,7 @@ class Runner {
 
     /// One for all settings that differ in their step alone, and have no tables for it.
     DeviceMarch& marchOf(DeviceScene& scene, Setting setting, bool counting) {
-        if (setting.integrator != Integrator::preintegrated2d)
+        if (setting.integrator != Integrator::preintegrated2d && setting.integrator != Integrator::automatic)
             setting.stepVoxels = 1;
         std::vector<Drawer>& drawers = counting ? counters_ : drawers_;
         for (Drawer& known : drawers)
