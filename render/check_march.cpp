@@ -29,12 +29,11 @@ Image CheckMarch::draw(double stepVoxels) {
 
 double CheckMarch::chooseStep(double luvP99) {
     std::vector<Integrator> integrators = {scene_.optics.integrator};
-    if (scene_.quality.integrator == Integrator::automatic &&
-        scene_.quality.edgeFunction != EdgeFunction::nearest)
+    if (scene_.quality.integrator == Integrator::automatic && scene_.mayTake != Integrator::midpoint)
         integrators = {Integrator::midpoint, Integrator::preintegrated};
     const auto take = [&](Integrator integrator) {
         if (integrator != scene_.optics.integrator) {
-            scene_.setIntegrator(integrator);
+            scene_.setIntegrator(integrator, ram_);
             march_.setFunction(scene_.optics);
         }
     };

@@ -15,8 +15,9 @@ class CheckMarch {
   public:
     /// @param run  marches all rays to their end, bringing the bricks that they wait for
     CheckMarch(March& march, std::uint32_t features, PreparedScene& scene,
-               std::function<void(March&, Work&)> run)
-        : march_(march), features_(features), scene_(scene), run_(std::move(run)), grid_(scene.imageSize) {}
+               std::function<void(March&, Work&)> run, Ledger& ram)
+        : march_(march), features_(features), scene_(scene), run_(std::move(run)), ram_(ram),
+          grid_(scene.imageSize) {}
 
     /// Takes the step and, where the scene leaves it open, the integrator that cost the least of those
     /// whose error stays below luvP99 (CIE L*u*v*, 99th percentile over the grid's pixels); the finest step
@@ -32,6 +33,7 @@ class CheckMarch {
     std::uint32_t features_;
     PreparedScene& scene_;
     std::function<void(March&, Work&)> run_;
+    Ledger& ram_;
     PixelGrid grid_;
 };
 

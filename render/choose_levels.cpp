@@ -71,12 +71,13 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
     if (scene.quality.maxError) {
         chosen.selection = chooser->within(statistics.brickMean, kShareOfLevels * *scene.quality.maxError);
         const std::size_t wanted = pagesFor(chosen.selection.counts);
+        // Where none is named, one that takes ends comes only with room for far more pages than it needs.
+        const Integrator named = scene.quality.integrator;
+        const bool takesEnds = named != Integrator::automatic && named != Integrator::midpoint;
         chosen.error = chooser->predict(chosen.selection);
         chosen.atlasPages = std::min(std::max<std::size_t>(1, wanted), pages);
         const std::size_t least = std::max<std::size_t>(
-            1, std::min(wanted, neighbourhoodPages(scene.shading.on,
-                                                   scene.quality.integrator != Integrator::midpoint ||
-                                                       !scene.surfaces.empty())));
+            1, std::min(wanted, neighbourhoodPages(scene.shading.on, takesEnds || !scene.surfaces.empty())));
         if (chosen.atlasPages < least)
             throw belowFloor(gpu, gpuFixed + atlasBytes(least, info.type, limits),
                              "picture, tables and the bricks around one sample");

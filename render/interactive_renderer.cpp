@@ -40,8 +40,10 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     const std::size_t bricks = cellCount(brickGrid(p_.info().extentVoxels));
     charge_ = ram.charge(kBytesPerBrick * bricks, "levels that change");
     const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};
-    // Of any function: the march's table, bins and sums, and the table of what is seen.
-    const std::size_t tables = 5 * TransferTable::kMaxEntries * sizeof(glm::vec4);
+    p_.settleIntegrator(ram, gpu);
+    // Of any function: the march's tables and the table of what is seen.
+    const std::size_t tables =
+        p_.gpuTableBytes(TransferTable::kMaxEntries) + TransferTable::kMaxEntries * sizeof(glm::vec4);
     const std::size_t reserved = p_.reserveGpu(limits, ram, gpu);
     p_.mapsNearSurfaces = false; // levels change too often
     const std::size_t fixed =

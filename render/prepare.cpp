@@ -38,13 +38,17 @@ std::size_t pixelCount(const glm::ivec2& size) {
 std::size_t selectionBytes(const VolumeInfo& info) {
     return cellCount(brickGrid(info.extentVoxels)) * (sizeof(std::uint8_t) + sizeof(float));
 }
-/// A transfer function's table as TransferTable and as Optics hold it, and its sums.
-std::size_t tableBytes(std::size_t entries) {
-    return entries * (2 * sizeof(glm::vec4) + sizeof(int)) + (3 * entries + 5) * sizeof(glm::vec4);
+/// What integrators need beside a table: bins and sums.
+std::size_t sumsBytes(std::size_t entries) {
+    return (3 * entries + 5) * sizeof(glm::vec4);
 }
-/// The tables of colours, and the one that an upload copies.
-std::size_t seenBytes(Integrator integrator) {
-    return integrator == Integrator::preintegrated2d ? 2 * SeenColours::bytes(kLevelCount) : 0;
+/// RAM of a transfer function's tables: its own as TransferTable and as Optics hold it, sums, and the tables
+/// of colours with the one that an upload copies.
+std::size_t tableBytes(std::size_t entries, Integrator integrator) {
+    const bool sums = integrator == Integrator::preintegrated || integrator == Integrator::preintegrated2d;
+    const std::size_t seen =
+        integrator == Integrator::preintegrated2d ? 2 * SeenColours::bytes(kLevelCount) : 0;
+    return entries * (2 * sizeof(glm::vec4) + sizeof(int)) + (sums ? sumsBytes(entries) : 0) + seen;
 }
 /// The edge of a cube of a voxel's volume.
 double typicalVoxelMm(const VolumeInfo& info) {
@@ -65,8 +69,8 @@ std::size_t cacheFloorBytes(const VolumeInfo& info, int threads) {
            cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info.type) * LatticeReader::kPinnedChunks *
                static_cast<std::size_t>(threads - 1);
 }
-/// Tables of colours are taken by themselves where they are a small part of what is free.
-constexpr std::size_t kShareForSeenColours = 16;
+/// An integrator that is not asked for by name takes tables only where they are a small part of what is free.
+constexpr std::size_t kShareForTables = 16;
 /// What the eye cannot see in a segment's colour.
 constexpr double kSeenColourMatters = 1.0 / 255;
 
@@ -78,8 +82,8 @@ std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize
     const std::size_t own = bytesPerPixel * pixelCount(imageSize) + selectionBytes(info) +
                             Occupancy::bytes(info.extentVoxels, MapScale::bricks) +
                             LevelMap::bytes(brickGrid(info.extentVoxels)) +
-                            tableBytes(TransferTable::kMaxEntries) + seenBytes(integrator) +
-                            cacheFloorBytes(info, used) + Atlas::stagingBytes(info);
+                            tableBytes(TransferTable::kMaxEntries, integrator) + cacheFloorBytes(info, used) +
+                            Atlas::stagingBytes(info);
     // A reader takes up to a quarter of what is free (store_reader.h); the statistics' floor knows that.
     return statisticsFloorBytes(info, used) + own / 3 * 4 + 4;
 }
@@ -150,14 +154,9 @@ void PreparedScene::setFunction(const TransferFunction& f, const Scene& scene, L
         if (surface.opacity > 0)
             surfaces.push_back({surface.value, glm::vec3(surface.colour), surface.opacity});
     table = makeTable(function, std::move(surfaces));
-    functionCharge = {};
-    Integrator integrator = scene.quality.integrator;
-    if (integrator == Integrator::automatic)
-        integrator = scene.quality.edgeFunction == EdgeFunction::nearest
-                         ? Integrator::midpoint
-                         : integratorFor(statistics, table, info(), scene.quality.stepVoxels);
-    functionCharge = ram.charge(tableBytes(table.entries.size()) + seenBytes(integrator),
-                                "the transfer function's tables");
+    const Integrator integrator =
+        scene.quality.integrator == Integrator::automatic ? automaticIntegrator() : scene.quality.integrator;
+    chargeTables(integrator, ram);
     SeenColours seen = std::move(optics.seen); // may serve on
     optics = makeOptics(table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
     optics.seen = std::move(seen);
@@ -166,19 +165,46 @@ void PreparedScene::setFunction(const TransferFunction& f, const Scene& scene, L
         prepareSegments();
 }
 
-void PreparedScene::considerSeenColours(Ledger& ram, const Ledger& gpu) {
-    if (quality.integrator != Integrator::automatic || optics.integrator != Integrator::preintegrated ||
-        ram.freeBytes() / kShareForSeenColours < seenBytes(Integrator::preintegrated2d) ||
-        gpu.freeBytes() / kShareForSeenColours < SeenColours::bytes(kLevelCount))
-        return;
-    const double change = quality.stepVoxels * typicalChangePerVoxel(statistics, table, info());
-    if (seenColourDifference(table, change, quality.stepVoxels * typicalVoxelMm(info())) <=
-        kSeenColourMatters)
-        return;
-    tessera::setIntegrator(optics, Integrator::preintegrated2d);
+void PreparedScene::chargeTables(Integrator integrator, Ledger& ram) {
     functionCharge = {};
-    functionCharge = ram.charge(tableBytes(table.entries.size()) + seenBytes(optics.integrator),
-                                "the transfer function's tables");
+    functionCharge =
+        ram.charge(tableBytes(table.entries.size(), integrator), "the transfer function's tables");
+}
+
+Integrator PreparedScene::automaticIntegrator() const {
+    if (mayTake == Integrator::midpoint ||
+        integratorFor(statistics, table, info(), quality.stepVoxels) == Integrator::midpoint)
+        return Integrator::midpoint;
+    const double change = quality.stepVoxels * typicalChangePerVoxel(statistics, table, info());
+    const double length = quality.stepVoxels * typicalVoxelMm(info());
+    return mayTake == Integrator::preintegrated2d &&
+                   seenColourDifference(table, change, length) > kSeenColourMatters
+               ? Integrator::preintegrated2d
+               : Integrator::preintegrated;
+}
+
+void PreparedScene::settleIntegrator(Ledger& ram, const Ledger& gpu) {
+    mayTake = Integrator::midpoint;
+    if (quality.edgeFunction == EdgeFunction::nearest)
+        return;
+    constexpr std::size_t kMost = TransferTable::kMaxEntries; // of any function that may come
+    for (const Integrator larger : {Integrator::preintegrated, Integrator::preintegrated2d}) {
+        const std::size_t onGpu =
+            sumsBytes(kMost) + (larger == Integrator::preintegrated2d ? SeenColours::bytes(kLevelCount) : 0);
+        if (ram.freeBytes() / kShareForTables >= tableBytes(kMost, larger) &&
+            gpu.freeBytes() / kShareForTables >= onGpu)
+            mayTake = larger;
+    }
+    if (quality.integrator == Integrator::automatic)
+        setIntegrator(automaticIntegrator(), ram);
+}
+
+std::size_t PreparedScene::gpuTableBytes(std::size_t entries) const {
+    const bool named =
+        quality.integrator == Integrator::preintegrated || quality.integrator == Integrator::preintegrated2d;
+    const Integrator most = quality.integrator == Integrator::automatic ? mayTake : quality.integrator;
+    return entries * sizeof(glm::vec4) + (named || most != Integrator::midpoint ? sumsBytes(entries) : 0) +
+           (most == Integrator::preintegrated2d ? SeenColours::bytes(kLevelCount) : 0);
 }
 
 void PreparedScene::setStep(double stepVoxels) {
@@ -189,9 +215,13 @@ void PreparedScene::setStep(double stepVoxels) {
     prepareSegments();
 }
 
-void PreparedScene::setIntegrator(Integrator integrator) {
+void PreparedScene::setIntegrator(Integrator integrator, Ledger& ram) {
+    if (integrator == optics.integrator)
+        return;
+    chargeTables(integrator, ram);
     tessera::setIntegrator(optics, integrator);
-    prepareSegments();
+    if (!selection.levels.empty())
+        prepareSegments();
 }
 
 void PreparedScene::prepareSegments() {
@@ -285,8 +315,7 @@ std::size_t PreparedScene::reserveGpu(const TextureLimits& limits, const Ledger&
     const std::size_t rays = quality.maxError ? picture + March::wantedBytes(bricks)
                                               : std::max(picture, VisibilityPass::bytes(imageSize, bricks));
     const std::size_t fixed =
-        rays + Atlas::indexBytes(bricks) + LevelMap::bytes(bricks) + optics.gpuBytes() +
-        (optics.integrator == Integrator::preintegrated2d ? SeenColours::bytes(kLevelCount) : 0);
+        rays + Atlas::indexBytes(bricks) + LevelMap::bytes(bricks) + gpuTableBytes(optics.table.size());
     if (!quality.skipping)
         return fixed;
     // The map of empty space: at bricks' scale in the floor, beyond what that promises to bricks; of cells
@@ -324,7 +353,7 @@ void chooseAgain(PreparedScene& p, const Scene& scene, const TextureLimits& limi
                  const Ledger& gpu, int threads, LevelChoice choice) {
     p.cache.reset(); // it holds all memory that was left
     p.quality = scene.quality;
-    p.considerSeenColours(ram, gpu);
+    p.settleIntegrator(ram, gpu);
     const std::size_t fixed = p.reserveGpu(limits, ram, gpu);
     p.chosen = chooseLevels(scene, p.camera, p.statistics, p.table, *p.store, limits, choice, gpu, fixed, ram,
                             p.ramToKeep(threads), threads);

@@ -62,10 +62,12 @@ struct PreparedScene {
     void setSelection(Selection chosen, Ledger& ram);
     /// Another length of segments, in voxels, or another integrator, for the levels there are.
     void setStep(double stepVoxels);
-    void setIntegrator(Integrator integrator);
-    /// Where the integrator is left open: colours with attenuation inside the segment, if that shows and the
-    /// budgets have room. Before selections.
-    void considerSeenColours(Ledger& ram, const Ledger& gpu);
+    void setIntegrator(Integrator integrator, Ledger& ram);
+    /// What the budgets have room for where the integrator is left open, and the one that the function asks
+    /// for. Before selections.
+    void settleIntegrator(Ledger& ram, const Ledger& gpu);
+    /// GPU memory of a function's tables, whichever integrator it may come to.
+    std::size_t gpuTableBytes(std::size_t entries) const;
     /// The tables that segments of the lengths need which rays take through the selection.
     void prepareSegments();
     /// Maps the levels of the selection, where they are mixed or always, and its empty space.
@@ -83,6 +85,11 @@ struct PreparedScene {
     MirrorInput mirrorInput(bool skipping) const;
 
     Quality quality;
+    Integrator mayTake = Integrator::midpoint; // the largest that is taken without being named
+
+  private:
+    void chargeTables(Integrator integrator, Ledger& ram);
+    Integrator automaticIntegrator() const;
 };
 
 /// What a march reads the bricks of a prepared scene and their levels from; of its selection as it is now.

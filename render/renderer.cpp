@@ -117,7 +117,7 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
             atlas.serve(bricksToServe(rays.takeWanted(), p.selection, atlas.pages()), *p.cache, ram, work);
         return count;
     };
-    CheckMarch check(march, result.features, p, run);
+    CheckMarch check(march, result.features, p, run, ram);
     if (scene.quality.maxError.value_or(0) > 0)
         check.chooseStep(*scene.quality.maxError - p.chosen.error.p99);
     result.features = (result.features & ~kIntegratorFeatures) | integratorFeatures(p.optics.integrator);
