@@ -151,6 +151,7 @@ Quality parseQuality(const JsonValue& value) {
     value.requireKeys(kQualityKeys);
     Quality quality;
     // 1/64 voxel: 32 times finer than the default, below which float positions along a ray start to merge
+    quality.automaticStep = !value.has("stepVoxels");
     readNumber(value, "stepVoxels", 1.0 / 64, 16, quality.stepVoxels);
     if (value.has("integrator"))
         quality.integrator = parseIntegrator(value.at("integrator").oneOf(integratorNames()), value.place());
@@ -324,6 +325,7 @@ Scene parseScene(const std::string& text, const std::filesystem::path& folder, c
         scene.shading = parseShading(root.at("shading"));
     if (root.has("isosurfaces"))
         scene.surfaces = parseSurfaces(root.at("isosurfaces"));
+    scene.quality.automaticStep = true;
     if (root.has("quality"))
         scene.quality = parseQuality(root.at("quality"));
     if (root.has("image"))
@@ -352,13 +354,14 @@ std::string sceneJson(const Scene& scene) {
     const Shading& shading = scene.shading;
     const Quality& quality = scene.quality;
     json qualityObject = {
-        {"stepVoxels", quality.stepVoxels},
         {"integrator", integratorNames()[static_cast<std::size_t>(quality.integrator)]},
         {"fetch", fetchNames()[static_cast<std::size_t>(quality.fetch)]},
         {"terminationTransmittance", quality.terminationTransmittance},
         {"skipping", quality.skipping},
         {"edgeFunction", edgeFunctionNames()[static_cast<std::size_t>(quality.edgeFunction)]},
         {"sampling", samplingNames()[static_cast<std::size_t>(quality.sampling)]}};
+    if (!quality.automaticStep)
+        qualityObject["stepVoxels"] = quality.stepVoxels;
     if (quality.maxError)
         qualityObject["maxError"] = *quality.maxError;
     const json document = {{"tesseraScene", Scene::kVersion},

@@ -50,6 +50,9 @@ enum class Integrator { automatic, midpoint, linear, preintegrated, preintegrate
 
 struct Quality {
     double stepVoxels = 0.5; // q of docs/sampling.md: a segment, in level-0 voxels, [1/64,16]
+    /// Pictures by the march take the longest step, in halves from 2, whose estimated error is within 1/255
+    /// (rms over what shows) instead; scene files that name no step ask for it.
+    bool automaticStep = false;
     Integrator integrator = Integrator::automatic; // automatic: as the transfer function's sharpness asks
     Fetch fetch = Fetch::hardware; // exact: texel fetches and float arithmetic, for equality tests
     double terminationTransmittance = 1.0 / 510;     // a ray stops below it; 0: off

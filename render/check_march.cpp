@@ -7,8 +7,9 @@
 namespace tessera {
 namespace {
 
-constexpr double kSteps[] = {2, 1, 0.5, 0.25, 0.125}; // voxels, coarse first
-constexpr double kTruthStep = 1.0 / 32;               // at second order, its error is a 16th of the finest's
+// Voxels, coarse first. A step is judged by the picture with a quarter of it, as pictures are afterwards.
+constexpr double kSteps[] = {2, 1, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625};
+constexpr std::size_t kJudged = std::size(kSteps) - 2;
 
 /// A figure, not a measurement, so that a picture does not depend on how busy its machine is
 /// (docs/accuracy.md has the measurement).
@@ -27,9 +28,10 @@ Image CheckMarch::draw(double stepVoxels) {
     return march_.image();
 }
 
-double CheckMarch::chooseStep(double luvP99) {
+double CheckMarch::chooseStep(const Goal& goal) {
     std::vector<Integrator> integrators = {scene_.optics.integrator};
-    if (scene_.quality.integrator == Integrator::automatic && scene_.mayTake != Integrator::midpoint)
+    if (goal.anyIntegrator && scene_.quality.integrator == Integrator::automatic &&
+        scene_.mayTake != Integrator::midpoint)
         integrators = {Integrator::midpoint, Integrator::preintegrated};
     const auto take = [&](Integrator integrator) {
         if (integrator != scene_.optics.integrator) {
@@ -37,24 +39,25 @@ double CheckMarch::chooseStep(double luvP99) {
             march_.setFunction(scene_.optics);
         }
     };
-    const Integrator finest = integrators.back();
-    take(finest);
-    scene_.setStep(kTruthStep);
-    const Image truth = draw(kTruthStep);
     struct Choice {
         Integrator integrator;
-        double step, luvP99, cost;
+        double step, error, cost;
     };
     std::optional<Choice> best, closest; // closest: where none is good enough
     for (const Integrator integrator : integrators) {
         take(integrator);
-        for (const double step : kSteps) {
-            scene_.setStep(step);
-            const double error = errorBetween(draw(step), truth).luvP99;
-            const Choice choice{integrator, step, error, costOfSegment(integrator) / step};
-            if (!closest || error < closest->luvP99)
+        std::vector<Image> drawn;
+        for (std::size_t n = 0; n < kJudged; ++n) {
+            while (drawn.size() < n + 3) {
+                scene_.setStep(kSteps[drawn.size()]);
+                drawn.push_back(draw(kSteps[drawn.size()]));
+            }
+            const EstimatedError e = stepError(drawn[n], drawn[n + 1], drawn[n + 2]).error;
+            const Choice choice{integrator, kSteps[n], goal.measure == Goal::Measure::rms ? e.rms : e.luvP99,
+                                costOfSegment(integrator) / kSteps[n]};
+            if (!closest || choice.error < closest->error)
                 closest = choice;
-            if (!(error <= luvP99))
+            if (!(choice.error <= goal.limit))
                 continue;
             if (!best || choice.cost < best->cost)
                 best = choice;
@@ -66,7 +69,7 @@ double CheckMarch::chooseStep(double luvP99) {
     take(best->integrator);
     scene_.setStep(best->step);
     march_.restart(scene_.frame, scene_.strides(), nullptr);
-    return best->luvP99;
+    return best->error;
 }
 
 PictureErrors CheckMarch::errorsOf(const Image& picture, double brightest) {

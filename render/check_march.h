@@ -19,10 +19,17 @@ class CheckMarch {
         : march_(march), features_(features), scene_(scene), run_(std::move(run)), ram_(ram),
           grid_(scene.imageSize) {}
 
-    /// Takes the step and, where the scene leaves it open, the integrator that cost the least of those
-    /// whose error stays below luvP99 (CIE L*u*v*, 99th percentile over the grid's pixels); the finest step
-    /// where none does. The march is ready for the picture then. Returns the error that was found.
-    double chooseStep(double luvP99);
+    /// What a step's error must stay below, over the grid's pixels: CIE L*u*v* at the 99th percentile, or
+    /// rms.
+    struct Goal {
+        enum class Measure { luvP99, rms } measure;
+        double limit;
+        bool anyIntegrator; // where the scene leaves it open; else the one there is
+    };
+    /// Takes the step and integrator that cost the least of those that reach the goal, and the best that was
+    /// found where none does. The march is ready for the picture then. Returns the error, by the goal's
+    /// measure.
+    double chooseStep(const Goal& goal);
     /// Of the march's picture, which the march forgets.
     PictureErrors errorsOf(const Image& picture, double brightest);
 

@@ -10,9 +10,9 @@
 namespace tessera {
 namespace {
 
-/// From here on the midpoint rule misses or doubles whole features: its error on a steady rise is as large as
-/// the integral. Below it midpoint with shorter steps is as exact in the same time (docs/accuracy.md).
-constexpr double kSharp = 1;
+/// From here on the midpoint rule misses or doubles features: its error on a steady rise is half of the
+/// integral. Below it midpoint with shorter steps is as exact in the same time (docs/accuracy.md).
+constexpr double kSharp = 0.5;
 constexpr int kPhases = 16;
 constexpr double kMostSegments = 20000; // of a rise: narrower ones differ in nothing
 

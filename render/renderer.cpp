@@ -58,6 +58,9 @@ template <typename Real> Image toImage(const std::vector<glm::vec<4, Real>>& pix
     return image;
 }
 
+/// What eight bits can show.
+constexpr double kDefaultStepError = 1.0 / 255;
+
 /// The largest component that a segment's colour can have.
 double brightest(const Shading& shading) {
     return shading.on ? std::max(1.0, shading.ambient + shading.diffuse + shading.specular) : 1.0;
@@ -118,8 +121,11 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
         return count;
     };
     CheckMarch check(march, result.features, p, run, ram);
+    using Goal = CheckMarch::Goal;
     if (scene.quality.maxError.value_or(0) > 0)
-        check.chooseStep(*scene.quality.maxError - p.chosen.error.p99);
+        check.chooseStep({Goal::Measure::luvP99, *scene.quality.maxError - p.chosen.error.p99, true});
+    else if (scene.quality.automaticStep && options.checking)
+        check.chooseStep({Goal::Measure::rms, kDefaultStepError, false});
     result.features = (result.features & ~kIntegratorFeatures) | integratorFeatures(p.optics.integrator);
     result.passes = run(march, result.work);
     result.image = march.image();

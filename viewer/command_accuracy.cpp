@@ -52,8 +52,10 @@ NamedScene namedScene(const AccuracyArguments& arguments, Ledger& ram, const Com
     named.name = plainName(fs::path(arguments.in).stem().string());
     if (isSceneFile(arguments.in))
         named.scene = loadScene(arguments.in);
-    else
+    else {
         named.scene.volumes.push_back({fs::path(arguments.in), std::string()});
+        named.scene.quality.automaticStep = true;
+    }
     SceneVolume& volume = named.scene.volumes.front();
     volume.path = storeFor(volume.path, arguments.input, ram, common);
     if (!arguments.preset.empty())

@@ -80,6 +80,7 @@ void applyOptions(const RenderArguments& arguments, Scene& scene) {
         if (!(arguments.step >= 1.0 / 64 && arguments.step <= 16))
             throw badFile("--step", "voxels from 1/64 to 16", formatNumber(arguments.step));
         scene.quality.stepVoxels = arguments.step;
+        scene.quality.automaticStep = false;
         if (arguments.maxError > 0)
             throw badFile("--step", "--step or --max-error, which chooses a step", "both");
     }
@@ -164,6 +165,7 @@ Scene sceneOf(const RenderArguments& arguments) {
     if (isSceneFile(arguments.in))
         return loadScene(arguments.in);
     Scene scene;
+    scene.quality.automaticStep = true;
     scene.volumes.push_back(
         {fs::path(arguments.in), std::string()}); // the function follows from the values' unit
     return scene;
@@ -290,8 +292,10 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
     command->add_option("--projection", a->projection, joinNames(kProjectionNames));
     command->add_option("--background", a->background, "black, white, #rrggbb or transparent");
     command->add_option("--engine", a->engine, joinNames(kEngineNames))->capture_default_str();
-    command->add_option("--step", a->step,
-                        "distance of samples at the finest level, in voxels (default: 0.5)");
+    command->add_option(
+        "--step", a->step,
+        "distance of samples at the finest level, in voxels (default: the longest whose estimated "
+        "error is within 1/255; 0.5 with --no-check)");
     command
         ->add_option(
             "--max-error", a->maxError,

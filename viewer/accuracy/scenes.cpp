@@ -33,6 +33,7 @@ Scene sceneOn(const fs::path& store, TransferChoice function, View view, bool li
     scene.camera = FittedView{view, Projection::perspective};
     scene.shading.on = lit;
     scene.imageSize = glm::ivec2(pixels);
+    scene.quality.automaticStep = true;
     return scene;
 }
 

@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "core/threads.h"
 #include "render/reference.h"
+#include "render/renderer.h"
 #include "viewer/accuracy/device_scene.h"
 #include "viewer/accuracy/work_precision.h"
 #include "viewer/bench/page.h" // loadAverage
@@ -342,8 +343,28 @@ Image thinned(const Image& image, int stride) {
     return out;
 }
 
+namespace {
+/// The step that `tessera render` takes where the scene names none.
+double stepAsRendered(const NamedScene& scene, const SweepOptions& options) {
+    Ledger ram("RAM", "--ram", options.ramBytes);
+    Ledger gpu("GPU memory", "--gpu-memory", scene.gpuBytes > 0 ? scene.gpuBytes : options.gpuBytes);
+    const StoreReader store(scene.scene.volumes.at(0).path, ram);
+    Scene drawn = scene.scene;
+    drawn.imageSize = fittedSize(drawn.imageSize, options.effort.pictureExtent());
+    RenderOptions render;
+    render.device.text = options.device;
+    render.checking = true;
+    return renderScene(drawn, store, ram, gpu, render).stepVoxels;
+}
+} // namespace
+
 Sweep runSweep(const NamedScene& scene, const SweepOptions& options, const CommonOptions& common) {
-    return Runner(scene, options, common).run();
+    NamedScene measured = scene;
+    if (scene.scene.quality.automaticStep) {
+        measured.scene.quality.stepVoxels = stepAsRendered(scene, options);
+        measured.scene.quality.automaticStep = false;
+    }
+    return Runner(measured, options, common).run();
 }
 
 } // namespace tessera::accuracy
