@@ -16,6 +16,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -37,6 +38,7 @@ struct RenderArguments {
     double step = 0;      // 0: as the scene says
     double maxError = -1; // negative: as the scene says
     std::string edgeFunction, sampling, integrator, gradient, first;
+    std::vector<std::string> surfaces;
     bool noShading = false, noSkipping = false, noCheck = false, explain = false, json = false;
     InputOptions input;
 };
@@ -51,6 +53,39 @@ std::size_t chosen(const std::string& text, const std::vector<std::string>& name
         throw badFile(option, "one of " + joinNames(names),
                       "\"" + text + "\"; nearest: \"" + nearestName(text, names) + "\"");
     return static_cast<std::size_t>(found - names.begin());
+}
+
+/// "300", "300:#eeddcc" or "300:#eeddcc:0.5".
+Isosurface parseSurface(const std::string& text) {
+    const auto refuse = [&] {
+        return badFile("--isosurface", "VALUE, VALUE:#rrggbb or VALUE:#rrggbb:OPACITY (0 to 1)",
+                       "\"" + text.substr(0, 40) + "\"");
+    };
+    std::vector<std::string> parts;
+    std::istringstream stream(text);
+    for (std::string part; std::getline(stream, part, ':');)
+        parts.push_back(part);
+    const auto number = [&](const std::string& word) {
+        char* end = nullptr;
+        const double value = std::strtod(word.c_str(), &end);
+        if (word.empty() || *end != '\0' || !std::isfinite(value))
+            throw refuse();
+        return value;
+    };
+    if (parts.empty() || parts.size() > 3)
+        throw refuse();
+    Isosurface surface{number(parts[0])};
+    if (parts.size() > 1) {
+        const std::optional<glm::vec3> colour = parseBackground(parts[1], "--isosurface");
+        if (!colour)
+            throw refuse();
+        surface.colour = glm::dvec3(*colour);
+    }
+    if (parts.size() > 2)
+        surface.opacity = number(parts[2]);
+    if (!(surface.opacity >= 0 && surface.opacity <= 1))
+        throw refuse();
+    return surface;
 }
 
 /// Options win over the scene.
@@ -94,6 +129,11 @@ void applyOptions(const RenderArguments& arguments, Scene& scene) {
         scene.shading.gradient = parseGradient(arguments.gradient, "--gradient");
     if (arguments.maxError >= 0)
         scene.quality.maxError = arguments.maxError;
+    for (const std::string& text : arguments.surfaces)
+        scene.surfaces.push_back(parseSurface(text));
+    if (scene.surfaces.size() > Scene::kMaxSurfaces)
+        throw badFile("--isosurface", "at most " + std::to_string(Scene::kMaxSurfaces) + " isosurfaces",
+                      std::to_string(scene.surfaces.size()));
     if (arguments.noShading)
         scene.shading.on = false;
     if (arguments.noSkipping)
@@ -311,6 +351,10 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
                         "blend between bricks: " + joinNames(edgeFunctionNames()) + " (default: split)");
     command->add_option("--sampling", a->sampling,
                         "steps in coarse bricks: " + joinNames(samplingNames()) + " (default: limited)");
+    command->add_option(
+        "--isosurface", a->surfaces,
+        "a surface of one value, e.g. 300, 300:#eeddcc or -400:#ffccaa:0.3 (colour, opacity); "
+        "several are drawn with several such options");
     command->add_option("--integrator", a->integrator,
                         "what a segment of a ray adds: " + joinNames(integratorNames()) +
                             " (default: auto, as the transfer function asks)");

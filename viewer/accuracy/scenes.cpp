@@ -98,7 +98,7 @@ StandardScenes standardScenes(const fs::path& scratch, const fs::path& scans,
             made.leftOut.push_back("Scene `" + name + "`: not asked for.");
         return is;
     };
-    const int pixels = quick ? 96 : 256;
+    const int pixels = quick ? 96 : 128; // all of them are compared
     if (wanted("sphere"))
         made.scenes.push_back(
             {"sphere", "A sphere of constant extinction (closed form T4), colour along its depth.",

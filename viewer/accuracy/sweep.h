@@ -28,7 +28,7 @@ struct Effort {
     bool quick = false;
     int pictureExtent() const { return quick ? 96 : 512; }  // pixels an axis, at most
     int comparedExtent() const { return quick ? 96 : 128; } // of them that are compared
-    int blocks() const { return quick ? 2 : 5; }
+    int blocks() const { return quick ? 2 : seconds > 0 ? 3 : 5; }
     int rounds() const { return quick ? 2 : 4; }                 // of a block
     double secondsPerSetting() const { return quick ? 0.4 : 2; } // then a block takes it once
     /// For first pictures, errors and counts; what comes later is left out, and listed.
