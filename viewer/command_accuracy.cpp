@@ -178,8 +178,8 @@ void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& 
     command->add_flag("--quick", a->quick, "small pictures, fewer settings and repeats: about a minute");
     command
         ->add_option("--seconds", a->seconds,
-                     "for the first pictures of a scene; settings that come later are left out, and listed "
-                     "(default: 40 with --quick, else no limit)")
+                     "for the first pictures of a scene; settings that come later are left out, and listed, "
+                     "and times are taken in fewer repeats (default: 40 with --quick, else no limit)")
         ->check(CLI::PositiveNumber);
     command->add_option("--integrators", a->integrators,
                         "to compare, of " + joinNames(integratorNames()) + " (default: all but auto)");

@@ -29,12 +29,14 @@ struct Effort {
     int pictureExtent() const { return quick ? 96 : 512; }  // pixels an axis, at most
     int comparedExtent() const { return quick ? 96 : 128; } // of them that are compared
     int blocks() const { return quick ? 2 : seconds > 0 ? 3 : 5; }
-    int rounds() const { return quick ? 2 : 4; }                 // of a block
-    double secondsPerSetting() const { return quick ? 0.4 : 2; } // then a block takes it once
+    int rounds() const { return quick ? 2 : 4; } // of a block
+    /// Then a block takes it once.
+    double secondsPerSetting() const { return quick ? 0.4 : seconds > 0 ? 0.6 : 2; }
     /// For first pictures, errors and counts; what comes later is left out, and listed.
     double secondsForPictures() const { return seconds > 0 ? seconds : quick ? 40 : 1e9; }
-    double seconds = 0;                                  // of that, where told
-    int repeatedBlocks() const { return quick ? 0 : 2; } // where the calibration moved, at most, a block
+    double seconds = 0; // of that, where told
+    /// Where the calibration moved, at most, a block.
+    int repeatedBlocks() const { return quick || seconds > 0 ? 0 : 2; }
     std::size_t provenRays() const { return quick ? 64 : 256; }
 };
 
