@@ -14,7 +14,7 @@ constexpr std::size_t kJudged = std::size(kSteps) - 2;
 /// A figure, not a measurement, so that a picture does not depend on how busy its machine is
 /// (docs/accuracy.md has the measurement).
 double costOfSegment(Integrator integrator) {
-    return integrator == Integrator::midpoint ? 1 : 1.7;
+    return integrator == Integrator::midpoint ? 1 : 1.5;
 }
 
 } // namespace
@@ -29,10 +29,7 @@ Image CheckMarch::draw(double stepVoxels) {
 }
 
 double CheckMarch::chooseStep(const Goal& goal) {
-    std::vector<Integrator> integrators = {scene_.optics.integrator};
-    if (goal.anyIntegrator && scene_.quality.integrator == Integrator::automatic &&
-        scene_.mayTake != Integrator::midpoint)
-        integrators = {Integrator::midpoint, Integrator::preintegrated};
+    const std::vector<Integrator> integrators = scene_.integratorsToTry();
     const auto take = [&](Integrator integrator) {
         if (integrator != scene_.optics.integrator) {
             scene_.setIntegrator(integrator, ram_);

@@ -24,7 +24,6 @@ class CheckMarch {
     struct Goal {
         enum class Measure { luvP99, rms } measure;
         double limit;
-        bool anyIntegrator; // where the scene leaves it open; else the one there is
     };
     /// Takes the step and integrator that cost the least of those that reach the goal, and the best that was
     /// found where none does. The march is ready for the picture then. Returns the error, by the goal's

@@ -13,6 +13,8 @@ namespace {
 /// From here on the midpoint rule misses or doubles features: its error on a steady rise is half of the
 /// integral. Below it midpoint with shorter steps is as exact in the same time (docs/accuracy.md).
 constexpr double kSharp = 0.5;
+/// Up to here pre-integration gained nothing on any scan and preset.
+constexpr double kSmooth = 0.05;
 constexpr int kPhases = 16;
 constexpr double kMostSegments = 20000; // of a rise: narrower ones differ in nothing
 
@@ -93,14 +95,24 @@ double seenColourDifference(const TransferTable& table, double change, double se
     return largest;
 }
 
-Integrator integratorFor(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
-                         double stepVoxels) {
+namespace {
+double rampError(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
+                 double stepVoxels) {
     const double change = stepVoxels * typicalChangePerVoxel(statistics, table, info);
     const double a = info.rescaleSlope * static_cast<double>(statistics.lowest) + info.rescaleIntercept;
     const double b = info.rescaleSlope * static_cast<double>(statistics.highest) + info.rescaleIntercept;
-    return midpointRampError(table, change, std::min(a, b), std::max(a, b)) > kSharp
-               ? Integrator::preintegrated
-               : Integrator::midpoint;
+    return midpointRampError(table, change, std::min(a, b), std::max(a, b));
+}
+} // namespace
+
+bool isSharp(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
+             double stepVoxels) {
+    return rampError(statistics, table, info, stepVoxels) >= kSharp;
+}
+
+bool isSmooth(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
+              double stepVoxels) {
+    return rampError(statistics, table, info, stepVoxels) <= kSmooth;
 }
 
 } // namespace tessera

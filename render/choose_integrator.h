@@ -26,8 +26,10 @@ double midpointRampError(const TransferTable& table, double change, double lowes
 /// segments makes. @param segmentMm  length of a segment
 double seenColourDifference(const TransferTable& table, double change, double segmentMm);
 
-/// midpoint or preintegrated, for a step in voxels.
-Integrator integratorFor(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
-                         double stepVoxels);
+/// For a step in voxels: the midpoint rule misses features; or there is no doubt that it does not.
+bool isSharp(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
+             double stepVoxels);
+bool isSmooth(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
+              double stepVoxels);
 
 } // namespace tessera

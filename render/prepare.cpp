@@ -171,16 +171,26 @@ void PreparedScene::chargeTables(Integrator integrator, Ledger& ram) {
         ram.charge(tableBytes(table.entries.size(), integrator), "the transfer function's tables");
 }
 
-Integrator PreparedScene::automaticIntegrator() const {
-    if (mayTake == Integrator::midpoint ||
-        integratorFor(statistics, table, info(), quality.stepVoxels) == Integrator::midpoint)
-        return Integrator::midpoint;
+Integrator PreparedScene::preintegration() const {
     const double change = quality.stepVoxels * typicalChangePerVoxel(statistics, table, info());
     const double length = quality.stepVoxels * typicalVoxelMm(info());
     return mayTake == Integrator::preintegrated2d &&
                    seenColourDifference(table, change, length) > kSeenColourMatters
                ? Integrator::preintegrated2d
                : Integrator::preintegrated;
+}
+
+Integrator PreparedScene::automaticIntegrator() const {
+    return mayTake == Integrator::midpoint || !isSharp(statistics, table, info(), quality.stepVoxels)
+               ? Integrator::midpoint
+               : preintegration();
+}
+
+std::vector<Integrator> PreparedScene::integratorsToTry() const {
+    if (quality.integrator != Integrator::automatic || mayTake == Integrator::midpoint ||
+        isSmooth(statistics, table, info(), quality.stepVoxels))
+        return {optics.integrator};
+    return {Integrator::midpoint, preintegration()};
 }
 
 void PreparedScene::settleIntegrator(Ledger& ram, const Ledger& gpu) {

@@ -66,6 +66,8 @@ struct PreparedScene {
     /// What the budgets have room for where the integrator is left open, and the one that the function asks
     /// for. Before selections.
     void settleIntegrator(Ledger& ram, const Ledger& gpu);
+    /// Those worth trying on some pixels: one, where the function leaves no doubt or the scene names it.
+    std::vector<Integrator> integratorsToTry() const;
     /// GPU memory of a function's tables, whichever integrator it may come to.
     std::size_t gpuTableBytes(std::size_t entries) const;
     /// The tables that segments of the lengths need which rays take through the selection.
@@ -90,6 +92,7 @@ struct PreparedScene {
   private:
     void chargeTables(Integrator integrator, Ledger& ram);
     Integrator automaticIntegrator() const;
+    Integrator preintegration() const;
 };
 
 /// What a march reads the bricks of a prepared scene and their levels from; of its selection as it is now.

@@ -123,9 +123,9 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
     CheckMarch check(march, result.features, p, run, ram);
     using Goal = CheckMarch::Goal;
     if (scene.quality.maxError.value_or(0) > 0)
-        check.chooseStep({Goal::Measure::luvP99, *scene.quality.maxError - p.chosen.error.p99, true});
+        check.chooseStep({Goal::Measure::luvP99, *scene.quality.maxError - p.chosen.error.p99});
     else if (scene.quality.automaticStep && options.checking)
-        check.chooseStep({Goal::Measure::rms, kDefaultStepError, false});
+        check.chooseStep({Goal::Measure::rms, kDefaultStepError});
     result.features = (result.features & ~kIntegratorFeatures) | integratorFeatures(p.optics.integrator);
     result.passes = run(march, result.work);
     result.image = march.image();

@@ -344,8 +344,8 @@ Image thinned(const Image& image, int stride) {
 }
 
 namespace {
-/// The step that `tessera render` takes where the scene names none.
-double stepAsRendered(const NamedScene& scene, const SweepOptions& options) {
+/// The step and integrator that `tessera render` takes where the scene names none.
+Quality asRendered(const NamedScene& scene, const SweepOptions& options) {
     Ledger ram("RAM", "--ram", options.ramBytes);
     Ledger gpu("GPU memory", "--gpu-memory", scene.gpuBytes > 0 ? scene.gpuBytes : options.gpuBytes);
     const StoreReader store(scene.scene.volumes.at(0).path, ram);
@@ -354,16 +354,19 @@ double stepAsRendered(const NamedScene& scene, const SweepOptions& options) {
     RenderOptions render;
     render.device.text = options.device;
     render.checking = true;
-    return renderScene(drawn, store, ram, gpu, render).stepVoxels;
+    const RenderResult result = renderScene(drawn, store, ram, gpu, render);
+    Quality quality = scene.scene.quality;
+    quality.stepVoxels = result.stepVoxels;
+    quality.integrator = result.integrator;
+    quality.automaticStep = false;
+    return quality;
 }
 } // namespace
 
 Sweep runSweep(const NamedScene& scene, const SweepOptions& options, const CommonOptions& common) {
     NamedScene measured = scene;
-    if (scene.scene.quality.automaticStep) {
-        measured.scene.quality.stepVoxels = stepAsRendered(scene, options);
-        measured.scene.quality.automaticStep = false;
-    }
+    if (scene.scene.quality.automaticStep)
+        measured.scene.quality = asRendered(scene, options);
     return Runner(measured, options, common).run();
 }
 
