@@ -170,6 +170,7 @@ void main() {
             gMissing = false;
             gNaming = true;
             leaveHome();
+            left = max(left, 1);
 #if FEATURE_ENDS
             known = false;
 #endif

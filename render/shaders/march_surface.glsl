@@ -56,6 +56,24 @@ Cubic cubicThrough(float v0, float v1, float v2, float v3) {
     return Cubic(v0, c1, c2, c3);
 }
 
+// Whether it can take the value of a surface in [0,1], its value at 1 given: not where all of its Bernstein coefficients are
+// on one side, by more than rounding makes of them. A test that spares the search; what is found does not depend on it.
+bool mayCross(Cubic f, float v1) {
+    const float kSlack = 1.0 / 65536.0;
+    float first = f.c0 + f.c1 * (1.0 / 3.0);
+    float second = f.c0 + (2.0 * f.c1 + f.c2) * (1.0 / 3.0);
+    float low = min(min(f.c0, first), min(second, v1));
+    float high = max(max(f.c0, first), max(second, v1));
+    float slack = kSlack * max(abs(low), abs(high));
+    bool may = !(low <= high); // no numbers
+    for (int surface = 0; surface < uSurfaces; ++surface) {
+        ++gTurns;
+        float isovalue = uIsovalues[surface];
+        may = may || (low - slack <= isovalue && isovalue <= high + slack);
+    }
+    return may;
+}
+
 // Where a cubic is monotone: from 0 to x, to y, to 1; count of these parts.
 struct Parts {
     int count;
