@@ -3,6 +3,7 @@
 // and Clang), because neither makes good ones of these loops by itself.
 #include "bricking/level_error.h"
 
+#include "bricking/narrow_function.h"
 #include "core/error.h"
 #include "core/threads.h"
 
@@ -10,6 +11,8 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <memory>
+#include <optional>
 
 namespace tessera {
 namespace {
@@ -23,6 +26,13 @@ constexpr std::size_t kColours = std::size_t{kRays * kLevelCount};
 /// less.
 constexpr std::array<int, kLevelCount> kSegments = {16, 16, 16, 8, 8, 8};
 constexpr std::size_t kSegmentsPerRay = 72;
+
+/// Length of a segment of a row, in mm. @param border  in the last brick along the axis
+double segmentMm(const VolumeInfo& info, int axis, bool border, int level) {
+    const int rest = info.extentVoxels[axis] % kBrickExtent;
+    const int voxels = border && rest > 0 ? rest : kBrickExtent;
+    return info.spacingMm()[axis] * voxels / kSegments[static_cast<std::size_t>(level)];
+}
 
 /// What a segment of one length does for a value: colour times opacity that it adds, and the share of light
 /// that it lets through. Also four numbers of any kind.
@@ -42,15 +52,11 @@ class SegmentTables {
         const double scale = static_cast<double>(size_ - 1) / span;
         perStored_ = info.rescaleSlope * scale;
         atZero_ = (info.rescaleIntercept - first) * scale;
-        const glm::dvec3 spacing = info.spacingMm();
         for (int axis = 0; axis < 3; ++axis)
-            for (const bool border : {false, true}) {
-                const int rest = info.extentVoxels[axis] % kBrickExtent;
-                const int voxels = border && rest > 0 ? rest : kBrickExtent;
+            for (const bool border : {false, true})
                 for (int level = 0; level < kLevelCount; ++level)
                     tables_[slot(axis, border, level)] =
-                        tableFor(table, spacing[axis] * voxels / kSegments[static_cast<std::size_t>(level)]);
-            }
+                        tableFor(table, segmentMm(info, axis, border, level));
     }
     /// Index of a value in any of the tables, before rounding and clamping: a * stored + b.
     double perStored() const { return perStored_; }
@@ -161,6 +167,39 @@ void segmentCodes(const std::uint8_t* in, std::uint8_t* out) {
     }
 }
 
+/// Place of a ray's colour in Colours.
+std::size_t placeOf(int level, int partIndex, int ray) {
+    return static_cast<std::size_t>((level * kBrickRayParts + partIndex) * kRaysPerPart + ray);
+}
+
+/// compositePart() for narrow functions.
+void compositeNarrowPart(const BrickRayPart& part, int partIndex, NarrowCompositor& compositor,
+                         const VolumeInfo& info, const glm::bvec3& border, Colours& out) {
+    compositor.setPart(part);
+    for (int ray = 0; ray < kRaysPerPart; ++ray) {
+        const int axis = part.axis(ray);
+        std::array<std::uint8_t, kSegmentsPerRay> codes;
+        segmentCodes(part.codes.data() + static_cast<std::size_t>(ray * kSamplesPerRay), codes.data());
+        std::size_t first = 0;
+        for (int level = 0; level < kLevelCount; ++level) {
+            const auto segments = static_cast<std::size_t>(kSegments[static_cast<std::size_t>(level)]);
+            const auto begin = codes.begin() + static_cast<std::ptrdiff_t>(first);
+            first += segments;
+            if (seenFromItsEnd(partIndex, ray))
+                std::reverse(begin, codes.begin() + static_cast<std::ptrdiff_t>(first));
+            const glm::dvec4 colour =
+                compositor.composite(std::span(codes).subspan(first - segments, segments),
+                                     segmentMm(info, axis, border[axis], level));
+            const std::size_t to = placeOf(level, partIndex, ray);
+            out.r[to] = static_cast<float>(colour.r);
+            out.g[to] = static_cast<float>(colour.g);
+            out.b[to] = static_cast<float>(colour.b);
+            if (level == 0)
+                out.light[to] = static_cast<float>(colour.a);
+        }
+    }
+}
+
 /// Composites the rays of one part at all levels, front to back, before black.
 void compositePart(const BrickRayPart& part, int partIndex, const SegmentTables& tables,
                    const glm::bvec3& border, Colours& out) {
@@ -196,16 +235,28 @@ void compositePart(const BrickRayPart& part, int partIndex, const SegmentTables&
                     light[n] *= added[3];
                 }
             for (std::size_t n = 0; n < 3; ++n) {
-                const std::size_t to = (static_cast<std::size_t>(level) + n) * kRays +
-                                       static_cast<std::size_t>(partIndex * kRaysPerPart + ray);
+                const std::size_t to = placeOf(level + static_cast<int>(n), partIndex, ray);
                 out.r[to] = sum[n][0];
                 out.g[to] = sum[n][1];
                 out.b[to] = sum[n][2];
             }
             if (level == 0)
-                out.light[static_cast<std::size_t>(partIndex * kRaysPerPart + ray)] = light[0][3];
+                out.light[placeOf(0, partIndex, ray)] = light[0][3];
         }
     }
+}
+
+/// hi - lo of the parts of all bricks that show something.
+std::vector<float> rangesOf(const BrickRays& rays, const std::vector<std::uint8_t>& shows) {
+    std::vector<float> ranges;
+    for (std::size_t brick = 0; brick < shows.size(); ++brick) {
+        if (!shows[brick])
+            continue;
+        TESSERA_CHECK(rays.rowOf[brick] != BrickRays::kNoRow);
+        const BrickRayPart part = decodeRays(rays.part(rays.rowOf[brick], 0));
+        ranges.push_back(part.hi - part.lo);
+    }
+    return ranges;
 }
 
 } // namespace
@@ -234,8 +285,14 @@ LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, co
     out.errors.assign(out.shows.size(), {});
     out.biases.assign(out.shows.size(), {});
     out.transmittances.assign(out.shows.size(), 1.0f);
-    const SegmentTables tables(table, info);
     const std::size_t count = out.shows.size();
+    // One of the two is there.
+    std::optional<FunctionSums> sums(table);
+    std::optional<SegmentTables> tables;
+    if (!isNarrow(*sums, table, info, rangesOf(rays, out.shows))) {
+        sums.reset();
+        tables.emplace(table, info);
+    }
     const int used = rays.parts * kRaysPerPart;
     std::array<float, kRays> weights{};
     for (int i = 0; i < used; ++i)
@@ -245,6 +302,9 @@ LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, co
     const glm::bvec3 cut = glm::notEqual(info.extentVoxels % kBrickExtent, glm::ivec3(0));
     parallelFor((count + kBricksPerTask - 1) / kBricksPerTask, threads, [&](std::size_t task) {
         Colours colours;
+        std::unique_ptr<NarrowCompositor> compositor;
+        if (sums)
+            compositor = std::make_unique<NarrowCompositor>(*sums, table, info);
         const std::size_t end = std::min(count, (task + 1) * kBricksPerTask);
         for (std::size_t brick = task * kBricksPerTask; brick < end; ++brick) {
             if (!out.shows[brick])
@@ -255,8 +315,13 @@ LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, co
             glm::bvec3 border = glm::equal(at, out.bricks - 1);
             for (int axis = 0; axis < 3; ++axis)
                 border[axis] = border[axis] && cut[axis];
-            for (int part = 0; part < rays.parts; ++part)
-                compositePart(decodeRays(rays.part(row, part)), part, tables, border, colours);
+            for (int part = 0; part < rays.parts; ++part) {
+                const BrickRayPart decoded = decodeRays(rays.part(row, part));
+                if (compositor)
+                    compositeNarrowPart(decoded, part, *compositor, info, border, colours);
+                else
+                    compositePart(decoded, part, *tables, border, colours);
+            }
             toLuv(colours);
             float through = 0;
             for (std::size_t i = 0; i < static_cast<std::size_t>(used); ++i)

@@ -40,7 +40,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     const std::size_t bricks = cellCount(brickGrid(p_.info().extentVoxels));
     charge_ = ram.charge(kBytesPerBrick * bricks, "levels that change");
     const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};
-    p_.settleIntegrator(ram, gpu);
+    p_.settleIntegrator(ram, gpu, TransferTable::kMaxEntries);
     // Of any function: the march's tables and the table of what is seen.
     const std::size_t tables =
         p_.gpuTableBytes(TransferTable::kMaxEntries) + TransferTable::kMaxEntries * sizeof(glm::vec4);

@@ -193,15 +193,14 @@ std::vector<Integrator> PreparedScene::integratorsToTry() const {
     return {Integrator::midpoint, preintegration()};
 }
 
-void PreparedScene::settleIntegrator(Ledger& ram, const Ledger& gpu) {
+void PreparedScene::settleIntegrator(Ledger& ram, const Ledger& gpu, std::size_t mostEntries) {
     mayTake = Integrator::midpoint;
     if (quality.edgeFunction == EdgeFunction::nearest)
         return;
-    constexpr std::size_t kMost = TransferTable::kMaxEntries; // of any function that may come
     for (const Integrator larger : {Integrator::preintegrated, Integrator::preintegrated2d}) {
         const std::size_t onGpu =
-            sumsBytes(kMost) + (larger == Integrator::preintegrated2d ? SeenColours::bytes(kLevelCount) : 0);
-        if (ram.freeBytes() / kShareForTables >= tableBytes(kMost, larger) &&
+            sumsBytes(mostEntries) + (larger == Integrator::preintegrated2d ? SeenColours::bytes(kLevelCount) : 0);
+        if (ram.freeBytes() / kShareForTables >= tableBytes(mostEntries, larger) &&
             gpu.freeBytes() / kShareForTables >= onGpu)
             mayTake = larger;
     }
@@ -363,7 +362,7 @@ void chooseAgain(PreparedScene& p, const Scene& scene, const TextureLimits& limi
                  const Ledger& gpu, int threads, LevelChoice choice) {
     p.cache.reset(); // it holds all memory that was left
     p.quality = scene.quality;
-    p.settleIntegrator(ram, gpu);
+    p.settleIntegrator(ram, gpu, p.table.entries.size());
     const std::size_t fixed = p.reserveGpu(limits, ram, gpu);
     p.chosen = chooseLevels(scene, p.camera, p.statistics, p.table, *p.store, limits, choice, gpu, fixed, ram,
                             p.ramToKeep(threads), threads);

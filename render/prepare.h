@@ -65,7 +65,8 @@ struct PreparedScene {
     void setIntegrator(Integrator integrator, Ledger& ram);
     /// What the budgets have room for where the integrator is left open, and the one that the function asks
     /// for. Before selections.
-    void settleIntegrator(Ledger& ram, const Ledger& gpu);
+    /// @param mostEntries  of the table of any function that may come
+    void settleIntegrator(Ledger& ram, const Ledger& gpu, std::size_t mostEntries);
     /// Those worth trying on some pixels: one, where the function leaves no doubt or the scene names it.
     std::vector<Integrator> integratorsToTry() const;
     /// GPU memory of a function's tables, whichever integrator it may come to.

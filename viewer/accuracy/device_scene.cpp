@@ -66,7 +66,7 @@ DeviceMarch::DeviceMarch(DeviceScene& on, const Scene& scene, const Setting& set
     PreparedScene& p = on.prepared_;
     p.quality = scene_.quality;
     p.setFunction(TransferFunction(p.function), scene_, on.ram_);
-    p.settleIntegrator(on.ram_, gpu_); // as the renderer does where the integrator is left open
+    p.settleIntegrator(on.ram_, gpu_, p.table.entries.size()); // as the renderer does where the integrator is left open
     p.prepareSegments();
     p.frame = rayFrame(p.camera, p.info(), scene_.imageSize, setting.stepVoxels);
     features_ = p.features(counting);
