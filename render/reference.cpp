@@ -1,6 +1,7 @@
 // render/reference.cpp: see reference.h. Between two planes of sample centres the field along a ray is a
-// cubic; it is cut where it crosses a point of the transfer function, and each smooth piece goes to the
-// integrator (NUMERICS C2). Shading adds the planes where the gradient's offset samples change their cell.
+// cubic; it is cut where it crosses a point of the transfer function or the value of an isosurface, and each
+// smooth piece goes to the integrator (NUMERICS C2). Shading adds the planes where the gradient's offset
+// samples change their cell.
 #include "render/reference.h"
 
 #include "core/threads.h"
@@ -14,6 +15,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -116,20 +119,32 @@ struct Cubic {
     }
 };
 
-/// The transfer function over stored values, with what the reference asks of it.
+/// The transfer function and the isosurfaces over stored values, with what the reference asks of them.
 class StoredFunction {
   public:
-    StoredFunction(const TransferFunction& function, const VolumeInfo& info)
-        : function_(function), slope_(info.rescaleSlope), intercept_(info.rescaleIntercept) {
+    StoredFunction(const TransferFunction& function, std::vector<Isosurface> surfaces, const VolumeInfo& info)
+        : function_(function), slope_(info.rescaleSlope), intercept_(info.rescaleIntercept),
+          surfaces_(std::move(surfaces)) {
         for (const double kink : function.kinks())
             kinks_.push_back((kink - intercept_) / slope_);
         std::sort(kinks_.begin(), kinks_.end());
+        std::erase_if(surfaces_, [](const Isosurface& surface) { return !(surface.opacity > 0); });
+        for (Isosurface& surface : surfaces_)
+            surface.value = (surface.value - intercept_) / slope_;
+        std::sort(surfaces_.begin(), surfaces_.end(),
+                  [](const Isosurface& a, const Isosurface& b) { return a.value < b.value; });
     }
     double extinction(double stored) const { return function_.extinction(slope_ * stored + intercept_); }
     glm::dvec3 colour(double stored) const { return function_.colour(slope_ * stored + intercept_); }
     const std::vector<double>& kinks() const { return kinks_; }
-    /// Extinction is 0 on all of [lo,hi]: piecewise monotone, so ends and kinks (both limits) decide.
+    /// Those with an opacity, by value, ascending.
+    const std::vector<Isosurface>& surfaces() const { return surfaces_; }
+    /// Extinction is 0 on all of [lo,hi] and no isosurface there: extinction is piecewise monotone, so ends
+    /// and kinks (both limits) decide.
     bool emptyOver(double lo, double hi) const {
+        for (const Isosurface& surface : surfaces_)
+            if (lo <= surface.value && surface.value <= hi)
+                return false;
         if (extinction(lo) != 0 || extinction(hi) != 0)
             return false;
         for (auto k = std::lower_bound(kinks_.begin(), kinks_.end(), lo); k != kinks_.end() && *k <= hi;
@@ -144,7 +159,8 @@ class StoredFunction {
   private:
     const TransferFunction& function_;
     double slope_, intercept_;
-    std::vector<double> kinks_; // stored values
+    std::vector<double> kinks_;        // stored values
+    std::vector<Isosurface> surfaces_; // their values stored ones
 };
 
 /// Where monotone f crosses value between a and b; f(a) and f(b) lie on different sides.
@@ -173,6 +189,7 @@ class RayIntegral {
         if (!clipToBox(line, glm::dvec3(info_.extentVoxels), t0, t1))
             return glm::dvec4(0);
         ReferenceIntegrator integral;
+        lastEnd_ = std::numeric_limits<double>::quiet_NaN();
         const bool shading = optics_.shading;
         forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
             if (integral.opaque())
@@ -202,7 +219,11 @@ class RayIntegral {
             return;
         const auto stored = [&](double t) { return cellValue(narrow, low, position(t)); };
         const double length = tb - ta;
-        const Cubic cubic(stored(ta), stored(ta + length / 3), stored(ta + 2 * length / 3), stored(tb));
+        // Where intervals meet the field has one value, or a surface there would be met twice or never.
+        const double first = ta == lastEnd_ ? lastValue_ : stored(ta), last = stored(tb);
+        lastEnd_ = tb;
+        lastValue_ = last;
+        const Cubic cubic(first, stored(ta + length / 3), stored(ta + 2 * length / 3), last);
         std::vector<double>& cuts = cuts_;
         cuts.clear();
         std::array<double, 4> ends{};
@@ -214,34 +235,64 @@ class RayIntegral {
             for (std::size_t i = 0; i + 1 < count; ++i)
                 if ((cubic(ends[i]) < *k) != (cubic(ends[i + 1]) < *k))
                     cuts.push_back(crossing(cubic, *k, ends[i], ends[i + 1]));
+        findSurfaces(cubic, std::span(ends).first(count), first, last);
         std::sort(cuts.begin(), cuts.end());
-        const auto addPieces = [&](const auto& radiant) {
-            for (std::size_t i = 0; i + 1 < cuts.size(); ++i)
-                for (int k = 0; k < panels_; ++k) {
+        /// @param lit  (colour, t) of a surface
+        const auto addPieces = [&](const auto& radiant, const auto& lit) {
+            auto met = met_.begin();
+            for (std::size_t i = 0; i < cuts.size(); ++i) {
+                for (; met != met_.end() && met->at <= cuts[i]; ++met)
+                    integral.addSurface(lit(met->surface->colour, ta + met->at * length),
+                                        met->surface->opacity);
+                for (int k = 0; k < panels_ && i + 1 < cuts.size(); ++k) {
                     const auto at = [&](int panel) {
                         const double share = static_cast<double>(panel) / panels_;
                         return ta + (cuts[i] + (cuts[i + 1] - cuts[i]) * share) * length;
                     };
                     integral.add(at(k), at(k + 1), radiant);
                 }
+            }
         };
         const auto plain = [&](double t) {
             const double s = cubic((t - ta) / length);
             return RadiantPoint{function_.extinction(s), function_.colour(s)};
         };
         if (!optics_.shading)
-            return addPieces(plain);
+            return addPieces(plain, [](const glm::dvec3& colour, double) { return colour; });
         const Neighbourhood wide(samples_, low, true);
         const glm::dvec3 direction = glm::normalize(ray.direction);
         cutWhereLightTurns([&](double u) { return fieldGradient(wide, position(ta + u * length), 1.0); },
                            direction);
-        addPieces([&](double t) {
-            RadiantPoint point = plain(t);
-            if (point.extinction > 0)
-                point.colour = shade(optics_, point.colour,
-                                     fieldGradient(wide, position(t), 1.0, optics_.gradient), direction);
-            return point;
-        });
+        const auto lit = [&](const glm::dvec3& colour, double t) {
+            return shade(optics_, colour, fieldGradient(wide, position(t), 1.0, optics_.gradient), direction);
+        };
+        addPieces(
+            [&](double t) {
+                RadiantPoint point = plain(t);
+                if (point.extinction > 0)
+                    point.colour = lit(point.colour, t);
+                return point;
+            },
+            lit);
+    }
+
+    /// The crossings of surfaces, in the order in which the ray meets them, into met_ and cuts_. Below a
+    /// value is one side of its surface, the rest the other.
+    /// @param ends  of the pieces on which the cubic is monotone
+    void findSurfaces(const Cubic& cubic, std::span<const double> ends, double first, double last) {
+        met_.clear();
+        const std::vector<Isosurface>& surfaces = function_.surfaces();
+        for (std::size_t i = 0; i + 1 < ends.size(); ++i) {
+            const double a = i == 0 ? first : cubic(ends[i]);
+            const double b = i + 2 == ends.size() ? last : cubic(ends[i + 1]);
+            for (std::size_t n = 0; n < surfaces.size(); ++n) {
+                const Isosurface& surface = surfaces[a < b ? n : surfaces.size() - 1 - n];
+                if ((a < surface.value) == (b < surface.value))
+                    continue;
+                met_.push_back({crossing(cubic, surface.value, ends[i], ends[i + 1]), &surface});
+                cuts_.push_back(met_.back().at);
+            }
+        }
     }
 
     /// Light is two-sided, so it has a corner where the gradient turns away from the ray. Differences of the
@@ -274,6 +325,12 @@ class RayIntegral {
     glm::ivec3 cells_;
     int panels_;
     std::vector<double> cuts_;
+    struct Met {
+        double at; // of the interval, 0 to 1
+        const Isosurface* surface;
+    };
+    std::vector<Met> met_;
+    double lastEnd_ = 0, lastValue_ = 0; // where the interval before ended, and the field there
 };
 
 } // namespace
@@ -296,7 +353,7 @@ std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& 
 
 std::vector<glm::dvec4> renderReference(const ReferenceInput& input, const std::vector<ReferenceRay>& rays,
                                         int threads) {
-    const StoredFunction function(*input.function, *input.info);
+    const StoredFunction function(*input.function, input.surfaces, *input.info);
     const Optics optics = makeOptics(TransferTable{}, *input.info, input.shading, 0); // for its shading alone
     std::vector<bool> emptyCells;
     if (const Statistics* s = input.statistics) {

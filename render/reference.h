@@ -1,6 +1,7 @@
 // render/reference.h: the true volume rendering integral of the finest level, in double, cell by cell. Not
 // fast; a difference to it is the error that reports speak of. It reads the transfer function's points, not
-// the table, and knows neither levels, nor empty bricks, nor steps.
+// the table, and knows neither levels, nor empty bricks, nor steps. Isosurfaces are at the roots of the
+// field's cubics.
 #pragma once
 
 #include "bricking/brick_cache.h"
@@ -26,6 +27,7 @@ struct ReferenceInput {
     /// Panels that a smooth piece of a ray starts with, at least 1. More never change the result by more than
     /// rounding: that is part of the proof (reference_proof.h).
     int panels = 1;
+    std::vector<Isosurface> surfaces = {};
 };
 
 /// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, inf).

@@ -24,6 +24,11 @@ class ReferenceIntegrator {
             return;
         refine(t0, t1, panel(t0, t1, radiant), radiant, 0);
     }
+    /// Adds a surface behind what is there. @param opacity  [0,1]
+    void addSurface(const glm::dvec3& colour, double opacity) {
+        colour_ += std::exp(-depth_) * opacity * colour;
+        depth_ -= std::log1p(-opacity); // to infinity where nothing behind is seen
+    }
     /// Colour so far, premultiplied.
     glm::dvec3 colour() const { return colour_; }
     double alpha() const { return -std::expm1(-depth_); }

@@ -128,15 +128,37 @@ ClosedFormError boundaryLayer() {
     return e;
 }
 
+ClosedFormError surfaceInMedium() {
+    ClosedFormError e{"surface", "a surface inside a constant medium, optical depth 1e-6 to 1e3", 0, kTight};
+    const double at = 0.37, opacity = 0.4, medium = 0.8, surface = 0.3;
+    for (int decade = -6; decade <= 3; ++decade) {
+        const double x = std::pow(10, decade);
+        const auto radiant = [&](double) { return RadiantPoint{x, glm::dvec3(medium)}; };
+        ReferenceIntegrator r;
+        r.add(0, at, radiant);
+        r.addSurface(glm::dvec3(surface), opacity);
+        r.add(at, 1, radiant);
+        const double before = std::exp(-x * at);
+        const double colour =
+            medium * -std::expm1(-x * at) +
+            before * (opacity * surface - (1 - opacity) * medium * std::expm1(-x * (1 - at)));
+        const double alpha = opacity - (1 - opacity) * std::expm1(-x);
+        e.relativeError =
+            std::max({e.relativeError, relative(r.colour().g, colour), relative(r.alpha(), alpha)});
+    }
+    return e;
+}
+
 /// The second integrator: one ray through the field, by adaptive Simpson.
 class SimpsonRay {
   public:
     SimpsonRay(const ReferenceInput& input, LatticeReader& samples)
-        : function_(*input.function), info_(*input.info), samples_(samples) {}
+        : function_(*input.function), surfaces_(input.surfaces), info_(*input.info), samples_(samples) {}
 
     glm::dvec4 operator()(const ReferenceRay& ray) {
         depth_ = 0;
         colour_ = glm::dvec3(0);
+        before_ = std::numeric_limits<double>::quiet_NaN();
         const std::vector<double> ends = cellEnds(ray);
         for (std::size_t i = 0; i + 1 < ends.size() && depth_ < 45; ++i)
             addCell(ray, ends[i], ends[i + 1]);
@@ -197,9 +219,14 @@ class SimpsonRay {
         // Opacity is linear between points: without one inside, the ends of the range tell.
         const auto& kinks = function_.kinks();
         const auto kink = std::lower_bound(kinks.begin(), kinks.end(), lowest);
-        if ((kink == kinks.end() || *kink > highest) && function_.extinction(lowest) == 0 &&
-            function_.extinction(highest) == 0)
+        const bool hasSurface = std::any_of(surfaces_.begin(), surfaces_.end(), [&](const Isosurface& s) {
+            return lowest <= s.value && s.value <= highest;
+        });
+        if (!hasSurface && (kink == kinks.end() || *kink > highest) && function_.extinction(lowest) == 0 &&
+            function_.extinction(highest) == 0) {
+            before_ = std::numeric_limits<double>::quiet_NaN();
             return;
+        }
         const double voxels = (to - from) * glm::length(ray.direction);
         const int panels = std::max(1, static_cast<int>(std::ceil(64 * voxels)));
         for (int i = 0; i < panels; ++i)
@@ -215,21 +242,50 @@ class SimpsonRay {
         return sum;
     }
 
-    /// Cuts [a,b] where the field meets a point of the function: sides that a quarter of the panel can tell.
+    /// A place where a panel is cut, and the surface that is met there, if any.
+    struct Cut {
+        double at;
+        const Isosurface* surface = nullptr;
+    };
+
+    /// Cuts [a,b] where the field meets a point of the function or a surface: sides that quarters of the
+    /// panel can tell, each cut once more where the parabola through three of its values turns.
     void addPanel(const ReferenceRay& ray, double a, double b) {
-        std::vector<double> cuts = {a, b};
-        const auto& kinks = function_.kinks();
-        for (int part = 0; part < 4; ++part) {
-            const double from = a + (b - a) * part / 4, to = a + (b - a) * (part + 1) / 4;
-            const double v0 = value(ray, from), v1 = value(ray, to);
-            for (auto k = std::lower_bound(kinks.begin(), kinks.end(), std::min(v0, v1));
-                 k != kinks.end() && *k <= std::max(v0, v1); ++k)
-                cuts.push_back(meeting(ray, *k, from, to));
+        std::vector<Cut> cuts = {{a}, {b}};
+        double from = a;
+        for (int part = 1; part <= 4; ++part) {
+            const double end = a + (b - a) * part / 4;
+            const double v0 = value(ray, from), v1 = value(ray, 0.5 * (from + end)), v2 = value(ray, end);
+            const double bend = v0 - 2 * v1 + v2, turn = bend != 0 ? 0.25 * (3 * v0 - 4 * v1 + v2) / bend : 0;
+            if (turn > 0 && turn < 1) {
+                const double top = from + turn * (end - from);
+                cutBetween(ray, from, top, cuts);
+                from = top;
+            }
+            cutBetween(ray, from, end, cuts);
+            from = end;
         }
-        std::sort(cuts.begin(), cuts.end());
-        for (std::size_t i = 0; i + 1 < cuts.size(); ++i)
-            if (cuts[i + 1] > cuts[i])
-                addPiece(ray, cuts[i], cuts[i + 1]);
+        std::stable_sort(cuts.begin(), cuts.end(), [](const Cut& x, const Cut& y) { return x.at < y.at; });
+        for (std::size_t i = 0; i < cuts.size(); ++i) {
+            if (const Isosurface* surface = cuts[i].surface) {
+                colour_ += std::exp(-depth_) * surface->opacity * surface->colour;
+                depth_ -= std::log1p(-surface->opacity);
+            }
+            if (i + 1 < cuts.size() && cuts[i + 1].at > cuts[i].at && depth_ < 45)
+                addPiece(ray, cuts[i].at, cuts[i + 1].at);
+        }
+    }
+
+    void cutBetween(const ReferenceRay& ray, double from, double to, std::vector<Cut>& cuts) {
+        const double v0 = std::isnan(before_) ? value(ray, from) : before_, v1 = value(ray, to);
+        before_ = v1;
+        const auto& kinks = function_.kinks();
+        for (auto k = std::lower_bound(kinks.begin(), kinks.end(), std::min(v0, v1));
+             k != kinks.end() && *k <= std::max(v0, v1); ++k)
+            cuts.push_back({meeting(ray, *k, from, to)});
+        for (const Isosurface& surface : surfaces_)
+            if ((v0 < surface.value) != (v1 < surface.value) && surface.opacity > 0)
+                cuts.push_back({meeting(ray, surface.value, from, to), &surface});
     }
 
     double meeting(const ReferenceRay& ray, double value0, double a, double b) const {
@@ -281,12 +337,14 @@ class SimpsonRay {
     }
 
     const TransferFunction& function_;
+    const std::vector<Isosurface>& surfaces_;
     const VolumeInfo& info_;
     LatticeReader& samples_;
     glm::dvec3 low_{0};
     std::array<double, 8> corners_{};
     double depth_ = 0;
     glm::dvec3 colour_{0};
+    double before_ = 0; // the field where the part before ended; none where it was not looked at
 };
 
 double largestDifference(const std::vector<glm::dvec4>& a, const std::vector<glm::dvec4>& b) {
@@ -302,8 +360,8 @@ double largestDifference(const std::vector<glm::dvec4>& a, const std::vector<glm
 } // namespace
 
 std::vector<ClosedFormError> closedFormErrors() {
-    return {constantSlab(), exponentialSlab(), sphereChords(),      gaussianBlob(),
-            colourRamp(),   stepFunction(),    linearTimesLinear(), boundaryLayer()};
+    return {constantSlab(), exponentialSlab(),   sphereChords(),  gaussianBlob(),   colourRamp(),
+            stepFunction(), linearTimesLinear(), boundaryLayer(), surfaceInMedium()};
 }
 
 RayProof proveOnRays(const ReferenceInput& input, const std::vector<ReferenceRay>& rays, int threads) {

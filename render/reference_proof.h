@@ -18,7 +18,8 @@ struct ClosedFormError {
     double relativeError = 0; // the largest over the cases
     double limit = 0;         // what it must stay below: 1e-12, or 1e-10 (T8, T11)
 };
-/// T1, T3 to T8, and T11 with a boundary layer down to 1e-8, as reference_integrator.h computes them.
+/// T1, T3 to T8, T11 with a boundary layer down to 1e-8, and a surface in a medium, as reference_integrator.h
+/// computes them.
 std::vector<ClosedFormError> closedFormErrors();
 
 /// How far the reference is from itself and from another on rays of a scene: largest absolute differences of

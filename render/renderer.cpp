@@ -187,8 +187,6 @@ std::size_t pictureBytesPerPixel(Engine engine) {
 
 RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& ram, Ledger& gpu,
                          const RenderOptions& options) {
-    if (options.engine == Engine::reference && !scene.surfaces.empty())
-        throw InputError("the reference draws no isosurfaces; expected the engine march or mirror");
     RenderResult result;
     const auto start = Clock::now();
     std::optional<GlContext> context;
@@ -244,7 +242,8 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     } else {
         report(p, result);
         result.level = 0;
-        const ReferenceInput input{p.cache.get(), &p.info(), &p.function, scene.shading, &p.statistics};
+        const ReferenceInput input{p.cache.get(), &p.info(), &p.function,   scene.shading,
+                                   &p.statistics, 1,         scene.surfaces};
         result.image = toImage(
             renderReference(input, referenceRays(p.camera, p.info(), scene.imageSize), options.threads),
             scene.imageSize);
