@@ -258,6 +258,10 @@ const std::vector<std::string>& gradientNames() {
     return names;
 }
 
+double brightest(const Shading& shading) {
+    return shading.on ? std::max(1.0, shading.ambient + shading.diffuse + shading.specular) : 1.0;
+}
+
 View parseView(const std::string& text, const std::string& where) {
     return static_cast<View>(nameIndex(text, viewNames(), where));
 }

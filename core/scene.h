@@ -28,6 +28,10 @@ struct Shading {
     Gradient gradient = Gradient::central;
 };
 
+/// The largest component that a lit colour can have, of colours in [0,1]; 1 at least, because a colour stays
+/// as it is where the field has no gradient. Ending rays at transmittance t leaves out at most t times this.
+double brightest(const Shading& shading);
+
 /// A surface of one value, drawn where rays cross it, in one pass with the volume. Lit as the volume is.
 struct Isosurface {
     double value = 0;       // physical units

@@ -17,7 +17,7 @@ EstimatedError scaled(const ImageDifference& d, double factor) {
 
 PixelGrid::PixelGrid(const glm::ivec2& imageSize)
     : picture_(imageSize), every_((std::max(imageSize.x, imageSize.y) + kMostPixels - 1) / kMostPixels) {
-    size_ = glm::max(imageSize / every_, glm::ivec2(1));
+    size_ = thinnedSize(imageSize, every_);
 }
 
 RayFrame<double> PixelGrid::frame(const RayFrame<double>& picture, double segmentVoxels) const {
@@ -40,13 +40,7 @@ RayFrame<double> PixelGrid::frame(const RayFrame<double>& picture, double segmen
 
 Image PixelGrid::of(const Image& picture) const {
     TESSERA_CHECK(picture.size == picture_);
-    Image out(size_);
-    for (int y = 0; y < size_.y; ++y)
-        for (int x = 0; x < size_.x; ++x) {
-            const glm::ivec2 at = glm::min(glm::ivec2(x, y) * every_ + every_ / 2, picture_ - 1);
-            out.at(x, y) = picture.at(at.x, at.y);
-        }
-    return out;
+    return thinned(picture, every_);
 }
 
 EstimatedError errorBetween(const Image& picture, const Image& better) {

@@ -11,7 +11,7 @@
 
 namespace tessera {
 
-/// Every k-th pixel of every k-th row, from the middle of the first k on: at most kMostPixels along an axis.
+/// The grid of thinned() with the least stride that leaves at most kMostPixels pixels along an axis.
 class PixelGrid {
   public:
     static constexpr int kMostPixels = 48;

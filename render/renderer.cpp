@@ -61,11 +61,6 @@ template <typename Real> Image toImage(const std::vector<glm::vec<4, Real>>& pix
 /// What eight bits can show.
 constexpr double kDefaultStepError = 1.0 / 255;
 
-/// The largest component that a segment's colour can have.
-double brightest(const Shading& shading) {
-    return shading.on ? std::max(1.0, shading.ambient + shading.diffuse + shading.specular) : 1.0;
-}
-
 void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledger& ram, Ledger& gpu,
                  const RenderOptions& options, RenderResult& result) {
     const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};

@@ -440,12 +440,10 @@ inline std::vector<glm::dvec4> widened(const std::vector<glm::vec4>& pixels) {
 /// so premultiplied ones are at most alpha, and lit ones at most alpha times the sum of Phong's parts. Sums
 /// of n rounded terms may exceed this by n/2^24 of themselves: 1e-5 is for 170 segments in one direction.
 inline void expectInRange(const std::vector<glm::dvec4>& pixels, const Shading& shading, const char* what) {
-    const double brightest =
-        shading.on ? std::max(1.0, shading.ambient + shading.diffuse) + shading.specular : 1.0;
     for (std::size_t i = 0; i < pixels.size(); ++i)
         for (int c = 0; c < 4; ++c) {
             const double value = pixels[i][c];
-            const double most = c == 3 ? 1 + 1e-6 : pixels[i].a * brightest * (1 + 1e-5) + 1e-30;
+            const double most = c == 3 ? 1 + 1e-6 : pixels[i].a * brightest(shading) * (1 + 1e-5) + 1e-30;
             ASSERT_TRUE(value >= 0 && value <= most) << what << ": pixel " << i << ", component " << c
                                                      << " is " << value << ", alpha " << pixels[i].a;
         }

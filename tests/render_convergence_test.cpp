@@ -3,6 +3,7 @@
 #include "bricking/import/importer.h"
 #include "core/scratch_folder.h"
 #include "render/reference.h"
+#include "tests/formula_source.h"
 #include "tests/scene_fixture.h"
 
 #include <cmath>
@@ -14,30 +15,6 @@ namespace tessera {
 namespace {
 
 using namespace tessera::test;
-
-/// A float volume from a formula of voxel space.
-class FormulaSource : public SlabSource {
-  public:
-    FormulaSource(const VolumeInfo& info, std::function<double(glm::dvec3)> value)
-        : info_(info), value_(std::move(value)) {}
-    const VolumeInfo& info() const override { return info_; }
-    void readSlices(int count, std::span<std::byte> out) override {
-        std::size_t n = 0;
-        for (int z = next_; z < next_ + count; ++z)
-            for (int y = 0; y < info_.extentVoxels.y; ++y)
-                for (int x = 0; x < info_.extentVoxels.x; ++x) {
-                    const float v = static_cast<float>(value_(glm::dvec3(x, y, z) + 0.5));
-                    std::memcpy(out.data() + 4 * n++, &v, 4);
-                }
-        next_ += count;
-    }
-    std::string describe() const override { return "a formula"; }
-
-  private:
-    VolumeInfo info_;
-    std::function<double(glm::dvec3)> value_;
-    int next_ = 0;
-};
 
 /// Extent (16,16,n), spacing 0.5 x 0.9 x 2 mm, sheared in y as a tilted gantry shears.
 VolumeInfo shearedInfo(int n) {

@@ -190,14 +190,13 @@ TEST_P(Determinism, WhatIsLeftOutLeavesNoTrace) {
     Scene neverEnds = lit;
     neverEnds.quality.terminationTransmittance = 1e-30;
     table.push_back({"termination that never comes", drawn(neverEnds), image});
-    const double brightest = lit.shading.ambient + lit.shading.diffuse + lit.shading.specular;
     for (const double epsilon : {1.0 / 510, 1e-4}) {
         Scene ends = lit;
         ends.quality.terminationTransmittance = epsilon;
         // What is left out is positive and at most epsilon of the brightest there is; 1e-6 for sums of
         // floats.
         table.push_back({"termination at " + std::to_string(epsilon), image, drawn(ends),
-                         epsilon * std::max(1.0, brightest) + 1e-6});
+                         epsilon * brightest(lit.shading) + 1e-6});
     }
 
     std::printf("%-60s %12s %12s\n", "left out", "lowest", "highest");
@@ -211,7 +210,7 @@ TEST_P(Determinism, WhatIsLeftOutLeavesNoTrace) {
     EXPECT_GT(difference(image, unlit).highest - difference(image, unlit).lowest, 1e-3);
     Scene tooSoon = lit;
     tooSoon.quality.terminationTransmittance = 0.1;
-    EXPECT_GT(difference(image, drawn(tooSoon)).highest, brightest / 510);
+    EXPECT_GT(difference(image, drawn(tooSoon)).highest, brightest(lit.shading) / 510);
 }
 
 TEST_P(Determinism, CountersAndPassesChangeNoBit) {

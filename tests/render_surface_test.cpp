@@ -4,10 +4,10 @@
 #include "core/error.h"
 #include "core/scratch_folder.h"
 #include "render/renderer.h"
+#include "tests/formula_source.h"
 #include "tests/scene_fixture.h"
 
 #include <cmath>
-#include <functional>
 #include <glm/gtc/constants.hpp>
 #include <gtest/gtest.h>
 #include <random>
@@ -16,31 +16,6 @@ namespace tessera {
 namespace {
 
 using namespace tessera::test;
-
-using Formula = std::function<double(const glm::dvec3&)>;
-
-/// A float volume from a formula of voxel space.
-class FormulaSource : public SlabSource {
-  public:
-    FormulaSource(const VolumeInfo& info, Formula value) : info_(info), value_(std::move(value)) {}
-    const VolumeInfo& info() const override { return info_; }
-    void readSlices(int count, std::span<std::byte> out) override {
-        std::size_t n = 0;
-        for (int z = next_; z < next_ + count; ++z)
-            for (int y = 0; y < info_.extentVoxels.y; ++y)
-                for (int x = 0; x < info_.extentVoxels.x; ++x) {
-                    const float v = static_cast<float>(value_(glm::dvec3(x, y, z) + 0.5));
-                    std::memcpy(out.data() + 4 * n++, &v, 4);
-                }
-        next_ += count;
-    }
-    std::string describe() const override { return "a formula"; }
-
-  private:
-    VolumeInfo info_;
-    Formula value_;
-    int next_ = 0;
-};
 
 /// A stored formula, sheared and of unlike spacings, and scenes on it: white surfaces, nothing of the volume.
 struct Stored {

@@ -239,18 +239,6 @@ TEST(RunsTable, HasARowForEveryBlock) {
     EXPECT_THAT(csv, HasSubstr("\"a machine, of some kind\",,easy,midpoint,hardware,"));
 }
 
-TEST(Thinned, TakesTheMiddleOfEveryStride) {
-    Image image(glm::ivec2(7, 6));
-    for (int y = 0; y < 6; ++y)
-        for (int x = 0; x < 7; ++x)
-            image.at(x, y).r = static_cast<float>(10 * y + x);
-    const Image out = thinned(image, 3);
-    EXPECT_EQ(out.size, glm::ivec2(2, 2));
-    EXPECT_EQ(out.at(0, 0).r, 11);
-    EXPECT_EQ(out.at(1, 1).r, 44);
-    EXPECT_EQ(thinned(image, 1).pixels, image.pixels);
-}
-
 // A whole sweep: finite, bounded, and nearer to the truth with every halving of the step.
 TEST(ASweep, FindsThatErrorsFallWithTheStep) {
     const ScratchFolder folder;

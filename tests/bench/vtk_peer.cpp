@@ -20,6 +20,7 @@
 #include "render/march.h"
 #include "render/ray.h"
 #include "render/reference.h"
+#include "viewer/accuracy/work_precision.h"
 
 #include <algorithm>
 #include <cmath>
@@ -97,15 +98,6 @@ std::vector<std::byte> wholeVolume(const StoreReader& store) {
     return voxels;
 }
 
-/// Every stride-th pixel of every stride-th row, from the middle of the first stride on.
-Image thinned(const Image& image, int stride) {
-    Image out(image.size / stride);
-    for (int y = 0; y < out.size.y; ++y)
-        for (int x = 0; x < out.size.x; ++x)
-            out.at(x, y) = image.at(x * stride + stride / 2, y * stride + stride / 2);
-    return out;
-}
-
 Image roundedTo8Bits(Image image) {
     for (glm::vec4& pixel : image.pixels)
         pixel = glm::round(glm::clamp(pixel, 0.0f, 1.0f) * 255.0f) / 255.0f;
@@ -137,11 +129,11 @@ Image referenceImage(BrickCache& cache, const PreparedScene& p, const glm::ivec2
     const VolumeInfo& info = p.info();
     const RayPlane plane = rayPlane(p.camera, info, size);
     const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
-    Image out(size / stride);
+    Image out(thinnedSize(size, stride));
     std::vector<ReferenceRay> rays;
     for (int y = 0; y < out.size.y; ++y)
         for (int x = 0; x < out.size.x; ++x) {
-            const glm::dvec2 pixel = glm::dvec2(glm::ivec2(x, y) * stride + stride / 2) + 0.5 + shift;
+            const glm::dvec2 pixel = glm::dvec2(thinnedPixel({x, y}, size, stride)) + 0.5 + shift;
             const PatientRay ray = pixelRay(plane, pixel, size);
             rays.push_back({glm::dvec3(voxelFromPatient * glm::dvec4(ray.base, 1)),
                             glm::dmat3(voxelFromPatient) * ray.direction,
@@ -181,29 +173,13 @@ struct Method {
     Work work;                     // Tessera's only
 };
 
-/// Time at which a family reaches an error, between its settings (log-log), on those no other setting beats
-/// in both. None where it is never reached; where even the coarsest setting is better, the coarsest one's
-/// time.
-std::optional<double> timeAtError(const std::vector<Method>& methods, const std::string& family,
-                                  double error) {
-    std::vector<std::pair<double, double>> points; // error, time
-    for (const Method& m : methods)
-        if (m.family == family)
-            points.emplace_back(m.rounded.rms, minimum(m.ms));
-    std::sort(points.begin(), points.end(), [](auto a, auto b) { return a.second < b.second; }); // fast first
-    std::optional<std::pair<double, double>> before;
-    for (const auto& point : points) {
-        if (before && point.first >= before->first)
-            continue; // slower and no better
-        if (point.first <= error) {
-            if (!before)
-                return point.second;
-            const double share = std::log(before->first / error) / std::log(before->first / point.first);
-            return before->second * std::pow(point.second / before->second, share);
-        }
-        before = point;
-    }
-    return std::nullopt;
+/// A family's envelope: error of 8-bit pictures, least time.
+std::vector<accuracy::WorkPoint> envelopeOf(const std::vector<Method>& methods, const std::string& family) {
+    std::vector<accuracy::WorkPoint> points;
+    for (std::size_t i = 0; i < methods.size(); ++i)
+        if (methods[i].family == family)
+            points.push_back({methods[i].rounded.rms, minimum(methods[i].ms), i});
+    return accuracy::paretoEnvelope(std::move(points));
 }
 
 void printTables(const std::vector<Method>& methods, const std::vector<std::string>& families) {
@@ -234,7 +210,7 @@ void printTables(const std::vector<Method>& methods, const std::vector<std::stri
     for (const double target : targets) {
         std::printf("\n| %.5f |", target);
         for (const std::string& family : families)
-            if (const auto ms = timeAtError(methods, family, target))
+            if (const auto ms = accuracy::timeAtError(envelopeOf(methods, family), target))
                 std::printf(" %.0f |", *ms);
             else
                 std::printf(" not reached |");

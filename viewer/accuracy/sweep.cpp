@@ -63,17 +63,13 @@ glm::ivec2 fittedSize(const glm::ivec2& size, int most) {
 std::vector<ReferenceRay> thinnedRays(const std::vector<ReferenceRay>& rays, const glm::ivec2& size,
                                       int stride) {
     std::vector<ReferenceRay> out;
-    const glm::ivec2 kept = size / stride;
+    const glm::ivec2 kept = thinnedSize(size, stride);
     for (int y = 0; y < kept.y; ++y)
-        for (int x = 0; x < kept.x; ++x)
-            out.push_back(
-                rays[static_cast<std::size_t>((y * stride + stride / 2) * size.x + x * stride + stride / 2)]);
+        for (int x = 0; x < kept.x; ++x) {
+            const glm::ivec2 from = thinnedPixel({x, y}, size, stride);
+            out.push_back(rays[static_cast<std::size_t>(from.y * size.x + from.x)]);
+        }
     return out;
-}
-
-/// Light that rays ended early may leave out is at most this times the transmittance that they end at.
-double mostColour(const Shading& shading) {
-    return shading.on ? std::max(1.0, shading.ambient + shading.diffuse + shading.specular) : 1.0;
 }
 
 /// 0 <= whole - ended <= bound in every component, but for rounding of float.
@@ -191,7 +187,7 @@ class Runner {
         const std::vector<ReferenceRay> compared =
             thinnedRays(referenceRays(p.camera, p.info(), out_.imageSize), out_.imageSize, out_.pixelStride);
         const std::vector<glm::dvec4> values = renderReference(input, compared, 0);
-        truth_ = Image(out_.imageSize / out_.pixelStride);
+        truth_ = Image(thinnedSize(out_.imageSize, out_.pixelStride));
         std::transform(values.begin(), values.end(), truth_.pixels.begin(),
                        [](const glm::dvec4& v) { return glm::vec4(v); });
         // Proven where something is seen: rays that miss all agree trivially.
@@ -241,7 +237,7 @@ class Runner {
             if (s.termination > 0) {
                 Setting whole = s;
                 whole.termination = 0;
-                m.bound = s.termination * mostColour(out_.scene.scene.shading);
+                m.bound = s.termination * brightest(out_.scene.scene.shading);
                 m.boundOk =
                     withinBound(frame.image, marchOf(*scene, whole, false).draw(s.stepVoxels).image, m.bound);
             }
@@ -333,14 +329,6 @@ const Measured* Sweep::find(const Setting& setting) const {
 double Sweep::floor() const {
     constexpr double kFloatPicture = 6e-8;              // pictures are compared in float
     return 10 * std::max(proof.error(), kFloatPicture); // NUMERICS C2.5
-}
-
-Image thinned(const Image& image, int stride) {
-    Image out(image.size / stride);
-    for (int y = 0; y < out.size.y; ++y)
-        for (int x = 0; x < out.size.x; ++x)
-            out.at(x, y) = image.at(x * stride + stride / 2, y * stride + stride / 2);
-    return out;
 }
 
 namespace {

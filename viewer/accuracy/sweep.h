@@ -94,9 +94,6 @@ struct SweepOptions {
     std::vector<Planned> settings;       // empty: plannedSettings()
 };
 
-/// Every stride-th pixel of every stride-th row, from the middle of the first stride on.
-Image thinned(const Image& image, int stride);
-
 /// Throws InputError where not even the scene as it is can be drawn within the budgets.
 Sweep runSweep(const NamedScene& scene, const SweepOptions& options, const CommonOptions& common);
 
