@@ -1,8 +1,10 @@
 // The parts of `tessera accuracy` that compute: which settings are measured, envelopes and what is read off
 // them, orders, intervals, the columns of runs.csv, curves of other renderers, stiff extinction, and one
 // sweep.
-#include "viewer/accuracy/accuracy_report.h"
+#include "viewer/accuracy/pareto.h"
+#include "viewer/accuracy/runs_table.h"
 #include "viewer/accuracy/scenes.h"
+#include "viewer/accuracy/stiff.h"
 
 #include "bricking/import/importer.h"
 #include "core/error.h"

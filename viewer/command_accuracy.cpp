@@ -6,6 +6,7 @@
 #include "core/scratch_folder.h"
 #include "render/gl/context.h"
 #include "viewer/accuracy/accuracy_report.h"
+#include "viewer/accuracy/scene_section.h"
 #include "viewer/accuracy/scenes.h"
 #include "viewer/bench/page.h"
 #include "viewer/bench/workbench.h" // scansFolder
