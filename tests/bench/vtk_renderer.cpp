@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "tests/bench/bench_tools.h"
 
+#include <cstring>
 #include <vtkCamera.h>
 #include <vtkColorTransferFunction.h>
 #include <vtkFixedPointVolumeRayCastMapper.h>
@@ -94,6 +95,28 @@ void addPoints(const std::vector<Point>& points, const VolumeInfo& info, const A
 }
 
 } // namespace
+
+std::vector<std::byte> wholeVolume(const StoreReader& store) {
+    const VolumeInfo& info = store.info();
+    const std::size_t valueBytes = bytesPerValue(info.type);
+    std::vector<std::byte> voxels(static_cast<std::size_t>(info.voxelCount()) * valueBytes);
+    std::vector<std::byte> chunk(store.chunkBytes());
+    const glm::ivec3 grid = chunkGrid(info.extentVoxels, 0);
+    for (std::size_t n = 0; n < cellCount(grid); ++n) {
+        const auto flat = static_cast<int>(n);
+        const glm::ivec3 at(flat % grid.x, flat / grid.x % grid.y, flat / (grid.x * grid.y));
+        store.readChunk({0, at.x, at.y, at.z}, chunk);
+        const glm::ivec3 low = at * kChunkExtent,
+                         size = glm::min(info.extentVoxels - low, glm::ivec3(kChunkExtent));
+        for (int z = 0; z < size.z; ++z)
+            for (int y = 0; y < size.y; ++y)
+                std::memcpy(voxels.data() +
+                                linearIndex(low + glm::ivec3(0, y, z), info.extentVoxels) * valueBytes,
+                            chunk.data() + linearIndex({0, y, z}, glm::ivec3(kChunkExtent)) * valueBytes,
+                            static_cast<std::size_t>(size.x) * valueBytes);
+    }
+    return voxels;
+}
 
 VtkRenderer::VtkRenderer(VtkMapper mapper, const VolumeInfo& info, std::span<const std::byte> voxels,
                          const TransferFunction& function, const Camera& camera, const glm::ivec2& size)

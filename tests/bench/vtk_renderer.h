@@ -3,6 +3,7 @@
 // All calls come from one thread; the GL context is VTK's own.
 #pragma once
 
+#include "bricking/store/store_reader.h"
 #include "core/camera.h"
 #include "core/image.h"
 #include "core/transfer_function.h"
@@ -13,8 +14,12 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace tessera::bench {
+
+/// Every level-0 voxel, for VTK, which holds volumes whole.
+std::vector<std::byte> wholeVolume(const StoreReader& store);
 
 enum class VtkMapper { cpu, gpu }; // vtkFixedPointVolumeRayCastMapper, vtkOpenGLGPUVolumeRayCastMapper
 

@@ -1,0 +1,73 @@
+// tests/bench/peer_truth.cpp: see peer_truth.h.
+#include "tests/bench/peer_truth.h"
+
+#include "render/ray.h"
+#include "render/reference.h"
+
+#include <algorithm>
+#include <glm/matrix.hpp>
+#include <limits>
+
+namespace tessera::bench {
+namespace {
+
+/// See referenceImage().
+bool grazesBorder(const ReferenceRay& ray, const VolumeInfo& info) {
+    const glm::dvec3 extent(info.extentVoxels), along = glm::abs(ray.direction);
+    double t0 = 0, t1 = 0;
+    if (!clipToBox(RayLine<double>{ray.base, ray.direction, ray.tMin, 1}, extent, t0, t1))
+        return true;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (along[axis] == std::max({along.x, along.y, along.z}))
+            continue;
+        const double a = ray.base[axis] + t0 * ray.direction[axis];
+        const double b = ray.base[axis] + t1 * ray.direction[axis];
+        if (std::min(a, b) < 0.5 || std::max(a, b) > extent[axis] - 0.5)
+            return true;
+    }
+    return false;
+}
+
+} // namespace
+
+Image roundedTo8Bits(Image image) {
+    for (glm::vec4& pixel : image.pixels)
+        pixel = glm::round(glm::clamp(pixel, 0.0f, 1.0f) * 255.0f) / 255.0f;
+    return image;
+}
+
+Image referenceImage(BrickCache& cache, const PreparedScene& p, const glm::ivec2& size, int stride,
+                     const glm::dvec2& shift, std::vector<bool>* border) {
+    const VolumeInfo& info = p.info();
+    const RayPlane plane = rayPlane(p.camera, info, size);
+    const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
+    Image out(thinnedSize(size, stride));
+    std::vector<ReferenceRay> rays;
+    for (int y = 0; y < out.size.y; ++y)
+        for (int x = 0; x < out.size.x; ++x) {
+            const glm::dvec2 pixel = glm::dvec2(thinnedPixel({x, y}, size, stride)) + 0.5 + shift;
+            const PatientRay ray = pixelRay(plane, pixel, size);
+            rays.push_back({glm::dvec3(voxelFromPatient * glm::dvec4(ray.base, 1)),
+                            glm::dmat3(voxelFromPatient) * ray.direction,
+                            std::max(ray.minT, -std::numeric_limits<double>::max())});
+        }
+    if (border)
+        for (const ReferenceRay& ray : rays)
+            border->push_back(grazesBorder(ray, info));
+    Shading off;
+    off.on = false;
+    const ReferenceInput input{&cache, &info, &p.function, off, &p.statistics};
+    const std::vector<glm::dvec4> values = renderReference(input, rays, 0);
+    std::transform(values.begin(), values.end(), out.pixels.begin(),
+                   [](const glm::dvec4& v) { return glm::vec4(v); });
+    return out;
+}
+
+Image without(Image image, const std::vector<bool>& leftOut) {
+    for (std::size_t i = 0; i < image.pixels.size(); ++i)
+        if (leftOut[i])
+            image.pixels[i] = glm::vec4(0);
+    return image;
+}
+
+} // namespace tessera::bench

@@ -1,0 +1,27 @@
+// tests/bench/peer_truth.h: what renderers are compared with: the reference's picture, on fewer pixels, and
+// which of them two renderers may differ in by definition.
+#pragma once
+
+#include "bricking/brick_cache.h"
+#include "core/image.h"
+#include "render/prepare.h"
+
+#include <glm/vec2.hpp>
+#include <vector>
+
+namespace tessera::bench {
+
+Image roundedTo8Bits(Image image);
+
+/// The pixels of thinned(), by the reference and unlit; shift moves the ray inside each pixel.
+/// @param border  if not null: for each pixel, whether its ray runs through the outermost half voxel of a
+/// side
+///                that it does not enter by facing it. VTK's volume ends at voxel centres, ours at voxel
+///                faces: there the two differ by definition.
+Image referenceImage(BrickCache& cache, const PreparedScene& p, const glm::ivec2& size, int stride,
+                     const glm::dvec2& shift, std::vector<bool>* border);
+
+/// The picture, black and transparent where left out: such pixels are in no error.
+Image without(Image image, const std::vector<bool>& leftOut);
+
+} // namespace tessera::bench
