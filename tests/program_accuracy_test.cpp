@@ -41,14 +41,20 @@ std::vector<std::map<std::string, std::string>> readCsv(const fs::path& path) {
 
 TEST_F(Program, AccuracyMeasuresAScene) {
     makeSphere();
+    write("peers.csv", "renderer,time_min_ms,rmse\nanother one,5,0.01\n");
     const Outcome outcome = run("accuracy s.zarr -o report --quick --size 24x24 --integrators midpoint "
-                                "--no-shading --gl-device software");
+                                "--peers peers.csv --ram 400MiB --no-shading --gl-device software");
     ASSERT_EQ(outcome.exitCode, 0) << outcome.problems;
     const std::string page = readAll(folder_ / "report" / "accuracy.md");
     for (const char* word : {"## Machine and reference", "| T11 |", "## Scene: s", "## Stiff extinction",
                              "## Defaults", "## Runs, failures and omissions", "FLIP"})
         EXPECT_THAT(page, HasSubstr(word));
     EXPECT_THAT(page, Not(HasSubstr(folder_.path().string()))) << "a path of this machine";
+    EXPECT_THAT(page,
+                HasSubstr("Made by `tessera accuracy SCENE -o FOLDER --quick --integrators midpoint "
+                          "--peers FILE --size 24x24 --no-shading --ram 400MiB --gl-device software`, "));
+    EXPECT_THAT(page, Not(HasSubstr("peers.csv"))) << "a file of this machine";
+    EXPECT_THAT(page, HasSubstr("| another one |"));
     EXPECT_THAT(page, Not(HasSubstr("| NO |"))) << "the proof of the reference fails";
 
     const auto rows = readCsv(folder_ / "report" / "accuracy" / "runs.csv");

@@ -93,6 +93,42 @@ std::vector<std::string> omissionsOf(const AccuracyArguments& arguments,
     return omissions;
 }
 
+/// The command as it may be repeated: all that decides what is on the page, with FOLDER, FILE and SCENE in
+/// the place of paths, because paths carry names.
+std::string commandText(const AccuracyArguments& a) {
+    std::string text = std::string("tessera accuracy ") + (a.all ? "--all" : "SCENE") + " -o FOLDER";
+    const auto add = [&text](const char* option, const std::string& value) {
+        if (!value.empty())
+            text += std::string(" ") + option + " " + value;
+    };
+    const auto addAll = [&text](const char* option, const std::vector<std::string>& values) {
+        if (!values.empty())
+            text += std::string(" ") + option;
+        for (const std::string& value : values)
+            text += " " + value;
+    };
+    const auto addFlag = [&text](const char* option, bool on) {
+        if (on)
+            text += std::string(" ") + option;
+    };
+    addAll("--only", a.only);
+    add("--scans", a.scans.empty() ? "" : "FOLDER");
+    addFlag("--quick", a.quick);
+    add("--seconds", a.seconds > 0 ? formatNumber(a.seconds) : "");
+    addAll("--integrators", a.integrators);
+    add("--peers", a.peers.empty() ? "" : "FILE");
+    add("--size", a.size);
+    add("--preset", a.preset);
+    addFlag("--no-shading", a.noShading);
+    add("--gpu-memory", a.gpuMemory);
+    add("--ram", a.ram);
+    add("--gl-device", a.device == "auto" ? "" : a.device);
+    add("--series", a.input.series > 0 ? std::to_string(a.input.series) : "");
+    addFlag("--largest", a.input.largest);
+    addFlag("--resample-z", a.input.resampleZ);
+    return text;
+}
+
 void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common) {
     if (arguments.in.empty() != arguments.all)
         throw InputError(arguments.all
@@ -150,11 +186,9 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
     bench::PagePlace place{arguments.out, "accuracy", kHeading, {}};
     for (const bench::Report& report : reports)
         place.order.push_back(report.name);
-    const bench::MadeBy madeBy{
-        std::string("tessera accuracy ") + (arguments.all ? "--all" : "SCENE") + " -o FOLDER" +
-            (arguments.quick ? " --quick" : "") +
-            (arguments.seconds > 0 ? " --seconds " + formatNumber(arguments.seconds) : ""),
-        on.machine + "; load " + bench::formatCell(bench::loadAverage()), TESSERA_VERSION};
+    const bench::MadeBy madeBy{commandText(arguments),
+                               on.machine + "; load " + bench::formatCell(bench::loadAverage()),
+                               TESSERA_VERSION};
     for (const bench::Report& report : reports)
         bench::writeReport(report, madeBy, place);
     common.note("wrote " + (fs::path(arguments.out) / "accuracy.md").string());
