@@ -75,8 +75,42 @@ TEST_F(Program, AccuracyMeasuresAScene) {
     EXPECT_THAT(readAll(folder_ / "report" / "accuracy" / "fail.csv"), HasSubstr("scene,setting,what"));
 }
 
+// The way other renderers get onto the page: scenes are kept, measured by another program, and all is drawn.
+TEST_F(Program, AccuracyKeepsItsScenesAndShowsOtherRenderersOnThem) {
+    const Outcome kept = run("accuracy --all --only sphere boundary-layer --quick --keep-scenes kept");
+    ASSERT_EQ(kept.exitCode, 0) << kept.problems;
+    for (const char* file :
+         {"kept/sphere.json", "kept/boundary-layer.json", "kept/sphere.zarr", "kept/ramp.zarr"})
+        EXPECT_TRUE(exists(file)) << file;
+    ASSERT_EQ(
+        run("render kept/sphere.json -o sphere.png --size 16x16 --gl-device software --no-check").exitCode,
+        0);
+
+    const std::string names = "scene,renderer,time_min_ms,rmse\n";
+    write("a.csv", names + "sphere,\"vtk gpu, whole volume (216 KiB)\",5,0.01\nnose,vtk gpu,5,0.01\n");
+    write("b.csv", names + "boundary-layer,another,6,0.02\n");
+    const Outcome outcome =
+        run("accuracy --all --only sphere boundary-layer --quick --seconds 1 --integrators "
+            "midpoint --peers a.csv b.csv -o report --gl-device software");
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.problems;
+    const std::string page = readAll(folder_ / "report" / "accuracy.md");
+    EXPECT_THAT(
+        page, HasSubstr("`tessera accuracy --all -o FOLDER --only sphere boundary-layer --quick --seconds 1 "
+                        "--integrators midpoint --peers FILE FILE --gl-device software`, "));
+    const std::size_t layer = page.find("## Scene: boundary-layer"), stiff = page.find("## Stiff");
+    ASSERT_LT(layer, stiff);
+    const std::string first = page.substr(0, layer), second = page.substr(layer, stiff - layer);
+    EXPECT_THAT(first, HasSubstr("| vtk gpu, whole volume (216 KiB) |"));
+    EXPECT_THAT(first, Not(HasSubstr("| another |")));
+    EXPECT_THAT(second, HasSubstr("| another |"));
+    EXPECT_THAT(second, Not(HasSubstr("| vtk gpu")));
+    EXPECT_THAT(page, HasSubstr("Other renderers of `nose`: measured, but of no scene of this page."));
+}
+
 TEST_F(Program, AccuracyRefusesWhatItCannotMeasure) {
     expectRefused("accuracy -o report", {"expected a scene", "--all"});
+    expectRefused("accuracy --all", {"-o FOLDER"});
+    expectRefused("accuracy x.zarr --keep-scenes here", {"--keep-scenes", "--all"});
     expectRefused("accuracy none.zarr -o report", {"none.zarr"});
     expectRefused("accuracy x.zarr --all -o report", {"found both"});
     expectRefused("accuracy --all --only sphare -o report", {"--only", "nearest: \"sphere\""});

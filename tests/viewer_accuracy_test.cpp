@@ -3,6 +3,7 @@
 // sweep.
 #include "viewer/accuracy/pareto.h"
 #include "viewer/accuracy/runs_table.h"
+#include "viewer/accuracy/scene_section.h"
 #include "viewer/accuracy/scenes.h"
 #include "viewer/accuracy/stiff.h"
 
@@ -10,6 +11,7 @@
 #include "core/error.h"
 #include "core/scratch_folder.h"
 #include "datasets/phantom.h"
+#include "render/prepare.h"
 #include "viewer/bench/page.h"
 
 #include <algorithm>
@@ -144,6 +146,24 @@ TEST(RunColumns, AreThoseOfThePlan) {
                       "dE_uv_p99,flip,nan_count,bound,bound_ok,ref_err");
 }
 
+/// A sweep whose numbers are made up: errors and times of two settings.
+Sweep madeUp(const std::string& name, double fastError, double slowError) {
+    Sweep sweep;
+    sweep.scene = {name, "", plainScene(), 0};
+    for (const auto& [step, error, ms] :
+         {std::tuple(1.0, fastError, 10.0), std::tuple(0.5, slowError, 20.0)}) {
+        Measured m;
+        m.planned.setting = settingOf(plainScene());
+        m.planned.setting.detail = {};
+        m.planned.setting.integrator = Integrator::midpoint;
+        m.planned.setting.stepVoxels = step;
+        m.error.rmse = error;
+        m.blocks = {{{ms + 1, ms}, ms}, {{ms + 2}, ms}};
+        sweep.measured.push_back(m);
+    }
+    return sweep;
+}
+
 TEST(Peers, AreReadByTheNamesOfTheirColumns) {
     const ScratchFolder folder;
     const auto file = folder / "peers.csv";
@@ -155,8 +175,9 @@ TEST(Peers, AreReadByTheNamesOfTheirColumns) {
     EXPECT_EQ(points[0].scene, "ct");
     EXPECT_EQ(points[1].ms, 80);
     EXPECT_EQ(points[1].rmse, 0.01);
-    std::ofstream(file) << "scene,renderer,time_min_ms,rmse,max_abs\nhead,vtk,1,0.5,1\n";
+    std::ofstream(file) << "scene,renderer,time_min_ms,rmse,masked_pixels\nhead,vtk,1,0.5,70\n";
     EXPECT_EQ(loadPeers(file, "ct").at(0).scene, "head");
+    EXPECT_EQ(loadPeers(file, "ct").at(0).pixels, 70);
     const auto refused = [&](const std::string& text, const std::string& word) {
         std::ofstream(file) << text;
         try {
@@ -172,6 +193,46 @@ TEST(Peers, AreReadByTheNamesOfTheirColumns) {
     refused("renderer,time_min_ms,rmse\nvtk,1\n", "line 2");
     refused("renderer,time_min_ms,rmse\nvtk,fast,0.1\n", "\"fast\"");
     refused("renderer,time_min_ms,rmse\nvtk,1,nan\n", "\"nan\"");
+}
+
+TEST(Peers, MayHaveCommasInTheirNames) {
+    const ScratchFolder folder;
+    const auto file = folder / "peers.csv";
+    std::ofstream(file) << "scene,renderer,time_min_ms,rmse\r\n"
+                           "ct,\"vtk \"\"gpu\"\", whole volume (4 MiB)\",80,0.01\r\n";
+    const std::vector<PeerPoint> points = loadPeers(file, "");
+    ASSERT_EQ(points.size(), 1u);
+    EXPECT_EQ(points[0].renderer, "vtk \"gpu\", whole volume (4 MiB)");
+    EXPECT_EQ(points[0].rmse, 0.01);
+}
+
+TEST(Peers, StandBesideTheirOwnScene) {
+    const Sweep head = madeUp("head", 0.01, 0.001), foot = madeUp("foot", 0.01, 0.001),
+                plain = madeUp("plain", 0.01, 0.001);
+    const std::vector<PeerPoint> peers = {{"head", "vtk gpu, whole volume (4 MiB)", 5, 0.005, 90},
+                                          {"foot", "another", 7, 0.004, 0},
+                                          {"head", "vtk gpu, whole volume (4 MiB)", 3, 0.05, 90}};
+    const auto columnsOf = [&](const Sweep& sweep) {
+        return sceneSection(sweep, peers).tables.at(0).columns;
+    };
+    EXPECT_THAT(columnsOf(head), ElementsAre("error", "midpoint, hardware", "vtk gpu, whole volume (4 MiB)",
+                                             "fastest", "speed-up"));
+    EXPECT_THAT(columnsOf(foot),
+                ElementsAre("error", "another", "midpoint, hardware", "fastest", "speed-up"));
+    EXPECT_THAT(columnsOf(plain), ElementsAre("error", "midpoint, hardware", "fastest", "speed-up"));
+    const bench::Report report = sceneSection(head, peers);
+    const auto curves = report.plots.at(0).curves;
+    const auto vtk =
+        std::find_if(curves.begin(), curves.end(), [](const auto& c) { return c.label.starts_with("vtk"); });
+    ASSERT_NE(vtk, curves.end());
+    EXPECT_EQ(vtk->points, (std::vector<std::pair<double, double>>{{3, 0.05}, {5, 0.005}}));
+    // What VTK was given is said where it stands, and nowhere else.
+    EXPECT_THAT(report.text, ::testing::Contains(HasSubstr("opacity unit distance")));
+    EXPECT_THAT(report.text, ::testing::Contains(HasSubstr("(4 MiB)` are over 90 pixels.")));
+    EXPECT_THAT(sceneSection(foot, peers).text, ::testing::Not(::testing::Contains(HasSubstr("VTK"))));
+    EXPECT_THAT(sceneSection(foot, peers).text, ::testing::Contains(HasSubstr("not interleaved")));
+    EXPECT_THAT(sceneSection(plain, peers).text,
+                ::testing::Not(::testing::Contains(HasSubstr("interleaved"))));
 }
 
 // NUMERICS B2: midpoint with 64 segments.
@@ -199,24 +260,6 @@ TEST(Stiff, MidpointIsAsMeasuredElsewhere) {
                 EXPECT_LT(error, curve.name == "linear, double" ? 1e-9 : 4e-6) << depth;
             }
         }
-}
-
-/// A sweep whose numbers are made up: errors and times of two settings.
-Sweep madeUp(const std::string& name, double fastError, double slowError) {
-    Sweep sweep;
-    sweep.scene = {name, "", plainScene(), 0};
-    for (const auto& [step, error, ms] :
-         {std::tuple(1.0, fastError, 10.0), std::tuple(0.5, slowError, 20.0)}) {
-        Measured m;
-        m.planned.setting = settingOf(plainScene());
-        m.planned.setting.detail = {};
-        m.planned.setting.integrator = Integrator::midpoint;
-        m.planned.setting.stepVoxels = step;
-        m.error.rmse = error;
-        m.blocks = {{{ms + 1, ms}, ms}, {{ms + 2}, ms}};
-        sweep.measured.push_back(m);
-    }
-    return sweep;
 }
 
 TEST(Defaults, AreTheFastestWithinOne255th) {
@@ -317,8 +360,8 @@ TEST(ASweep, FindsThatErrorsFallWithTheStep) {
     EXPECT_LT(coarse->peakGpuBytes, whole->peakGpuBytes);
 }
 
-TEST(StandardScenes, AreFiveAndSayWhatIsLeftOut) {
-    EXPECT_EQ(standardSceneNames().size(), 5u);
+TEST(StandardScenes, AreSixAndSayWhatIsLeftOut) {
+    EXPECT_EQ(standardSceneNames().size(), 6u);
     const ScratchFolder folder;
     CommonOptions common;
     common.quiet = true;
@@ -326,10 +369,44 @@ TEST(StandardScenes, AreFiveAndSayWhatIsLeftOut) {
                                                std::size_t{256} << 20, common);
     ASSERT_EQ(made.scenes.size(), 1u);
     EXPECT_EQ(made.scenes[0].name, "boundary-layer");
-    EXPECT_EQ(made.leftOut.size(), 4u);
+    EXPECT_EQ(made.leftOut.size(), 5u);
     EXPECT_THAT(made.leftOut, ::testing::Contains(HasSubstr("not at hand")));
     EXPECT_THROW(standardScenes(folder.path(), "", {"sphare"}, true, std::size_t{256} << 20, common),
                  InputError);
+}
+
+// What other renderers are given: the same function, spelled out, and a volume beside the file.
+TEST(StandardScenes, AreKeptForOtherRenderers) {
+    const ScratchFolder folder;
+    CommonOptions common;
+    common.quiet = true;
+    const std::size_t ramBytes = std::size_t{256} << 20;
+    for (int again = 0; again < 2; ++again) { // over what is there
+        const StandardScenes made = standardScenes(folder.path(), "", {"sphere", "boundary-layer", "sparse"},
+                                                   true, ramBytes, common, true);
+        keepScenes(made.scenes, folder.path(), ramBytes);
+        ASSERT_EQ(made.scenes.size(), 3u);
+        for (const NamedScene& scene : made.scenes) {
+            std::ifstream file(folder / (scene.name + ".json"));
+            const std::string text((std::istreambuf_iterator<char>(file)), {});
+            EXPECT_THAT(text, ::testing::Not(HasSubstr(folder.path().string()))) << "a path of this machine";
+            const Scene kept = loadScene(folder / (scene.name + ".json"));
+            EXPECT_EQ(kept.volumes[0].path, scene.scene.volumes[0].path);
+            EXPECT_EQ(kept.imageSize, scene.scene.imageSize);
+            EXPECT_FALSE(kept.shading.on);
+            Ledger ram("RAM", "--ram", ramBytes);
+            const StoreReader store(kept.volumes[0].path, ram);
+            const auto& function = std::get<TransferFunction>(kept.volumes[0].transferFunction);
+            const PreparedScene measured = prepareView(scene.scene, store, ram, 1);
+            EXPECT_EQ(function.referenceLengthMm(), measured.function.referenceLengthMm());
+            ASSERT_EQ(function.opacityPoints().size(), measured.function.opacityPoints().size());
+            for (std::size_t i = 0; i < function.opacityPoints().size(); ++i) {
+                EXPECT_EQ(function.opacityPoints()[i].value, measured.function.opacityPoints()[i].value);
+                EXPECT_EQ(function.opacityPoints()[i].opacity, measured.function.opacityPoints()[i].opacity);
+            }
+            EXPECT_EQ(function.colourPoints().size(), measured.function.colourPoints().size());
+        }
+    }
 }
 
 } // namespace

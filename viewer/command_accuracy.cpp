@@ -1,5 +1,5 @@
 // viewer/command_accuracy.cpp: `tessera accuracy SCENE -o FOLDER`: how wrong the picture is, what less error
-// costs, and what breaks; and with --all the five scenes of docs/accuracy.md.
+// costs, and what breaks; and with --all the scenes of docs/accuracy.md.
 #include "bricking/store/store_reader.h"
 #include "core/error.h"
 #include "core/nearest_name.h"
@@ -25,8 +25,8 @@ namespace fs = std::filesystem;
 using namespace accuracy;
 
 struct AccuracyArguments {
-    std::string in, out, scans, peers, ram, gpuMemory, size, preset, device = "auto";
-    std::vector<std::string> only, integrators;
+    std::string in, out, scans, keptScenes, ram, gpuMemory, size, preset, device = "auto";
+    std::vector<std::string> only, integrators, peers;
     double seconds = 0;
     bool all = false, quick = false, noShading = false;
     InputOptions input;
@@ -72,7 +72,8 @@ NamedScene namedScene(const AccuracyArguments& arguments, Ledger& ram, const Com
     return named;
 }
 
-std::vector<std::string> omissionsOf(const AccuracyArguments& arguments,
+std::vector<std::string> omissionsOf(const std::vector<NamedScene>& scenes,
+                                     const std::vector<PeerPoint>& peers,
                                      const std::vector<std::string>& leftOut) {
     std::vector<std::string> omissions = {
         "FLIP: no package of Debian 12 brings it; the column is empty.",
@@ -86,11 +87,32 @@ std::vector<std::string> omissionsOf(const AccuracyArguments& arguments,
         "A cold cache: all bricks are on the device before a frame is timed.",
         "Isosurfaces: the reference does not draw them; a scene that has some is refused.",
         "Jitter and other random methods: there are none."};
-    if (arguments.peers.empty())
+    std::string without, elsewhere;
+    for (const NamedScene& scene : scenes)
+        if (std::none_of(peers.begin(), peers.end(),
+                         [&](const PeerPoint& p) { return p.scene == scene.name; }))
+            without += (without.empty() ? "`" : ", `") + scene.name + "`";
+    for (const PeerPoint& p : peers)
+        if (std::none_of(scenes.begin(), scenes.end(),
+                         [&](const NamedScene& scene) { return p.scene == scene.name; }) &&
+            elsewhere.find("`" + p.scene + "`") == std::string::npos)
+            elsewhere += (elsewhere.empty() ? "`" : ", `") + p.scene + "`";
+    if (peers.empty())
         omissions.push_back(
             "Other renderers: none were measured beside these runs (`--peers FILE.csv` adds them).");
+    else if (!without.empty())
+        omissions.push_back("Other renderers of " + without + ": none were measured.");
+    if (!elsewhere.empty())
+        omissions.push_back("Other renderers of " + elsewhere + ": measured, but of no scene of this page.");
     omissions.insert(omissions.end(), leftOut.begin(), leftOut.end());
     return omissions;
+}
+
+void makeFolder(const std::string& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error)
+        throw badFile(folder, "a folder to write in", error.message());
 }
 
 /// The command as it may be repeated: all that decides what is on the page, with FOLDER, FILE and SCENE in
@@ -116,7 +138,7 @@ std::string commandText(const AccuracyArguments& a) {
     addFlag("--quick", a.quick);
     add("--seconds", a.seconds > 0 ? formatNumber(a.seconds) : "");
     addAll("--integrators", a.integrators);
-    add("--peers", a.peers.empty() ? "" : "FILE");
+    addAll("--peers", std::vector<std::string>(a.peers.size(), "FILE"));
     add("--size", a.size);
     add("--preset", a.preset);
     addFlag("--no-shading", a.noShading);
@@ -145,10 +167,13 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
         if (options.integrators.back() == Integrator::automatic)
             throw badFile("--integrators", "an integrator that is one", "\"" + name + "\"");
     }
-    std::error_code error;
-    fs::create_directories(arguments.out, error);
-    if (error)
-        throw badFile(arguments.out, "a folder to write in", error.message());
+    if (!arguments.keptScenes.empty() && !arguments.all)
+        throw InputError("accuracy: --keep-scenes: expected --all, whose scenes it keeps, found none");
+    if (arguments.out.empty() && arguments.keptScenes.empty())
+        throw InputError("accuracy: expected -o FOLDER for the page, found none");
+    for (const std::string& folder : {arguments.out, arguments.keptScenes})
+        if (!folder.empty())
+            makeFolder(folder);
 
     const ScratchFolder scratch;
     std::vector<NamedScene> scenes;
@@ -156,17 +181,29 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
     {
         Ledger ram("RAM", "--ram", options.ramBytes);
         if (arguments.all) {
-            StandardScenes made = standardScenes(scratch.path(), bench::scansFolder(arguments.scans),
-                                                 arguments.only, arguments.quick, options.ramBytes, common);
+            const bool keep = !arguments.keptScenes.empty();
+            const fs::path folder = keep ? fs::path(arguments.keptScenes) : scratch.path();
+            StandardScenes made = standardScenes(folder, bench::scansFolder(arguments.scans), arguments.only,
+                                                 arguments.quick, options.ramBytes, common, keep);
+            if (keep)
+                keepScenes(made.scenes, folder, options.ramBytes);
             scenes = std::move(made.scenes);
             leftOut = std::move(made.leftOut);
         } else {
             scenes.push_back(namedScene(arguments, ram, common));
         }
     }
-    const std::vector<PeerPoint> peers =
-        arguments.peers.empty() ? std::vector<PeerPoint>()
-                                : loadPeers(arguments.peers, scenes.size() == 1 ? scenes.front().name : "");
+    if (arguments.out.empty()) { // only the scenes were asked for
+        for (const std::string& sentence : leftOut)
+            common.note(sentence);
+        common.note("wrote " + std::to_string(scenes.size()) + " scenes to " + arguments.keptScenes);
+        return;
+    }
+    std::vector<PeerPoint> peers;
+    for (const std::string& file : arguments.peers) {
+        const auto more = loadPeers(file, scenes.size() == 1 ? scenes.front().name : "");
+        peers.insert(peers.end(), more.begin(), more.end());
+    }
 
     std::vector<Sweep> sweeps;
     for (const NamedScene& scene : scenes) {
@@ -182,7 +219,7 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
         reports.push_back(sceneSection(sweep, peers));
     reports.push_back(stiffSection());
     reports.push_back(defaultsSection(sweeps));
-    reports.push_back(runsSection(sweeps, on, omissionsOf(arguments, leftOut)));
+    reports.push_back(runsSection(sweeps, on, omissionsOf(scenes, peers, leftOut)));
     bench::PagePlace place{arguments.out, "accuracy", kHeading, {}};
     for (const bench::Report& report : reports)
         place.order.push_back(report.name);
@@ -201,11 +238,9 @@ void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& 
         "accuracy", "Measure how wrong a scene's picture is, and what less error costs in time");
     auto a = std::make_shared<AccuracyArguments>();
     command->add_option("SCENE", a->in, "scene (.json), store (.zarr), DICOM folder, .nii, ...");
-    command
-        ->add_option("-o,--output", a->out,
-                     "folder for the page accuracy.md and the folder accuracy beside it")
-        ->required();
-    command->add_flag("--all", a->all, "the five scenes of docs/accuracy.md instead of one");
+    command->add_option("-o,--output", a->out,
+                        "folder for the page accuracy.md and the folder accuracy beside it");
+    command->add_flag("--all", a->all, "the scenes of docs/accuracy.md instead of one");
     command->add_option("--only", a->only,
                         "with --all: of these scenes only: " + joinNames(standardSceneNames()));
     command->add_option("--scans", a->scans,
@@ -218,8 +253,13 @@ void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& 
         ->check(CLI::PositiveNumber);
     command->add_option("--integrators", a->integrators,
                         "to compare, of " + joinNames(integratorNames()) + " (default: all but auto)");
-    command->add_option("--peers", a->peers,
-                        "CSV of other renderers on the same scenes: scene, renderer, time_min_ms, rmse");
+    command->add_option(
+        "--peers", a->peers,
+        "CSV files of other renderers on the same scenes: scene, renderer, time_min_ms, rmse");
+    command->add_option(
+        "--keep-scenes", a->keptScenes,
+        "with --all: folder for the scenes as files, with their volumes, which other renderers "
+        "can be measured on; without -o nothing else is done");
     command->add_option("--size", a->size,
                         "pixels, WIDTHxHEIGHT, at most 512 are drawn (default: the scene's)");
     command->add_option("--preset", a->preset, "instead of the scene's transfer function");

@@ -20,6 +20,11 @@ std::vector<accuracy::WorkPoint> envelopeOf(const std::vector<Method>& methods, 
     return accuracy::paretoEnvelope(std::move(points));
 }
 
+/// As a field of a CSV file.
+std::string field(const std::string& text) {
+    return text.find(',') == std::string::npos ? text : "\"" + text + "\"";
+}
+
 } // namespace
 
 void printTables(const std::vector<Method>& methods, const std::vector<std::string>& families) {
@@ -68,7 +73,7 @@ void writeCsv(const std::string& path, const std::vector<Method>& methods, const
     for (const Method& m : methods) {
         std::string device = m.tessera ? on.tesseraDevice : on.vtkDevice;
         std::replace(device.begin(), device.end(), ',', ';');
-        std::fprintf(file, "%s,%s,%g,%.2f,%.2f,%.6f,%.5f,%.4f,", on.scene.c_str(), m.family.c_str(),
+        std::fprintf(file, "%s,%s,%g,%.2f,%.2f,%.6f,%.5f,%.4f,", on.scene.c_str(), field(m.family).c_str(),
                      m.distanceVoxels, minimum(m.ms), median(m.ms), m.rounded.rms, m.rounded.maxAbs,
                      m.rounded.luvP99);
         if (m.tessera)

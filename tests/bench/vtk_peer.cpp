@@ -4,11 +4,13 @@
 //
 //   xvfb-run -a vtk_peer --scene SCENE.json --rounds 5 --csv build/bench-results/vtk_peer.csv
 //   xvfb-run -a vtk_peer --store build/bench-data/torso-thorax.zarr --rounds 5       (the thorax-sized torso)
+//   xvfb-run -a vtk_peer --scene SCENE.json --vtk-only 1 --csv PEERS.csv   (for `tessera accuracy --peers`)
 //
 // Same camera, same points of the transfer function (linear in opacity per unit distance and in RGB, linear
 // light), same trilinear field, black background. VTK hands out 8 bits a channel, so the comparison is made
 // on pictures rounded to 8 bits, Tessera's too; Tessera's errors before rounding are columns of their own.
-// The CSV is what `tessera accuracy SCENE.json --peers FILE.csv` reads.
+// The CSV is what `tessera accuracy --peers FILE.csv` reads. With --vtk-only 1 Tessera is left to that
+// command: VTK and the reference alone run, and VTK's names say how much memory its whole volume takes.
 // --shifts 1 also measures against references moved by half a pixel: a disagreement about pixel centres would
 // show there.
 #include "core/error.h"
@@ -31,6 +33,8 @@
 
 namespace tessera::bench {
 namespace {
+
+constexpr int kComparedExtent = 128; // pixels an axis, at most
 
 /// What both programs can draw alike; throws InputError where they cannot.
 Scene comparableScene(std::map<std::string, std::string>& options) {
@@ -131,11 +135,12 @@ void run(int argc, char** argv) {
                                  {"--preset", "bone"},
                                  {"--size", ""},
                                  {"--rounds", "6"},
-                                 {"--stride", "4"},
+                                 {"--stride", ""},
                                  {"--distances", "2,1,0.5,0.25"},
                                  {"--integrators", "midpoint,linear,pre-integrated,pre-integrated-2d"},
                                  {"--fetch", "hardware"},
                                  {"--device", "software"},
+                                 {"--vtk-only", "0"},
                                  {"--shifts", "0"},
                                  {"--csv", ""}});
     const auto number = [&](const char* option) {
@@ -143,7 +148,11 @@ void run(int argc, char** argv) {
     };
     Scene scene = comparableScene(options);
     const glm::ivec2 size = scene.imageSize;
-    const int stride = static_cast<int>(parseNumbers(options["--stride"], "--stride").at(0));
+    // Else as many pixels as `tessera accuracy` compares.
+    const int stride = options["--stride"].empty()
+                           ? (std::max(size.x, size.y) + kComparedExtent - 1) / kComparedExtent
+                           : static_cast<int>(parseNumbers(options["--stride"], "--stride").at(0));
+    const bool vtkOnly = number("--vtk-only") != 0;
 
     Budgets budgets;
     const StoreReader store(scene.volumes.at(0).path, budgets.ram);
@@ -153,10 +162,14 @@ void run(int argc, char** argv) {
 
     GlThread glThread;
     std::optional<TesseraScene> tessera;
-    glThread.run([&] { tessera.emplace(scene, store, options["--device"], budgets); });
-    const PreparedScene& p = tessera->prepared();
-    if (p.selection.finest() != 0)
-        throw Error("the volume does not fit the device at full resolution");
+    std::optional<PreparedScene> view; // where Tessera does not draw: what the reference needs
+    if (vtkOnly)
+        view = prepareView(scene, store, budgets.ram, 0);
+    else
+        glThread.run([&] { tessera.emplace(scene, store, options["--device"], budgets); });
+    const PreparedScene& p = vtkOnly ? *view : tessera->prepared();
+    if (!vtkOnly && p.selection.finest() != 0)
+        throw InputError("the volume does not fit the device at full resolution: expected --vtk-only 1");
     const std::vector<std::byte> voxels = wholeVolume(store);
     VtkRenderer cpu(VtkMapper::cpu, info, voxels, p.function, p.camera, size);
     VtkRenderer gpu(VtkMapper::gpu, info, voxels, p.function, p.camera, size);
@@ -173,10 +186,13 @@ void run(int argc, char** argv) {
     };
     const std::vector<double> distances = parseNumbers(options["--distances"], "--distances");
     Image last; // of Tessera
-    for (const Variant& variant : parseVariants(options["--integrators"], options["--fetch"]))
-        add(variant.name(), tesseraMethods(*tessera, glThread, variant, distances, last));
-    add("vtk cpu", vtkMethods(cpu, "vtk cpu", distances, voxelMm));
-    add("vtk gpu", vtkMethods(gpu, "vtk gpu", distances, voxelMm));
+    if (tessera)
+        for (const Variant& variant : parseVariants(options["--integrators"], options["--fetch"]))
+            add(variant.name(), tesseraMethods(*tessera, glThread, variant, distances, last));
+    // Alone, VTK is compared with a Tessera that may have less memory: the name tells.
+    const std::string memory = vtkOnly ? ", whole volume (" + formatBytes(voxels.size()) + ")" : "";
+    add("vtk cpu" + memory, vtkMethods(cpu, "vtk cpu" + memory, distances, voxelMm));
+    add("vtk gpu" + memory, vtkMethods(gpu, "vtk gpu" + memory, distances, voxelMm));
     std::sort(methods.begin(), methods.end(), [](const Method& a, const Method& b) {
         return std::pair(a.family, -a.distanceVoxels) < std::pair(b.family, -b.distanceVoxels);
     });
@@ -202,7 +218,7 @@ void run(int argc, char** argv) {
     RunOn on;
     on.scene = options["--scene"].empty() ? "torso-" + options["--preset"]
                                           : std::filesystem::path(options["--scene"]).stem().string();
-    on.tesseraDevice = tessera->device();
+    on.tesseraDevice = tessera ? tessera->device() : "no device (--vtk-only)";
     on.vtkDevice = gpu.device();
     on.loadBefore = loadAverage();
     for (int round = 0; round < number("--rounds"); ++round)

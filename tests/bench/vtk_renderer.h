@@ -33,7 +33,9 @@ class VtkRenderer {
     VtkRenderer(const VtkRenderer&) = delete;
     VtkRenderer& operator=(const VtkRenderer&) = delete;
 
-    /// Milliseconds of one frame: render, wait for it, read 8-bit RGBA back.
+    /// Milliseconds of one frame: render, wait for it, read 8-bit RGBA back. After another distance a frame
+    /// is drawn first that is not timed: both mappers make their tables anew, which are a scene's, not a
+    /// frame's.
     double drawMs(double sampleDistanceMm);
     /// The last frame. VTK's 8-bit values are taken as linear, as the transfer function's colours went in.
     Image picture() const;

@@ -8,19 +8,29 @@
 #include <cstdlib>
 #include <fstream>
 #include <optional>
-#include <sstream>
 
 namespace tessera::accuracy {
 namespace {
 
+/// Between quotes a comma is a character like others, and two quotes are one (RFC 4180).
 std::vector<std::string> fieldsOf(const std::string& line) {
-    std::vector<std::string> fields;
-    std::istringstream text(line);
-    for (std::string field; std::getline(text, field, ',');) {
+    std::vector<std::string> fields(1);
+    bool quoted = false;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+        const bool quote = line[i] == '"',
+                   twice = quote && quoted && i + 1 < line.size() && line[i + 1] == '"';
+        if (quote && !twice) {
+            quoted = !quoted;
+        } else if (line[i] == ',' && !quoted) {
+            fields.emplace_back();
+        } else {
+            fields.back() += line[i];
+            i += twice ? 1 : 0;
+        }
+    }
+    for (std::string& field : fields)
         while (!field.empty() && (field.back() == '\r' || field.back() == ' '))
             field.pop_back();
-        fields.push_back(field);
-    }
     return fields;
 }
 
@@ -44,7 +54,7 @@ std::vector<PeerPoint> loadPeers(const std::filesystem::path& file, const std::s
         return *at;
     };
     const std::size_t renderer = needed("renderer"), time = needed("time_min_ms"), error = needed("rmse");
-    const auto scene = place("scene");
+    const auto scene = place("scene"), pixels = place("masked_pixels");
     std::vector<PeerPoint> points;
     for (int number = 2; std::getline(in, line); ++number) {
         if (line.empty())
@@ -60,8 +70,8 @@ std::vector<PeerPoint> loadPeers(const std::filesystem::path& file, const std::s
                 throw badFile(where, "a number in \"" + names[at] + "\"", "\"" + fields[at] + "\"");
             return value;
         };
-        points.push_back(
-            {scene ? fields[*scene] : onlyScene, fields[renderer], numberAt(time), numberAt(error)});
+        points.push_back({scene ? fields[*scene] : onlyScene, fields[renderer], numberAt(time),
+                          numberAt(error), pixels ? numberAt(*pixels) : 0});
     }
     return points;
 }

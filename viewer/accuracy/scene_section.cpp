@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <utility>
 
 namespace tessera::accuracy {
@@ -178,6 +179,39 @@ Table axesTable(const Sweep& sweep) {
     return table;
 }
 
+/// Pixels that the truth shows something in, of those compared.
+std::size_t shownPixels(const Sweep& sweep) {
+    return sweep.measured.empty() ? 0 : sweep.measured.front().error.maskedPixels;
+}
+
+/// What the curves of this scene's other renderers are worth beside the rest; nothing where there are none.
+std::string peersText(const Sweep& sweep, const std::vector<PeerPoint>& peers) {
+    bool any = false, vtk = false;
+    std::map<std::string, double> pixels; // where told, by renderer
+    for (const PeerPoint& p : peers)
+        if (p.scene == sweep.scene.name) {
+            any = true;
+            vtk = vtk || p.renderer.starts_with("vtk");
+            if (p.pixels > 0 && p.pixels != static_cast<double>(shownPixels(sweep)))
+                pixels[p.renderer] = p.pixels;
+        }
+    if (!any)
+        return {};
+    std::string text =
+        "Other renderers were measured on the same scene in runs of their own, not interleaved "
+        "with these.";
+    if (vtk)
+        text +=
+            " VTK's mappers hold the whole volume, whatever memory Tessera has in this scene. They are "
+            "given the transfer function's points as nodes and its opacity unit distance; both sample these "
+            "into tables of their own, and what those lose is part of their error. They hand out 8 bits a "
+            "channel, so their errors end at about 0.001; rays along the volume's outermost half voxels, "
+            "which VTK does not draw, are left out of their errors.";
+    for (const auto& [renderer, count] : pixels)
+        text += " Errors of `" + renderer + "` are over " + formatNumber(count, 9) + " pixels.";
+    return text;
+}
+
 } // namespace
 
 bench::Report sceneSection(const Sweep& sweep, const std::vector<PeerPoint>& peers) {
@@ -191,9 +225,11 @@ bench::Report sceneSection(const Sweep& sweep, const std::vector<PeerPoint>& pee
                     : ", every " + std::to_string(sweep.pixelStride) + "th pixel of every " +
                           std::to_string(sweep.pixelStride) + "th row compared";
     report.text = {sweep.scene.about + " Volume " + sweep.volume + ". " + compared + " (" +
-                   std::to_string(sweep.measured.empty() ? 0 : sweep.measured.front().error.maskedPixels) +
+                   std::to_string(shownPixels(sweep)) +
                    " show something). The transfer function's table is off by " + number(sweep.tableError) +
                    " of the largest extinction."};
+    if (std::string text = peersText(sweep, peers); !text.empty())
+        report.text.push_back(std::move(text));
     report.tables = {equalErrorTable(sweep, peers), equalTimeTable(sweep, peers), orderTable(sweep),
                      axesTable(sweep)};
     report.plots = {workPrecisionPlot(sweep, peers), convergencePlot(sweep)};

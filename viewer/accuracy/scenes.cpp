@@ -5,24 +5,27 @@
 #include "bricking/statistics.h"
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "core/preset.h"
 #include "datasets/phantom.h"
 #include "render/prepare.h" // summarise
 #include "viewer/bench/workbench.h"
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 namespace tessera::accuracy {
 namespace {
 
 namespace fs = std::filesystem;
 
-fs::path phantomStore(const fs::path& scratch, const std::string& name, const glm::ivec3& extent,
+fs::path phantomStore(const fs::path& folder, const std::string& name, const glm::ivec3& extent,
                       std::size_t ramBytes) {
-    const fs::path store = scratch / (name + ".zarr");
+    const fs::path store = folder / (name + ".zarr");
     Ledger ram("RAM", "--ram", ramBytes);
     ImportOptions options;
     options.durable = false;
+    options.force = true;
     importToStore(*makePhantom(name, extent), store, ram, options);
     return store;
 }
@@ -71,6 +74,14 @@ TransferFunction spike(double lowest, double highest) {
                                          {{at - 50, {0.9, 0.8, 0.6}}}, 0.01 * width);
 }
 
+fs::path copiedStore(const fs::path& store, const fs::path& copy) {
+    std::error_code error;
+    fs::copy(store, copy, fs::copy_options::recursive | fs::copy_options::overwrite_existing, error);
+    if (error)
+        throw Error(copy.string() + ": cannot be written: " + error.message());
+    return copy;
+}
+
 ValueSummary valuesOf(const fs::path& store, std::size_t ramBytes) {
     Ledger ram("RAM", "--ram", ramBytes);
     const StoreReader reader(store, ram);
@@ -80,12 +91,12 @@ ValueSummary valuesOf(const fs::path& store, std::size_t ramBytes) {
 } // namespace
 
 std::vector<std::string> standardSceneNames() {
-    return {"sphere", "boundary-layer", "narrow-ct", "soft-tissue-ct", "sparse"};
+    return {"sphere", "boundary-layer", "narrow-ct", "soft-tissue-ct", "soft-tissue-plain", "sparse"};
 }
 
-StandardScenes standardScenes(const fs::path& scratch, const fs::path& scans,
+StandardScenes standardScenes(const fs::path& folder, const fs::path& scans,
                               const std::vector<std::string>& only, bool quick, std::size_t ramBytes,
-                              const CommonOptions& common) {
+                              const CommonOptions& common, bool keep) {
     const std::vector<std::string> names = standardSceneNames();
     for (const std::string& name : only)
         if (std::find(names.begin(), names.end(), name) == names.end())
@@ -100,12 +111,12 @@ StandardScenes standardScenes(const fs::path& scratch, const fs::path& scans,
     };
     const int pixels = quick ? 96 : 128; // all of them are compared
     if (wanted("sphere"))
-        made.scenes.push_back(
-            {"sphere", "A sphere of constant extinction (closed form T4), colour along its depth.",
-             sceneOn(phantomStore(scratch, "sphere", glm::ivec3(quick ? 48 : 128), ramBytes), uniformInside(),
-                     View::anterior, false, pixels)});
+        made.scenes.push_back({"sphere",
+                               "A sphere of constant extinction (closed form T4), colour along its depth.",
+                               sceneOn(phantomStore(folder, "sphere", glm::ivec3(quick ? 48 : 128), ramBytes),
+                                       uniformInside(), View::anterior, false, pixels)});
     if (wanted("boundary-layer")) {
-        const fs::path store = phantomStore(scratch, "ramp", glm::ivec3(quick ? 48 : 128), ramBytes);
+        const fs::path store = phantomStore(folder, "ramp", glm::ivec3(quick ? 48 : 128), ramBytes);
         const ValueSummary values = valuesOf(store, ramBytes);
         made.scenes.push_back(
             {"boundary-layer",
@@ -113,19 +124,23 @@ StandardScenes standardScenes(const fs::path& scratch, const fs::path& scans,
              "it is dense.",
              sceneOn(store, boundaryLayer(values.lowest, values.highest, 256), View::right, false, pixels)});
     }
-    const bool narrow = wanted("narrow-ct"), soft = wanted("soft-tissue-ct");
-    if (narrow || soft) {
+    const bool narrow = wanted("narrow-ct"), soft = wanted("soft-tissue-ct"),
+               plain = wanted("soft-tissue-plain");
+    if (narrow || soft || plain) {
         const bench::Workbench scansBench =
-            bench::makeWorkbench("software", scans, {"abdomen"}, scratch, quick, ramBytes, common);
+            bench::makeWorkbench("software", scans, {"abdomen"}, folder, quick, ramBytes, common);
         if (scansBench.volumes.empty()) {
             for (const auto& [asked, name] :
-                 {std::pair(narrow, "narrow-ct"), std::pair(soft, "soft-tissue-ct")})
+                 {std::pair(narrow, "narrow-ct"), std::pair(soft, "soft-tissue-ct"),
+                  std::pair(plain, "soft-tissue-plain")})
                 if (asked)
                     made.leftOut.push_back(
                         "Scene `" + std::string(name) +
                         "`: the abdomen CT is not at hand (`--scans FOLDER` names where it is).");
         } else {
-            const bench::BenchVolume& ct = scansBench.volumes.front();
+            bench::BenchVolume ct = scansBench.volumes.front();
+            if (keep)
+                ct.store = copiedStore(ct.store, folder / (ct.name + ".zarr"));
             const ValueSummary values = valuesOf(ct.store, ramBytes);
             if (narrow)
                 made.scenes.push_back(
@@ -135,6 +150,12 @@ StandardScenes standardScenes(const fs::path& scratch, const fs::path& scans,
                 made.scenes.push_back(
                     {"soft-tissue-ct", "Preset soft-tissue, lit, on a " + ct.about + ".",
                      sceneOn(ct.store, std::string("soft-tissue"), View::anterior, true, pixels)});
+            if (plain)
+                made.scenes.push_back(
+                    {"soft-tissue-plain",
+                     "Preset soft-tissue, not lit, on a " + ct.about +
+                         ": the scan that other renderers can be compared on, which take other normals.",
+                     sceneOn(ct.store, std::string("soft-tissue"), View::anterior, false, pixels)});
         }
     }
     if (wanted("sparse")) {
@@ -142,12 +163,28 @@ StandardScenes standardScenes(const fs::path& scratch, const fs::path& scans,
         NamedScene sparse{
             "sparse",
             "Bone of a generated torso, most of it empty, in a GPU budget that its bricks do not fit.",
-            sceneOn(phantomStore(scratch, "torso", extent, ramBytes), std::string("bone"), View::anterior,
+            sceneOn(phantomStore(folder, "torso", extent, ramBytes), std::string("bone"), View::anterior,
                     false, pixels)};
         sparse.gpuBytes = std::size_t{quick ? 12U : 32U} << 20;
         made.scenes.push_back(std::move(sparse));
     }
     return made;
+}
+
+void keepScenes(const std::vector<NamedScene>& scenes, const fs::path& folder, std::size_t ramBytes) {
+    for (const NamedScene& scene : scenes) {
+        Scene kept = scene.scene;
+        SceneVolume& volume = kept.volumes.front();
+        if (const auto* preset = std::get_if<std::string>(&volume.transferFunction))
+            volume.transferFunction = presetFunction(*preset, valuesOf(volume.path, ramBytes));
+        volume.path = volume.path.lexically_relative(folder);
+        const fs::path file = folder / (scene.name + ".json");
+        std::ofstream out(file);
+        out << sceneJson(kept) << "\n";
+        out.flush();
+        if (!out)
+            throw Error(file.string() + ": cannot be written");
+    }
 }
 
 } // namespace tessera::accuracy
