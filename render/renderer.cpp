@@ -3,10 +3,10 @@
 
 #include "core/error.h"
 #include "render/check_march.h"
-#include "render/fine_mask.h"
 #include "render/mirror.h"
 #include "render/prepare.h"
 #include "render/reference.h"
+#include "render/scene_march.h"
 #include "render/visibility_pass.h"
 
 #include <algorithm>
@@ -45,12 +45,6 @@ std::vector<std::size_t> bricksToServe(const std::vector<std::uint32_t>& firstRa
     return order;
 }
 
-/// GPU memory of a picture's march with a map of empty space.
-std::size_t marchBytes(const Scene& scene, const PreparedScene& p) {
-    return March::stateBytes(scene.imageSize) + p.optics.gpuBytes() +
-           (p.mapsNearSurfaces ? 2 : 1) * mapBytes(p.info().extentVoxels, p.mapScale);
-}
-
 template <typename Real> Image toImage(const std::vector<glm::vec<4, Real>>& pixels, const glm::ivec2& size) {
     Image image(size);
     for (std::size_t i = 0; i < pixels.size(); ++i)
@@ -78,37 +72,16 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
     result.features = p.features(options.counting);
     if (p.chosen.atlasPages < pagesFor(p.selection.counts))
         result.features |= kFeaturePasses;
-    const Occupancy* occupancy = scene.quality.skipping ? &p.occupancy : nullptr;
-    const std::size_t rays =
-        static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y);
-    // Refining reads every brick, so all must be there.
     const bool passes = (result.features & kFeaturePasses) != 0;
-    const bool refines = occupancy && !passes && refiningPays(*occupancy, rays);
-    const std::size_t refining = refiningBytes(p.table.entries.size());
     const SceneField field(p, atlas, gpu);
-    SubBlocks subBlocks;
-    if (refines && p.optics.surfaces.empty() && subBlocksPay(*occupancy, rays, result.features) &&
-        gpu.freeBytes() >= marchBytes(scene, p) + refining + SubBlocks::placesBytes(*occupancy)) {
-        result.features |= kFeatureSubBlocks;
-        subBlocks = SubBlocks(*occupancy, gpu);
-    }
-    March march(result.features, p.frame, p.info(), p.strides(), p.optics, occupancy, gpu);
+    SceneMarch sceneMarch(result.features, p, gpu);
+    result.features = sceneMarch.features();
+    March& march = sceneMarch.march();
     if (!passes)
         atlas.load(*p.cache, ram, result.work);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
-    SubBlocks* wanted = (result.features & kFeatureSubBlocks) ? &subBlocks : nullptr;
-    if (wanted)
-        march.useSubBlocks(subBlocks);
-    if (refines && gpu.freeBytes() >= refining)
-        result.refinedCells = refineSkipping(march.skippingMap(), *occupancy, p.table, p.optics,
-                                             result.features, p.info(), field.source, gpu, wanted);
-    if (occupancy && p.mapsNearSurfaces) {
-        march.setNearSurfaces(p.nearSurfaces);
-        if (!passes && refiningPays(p.nearSurfaces, rays) && gpu.freeBytes() >= refining)
-            refineSkipping(march.nearSurfacesMap(), p.nearSurfaces, p.surfaceTable, p.optics, result.features,
-                           p.info(), field.source, gpu, nullptr);
-    }
+    result.refinedCells = sceneMarch.refine(field.source);
     const auto run = [&](March& rays, Work& work) { // and how often
         int count = 1;
         for (; rays.run(field.source, options.slicing, work) > 0; ++count)

@@ -40,6 +40,18 @@ struct Stored {
     VolumeInfo info;
 };
 
+/// Torso scenes: bone opaque, skin semi-transparent, with and without the volume.
+inline Scene torsoScene(int camera, bool volume, Integrator integrator, const glm::ivec2& size = {24, 24}) {
+    Ledger ram("RAM", "--ram", std::size_t{64} << 20);
+    const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
+    Scene scene = sceneOn(info, "soft-tissue", camera, size);
+    if (!volume)
+        scene.volumes[0].transferFunction = TransferFunction::fromExtinction({}, {});
+    scene.quality.integrator = integrator;
+    scene.surfaces = {{-300, {0.9, 0.6, 0.5}, 0.3}, {250, {0.95, 0.9, 0.8}, 1}};
+    return scene;
+}
+
 /// A picture and what its rays hit.
 struct Drawn {
     Image image;

@@ -85,7 +85,6 @@ std::vector<std::string> omissionsOf(const std::vector<NamedScene>& scenes,
         "Pictures in several passes: their time is mostly loading. Levels that do not fit at once are "
         "refused instead.",
         "A cold cache: all bricks are on the device before a frame is timed.",
-        "Isosurfaces: the reference does not draw them; a scene that has some is refused.",
         "Jitter and other random methods: there are none."};
     std::string without, elsewhere;
     for (const NamedScene& scene : scenes)

@@ -2,7 +2,6 @@
 #include "viewer/accuracy/device_scene.h"
 
 #include "core/error.h"
-#include "render/fine_mask.h"
 #include "render/visibility_pass.h"
 
 #include <algorithm>
@@ -66,27 +65,13 @@ DeviceMarch::DeviceMarch(DeviceScene& on, const Scene& scene, const Setting& set
     PreparedScene& p = on.prepared_;
     p.quality = scene_.quality;
     p.setFunction(TransferFunction(p.function), scene_, on.ram_);
-    p.settleIntegrator(on.ram_, gpu_, p.table.entries.size()); // as the renderer does where the integrator is left open
+    p.settleIntegrator(on.ram_, gpu_,
+                       p.table.entries.size()); // as the renderer does where the integrator is left open
     p.prepareSegments();
     p.frame = rayFrame(p.camera, p.info(), scene_.imageSize, setting.stepVoxels);
-    features_ = p.features(counting);
     integrator_ = p.optics.integrator;
-    const Occupancy* occupancy = p.quality.skipping ? &p.occupancy : nullptr;
-    const std::size_t rays =
-        static_cast<std::size_t>(scene_.imageSize.x) * static_cast<std::size_t>(scene_.imageSize.y);
-    // Refined where the renderer would refine, once; a viewer does so once for a function.
-    const bool refines = occupancy && refiningPays(*occupancy, rays);
-    const bool subBlocks = refines && subBlocksPay(*occupancy, rays, features_);
-    if (subBlocks) {
-        features_ |= kFeatureSubBlocks;
-        subBlocks_ = SubBlocks(*occupancy, gpu_);
-    }
-    march_.emplace(features_, p.frame, p.info(), p.strides(), p.optics, occupancy, gpu_);
-    if (subBlocks)
-        march_->useSubBlocks(subBlocks_);
-    if (refines && gpu_.freeBytes() >= refiningBytes(p.table.entries.size()))
-        refineSkipping(march_->skippingMap(), *occupancy, p.table, p.optics, features_, p.info(),
-                       on.field_->source, gpu_, subBlocks ? &subBlocks_ : nullptr);
+    march_.emplace(p.features(counting), p, gpu_);
+    march_->refine(on.field_->source); // once; a viewer does so once for a function
 }
 
 Frame DeviceMarch::draw(double stepVoxels) {
@@ -96,10 +81,11 @@ Frame DeviceMarch::draw(double stepVoxels) {
     p.quality = scene_.quality;
     p.frame = rayFrame(p.camera, p.info(), scene_.imageSize, stepVoxels);
     Frame frame;
+    March& march = march_->march();
     const auto start = Clock::now();
-    march_->restart(p.frame, p.strides(), nullptr);
-    march_->run(on_.field_->source, MarchSlicing{}, frame.work);
-    frame.image = march_->image();
+    march.restart(p.frame, p.strides(), nullptr);
+    march.run(on_.field_->source, MarchSlicing{}, frame.work);
+    frame.image = march.image();
     frame.wallMs = msSince(start);
     frame.gpuMs = frame.work.marchMs;
     return frame;
@@ -108,7 +94,7 @@ Frame DeviceMarch::draw(double stepVoxels) {
 std::string DeviceMarch::features() const {
     std::string text;
     for (const FeatureName& f : featureNames()) {
-        if (!(features_ & f.bit) || f.bit == kFeatureCounting)
+        if (!(march_->features() & f.bit) || f.bit == kFeatureCounting)
             continue;
         std::string word = std::string(f.define).substr(std::string("FEATURE_").size());
         std::transform(word.begin(), word.end(), word.begin(),

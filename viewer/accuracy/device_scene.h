@@ -5,8 +5,8 @@
 #include "core/image.h"
 #include "render/atlas.h"
 #include "render/gl/context.h"
-#include "render/march.h"
 #include "render/prepare.h"
+#include "render/scene_march.h"
 #include "render/skipping_binding.h"
 #include "viewer/accuracy/setting.h"
 
@@ -63,8 +63,6 @@ class DeviceMarch {
   public:
     /// @param counting  count the work; such frames are not to be timed
     DeviceMarch(DeviceScene& on, const Scene& scene, const Setting& setting, bool counting);
-    DeviceMarch(const DeviceMarch&) = delete; // sub-blocks are pointed to
-    DeviceMarch& operator=(const DeviceMarch&) = delete;
     /// With preintegrated2d, whose tables are for a step, only the setting's own step is allowed (checked).
     Frame draw(double stepVoxels);
     Integrator integrator() const { return integrator_; } // never automatic
@@ -78,10 +76,8 @@ class DeviceMarch {
     Scene scene_;
     Setting setting_;
     Ledger gpu_;
-    std::uint32_t features_ = 0;
     Integrator integrator_ = Integrator::midpoint;
-    SubBlocks subBlocks_;
-    std::optional<March> march_;
+    std::optional<SceneMarch> march_;
 };
 
 } // namespace tessera::accuracy

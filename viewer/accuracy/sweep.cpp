@@ -92,10 +92,6 @@ class Runner {
           ram_("RAM", "--ram", options.ramBytes),
           gpuBytes_(scene.gpuBytes > 0 ? scene.gpuBytes : options.gpuBytes),
           store_(scene.scene.volumes.at(0).path, ram_) {
-        if (!scene.scene.surfaces.empty())
-            throw InputError(
-                "accuracy: expected a scene without isosurfaces, which the reference does not draw; found " +
-                std::to_string(scene.scene.surfaces.size()));
         out_.scene = scene;
         out_.scene.scene.imageSize = fittedSize(scene.scene.imageSize, options.effort.pictureExtent());
         out_.imageSize = out_.scene.scene.imageSize;
@@ -183,7 +179,9 @@ class Runner {
         const Charge rays = ram_.charge(pixels * sizeof(ReferenceRay), "the reference's rays");
         const std::size_t floor = BrickCache::floorBytes(p.info(), 2 * defaultThreads()) * 4;
         BrickCache cache(store_, ram_, std::max(floor, ram_.freeBytes() / 2), 0);
-        const ReferenceInput input{&cache, &p.info(), &p.function, out_.scene.scene.shading, &p.statistics};
+        const Scene& scene = out_.scene.scene;
+        const ReferenceInput input{&cache,        &p.info(), &p.function,   scene.shading,
+                                   &p.statistics, 1,         scene.surfaces};
         const std::vector<ReferenceRay> compared =
             thinnedRays(referenceRays(p.camera, p.info(), out_.imageSize), out_.imageSize, out_.pixelStride);
         const std::vector<glm::dvec4> values = renderReference(input, compared, 0);
