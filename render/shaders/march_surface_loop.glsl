@@ -268,6 +268,7 @@ while (solving || (i < ray.count && left > 0 && gTurns < kMostTurns)) {
         waiting = ended;
         if (ended) break;
         done = false;
+        gMissing = false; // it is being named; the rest of the stride is too
     }
     if (gMissing) { // take the same stride again, naming all that it needs
         sum = before;
