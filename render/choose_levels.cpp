@@ -5,6 +5,7 @@
 #include "core/error.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 
 namespace tessera {
@@ -27,7 +28,31 @@ int quickLevel(const glm::ivec3& extentVoxels) {
     return level;
 }
 
+/// Pages that one level for all may take, of those of a mix of which no level can be told from it: mixed
+/// levels are drawn 1.3 to 2.3 times slower (docs/performance.md), but loading takes its time too.
+constexpr std::size_t kPagesForSpeed = 2;
+
 } // namespace
+
+BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
+                      Visibility visible) {
+    BestLevels best{chooser.best(means, pages, visible), {}};
+    Selection& s = best.selection;
+    best.error = chooser.predict(s, visible);
+    if (best.error.mean > 0 || s.uniform())
+        return best;
+    const auto finest = static_cast<std::uint8_t>(s.finest());
+    std::array<std::size_t, kLevelCount + 1> counts{};
+    counts[finest] = s.shownBricks();
+    counts[Selection::kEmpty] = s.counts[Selection::kEmpty];
+    if (pagesFor(counts) > std::min(pages, kPagesForSpeed * pagesFor(s.counts)))
+        return best;
+    for (std::uint8_t& level : s.levels)
+        if (level != Selection::kEmpty)
+            level = finest;
+    s.counts = counts;
+    return best;
+}
 
 ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statistics& statistics,
                           const TransferTable& table, const StoreReader& store, const TextureLimits& limits,
@@ -84,8 +109,9 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
     } else {
         // What is hidden needs no memory that what is seen could have.
         const std::vector<float> visible = chooser->predictedVisibility();
-        chosen.selection = chooser->best(statistics.brickMean, pages, visible);
-        chosen.error = chooser->predict(chosen.selection, visible);
+        BestLevels best = bestLevels(*chooser, statistics.brickMean, pages, visible);
+        chosen.selection = std::move(best.selection);
+        chosen.error = best.error;
         chosen.atlasPages = pagesFor(chosen.selection.counts);
         if (chosen.error.mean > 0) { // memory is short: it is worth knowing better what is seen
             chosen.atlasPages = pages;

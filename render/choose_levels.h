@@ -9,6 +9,7 @@
 #include "render/atlas.h"
 
 #include <memory>
+#include <span>
 
 namespace tessera {
 
@@ -31,6 +32,16 @@ struct ChosenLevels {
 constexpr std::size_t neighbourhoodPages(bool shading, bool ends) {
     return shading || ends ? 27 : 8;
 }
+
+/// The best selection of so many pages (LevelChooser::best()) and its predicted error. Where none is left,
+/// one level for all, the finest of the selection's, if that is drawn sooner: within the pages and without
+/// much more to load. Never further from the truth.
+struct BestLevels {
+    Selection selection;
+    PredictedError error;
+};
+BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
+                      Visibility visible);
 
 /// @param gpuFixed  bytes that the scene takes of gpu besides its bricks
 /// @param ramKept   bytes of ram that must stay free for what comes after

@@ -137,8 +137,9 @@ InteractiveRenderer::Choice InteractiveRenderer::choose(LevelChooser* chooser, c
     c.predicted = true;
     chooser->setCamera(r.camera, r.scene->imageSize);
     const std::vector<float> visible = r.visible.empty() ? chooser->predictedVisibility() : r.visible;
-    c.selection = chooser->best(statistics.brickMean, r.pages, visible);
-    c.error = chooser->predict(c.selection, visible);
+    BestLevels best = bestLevels(*chooser, statistics.brickMean, r.pages, visible);
+    c.selection = std::move(best.selection);
+    c.error = best.error;
     c.gain.resize(visible.size());
     for (std::size_t b = 0; b < visible.size(); ++b)
         if (const int to = c.selection.levels[b]; to < kLevelCount) {

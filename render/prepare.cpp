@@ -257,10 +257,10 @@ void PreparedScene::mapLevels(Ledger& ram, bool always) {
 
 void PreparedScene::chooseBySight(std::span<const SeenBrick> seen, Ledger& ram) {
     const std::vector<float> visible = visibilityFactors(seen, selection);
-    Selection better = chosen.chooser->best(statistics.brickMean, chosen.atlasPages, visible);
-    chosen.error = chosen.chooser->predict(better, visible);
+    BestLevels better = bestLevels(*chosen.chooser, statistics.brickMean, chosen.atlasPages, visible);
+    chosen.error = better.error;
     chosen.chooser.reset();
-    setSelection(std::move(better), ram);
+    setSelection(std::move(better.selection), ram);
 }
 
 void PreparedScene::mapEmptySpace(Ledger& ram) {

@@ -360,8 +360,8 @@ TEST(ASweep, FindsThatErrorsFallWithTheStep) {
     EXPECT_LT(coarse->peakGpuBytes, whole->peakGpuBytes);
 }
 
-TEST(StandardScenes, AreSixAndSayWhatIsLeftOut) {
-    EXPECT_EQ(standardSceneNames().size(), 6u);
+TEST(StandardScenes, AreSevenAndSayWhatIsLeftOut) {
+    EXPECT_EQ(standardSceneNames().size(), 7u);
     const ScratchFolder folder;
     CommonOptions common;
     common.quiet = true;
@@ -369,7 +369,7 @@ TEST(StandardScenes, AreSixAndSayWhatIsLeftOut) {
                                                std::size_t{256} << 20, common);
     ASSERT_EQ(made.scenes.size(), 1u);
     EXPECT_EQ(made.scenes[0].name, "boundary-layer");
-    EXPECT_EQ(made.leftOut.size(), 5u);
+    EXPECT_EQ(made.leftOut.size(), 6u);
     EXPECT_THAT(made.leftOut, ::testing::Contains(HasSubstr("not at hand")));
     EXPECT_THROW(standardScenes(folder.path(), "", {"sphare"}, true, std::size_t{256} << 20, common),
                  InputError);

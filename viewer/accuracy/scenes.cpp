@@ -91,7 +91,8 @@ ValueSummary valuesOf(const fs::path& store, std::size_t ramBytes) {
 } // namespace
 
 std::vector<std::string> standardSceneNames() {
-    return {"sphere", "boundary-layer", "narrow-ct", "soft-tissue-ct", "soft-tissue-plain", "sparse"};
+    return {"sphere",      "boundary-layer", "narrow-ct", "soft-tissue-ct", "soft-tissue-plain",
+            "surfaces-ct", "sparse"};
 }
 
 StandardScenes standardScenes(const fs::path& folder, const fs::path& scans,
@@ -125,14 +126,14 @@ StandardScenes standardScenes(const fs::path& folder, const fs::path& scans,
              sceneOn(store, boundaryLayer(values.lowest, values.highest, 256), View::right, false, pixels)});
     }
     const bool narrow = wanted("narrow-ct"), soft = wanted("soft-tissue-ct"),
-               plain = wanted("soft-tissue-plain");
-    if (narrow || soft || plain) {
+               plain = wanted("soft-tissue-plain"), surfaces = wanted("surfaces-ct");
+    if (narrow || soft || plain || surfaces) {
         const bench::Workbench scansBench =
             bench::makeWorkbench("software", scans, {"abdomen"}, folder, quick, ramBytes, common);
         if (scansBench.volumes.empty()) {
             for (const auto& [asked, name] :
                  {std::pair(narrow, "narrow-ct"), std::pair(soft, "soft-tissue-ct"),
-                  std::pair(plain, "soft-tissue-plain")})
+                  std::pair(plain, "soft-tissue-plain"), std::pair(surfaces, "surfaces-ct")})
                 if (asked)
                     made.leftOut.push_back(
                         "Scene `" + std::string(name) +
@@ -156,6 +157,16 @@ StandardScenes standardScenes(const fs::path& folder, const fs::path& scans,
                      "Preset soft-tissue, not lit, on a " + ct.about +
                          ": the scan that other renderers can be compared on, which take other normals.",
                      sceneOn(ct.store, std::string("soft-tissue"), View::anterior, false, pixels)});
+            if (surfaces) {
+                NamedScene skinAndBone{"surfaces-ct",
+                                       "Isosurfaces of skin, half seen through, and of bone, lit, and "
+                                       "nothing of the volume, on a " +
+                                           ct.about + ".",
+                                       sceneOn(ct.store, TransferFunction::fromOpacity({{0, 0}}, {}, 1),
+                                               View::anterior, true, pixels)};
+                skinAndBone.scene.surfaces = {{-300, {0.85, 0.5, 0.38}, 0.3}, {220, {0.95, 0.9, 0.78}, 1}};
+                made.scenes.push_back(std::move(skinAndBone));
+            }
         }
     }
     if (wanted("sparse")) {
