@@ -91,6 +91,13 @@ BrickRayPart decodeRays(std::span<const std::uint8_t, kBrickRayBytes> bytes) {
     return part;
 }
 
+float rangeOfRays(std::span<const std::uint8_t, kBrickRayBytes> bytes) {
+    float lo = 0, hi = 0;
+    std::memcpy(&lo, bytes.data(), sizeof lo);
+    std::memcpy(&hi, bytes.data() + sizeof lo, sizeof hi);
+    return hi - lo;
+}
+
 double raySampleAt(int j, int samples, int n) {
     const double middle = (j + 0.5) * n / samples;
     if (samples < kRaySamples[0])

@@ -44,6 +44,8 @@ constexpr std::size_t kBrickRayBytes =
 
 void encode(const BrickRayPart& part, std::span<std::uint8_t, kBrickRayBytes> bytes);
 BrickRayPart decodeRays(std::span<const std::uint8_t, kBrickRayBytes> bytes);
+/// hi - lo of a part.
+float rangeOfRays(std::span<const std::uint8_t, kBrickRayBytes> bytes);
 
 /// Where along a row of n voxels sample j of a level lies, in voxels from the row's start: a voxel's centre
 /// where the level has as many samples as level 0, the middle of its part where it has fewer.

@@ -1,6 +1,6 @@
 // bricking/level_error.cpp: see level_error.h. What costs time is compositing 1728 samples a brick, one
-// look-up each, in tables made for the few lengths that segments have. Vectors are the compilers' own (GCC
-// and Clang), because neither makes good ones of these loops by itself.
+// look-up each (but for narrow functions), in tables made for the few lengths that segments have. Vectors are
+// the compilers' own (GCC and Clang), because neither makes good ones of these loops by itself.
 #include "bricking/level_error.h"
 
 #include "bricking/narrow_function.h"
@@ -253,8 +253,7 @@ std::vector<float> rangesOf(const BrickRays& rays, const std::vector<std::uint8_
         if (!shows[brick])
             continue;
         TESSERA_CHECK(rays.rowOf[brick] != BrickRays::kNoRow);
-        const BrickRayPart part = decodeRays(rays.part(rays.rowOf[brick], 0));
-        ranges.push_back(part.hi - part.lo);
+        ranges.push_back(rangeOfRays(rays.part(rays.rowOf[brick], 0)));
     }
     return ranges;
 }
@@ -272,7 +271,8 @@ std::span<std::uint8_t> BrickRays::row(std::uint32_t row) {
 }
 
 std::size_t predictErrorsBytes(std::size_t bricks) {
-    // The errors and, while they are smoothed, the errors as they were; flags; the tables of all lengths.
+    // The errors and, while they are smoothed, the errors as they were; flags; the tables of all lengths, in
+    // whose place narrow functions have their sums, which are smaller.
     return bricks * (3 * sizeof(LevelErrors::errors[0]) + sizeof(float) + 1) + SegmentTables::kMostBytes;
 }
 

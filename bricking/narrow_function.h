@@ -24,6 +24,7 @@ namespace tessera {
 class FunctionSums {
   public:
     explicit FunctionSums(const TransferTable& table); // which must outlive it
+    explicit FunctionSums(TransferTable&& table) = delete;
     /// rgb: colour times extinction; a: extinction, 1/mm.
     glm::dvec4 at(double place) const;
     /// From place 0; linear between entries.
@@ -53,7 +54,7 @@ bool isNarrow(const FunctionSums& sums, const TransferTable& table, const Volume
 /// Composites rays of one part.
 class NarrowCompositor {
   public:
-    /// sums, table and info must outlive this.
+    /// sums must outlive this.
     NarrowCompositor(const FunctionSums& sums, const TransferTable& table, const VolumeInfo& info);
     void setPart(const BrickRayPart& part);
     /// Colour before black and, last, transmittance. @param codes  of the segments' middles, front to back

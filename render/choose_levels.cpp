@@ -28,9 +28,10 @@ int quickLevel(const glm::ivec3& extentVoxels) {
     return level;
 }
 
-/// Pages that one level for all may take, of those of a mix of which no level can be told from it: mixed
-/// levels are drawn 1.3 to 2.3 times slower (docs/performance.md), but loading takes its time too.
-constexpr std::size_t kPagesForSpeed = 2;
+/// Pages that one level for all may take beyond those of a mix of which no level can be told from it, as a
+/// share of these: mixed levels are drawn 1.3 to 2.3 times slower (docs/performance.md), but pages take
+/// loading, on a fast device most of a picture's time.
+constexpr std::size_t kShareForSpeed = 4;
 
 } // namespace
 
@@ -45,7 +46,8 @@ BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means,
     std::array<std::size_t, kLevelCount + 1> counts{};
     counts[finest] = s.shownBricks();
     counts[Selection::kEmpty] = s.counts[Selection::kEmpty];
-    if (pagesFor(counts) > std::min(pages, kPagesForSpeed * pagesFor(s.counts)))
+    const std::size_t mixed = pagesFor(s.counts);
+    if (pagesFor(counts) > std::min(pages, mixed + mixed / kShareForSpeed))
         return best;
     for (std::uint8_t& level : s.levels)
         if (level != Selection::kEmpty)

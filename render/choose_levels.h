@@ -35,7 +35,8 @@ constexpr std::size_t neighbourhoodPages(bool shading, bool ends) {
 
 /// The best selection of so many pages (LevelChooser::best()) and its predicted error. Where none is left,
 /// one level for all, the finest of the selection's, if that is drawn sooner: within the pages and without
-/// much more to load. Never further from the truth.
+/// much more to load. Never further from the truth. An interactive picture, which always takes the path of
+/// mixed levels, takes it only to come to the still's picture.
 struct BestLevels {
     Selection selection;
     PredictedError error;

@@ -199,7 +199,8 @@ void PreparedScene::settleIntegrator(Ledger& ram, const Ledger& gpu, std::size_t
         return;
     for (const Integrator larger : {Integrator::preintegrated, Integrator::preintegrated2d}) {
         const std::size_t onGpu =
-            sumsBytes(mostEntries) + (larger == Integrator::preintegrated2d ? SeenColours::bytes(kLevelCount) : 0);
+            sumsBytes(mostEntries) +
+            (larger == Integrator::preintegrated2d ? SeenColours::bytes(kLevelCount) : 0);
         if (ram.freeBytes() / kShareForTables >= tableBytes(mostEntries, larger) &&
             gpu.freeBytes() / kShareForTables >= onGpu)
             mayTake = larger;

@@ -90,9 +90,13 @@ class Neighbourhood {
 /// A cubic in u in [0,1] through its values at 0, 1/3, 2/3, 1.
 struct Cubic {
     double c0, c1, c2, c3;
-    Cubic(double f0, double f1, double f2, double f3)
-        : c0(f0), c1(-5.5 * f0 + 9 * f1 - 4.5 * f2 + f3), c2(9 * f0 - 22.5 * f1 + 18 * f2 - 4.5 * f3),
-          c3(-4.5 * f0 + 13.5 * f1 - 13.5 * f2 + 4.5 * f3) {}
+    /// From differences, so that equal values give a constant.
+    Cubic(double f0, double f1, double f2, double f3) : c0(f0) {
+        const double d1 = f1 - f0, d2 = f2 - f0, d3 = f3 - f0;
+        c1 = 9 * d1 - 4.5 * d2 + d3;
+        c2 = -22.5 * d1 + 18 * d2 - 4.5 * d3;
+        c3 = 13.5 * d1 - 13.5 * d2 + 4.5 * d3;
+    }
     double operator()(double u) const { return c0 + u * (c1 + u * (c2 + u * c3)); }
 
     /// Ends of the pieces on which it is monotone, 0 and 1 included, ascending.
@@ -130,9 +134,10 @@ class StoredFunction {
         std::sort(kinks_.begin(), kinks_.end());
         std::erase_if(surfaces_, [](const Isosurface& surface) { return !(surface.opacity > 0); });
         for (Isosurface& surface : surfaces_)
-            surface.value = (surface.value - intercept_) / slope_;
-        std::sort(surfaces_.begin(), surfaces_.end(),
-                  [](const Isosurface& a, const Isosurface& b) { return a.value < b.value; });
+            surface.value =
+                static_cast<float>((surface.value - intercept_) / slope_); // as all engines have it
+        std::stable_sort(surfaces_.begin(), surfaces_.end(),
+                         [](const Isosurface& a, const Isosurface& b) { return a.value < b.value; });
     }
     double extinction(double stored) const { return function_.extinction(slope_ * stored + intercept_); }
     glm::dvec3 colour(double stored) const { return function_.colour(slope_ * stored + intercept_); }

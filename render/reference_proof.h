@@ -28,7 +28,7 @@ struct RayProof {
     std::size_t rays = 0;
     double halving = 0; // twice the panels in every smooth piece
     double independent =
-        0; // adaptive Simpson from panels of 1/64 voxel on, cut where the field meets a point
+        0; // adaptive Simpson from panels of 1/64 voxel on, cut where the field meets a point or a surface
     static constexpr double kHalvingLimit = 1e-10, kIndependentLimit = 1e-7;
     bool holds() const { return halving <= kHalvingLimit && independent <= kIndependentLimit; }
     /// What errors against the reference are to be trusted to.

@@ -5,10 +5,10 @@ namespace tessera {
 
 SceneMarch::SceneMarch(std::uint32_t features, const PreparedScene& scene, Ledger& gpu)
     : scene_(scene), gpu_(gpu), features_(features),
-      rays_(static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y)) {
+      rayCount_(static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y)) {
     const Occupancy* occupancy = (features & kFeatureSkipping) ? &scene.occupancy : nullptr;
     if (occupancy && !(features & kFeaturePasses) && scene.optics.surfaces.empty() &&
-        refiningPays(*occupancy, rays_) && subBlocksPay(*occupancy, rays_, features)) {
+        refiningPays(*occupancy, rayCount_) && subBlocksPay(*occupancy, rayCount_, features)) {
         const std::size_t march = March::stateBytes(scene.imageSize) + scene.optics.gpuBytes() +
                                   mapBytes(scene.info().extentVoxels, scene.mapScale);
         if (gpu.freeBytes() >=
@@ -29,7 +29,7 @@ std::size_t SceneMarch::refine(const FieldSource& source) {
         return 0;
     const auto refined = [&](const GlTexture3d& map, const Occupancy& occupancy, const TransferTable& table,
                              SubBlocks* subBlocks) {
-        if (!refiningPays(occupancy, rays_) || gpu_.freeBytes() < refiningBytes(table.entries.size()))
+        if (!refiningPays(occupancy, rayCount_) || gpu_.freeBytes() < refiningBytes(table.entries.size()))
             return std::size_t{0};
         return refineSkipping(map, occupancy, table, scene_.optics, features_, scene_.info(), source, gpu_,
                               subBlocks);

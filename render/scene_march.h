@@ -31,7 +31,7 @@ class SceneMarch {
     const PreparedScene& scene_;
     Ledger& gpu_;
     std::uint32_t features_;
-    std::size_t rays_;
+    std::size_t rayCount_;
     SubBlocks subBlocks_;
     std::optional<March> march_; // last: it uses the above
 };

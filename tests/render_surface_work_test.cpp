@@ -163,34 +163,46 @@ TEST(Isosurfaces, CostNothingWhereThereAreNone) {
 // In several passes, with an atlas far too small for the scene: the same picture; also where a dispatch has
 // one turn for a ray, which then must suffice to name the bricks that it waits for.
 TEST(Isosurfaces, AnyBudgetDrawsTheSame) {
-    Scene scene = torsoScene(0, true, Integrator::preintegrated, {24, 24});
-    scene.volumes[0].path = storePath("torso");
-    scene.quality.maxError = 0;
-    std::vector<RenderResult> results;
-    for (const std::size_t kilobytes : {262144, 1024, 1536, 2048, 2560, 3072, 4096, 5120}) {
-        Ledger ram("RAM", "--ram", std::size_t{512} << 20),
-            gpu("GPU memory", "--gpu-memory", kilobytes << 10);
-        const StoreReader reader(storePath("torso"), ram);
-        RenderOptions options;
-        options.device.text = "software";
-        options.checking = false;
-        try {
+    struct Case {
+        Integrator integrator;
+        bool volume, lit;
+        Gradient gradient;
+    };
+    for (const Case& c : {Case{Integrator::preintegrated, true, true, Gradient::central},
+                          Case{Integrator::midpoint, true, true, Gradient::sobel},
+                          Case{Integrator::midpoint, false, false, Gradient::central}}) {
+        SCOPED_TRACE(integratorNames()[static_cast<std::size_t>(c.integrator)] + (c.lit ? " lit" : ""));
+        Scene scene = torsoScene(0, c.volume, c.integrator, {24, 24});
+        scene.volumes[0].path = storePath("torso");
+        scene.shading.on = c.lit;
+        scene.shading.gradient = c.gradient;
+        scene.quality.maxError = 0;
+        std::vector<RenderResult> results;
+        for (const std::size_t kilobytes : {262144, 1024, 1536, 2048, 2560, 3072, 4096, 5120}) {
+            Ledger ram("RAM", "--ram", std::size_t{512} << 20),
+                gpu("GPU memory", "--gpu-memory", kilobytes << 10);
+            const StoreReader reader(storePath("torso"), ram);
+            RenderOptions options;
+            options.device.text = "software";
+            options.checking = false;
+            try {
+                results.push_back(renderScene(scene, reader, ram, gpu, options));
+            } catch (const InputError&) {
+                continue; // below the scene's floor
+            }
+            if (results.size() < 2)
+                continue;
+            options.slicing.fixedIterations = 1;
             results.push_back(renderScene(scene, reader, ram, gpu, options));
-        } catch (const InputError&) {
-            continue; // below the scene's floor
+            break;
         }
-        if (results.size() < 2)
-            continue;
-        options.slicing.fixedIterations = 1;
-        results.push_back(renderScene(scene, reader, ram, gpu, options));
-        break;
+        ASSERT_EQ(results.size(), 3u);
+        EXPECT_EQ(results[0].passes, 1);
+        EXPECT_GT(results[1].passes, 1);
+        EXPECT_GT(results[2].passes, 1);
+        EXPECT_TRUE(bitEqual(results[0].image, results[1].image));
+        EXPECT_TRUE(bitEqual(results[0].image, results[2].image));
     }
-    ASSERT_EQ(results.size(), 3u);
-    EXPECT_EQ(results[0].passes, 1);
-    EXPECT_GT(results[1].passes, 1);
-    EXPECT_GT(results[2].passes, 1);
-    EXPECT_TRUE(bitEqual(results[0].image, results[1].image));
-    EXPECT_TRUE(bitEqual(results[0].image, results[2].image));
 }
 
 } // namespace

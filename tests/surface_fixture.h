@@ -15,9 +15,11 @@ namespace tessera::test {
 
 /// A stored formula, sheared and of unlike spacings, and scenes on it: white surfaces, nothing of the volume.
 struct Stored {
-    Stored(const Formula& value, const glm::ivec3& extent = glm::ivec3(44, 40, 48), bool plain = false) {
+    Stored(const Formula& value, const glm::ivec3& extent = glm::ivec3(44, 40, 48), bool plain = false,
+           double slope = 1) {
         info.type = ValueType::f32;
         info.extentVoxels = extent;
+        info.rescaleSlope = slope;
         info.patientFromVoxel =
             plain ? glm::dmat4(1) : patientFromVoxelOf({-30, 50, 7}, {0.8, 0, 0}, {0, 0.9, 0}, {0, 0.3, 1.5});
         Ledger ram("RAM", "--ram", std::size_t{256} << 20);

@@ -2,7 +2,8 @@
 // surfaces; twin of mirrorRayWithSurfaces() in render/mirror_surfaces.h. Part of main(): reads and writes its i, sum, left
 // and counters. One stride is one sample to passes: it waits, names its bricks and is taken as a whole.
 // Loops in loops, as in march.comp: all rays of a group go on until each has something to add; within that through the
-// strides in which nothing is, then through the pieces of strides near surfaces that no surface can cross.
+// strides in which nothing is, then through the pieces of strides near surfaces that no surface can cross. What the ray
+// knows from one turn to the next comes first; what one turn adds is declared in it.
 
 float front = 0.0;    // the field at the start of segment i
 bool known = false;   // front is
@@ -30,7 +31,12 @@ float a = 0.0;
 float b = 0.0;
 float va = 0.0;
 float vb = 0.0;
-while (solving || (i < ray.count && left > 0 && gTurns < kMostTurns)) {
+#if FEATURE_PASSES
+#define TURNS_LEFT (gNaming || gTurns < kMostTurns) // a stride that is taken again is taken to its end
+#else
+#define TURNS_LEFT (gTurns < kMostTurns)
+#endif
+while (solving || (i < ray.count && left > 0 && TURNS_LEFT)) {
     ++gTurns;
     int met = -1;            // number of the surface to add
     float at = 0.0;          // where it is, or where the stride ends
@@ -41,10 +47,10 @@ while (solving || (i < ray.count && left > 0 && gTurns < kMostTurns)) {
     float valueTo = 0.0;
     bool adds = false;
     bool ended = false; // the stride, with what is added
-    while (!adds && (solving || (i < ray.count && left > 0 && gTurns < kMostTurns))) {
+    while (!adds && (solving || (i < ray.count && left > 0 && TURNS_LEFT))) {
         ++gTurns;
         // Strides in which nothing shows, until each ray has one that does or is near surfaces.
-        while (!solving && !adds && i < ray.count && left > 0 && gTurns < kMostTurns) {
+        while (!solving && !adds && i < ray.count && left > 0 && TURNS_LEFT) {
             --left;
             ++gTurns;
             ++iterations;
@@ -212,7 +218,7 @@ while (solving || (i < ray.count && left > 0 && gTurns < kMostTurns)) {
             }
         }
 #if FEATURE_PASSES
-        adds = adds || gMissing;
+        adds = adds || (gMissing && !gNaming); // to take the stride again; naming goes on to its end
 #endif
     }
     if (!adds) break; // at the ray's end, or its turns are spent

@@ -65,8 +65,8 @@ DeviceMarch::DeviceMarch(DeviceScene& on, const Scene& scene, const Setting& set
     PreparedScene& p = on.prepared_;
     p.quality = scene_.quality;
     p.setFunction(TransferFunction(p.function), scene_, on.ram_);
-    p.settleIntegrator(on.ram_, gpu_,
-                       p.table.entries.size()); // as the renderer does where the integrator is left open
+    // As the renderer does where the integrator is left open.
+    p.settleIntegrator(on.ram_, gpu_, p.table.entries.size());
     p.prepareSegments();
     p.frame = rayFrame(p.camera, p.info(), scene_.imageSize, setting.stepVoxels);
     integrator_ = p.optics.integrator;
