@@ -10,6 +10,7 @@
 #include "viewer/accuracy/scenes.h"
 #include "viewer/bench/page.h"
 #include "viewer/bench/workbench.h" // scansFolder
+#include "viewer/build_commit.h"
 #include "viewer/commands.h"
 #include "viewer/volume_input.h"
 
@@ -212,7 +213,8 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
     if (sweeps.empty())
         throw InputError("accuracy: expected a scene that can be measured, found none");
 
-    const MeasuredOn on{"Tessera " TESSERA_VERSION, bench::describeMachine(sweeps.front().device)};
+    const std::string commit = buildCommit();
+    const MeasuredOn on{"Tessera " TESSERA_VERSION, commit, bench::describeMachine(sweeps.front().device)};
     std::vector<bench::Report> reports = {referenceSection(sweeps, on, options.effort)};
     for (const Sweep& sweep : sweeps)
         reports.push_back(sceneSection(sweep, peers));
@@ -224,7 +226,7 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
         place.order.push_back(report.name);
     const bench::MadeBy madeBy{commandText(arguments),
                                on.machine + "; load " + bench::formatCell(bench::loadAverage()),
-                               TESSERA_VERSION};
+                               std::string(TESSERA_VERSION) + (commit.empty() ? "" : " (" + commit + ")")};
     for (const bench::Report& report : reports)
         bench::writeReport(report, madeBy, place);
     common.note("wrote " + (fs::path(arguments.out) / "accuracy.md").string());

@@ -52,7 +52,7 @@ bench::Table runsTable(const std::vector<Sweep>& sweeps, const MeasuredOn& on) {
                 if (ms.empty())
                     continue;
                 const auto count = [](auto n) { return static_cast<double>(n); };
-                table.rows.push_back({on.version,
+                table.rows.push_back({on.commit.empty() ? on.version : on.commit,
                                       on.machine,
                                       sweep.device,
                                       sweep.scene.name,

@@ -12,7 +12,7 @@ namespace tessera::accuracy {
 
 /// Where and by what; no path in it.
 struct MeasuredOn {
-    std::string version, machine;
+    std::string version, commit, machine; // commit: empty where it is not known
 };
 
 /// Columns of runs.csv, in order.
