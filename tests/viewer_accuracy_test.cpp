@@ -276,12 +276,16 @@ TEST(Defaults, AreTheFastestWithinOne255th) {
 }
 
 TEST(RunsTable, HasARowForEveryBlock) {
-    const bench::Table table = runsTable({madeUp("easy", 0.1, 0.01)}, {"Tessera", "a machine, of some kind"});
+    const std::string machine = "a machine, of some kind";
+    const bench::Table table = runsTable({madeUp("easy", 0.1, 0.01)}, {"Tessera 1", "0123abcd", machine});
     ASSERT_EQ(table.rows.size(), 4u);
     for (const auto& row : table.rows)
         EXPECT_EQ(row.size(), table.columns.size());
     const std::string csv = bench::csvText(table);
-    EXPECT_THAT(csv, HasSubstr("\"a machine, of some kind\",,easy,midpoint,hardware,"));
+    EXPECT_THAT(csv, HasSubstr("\n0123abcd,\"a machine, of some kind\",,easy,midpoint,hardware,"));
+    // Without a commit the version stands for it.
+    EXPECT_EQ(runsTable({madeUp("easy", 0.1, 0.01)}, {"Tessera 1", "", machine}).rows[0][0],
+              bench::Cell("Tessera 1"));
 }
 
 // A whole sweep: finite, bounded, and nearer to the truth with every halving of the step.
