@@ -3,7 +3,7 @@
 // them, and levels would be told to make no difference. Here the value is taken to change steadily from one
 // sample to the next, and a segment has the function's mean over the values that it passes, which no feature
 // is too narrow for: pre-integration (K. Engel, M. Kraus, T. Ertl, High-Quality Pre-Integrated Volume
-// Rendering, 2001) without attenuation inside the segment. Three to four times the work of a look-up,
+// Rendering, 2001) without attenuation inside the segment. Several times the work of a look-up,
 // therefore only for such functions.
 #pragma once
 
