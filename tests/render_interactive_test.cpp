@@ -104,6 +104,38 @@ TEST(Interactive, ComesToTheStillsLevelsAndPicture) {
     EXPECT_EQ(ample.renderer.repacks(), 0u);
 }
 
+// Isosurfaces alone and in a volume, also when another function comes: those of the still, which alone has a
+// map of what is near surfaces.
+TEST(Interactive, DrawsIsosurfacesAsTheStillDoes) {
+    const std::size_t budget = std::size_t{1} << 30;
+    Scene scene = torsoScene("bone", 0, {32, 32});
+    scene.surfaces = {{-300, {0.9, 0.6, 0.5}, 0.3}, {250, {0.95, 0.9, 0.8}, 1}};
+    scene.volumes[0].transferFunction = TransferFunction::fromExtinction({}, {});
+    ValueSummary values;
+    values.isHu = true;
+    const std::vector<TransferFunction> functions = {TransferFunction::fromExtinction({}, {}),
+                                                     presetFunction("bone", values),
+                                                     presetFunction("soft-tissue", values)};
+    std::vector<Image> pictures;
+    {
+        Session session(scene, budget); // stills have contexts of their own, which must not come between
+        for (const TransferFunction& function : functions) {
+            session.renderer.setFunction(function);
+            session.converge();
+            pictures.push_back(session.renderer.picture());
+        }
+    }
+    for (std::size_t i = 0; i < functions.size(); ++i) {
+        SCOPED_TRACE(i);
+        scene.volumes[0].transferFunction = functions[i];
+        EXPECT_FALSE(isBlank(pictures[i]));
+        EXPECT_LE(compare(pictures[i], still(scene, budget)).luvMean, 1e-3);
+        if (i > 0) { // the volume is seen too
+            EXPECT_GT(compare(pictures[0], pictures[i]).luvMean, 0.1);
+        }
+    }
+}
+
 // Any number of loaders, any deadline, any upload size: the levels and the picture that it comes to are the
 // same.
 TEST(Interactive, ArrivalOrderDoesNotMatter) {
