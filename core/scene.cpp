@@ -150,8 +150,8 @@ std::vector<Isosurface> parseSurfaces(const JsonValue& value) {
 Quality parseQuality(const JsonValue& value) {
     value.requireKeys(kQualityKeys);
     Quality quality;
-    // 1/64 voxel: 32 times finer than the default, below which float positions along a ray start to merge
     quality.automaticStep = !value.has("stepVoxels");
+    // 1/64 voxel: finer ones come near to what float positions along a ray can tell apart
     readNumber(value, "stepVoxels", 1.0 / 64, 16, quality.stepVoxels);
     if (value.has("integrator"))
         quality.integrator = parseIntegrator(value.at("integrator").oneOf(integratorNames()), value.place());

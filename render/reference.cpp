@@ -4,6 +4,7 @@
 // samples change their cell.
 #include "render/reference.h"
 
+#include "core/image.h"
 #include "core/threads.h"
 #include "render/lattice.h"
 #include "render/optics.h"
@@ -242,7 +243,7 @@ class RayIntegral {
                     cuts.push_back(crossing(cubic, *k, ends[i], ends[i + 1]));
         findSurfaces(cubic, std::span(ends).first(count), first, last);
         std::sort(cuts.begin(), cuts.end());
-        /// @param lit  (colour, t) of a surface
+        // lit: (colour, t) of a surface
         const auto addPieces = [&](const auto& radiant, const auto& lit) {
             auto met = met_.begin();
             for (std::size_t i = 0; i < cuts.size(); ++i) {
@@ -340,15 +341,17 @@ class RayIntegral {
 
 } // namespace
 
-std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info,
-                                        const glm::ivec2& size) {
+std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size,
+                                        int stride, const glm::dvec2& shift) {
     const RayPlane plane = rayPlane(camera, info, size);
     const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
     std::vector<ReferenceRay> rays;
-    rays.reserve(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));
-    for (int y = 0; y < size.y; ++y)
-        for (int x = 0; x < size.x; ++x) {
-            const PatientRay ray = pixelRay(plane, {x + 0.5, y + 0.5}, size);
+    const glm::ivec2 kept = thinnedSize(size, stride);
+    rays.reserve(static_cast<std::size_t>(kept.x) * static_cast<std::size_t>(kept.y));
+    for (int y = 0; y < kept.y; ++y)
+        for (int x = 0; x < kept.x; ++x) {
+            const glm::dvec2 pixel(thinnedPixel({x, y}, size, stride));
+            const PatientRay ray = pixelRay(plane, pixel + 0.5 + shift, size);
             rays.push_back({glm::dvec3(voxelFromPatient * glm::dvec4(ray.base, 1)),
                             glm::dmat3(voxelFromPatient) * ray.direction,
                             std::max(ray.minT, -std::numeric_limits<double>::max())});

@@ -38,7 +38,10 @@ struct ReferenceRay {
 };
 
 /// The camera's rays, row by row from the top left pixel, through pixel centres.
-std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size);
+/// @param stride  only those of thinned() pictures (core/image.h)
+/// @param shift   moves each inside its pixel, pixels right and down
+std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size,
+                                        int stride = 1, const glm::dvec2& shift = glm::dvec2(0));
 
 /// Premultiplied colour and alpha per ray. Bit-equal at any number of threads.
 std::vector<glm::dvec4> renderReference(const ReferenceInput& input, const std::vector<ReferenceRay>& rays,

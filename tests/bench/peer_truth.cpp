@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <glm/matrix.hpp>
-#include <limits>
 
 namespace tessera::bench {
 namespace {
@@ -39,18 +38,7 @@ Image roundedTo8Bits(Image image) {
 Image referenceImage(BrickCache& cache, const PreparedScene& p, const glm::ivec2& size, int stride,
                      const glm::dvec2& shift, std::vector<bool>* border) {
     const VolumeInfo& info = p.info();
-    const RayPlane plane = rayPlane(p.camera, info, size);
-    const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
-    Image out(thinnedSize(size, stride));
-    std::vector<ReferenceRay> rays;
-    for (int y = 0; y < out.size.y; ++y)
-        for (int x = 0; x < out.size.x; ++x) {
-            const glm::dvec2 pixel = glm::dvec2(thinnedPixel({x, y}, size, stride)) + 0.5 + shift;
-            const PatientRay ray = pixelRay(plane, pixel, size);
-            rays.push_back({glm::dvec3(voxelFromPatient * glm::dvec4(ray.base, 1)),
-                            glm::dmat3(voxelFromPatient) * ray.direction,
-                            std::max(ray.minT, -std::numeric_limits<double>::max())});
-        }
+    const std::vector<ReferenceRay> rays = referenceRays(p.camera, info, size, stride, shift);
     if (border)
         for (const ReferenceRay& ray : rays)
             border->push_back(grazesBorder(ray, info));
@@ -58,6 +46,7 @@ Image referenceImage(BrickCache& cache, const PreparedScene& p, const glm::ivec2
     off.on = false;
     const ReferenceInput input{&cache, &info, &p.function, off, &p.statistics};
     const std::vector<glm::dvec4> values = renderReference(input, rays, 0);
+    Image out(thinnedSize(size, stride));
     std::transform(values.begin(), values.end(), out.pixels.begin(),
                    [](const glm::dvec4& v) { return glm::vec4(v); });
     return out;

@@ -59,19 +59,6 @@ glm::ivec2 fittedSize(const glm::ivec2& size, int most) {
         return size;
     return glm::max(glm::ivec2(1), size * most / longest);
 }
-
-std::vector<ReferenceRay> thinnedRays(const std::vector<ReferenceRay>& rays, const glm::ivec2& size,
-                                      int stride) {
-    std::vector<ReferenceRay> out;
-    const glm::ivec2 kept = thinnedSize(size, stride);
-    for (int y = 0; y < kept.y; ++y)
-        for (int x = 0; x < kept.x; ++x) {
-            const glm::ivec2 from = thinnedPixel({x, y}, size, stride);
-            out.push_back(rays[static_cast<std::size_t>(from.y * size.x + from.x)]);
-        }
-    return out;
-}
-
 /// 0 <= whole - ended <= bound in every component, but for rounding of float.
 bool withinBound(const Image& ended, const Image& whole, double bound) {
     constexpr double kRounding = 1e-5; // of sums of some thousand segments in float
@@ -183,7 +170,7 @@ class Runner {
         const ReferenceInput input{&cache,        &p.info(), &p.function,   scene.shading,
                                    &p.statistics, 1,         scene.surfaces};
         const std::vector<ReferenceRay> compared =
-            thinnedRays(referenceRays(p.camera, p.info(), out_.imageSize), out_.imageSize, out_.pixelStride);
+            referenceRays(p.camera, p.info(), out_.imageSize, out_.pixelStride);
         const std::vector<glm::dvec4> values = renderReference(input, compared, 0);
         truth_ = Image(thinnedSize(out_.imageSize, out_.pixelStride));
         std::transform(values.begin(), values.end(), truth_.pixels.begin(),
