@@ -254,7 +254,7 @@ const std::vector<std::string>& integratorNames() {
     return names;
 }
 const std::vector<std::string>& gradientNames() {
-    static const std::vector<std::string> names = {"forward", "central", "sobel", "analytic"};
+    static const std::vector<std::string> names = {"forward", "central", "sobel", "analytic", "central-half"};
     return names;
 }
 

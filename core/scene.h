@@ -16,9 +16,10 @@
 
 namespace tessera {
 
-/// How the field's gradient is taken (docs/sampling.md, "Value"): differences to one side or to both, the
-/// smoothed differences of Sobel, or the derivative of trilinear interpolation itself.
-enum class Gradient { forward, central, sobel, analytic };
+/// How the field's gradient is taken (docs/sampling.md, "Value"): differences to one side, over a pitch to
+/// both, the smoothed differences of Sobel, the derivative of trilinear interpolation itself, or differences
+/// over half a pitch to both sides.
+enum class Gradient { forward, central, sobel, analytic, centralHalf };
 
 /// Phong with a head light: colour * (ambient + diffuse * |n.v|) + specular * max(0, r.v)^specularPower,
 /// the specular part white. Off: colour as the transfer function gives it.

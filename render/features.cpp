@@ -24,6 +24,7 @@ const std::vector<FeatureName>& featureNames() {
         {kFeatureAnalyticGradient, "FEATURE_ANALYTIC_GRADIENT", "gradients of the interpolation itself"},
         {kFeatureSurfaces, "FEATURE_SURFACES", "isosurfaces"},
         {kFeatureHits, "FEATURE_HITS", "what rays hit first"},
+        {kFeatureHalfCentralGradient, "FEATURE_HALF_CENTRAL_GRADIENT", "gradients over one pitch"},
     };
     return names;
 }
@@ -51,6 +52,8 @@ std::uint32_t gradientFeature(Gradient gradient) {
         return kFeatureSobelGradient;
     case Gradient::analytic:
         return kFeatureAnalyticGradient;
+    case Gradient::centralHalf:
+        return kFeatureHalfCentralGradient;
     }
     return 0;
 }

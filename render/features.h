@@ -27,20 +27,21 @@ enum Feature : std::uint32_t {
     kFeatureLinear = 1u << 11,        // constant extinction and linear colour between a segment's ends
     kFeaturePreintegrated = 1u << 12, // means over the values between a segment's ends
     kFeatureSeenColours = 1u << 13,   // with these, colours with attenuation inside the segment
-    // How gradients are taken; at most one of these, none: central differences.
+    // How gradients are taken; at most one of these and kFeatureHalfCentralGradient, none: central.
     kFeatureForwardGradient = 1u << 14,
     kFeatureSobelGradient = 1u << 15,
     kFeatureAnalyticGradient = 1u << 16,
     kFeatureSurfaces = 1u << 17, // isosurfaces. March sets it itself, by its optics.
     kFeatureHits = 1u << 18,     // with these, where rays first meet one
+    kFeatureHalfCentralGradient = 1u << 19,
 };
-constexpr std::uint32_t kAllFeatures = (1u << 19) - 1;
+constexpr std::uint32_t kAllFeatures = (1u << 20) - 1;
 constexpr std::uint32_t kIntegratorFeatures = kFeatureLinear | kFeaturePreintegrated | kFeatureSeenColours;
 
 /// Of an integrator that is not automatic.
 std::uint32_t integratorFeatures(Integrator integrator);
 constexpr std::uint32_t kGradientFeatures =
-    kFeatureForwardGradient | kFeatureSobelGradient | kFeatureAnalyticGradient;
+    kFeatureForwardGradient | kFeatureSobelGradient | kFeatureAnalyticGradient | kFeatureHalfCentralGradient;
 /// The bit that has a program take gradients this way; 0 for central differences.
 std::uint32_t gradientFeature(Gradient gradient);
 

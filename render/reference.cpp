@@ -1,7 +1,7 @@
 // render/reference.cpp: see reference.h. Between two planes of sample centres the field along a ray is a
 // cubic; it is cut where it crosses a point of the transfer function or the value of an isosurface, and each
-// smooth piece goes to the integrator (NUMERICS C2). Shading adds the planes where the gradient's offset
-// samples change their cell.
+// smooth piece goes to the integrator (NUMERICS C2). Shading adds the planes where the values that the
+// gradient is made of change their cell, and cuts where that gradient turns away from the ray.
 #include "render/reference.h"
 
 #include "core/image.h"
@@ -182,6 +182,12 @@ double crossing(const Cubic& f, double value, double a, double b) {
     return 0.5 * (a + b);
 }
 
+/// Planes of sample centres bound the cells of the field. Differences over half a pitch take values half a
+/// voxel off, which change their cells at the planes between; all others change theirs where the field does.
+bool cutsHalfwayBetweenSamples(Gradient gradient) {
+    return gradient == Gradient::forward || gradient == Gradient::centralHalf;
+}
+
 class RayIntegral {
   public:
     RayIntegral(const ReferenceInput& input, const StoredFunction& function, const Optics& optics,
@@ -196,7 +202,7 @@ class RayIntegral {
             return glm::dvec4(0);
         ReferenceIntegrator integral;
         lastEnd_ = std::numeric_limits<double>::quiet_NaN();
-        const bool shading = optics_.shading;
+        const bool halves = optics_.shading && cutsHalfwayBetweenSamples(optics_.gradient);
         forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
             if (integral.opaque())
                 return;
@@ -205,7 +211,7 @@ class RayIntegral {
                 glm::clamp(glm::ivec3(glm::floor(middle)) / kCellExtent, glm::ivec3(0), cells_ - 1);
             if (!emptyCells_.empty() && emptyCells_[linearIndex(cell, cells_)])
                 return;
-            forEachInterval(ray, ta, tb, shading ? 0.5 : 1.0, shading ? 0.0 : 0.5,
+            forEachInterval(ray, ta, tb, halves ? 0.5 : 1.0, 0.5,
                             [&](double a, double b) { addInterval(ray, a, b, integral); });
         });
         return glm::dvec4(integral.colour(), integral.alpha());
@@ -267,10 +273,10 @@ class RayIntegral {
             return addPieces(plain, [](const glm::dvec3& colour, double) { return colour; });
         const Neighbourhood wide(samples_, low, true);
         const glm::dvec3 direction = glm::normalize(ray.direction);
-        cutWhereLightTurns([&](double u) { return fieldGradient(wide, position(ta + u * length), 1.0); },
-                           direction);
+        const auto gradient = [&](double t) { return cellGradient(wide, low, position(t)); };
+        cutWhereLightTurns([&](double u) { return gradient(ta + u * length); }, direction);
         const auto lit = [&](const glm::dvec3& colour, double t) {
-            return shade(optics_, colour, fieldGradient(wide, position(t), 1.0, optics_.gradient), direction);
+            return shade(optics_, colour, gradient(t), direction);
         };
         addPieces(
             [&](double t) {
@@ -301,8 +307,9 @@ class RayIntegral {
         }
     }
 
-    /// Light is two-sided, so it has a corner where the gradient turns away from the ray. Differences of the
-    /// field are cubics between the planes that rays are cut at, and so is their product with a direction.
+    /// Light is two-sided, so it has a corner where the gradient that is shaded turns away from the ray.
+    /// Every kind of gradient is made of cubics between the planes that rays are cut at, and so is its
+    /// product with a direction.
     template <typename GradientAt>
     void cutWhereLightTurns(const GradientAt& gradient, const glm::dvec3& direction) {
         const glm::dmat3 toGradient(optics_.voxelFromPatientTransposed), toPatient(optics_.patientFromVoxel);
@@ -321,6 +328,14 @@ class RayIntegral {
     /// Beyond the outermost sample centres both samples of an axis are the same one.
     static double cellValue(const Neighbourhood& block, const glm::ivec3& low, const glm::dvec3& p) {
         return trilinear(block, low, low + 1, p - 0.5 - glm::dvec3(low));
+    }
+
+    /// The gradient that the scene shades by, at a place in a given cell. The analytic one jumps between
+    /// cells, so there the cell decides, not the rounding of the place.
+    glm::dvec3 cellGradient(const Neighbourhood& block, const glm::ivec3& low, const glm::dvec3& p) const {
+        if (optics_.gradient != Gradient::analytic)
+            return fieldGradient(block, p, 1.0, optics_.gradient);
+        return trilinearSlope(block, low, low + 1, p - 0.5 - glm::dvec3(low)).slope;
     }
 
     const VolumeInfo& info_;

@@ -41,15 +41,17 @@ Real fieldValue(Samples& samples, const glm::vec<3, Real>& p, Real samplesPerVox
     return trilinear(samples, low, high, at - glm::vec<3, Real>(low));
 }
 
-/// Central differences of a field, offset half a pitch.
+/// No difference reaches further to a side, voxels: so no brick is needed but the 27 around a position.
+constexpr int kMostReach = kBrickExtent / 2;
+
+/// Central differences of a field, h to either side.
 template <typename Real, typename Value>
-glm::vec<3, Real> centralDifferences(const Value& value, const glm::vec<3, Real>& p, Real pitch) {
-    const Real h = Real(0.5) * pitch;
+glm::vec<3, Real> centralDifferences(const Value& value, const glm::vec<3, Real>& p, Real h) {
     glm::vec<3, Real> g(0);
     for (int axis = 0; axis < 3; ++axis) {
         glm::vec<3, Real> offset(0);
         offset[axis] = h;
-        g[axis] = (value(p + offset) - value(p - offset)) / pitch;
+        g[axis] = (value(p + offset) - value(p - offset)) / (Real(2) * h);
     }
     return g;
 }
@@ -69,11 +71,10 @@ glm::vec<3, Real> forwardDifferences(const Value& value, const glm::vec<3, Real>
 }
 
 /// Differences over two pitches, smoothed across by 1:2:1 (Sobel's operator in three dimensions): at a
-/// sample's centre they are that of its 26 neighbours. No pitch above half a brick is used, so that no brick
-/// is needed but the 27 around p.
+/// sample's centre they are that of its 26 neighbours.
 template <typename Real, typename Value>
 glm::vec<3, Real> sobelDifferences(const Value& value, const glm::vec<3, Real>& p, Real pitch) {
-    const Real h = std::min(pitch, Real(kBrickExtent / 2));
+    const Real h = std::min(pitch, Real(kMostReach));
     const Real here = value(p);
     glm::vec<3, Real> sum(0);
     for (int n = 0; n < 27; ++n) {
@@ -94,11 +95,13 @@ glm::vec<3, Real> differences(Gradient kind, const Value& value, const glm::vec<
         return forwardDifferences(value, p, pitch);
     case Gradient::sobel:
         return sobelDifferences(value, p, pitch);
+    case Gradient::centralHalf:
+        return centralDifferences(value, p, Real(0.5) * pitch);
     case Gradient::central:
     case Gradient::analytic:
         break;
     }
-    return centralDifferences(value, p, pitch);
+    return centralDifferences(value, p, std::min(pitch, Real(kMostReach)));
 }
 
 /// How many values of the field a gradient takes; the analytic one the samples of one.

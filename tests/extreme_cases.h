@@ -37,7 +37,7 @@ struct Structure {
 inline const std::vector<Structure>& structures() {
     static const std::vector<Structure> all = [] {
         std::vector<Structure> out;
-        const auto gradient = [&] { return static_cast<Gradient>(out.size() % 4); };
+        const auto gradient = [&] { return static_cast<Gradient>(out.size() % 5); };
         for (const std::vector<int>& r : coveringArray({4, 2, 2, 2, 2}, 1))
             out.push_back({Fetch::exact, r[1] == 1, r[2] == 1, r[3] == 1, r[4] == 0,
                            static_cast<Integrator>(r[0] + 1), gradient()});

@@ -161,7 +161,7 @@ TEST_P(Determinism, WhatIsLeftOutLeavesNoTrace) {
 
     const Image unlit = drawn(plain);
     for (const Gradient gradient :
-         {Gradient::forward, Gradient::central, Gradient::sobel, Gradient::analytic}) {
+         {Gradient::forward, Gradient::central, Gradient::sobel, Gradient::analytic, Gradient::centralHalf}) {
         Scene neutral = lit;
         neutral.shading.ambient = 1;
         neutral.shading.diffuse = neutral.shading.specular = 0;

@@ -90,7 +90,8 @@ TEST_P(Field, ShaderEqualsItsTwin) {
         ASSERT_EQ(glm::vec3(exact[i]), gradient) << i;
         worst = std::max(worst, std::abs(filtered[i].w - value));
     }
-    for (const Gradient kind : {Gradient::forward, Gradient::sobel, Gradient::analytic}) {
+    for (const Gradient kind :
+         {Gradient::forward, Gradient::sobel, Gradient::analytic, Gradient::centralHalf}) {
         const auto probed =
             probeField(positions, features | gradientFeature(kind), info, source, prepared.budgets.gpu);
         for (std::size_t i = 0; i < positions.size(); ++i)

@@ -129,7 +129,8 @@ TEST_P(MixedField, ShaderEqualsItsTwin) {
         worst = std::max(worst, std::abs(filtered[i].w - exact[i].w));
     }
     EXPECT_LE(worst, 4e-4f * range); // llvmpipe's filter: see render_field_test.cpp
-    for (const Gradient kind : {Gradient::forward, Gradient::sobel, Gradient::analytic}) {
+    for (const Gradient kind :
+         {Gradient::forward, Gradient::sobel, Gradient::analytic, Gradient::centralHalf}) {
         const auto probed = probeField(positions, features | gradientFeature(kind), p.info(), source, gpu);
         for (std::size_t i = 0; i < positions.size(); ++i)
             ASSERT_EQ(glm::vec3(probed[i]), interblockGradient(samples, positions[i], kind))

@@ -33,9 +33,11 @@ class ProofOnRays : public testing::Test {
         statistics_ = loadStatistics(*store_, ram_, 0);
         cache_ = std::make_unique<BrickCache>(*store_, ram_, std::size_t{64} << 20, 2);
     }
-    RayProof prove(const TransferFunction& function, bool lit, const std::vector<Isosurface>& surfaces = {}) {
+    RayProof prove(const TransferFunction& function, bool lit, const std::vector<Isosurface>& surfaces = {},
+                   Gradient gradient = Gradient::central) {
         Shading shading;
         shading.on = lit;
+        shading.gradient = gradient;
         const VolumeInfo& info = store_->info();
         const glm::ivec2 size(64);
         const Camera camera = fitCamera(info, View::anterior, Projection::perspective, size);
@@ -58,6 +60,18 @@ TEST_F(ProofOnRays, HoldsOnAPhantomWithAPreset) {
         EXPECT_LE(proof.independent, RayProof::kIndependentLimit) << preset;
         EXPECT_GT(proof.independent, 0) << preset << ": nothing was seen";
         EXPECT_TRUE(proof.holds());
+    }
+}
+
+// Rays are cut where the gradient that is shaded turns away from them, whichever it is: light has a corner
+// there, and rays cut for another gradient miss it by 1e-8 and more.
+TEST_F(ProofOnRays, HoldsWithEveryGradient) {
+    load("torso", {48, 36, 56});
+    const auto function = presetFunction("soft-tissue", {-1024, 2000, true, 1, {}});
+    for (std::size_t kind = 0; kind < gradientNames().size(); ++kind) {
+        const RayProof proof = prove(function, true, {}, static_cast<Gradient>(kind));
+        RecordProperty(gradientNames()[kind], std::to_string(1e12 * proof.halving) + "e-12");
+        EXPECT_LE(proof.halving, RayProof::kHalvingLimit) << gradientNames()[kind];
     }
 }
 

@@ -68,6 +68,7 @@ std::vector<ClosedForm> closedForms() {
         // Spheres of radius R lie h^2/8R deep at most; the gyroid's radii of curvature go down to some 3
         // voxels.
         {"sphere", ball, 1400, Gradient::central, 0.02, 0.5},
+        {"sphere", ball, 1400, Gradient::centralHalf, 0.02, 0.5},
         {"sphere", ball, 1400, Gradient::sobel, 0.02, 0.8},
         {"sphere", ball, 1400, Gradient::forward, 0.02, 4},
         {"sphere", ball, 1400, Gradient::analytic, 0.02, 4},

@@ -5,7 +5,8 @@
     !defined(FEATURE_VISIBILITY) || !defined(FEATURE_SUBBLOCKS) || \
     !defined(FEATURE_LINEAR) || !defined(FEATURE_PREINTEGRATED) || !defined(FEATURE_SEENCOLOURS) || \
     !defined(FEATURE_FORWARD_GRADIENT) || !defined(FEATURE_SOBEL_GRADIENT) || \
-    !defined(FEATURE_ANALYTIC_GRADIENT) || !defined(FEATURE_SURFACES) || !defined(FEATURE_HITS)
+    !defined(FEATURE_ANALYTIC_GRADIENT) || !defined(FEATURE_SURFACES) || !defined(FEATURE_HITS) || \
+    !defined(FEATURE_HALF_CENTRAL_GRADIENT)
 #error every FEATURE_ must be defined as 0 or 1 (render/features.h)
 #endif
 #if (FEATURE_MIXED || FEATURE_PASSES || FEATURE_VISIBILITY) && !FEATURE_BRICKED
@@ -26,6 +27,6 @@
 #if FEATURE_HITS && !FEATURE_SURFACES
 #error what rays hit are isosurfaces
 #endif
-#if FEATURE_FORWARD_GRADIENT + FEATURE_SOBEL_GRADIENT + FEATURE_ANALYTIC_GRADIENT > 1
+#if FEATURE_FORWARD_GRADIENT + FEATURE_SOBEL_GRADIENT + FEATURE_ANALYTIC_GRADIENT + FEATURE_HALF_CENTRAL_GRADIENT > 1
 #error a gradient is taken one way
 #endif

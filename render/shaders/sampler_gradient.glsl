@@ -1,7 +1,10 @@
 // sampler_gradient.glsl: gradients of the field (docs/sampling.md, "Value"), as FEATURE_FORWARD_GRADIENT,
-// FEATURE_SOBEL_GRADIENT, FEATURE_ANALYTIC_GRADIENT say, else by central differences; twin of render/sampler.h.
+// FEATURE_SOBEL_GRADIENT, FEATURE_ANALYTIC_GRADIENT, FEATURE_HALF_CENTRAL_GRADIENT say, else by central
+// differences over a pitch to either side; twin of render/sampler.h.
 // Needs sampler_home.glsl. Gives fieldGradient(p): p in level-0 voxels, stored units per voxel; and
 // kGradientValues, how many values of the field it takes.
+
+const float kMostReach = 16.0; // voxels: no difference reaches further to a side, so the 27 bricks around suffice
 
 #if FEATURE_ANALYTIC_GRADIENT
 #include "sampler_slope.glsl"
@@ -49,7 +52,7 @@ vec3 fieldGradient(vec3 p) {
 const uint kGradientValues = 27u;
 
 vec3 fieldGradient(vec3 p) {
-    precise float h = min(inHome(p) ? homePitch() : localPitch(p), 16.0);
+    precise float h = min(inHome(p) ? homePitch() : localPitch(p), kMostReach);
     float here = valueNear(p);
     precise vec3 sum = vec3(0.0);
     for (int n = 0; n < 27; ++n) {
@@ -68,10 +71,14 @@ vec3 fieldGradient(vec3 p) {
 #else
 const uint kGradientValues = 6u;
 
-// Central differences of this very field, offset half a sample.
+// Central differences of this very field.
 vec3 fieldGradient(vec3 p) {
     precise float pitch = inHome(p) ? homePitch() : localPitch(p);
+#if FEATURE_HALF_CENTRAL_GRADIENT
     precise float h = 0.5 * pitch;
+#else
+    precise float h = min(pitch, kMostReach);
+#endif
     // A compiler for SIMD lanes runs both sides of a branch, but a loop only as long as a lane needs it: so the
     // six values are taken from the brick at hand, and those again, one by one, where other bricks have weight.
     vec3 ahead;
@@ -96,7 +103,7 @@ vec3 fieldGradient(vec3 p) {
         if (turn < 3) ahead = mix(ahead, vec3(value), axis);
         else behind = mix(behind, vec3(value), axis);
     }
-    precise vec3 g = (ahead - behind) / pitch;
+    precise vec3 g = (ahead - behind) / (2.0 * h);
     return g;
 }
 #endif
