@@ -27,8 +27,8 @@ std::size_t LevelChooser::bytes(std::size_t shownBricks, std::size_t bricks) {
            bricks * (sizeof(std::uint32_t) + 1) + predictionBytes(bricks);
 }
 
-void LevelChooser::setFunction(const Statistics& statistics, const TransferTable& table) {
-    const Selection culled = cullBricks(statistics, table, store_.info(), 0, true);
+void LevelChooser::setFunction(const Statistics& statistics, const TransferTable& table, Culling culling) {
+    const Selection culled = cullBricks(statistics, table, store_.info(), 0, culling);
     std::vector<std::uint8_t> shows(culled.levels.size());
     std::transform(culled.levels.begin(), culled.levels.end(), shows.begin(),
                    [](std::uint8_t level) { return level == Selection::kEmpty ? 0 : 1; });

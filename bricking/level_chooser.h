@@ -24,7 +24,7 @@ class LevelChooser {
 
     /// Errors under a function. Must be called first. Reads the rays that it needs and that are not there
     /// yet.
-    void setFunction(const Statistics& statistics, const TransferTable& table);
+    void setFunction(const Statistics& statistics, const TransferTable& table, Culling culling);
     /// No other function will come: lets go of the sampled rays.
     void keepFunction();
     /// The view; after the function, and again after each.

@@ -22,7 +22,7 @@ int Selection::coarsest() const {
 }
 
 Selection cullBricks(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
-                     int level, bool cull) {
+                     int level, Culling culling) {
     Selection s;
     s.bricks = brickGrid(info.extentVoxels);
     s.levels.assign(cellCount(s.bricks), static_cast<std::uint8_t>(level));
@@ -33,10 +33,10 @@ Selection cullBricks(const Statistics& statistics, const TransferTable& table, c
             for (int i = 0; i < s.bricks.x; ++i) {
                 std::uint8_t& mine = s.levels[linearIndex({i, j, k}, s.bricks)];
                 float lo = 0, hi = 0;
-                statistics.brickRange({i, j, k}, lo, hi);
+                statistics.brickRange({i, j, k}, culling == Culling::lit ? 2 : 1, lo, hi);
                 const double a = info.rescaleSlope * static_cast<double>(lo) + info.rescaleIntercept;
                 const double b = info.rescaleSlope * static_cast<double>(hi) + info.rescaleIntercept;
-                if (cull && table.emptyOver(std::min(a, b), std::max(a, b)))
+                if (culling != Culling::none && table.emptyOver(std::min(a, b), std::max(a, b)))
                     mine = Selection::kEmpty;
                 ++s.counts[mine];
             }
@@ -44,9 +44,9 @@ Selection cullBricks(const Statistics& statistics, const TransferTable& table, c
 }
 
 Selection selectOneLevel(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
-                         std::size_t availableBytes, const PackedBytes& packedBytes, bool cull,
+                         std::size_t availableBytes, const PackedBytes& packedBytes, Culling culling,
                          const std::string& budgetName, std::size_t fixedBytes, int finest) {
-    Selection s = cullBricks(statistics, table, info, 0, cull);
+    Selection s = cullBricks(statistics, table, info, 0, culling);
     const std::size_t shown = s.shownBricks();
     std::size_t coarsestBytes = 0;
     for (int level = finest; level < kLevelCount; ++level) {

@@ -34,10 +34,14 @@ struct Selection {
 /// Bytes that bricks cost as they are really packed, from the number of bricks per level.
 using PackedBytes = std::function<std::size_t(const std::array<std::size_t, kLevelCount + 1>& counts)>;
 
-/// Every brick by itself: empty where the table's extinction is 0 over its voxels and one layer around them,
-/// else of the given level. @param cull  false: none is empty (equality tests)
+/// Which bricks are empty: those where the table's extinction is 0 over their voxels and the layers around
+/// them. One layer suffices for values beside an empty brick to be as if it were there; lit pictures ask for
+/// two, because gradients reach a voxel further. (At coarser levels both are blended with its mean.)
+enum class Culling { none, unlit, lit }; // none: equality tests
+
+/// Every brick by itself: empty, or else of the given level.
 Selection cullBricks(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
-                     int level, bool cull);
+                     int level, Culling culling);
 
 /// One level for all bricks that show something: the finest that fits.
 /// @param availableBytes  free in the budget, for bricks and for the fixedBytes that the scene takes besides
@@ -45,7 +49,7 @@ Selection cullBricks(const Statistics& statistics, const TransferTable& table, c
 /// @param finest  no level finer than this
 /// Throws InputError naming the floor when even the coarsest level does not fit.
 Selection selectOneLevel(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
-                         std::size_t availableBytes, const PackedBytes& packedBytes, bool cull,
+                         std::size_t availableBytes, const PackedBytes& packedBytes, Culling culling,
                          const std::string& budgetName, std::size_t fixedBytes, int finest = 0);
 
 } // namespace tessera

@@ -1,7 +1,8 @@
 // bricking/statistics.cpp: see statistics.h and ray_statistics.h. On disk: STORE/stats/cell_min, cell_max
-// (float32 [z][y][x] over cells), STORE/stats/rays/0 and 1 (uint8 [z][y][x][byte] over bricks: the parts of
-// brick_rays.h), and in the group's attributes.tessera the version, the range, the whole histogram, the
-// store's content hash, a CRC-32C of both cell arrays and one of every layer of chunks of rays.
+// (float32 [z][y][x] over cells), brick_min, brick_max (the same over bricks, two layers around included; not
+// in version 4), STORE/stats/rays/0 and 1 (uint8 [z][y][x][byte] over bricks: the parts of brick_rays.h), and
+// in the group's attributes.tessera the version, the range, the whole histogram, the store's content hash, a
+// CRC-32C of each of these arrays and one of every layer of chunks of rays.
 #include "bricking/statistics.h"
 
 #include "bricking/ray_statistics.h"
@@ -24,11 +25,11 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::uint64_t kMaxGroupBytes = 1 << 20; // ours have about 2 KiB and 30 bytes per 64 slices
-// 1: brick histograms; 2: no rays through the extremes; 3: fewer rays and samples
-constexpr std::int64_t kVersion = 4;
+// 1: brick histograms; 2: no rays through the extremes; 3: fewer rays and samples; 4: no brick_min, brick_max
+constexpr std::int64_t kVersion = 5, kOldestRead = 4;
 
-ArraySpec cellSpec(const glm::ivec3& cells) {
-    return {"float32", sizeof(float), cells, glm::min(cells, glm::ivec3(64, 64, 16)), 0};
+ArraySpec floatSpec(const glm::ivec3& grid) {
+    return {"float32", sizeof(float), grid, glm::min(grid, glm::ivec3(64, 64, 16)), 0};
 }
 ArraySpec raySpec(const glm::ivec3& bricks) {
     return {"uint8", 1, bricks, glm::min(bricks, glm::ivec3(16, 16, kRayLayers)), kBrickRayBytes};
@@ -39,7 +40,7 @@ std::string rayPath(int part) {
 
 std::size_t heldBytes(const VolumeInfo& info) {
     return 2 * sizeof(float) * cellCount(cellGrid(info.extentVoxels)) +
-           3 * sizeof(float) * cellCount(brickGrid(info.extentVoxels)) +
+           5 * sizeof(float) * cellCount(brickGrid(info.extentVoxels)) +
            sizeof(std::uint64_t) * kHistogramBins;
 }
 /// Bytes of one part of the rays of one group of layers.
@@ -51,7 +52,7 @@ std::size_t threadCount(int threads) {
     return static_cast<std::size_t>(threads > 0 ? threads : defaultThreads());
 }
 std::size_t scratchBytes(const VolumeInfo& info) {
-    return std::max(cellSpec(cellGrid(info.extentVoxels)).scratchBytes(),
+    return std::max(floatSpec(cellGrid(info.extentVoxels)).scratchBytes(),
                     raySpec(brickGrid(info.extentVoxels)).scratchBytes());
 }
 
@@ -63,7 +64,8 @@ Statistics emptyStatistics(const VolumeInfo& info, Ledger& ram) {
     statistics.bricks = brickGrid(info.extentVoxels);
     statistics.cellMin.resize(cellCount(statistics.cells));
     statistics.cellMax.resize(cellCount(statistics.cells));
-    for (std::vector<float>* values : {&statistics.brickMean, &statistics.brickMin, &statistics.brickMax})
+    for (std::vector<float>* values : {&statistics.brickMean, &statistics.brickMin, &statistics.brickMax,
+                                       &statistics.wideMin, &statistics.wideMax})
         values->resize(cellCount(statistics.bricks));
     statistics.histogram.resize(kHistogramBins);
     return statistics;
@@ -85,11 +87,30 @@ void foldBricks(Statistics& statistics) {
             }
 }
 
-std::span<std::byte> layerOf(std::vector<float>& cells, const ArraySpec& spec, int layer) {
+/// Of statistics without them: what two layers around a brick can hold at most, from all cells that touch it.
+void boundWideRanges(Statistics& statistics) {
+    statistics.wideMin = statistics.brickMin;
+    statistics.wideMax = statistics.brickMax;
+    const glm::ivec3 bricks = statistics.bricks;
+    for (std::size_t brick = 0; brick < cellCount(bricks); ++brick) {
+        const glm::ivec3 own = gridPosition(brick, bricks) * kCellsPerBrick;
+        const glm::ivec3 first = glm::max(own - 1, glm::ivec3(0));
+        const glm::ivec3 end = glm::min(own + kCellsPerBrick + 1, statistics.cells);
+        for (int z = first.z; z < end.z; ++z)
+            for (int y = first.y; y < end.y; ++y)
+                for (int x = first.x; x < end.x; ++x) {
+                    const std::size_t cell = linearIndex({x, y, z}, statistics.cells);
+                    statistics.wideMin[brick] = std::min(statistics.wideMin[brick], statistics.cellMin[cell]);
+                    statistics.wideMax[brick] = std::max(statistics.wideMax[brick], statistics.cellMax[cell]);
+                }
+    }
+}
+
+std::span<std::byte> layerOf(std::vector<float>& values, const ArraySpec& spec, int layer) {
     const std::size_t slice = cellCount({spec.grid.x, spec.grid.y, 1});
     const int first = layer * spec.chunk.z, end = std::min(first + spec.chunk.z, spec.grid.z);
-    return std::as_writable_bytes(std::span(cells).subspan(slice * static_cast<std::size_t>(first),
-                                                           slice * static_cast<std::size_t>(end - first)));
+    return std::as_writable_bytes(std::span(values).subspan(slice * static_cast<std::size_t>(first),
+                                                            slice * static_cast<std::size_t>(end - first)));
 }
 
 constexpr const char* kGroupFile = "stats/zarr.json";
@@ -102,7 +123,7 @@ Json readGroup(const FileHandle& folder, const StoreReader& store) {
         throw badFile(where, "statistics", "none");
     Json group = parseJson(*text, where);
     checkSeal(group, where);
-    integerAt(group, "/attributes/tessera/version", kVersion, kVersion, where);
+    integerAt(group, "/attributes/tessera/version", kOldestRead, kVersion, where);
     if (textAt(group, "/attributes/tessera/store", where) != store.contentHash())
         throw badFile(where, "statistics of this store", "those of another");
     return group;
@@ -124,19 +145,26 @@ void readStatistics(const StoreReader& store, Statistics& statistics) {
     }
     if (voxels != store.info().voxelCount())
         throw badFile(where, "a histogram of all voxels", std::to_string(voxels) + " counts");
-    const ArraySpec spec = cellSpec(statistics.cells);
-    const auto readCells = [&](const char* name, std::vector<float>& cells) {
+    const auto read = [&](const char* name, const glm::ivec3& grid, std::vector<float>& values) {
+        const ArraySpec spec = floatSpec(grid);
         const std::string relative = std::string("stats/") + name;
         checkArrayMetadata(folder, relative, spec, store.path());
         for (int layer = 0; layer < spec.layers(); ++layer)
-            readArrayLayer(folder, relative, spec, layer, layerOf(cells, spec, layer), store.path());
+            readArrayLayer(folder, relative, spec, layer, layerOf(values, spec, layer), store.path());
         const auto expected = integerAt(group, root + "arrays/" + name, 0, UINT32_MAX, where);
-        if (crc32c(std::as_bytes(std::span(cells))) != expected)
+        if (crc32c(std::as_bytes(std::span(values))) != expected)
             throw badFile((store.path() / relative).string(), "the array that stats/zarr.json describes",
                           "another");
     };
-    readCells("cell_min", statistics.cellMin);
-    readCells("cell_max", statistics.cellMax);
+    read("cell_min", statistics.cells, statistics.cellMin);
+    read("cell_max", statistics.cells, statistics.cellMax);
+    foldBricks(statistics);
+    if (integerAt(group, root + "version", kOldestRead, kVersion, where) == kOldestRead) {
+        boundWideRanges(statistics);
+        return;
+    }
+    read("brick_min", statistics.bricks, statistics.wideMin);
+    read("brick_max", statistics.bricks, statistics.wideMax);
 }
 
 } // namespace
@@ -149,10 +177,11 @@ int histogramBin(double value, double lowest, double highest) {
                                               (value - lowest) * kHistogramBins / (highest - lowest))));
 }
 
-void Statistics::brickRange(const BrickId& brick, float& lo, float& hi) const {
+void Statistics::brickRange(const BrickId& brick, int layers, float& lo, float& hi) const {
+    TESSERA_CHECK(layers == 1 || layers == 2);
     const std::size_t at = linearIndex({brick.i, brick.j, brick.k}, bricks);
-    lo = brickMin[at];
-    hi = brickMax[at];
+    lo = layers == 1 ? brickMin[at] : wideMin[at];
+    hi = layers == 1 ? brickMax[at] : wideMax[at];
 }
 
 std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads) {
@@ -204,15 +233,17 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, Ledger& r
         gatherRays(
             store, &statistics, pool, ram, threads, [](std::size_t) { return true; }, brickDone, groupDone);
     }
-    const ArraySpec cells = cellSpec(statistics.cells);
-    const auto writeCells = [&](const char* name, std::vector<float>& values) {
-        writeArrayMetadata(folder / "stats" / name, cells);
-        for (int layer = 0; layer < cells.layers(); ++layer)
-            writeArrayLayer(folder / "stats" / name, cells, layer, layerOf(values, cells, layer));
+    const auto write = [&](const char* name, const glm::ivec3& grid, std::vector<float>& values) {
+        const ArraySpec array = floatSpec(grid);
+        writeArrayMetadata(folder / "stats" / name, array);
+        for (int layer = 0; layer < array.layers(); ++layer)
+            writeArrayLayer(folder / "stats" / name, array, layer, layerOf(values, array, layer));
         crcs[name] = crc32c(std::as_bytes(std::span(values)));
     };
-    writeCells("cell_min", statistics.cellMin);
-    writeCells("cell_max", statistics.cellMax);
+    write("cell_min", statistics.cells, statistics.cellMin);
+    write("cell_max", statistics.cells, statistics.cellMax);
+    write("brick_min", statistics.bricks, statistics.wideMin);
+    write("brick_max", statistics.bricks, statistics.wideMax);
 
     Json group = plainGroup;
     group["attributes"]["tessera"] = {{"kind", "statistics"},
@@ -236,7 +267,6 @@ Statistics loadStatistics(const StoreReader& store, Ledger& ram, int threads) {
     try {
         const Charge scratch = ram.charge(scratchBytes(store.info()), "reading statistics");
         readStatistics(store, statistics);
-        foldBricks(statistics);
         return statistics;
     } catch (const InputError&) {
         // A cache, never required: whatever was wrong with it, the voxels themselves tell.

@@ -1,7 +1,7 @@
 // bricking/statistics.h: what selection and skipping know of a volume without its voxels. A cache inside the
-// store, made at import, rebuilt when missing: per cell min/max with a one-voxel apron; per brick the mean;
-// the histogram of the whole volume; and sampled rays of every brick (brick_rays.h), which are read only for
-// the bricks that show something (ray_statistics.h).
+// store, made at import, rebuilt when missing: per cell min/max with a one-voxel apron; per brick the mean
+// and min/max with two voxels around; the histogram of the whole volume; and sampled rays of every brick
+// (brick_rays.h), which are read only for the bricks that show something (ray_statistics.h).
 #pragma once
 
 #include "bricking/store/store_reader.h"
@@ -27,12 +27,13 @@ struct Statistics {
     glm::ivec3 bricks{0};                  // brickGrid(extent)
     std::vector<float> brickMean;          // [z][y][x] over bricks: the sample of level kLevelCount-1
     std::vector<float> brickMin, brickMax; // [z][y][x] over bricks, one layer around included
+    std::vector<float> wideMin, wideMax;   // the same with two layers around
     float lowest = 0, highest = 0;         // over the whole volume, level 0
     std::vector<std::uint64_t> histogram;  // kHistogramBins, whole volume, level 0
     Charge charge;                         // what the vectors above hold on the ledger
 
-    /// Range of a brick's voxels and one layer around it.
-    void brickRange(const BrickId& brick, float& lo, float& hi) const;
+    /// Range of a brick's voxels and of the layers around it. @param layers  1 or 2
+    void brickRange(const BrickId& brick, int layers, float& lo, float& hi) const;
 };
 
 /// Memory that computing the statistics of such a volume takes, its reader included.

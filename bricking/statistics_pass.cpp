@@ -13,25 +13,31 @@
 namespace tessera {
 namespace {
 
-// Cells that voxels of one chunk touch along an axis: its own four, and by their apron the last of the chunk
-// before (slot 0) and the first of the chunk after (slot 5).
-constexpr int kSlots = kChunkExtent / kCellExtent + 2;
-
-struct SlotRange {
-    int first, last; // voxels of the chunk, inclusive; empty when first > last
+// What voxels of one chunk touch along an axis: its own boxes of `extent` voxels, and by their apron the last
+// box of the chunk before (slot 0) and the first of the chunk after (the last slot).
+template <int extent, int apron> struct Slots {
+    static constexpr int kCount = kChunkExtent / extent + 2;
+    struct Range {
+        int first, last; // voxels of the chunk, inclusive; empty when first > last
+    };
+    static Range range(int slot, int valid) {
+        const int start = (slot - 1) * extent;
+        return {std::max(start - apron, 0), std::min(start + extent + apron - 1, valid - 1)};
+    }
 };
-SlotRange slotRange(int slot, int valid) {
-    const int start = (slot - 1) * kCellExtent;
-    return {std::max(start - 1, 0), std::min(start + kCellExtent, valid - 1)};
-}
+using CellSlots = Slots<kCellExtent, 1>;
+using WideSlots = Slots<kBrickExtent, 2>; // bricks with two layers around
 
-template <typename Value> struct CellBox {
-    Value lo[kSlots][kSlots][kSlots], hi[kSlots][kSlots][kSlots]; // [z][y][x]
+template <typename Value, typename Slots> struct Boxes {
+    Value lo[Slots::kCount][Slots::kCount][Slots::kCount],
+        hi[Slots::kCount][Slots::kCount][Slots::kCount]; // [z][y][x]
 };
 
 /// Minima and maxima axis by axis, y first and z next because whole rows of x go through the vector unit.
 /// @param valid  voxels inside the volume; rows are kChunkExtent long all the same
-template <typename Value> void boxOf(const Value* chunk, const glm::ivec3& valid, CellBox<Value>& box) {
+template <typename Value, typename Slots>
+void boxOf(const Value* chunk, const glm::ivec3& valid, Boxes<Value, Slots>& box) {
+    constexpr int kSlots = Slots::kCount;
     using Row = std::array<Value, kChunkExtent>;
     static thread_local std::array<std::array<Row, kSlots>, kChunkExtent> loY,
         hiY; // 48 KiB: not for the stack
@@ -50,7 +56,7 @@ template <typename Value> void boxOf(const Value* chunk, const glm::ivec3& valid
             Row &lo = loY[static_cast<std::size_t>(z)][static_cast<std::size_t>(sy)],
                 &hi = hiY[static_cast<std::size_t>(z)][static_cast<std::size_t>(sy)];
             start(lo, hi);
-            const SlotRange range = slotRange(sy, valid.y);
+            const auto range = Slots::range(sy, valid.y);
             for (int y = range.first; y <= range.last; ++y) {
                 const Value* row = chunk + linearIndex({0, y, z}, glm::ivec3(kChunkExtent));
                 fold(lo, hi, row, row);
@@ -60,13 +66,13 @@ template <typename Value> void boxOf(const Value* chunk, const glm::ivec3& valid
         for (int sy = 0; sy < kSlots; ++sy) {
             Row lo, hi;
             start(lo, hi);
-            const SlotRange rangeZ = slotRange(sz, valid.z);
+            const auto rangeZ = Slots::range(sz, valid.z);
             for (int z = rangeZ.first; z <= rangeZ.last; ++z)
                 fold(lo, hi, loY[static_cast<std::size_t>(z)][static_cast<std::size_t>(sy)].data(),
                      hiY[static_cast<std::size_t>(z)][static_cast<std::size_t>(sy)].data());
             for (int sx = 0; sx < kSlots; ++sx) {
                 Value low = std::numeric_limits<Value>::max(), high = std::numeric_limits<Value>::lowest();
-                const SlotRange rangeX = slotRange(sx, valid.x);
+                const auto rangeX = Slots::range(sx, valid.x);
                 for (int x = rangeX.first; x <= rangeX.last; ++x) {
                     low = std::min(low, lo[static_cast<std::size_t>(x)]);
                     high = std::max(high, hi[static_cast<std::size_t>(x)]);
@@ -77,29 +83,40 @@ template <typename Value> void boxOf(const Value* chunk, const glm::ivec3& valid
         }
 }
 
-template <typename Value>
-void mergeCells(const glm::ivec3& chunk, const glm::ivec3& valid, std::span<const std::byte> bytes,
-                Statistics& statistics, std::mutex& mutex) {
-    CellBox<Value> box;
-    boxOf(reinterpret_cast<const Value*>(bytes.data()), valid, box);
-    const std::lock_guard lock(mutex);
-    const glm::ivec3 first = chunk * (kChunkExtent / kCellExtent) - 1;
-    for (int z = 0; z < kSlots; ++z)
-        for (int y = 0; y < kSlots; ++y)
-            for (int x = 0; x < kSlots; ++x) {
-                const glm::ivec3 cell = first + glm::ivec3(x, y, z);
+/// Merges the ranges of a chunk's boxes into those of the volume's.
+template <typename Value, typename Slots>
+void merge(const Boxes<Value, Slots>& box, const glm::ivec3& firstSlot, const glm::ivec3& grid,
+           std::vector<float>& least, std::vector<float>& most) {
+    for (int z = 0; z < Slots::kCount; ++z)
+        for (int y = 0; y < Slots::kCount; ++y)
+            for (int x = 0; x < Slots::kCount; ++x) {
+                const glm::ivec3 place = firstSlot + glm::ivec3(x, y, z);
                 if (box.lo[z][y][x] > box.hi[z][y][x])
                     continue; // no voxel
-                if (glm::any(glm::lessThan(cell, glm::ivec3(0))) ||
-                    glm::any(glm::greaterThanEqual(cell, statistics.cells)))
+                if (glm::any(glm::lessThan(place, glm::ivec3(0))) ||
+                    glm::any(glm::greaterThanEqual(place, grid)))
                     continue;
-                const auto lo = static_cast<float>(box.lo[z][y][x]), hi = static_cast<float>(box.hi[z][y][x]);
-                const std::size_t at = linearIndex(cell, statistics.cells);
-                statistics.cellMin[at] = std::min(statistics.cellMin[at], lo);
-                statistics.cellMax[at] = std::max(statistics.cellMax[at], hi);
-                statistics.lowest = std::min(statistics.lowest, lo);
-                statistics.highest = std::max(statistics.highest, hi);
+                const std::size_t at = linearIndex(place, grid);
+                least[at] = std::min(least[at], static_cast<float>(box.lo[z][y][x]));
+                most[at] = std::max(most[at], static_cast<float>(box.hi[z][y][x]));
             }
+}
+
+template <typename Value>
+void mergeChunk(const glm::ivec3& chunk, const glm::ivec3& valid, std::span<const std::byte> bytes,
+                Statistics& statistics, std::mutex& mutex) {
+    const auto* values = reinterpret_cast<const Value*>(bytes.data());
+    Boxes<Value, CellSlots> cells;
+    boxOf(values, valid, cells);
+    Boxes<Value, WideSlots> wide;
+    boxOf(values, valid, wide);
+    const std::lock_guard lock(mutex);
+    merge(cells, chunk * kCellsPerBrick - 1, statistics.cells, statistics.cellMin, statistics.cellMax);
+    merge(wide, chunk - 1, statistics.bricks, statistics.wideMin, statistics.wideMax);
+    if (wide.lo[1][1][1] <= wide.hi[1][1][1]) { // the chunk itself
+        statistics.lowest = std::min(statistics.lowest, static_cast<float>(wide.lo[1][1][1]));
+        statistics.highest = std::max(statistics.highest, static_cast<float>(wide.hi[1][1][1]));
+    }
 }
 
 /// Calls body with the value type that a ValueType names.
@@ -142,9 +159,13 @@ template <typename Value> class Binner {
 
 void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads) {
     const VolumeInfo& info = store.info();
-    std::fill(statistics.cellMin.begin(), statistics.cellMin.end(), std::numeric_limits<float>::infinity());
-    std::fill(statistics.cellMax.begin(), statistics.cellMax.end(), -std::numeric_limits<float>::infinity());
-    statistics.lowest = std::numeric_limits<float>::infinity();
+    static_assert(kBrickExtent == kChunkExtent, "a chunk of level 0 is a brick");
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    for (std::vector<float>* least : {&statistics.cellMin, &statistics.wideMin})
+        std::fill(least->begin(), least->end(), kInfinity);
+    for (std::vector<float>* most : {&statistics.cellMax, &statistics.wideMax})
+        std::fill(most->begin(), most->end(), -kInfinity);
+    statistics.lowest = kInfinity;
     statistics.highest = -statistics.lowest;
     const glm::ivec3 grid = chunkGrid(info.extentVoxels, 0);
     std::mutex mutex;
@@ -154,7 +175,7 @@ void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& p
         store.readChunk({0, chunk.x, chunk.y, chunk.z}, buffer.bytes());
         const glm::ivec3 valid = glm::min(info.extentVoxels - chunk * kChunkExtent, glm::ivec3(kChunkExtent));
         withType(info.type, [&](auto value) {
-            mergeCells<decltype(value)>(chunk, valid, buffer.bytes(), statistics, mutex);
+            mergeChunk<decltype(value)>(chunk, valid, buffer.bytes(), statistics, mutex);
         });
     });
 }

@@ -15,7 +15,7 @@ namespace tessera {
 /// Brick layers whose rays are sampled at once; also the z extent of a chunk of the stored rays.
 constexpr int kRayLayers = 2;
 
-/// Fills cellMin, cellMax (sized already), lowest and highest from level 0.
+/// Fills cellMin, cellMax, wideMin, wideMax (sized already), lowest and highest from level 0.
 /// @param pool  buffers of store.chunkBytes(), one per thread
 void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads);
 

@@ -62,13 +62,15 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
                           std::size_t ramKept, int threads) {
     const VolumeInfo& info = store.info();
     ChosenLevels chosen;
+    const Culling culling = cullingFor(scene.shading);
     const auto chooseOneForAll = [&] {
         const auto packed = [&](const auto& counts) {
             return atlasBytes(pagesFor(counts), info.type, limits);
         };
         chosen.selection = selectOneLevel(
-            statistics, table, info, gpu.freeBytes(), packed, choice != LevelChoice::oneForAllNothingCulled,
-            gpu.option(), gpuFixed, choice == LevelChoice::quick ? quickLevel(info.extentVoxels) : 0);
+            statistics, table, info, gpu.freeBytes(), packed,
+            choice == LevelChoice::oneForAllNothingCulled ? Culling::none : culling, gpu.option(), gpuFixed,
+            choice == LevelChoice::quick ? quickLevel(info.extentVoxels) : 0);
         chosen.atlasPages = pagesFor(chosen.selection.counts);
     };
     if (choice != LevelChoice::perBrick) {
@@ -81,7 +83,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
         throw belowFloor(gpu, gpuFixed + atlasBytes(1, info.type, limits),
                          "picture, tables and a page of bricks");
 
-    const std::size_t shown = cullBricks(statistics, table, info, 0, true).shownBricks();
+    const std::size_t shown = cullBricks(statistics, table, info, 0, culling).shownBricks();
     if (ram.freeBytes() < ramKept + LevelChooser::bytes(shown, cellCount(brickGrid(info.extentVoxels)))) {
         if (scene.quality.maxError)
             throw InputError(
@@ -91,7 +93,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
         return chosen;
     }
     auto chooser = std::make_unique<LevelChooser>(store, ram, threads);
-    chooser->setFunction(statistics, table);
+    chooser->setFunction(statistics, table, culling);
     chooser->keepFunction();
     chooser->setCamera(camera, scene.imageSize);
     chosen.predicted = true;

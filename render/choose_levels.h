@@ -17,6 +17,11 @@ namespace tessera {
 /// there at once; or, for tests and comparisons, the finest one for all that fits.
 enum class LevelChoice { perBrick, quick, oneForAll, oneForAllNothingCulled };
 
+/// What must show nothing around a brick that is left out.
+inline Culling cullingFor(const Shading& shading) {
+    return shading.on ? Culling::lit : Culling::unlit;
+}
+
 struct ChosenLevels {
     Selection selection;
     std::size_t atlasPages = 0; // of the atlas; fewer than the selection's where it takes several passes

@@ -24,6 +24,7 @@ constexpr milliseconds kPatience{50}; // for more bricks before a better picture
 struct InteractiveRenderer::Request {
     const PreparedScene* scene = nullptr;          // of it statistics and info only
     std::shared_ptr<const TransferTable> function; // where it is another one
+    Culling culling = Culling::lit;
     Camera camera;
     std::size_t pages = 0;
     std::vector<float> visible; // empty: predicted
@@ -57,11 +58,12 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     chosenPages_ = pages_ - static_cast<std::size_t>(static_cast<double>(pages_) *
                                                      std::clamp(options.spareShare, 0.0, 0.5));
     // Nothing is resident: every brick that shows something stands as its mean.
-    p_.selection = cullBricks(p_.statistics, p_.table, p_.info(), kMean, true);
+    p_.selection = cullBricks(p_.statistics, p_.table, p_.info(), kMean, cullingFor(scene_.shading));
     const std::size_t shown = p_.selection.shownBricks();
     if (ram.freeBytes() >= p_.ramToKeep(threads) + LevelChooser::bytes(shown, bricks)) {
         chooser_ = std::make_unique<LevelChooser>(store, ram, threads);
-        chooser_->setFunction(p_.statistics, p_.table); // before the cache takes the memory that is left
+        chooser_->setFunction(p_.statistics, p_.table,
+                              cullingFor(scene_.shading)); // before the cache takes the memory that is left
         predicts_ = true;
         mostRays_ = (bricks - shown) * kBrickRayParts * kBrickRayBytes;
         raysReserve_ = ram.charge(std::min(mostRays_, (ram.freeBytes() - p_.ramToKeep(threads)) / 4),
@@ -121,8 +123,8 @@ InteractiveRenderer::Choice InteractiveRenderer::choose(LevelChooser* chooser, c
     const Statistics& statistics = r.scene->statistics;
     const auto oneForAll = [&] { // what counts here is pages, not bytes
         const auto pages = [](const auto& counts) { return pagesFor(counts); };
-        c.selection =
-            selectOneLevel(statistics, *r.function, r.scene->info(), r.pages, pages, true, "--gpu-memory", 0);
+        c.selection = selectOneLevel(statistics, *r.function, r.scene->info(), r.pages, pages, r.culling,
+                                     "--gpu-memory", 0);
         c.gain.assign(c.selection.levels.size(), 0);
         return c;
     };
@@ -130,7 +132,7 @@ InteractiveRenderer::Choice InteractiveRenderer::choose(LevelChooser* chooser, c
         return oneForAll();
     try {
         if (r.function)
-            chooser->setFunction(statistics, *r.function);
+            chooser->setFunction(statistics, *r.function, r.culling);
     } catch (const InputError&) { // the budget has no room for what is known of so many bricks
         return oneForAll();
     }
@@ -152,7 +154,13 @@ InteractiveRenderer::Choice InteractiveRenderer::choose(LevelChooser* chooser, c
 }
 
 void InteractiveRenderer::startChoosing(const Camera& camera, std::vector<float> visible) {
-    Request request{&p_, nullptr, camera, chosenPages_, std::move(visible), p_.selection.levels};
+    Request request{&p_,
+                    nullptr,
+                    cullingFor(scene_.shading),
+                    camera,
+                    chosenPages_,
+                    std::move(visible),
+                    p_.selection.levels};
     if (functionIsNew_ || !predicts_)
         request.function = std::make_shared<const TransferTable>(p_.table);
     raysReserve_ = {};
@@ -198,7 +206,8 @@ void InteractiveRenderer::applyFunction() {
         return;
     p_.setFunction(*nextFunction_, scene_, ram_);
     nextFunction_.reset();
-    const Selection culled = cullBricks(p_.statistics, p_.table, p_.info(), kMean, true);
+    const Selection culled =
+        cullBricks(p_.statistics, p_.table, p_.info(), kMean, cullingFor(scene_.shading));
     for (std::size_t b = 0; b < culled.levels.size(); ++b) {
         const bool shows = culled.levels[b] != Selection::kEmpty;
         if (shows == (p_.selection.levels[b] != Selection::kEmpty))

@@ -70,7 +70,8 @@ inline LevelErrors predictedOf(const glm::ivec3& extent, const HashSource::Formu
     importToStore(source, scratch / "v.zarr", ram, options);
     const StoreReader store(scratch / "v.zarr", ram);
     std::vector<std::uint8_t> shows;
-    for (const std::uint8_t level : cullBricks(loadStatistics(store, ram, 1), table, info, 0, true).levels)
+    for (const std::uint8_t level :
+         cullBricks(loadStatistics(store, ram, 1), table, info, 0, Culling::unlit).levels)
         shows.push_back(level == Selection::kEmpty ? 0 : 1);
     BrickRays rays = noBrickRays(info, parts, ram);
     addBrickRays(store, shows, rays, ram);

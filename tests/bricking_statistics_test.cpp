@@ -4,6 +4,7 @@
 
 #include "bricking/ray_statistics.h"
 #include "bricking/statistics.h"
+#include "bricking/store/checked_json.h"
 
 #include <algorithm>
 #include <cmath>
@@ -63,16 +64,23 @@ TEST(StoreStatistics, EqualBruteForce) {
                 std::min(63.0, std::floor((v - statistics.lowest) / width)))];
         EXPECT_EQ(histogram, statistics.histogram);
         float lo = 0, hi = 0;
-        statistics.brickRange({1, 1, 0}, lo, hi);
-        double expectedLo = 1e9, expectedHi = -1e9;
-        for (int z = 0; z <= 32; ++z)
-            for (int y = 31; y < 47; ++y)
-                for (int x = 31; x <= 64; ++x) {
-                    expectedLo = std::min(expectedLo, source.valueAt(x, y, z));
-                    expectedHi = std::max(expectedHi, source.valueAt(x, y, z));
-                }
-        EXPECT_EQ(lo, expectedLo);
-        EXPECT_EQ(hi, expectedHi);
+        for (const int layers : {1, 2})
+            for (std::size_t b = 0; b < cellCount(statistics.bricks); ++b) {
+                const glm::ivec3 brick = gridPosition(b, statistics.bricks);
+                const glm::ivec3 first = glm::max(brick * kBrickExtent - layers, glm::ivec3(0));
+                const glm::ivec3 end =
+                    glm::min((brick + 1) * kBrickExtent + layers, store.info().extentVoxels);
+                double expectedLo = 1e9, expectedHi = -1e9;
+                for (int z = first.z; z < end.z; ++z)
+                    for (int y = first.y; y < end.y; ++y)
+                        for (int x = first.x; x < end.x; ++x) {
+                            expectedLo = std::min(expectedLo, source.valueAt(x, y, z));
+                            expectedHi = std::max(expectedHi, source.valueAt(x, y, z));
+                        }
+                statistics.brickRange({brick.x, brick.y, brick.z}, layers, lo, hi);
+                ASSERT_EQ(lo, expectedLo) << b << ", layers " << layers;
+                ASSERT_EQ(hi, expectedHi) << b << ", layers " << layers;
+            }
     }
 }
 
@@ -91,6 +99,39 @@ double fieldAt(const std::vector<double>& values, const glm::ivec3& extent, int 
         sum += weight * values[linearIndex(sample, extent)];
     }
     return sum;
+}
+
+// Stores of version 4 hold no ranges of two layers: bounds take their place, nothing is computed again.
+TEST(StoreStatistics, OfVersion4BoundTheWiderRanges) {
+    ScratchFolder scratch;
+    const glm::ivec3 n(70, 47, 65);
+    HashSource source(plainInfo(n, ValueType::i16));
+    import(scratch / "v.zarr", source);
+    Ledger ram("RAM", "--ram", kPlenty);
+    const StoreReader store(scratch / "v.zarr", ram);
+    const Statistics today = loadStatistics(store, ram, 1);
+    const fs::path file = scratch / "v.zarr/stats/zarr.json";
+    Json group = parseJson(fileText(file), "test");
+    group["attributes"]["tessera"]["version"] = 4;
+    for (const char* name : {"brick_min", "brick_max"}) {
+        group["attributes"]["tessera"]["arrays"].erase(name);
+        fs::remove_all(scratch / "v.zarr/stats" / name);
+    }
+    // What only the file says, so that one sees where the figures come from.
+    group["attributes"]["tessera"]["highest"] = today.highest + 1;
+    seal(group);
+    setFileText(file, group.dump(1));
+    const Statistics older = loadStatistics(store, ram, 1);
+    EXPECT_EQ(older.highest, today.highest + 1);
+    EXPECT_EQ(older.cellMin, today.cellMin);
+    EXPECT_EQ(older.brickMin, today.brickMin);
+    bool wider = false;
+    for (std::size_t b = 0; b < today.wideMin.size(); ++b) {
+        EXPECT_LE(older.wideMin[b], today.wideMin[b]);
+        EXPECT_GE(older.wideMax[b], today.wideMax[b]);
+        wider = wider || older.wideMax[b] > today.wideMax[b];
+    }
+    EXPECT_TRUE(wider);
 }
 
 /// Every stored ray must be a row of the brick, sampled at the documented places at every level.

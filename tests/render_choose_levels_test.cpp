@@ -22,7 +22,7 @@ TEST(BestLevels, AreOneLevelWhereAMixGainsNothing) {
     const Statistics statistics = loadStatistics(store, ram, 0);
     const TransferTable table = makeTable(presetFunction("bone", summarise(statistics, info)));
     LevelChooser chooser(store, ram, 0);
-    chooser.setFunction(statistics, table);
+    chooser.setFunction(statistics, table, Culling::unlit);
     std::size_t mixes = 0;
     for (const int edge : {12, 16, 24, 32, 40, 48}) {
         chooser.setCamera(fitCamera(info, View::anterior, Projection::perspective, glm::ivec2(edge)),

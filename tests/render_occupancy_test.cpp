@@ -217,7 +217,7 @@ TEST(Occupancy, AnySequenceOfChangesGivesWhatAFreshOneHolds) {
         const StoreReader reader(storePath(store), budgets.ram);
         const Statistics statistics = loadStatistics(reader, budgets.ram, 1);
         TransferTable table = makeTable(randomFunction(random, statistics.lowest, statistics.highest));
-        Selection selection = cullBricks(statistics, table, reader.info(), 0, true);
+        Selection selection = cullBricks(statistics, table, reader.info(), 0, Culling::unlit);
         EdgeFunction edge = EdgeFunction::minimum;
         const auto input = [&] { return OccupancyInput{statistics, table, reader.info(), selection, edge}; };
         for (const MapScale scale : {MapScale::cells, MapScale::bricks}) {
@@ -287,7 +287,7 @@ TEST(Occupancy, EmptyCellsShowNothingAtAnyLevels) {
                 makeTable(bone ? presetFunction("bone", {})
                                : randomFunction(random, statistics.lowest, statistics.highest));
             const Optics optics = makeOptics(table, reader.info(), {}, 0);
-            Selection s = cullBricks(statistics, table, reader.info(), 0, true);
+            Selection s = cullBricks(statistics, table, reader.info(), 0, Culling::unlit);
             s = randomLevels(s, random, round % 3 == 2);
             if (round >= 8) // one level for all
                 for (std::uint8_t& level : s.levels)
@@ -327,7 +327,7 @@ TEST(Occupancy, AtLevelZeroACellCountsByItsOwnRange) {
     const StoreReader reader(storePath("torso"), budgets.ram);
     const Statistics statistics = loadStatistics(reader, budgets.ram, 1);
     const TransferTable table = makeTable(presetFunction("bone", {}));
-    const Selection s = cullBricks(statistics, table, reader.info(), 0, true);
+    const Selection s = cullBricks(statistics, table, reader.info(), 0, Culling::unlit);
     const Occupancy occupancy({statistics, table, reader.info(), s}, MapScale::cells, budgets.ram);
     std::size_t occupied = 0;
     for (std::size_t c = 0; c < statistics.cellMin.size(); ++c)

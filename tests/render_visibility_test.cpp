@@ -90,7 +90,7 @@ TEST(Visibility, LevelsChosenBySightAreBetter) {
     // As many pages, every brick taken as wholly visible.
     Prepared blind("torso", scene);
     LevelChooser chooser(blind.reader, blind.budgets.ram, 2);
-    chooser.setFunction(blind.p.statistics, blind.p.table);
+    chooser.setFunction(blind.p.statistics, blind.p.table, cullingFor(scene.shading));
     chooser.setCamera(blind.p.camera, scene.imageSize);
     blind.p.setSelection(chooser.best(blind.p.statistics.brickMean, chosen.atlasPages), blind.budgets.ram);
     const GlContext context({"software"});

@@ -100,7 +100,8 @@ class TrueErrors : public testing::Test {
         store_ = std::make_unique<StoreReader>(folder_ / "v.zarr", ram_);
         statistics_ = loadStatistics(*store_, ram_, 0);
         table_ = makeTable(presetFunction("soft-tissue", {-1024, 2000, true, 1, {}}));
-        for (const std::uint8_t level : cullBricks(statistics_, table_, store_->info(), 0, true).levels)
+        for (const std::uint8_t level :
+             cullBricks(statistics_, table_, store_->info(), 0, Culling::unlit).levels)
             shows_.push_back(level != Selection::kEmpty);
     }
     const ScratchFolder folder_;

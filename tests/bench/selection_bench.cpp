@@ -87,7 +87,7 @@ void prediction(const std::vector<std::string>& stores, int parts, int threads) 
         for (const NamedFunction& f : functionsFor(summarise(statistics, store.info()))) {
             const TransferTable table = makeTable(f.function);
             const std::vector<std::uint8_t> shows =
-                showsOf(cullBricks(statistics, table, store.info(), 0, true));
+                showsOf(cullBricks(statistics, table, store.info(), 0, Culling::unlit));
             if (shown(shows) < 10)
                 continue;
             addBrickRays(store, shows, rays, budgets.ram, threads);
@@ -195,7 +195,7 @@ void choice(const std::vector<std::string>& stores, int size, const std::vector<
             PreparedScene p = prepareScene(scene, store, TextureLimits{}, budgets.ram, budgets.gpu, threads,
                                            LevelChoice::oneForAll);
             const std::vector<std::uint8_t> shows =
-                showsOf(cullBricks(statistics, p.table, store.info(), 0, true));
+                showsOf(cullBricks(statistics, p.table, store.info(), 0, Culling::unlit));
             if (shown(shows) < 10)
                 continue;
             BrickRays rays = noBrickRays(store.info(), kBrickRayParts, budgets.ram);
@@ -209,7 +209,7 @@ void choice(const std::vector<std::string>& stores, int size, const std::vector<
             const std::span<const float> means = statistics.brickMean;
             const std::vector<float> seen =
                 visibilityFactors(visibleCounts(levels, p.table, p.camera, p.imageSize, threads),
-                                  cullBricks(statistics, p.table, store.info(), 0, true));
+                                  cullBricks(statistics, p.table, store.info(), 0, Culling::unlit));
             ViewWeights unlimited = view;
             std::fill(unlimited.finest.begin(), unlimited.finest.end(), std::uint8_t{0});
             const Image finest =
@@ -356,7 +356,7 @@ void hierarchy(const std::vector<std::string>& stores, int threads) {
             // Outside: shows nothing. Interior: no point of the function's opacity lies within the brick's
             // range, so that what it shows varies along one straight piece at most. Boundary: all others.
             const TransferTable table = makeTable(f.function);
-            const Selection culled = cullBricks(statistics, table, store.info(), 0, true);
+            const Selection culled = cullBricks(statistics, table, store.info(), 0, Culling::unlit);
             BlockGrid grid{3, culled.bricks, kBrickExtent, {}};
             for (std::size_t brick = 0; brick < culled.levels.size(); ++brick) {
                 const double a = store.info().rescaleSlope * static_cast<double>(statistics.brickMin[brick]) +

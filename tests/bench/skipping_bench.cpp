@@ -60,6 +60,8 @@ Statistics madeUpStatistics(int edge, VolumeInfo& info) {
             }
     for (std::size_t b = 0; b < bricks; ++b)
         s.brickMean[b] = 0.5f * (s.brickMin[b] + s.brickMax[b]);
+    s.wideMin = s.brickMin; // a layer more than there is: these pictures are not lit
+    s.wideMax = s.brickMax;
     return s;
 }
 
@@ -79,7 +81,7 @@ void benchMap(int edge, int repeats) {
     std::mt19937 random(2);
     for (const bool mixed : {false, true})
         for (const MapScale scale : {MapScale::cells, MapScale::bricks}) {
-            Selection s = cullBricks(statistics, tables[0], info, 0, true);
+            Selection s = cullBricks(statistics, tables[0], info, 0, Culling::unlit);
             std::vector<std::size_t> shown;
             for (std::size_t b = 0; b < s.levels.size(); ++b)
                 if (s.levels[b] != Selection::kEmpty) {

@@ -153,9 +153,9 @@ SceneBench::SceneBench(const Workbench& bench, const BenchVolume& volume, const 
     if (pixels > 0)
         prepared_.frame =
             rayFrame(prepared_.camera, info(), glm::ivec2(pixels), prepared_.quality.stepVoxels);
-    culled_ = cullBricks(prepared_.statistics, prepared_.table, info(), 0, true);
+    culled_ = cullBricks(prepared_.statistics, prepared_.table, info(), 0, cullingFor(scene.shading));
     chooser_.emplace(store_, analysisRam_, 0);
-    chooser_->setFunction(prepared_.statistics, prepared_.table);
+    chooser_->setFunction(prepared_.statistics, prepared_.table, cullingFor(scene.shading));
     chooser_->keepFunction();
     chooser_->setCamera(prepared_.camera, scene.imageSize);
     visibility_ = chooser_->predictedVisibility();
