@@ -119,20 +119,6 @@ void mergeChunk(const glm::ivec3& chunk, const glm::ivec3& valid, std::span<cons
     }
 }
 
-/// Calls body with the value type that a ValueType names.
-template <typename Body> void withType(ValueType type, const Body& body) {
-    switch (type) {
-    case ValueType::u8:
-        return body(std::uint8_t{});
-    case ValueType::i16:
-        return body(std::int16_t{});
-    case ValueType::u16:
-        return body(std::uint16_t{});
-    case ValueType::f32:
-        return body(float{});
-    }
-}
-
 /// Value to bin; by table where there are few values, because the division is slow.
 template <typename Value> class Binner {
   public:
@@ -174,7 +160,7 @@ void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& p
         const BufferPool::Lease buffer(pool);
         store.readChunk({0, chunk.x, chunk.y, chunk.z}, buffer.bytes());
         const glm::ivec3 valid = glm::min(info.extentVoxels - chunk * kChunkExtent, glm::ivec3(kChunkExtent));
-        withType(info.type, [&](auto value) {
+        withValueType(info.type, [&](auto value) {
             mergeChunk<decltype(value)>(chunk, valid, buffer.bytes(), statistics, mutex);
         });
     });
@@ -191,7 +177,7 @@ void gatherMeans(const StoreReader& store, Statistics& statistics, BufferPool& p
                 store.readChunk({level, i, j, k}, buffer.bytes());
                 const glm::ivec3 first = glm::ivec3(i, j, k) * kChunkExtent;
                 const glm::ivec3 size = glm::min(statistics.bricks - first, glm::ivec3(kChunkExtent));
-                withType(store.info().type, [&](auto value) {
+                withValueType(store.info().type, [&](auto value) {
                     const auto* values = reinterpret_cast<const decltype(value)*>(buffer.bytes().data());
                     for (int z = 0; z < size.z; ++z)
                         for (int y = 0; y < size.y; ++y)
@@ -326,7 +312,7 @@ void gatherHistogram(const StoreReader& store, Statistics& statistics, BufferPoo
     const VolumeInfo& info = store.info();
     const glm::ivec3 grid = chunkGrid(info.extentVoxels, 0);
     std::mutex mutex;
-    withType(info.type, [&](auto example) {
+    withValueType(info.type, [&](auto example) {
         using Value = decltype(example);
         const Binner<Value> binOf(statistics.lowest, statistics.highest);
         parallelFor(cellCount(grid), threads, [&](std::size_t n) {
@@ -362,7 +348,7 @@ void gatherRays(const StoreReader& store, Statistics* histogram, BufferPool& poo
             bytesPerValue(info.type));
     }
     std::mutex mutex;
-    withType(info.type, [&](auto example) {
+    withValueType(info.type, [&](auto example) {
         using Value = decltype(example);
         const Binner<Value> binOf(histogram ? histogram->lowest : 0, histogram ? histogram->highest : 0);
         for (int group = 0; group * kRayLayers < bricks.z; ++group) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <limits>
@@ -54,48 +55,108 @@ void Camera::validate(const std::string& where) const {
         throw refuse("expected a positive parallelScale in mm, found " + std::to_string(parallelScale));
 }
 
-Camera fitCamera(const VolumeInfo& info, View view, Projection projection, const glm::ivec2& imageSize) {
+ViewAxes viewAxes(View view) {
     // LPS: +x is the patient's left, +y posterior, +z superior. Looking at the anterior side means looking
     // towards +y, so the patient's left comes out on the picture's right, as radiologists expect.
-    glm::dvec3 side(0), up(0, 0, 1);
+    ViewAxes axes{{}, {0, 0, 1}, {}};
     switch (view) {
     case View::anterior:
-        side = {0, -1, 0};
+        axes.towards = {0, -1, 0};
         break;
     case View::posterior:
-        side = {0, 1, 0};
+        axes.towards = {0, 1, 0};
         break;
     case View::left:
-        side = {1, 0, 0};
+        axes.towards = {1, 0, 0};
         break;
     case View::right:
-        side = {-1, 0, 0};
+        axes.towards = {-1, 0, 0};
         break;
     case View::superior:
-        side = {0, 0, 1}, up = {0, -1, 0};
+        axes.towards = {0, 0, 1}, axes.up = {0, -1, 0};
         break;
     case View::inferior:
-        side = {0, 0, -1}, up = {0, -1, 0};
+        axes.towards = {0, 0, -1}, axes.up = {0, -1, 0};
         break;
     }
+    axes.right = glm::cross(-axes.towards, axes.up);
+    return axes;
+}
+
+namespace {
+constexpr double kViewAngle = 30; // degrees, of cameras that are fitted
+constexpr double kMargin = 1.03;  // of the picture's half, around what it holds
+} // namespace
+
+ViewFit::ViewFit(View view, Projection projection, const glm::ivec2& imageSize)
+    : axes_(viewAxes(view)), projection_(projection), aspect_(static_cast<double>(imageSize.x) / imageSize.y),
+      tangent_(0) {
+    if (projection == Projection::perspective)
+        tangent_ = std::tan(glm::radians(kViewAngle) / 2) / kMargin * glm::dvec2(aspect_, 1);
+    nearest_ = -std::numeric_limits<double>::infinity();
+    farthest_ = -nearest_;
+    reach_.fill(nearest_);
+}
+
+// A point at (u, v, s) is inside a picture whose eye is at (u0, v0, d) where |u - u0| <= tangent * (d - s),
+// so where u + tangent s <= u0 + tangent d and -u + tangent s <= -u0 + tangent d: the left sides know no eye.
+std::array<double, 4> ViewFit::reachOf(const glm::dvec3& centre, const glm::dvec3& half) const {
+    const glm::dvec2 depth = tangent_ * (centre.z + half.z);
+    return {centre.x + half.x + depth.x, -centre.x + half.x + depth.x, centre.y + half.y + depth.y,
+            -centre.y + half.y + depth.y};
+}
+
+void ViewFit::add(const glm::dvec3& centre, const glm::dvec3& half) {
+    const std::array<double, 4> reach = reachOf(centre, half);
+    for (std::size_t side = 0; side < reach.size(); ++side)
+        reach_[side] = std::max(reach_[side], reach[side]);
+    nearest_ = std::max(nearest_, centre.z + half.z);
+    farthest_ = std::min(farthest_, centre.z - half.z);
+}
+
+bool ViewFit::holds(const glm::dvec3& centre, const glm::dvec3& half) const {
+    const std::array<double, 4> reach = reachOf(centre, half);
+    return std::equal(reach.begin(), reach.end(), reach_.begin(), std::less_equal<>());
+}
+
+Camera ViewFit::camera() const {
+    TESSERA_CHECK(!empty());
+    const glm::dvec2 middle(0.5 * (reach_[0] - reach_[1]), 0.5 * (reach_[2] - reach_[3]));
+    const glm::dvec2 half(0.5 * (reach_[0] + reach_[1]), 0.5 * (reach_[2] + reach_[3]));
+    Camera camera;
+    camera.projection = projection_;
+    camera.viewAngle = kViewAngle;
+    camera.viewUp = axes_.up;
+    camera.focalPoint =
+        axes_.right * middle.x + axes_.up * middle.y + axes_.towards * (0.5 * (nearest_ + farthest_));
+    const bool perspective = projection_ == Projection::perspective;
+    if (!perspective) // a parallel view has no distance: the eye is where all is before it
+        camera.parallelScale = kMargin * std::max(half.x / aspect_, half.y);
+    const double eye = perspective ? std::max(half.x / tangent_.x, half.y / tangent_.y)
+                                   : nearest_ + 4 * camera.parallelScale;
+    camera.position = camera.focalPoint + axes_.towards * (eye - 0.5 * (nearest_ + farthest_));
+    return camera;
+}
+
+Camera fitCamera(const VolumeInfo& info, View view, Projection projection, const glm::ivec2& imageSize) {
+    const ViewAxes axes = viewAxes(view);
     Camera camera;
     camera.projection = projection;
     camera.focalPoint = boundingBall(info).centre;
-    camera.viewUp = up;
-    camera.viewAngle = 30;
-    // Every corner of the volume inside the picture, with a margin of 3 % around the tightest one.
-    constexpr double kMargin = 1.03;
+    camera.viewUp = axes.up;
+    camera.viewAngle = kViewAngle;
+    // Every corner of the volume inside the picture, with the volume's centre in its middle.
     const double aspect = static_cast<double>(imageSize.x) / imageSize.y;
-    const glm::dvec3 right = glm::cross(-side, up);
     const double tangent = std::tan(glm::radians(camera.viewAngle) / 2) / kMargin;
     double distance = 0, scale = 0;
     for (const glm::dvec3& corner : corners(info)) {
         const glm::dvec3 p = corner - camera.focalPoint;
-        const double half = std::max(std::abs(glm::dot(p, up)), std::abs(glm::dot(p, right)) / aspect);
-        distance = std::max(distance, half / tangent + glm::dot(p, side));
+        const double half =
+            std::max(std::abs(glm::dot(p, axes.up)), std::abs(glm::dot(p, axes.right)) / aspect);
+        distance = std::max(distance, half / tangent + glm::dot(p, axes.towards));
         scale = std::max(scale, half * kMargin);
     }
-    camera.position = camera.focalPoint + side * distance;
+    camera.position = camera.focalPoint + axes.towards * distance;
     camera.parallelScale = scale;
     return camera;
 }

@@ -3,6 +3,7 @@
 
 #include "core/volume.h" // VolumeInfo: fitting
 
+#include <array>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
@@ -25,8 +26,42 @@ struct Camera {
     void validate(const std::string& where) const;
 };
 
-/// Looks at the whole volume from a side of the patient: superior is up for the four horizontal views; for
-/// superior and inferior, anterior is up. The volume's box fits the picture tightly.
+/// A side of the patient's axes in patient space, unit: the picture's right and up, and towards the viewer.
+/// Superior is up for the four horizontal views; for superior and inferior, anterior is up.
+struct ViewAxes {
+    glm::dvec3 right{0}, up{0}, towards{0};
+};
+ViewAxes viewAxes(View view);
+
+/// Finds the camera of a side whose picture holds all that it is given, as large as can be but for a margin
+/// of 3 %. Where things lie decides by what the planes through the picture's edges must hold, so that it
+/// needs no second look. Boxes are along the axes of the view: right, up, towards; mm.
+class ViewFit {
+  public:
+    ViewFit(View view, Projection projection, const glm::ivec2& imageSize);
+    const ViewAxes& axes() const { return axes_; }
+    /// @param half  half the size of the box, positive
+    void add(const glm::dvec3& centre, const glm::dvec3& half);
+    /// Whether the picture holds the box already.
+    bool holds(const glm::dvec3& centre, const glm::dvec3& half) const;
+    bool empty() const { return !(nearest_ >= farthest_); }
+    /// Looks at the middle of what was given, at its middle depth; it must not be empty.
+    Camera camera() const;
+
+    /// How far a box reaches to the picture's right, left, upper and lower edge: what the plane through the
+    /// edge must hold, in mm from the plane through the origin.
+    std::array<double, 4> reachOf(const glm::dvec3& centre, const glm::dvec3& half) const;
+
+  private:
+    ViewAxes axes_;
+    Projection projection_;
+    double aspect_;      // width / height
+    glm::dvec2 tangent_; // of half the picture, along right and up; 0: parallel
+    std::array<double, 4> reach_;
+    double nearest_, farthest_; // along towards
+};
+
+/// Looks at the whole volume from a side of the patient. The volume's box fits the picture tightly.
 Camera fitCamera(const VolumeInfo& info, View view, Projection projection, const glm::ivec2& imageSize);
 
 /// A pixel's ray in patient space: base + t * direction, t in mm from minT on.

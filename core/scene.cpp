@@ -22,7 +22,7 @@ using Keys = std::vector<std::string>;
 
 const Keys kSceneKeys = {"tesseraScene", "volumes", "camera", "shading", "isosurfaces", "quality", "image"};
 const Keys kVolumeKeys = {"path", "transferFunction"};
-const Keys kFittedKeys = {"view", "parallelProjection"};
+const Keys kFittedKeys = {"view", "fit", "parallelProjection"};
 const Keys kFreeCameraKeys = {"position",  "focalPoint",         "viewUp",
                               "viewAngle", "parallelProjection", "parallelScale"};
 const Keys kShadingKeys = {"shade", "ambient", "diffuse", "specular", "specularPower", "gradient"};
@@ -93,9 +93,13 @@ CameraChoice parseCamera(const JsonValue& value) {
             if (value.has(key) && key != "parallelProjection")
                 throw badFile(value.place(), "either \"view\" or \"position\" and its companions",
                               "\"view\" and \"" + key + "\"");
-        const std::string name = value.at("view").oneOf(viewNames());
-        return FittedView{parseView(name, value.place()), projection};
+        FittedView view{parseView(value.at("view").oneOf(viewNames()), value.place()), projection};
+        if (value.has("fit"))
+            view.fit = parseFit(value.at("fit").oneOf(fitNames()), value.place());
+        return view;
     }
+    if (value.has("fit"))
+        throw badFile(value.place(), "\"view\" beside \"fit\"", "none");
     Camera camera;
     camera.projection = projection;
     camera.position = vector(value.at("position"));
@@ -203,6 +207,7 @@ json listOf(const glm::dvec3& v) {
 json cameraJson(const CameraChoice& choice) {
     if (const auto* fitted = std::get_if<FittedView>(&choice))
         return {{"view", viewNames()[static_cast<std::size_t>(fitted->view)]},
+                {"fit", fitNames()[static_cast<std::size_t>(fitted->fit)]},
                 {"parallelProjection", fitted->projection == Projection::parallel}};
     const Camera& camera = std::get<Camera>(choice);
     return {{"position", listOf(camera.position)},
@@ -231,6 +236,10 @@ json backgroundJson(const std::optional<glm::vec3>& background) {
 
 const std::vector<std::string>& viewNames() {
     static const Keys names = {"anterior", "posterior", "left", "right", "superior", "inferior"};
+    return names;
+}
+const std::vector<std::string>& fitNames() {
+    static const Keys names = {"shown", "volume"};
     return names;
 }
 const std::vector<std::string>& fetchNames() {
@@ -263,7 +272,16 @@ double brightest(const Shading& shading) {
 }
 
 View parseView(const std::string& text, const std::string& where) {
+    static const std::map<std::string, View> others = {
+        {"front", View::anterior},   {"ventral", View::anterior}, {"back", View::posterior},
+        {"dorsal", View::posterior}, {"top", View::superior},     {"cranial", View::superior},
+        {"bottom", View::inferior},  {"caudal", View::inferior}};
+    if (const auto other = others.find(text); other != others.end())
+        return other->second;
     return static_cast<View>(nameIndex(text, viewNames(), where));
+}
+Fit parseFit(const std::string& text, const std::string& where) {
+    return static_cast<Fit>(nameIndex(text, fitNames(), where));
 }
 Fetch parseFetch(const std::string& text, const std::string& where) {
     return static_cast<Fetch>(nameIndex(text, fetchNames(), where));

@@ -77,10 +77,14 @@ struct SceneVolume {
     TransferChoice transferFunction = std::string("bone");
 };
 
-/// A camera by side (fitted to the volume once it is known), or spelled out.
+/// What a camera by side holds: all that the transfer function and the isosurfaces show, or the volume's box.
+enum class Fit { shown, volume };
+
+/// A camera by side (fitted once the volume is known), or spelled out.
 struct FittedView {
     View view = View::anterior;
     Projection projection = Projection::perspective;
+    Fit fit = Fit::shown;
 };
 using CameraChoice = std::variant<FittedView, Camera>;
 
@@ -117,12 +121,15 @@ std::map<std::string, std::vector<std::string>> sceneKeys();
 
 /// Names as scenes and options spell them. The functions throw InputError, naming where and the nearest name.
 const std::vector<std::string>& viewNames();         // in the order of View
+const std::vector<std::string>& fitNames();          // in the order of Fit
 const std::vector<std::string>& fetchNames();        // in the order of Fetch
 const std::vector<std::string>& edgeFunctionNames(); // in the order of EdgeFunction
 const std::vector<std::string>& samplingNames();     // in the order of Sampling
 const std::vector<std::string>& integratorNames();   // in the order of Integrator
 const std::vector<std::string>& gradientNames();     // in the order of Gradient
+/// Takes other words for a side too: front, back, top, bottom, ventral, dorsal, cranial, caudal.
 View parseView(const std::string& text, const std::string& where);
+Fit parseFit(const std::string& text, const std::string& where);
 Fetch parseFetch(const std::string& text, const std::string& where);
 EdgeFunction parseEdgeFunction(const std::string& text, const std::string& where);
 Sampling parseSampling(const std::string& text, const std::string& where);

@@ -20,23 +20,27 @@ std::size_t bytesPerValue(ValueType type);
 /// "uint8", "int16", "uint16", "float32": the names of Zarr.
 const char* name(ValueType type);
 
-/// One stored value widened to double, which holds all four types exactly. @param at  need not be aligned
-inline double storedValue(ValueType type, const std::byte* at) {
-    const auto load = [at](auto typed) {
-        std::memcpy(&typed, at, sizeof typed);
-        return static_cast<double>(typed);
-    };
+/// Calls body with a value, 0, of the C++ type that a ValueType names.
+template <typename Body> auto withValueType(ValueType type, const Body& body) {
     switch (type) {
     case ValueType::u8:
-        return load(std::uint8_t{});
+        return body(std::uint8_t{});
     case ValueType::i16:
-        return load(std::int16_t{});
+        return body(std::int16_t{});
     case ValueType::u16:
-        return load(std::uint16_t{});
+        return body(std::uint16_t{});
     case ValueType::f32:
-        return load(float{});
+        break;
     }
-    return 0;
+    return body(float{});
+}
+
+/// One stored value widened to double, which holds all four types exactly. @param at  need not be aligned
+inline double storedValue(ValueType type, const std::byte* at) {
+    return withValueType(type, [at](auto typed) {
+        std::memcpy(&typed, at, sizeof typed);
+        return static_cast<double>(typed);
+    });
 }
 
 /// Which source axis each axis of the volume came from, before the lossless move to the nearest LPS order.

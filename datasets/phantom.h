@@ -4,6 +4,7 @@
 
 #include "bricking/import/slab_source.h"
 
+#include <functional>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <string>
@@ -19,6 +20,10 @@ std::vector<std::string> phantomNames();
 /// Throws InputError with the nearest name for an unknown one.
 std::unique_ptr<SlabSource> makePhantom(const std::string& name, const glm::ivec3& extentVoxels,
                                         int threads = 0);
+
+/// What the voxels of a torso of such an extent are samples of, but for noise: HU at a place, patient space
+/// mm.
+std::function<double(const glm::dvec3&)> torsoFormulaHu(const glm::ivec3& extentVoxels);
 
 /// Centre-line of the torso's colon, from caecum to rectum, patient space mm, about one point every 2 mm.
 std::vector<glm::dvec3> torsoColonCentreline();

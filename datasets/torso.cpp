@@ -1,5 +1,6 @@
 // datasets/torso.cpp: the CT-like torso: its parts in painting order, quantum noise, and storage as int16 HU.
 #include "core/error.h"
+#include "datasets/phantom.h"
 #include "datasets/slice_generator.h"
 #include "datasets/torso_parts.h"
 
@@ -47,12 +48,16 @@ float noise(std::uint64_t voxel) {
     return static_cast<float>(sum - 131070) * (1 / 37837.2F); // 4 * 65535 / 2 and 2 * 65536 / sqrt(12)
 }
 
+TissuePainter torsoPainter(const VolumeInfo& info) {
+    const float blend = blendMm(info.spacingMm());
+    return {buildTorso(blend), kAirHu, kPointSpreadVoxels * blend};
+}
+
 class TorsoSlices final : public SliceGenerator {
   public:
     explicit TorsoSlices(const glm::ivec3& extentVoxels)
         : info_(centredVolume("torso", extentVoxels, kBodyMm, ValueType::i16)),
-          painter_(buildTorso(blendMm(info_.spacingMm())), kAirHu,
-                   kPointSpreadVoxels * blendMm(info_.spacingMm())) {
+          painter_(torsoPainter(info_)) {
         info_.unit = "HU";
         info_.fillStored = static_cast<double>(kLowestHu);
         info_.acquisition.modality = "CT";
@@ -81,6 +86,13 @@ class TorsoSlices final : public SliceGenerator {
 };
 
 } // namespace
+
+std::function<double(const glm::dvec3&)> torsoFormulaHu(const glm::ivec3& extentVoxels) {
+    const VolumeInfo info = centredVolume("torso", extentVoxels, kBodyMm, ValueType::i16);
+    return [painter = std::make_shared<const TissuePainter>(torsoPainter(info))](const glm::dvec3& p) {
+        return static_cast<double>(painter->valueAt(glm::vec3(p)));
+    };
+}
 
 std::unique_ptr<SliceGenerator> makeTorso(const glm::ivec3& extentVoxels) {
     return std::make_unique<TorsoSlices>(extentVoxels);

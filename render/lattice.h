@@ -6,6 +6,7 @@
 #include "bricking/brick_cache.h"
 #include "bricking/selection.h"
 #include "core/brick.h"
+#include "core/threads.h"
 #include "core/volume.h"
 #include "render/level_map.h"
 
@@ -97,5 +98,14 @@ class MixedReader {
     const Selection& selection_;
     const LevelMap& map_;
 };
+
+/// The smallest cache for so many threads that read samples: each pins the chunks of one neighbourhood while
+/// the loaders need one each. @param threads  0: all processors
+inline std::size_t latticeCacheFloorBytes(const VolumeInfo& info, int threads) {
+    const int used = threads > 0 ? threads : defaultThreads();
+    return BrickCache::floorBytes(info, used) + cellCount(glm::ivec3(kChunkExtent)) *
+                                                    bytesPerValue(info.type) * SampleReader::kPinnedChunks *
+                                                    static_cast<std::size_t>(used - 1);
+}
 
 } // namespace tessera

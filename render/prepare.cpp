@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "core/threads.h"
 #include "render/choose_integrator.h"
+#include "render/framing.h"
 #include "render/lattice.h"
 #include "render/march.h" // March::stateBytes
 #include "render/visibility_pass.h"
@@ -63,12 +64,6 @@ void checkIntegrator(const Quality& quality) {
             "found " +
             integratorNames()[static_cast<std::size_t>(quality.integrator)]);
 }
-/// Every CPU renderer's thread pins the chunks of one neighbourhood while the loaders need one each.
-std::size_t cacheFloorBytes(const VolumeInfo& info, int threads) {
-    return BrickCache::floorBytes(info, threads) +
-           cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info.type) * LatticeReader::kPinnedChunks *
-               static_cast<std::size_t>(threads - 1);
-}
 /// An integrator that is not asked for by name takes tables only where they are a small part of what is free.
 constexpr std::size_t kShareForTables = 16;
 /// What the eye cannot see in a segment's colour.
@@ -79,11 +74,13 @@ constexpr double kSeenColourMatters = 1.0 / 255;
 std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize, std::size_t bytesPerPixel,
                              int threads, Integrator integrator) {
     const int used = threads > 0 ? threads : defaultThreads();
+    // The camera is fitted before there are levels, their maps and the cache.
+    const std::size_t afterTheCamera = Occupancy::bytes(info.extentVoxels, MapScale::bricks) +
+                                       LevelMap::bytes(brickGrid(info.extentVoxels)) +
+                                       latticeCacheFloorBytes(info, used) + Atlas::stagingBytes(info);
     const std::size_t own = bytesPerPixel * pixelCount(imageSize) + selectionBytes(info) +
-                            Occupancy::bytes(info.extentVoxels, MapScale::bricks) +
-                            LevelMap::bytes(brickGrid(info.extentVoxels)) +
-                            tableBytes(TransferTable::kMaxEntries, integrator) + cacheFloorBytes(info, used) +
-                            Atlas::stagingBytes(info);
+                            tableBytes(TransferTable::kMaxEntries, integrator) +
+                            std::max(afterTheCamera, framingBytes(info, used));
     // A reader takes up to a quarter of what is free (store_reader.h); the statistics' floor knows that.
     return statisticsFloorBytes(info, used) + own / 3 * 4 + 4;
 }
@@ -301,7 +298,7 @@ PreparedScene prepareView(const Scene& scene, const StoreReader& store, Ledger& 
     else
         p.setFunction(std::get<TransferFunction>(function), scene, ram);
     if (const auto* view = std::get_if<FittedView>(&scene.camera))
-        p.camera = fitCamera(info, view->view, view->projection, scene.imageSize);
+        p.camera = fittedCamera(*view, store, p.statistics, p.table, scene.imageSize, ram, threads);
     else
         p.camera = std::get<Camera>(scene.camera);
 
@@ -344,8 +341,8 @@ std::size_t PreparedScene::reserveGpu(const TextureLimits& limits, const Ledger&
 }
 
 std::size_t PreparedScene::ramToKeep(int threads) const {
-    return cacheFloorBytes(info(), threads > 0 ? threads : defaultThreads()) + Atlas::stagingBytes(info()) +
-           LevelMap::bytes(brickGrid(info().extentVoxels)) +
+    return latticeCacheFloorBytes(info(), threads > 0 ? threads : defaultThreads()) +
+           Atlas::stagingBytes(info()) + LevelMap::bytes(brickGrid(info().extentVoxels)) +
            (quality.skipping ? (mapsNearSurfaces ? 2 : 1) * Occupancy::bytes(info().extentVoxels, mapScale)
                              : 0);
 }
@@ -355,7 +352,7 @@ void PreparedScene::openCache(Ledger& ram, int threads) {
     const int used = threads > 0 ? threads : defaultThreads();
     const std::size_t free = ram.freeBytes(), staging = Atlas::stagingBytes(info());
     const std::size_t left = free > staging ? free - staging : 0;
-    const std::size_t bytes = std::max(std::min(left, cacheFloorBytes(info(), used)), left - left / 8);
+    const std::size_t bytes = std::max(std::min(left, latticeCacheFloorBytes(info(), used)), left - left / 8);
     cache = std::make_unique<BrickCache>(*store, ram, bytes, used);
 }
 

@@ -6,6 +6,7 @@
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -56,6 +57,44 @@ INSTANTIATE_TEST_SUITE_P(Views, EveryView,
                          testing::Combine(testing::Values(View::anterior, View::posterior, View::left,
                                                           View::right, View::superior, View::inferior),
                                           testing::Values(Projection::perspective, Projection::parallel)));
+
+// Boxes anywhere in space: all of each inside the picture, and the picture full but for its margin, along the
+// tighter axis from edge to edge.
+TEST_P(EveryView, FitsWhatItIsGiven) {
+    const VolumeInfo info = ctVolume();
+    for (const glm::ivec2 size : {glm::ivec2(512, 512), glm::ivec2(640, 200), glm::ivec2(200, 640)}) {
+        ViewFit fit(std::get<0>(GetParam()), std::get<1>(GetParam()), size);
+        EXPECT_TRUE(fit.empty());
+        const ViewAxes& axes = fit.axes();
+        const std::vector<std::pair<glm::dvec3, glm::dvec3>> boxes = {
+            {{-40, 12, 150}, {3, 1, 2}}, {{70, 20, -90}, {9, 4, 1}}, {{10, -35, 60}, {0.5, 0.5, 25}}};
+        for (const auto& [centre, half] : boxes) {
+            EXPECT_TRUE(!fit.empty() || !fit.holds(centre, half));
+            fit.add(centre, half);
+            EXPECT_TRUE(fit.holds(centre, half));
+        }
+        const Camera camera = fit.camera();
+        camera.validate("test");
+        const RayPlane plane = rayPlane(camera, info, size);
+        glm::dvec2 low(1e9), high(-1e9);
+        for (const auto& [centre, half] : boxes)
+            for (int corner = 0; corner < 8; ++corner) {
+                const glm::dvec3 p =
+                    centre + half * (2.0 * glm::dvec3(corner & 1, (corner >> 1) & 1, corner >> 2) - 1.0);
+                const glm::dvec2 pixel =
+                    project(plane, axes.right * p.x + axes.up * p.y + axes.towards * p.z, size);
+                low = glm::min(low, pixel / glm::dvec2(size));
+                high = glm::max(high, pixel / glm::dvec2(size));
+            }
+        const double margin = 0.5 - 0.5 / 1.03;
+        const glm::dvec2 room = glm::min(low, 1.0 - high);
+        EXPECT_NEAR(std::min(room.x, room.y), margin, 1e-9) << size.x;
+        EXPECT_GE(std::max(room.x, room.y), margin - 1e-9) << size.x;
+        const int tight = room.x < room.y ? 0 : 1;
+        EXPECT_NEAR(low[tight], margin, 1e-9);
+        EXPECT_NEAR(high[tight], 1 - margin, 1e-9);
+    }
+}
 
 TEST(Camera, LeftAndRightAsRadiologistsExpect) {
     const VolumeInfo info = ctVolume();

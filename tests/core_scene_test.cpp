@@ -24,7 +24,7 @@ using ::testing::HasSubstr;
 const char* const kFitted = R"({"tesseraScene":1,
   "volumes":[{"path":"a/x.zarr","transferFunction":{"scalarOpacityUnitDistance":2.5,
     "scalarOpacity":[[-100,0],[50,0.125],[50,0.5]],"rgbTransferFunction":[[0,0.1,0.2,0.3],[10,1,1,1]]}}],
-  "camera":{"view":"left","parallelProjection":true},
+  "camera":{"view":"left","fit":"volume","parallelProjection":true},
   "shading":{"shade":false,"ambient":0.1,"diffuse":0.7,"specular":0.3,"specularPower":40,
     "gradient":"sobel"},
   "isosurfaces":[{"value":-300,"rgb":[0.9,0.5,0.25],"opacity":0.5},{"value":200,"rgb":[1,1,1],"opacity":1}],
@@ -227,6 +227,7 @@ TEST(Scene, SchemaAndParserKnowTheSameKeys) {
     EXPECT_EQ(schema["$defs"]["quality"]["properties"]["terminationTransmittance"]["default"],
               Quality{}.terminationTransmittance);
     EXPECT_EQ(schema["$defs"]["fittedCamera"]["properties"]["view"]["enum"], json(viewNames()));
+    EXPECT_EQ(schema["$defs"]["fittedCamera"]["properties"]["fit"]["enum"], json(fitNames()));
 }
 
 TEST(NearestName, IsTheOneThatWasMeant) {

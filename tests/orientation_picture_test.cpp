@@ -162,10 +162,10 @@ constexpr const char* kBoxes = R"({"scalarOpacity":[[100,0],[200,0.1],[1200,0.6]
 
 Image draw(const std::filesystem::path& store, const std::string& function, const std::string& view,
            const std::string& rest = "") {
-    const Scene scene =
-        parseScene(R"({"tesseraScene":1,"volumes":[{"path":"x.zarr","transferFunction":)" + function +
-                       R"(}],"camera":{"view":")" + view + R"("},"image":{"size":[64,64]})" + rest + "}",
-                   "/", "test");
+    const Scene scene = parseScene(R"({"tesseraScene":1,"volumes":[{"path":"x.zarr","transferFunction":)" +
+                                       function + R"(}],"camera":{"view":")" + view +
+                                       R"(","fit":"volume"},"image":{"size":[64,64]})" + rest + "}",
+                                   "/", "test");
     Budgets budgets;
     const StoreReader reader(store, budgets.ram);
     RenderOptions options;

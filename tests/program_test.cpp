@@ -94,7 +94,7 @@ TEST_F(Program, RenderRefusesBadOptionsBeforeItWorks) {
     expectRefused("render s.zarr -o folder.png", {"folder.png", "a folder"});
     expectRefused(render + "--preset bonne", {"--preset", "nearest: \"bone\""});
     expectRefused(render + "--engine mirro", {"--engine", "nearest: \"mirror\""});
-    expectRefused(render + "--view front", {"--view", "anterior"});
+    expectRefused(render + "--view sideways", {"--view", "anterior"});
     expectRefused(render + "--projection isometric", {"--projection"});
     expectRefused(render + "--background blue", {"--background", "#rrggbb"});
     expectRefused(render + "--fetch soft", {"--fetch"});

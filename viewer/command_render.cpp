@@ -33,7 +33,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct RenderArguments {
-    std::string in, out, engine = "march", ram, gpuMemory, size, preset, view, projection, background, fetch;
+    std::string in, out, engine = "march", ram, gpuMemory, size, preset, view, fit, projection, background,
+                         fetch;
     std::string device = "auto";
     double step = 0;      // 0: as the scene says
     double maxError = -1; // negative: as the scene says
@@ -99,10 +100,16 @@ void applyOptions(const RenderArguments& arguments, Scene& scene) {
     if (!arguments.background.empty())
         scene.background = parseBackground(arguments.background, "--background");
     if (!arguments.view.empty()) {
-        FittedView view{parseView(arguments.view, "--view"), Projection::perspective};
+        FittedView view{parseView(arguments.view, "--view")};
         if (const auto* before = std::get_if<FittedView>(&scene.camera))
-            view.projection = before->projection;
+            view = {view.view, before->projection, before->fit};
         scene.camera = view;
+    }
+    if (!arguments.fit.empty()) {
+        auto* fitted = std::get_if<FittedView>(&scene.camera);
+        if (!fitted)
+            throw badFile("--fit", "a camera by side (--view), which is fitted", "one that is spelled out");
+        fitted->fit = parseFit(arguments.fit, "--fit");
     }
     if (!arguments.projection.empty()) {
         const auto projection =
@@ -328,7 +335,11 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
     command->add_option("--size", a->size, "pixels, WIDTHxHEIGHT (default: 512x512)");
     command->add_option("--preset", a->preset,
                         joinNames(presetNames()) + " (default: bone for HU, auto for other values)");
-    command->add_option("--view", a->view, joinNames(viewNames()) + " (default: anterior)");
+    command->add_option("--view", a->view,
+                        joinNames(viewNames()) + "; also front, back, top, bottom (default: anterior)");
+    command->add_option("--fit", a->fit,
+                        "what fills the picture: all that is shown, or the volume's box: " +
+                            joinNames(fitNames()) + " (default: shown)");
     command->add_option("--projection", a->projection, joinNames(kProjectionNames));
     command->add_option("--background", a->background, "black, white, #rrggbb or transparent");
     command->add_option("--engine", a->engine, joinNames(kEngineNames))->capture_default_str();

@@ -33,7 +33,7 @@ fs::path phantomStore(const fs::path& folder, const std::string& name, const glm
 Scene sceneOn(const fs::path& store, TransferChoice function, View view, bool lit, int pixels) {
     Scene scene;
     scene.volumes = {{store, std::move(function)}};
-    scene.camera = FittedView{view, Projection::perspective};
+    scene.camera = FittedView{view, Projection::perspective, Fit::volume};
     scene.shading.on = lit;
     scene.imageSize = glm::ivec2(pixels);
     scene.quality.automaticStep = true;
@@ -128,8 +128,8 @@ StandardScenes standardScenes(const fs::path& folder, const fs::path& scans,
     const bool narrow = wanted("narrow-ct"), soft = wanted("soft-tissue-ct"),
                plain = wanted("soft-tissue-plain"), surfaces = wanted("surfaces-ct");
     if (narrow || soft || plain || surfaces) {
-        const bench::Workbench scansBench =
-            bench::makeWorkbench("software", scans, {"abdomen"}, folder, quick, ramBytes, common);
+        const bench::Workbench scansBench = bench::makeWorkbench(
+            "software", scans, bench::VolumeSet::levels, {"abdomen"}, folder, quick, ramBytes, common);
         if (scansBench.volumes.empty()) {
             for (const auto& [asked, name] :
                  {std::pair(narrow, "narrow-ct"), std::pair(soft, "soft-tissue-ct"),

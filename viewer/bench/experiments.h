@@ -20,5 +20,9 @@ Report reductionsReport(const Workbench& bench);
 Report predictionReport(const Workbench& bench);
 /// Budgets from the floor to unlimited (memory_budgets.cpp).
 Report memoryReport(const Workbench& bench);
+/// What fills a picture, by what its camera is fitted to (framing.cpp).
+Report framingReport(const Workbench& bench);
+/// Normals by the kind of gradient, against surfaces' own (grain.cpp).
+Report grainReport(const Workbench& bench);
 
 } // namespace tessera::bench

@@ -24,7 +24,7 @@ struct KnownScan {
     const char* name;
     const char* path; // inside the folder of scans
     const char* about;
-    std::vector<std::string> presets;
+    std::vector<std::string> presets; // that levels of detail are measured with; none: they are not
 };
 const std::vector<KnownScan>& knownScans() {
     static const std::vector<KnownScan> scans = {
@@ -44,7 +44,18 @@ const std::vector<KnownScan>& knownScans() {
         {"engine",
          "scivis/OpenSciVis/engine.nii.gz",
          "CT of an engine block (neurolabusc/VolumeRenderingData)",
-         {"auto"}}};
+         {"auto"}},
+        {"thorax", "ct-thorax-dicom", "thorax CT, one phase of a 4D scan (ITKElastix examples)", {}},
+        {"slice", "ct-slice-encodings/CTImage.dcm", "one CT slice (cornerstone test images)", {}},
+        {"pitch", "nifti/CT_pitch.nii.gz", "CT with an oblique affine (neurolabusc/niivue-images)", {}},
+        {"fuel",
+         "scivis/OpenSciVis/fuel.nii.gz",
+         "simulated fuel injection (neurolabusc/VolumeRenderingData)",
+         {}},
+        {"avf",
+         "nifti-nrrd-pair/nifti/marc_avf/avf_float_32.nii.gz",
+         "MR angiography in floats (FNNDSC/data)",
+         {}}};
     return scans;
 }
 
@@ -89,14 +100,15 @@ fs::path scansFolder(const std::string& told) {
     return data ? fs::path(data) : fs::path();
 }
 
-std::vector<std::string> volumeNames() {
+std::vector<std::string> volumeNames(VolumeSet set) {
     std::vector<std::string> names = {"torso"};
     for (const KnownScan& scan : knownScans())
-        names.emplace_back(scan.name);
+        if (set == VolumeSet::all || !scan.presets.empty())
+            names.emplace_back(scan.name);
     return names;
 }
 
-Workbench makeWorkbench(const std::string& device, const fs::path& scansFolder,
+Workbench makeWorkbench(const std::string& device, const fs::path& scansFolder, VolumeSet set,
                         const std::vector<std::string>& only, const fs::path& scratchFolder, bool quick,
                         std::size_t ramBytes, const CommonOptions& common) {
     Workbench bench{device, {}, {}, quick, ramBytes, common};
@@ -108,6 +120,8 @@ Workbench makeWorkbench(const std::string& device, const fs::path& scansFolder,
     else
         bench.leftOut.push_back("torso");
     for (const KnownScan& scan : knownScans()) {
+        if (set == VolumeSet::levels && scan.presets.empty())
+            continue;
         const fs::path path = scansFolder / scan.path;
         if (!wanted(scan.name) || scansFolder.empty() || !fs::exists(path)) {
             bench.leftOut.push_back(scan.name);

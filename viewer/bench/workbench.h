@@ -43,11 +43,13 @@ struct Workbench {
 /// The folder of scans: as told, or where the tests look for theirs, or none (empty). Throws InputError for
 /// one that is not there.
 std::filesystem::path scansFolder(const std::string& told);
+/// Those that levels of detail are measured on, or all.
+enum class VolumeSet { levels, all };
 /// Names of all volumes that a workbench may have.
-std::vector<std::string> volumeNames();
+std::vector<std::string> volumeNames(VolumeSet set);
 /// The generated volumes, written to scratchFolder, and those known scans that are in scansFolder (empty:
 /// none); of those in `only`, unless it is empty. Scans are imported once, to the cache folder.
-Workbench makeWorkbench(const std::string& device, const std::filesystem::path& scansFolder,
+Workbench makeWorkbench(const std::string& device, const std::filesystem::path& scansFolder, VolumeSet set,
                         const std::vector<std::string>& only, const std::filesystem::path& scratchFolder,
                         bool quick, std::size_t ramBytes, const CommonOptions& common);
 
