@@ -192,7 +192,8 @@ std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads) {
     return (own + readerFloorBytes(info)) / 3 * 4 + 4;
 }
 
-void buildStatistics(const StoreReader& store, const fs::path& folder, Ledger& ram, int threads) {
+void buildStatistics(const StoreReader& store, const fs::path& folder, Ledger& ram, int threads,
+                     const ShareDone& progress) {
     const VolumeInfo& info = store.info();
     Statistics statistics = emptyStatistics(info, ram);
     const Charge scratch = ram.charge(scratchBytes(info), "writing statistics");
@@ -220,6 +221,8 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, Ledger& r
                            layer[part].data() + brick % perLayer * kBrickRayBytes, kBrickRayBytes));
         };
         const auto groupDone = [&](int group) {
+            if (progress)
+                progress(static_cast<double>((group + 1) * kRayLayers) / statistics.bricks.z);
             const int layers = std::min(kRayLayers, statistics.bricks.z - group * kRayLayers);
             const std::size_t bytes =
                 cellCount({statistics.bricks.x, statistics.bricks.y, layers}) * kBrickRayBytes;

@@ -7,6 +7,7 @@
 #include "bricking/store/store_reader.h"
 #include "core/brick.h"
 #include "core/budget.h"
+#include "core/progress.h" // ShareDone
 
 #include <cstdint>
 #include <filesystem>
@@ -40,8 +41,9 @@ struct Statistics {
 std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads);
 
 /// Computes everything from the chunks (two passes over the store), writing the arrays under STORE/stats.
-/// Rays go to disk only.
-void buildStatistics(const StoreReader& store, const std::filesystem::path& folder, Ledger& ram, int threads);
+/// Rays go to disk only. @param progress  gets the share that is done
+void buildStatistics(const StoreReader& store, const std::filesystem::path& folder, Ledger& ram, int threads,
+                     const ShareDone& progress = {});
 
 /// Loads what rendering needs, without rays. Statistics that are missing, inconsistent or of another version
 /// are rebuilt in memory (not written).

@@ -5,6 +5,7 @@
 
 #include "core/colour.h"
 #include "core/error.h"
+#include "core/interrupt.h"
 
 #include <OpenImageIO/imageio.h>
 #include <algorithm>
@@ -65,7 +66,7 @@ class TemporaryFile {
                                            .append(std::to_string(::getpid()))
                                            .append("-")
                                            .append(target.filename().string())),
-          target_(target) {}
+          target_(target), unfinished_(path_) {}
     TemporaryFile(const TemporaryFile&) = delete;
     TemporaryFile& operator=(const TemporaryFile&) = delete;
     ~TemporaryFile() {
@@ -75,6 +76,7 @@ class TemporaryFile {
     }
     void finish() {
         std::error_code error;
+        unfinished_.forget();
         std::filesystem::rename(path_, target_, error);
         if (error)
             throw Error(target_.string() + ": cannot be written: " + error.message());
@@ -84,6 +86,7 @@ class TemporaryFile {
 
   private:
     std::filesystem::path path_, target_;
+    TemporaryPath unfinished_;
     bool renamed_ = false;
 };
 

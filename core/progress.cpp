@@ -2,35 +2,105 @@
 #include "core/progress.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <sys/ioctl.h> // the terminal's width
 #include <unistd.h>
 
 namespace tessera {
+namespace {
 
-Progress::Progress(std::string what, std::uint64_t total, Verbosity verbosity)
-    : what_(std::move(what)), total_(total), on_(verbosity != Verbosity::quiet),
-      terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()), shown_(start_) {}
+constexpr std::chrono::milliseconds kRedraw{100};
+constexpr std::chrono::seconds kPlainLine{10};
+constexpr double kSecondsToJudge = 0.5; // before that much has gone by nothing is said of what is left
 
-Progress::~Progress() {
-    if (printed_ && terminal_)
-        std::fputs("\r\033[K", stderr);
+/// A line that is wider than the terminal would wrap, and could not be taken away again.
+std::size_t terminalWidth() {
+    winsize size{};
+    return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col : 80;
 }
 
-void Progress::update(std::uint64_t done) {
-    if (!on_ || total_ == 0)
+std::string timeText(double seconds) {
+    const auto whole = static_cast<long>(std::ceil(seconds));
+    char text[32];
+    if (whole < 100)
+        std::snprintf(text, sizeof text, "%ld s", whole);
+    else
+        std::snprintf(text, sizeof text, "%ld min %02ld s", whole / 60, whole % 60);
+    return text;
+}
+
+} // namespace
+
+Progress::Progress(Verbosity verbosity)
+    : quiet_(verbosity == Verbosity::quiet), terminal_(!quiet_ && ::isatty(STDERR_FILENO) == 1),
+      lines_(!terminal_ && verbosity == Verbosity::verbose), began_(Clock::now()), shown_(began_) {}
+
+Progress::~Progress() {
+    clear();
+}
+
+void Progress::stage(const std::string& what) {
+    const std::lock_guard lock(mutex_);
+    what_ = what;
+    share_ = 0;
+    began_ = Clock::now();
+    if (terminal_)
+        draw(began_); // at once: nobody looks at a silent program
+}
+
+void Progress::update(double share) {
+    if (!terminal_ && !lines_)
         return;
+    const std::lock_guard lock(mutex_);
+    share_ = std::clamp(share, share_, 1.0); // threads may come late
     const auto now = Clock::now();
-    const auto pause = terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(10000);
-    if (now - shown_ < pause)
+    if (now - shown_ >= (terminal_ ? Clock::duration(kRedraw) : Clock::duration(kPlainLine)))
+        draw(now);
+}
+
+void Progress::end() {
+    const std::lock_guard lock(mutex_);
+    clear();
+}
+
+void Progress::say(const std::string& line) {
+    if (quiet_)
         return;
+    const std::lock_guard lock(mutex_);
+    const bool again = drawn_;
+    clear();
+    std::fprintf(stderr, "%s\n", line.c_str());
+    if (again)
+        draw(Clock::now());
+}
+
+void Progress::draw(Clock::time_point now) {
     shown_ = now;
-    const double fraction = std::min(1.0, static_cast<double>(done) / static_cast<double>(total_));
-    const double seconds = std::chrono::duration<double>(now - start_).count();
-    const double left = fraction > 0 ? seconds * (1 - fraction) / fraction : 0;
-    std::fprintf(stderr, terminal_ ? "\r\033[K%s: %3.0f %%, %.0f s left" : "%s: %3.0f %%, %.0f s left\n",
-                 what_.c_str(), 100 * fraction, left);
+    std::string line = what_;
+    if (share_ > 0) {
+        line += ": " + std::to_string(static_cast<int>(100 * share_)) + " %";
+        const double seconds = std::chrono::duration<double>(now - began_).count();
+        if (seconds > kSecondsToJudge)
+            line += ", " + timeText(seconds * (1 - share_) / share_) + " left";
+    } else {
+        line += " ...";
+    }
+    if (terminal_)
+        std::fprintf(stderr, "\r\033[K%s", line.substr(0, terminalWidth() - 1).c_str());
+    else
+        std::fprintf(stderr, "%s\n", line.c_str());
     std::fflush(stderr);
-    printed_ = true;
+    drawn_ = terminal_;
+}
+
+void Progress::clear() {
+    if (!drawn_)
+        return;
+    std::fputs("\r\033[K", stderr);
+    std::fflush(stderr);
+    drawn_ = false;
 }
 
 } // namespace tessera

@@ -1,31 +1,57 @@
-// core/progress.h: one progress line on stderr. On a terminal it redraws itself; elsewhere it prints at most
-// a line each ten seconds, so that logs stay readable.
+// core/progress.h: what a long job tells while it goes on: one line on stderr that redraws itself, with the
+// stage, its share and the time left. On a terminal only; elsewhere a plain line each ten seconds where more
+// is asked for, so that logs stay readable.
 #pragma once
 
 #include <chrono>
-#include <cstdint>
+#include <functional>
+#include <mutex>
 #include <string>
 
 namespace tessera {
 
 enum class Verbosity { quiet, normal, verbose };
 
+/// Gets the share of a stage that is done, in [0,1], from any thread; may be empty.
+using ShareDone = std::function<void(double)>;
+
+/// All calls from any thread; none is slow, so that loops may call for every turn.
 class Progress {
   public:
-    /// @param what  present participle and object, e.g. "importing abdomen"
-    Progress(std::string what, std::uint64_t total, Verbosity verbosity);
+    /// Says nothing at all.
+    Progress() : Progress(Verbosity::quiet) {}
+    explicit Progress(Verbosity verbosity);
+    /// Takes the line away.
     ~Progress();
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
-    /// Reports `done` of total; cheap enough to call for every slice. One thread only.
-    void update(std::uint64_t done);
+
+    /// Whether somebody sees the line: worth some effort of its own.
+    bool watched() const { return terminal_; }
+    /// Another stage begins. @param what  present participle and object: "importing abdomen"
+    void stage(const std::string& what);
+    /// @param share  of the stage that is done
+    void update(double share);
+    /// update(), to hand on.
+    ShareDone shares() {
+        return [this](double share) { update(share); };
+    }
+    /// The last stage is done: the line goes, until another begins.
+    void end();
+    /// A line that stays, above the one that redraws itself; unless quiet.
+    void say(const std::string& line);
 
   private:
     using Clock = std::chrono::steady_clock;
+    void draw(Clock::time_point now);
+    void clear();
+
+    std::mutex mutex_;
+    bool quiet_, terminal_, lines_; // lines_: plain ones, now and then
+    bool drawn_ = false;            // a line stands on the terminal
     std::string what_;
-    std::uint64_t total_;
-    bool on_, terminal_, printed_ = false;
-    Clock::time_point start_, shown_;
+    double share_ = 0; // 0: not known
+    Clock::time_point began_, shown_;
 };
 
 } // namespace tessera

@@ -18,6 +18,7 @@ ScratchFolder::ScratchFolder() {
     if (!::mkdtemp(name.data()))
         throw Error(place.string() + ": cannot make a temporary folder: " + std::strerror(errno));
     path_ = name;
+    unfinished_.emplace(path_);
 }
 
 ScratchFolder::~ScratchFolder() {

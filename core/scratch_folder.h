@@ -1,7 +1,10 @@
 // core/scratch_folder.h: a folder for what is not to stay: generated volumes of the benches and of the tests.
 #pragma once
 
+#include "core/interrupt.h" // TemporaryPath
+
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace tessera {
@@ -20,6 +23,7 @@ class ScratchFolder {
 
   private:
     std::filesystem::path path_;
+    std::optional<TemporaryPath> unfinished_;
 };
 
 } // namespace tessera

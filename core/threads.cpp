@@ -1,6 +1,8 @@
 // core/threads.cpp: see threads.h.
 #include "core/threads.h"
 
+#include "core/interrupt.h"
+
 #include <algorithm>
 #include <atomic>
 #include <exception>
@@ -14,16 +16,21 @@ int defaultThreads() {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
+void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& body,
+                 const ShareDone& progress) {
     const std::size_t wanted = static_cast<std::size_t>(threads > 0 ? threads : defaultThreads());
     const std::size_t used = std::min(wanted, count);
-    std::atomic<std::size_t> next{0};
+    std::atomic<std::size_t> next{0}, done{0};
     std::mutex mutex;
     std::exception_ptr failure;
     const auto work = [&] {
         try {
-            for (std::size_t i = next++; i < count; i = next++)
+            for (std::size_t i = next++; i < count; i = next++) {
+                checkInterrupted();
                 body(i);
+                if (progress)
+                    progress(static_cast<double>(++done) / static_cast<double>(count));
+            }
         } catch (...) {
             const std::lock_guard lock(mutex);
             if (!failure)

@@ -2,6 +2,8 @@
 // not depend on which thread does what; the first exception is rethrown to the caller.
 #pragma once
 
+#include "core/progress.h" // ShareDone
+
 #include <cstddef>
 #include <functional>
 
@@ -10,7 +12,9 @@ namespace tessera {
 /// Threads used when a caller says 0: the machine's processors.
 int defaultThreads();
 
-/// Calls body(index) for every index in [0,count), on up to `threads` threads (0: all processors).
-void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& body);
+/// Calls body(index) for every index in [0,count), on up to `threads` threads (0: all processors). Throws
+/// Interrupted between two of them after Ctrl-C. @param progress  gets the share that is done
+void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& body,
+                 const ShareDone& progress = {});
 
 } // namespace tessera

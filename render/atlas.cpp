@@ -2,6 +2,7 @@
 #include "render/atlas.h"
 
 #include "core/error.h"
+#include "core/interrupt.h"
 
 #include <algorithm>
 #include <bit>
@@ -248,6 +249,7 @@ bool Atlas::loadBricks(std::vector<std::size_t> bricks, BrickCache& cache, Ledge
     std::size_t next = 0;
     bool room = true;
     forEachChunk(cache, keys, [&](const ChunkKey& chunkKey, const Chunk& chunk) {
+        checkInterrupted();
         for (; room && next < bricks.size() && key(bricks[next]) == chunkKey; ++next)
             room = uploadBrick(bricks[next], chunk, staging.data(), work);
         return room;

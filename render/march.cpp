@@ -2,6 +2,7 @@
 #include "render/march.h"
 
 #include "core/error.h"
+#include "core/interrupt.h"
 #include "render/field_binding.h"
 
 #include <algorithm>
@@ -268,6 +269,7 @@ bool March::runUntil(const FieldSource& source, const MarchSlicing& slicing, Clo
                 iterations = static_cast<int>(
                     std::clamp<std::size_t>(pace_.iterationsPerDispatch(slicing.targetMs) / rays, 1,
                                             static_cast<std::size_t>(maxCount_)));
+            checkInterrupted();
             const auto [ms, counted] = dispatch(tile_, end, iterations);
             pace_.observe(ms, counted.iterations);
             unfinished = counted.unfinished > 0;
@@ -277,6 +279,13 @@ bool March::runUntil(const FieldSource& source, const MarchSlicing& slicing, Clo
             work.marchMs += ms;
             work.longestDispatchMs = std::max(work.longestDispatchMs, ms);
             late = Clock::now() >= deadline;
+            if (slicing.progress) {
+                const double before =
+                    static_cast<double>(tile_.y) * size_.x + static_cast<double>(tile_.x) * (end.y - tile_.y);
+                slicing.progress(
+                    (before + static_cast<double>(rays - std::min<std::size_t>(counted.unfinished, rays))) /
+                    (static_cast<double>(size_.x) * size_.y));
+            }
         }
         tile_.x = end.x;
         if (tile_.x >= size_.x)

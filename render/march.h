@@ -5,6 +5,7 @@
 #include "bricking/visibility.h"
 #include "core/budget.h"
 #include "core/image.h"
+#include "core/progress.h" // ShareDone
 #include "render/atlas.h"
 #include "render/features.h"
 #include "render/field_binding.h"
@@ -32,6 +33,7 @@ struct MarchSlicing {
         80;            // adaptive: a dispatch aims at this, so that twice a misjudged cost stays below 250 ms
     int fixedTile = 0; // pixels; 0: adaptive
     int fixedIterations = 0; // per ray and dispatch; 0: adaptive
+    ShareDone progress = {}; // of the picture, after every dispatch
 };
 
 class March {

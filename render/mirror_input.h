@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bricking/brick_cache.h"
+#include "core/progress.h" // ShareDone
 #include "render/level_map.h"
 #include "render/occupancy.h"
 #include "render/optics.h"
@@ -21,6 +22,7 @@ struct MirrorInput {
     const Occupancy* occupancy = nullptr;    // null: no skipping
     const Occupancy* nearSurfaces = nullptr; // what the surfaces alone show; null: the same as occupancy
     Strides strides;
+    ShareDone progress = {}; // of a picture's rays
 };
 
 /// Where a ray first meets an isosurface that is not wholly transparent.

@@ -387,12 +387,14 @@ std::vector<glm::dvec4> renderReference(const ReferenceInput& input, const std::
     }
     constexpr std::size_t kStrip = 16;
     std::vector<glm::dvec4> out(rays.size());
-    parallelFor((rays.size() + kStrip - 1) / kStrip, threads, [&](std::size_t strip) {
-        LatticeReader samples(*input.cache, *input.info, 0, nullptr);
-        RayIntegral integral(input, function, optics, samples, emptyCells);
-        for (std::size_t i = strip * kStrip; i < std::min(rays.size(), (strip + 1) * kStrip); ++i)
-            out[i] = integral(rays[i]);
-    });
+    parallelFor((rays.size() + kStrip - 1) / kStrip, threads,
+                [&](std::size_t strip) {
+                    LatticeReader samples(*input.cache, *input.info, 0, nullptr);
+                    RayIntegral integral(input, function, optics, samples, emptyCells);
+                    for (std::size_t i = strip * kStrip; i < std::min(rays.size(), (strip + 1) * kStrip); ++i)
+                        out[i] = integral(rays[i]);
+                },
+                input.progress);
     return out;
 }
 

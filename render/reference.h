@@ -7,6 +7,7 @@
 #include "bricking/brick_cache.h"
 #include "bricking/statistics.h"
 #include "core/camera.h"
+#include "core/progress.h" // ShareDone
 #include "core/scene.h"
 #include "core/transfer_function.h"
 #include "core/volume.h"
@@ -29,6 +30,7 @@ struct ReferenceInput {
     /// rounding: that is part of the proof (reference_proof.h).
     int panels = 1;
     std::vector<Isosurface> surfaces = {}; // of the scene
+    ShareDone progress = {};
 };
 
 /// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, inf).

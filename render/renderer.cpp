@@ -56,7 +56,8 @@ template <typename Real> Image toImage(const std::vector<glm::vec<4, Real>>& pix
 constexpr double kDefaultStepError = 1.0 / 255;
 
 void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledger& ram, Ledger& gpu,
-                 const RenderOptions& options, RenderResult& result) {
+                 const RenderOptions& options, Progress& progress, RenderResult& result) {
+    progress.stage("loading bricks");
     const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};
     const auto loading = Clock::now();
     Atlas atlas(p.info(), p.selection, p.chosen.atlasPages, limits, gpu, ram);
@@ -82,24 +83,30 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
     result.refinedCells = sceneMarch.refine(field.source);
-    const auto run = [&](March& rays, Work& work) { // and how often
+    const auto runSliced = [&](March& rays, const MarchSlicing& slicing, Work& work) { // and how often
         int count = 1;
-        for (; rays.run(field.source, options.slicing, work) > 0; ++count)
+        for (; rays.run(field.source, slicing, work) > 0; ++count)
             atlas.serve(bricksToServe(rays.takeWanted(), p.selection, atlas.pages()), *p.cache, ram, work);
         return count;
     };
-    CheckMarch check(march, result.features, p, run, ram);
+    const auto runSome = [&](March& rays, Work& work) { runSliced(rays, options.slicing, work); };
+    CheckMarch check(march, result.features, p, runSome, ram);
+    progress.stage("choosing the step");
     using Goal = CheckMarch::Goal;
     if (scene.quality.maxError.value_or(0) > 0)
         check.chooseStep({Goal::Measure::luvP99, *scene.quality.maxError - p.chosen.error.p99});
     else if (scene.quality.automaticStep && options.checking)
         check.chooseStep({Goal::Measure::rms, kDefaultStepError});
     result.features = (result.features & ~kIntegratorFeatures) | integratorFeatures(p.optics.integrator);
-    result.passes = run(march, result.work);
+    progress.stage("drawing");
+    MarchSlicing slicing = options.slicing;
+    slicing.progress = progress.shares();
+    result.passes = runSliced(march, slicing, result.work);
     result.image = march.image();
     result.secondsDrawing = secondsSince(drawing);
     const auto checking = Clock::now();
     if (options.checking) {
+        progress.stage("estimating the picture's errors");
         result.errors = check.errorsOf(result.image, brightest(scene.shading));
         if (p.chosen.predicted)
             result.errors->levelsLuvP99 = p.chosen.error.p99;
@@ -117,6 +124,23 @@ void chooseBySightOnCpu(PreparedScene& p, int threads, Ledger& ram) {
     p.chooseBySight(mirrorSeen(input, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y),
                                frameRays(cast<float>(sight.frame)), threads),
                     ram);
+}
+
+/// A first picture is drawn with: a sample of the coarse level a step, not two, and nothing tried or
+/// estimated.
+Scene firstScene(const Scene& scene) {
+    Scene first = scene;
+    first.quality.stepVoxels = std::min(2 * scene.quality.stepVoxels, 16.0);
+    first.quality.automaticStep = false;
+    first.quality.maxError.reset();
+    return first;
+}
+
+/// Seconds that the picture itself takes, from how long the first one took: it takes as many more samples as
+/// its level and step are finer. What is tried and estimated besides takes about a third of it again.
+double secondsAfterFirst(const RenderResult& first, const Scene& scene) {
+    const double samplesPerSample = (1 << first.level) * first.stepVoxels / scene.quality.stepVoxels;
+    return 1.3 * samplesPerSample * 1e-3 * first.work.marchMs;
 }
 
 /// What the selection came to; after it is final.
@@ -166,18 +190,23 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
         result.device = context->renderer();
         result.glVersion = context->version();
     }
+    Progress silent;
+    Progress& progress = options.progress ? *options.progress : silent;
+    progress.stage("reading statistics and choosing levels");
     const bool first = options.onFirstPicture && options.engine == Engine::march;
-    Scene coarse = scene;
-    if (first) // a sample of the coarse level a step, not two
-        coarse.quality.stepVoxels = std::min(2 * scene.quality.stepVoxels, 16.0);
+    const Scene coarse = first ? firstScene(scene) : scene;
     PreparedScene p =
         prepareScene(coarse, store, limits, ram, gpu, options.threads,
                      first ? LevelChoice::quick : options.levels, pictureBytesPerPixel(options.engine));
     if (first) {
         RenderResult quick;
-        drawByMarch(coarse, p, *context, ram, gpu, options, quick);
-        options.onFirstPicture(quick.image);
+        RenderOptions plain = options;
+        plain.checking = false;
+        drawByMarch(coarse, p, *context, ram, gpu, plain, progress, quick);
+        report(p, quick);
+        options.onFirstPicture(quick.image, secondsAfterFirst(quick, scene));
         quick = {};
+        progress.stage("choosing levels");
         chooseAgain(p, scene, limits, ram, gpu, options.threads, options.levels);
     }
     result.camera = p.camera;
@@ -191,11 +220,12 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     result.secondsPreparing = secondsSince(start);
 
     if (options.engine == Engine::march) {
-        drawByMarch(scene, p, *context, ram, gpu, options, result);
+        drawByMarch(scene, p, *context, ram, gpu, options, progress, result);
         report(p, result);
         result.occupiedCells = scene.quality.skipping ? p.occupancy.occupiedCells() : result.cells;
         return result;
     }
+    progress.stage("drawing");
     const auto drawing = Clock::now();
     const std::size_t pixels =
         static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y);
@@ -203,15 +233,16 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
         if (p.chosen.chooser)
             chooseBySightOnCpu(p, options.threads, ram);
         report(p, result);
-        result.image =
-            toImage(mirrorRays<float>(p.mirrorInput(scene.quality.skipping), pixels,
-                                      frameRays(cast<float>(p.frame)), options.threads, result.work),
-                    scene.imageSize);
+        MirrorInput input = p.mirrorInput(scene.quality.skipping);
+        input.progress = progress.shares();
+        result.image = toImage(
+            mirrorRays<float>(input, pixels, frameRays(cast<float>(p.frame)), options.threads, result.work),
+            scene.imageSize);
     } else {
         report(p, result);
         result.level = 0;
-        const ReferenceInput input{p.cache.get(), &p.info(), &p.function,   scene.shading,
-                                   &p.statistics, 1,         scene.surfaces};
+        const ReferenceInput input{p.cache.get(), &p.info(), &p.function,    scene.shading,
+                                   &p.statistics, 1,         scene.surfaces, progress.shares()};
         result.image = toImage(
             renderReference(input, referenceRays(p.camera, p.info(), scene.imageSize), options.threads),
             scene.imageSize);

@@ -5,6 +5,7 @@
 #include "bricking/store/store_reader.h"
 #include "core/budget.h"
 #include "core/image.h"
+#include "core/progress.h"
 #include "core/scene.h"
 #include "render/choose_levels.h"
 #include "render/gl/context.h"
@@ -33,8 +34,10 @@ struct RenderOptions {
     LevelChoice levels = LevelChoice::perBrick;
     bool checking = false; // march only: draw some pixels again to estimate the picture's errors
     /// March only: gets a first whole picture, all bricks at one coarse level, before levels are chosen and
-    /// loaded for the picture itself.
-    std::function<void(const Image&)> onFirstPicture;
+    /// loaded for the picture itself; and an estimate, good to a factor of two or so, of the seconds that the
+    /// rest takes.
+    std::function<void(const Image&, double)> onFirstPicture;
+    Progress* progress = nullptr; // none: says nothing
 };
 
 struct RenderResult {

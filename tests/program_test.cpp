@@ -34,6 +34,21 @@ TEST_F(Program, UnknownCommandsAndOptionsAreRefusedWithTheNearest) {
     expectRefused("", {"--help"});
     expectRefused("rendr x", {"\"rendr\"", "nearest: \"render\""});
     expectRefused("render x.zarr -o a.png --gpu-memry 1GiB", {"--gpu-memry", "nearest: --gpu-memory"});
+    for (const auto& [typed, meant] :
+         std::vector<std::pair<std::string, std::string>>{{"--colour red", "--preset"},
+                                                          {"--transfer-function=x", "--preset"},
+                                                          {"--memory 1GiB", "--ram"},
+                                                          {"--width 100", "--size"},
+                                                          {"--isovalue 3", "--isosurface"},
+                                                          {"--error 1", "--max-error"},
+                                                          {"--skipping", "--no-skipping"},
+                                                          {"--veiw left", "--view"},
+                                                          {"--Fit volume", "--fit"},
+                                                          {"--gradiant sobel", "--gradient"}})
+        expectRefused("render x.zarr -o a.png " + typed, {"unknown option", "nearest: " + meant + " ("});
+    const Outcome nothingLike = run("render x.zarr -o a.png --xyzzy");
+    EXPECT_THAT(nothingLike.problems, Not(HasSubstr("nearest")));
+    EXPECT_THAT(nothingLike.problems, HasSubstr("tessera render --help"));
     expectRefused("render x.zarr", {"--output"});
     expectRefused("info", {"X is required"});
     expectRefused("import a b.zarr --series two", {"--series"});
@@ -41,6 +56,32 @@ TEST_F(Program, UnknownCommandsAndOptionsAreRefusedWithTheNearest) {
     expectRefused("bench lod", {"--output"});
     expectRefused("bench lod -o out --only gradiant", {"--only", "nearest: \"gradient\""});
     expectRefused("bench memory -o out --scans nowhere", {"nowhere", "expected a folder with scans"});
+}
+
+// The side that faces the viewer by its other names; a camera that is spelled out cannot be fitted.
+TEST_F(Program, SidesHaveOtherNamesAndFitsAreTaken) {
+    makeSphere();
+    const auto cameraOf = [&](const std::string& options) {
+        const Outcome outcome =
+            run("render s.zarr -o a.png --size 16x16 --no-check --gl-device software --json -q " + options);
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.problems;
+        return nlohmann::json::parse(outcome.out)["scene"]["camera"];
+    };
+    for (const auto& [other, side] : std::vector<std::pair<std::string, std::string>>{
+             {"front", "anterior"}, {"back", "posterior"}, {"top", "superior"}, {"bottom", "inferior"}})
+        EXPECT_EQ(cameraOf("--view " + other), cameraOf("--view " + side));
+    EXPECT_NE(cameraOf("--fit volume"), cameraOf(""));
+    EXPECT_EQ(cameraOf("--fit shown"), cameraOf(""));
+    // What was taken stands in the manifest, so that a scene with it draws the same.
+    nlohmann::json scene = {{"tesseraScene", 1},
+                            {"volumes", {{{"path", "s.zarr"}, {"transferFunction", "auto"}}}},
+                            {"camera", cameraOf("")}};
+    write("scene.json", scene.dump());
+    const Outcome again =
+        run("render scene.json -o a.png --size 16x16 --no-check --gl-device software --json -q");
+    EXPECT_EQ(nlohmann::json::parse(again.out)["scene"]["camera"], scene["camera"]);
+    expectRefused("render scene.json -o a.png --fit volume", {"--fit", "--view"});
+    expectRefused("render s.zarr -o a.png --fit tight", {"--fit", "shown, volume"});
 }
 
 TEST_F(Program, MissingAndEmptyInputsAreRefused) {

@@ -117,7 +117,10 @@ TEST(FirstPicture, ComesFirstAndChangesNothing) {
     RenderOptions options;
     options.device.text = "software";
     Image first;
-    options.onFirstPicture = [&](const Image& image) { first = image; };
+    options.onFirstPicture = [&](const Image& image, double secondsLeft) {
+        first = image;
+        EXPECT_GT(secondsLeft, 0);
+    };
     const RenderResult result = renderScene(scene, reader, ram, gpu, options);
     ASSERT_EQ(first.size, scene.imageSize);
     EXPECT_FALSE(isBlank(first));

@@ -207,7 +207,7 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
 
     std::vector<Sweep> sweeps;
     for (const NamedScene& scene : scenes) {
-        common.note(scene.name + " ...");
+        common.progress->stage(scene.name + ": drawing it as it is");
         sweeps.push_back(runSweep(scene, options, common));
     }
     if (sweeps.empty())

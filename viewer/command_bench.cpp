@@ -132,7 +132,8 @@ void runBench(const BenchArguments& arguments, const Page& page, const CommonOpt
             bench = std::make_unique<Workbench>(makeWorkbench(arguments.device, scans, page.volumes,
                                                               arguments.volumes, scratch.path(),
                                                               arguments.quick, ramBytes, common));
-        common.note(std::string(experiment.name) + " ...");
+        if (bench)
+            bench->begin(experiment.name, page.volumes == VolumeSet::levels ? bench->scenes() : 0);
         constexpr unsigned kSeeds = 20;
         Report report = experiment.onVolumes ? experiment.onVolumes(*bench) : edgeFunctionReport(kSeeds);
         if (experiment.onVolumes)

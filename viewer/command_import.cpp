@@ -23,7 +23,7 @@ void runImport(const ImportArguments& arguments, const CommonOptions& common) {
     common.detail("importing " + source->describe() + " to " + out.string());
     ImportOptions options;
     options.force = arguments.force;
-    options.verbosity = common.verbosity();
+    options.progress = common.progress.get();
     noteImport(importToStore(*source, out, ram, options), *source, out, ram, common);
 }
 

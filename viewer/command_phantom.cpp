@@ -27,7 +27,7 @@ void runPhantom(const PhantomArguments& arguments, const CommonOptions& common) 
     common.detail("making " + source->describe() + " in " + out.string());
     ImportOptions options;
     options.force = arguments.force;
-    options.verbosity = common.verbosity();
+    options.progress = common.progress.get();
     noteImport(importToStore(*source, out, ram, options), *source, out, ram, common);
 }
 

@@ -2,6 +2,7 @@
 // files.
 #include "bricking/store/store_reader.h"
 #include "core/error.h"
+#include "core/interrupt.h"
 #include "core/nearest_name.h"
 #include "core/preset.h"
 #include "core/scene.h"
@@ -21,9 +22,11 @@
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
+#include <glm/vector_relational.hpp>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 #include <unistd.h>
 
@@ -164,6 +167,30 @@ bool showsAnything(const TransferChoice& choice, const RenderResult& result) {
     });
 }
 
+/// A file that goes when the command ends, however it ends.
+class PassingFile {
+  public:
+    explicit PassingFile(const fs::path& path) : path_(path), unfinished_(path) {}
+    ~PassingFile() {
+        std::error_code ignored;
+        fs::remove(path_, ignored);
+    }
+    PassingFile(const PassingFile&) = delete;
+    PassingFile& operator=(const PassingFile&) = delete;
+
+  private:
+    fs::path path_;
+    TemporaryPath unfinished_;
+};
+
+/// Pictures that take so long, and of which a coarse one takes so much less, that a first one is worth its
+/// time.
+bool isLarge(const VolumeInfo& info, const Scene& scene) {
+    constexpr int kVoxels = 256, kPixels = 256 * 256; // at fewer there is little to wait for
+    return glm::any(glm::greaterThan(info.extentVoxels, glm::ivec3(kVoxels))) &&
+           scene.imageSize.x * scene.imageSize.y >= kPixels;
+}
+
 /// From the system's own account of when this process began: loading the program counts too.
 double secondsSinceProcessStart() {
     std::ifstream stat("/proc/self/stat");
@@ -272,23 +299,38 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     double firstSeconds = 0;
     if (!arguments.first.empty() && engine != Engine::march)
         throw badFile("--first", "--engine march", arguments.engine);
-    if (!arguments.first.empty())
-        options.onFirstPicture = [&](const Image& image) {
+    std::optional<PassingFile> passing;
+    fs::path first = arguments.first;
+    if (first.empty() && engine == Engine::march && common.progress->watched() &&
+        isLarge(store.info(), scene)) {
+        first = fs::path(arguments.out)
+                    .replace_extension(".first" + fs::path(arguments.out).extension().string());
+        std::error_code ignored;
+        if (fs::exists(first, ignored))
+            first.clear(); // somebody's
+        else
+            passing.emplace(first);
+    }
+    options.progress = common.progress.get();
+    if (!first.empty())
+        options.onFirstPicture = [&](const Image& image, double secondsLeft) {
             const Charge charge =
                 ram.charge(kPictureBytesPerPixel * image.pixels.size() / 2, "the first picture");
-            writeImage(arguments.first, scene.background ? overBackground(image, *scene.background) : image,
-                       "{}");
+            writeImage(first, scene.background ? overBackground(image, *scene.background) : image, "{}");
             firstSeconds = secondsSinceProcessStart();
-            common.note("wrote " + arguments.first + " after " + formatNumber(firstSeconds, 3) + " s");
+            common.note("wrote " + first.string() + ", coarse, after " + formatNumber(firstSeconds, 3) +
+                        " s; the picture takes about " + formatNumber(std::ceil(secondsLeft), 2) + " s more");
         };
     const RenderResult result = renderScene(scene, store, ram, gpu, options);
     const Charge pictures = ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
 
+    common.progress->stage("writing the picture");
     nlohmann::json report = makeManifest(scene, store, result, engine, ram, gpu);
     const Image picture = scene.background ? overBackground(result.image, *scene.background) : result.image;
     // ASCII only: PNG's text is Latin-1, and what a device calls itself is not ours to trust.
     writeImage(arguments.out, picture, report.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace));
 
+    common.progress->end();
     const bool blank = isBlank(result.image);
     if (blank)
         warnBlank(arguments, scene, store.info(), result);

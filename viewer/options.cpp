@@ -55,11 +55,11 @@ std::vector<int> parseExtents(const std::string& text, std::size_t count, const 
 
 void CommonOptions::note(const std::string& line) const {
     if (!quiet)
-        std::fprintf(stderr, "%s\n", line.c_str());
+        progress->say(line);
 }
 void CommonOptions::detail(const std::string& line) const {
-    if (verbose && !quiet)
-        std::fprintf(stderr, "%s\n", line.c_str());
+    if (verbose)
+        note(line);
 }
 
 void printProblem(const std::string& message) {

@@ -7,6 +7,7 @@
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <string>
 
 namespace tessera {
@@ -16,6 +17,8 @@ struct CommonOptions {
     Verbosity verbosity() const {
         return quiet ? Verbosity::quiet : verbose ? Verbosity::verbose : Verbosity::normal;
     }
+    /// What a long job tells; there from the time that the options are known.
+    std::shared_ptr<Progress> progress = std::make_shared<Progress>();
     /// A line on stderr, unless --quiet. Results belong on stdout, notes here.
     void note(const std::string& line) const;
     /// A line on stderr with --verbose only.

@@ -1,8 +1,10 @@
-// viewer/main.cpp: the `tessera` program: parses, runs one command, and turns errors into one line and an
-// exit code: 0 success, 2 bad use or bad input, 1 anything else.
+// viewer/program.cpp: the `tessera` program: parses, runs one command, and turns errors into one line and an
+// exit code: 0 success, 2 bad use or bad input, 130 after Ctrl-C, 1 anything else.
 #include "core/error.h"
+#include "core/interrupt.h"
 #include "core/nearest_name.h"
 #include "viewer/commands.h"
+#include "viewer/option_names.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -11,7 +13,7 @@
 namespace tessera {
 namespace {
 
-constexpr int kExitFailure = 1, kExitBadInput = 2;
+constexpr int kExitFailure = 1, kExitBadInput = 2; // and 128 + signal
 
 std::vector<std::string> commandNames(const CLI::App& program) {
     std::vector<std::string> names;
@@ -51,9 +53,10 @@ std::string explainParseError(const CLI::App& program, const CLI::ParseError& er
     const std::vector<std::string> extras = program.remaining(true);
     const auto unknown = std::find_if(extras.begin(), extras.end(),
                                       [](const std::string& extra) { return extra.rfind("--", 0) == 0; });
-    if (unknown != extras.end())
-        message = "unknown option " + *unknown +
-                  "; nearest: " + nearestName(unknown->substr(0, unknown->find('=')), options);
+    if (unknown != extras.end()) {
+        const std::string likely = likelyOption(*unknown, options);
+        message = "unknown option " + *unknown + (likely.empty() ? "" : "; nearest: " + likely);
+    }
     return message + " (tessera" + command + " --help shows how)";
 }
 
@@ -84,6 +87,8 @@ int run(int argc, char** argv) {
     } catch (const CLI::ParseError& error) {
         throw InputError(explainParseError(program, error));
     }
+    catchInterrupts();
+    common.progress = std::make_shared<Progress>(common.verbosity());
     action();
     return 0;
 }
@@ -96,6 +101,9 @@ int runProgram(int argc, char** argv) {
     } catch (const InputError& error) {
         printProblem(error.what());
         return kExitBadInput;
+    } catch (const Interrupted& interrupted) {
+        printProblem(interrupted.what());
+        return interrupted.exitCode();
     } catch (const std::bad_alloc&) {
         printProblem("out of memory");
     } catch (const std::exception& error) {

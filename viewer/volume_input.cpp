@@ -82,6 +82,7 @@ std::unique_ptr<SlabSource> openInput(const fs::path& path, const InputOptions& 
     requireExisting(path);
     if (looksLikeStore(path))
         throw badFile(path.string(), "files to import", "a Zarr group; a store is used as it is");
+    common.progress->stage("looking through " + path.string());
     SourceOptions source{options.series, options.resampleZ, scratchFolder};
     std::error_code ignored;
     if (!fs::is_directory(path, ignored))
@@ -139,6 +140,7 @@ void requireStorePath(const fs::path& out, bool force) {
 
 void noteImport(const ImportReport& report, const SlabSource& source, const fs::path& store,
                 const Ledger& ram, const CommonOptions& common) {
+    common.progress->end();
     common.note("wrote " + store.string() + ": " + source.describe() + ", " + formatBytes(report.bytesOut) +
                 " from " + formatBytes(report.bytesIn) + " in " + formatNumber(report.seconds, 3) + " s");
     common.detail("chunks: " + std::to_string(report.chunksWritten) + " written, " +
@@ -174,7 +176,7 @@ fs::path storeFor(const fs::path& path, const InputOptions& options, Ledger& ram
     const auto source = openInput(path, options, store.parent_path(), common);
     common.detail("importing " + source->describe() + " to " + store.string());
     ImportOptions import;
-    import.verbosity = common.verbosity();
+    import.progress = common.progress.get();
     try {
         noteImport(importToStore(*source, store, ram, import), *source, store, ram, common);
     } catch (const InputError&) {

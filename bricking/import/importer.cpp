@@ -5,6 +5,7 @@
 #include "bricking/store/store_reader.h"
 #include "bricking/store/store_writer.h"
 #include "core/error.h"
+#include "core/interrupt.h"
 
 #include <algorithm>
 #include <chrono>
@@ -27,24 +28,26 @@ ImportReport importToStore(SlabSource& source, const std::filesystem::path& stor
     }
     StoreWriter writer(store, info, ram, options.threads, options.force);
     ImportReport report;
-    {
-        Progress progress("importing " + source.describe(), static_cast<std::uint64_t>(info.extentVoxels.z),
-                          options.verbosity);
-        std::uint64_t slices = 0;
-        while (const int count = writer.nextSlices()) {
-            const std::span<std::byte> slab = writer.next();
-            source.readSlices(count, slab);
-            writer.push();
-            report.bytesIn += slab.size();
-            slices += static_cast<std::uint64_t>(count);
-            progress.update(slices);
-        }
+    Progress silent;
+    Progress& progress = options.progress ? *options.progress : silent;
+    progress.stage("importing " + source.describe());
+    int slices = 0;
+    while (const int count = writer.nextSlices()) {
+        checkInterrupted();
+        const std::span<std::byte> slab = writer.next();
+        source.readSlices(count, slab);
+        writer.push();
+        report.bytesIn += slab.size();
+        slices += count;
+        progress.update(static_cast<double>(slices) / info.extentVoxels.z);
     }
     writer.finish(source.info());
     {
+        progress.stage("computing statistics");
         const StoreReader reader(writer.folder(), ram);
-        buildStatistics(reader, writer.folder(), ram, options.threads);
+        buildStatistics(reader, writer.folder(), ram, options.threads, progress.shares());
     }
+    progress.stage("finishing the store");
     writer.commit(options.durable);
     const StoreWriter::Counters counters = writer.counters();
     report.voxels = info.voxelCount();

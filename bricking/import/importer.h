@@ -16,7 +16,7 @@ struct ImportOptions {
     bool force = false;  // replace an existing store
     int threads = 0;     // 0: all processors
     bool durable = true; // wait for the disk before the final name is given; off for scratch stores and tests
-    Verbosity verbosity = Verbosity::quiet;
+    Progress* progress = nullptr; // none: says nothing
 };
 struct ImportReport {
     std::uint64_t voxels = 0, bytesIn = 0, bytesOut = 0, chunksWritten = 0, chunksFill = 0;

@@ -29,8 +29,10 @@ TemporaryFolder::TemporaryFolder(const fs::path& target) {
         name += ".importing-" + std::to_string(::getpid());
         name += "-" + std::to_string(attempt);
         path_ = target_.parent_path() / name;
-        if (::mkdir(path_.c_str(), 0777) == 0)
+        if (::mkdir(path_.c_str(), 0777) == 0) {
+            unfinished_.emplace(path_);
             return;
+        }
         if (errno != EEXIST || attempt == 1000)
             throw Error(path_.string() + ": could not make the folder: " + std::strerror(errno));
     }
@@ -44,7 +46,8 @@ TemporaryFolder::~TemporaryFolder() {
 
 void TemporaryFolder::commit(bool durable) {
     if (durable)
-        syncAll(path_); // before the rename: a crash must not leave the name without the data
+        syncAll(path_);  // before the rename: a crash must not leave the name without the data
+    unfinished_.reset(); // from here on the name may be the old store's
     const fs::path parent = target_.parent_path();
     const auto failed = [&] {
         return Error(target_.string() + ": could not rename the finished store: " + std::strerror(errno));

@@ -1,7 +1,10 @@
 // bricking/store/temporary_folder.h: a folder that gets its final name only when it is whole.
 #pragma once
 
+#include "core/interrupt.h" // TemporaryPath
+
 #include <filesystem>
+#include <optional>
 
 namespace tessera {
 
@@ -23,6 +26,7 @@ class TemporaryFolder {
 
   private:
     std::filesystem::path target_, path_;
+    std::optional<TemporaryPath> unfinished_;
     bool committed_ = false;
 };
 

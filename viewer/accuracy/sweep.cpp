@@ -2,6 +2,7 @@
 #include "viewer/accuracy/sweep.h"
 
 #include "core/error.h"
+#include "core/interrupt.h"
 #include "core/threads.h"
 #include "render/reference.h"
 #include "render/renderer.h"
@@ -97,11 +98,16 @@ class Runner {
         details_.push_back({Detail{}, false, makeScene(out_.scene.scene, Detail{}, gpuBytes_)});
         findTruth();
         const auto start = Clock::now();
-        for (const Planned& p : planned)
+        common_.progress->stage(out_.scene.name + ": drawing every setting");
+        for (std::size_t n = 0; n < planned.size(); ++n) {
+            checkInterrupted();
             if (secondsSince(start) <= options_.effort.secondsForPictures())
-                prepare(p);
+                prepare(planned[n]);
             else
-                fail(p.setting, kOutOfTime);
+                fail(planned[n].setting, kOutOfTime);
+            common_.progress->update(static_cast<double>(n + 1) / static_cast<double>(planned.size()));
+        }
+        common_.progress->stage(out_.scene.name + ": taking times");
         for (int block = 0; block < options_.effort.blocks(); ++block)
             timeBlock(block);
         out_.loadAfter = bench::loadAverage();
@@ -167,11 +173,14 @@ class Runner {
         const std::size_t floor = BrickCache::floorBytes(p.info(), 2 * defaultThreads()) * 4;
         BrickCache cache(store_, ram_, std::max(floor, ram_.freeBytes() / 2), 0);
         const Scene& scene = out_.scene.scene;
-        const ReferenceInput input{&cache,        &p.info(), &p.function,   scene.shading,
-                                   &p.statistics, 1,         scene.surfaces};
+        ReferenceInput input{&cache,        &p.info(), &p.function,    scene.shading,
+                             &p.statistics, 1,         scene.surfaces, common_.progress->shares()};
         const std::vector<ReferenceRay> compared =
             referenceRays(p.camera, p.info(), out_.imageSize, out_.pixelStride);
+        common_.progress->stage(out_.scene.name + ": drawing the reference");
         const std::vector<glm::dvec4> values = renderReference(input, compared, 0);
+        input.progress = {};
+        common_.progress->stage(out_.scene.name + ": proving the reference");
         truth_ = Image(thinnedSize(out_.imageSize, out_.pixelStride));
         std::transform(values.begin(), values.end(), truth_.pixels.begin(),
                        [](const glm::dvec4& v) { return glm::vec4(v); });
@@ -248,6 +257,8 @@ class Runner {
             std::vector<BlockTimes> times(out_.measured.size());
             std::vector<double> spent(out_.measured.size());
             for (int round = 0; round < effort.rounds(); ++round) {
+                common_.progress->update((block + static_cast<double>(round) / effort.rounds()) /
+                                         effort.blocks());
                 std::vector<std::size_t> order(out_.measured.size());
                 std::iota(order.begin(), order.end(), std::size_t{0});
                 std::shuffle(order.begin(), order.end(), random);
@@ -318,7 +329,7 @@ double Sweep::floor() const {
 
 namespace {
 /// The step and integrator that `tessera render` takes where the scene names none.
-Quality asRendered(const NamedScene& scene, const SweepOptions& options) {
+Quality asRendered(const NamedScene& scene, const SweepOptions& options, Progress* progress) {
     Ledger ram("RAM", "--ram", options.ramBytes);
     Ledger gpu("GPU memory", "--gpu-memory", scene.gpuBytes > 0 ? scene.gpuBytes : options.gpuBytes);
     const StoreReader store(scene.scene.volumes.at(0).path, ram);
@@ -327,6 +338,7 @@ Quality asRendered(const NamedScene& scene, const SweepOptions& options) {
     RenderOptions render;
     render.device.text = options.device;
     render.checking = true;
+    render.progress = progress;
     const RenderResult result = renderScene(drawn, store, ram, gpu, render);
     Quality quality = scene.scene.quality;
     quality.stepVoxels = result.stepVoxels;
@@ -339,7 +351,7 @@ Quality asRendered(const NamedScene& scene, const SweepOptions& options) {
 Sweep runSweep(const NamedScene& scene, const SweepOptions& options, const CommonOptions& common) {
     NamedScene measured = scene;
     if (scene.scene.quality.automaticStep)
-        measured.scene.quality = asRendered(scene, options);
+        measured.scene.quality = asRendered(scene, options, common.progress.get());
     return Runner(measured, options, common).run();
 }
 

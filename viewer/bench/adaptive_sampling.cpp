@@ -97,7 +97,7 @@ Report samplingReport(const Workbench& bench) {
                              std::cbrt(std::max(shown, 1.0)), row.toFull.luvMean, row.toFull.luvP99});
                 }
             }
-            bench.common.note("sampling: " + scene.name() + " done");
+            bench.done(scene.name());
         }
     }
     report.tables = {std::move(table)};

@@ -93,7 +93,7 @@ Report edgeCostReport(const Workbench& bench) {
                 }
                 ++pictures;
             }
-            bench.common.note("edges: " + scene.name() + " done");
+            bench.done(scene.name());
         }
         if (pictures == 0)
             continue;

@@ -122,7 +122,7 @@ Report framingReport(const Workbench& bench) {
                                   double(box.cutOff), double(shown.cutOff)});
             least = std::min(least, shown.span);
             most = std::max(most, shown.cutOff);
-            bench.common.note("framing: " + volume.name + ", " + preset + " done");
+            bench.done(volume.name + ", " + preset);
         }
     }
     report.tables = {std::move(table), std::move(all)};

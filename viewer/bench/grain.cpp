@@ -156,7 +156,7 @@ Report grainReport(const Workbench& bench) {
         for (const Angles& a : angles)
             row.insert(row.end(), {a.mean, a.p95});
         table.rows.push_back(std::move(row));
-        bench.common.note("grain: " + volume->name + ", " + subject.about + " done");
+        bench.done(volume->name + ", " + subject.about);
     }
     Figure figure;
     figure.caption = "Side by side:";

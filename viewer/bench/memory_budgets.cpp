@@ -149,7 +149,7 @@ Report memoryReport(const Workbench& bench) {
                                       row.toUnlimited.luvMean, row.toUnlimited.luvP99,
                                       row.bitEqual ? "yes" : "no", row.seconds});
             }
-        bench.common.note("memory: " + volume.name + " done");
+        bench.done(volume.name);
     }
     report.tables = {std::move(table)};
     report.after = {kept ? "No ledger was over its budget." : "A LEDGER WAS OVER ITS BUDGET."};

@@ -110,7 +110,7 @@ Report predictionReport(const Workbench& bench) {
                                         ratio, d[2].luvMean, d[3].luvMean, d[4].luvMean, d[0].luvP99,
                                         d[1].luvP99, d[2].luvP99, d[3].luvP99, d[4].luvP99});
             }
-            bench.common.note("prediction: " + scene.name() + " done");
+            bench.done(scene.name());
         }
     report.tables = {std::move(ranks), std::move(choices)};
     if (!cases.empty())

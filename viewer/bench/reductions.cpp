@@ -204,7 +204,7 @@ Report reductionsReport(const Workbench& bench) {
                 }
                 lossless.rows.push_back(std::move(row));
                 ++scenes;
-                bench.common.note("reductions: " + scene.name() + " done");
+                bench.done(scene.name());
                 if (camera != "anterior")
                     continue;
                 Plot::Curve line{volume.name + ", " + preset, {}};

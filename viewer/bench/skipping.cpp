@@ -159,7 +159,7 @@ Report skippingReport(const Workbench& bench) {
                                           row.same ? "yes" : "no"});
                 }
             }
-            bench.common.note("skipping: " + scene.name() + " done");
+            bench.done(scene.name());
         }
     report.tables = {std::move(table)};
     report.after = {"Load average at the end: " + formatCell(loadAverage()) +

@@ -3,6 +3,7 @@
 
 #include "bricking/import/importer.h"
 #include "core/error.h"
+#include "core/interrupt.h"
 #include "datasets/phantom.h"
 #include "render/field_binding.h"
 #include "render/march.h"
@@ -111,7 +112,7 @@ std::vector<std::string> volumeNames(VolumeSet set) {
 Workbench makeWorkbench(const std::string& device, const fs::path& scansFolder, VolumeSet set,
                         const std::vector<std::string>& only, const fs::path& scratchFolder, bool quick,
                         std::size_t ramBytes, const CommonOptions& common) {
-    Workbench bench{device, {}, {}, quick, ramBytes, common};
+    Workbench bench{device, {}, {}, quick, ramBytes, common, {}};
     const auto wanted = [&only](const std::string& name) {
         return only.empty() || std::find(only.begin(), only.end(), name) != only.end();
     };
@@ -134,6 +135,27 @@ Workbench makeWorkbench(const std::string& device, const fs::path& scansFolder, 
             {scan.name, scan.about, storeFor(path, input, ram, common), scan.presets, true});
     }
     return bench;
+}
+
+void Workbench::begin(const std::string& name, std::size_t scenes) {
+    experiment = name;
+    parts = scenes;
+    partsDone = 0;
+    common.progress->stage("measuring: " + name);
+}
+
+void Workbench::done(const std::string& what) const {
+    checkInterrupted();
+    common.note(experiment + ": " + what + " done");
+    if (parts > 0)
+        common.progress->update(static_cast<double>(++partsDone) / static_cast<double>(parts));
+}
+
+std::size_t Workbench::scenes() const {
+    std::size_t count = 0;
+    for (const BenchVolume& volume : volumes)
+        count += volume.presets.size();
+    return count;
 }
 
 Camera cameraNamed(const std::string& name, const VolumeInfo& info, const glm::ivec2& size) {

@@ -35,7 +35,16 @@ struct Workbench {
     bool quick = false;
     std::size_t ramBytes = 0;
     const CommonOptions& common;
+    std::string experiment;            // at hand
+    mutable std::size_t partsDone = 0; // of it
+    std::size_t parts = 0;             // 0: not known
 
+    /// An experiment begins. @param scenes  pairs of a volume and a preset that it goes through; 0: unknown
+    void begin(const std::string& experiment, std::size_t scenes);
+    /// One of them is done: says so, and how far the experiment is.
+    void done(const std::string& what) const;
+    /// Pairs of a volume and a preset that levels of detail are measured with.
+    std::size_t scenes() const;
     int pixels() const { return quick ? 128 : 512; } // of pictures, an axis
     int fewerPixels() const { return pixels() / 2; } // of pictures that are only measured
 };

@@ -1,0 +1,44 @@
+// core/interrupt.h: Ctrl-C. A program that catches it ends in order: whatever takes long asks here now and
+// then, an exception unwinds, and destructors take away what is unfinished. A watchdog does the same by force
+// where nobody asks for too long, so that the program is gone within a second.
+#pragma once
+
+#include <exception>
+#include <filesystem>
+
+namespace tessera {
+
+/// Thrown where somebody wants the program to end. Not an Error: nothing failed.
+class Interrupted : public std::exception {
+  public:
+    explicit Interrupted(int signal) : signal_(signal) {}
+    const char* what() const noexcept override { return "interrupted"; }
+    /// What a shell expects: 130 for SIGINT, 143 for SIGTERM.
+    int exitCode() const { return 128 + signal_; }
+
+  private:
+    int signal_;
+};
+
+/// From now on SIGINT and SIGTERM are remembered for checkInterrupted(). The second one ends the program at
+/// once, as does the first after 0.8 seconds, without unwinding: then what TemporaryPath names is removed.
+void catchInterrupts();
+/// Throws Interrupted after a signal; else costs next to nothing. From any thread.
+void checkInterrupted();
+
+/// A file or folder that must not outlive the program unless it is finished. Whoever makes it removes it;
+/// this is for the case that nobody gets to.
+class TemporaryPath {
+  public:
+    explicit TemporaryPath(const std::filesystem::path& path);
+    ~TemporaryPath() { forget(); }
+    TemporaryPath(const TemporaryPath&) = delete;
+    TemporaryPath& operator=(const TemporaryPath&) = delete;
+    /// It has its final name, or is gone.
+    void forget();
+
+  private:
+    int number_; // of this path; negative: forgotten
+};
+
+} // namespace tessera
