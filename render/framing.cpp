@@ -4,8 +4,7 @@
 #include "core/brick.h"
 #include "core/threads.h"
 #include "render/lattice.h"
-#include "render/ray.h"
-#include "render/sampler.h"
+#include "render/shown_rays.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,172 +24,12 @@ constexpr int kMostTurns = 4;
 constexpr double kHardlyMoved = 0.1; // of its distance
 constexpr std::size_t kMostCacheBytes = std::size_t{64} << 20;
 
-/// Places and boxes along a view's axes: right, up and towards the viewer, mm.
-struct ViewSpace {
-    glm::dmat3 patientFromView;
-    glm::dmat4 voxelFromPatient;
-    glm::dvec3 origin{0}, i{0}, j{0}, k{0}; // of voxel space: its corner, and steps of a voxel
-    ViewSpace(const VolumeInfo& info, const ViewAxes& axes)
-        : patientFromView(axes.right, axes.up, axes.towards),
-          voxelFromPatient(glm::inverse(info.patientFromVoxel)) {
-        const glm::dmat3 viewFromPatient = glm::transpose(patientFromView);
-        const auto column = [&](int n) { return viewFromPatient * glm::dvec3(info.patientFromVoxel[n]); };
-        i = column(0), j = column(1), k = column(2), origin = column(3);
-    }
-    glm::dvec3 at(const glm::dvec3& voxel) const { return origin + i * voxel.x + j * voxel.y + k * voxel.z; }
-    /// Half the size of the box around a box of voxels.
-    glm::dvec3 halfOf(const glm::dvec3& voxels) const {
-        return 0.5 * (glm::abs(i) * voxels.x + glm::abs(j) * voxels.y + glm::abs(k) * voxels.z);
-    }
-};
-
-/// What shows, without light, at the finest level.
-class Shown {
-  public:
-    Shown(BrickCache& cache, const VolumeInfo& info, const Statistics& statistics, const TransferTable& table,
-          const ViewSpace& space, int threads)
-        : cache_(cache), info_(info), bricks_(statistics.bricks), table_(table), space_(space) {
-        for (const SurfaceValue& surface : table.surfaces)
-            surfaces_.push_back({surface.value, -std::log1p(-std::min(surface.opacity, 0.999))});
-        sums_.reserve(table.entries.size());
-        for (std::size_t i = 0; i < table.entries.size(); ++i)
-            sums_.push_back(i == 0 ? 0.0
-                                   : sums_[i - 1] + 0.5 * (static_cast<double>(table.entries[i - 1].a) +
-                                                           static_cast<double>(table.entries[i].a)));
-        shownCells_.resize(cellCount(bricks_));
-        parallelFor(shownCells_.size(), threads, [&](std::size_t b) {
-            if (emptyOver(statistics.brickMin[b], statistics.brickMax[b]))
-                return;
-            const glm::ivec3 first = gridPosition(b, bricks_) * kCellsPerBrick;
-            for (int bit = 0; bit < 64; ++bit) {
-                const glm::ivec3 cell = first + cellOfBit(bit);
-                if (glm::any(glm::greaterThanEqual(cell, statistics.cells)))
-                    continue;
-                const std::size_t at = linearIndex(cell, statistics.cells);
-                if (!emptyOver(statistics.cellMin[at], statistics.cellMax[at]))
-                    shownCells_[b] |= std::uint64_t{1} << bit;
-            }
-        });
-    }
-    static glm::ivec3 cellOfBit(int bit) { return {bit & 3, bit >> 2 & 3, bit >> 4}; }
-
-    LatticeReader reader() const { return {cache_, info_, 0, nullptr}; }
-    /// Of a brick's 4^3 cells those that could show something: bits, x + 4y + 16z.
-    std::uint64_t shownCells(std::size_t brick) const { return shownCells_[brick]; }
-    /// How much a voxel could show: extinction, or the depth of an isosurface between it and a neighbour.
-    double strength(LatticeReader& samples, const glm::ivec3& voxel) const {
-        const double value = physical(samples.at(voxel));
-        double most = extinction(value);
-        for (const Surface& surface : surfaces_)
-            for (int face = 0; face < 6; ++face) {
-                glm::ivec3 next = voxel;
-                next[face / 2] += face % 2 == 0 ? -1 : 1;
-                next = glm::clamp(next, glm::ivec3(0), info_.extentVoxels - 1);
-                if ((value < surface.value) != (physical(samples.at(next)) < surface.value))
-                    most = std::max(most, surface.depth);
-            }
-        return most;
-    }
-    /// Whether a ray through a place shows something: single voxels that stand out are peaks, so a sample's
-    /// extinction says little and the mean over the values between samples is taken.
-    /// @param place  voxels; one of the ray's samples is there  @param direction  unit, of the view's axes
-    bool onRay(LatticeReader& samples, const glm::dvec3& place, const glm::dvec3& direction) const {
-        const glm::dvec3 perMm = glm::dmat3(space_.voxelFromPatient) * (space_.patientFromView * direction);
-        const double mmPerVoxel = 1 / glm::length(perMm);
-        RayLine<double> line;
-        line.base = place;
-        line.direction = perMm * mmPerVoxel;
-        line.nearest = -std::numeric_limits<double>::max();
-        double t0 = 0, t1 = 0;
-        if (!clipToBox(line, glm::dvec3(info_.extentVoxels), t0, t1))
-            return false;
-        const double least = -std::log1p(-kLeastOpacityFramed);
-        double depth = 0, before = std::numeric_limits<double>::quiet_NaN();
-        for (double t = std::ceil(t0 / kStepVoxels) * kStepVoxels; t <= t1; t += kStepVoxels) {
-            const glm::dvec3 p = line.base + t * line.direction;
-            const glm::ivec3 voxel = glm::clamp(glm::ivec3(p), glm::ivec3(0), info_.extentVoxels - 1);
-            const std::uint64_t cells = shownCells_[linearIndex(voxel / kBrickExtent, bricks_)];
-            const glm::ivec3 cell = voxel % kBrickExtent / kCellExtent;
-            if ((cells >> (cell.x + 4 * cell.y + 16 * cell.z) & 1) == 0) { // on to the last sample of the box
-                before = std::numeric_limits<double>::quiet_NaN();
-                const int edge = cells == 0 ? kBrickExtent : kCellExtent;
-                const double end = endOfBox(line, voxel / edge * edge, edge);
-                t = std::max(t, std::floor(end / kStepVoxels) * kStepVoxels);
-                continue;
-            }
-            const double value = physical(fieldValue(samples, p, 1.0));
-            if (!std::isnan(before))
-                depth += meanExtinction(before, value) * kStepVoxels * mmPerVoxel;
-            for (const Surface& surface : surfaces_)
-                if (!std::isnan(before) && (before < surface.value) != (value < surface.value))
-                    depth += surface.depth;
-            if (depth > least)
-                return true;
-            before = value;
-        }
-        return false;
-    }
-
-  private:
-    struct Surface {
-        double value, depth; // physical; optical
-    };
-    double physical(double stored) const { return info_.rescaleSlope * stored + info_.rescaleIntercept; }
-    static constexpr double kStepVoxels = 0.5;
-    bool emptyOver(float lowest, float highest) const {
-        const double a = physical(static_cast<double>(lowest)), b = physical(static_cast<double>(highest));
-        return table_.emptyOver(std::min(a, b), std::max(a, b));
-    }
-    /// Where a line leaves a box that it is in.
-    static double endOfBox(const RayLine<double>& line, const glm::ivec3& first, int edge) {
-        double end = std::numeric_limits<double>::max();
-        for (int axis = 0; axis < 3; ++axis)
-            if (const double d = line.direction[axis]; d != 0)
-                end = std::min(end, (first[axis] + (d > 0 ? edge : 0) - line.base[axis]) / d);
-        return end;
-    }
-    /// Place of a value in the table, in entries.
-    double entryOf(double value) const {
-        return (value - static_cast<double>(table_.firstValue)) * static_cast<double>(table_.entriesPerValue);
-    }
-    double lookUp(double entry) const {
-        const double last = static_cast<double>(table_.entries.size() - 1), x = std::clamp(entry, 0.0, last);
-        const auto i = static_cast<std::size_t>(std::min(x, last - 1));
-        const double a = static_cast<double>(table_.entries[i].a);
-        const double b = static_cast<double>(table_.entries[i + 1].a);
-        return a + (x - static_cast<double>(i)) * (b - a);
-    }
-    double extinction(double value) const { return lookUp(entryOf(value)); }
-    /// Integral of the table from its first entry on, linear beyond its ends, where it is constant.
-    double sumTo(double entry) const {
-        const double last = static_cast<double>(table_.entries.size() - 1), x = std::clamp(entry, 0.0, last);
-        const auto i = static_cast<std::size_t>(std::min(x, last - 1));
-        const double inside = x - static_cast<double>(i);
-        const double start = static_cast<double>(table_.entries[i].a);
-        return sums_[i] + 0.5 * inside * (start + lookUp(x)) + (entry - x) * lookUp(x);
-    }
-    double meanExtinction(double a, double b) const {
-        const double from = entryOf(a), to = entryOf(b);
-        return std::abs(to - from) < 1e-3 ? lookUp(0.5 * (from + to))
-                                          : (sumTo(to) - sumTo(from)) / (to - from);
-    }
-
-    BrickCache& cache_;
-    const VolumeInfo& info_;
-    glm::ivec3 bricks_;
-    const TransferTable& table_;
-    const ViewSpace& space_;
-    std::vector<std::uint64_t> shownCells_; // of every brick
-    std::vector<Surface> surfaces_;
-    std::vector<double> sums_; // trapezoids of the table up to each entry
-};
-
 /// Finds what decides the picture's edges: from each edge inwards, the cells that could be outermost are
 /// looked at, until one shows something further out than all others could.
 class EdgeSearch {
   public:
     /// @param empty  a fit that holds nothing yet
-    EdgeSearch(const VolumeInfo& info, const Statistics& statistics, const Shown& shown,
+    EdgeSearch(const VolumeInfo& info, const Statistics& statistics, const ShownRays& shown,
                const ViewSpace& space, const ViewFit& empty, int threads)
         : info_(info), statistics_(statistics), shown_(shown), space_(space), empty_(empty),
           threads_(threads), around_(space.halfOf(glm::dvec3(kAround))) {
@@ -281,7 +120,7 @@ class EdgeSearch {
                 const glm::ivec3 first = gridPosition(top.place, statistics_.bricks) * kCellsPerBrick;
                 for (int bit = 0; bit < 64; ++bit)
                     if (shown_.shownCells(top.place) >> bit & 1) {
-                        push(linearIndex(first + Shown::cellOfBit(bit), statistics_.cells), false);
+                        push(linearIndex(first + ShownRays::cellOfBit(bit), statistics_.cells), false);
                         std::push_heap(heap.begin(), heap.end());
                     }
             }
@@ -392,7 +231,7 @@ class EdgeSearch {
 
     const VolumeInfo& info_;
     const Statistics& statistics_;
-    const Shown& shown_;
+    const ShownRays& shown_;
     const ViewSpace& space_;
     const ViewFit& empty_;
     int threads_;
@@ -404,9 +243,10 @@ class EdgeSearch {
 
 /// Bricks and cells that could be outermost, as the search holds them: cells of few bricks at a time.
 std::size_t searchBytes(const VolumeInfo& info) {
-    constexpr std::size_t kBytesPerBrick = 40, kBytesPerCell = 12, kMostBricksOpened = 512;
+    constexpr std::size_t kBytesPerBrick = 32, kBytesPerCell = 12, kMostBricksOpened = 512;
     const std::size_t bricks = cellCount(brickGrid(info.extentVoxels));
-    return bricks * kBytesPerBrick + 64 * kBytesPerCell * std::min(bricks, kMostBricksOpened);
+    return ShownRays::bytes(info) + bricks * kBytesPerBrick +
+           64 * kBytesPerCell * std::min(bricks, kMostBricksOpened);
 }
 
 } // namespace
@@ -427,7 +267,7 @@ Camera fittedCamera(const FittedView& view, const StoreReader& store, const Stat
                      threads > 0 ? threads : defaultThreads());
     const ViewFit empty(view.view, view.projection, imageSize);
     const ViewSpace space(info, empty.axes());
-    const Shown shown(cache, info, statistics, table, space, threads);
+    const ShownRays shown(cache, info, statistics, table, space, kLeastOpacityFramed, threads);
     EdgeSearch search(info, statistics, shown, space, empty, threads);
     // What rays show depends on where the eye is, which is what is looked for: again, unless it hardly moved.
     for (int turn = 0;; ++turn) {
