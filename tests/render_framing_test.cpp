@@ -111,27 +111,30 @@ TEST(Framing, DependsOnTheSceneAlone) {
 // A ball in a large empty volume fills the picture, wherever it is; one voxel that stands out and a haze that
 // nobody sees move no camera; a small thing that can be seen does, and is inside.
 TEST(Framing, IsMovedByWhatIsSeenOnly) {
-    const auto show = [](const Formula& also) {
+    using Points = std::vector<OpacityPoint>;
+    const Points soft = {{0, 0}, {100, 0.00003}, {300, 0.01}, {1000, 1}}, steep = {{300, 0}, {301, 1}};
+    const auto show = [](const Formula& also, const Points& opacity) {
         const ScratchFolder folder;
         Ledger ram("RAM", "--ram", std::size_t{256} << 20);
         const auto store = ballStore(folder, also, ram);
         Scene scene = fittedScene("auto", {}, {128, 128});
-        scene.volumes.front().transferFunction =
-            TransferFunction::fromOpacity({{0, 0}, {100, 0.00003}, {300, 0.01}, {1000, 1}}, {}, 1);
+        scene.volumes.front().transferFunction = TransferFunction::fromOpacity(opacity, {}, 1);
         Camera camera;
         const Framing framing = drawn(scene, *store, &camera);
         EXPECT_GE(framing.span, 0.85);
         EXPECT_EQ(framing.cutOff, 0);
         return camera.position;
     };
-    const glm::dvec3 alone = show({});
+    const glm::dvec3 alone = show({}, soft);
     const auto voxelAt = [](const glm::dvec3& p, int x, int y, int z) {
         return glm::ivec3(glm::floor(p)) == glm::ivec3(x, y, z);
     };
-    EXPECT_EQ(show([&](const glm::dvec3& p) { return voxelAt(p, 150, 20, 20) ? 280.0 : 0.0; }), alone);
-    EXPECT_EQ(show([&](const glm::dvec3& p) { return p.x > 128 ? 60.0 : 0.0; }), alone);
-    const glm::dvec3 wider =
-        show([](const glm::dvec3& p) { return glm::length(p - glm::dvec3(150, 70, 20)) < 3 ? 900.0 : 0.0; });
+    EXPECT_EQ(show([](const glm::dvec3& p) { return p.x > 128 ? 60.0 : 0.0; }, soft), alone);
+    // Opaque, but as wide as a thirtieth of a voxel, less than a pixel.
+    EXPECT_EQ(show([&](const glm::dvec3& p) { return voxelAt(p, 150, 20, 20) ? 301.5 : 0.0; }, steep),
+              show({}, steep));
+    const glm::dvec3 wider = show(
+        [](const glm::dvec3& p) { return glm::length(p - glm::dvec3(150, 70, 20)) < 3 ? 900.0 : 0.0; }, soft);
     EXPECT_GT(glm::length(wider - alone), 20);
 }
 
