@@ -55,7 +55,8 @@ class Terminal : public Program {
     std::vector<std::string> leftBehind() const {
         std::vector<std::string> names;
         for (const auto& entry : fs::directory_iterator(folder_.path()))
-            if (const std::string name = entry.path().filename(); name != ".out" && name != ".err" && name != "cache")
+            if (const std::string name = entry.path().filename();
+                name != ".out" && name != ".err" && name != "cache")
                 names.push_back(name);
         std::sort(names.begin(), names.end());
         return names;
