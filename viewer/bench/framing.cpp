@@ -46,6 +46,22 @@ struct Worst {
     }
 };
 
+bool suits(const std::string& preset, const VolumeInfo& info) {
+    return preset == "auto" || info.unit == "HU";
+}
+
+/// Pairs of a volume and a preset.
+std::size_t scenesOf(const Workbench& bench) {
+    std::size_t count = 0;
+    for (const BenchVolume& volume : bench.volumes) {
+        Ledger ram("RAM", "--ram", bench.ramBytes);
+        const StoreReader store(volume.store, ram);
+        for (const std::string& preset : presetNames())
+            count += suits(preset, store.info());
+    }
+    return count;
+}
+
 } // namespace
 
 Report framingReport(const Workbench& bench) {
@@ -78,11 +94,12 @@ Report framingReport(const Workbench& bench) {
                 true};
     double least = 1;
     int most = 0, pictures = 0, blank = 0;
+    bench.expect(scenesOf(bench));
     for (const BenchVolume& volume : bench.volumes) {
         Ledger ram("RAM", "--ram", bench.ramBytes);
         const StoreReader store(volume.store, ram);
         for (const std::string& preset : presetNames()) {
-            if (preset != "auto" && store.info().unit != "HU")
+            if (!suits(preset, store.info()))
                 continue;
             std::array<Worst, 2> worst;
             for (std::size_t v = 0; v < viewNames().size(); ++v) {

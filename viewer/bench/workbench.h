@@ -37,10 +37,12 @@ struct Workbench {
     const CommonOptions& common;
     std::string experiment;            // at hand
     mutable std::size_t partsDone = 0; // of it
-    std::size_t parts = 0;             // 0: not known
+    mutable std::size_t parts = 0;     // 0: not known
 
     /// An experiment begins. @param scenes  pairs of a volume and a preset that it goes through; 0: unknown
     void begin(const std::string& experiment, std::size_t scenes);
+    /// The experiment itself knows how many there are.
+    void expect(std::size_t scenes) const { parts = scenes; }
     /// One of them is done: says so, and how far the experiment is.
     void done(const std::string& what) const;
     /// Pairs of a volume and a preset that levels of detail are measured with.
