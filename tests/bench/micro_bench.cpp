@@ -186,6 +186,7 @@ constexpr std::uint64_t kSamplesPerProbe = 7; // probe.comp: a value, and six fo
 void sampleOnDevice(benchmark::State& state, Workbench& bench, ValueType type, Fetch fetch, Order order) {
     const GlContext& context = bench.context();
     Scene scene;
+    scene.camera = FittedView{View::anterior, Projection::perspective, Fit::volume};
     scene.volumes = {{"", std::string("soft-tissue")}};
     const StoreReader& store = bench.store(type);
     PreparedScene p =
@@ -251,6 +252,7 @@ void sampleOnMirror(benchmark::State& state, Workbench& bench, ValueType type, O
 /// A frame of the small torso, with all of its work.
 void march(benchmark::State& state, Workbench& bench, ValueType type, Fetch fetch, bool shaded) {
     Scene scene;
+    scene.camera = FittedView{View::anterior, Projection::perspective, Fit::volume};
     scene.volumes = {{"", std::string("bone")}};
     scene.shading.on = shaded;
     SceneOnDevice onDevice(scene, bench.store(type), bench.context(), bench.budgets);

@@ -189,6 +189,7 @@ void choice(const std::vector<std::string>& stores, int size, const std::vector<
         const WholeLevels levels = loadLevels(store);
         for (const NamedFunction& f : functionsFor(summarise(statistics, store.info()))) {
             Scene scene;
+            scene.camera = FittedView{View::anterior, Projection::perspective, Fit::volume};
             scene.volumes = {{path, f.function}};
             scene.imageSize = glm::ivec2(size);
             scene.shading.on = shading;

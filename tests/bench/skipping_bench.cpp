@@ -223,6 +223,7 @@ void benchScenes(std::map<std::string, std::string>& options, int repeats) {
         const bool hu = reader.info().unit == "HU";
         for (const std::string& function : split(hu ? options["--functions"] : std::string("auto"))) {
             Scene scene;
+            scene.camera = FittedView{View::anterior, Projection::perspective, Fit::volume};
             SceneVolume volume;
             volume.transferFunction = function;
             scene.volumes = {volume};

@@ -39,6 +39,7 @@ constexpr int kComparedExtent = 128; // pixels an axis, at most
 /// What both programs can draw alike; throws InputError where they cannot.
 Scene comparableScene(std::map<std::string, std::string>& options) {
     Scene scene;
+    scene.camera = FittedView{View::anterior, Projection::perspective, Fit::volume};
     const std::string& file = options["--scene"];
     if (file.empty()) {
         ensurePhantomStore(options["--store"], "torso", parseExtent(options["--phantom"], "--phantom"));
