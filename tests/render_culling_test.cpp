@@ -57,7 +57,8 @@ TEST(Culling, LitPicturesOfTheFinestLevelAreBitEqual) {
         Ledger ram("RAM", "--ram", std::size_t{64} << 20);
         const VolumeInfo info = StoreReader(storePath(store), ram).info();
         for (const char* preset : {"bone", "skin"})
-            for (const Gradient kind : {Gradient::central, Gradient::sobel, Gradient::centralHalf}) {
+            for (const Gradient kind : {Gradient::central, Gradient::sobel, Gradient::centralHalf,
+                                        Gradient::forward, Gradient::analytic}) {
                 if (kind != Gradient::central && store != std::string("torso"))
                     continue; // scans take long
                 Scene scene = sceneOn(info, preset, 0, {96, 96});
