@@ -34,7 +34,7 @@ struct RenderOptions {
     LevelChoice levels = LevelChoice::perBrick;
     bool checking = false; // march only: draw some pixels again to estimate the picture's errors
     /// March only: gets a first whole picture, all bricks at one coarse level, before levels are chosen and
-    /// loaded for the picture itself; and an estimate, good to a factor of two or so, of the seconds that the
+    /// loaded for the picture itself; and an estimate, good to a factor of three, of the seconds that the
     /// rest takes.
     std::function<void(const Image&, double)> onFirstPicture;
     Progress* progress = nullptr; // none: says nothing
