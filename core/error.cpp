@@ -3,11 +3,16 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <utility>
 
 namespace tessera {
 
-InputError badFile(const std::string& path, const std::string& expected, const std::string& found) {
-    return InputError(path + ": expected " + expected + ", found " + found);
+BadFile::BadFile(const std::string& path, std::string expected, std::string found)
+    : InputError(path + ": expected " + expected + ", found " + found), expected_(std::move(expected)),
+      found_(std::move(found)) {}
+
+BadFile badFile(const std::string& path, const std::string& expected, const std::string& found) {
+    return {path, expected, found};
 }
 
 void checkFailed(const char* expression, const char* file, int line, const std::string& detail) {

@@ -22,7 +22,16 @@ class InputError : public Error {
 };
 
 /// InputError about a file, in the house form: "PATH: expected EXPECTED, found FOUND".
-InputError badFile(const std::string& path, const std::string& expected, const std::string& found);
+class BadFile : public InputError {
+  public:
+    BadFile(const std::string& path, std::string expected, std::string found);
+    const std::string& expected() const { return expected_; }
+    const std::string& found() const { return found_; }
+
+  private:
+    std::string expected_, found_;
+};
+BadFile badFile(const std::string& path, const std::string& expected, const std::string& found);
 
 [[noreturn]] void checkFailed(const char* expression, const char* file, int line, const std::string& detail);
 

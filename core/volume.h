@@ -69,8 +69,12 @@ struct VolumeInfo {
     glm::dmat4 patientFromVoxel{1}; // affine; may be oblique, sheared, left-handed
     AxisOrder originalOrder;
     Acquisition acquisition;
-    std::uint64_t nonFiniteVoxels = 0; // NaN and infinite values that import replaced by fillStored
-    std::uint64_t clampedVoxels = 0;   // values that import had to clamp into the stored type
+    bool lossy = false;                // some of the source was compressed with loss
+    double lossyRatio = 0;             // of that compression, as the source's header says; 0 unknown
+    std::uint64_t nonFiniteVoxels = 0; // NaN and infinite values: absent, and stored as absentStored
+    double absentStored = 0;           // the lowest physical value of the data, where a voxel is absent
+    std::uint64_t clampedVoxels =
+        0; // values clamped into the stored type, or a lossy stream's into its range
 
     /// Lengths of the columns of patientFromVoxel, millimetres per voxel.
     glm::dvec3 spacingMm() const;

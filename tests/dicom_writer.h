@@ -24,7 +24,7 @@ inline const std::vector<std::string> kPlanted = {
 struct DicomImage {
     int columns = 4, rows = 3, frames = 1;
     std::vector<std::uint16_t> pixels; // [frame][y][x], raw words
-    int bitsStored = 16, pixelRepresentation = 1;
+    int bitsAllocated = 16, bitsStored = 16, pixelRepresentation = 1;
     std::optional<std::string> slope = "1", intercept = "-1024";
     std::optional<int> padding;
     std::optional<glm::dvec3> position = glm::dvec3(0);
@@ -34,6 +34,10 @@ struct DicomImage {
     std::string series = "1", modality = "CT";
     bool withPixels = true;
     std::string storageClass = "1.2.840.10008.5.1.4.1.1.2";
+    std::string syntax = "1.2.840.10008.1.2.1"; // of the pixels; another one goes with fragments
+    std::vector<std::string> fragments;         // compressed: instead of pixels
+    std::optional<int> largestPixel;
+    std::optional<std::string> lossy, lossyRatio; // LossyImageCompression "01" and its ratio
 };
 
 class DicomBytes {
@@ -54,6 +58,16 @@ class DicomBytes {
         else
             u16(static_cast<unsigned>(value.size()));
         bytes_ += value;
+    }
+    /// Compressed pixels: an empty table of offsets, then a fragment an item.
+    void encapsulated(const std::vector<std::string>& fragments) {
+        u16(0x7fe0), u16(0x10);
+        bytes_ += "OB";
+        u16(0), u32(0xffffffff);
+        bytes_ += item("");
+        for (const std::string& fragment : fragments)
+            bytes_ += item(fragment + (fragment.size() % 2 ? std::string(1, '\0') : ""));
+        u16(0xfffe), u16(0xe0dd), u32(0);
     }
     void number(unsigned group, unsigned tag, int value, const char* vr = "US") {
         DicomBytes b;
@@ -89,7 +103,7 @@ inline std::string dicomBytes(const DicomImage& image) {
     DicomBytes meta, d;
     meta.element(0x2, 0x2, "UI", image.storageClass);
     meta.element(0x2, 0x3, "UI", uid);
-    meta.element(0x2, 0x10, "UI", "1.2.840.10008.1.2.1");
+    meta.element(0x2, 0x10, "UI", image.syntax);
     d.element(0x8, 0x16, "UI", image.storageClass);
     d.element(0x8, 0x18, "UI", uid);
     d.element(0x8, 0x20, "DA", kPlanted[3]);
@@ -125,16 +139,22 @@ inline std::string dicomBytes(const DicomImage& image) {
     d.number(0x28, 0x10, image.rows);
     d.number(0x28, 0x11, image.columns);
     d.element(0x28, 0x30, "DS", decimals({image.spacingY, image.spacingX}));
-    d.number(0x28, 0x100, 16);
+    d.number(0x28, 0x100, image.bitsAllocated);
     d.number(0x28, 0x101, image.bitsStored);
     d.number(0x28, 0x102, image.bitsStored - 1);
     d.number(0x28, 0x103, image.pixelRepresentation);
+    if (image.largestPixel)
+        d.number(0x28, 0x107, *image.largestPixel, image.pixelRepresentation ? "SS" : "US");
     if (image.padding)
         d.number(0x28, 0x120, *image.padding, image.pixelRepresentation ? "SS" : "US");
     if (image.intercept)
         d.element(0x28, 0x1052, "DS", *image.intercept);
     if (image.slope)
         d.element(0x28, 0x1053, "DS", *image.slope);
+    if (image.lossy)
+        d.element(0x28, 0x2110, "CS", *image.lossy);
+    if (image.lossyRatio)
+        d.element(0x28, 0x2112, "DS", *image.lossyRatio);
     if (!image.framePositions.empty()) {
         DicomBytes plane, shared;
         plane.element(0x20, 0x37, "DS", orientation);
@@ -149,7 +169,9 @@ inline std::string dicomBytes(const DicomImage& image) {
         }
         d.element(0x5200, 0x9230, "SQ", items);
     }
-    if (image.withPixels) {
+    if (!image.fragments.empty()) {
+        d.encapsulated(image.fragments);
+    } else if (image.withPixels) {
         DicomBytes words;
         for (const std::uint16_t word : image.pixels)
             words.u16(word);

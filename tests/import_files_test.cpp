@@ -53,21 +53,39 @@ TEST(ImportNifti, EveryNumberTypeInBothByteOrdersAndVersions) {
     expectType<double, float>(64, {-0.5, 1.0 / 3, 2e5}, {-0.5f, static_cast<float>(1.0 / 3), 2e5f});
 }
 
-TEST(ImportNifti, NonFiniteBecomesFillAndIsCounted) {
+// NaN became 0, which is water in a CT: an opaque slab around every masked scan.
+TEST(ImportNifti, AbsentVoxelsBecomeTheLowestValueOfTheData) {
     const ScratchFolder folder;
     const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
     NiftiImage image;
-    image.extent = {3, 2, 1};
+    image.extent = {3, 1, 3}; // the lowest value comes after the first absent voxel, in another slice
     image.datatype = 64;
     image.srow = kLps;
-    image.voxels = voxelBytes<double>({nan, 1, inf, -inf, 1e300, -1e300});
+    image.voxels = voxelBytes<double>({7, 1, 2, nan, inf, 1, -inf, -1000, 3});
+    writeFile(folder / "a.nii", niftiBytes(image));
     writeFile(folder / "a.nii.gz", gzip(niftiBytes(image)));
-    const auto source = openSource(folder / "a.nii.gz", {});
+    for (const char* name : {"a.nii", "a.nii.gz"}) {
+        const auto source = openSource(folder / name, {});
+        EXPECT_EQ(readAll<float>(*source), (std::vector<float>{7, 1, 2, -1000, -1000, 1, -1000, -1000, 3}));
+        EXPECT_EQ(source->info().nonFiniteVoxels, 3u);
+        EXPECT_EQ(source->info().absentStored, -1000);
+    }
+    image.slope = -2; // the lowest physical value is the highest stored one
+    writeFile(folder / "a.nii", niftiBytes(image));
+    const auto source = openSource(folder / "a.nii", {});
+    EXPECT_EQ(readAll<float>(*source)[3], 7.f);
+    // Nothing but NaN, beyond float32, and both.
+    image.slope = 0;
+    image.voxels = voxelBytes<double>(std::vector<double>(9, nan));
+    writeFile(folder / "a.nii", niftiBytes(image));
+    EXPECT_EQ(readAll<float>(*openSource(folder / "a.nii", {})), std::vector<float>(9, 0));
+    image.voxels = voxelBytes<double>({7, 1, 2, nan, 1e300, 1, -1e300, -1000, 3});
+    writeFile(folder / "a.nii", niftiBytes(image));
+    const auto huge = openSource(folder / "a.nii", {});
     const float most = std::numeric_limits<float>::max();
-    EXPECT_EQ(readAll<float>(*source), (std::vector<float>{0, 1, 0, 0, most, -most}));
-    EXPECT_EQ(source->info().nonFiniteVoxels, 3u);
-    EXPECT_EQ(source->info().clampedVoxels, 2u);
-    EXPECT_THAT(source->describe(), HasSubstr("converted to float32"));
+    EXPECT_EQ(readAll<float>(*huge), (std::vector<float>{7, 1, 2, -most, most, 1, -most, -1000, 3}));
+    EXPECT_EQ(huge->info().clampedVoxels, 2u);
+    EXPECT_THAT(huge->describe(), HasSubstr("converted to float32"));
 }
 
 TEST(ImportNifti, SlopeZeroMeansNotScaled) {

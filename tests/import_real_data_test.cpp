@@ -62,31 +62,50 @@ TEST_F(RealData, TiltedHeadNeedsResampling) {
     EXPECT_EQ(*std::min_element(values.begin(), values.end()), -1024); // padding of -1500 became air
 }
 
-TEST_F(RealData, LosslessEncodingsDecodeEqualAndSilently) {
+TEST_F(RealData, EncodingsDecodeEqualOrAreSaidToBeLossyAndNothingIsPrinted) {
     const auto folder = at("ct-slice-encodings");
     const auto expected = readAll<std::int16_t>(*openSource(folder / "CTImage.dcm", {}));
     EXPECT_EQ(expected.size(), 512u * 512);
-    const std::vector<std::string> lossless = {
-        "1.2.840.10008.1.2.dcm",      "1.2.840.10008.1.2.1.dcm",    "1.2.840.10008.1.2.2.dcm",
-        "1.2.840.10008.1.2.5.dcm",    "1.2.840.10008.1.2.4.57.dcm", "1.2.840.10008.1.2.4.70.dcm",
-        "1.2.840.10008.1.2.4.80.dcm", "1.2.840.10008.1.2.4.90.dcm", "1.2.840.10008.1.2.1.99.dcm"};
-    const std::vector<std::string> refused = {"4.51.dcm", "4.53.dcm", "4.55.dcm"};
-    int decoded = 0, refusals = 0;
+    // The largest and the mean difference in HU that the files' own encoders left.
+    struct Lossy {
+        std::string end;
+        int largest;
+        double mean;
+    };
+    const std::vector<Lossy> lossy = {{"4.50.dcm", 64, 19.8}, {"4.51.dcm", 36, 4},  {"4.53.dcm", 36, 4},
+                                      {"4.55.dcm", 36, 4},    {"4.81.dcm", 1, 0.7}, {"4.91.dcm", 5, 0.6}};
+    int same = 0;
     testing::internal::CaptureStderr();
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
         const std::string name = entry.path().filename().string();
-        const auto endsIn = [&](const std::string& end) { return name.ends_with(end); };
-        if (std::any_of(lossless.begin(), lossless.end(), [&](auto& e) { return endsIn("_" + e); })) {
-            EXPECT_EQ(readAll<std::int16_t>(*openSource(entry.path(), {})), expected) << name;
-            ++decoded;
-        } else if (std::any_of(refused.begin(), refused.end(), endsIn)) {
-            EXPECT_THAT(refusalOfOpening(entry.path()), HasSubstr("transfer syntax")) << name;
-            ++refusals;
+        const auto source = openSource(entry.path(), {});
+        std::vector<std::int16_t> values;
+        if (source->info().type == ValueType::f32) { // 8 bits of baseline JPEG are rescaled by a fraction
+            const auto scaled = readAll<float>(*source);
+            std::transform(scaled.begin(), scaled.end(), std::back_inserter(values),
+                           [](float v) { return static_cast<std::int16_t>(std::lround(v)); });
+        } else {
+            values = readAll<std::int16_t>(*source);
+        }
+        int largest = 0;
+        double sum = 0;
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            largest = std::max(largest, std::abs(values[i] - expected[i]));
+            sum += std::abs(values[i] - expected[i]);
+        }
+        const auto known =
+            std::find_if(lossy.begin(), lossy.end(), [&](const Lossy& l) { return name.ends_with(l.end); });
+        EXPECT_EQ(source->info().lossy, known != lossy.end()) << name;
+        same += largest == 0;
+        if (known != lossy.end()) {
+            EXPECT_LE(largest, known->largest) << name;
+            EXPECT_LE(sum / static_cast<double>(values.size()), known->mean) << name;
+        } else {
+            EXPECT_EQ(largest, 0) << name;
         }
     }
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-    EXPECT_EQ(decoded, 9);
-    EXPECT_EQ(refusals, 3);
+    EXPECT_EQ(same, 10);
 }
 
 TEST_F(RealData, TruncatedCompressedSlicesAreRefused) {
@@ -111,7 +130,7 @@ TEST_F(RealData, TruncatedCompressedSlicesAreRefused) {
 
 TEST_F(RealData, MultiFrameWithoutPositionIsRefusedClearly) {
     EXPECT_THAT(refusalOfOpening(at("dicom-multiframe/emri_small.dcm")), HasSubstr("position"));
-    EXPECT_THAT(refusalOfOpening(at("dicom-multiframe/emri_small_RLE.dcm")), HasSubstr("not compressed"));
+    EXPECT_THAT(refusalOfOpening(at("dicom-multiframe/emri_small_RLE.dcm")), HasSubstr("position"));
 }
 
 TEST_F(RealData, Bonsai) {

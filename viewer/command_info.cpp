@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "viewer/commands.h"
 #include "viewer/volume_input.h"
+#include "viewer/volume_notes.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -46,7 +47,10 @@ json volumeJson(const VolumeInfo& info) {
               {"kernel", info.acquisition.kernel},
               {"tubeVoltageKv", info.acquisition.tubeVoltageKv},
               {"sliceThicknessMm", info.acquisition.sliceThicknessMm}}},
+            {"lossy", info.lossy},
+            {"lossyRatio", info.lossyRatio},
             {"nonFiniteVoxels", info.nonFiniteVoxels},
+            {"absentStored", info.absentStored},
             {"clampedVoxels", info.clampedVoxels}};
 }
 
@@ -83,7 +87,9 @@ void printVolume(const VolumeInfo& info) {
     printLine("acquisition", text);
     printLine("order", orderText(info.originalOrder));
     if (info.nonFiniteVoxels)
-        printLine("not finite", std::to_string(info.nonFiniteVoxels) + " voxels, replaced by fill");
+        printLine("absent", sayAbsent(info));
+    if (info.lossy)
+        printLine("compression", sayLoss(info));
     if (info.clampedVoxels)
         printLine("clamped", std::to_string(info.clampedVoxels) + " voxels");
 }

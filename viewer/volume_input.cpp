@@ -3,6 +3,7 @@
 
 #include "bricking/store/store_reader.h" // isStore
 #include "core/error.h"
+#include "viewer/volume_notes.h"
 #if TESSERA_WITH_IMPORT
 #include "bricking/import/open_source.h"
 #endif
@@ -143,6 +144,10 @@ void noteImport(const ImportReport& report, const SlabSource& source, const fs::
     common.progress->end();
     common.note("wrote " + store.string() + ": " + source.describe() + ", " + formatBytes(report.bytesOut) +
                 " from " + formatBytes(report.bytesIn) + " in " + formatNumber(report.seconds, 3) + " s");
+    for (const std::string& line : source.notes())
+        common.note(line);
+    for (const std::string& line : sayChanges(source.info()))
+        common.note(line);
     common.detail("chunks: " + std::to_string(report.chunksWritten) + " written, " +
                   std::to_string(report.chunksFill) +
                   " left out (fill only); most RAM charged: " + formatBytes(ram.peakBytes()));

@@ -63,6 +63,10 @@ VolumeInfo describeVolume(const DicomSeries& series, const SlicePlan& plan, cons
     info.unit = series.isHounsfield ? "HU" : "";
     info.patientFromVoxel = plan.patientFromVoxel;
     info.acquisition = series.acquisition;
+    for (const DicomSlice& slice : series.slices) {
+        info.lossy = info.lossy || slice.lossy;
+        info.lossyRatio = std::max(info.lossyRatio, slice.lossyRatio);
+    }
     if (series.isHounsfield) {
         info.fillStored = kAirHu;
     } else if (first.paddingFirst) {
@@ -84,6 +88,15 @@ class DicomSource final : public RandomSlabSource {
 
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return description_; }
+
+    std::vector<std::string> notes() const override {
+        const StreamFindings& findings = pixels_.findings();
+        std::vector<std::string> lines;
+        for (const std::string* line : {&findings.disagreement, &findings.mended})
+            if (!line->empty())
+                lines.push_back(*line);
+        return lines;
+    }
 
     void readSliceAt(int z, std::span<std::byte> out) override {
         TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && out.size() == sliceBytesOf(info_));
@@ -140,7 +153,10 @@ class DicomSource final : public RandomSlabSource {
         const DicomSlice& slice =
             series_.slices[static_cast<std::size_t>(plan_.order[static_cast<std::size_t>(n)])];
         stored_.resize(static_cast<std::size_t>(slice.columns) * static_cast<std::size_t>(slice.rows));
+        const std::uint64_t clampedBefore = pixels_.findings().clamped;
         pixels_.read(slice, stored_);
+        info_.lossy = info_.lossy || pixels_.findings().lossy;
+        info_.clampedVoxels += pixels_.findings().clamped - clampedBefore;
         switch (info_.type) {
         case ValueType::i16:
             return rescale<std::int16_t>(slice, out);

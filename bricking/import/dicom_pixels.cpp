@@ -1,16 +1,14 @@
 // bricking/import/dicom_pixels.cpp: see dicom_pixels.h.
 #include "bricking/import/dicom_pixels.h"
 
+#include "bricking/import/codecs/stream.h"
 #include "bricking/import/dicom_deflated.h"
+#include "bricking/import/encapsulated_frames.h"
 #include "bricking/import/input_file.h"
-#include "bricking/import/vtk_quiet.h"
 #include "core/error.h"
 
+#include <algorithm>
 #include <cstring>
-#include <vtkDICOMReader.h>
-#include <vtkImageData.h>
-#include <vtkNew.h>
-#include <vtkPointData.h>
 
 namespace tessera {
 namespace {
@@ -30,32 +28,61 @@ template <class Word> void unpack(const DicomSlice& slice, std::span<std::int32_
         out[i] = storedValue(word(i), slice);
 }
 
-void decode(const DicomSlice& slice, std::span<std::int32_t> out) {
-    const QuietVtk quiet(true);
-    vtkNew<vtkDICOMReader> reader;
-    reader->SetFileName(slice.file.c_str());
-    reader->AutoRescaleOff();
-    reader->SortingOff();
-    reader->SetMemoryRowOrderToFileNative();
-    reader->Update();
-    const std::string shape = std::to_string(slice.columns) + " x " + std::to_string(slice.rows);
-    vtkImageData* image = reader->GetOutput();
-    const int* size = image->GetDimensions();
-    if (reader->GetErrorCode() != 0 || quiet.sawError() || !image->GetPointData()->GetScalars())
-        throw badFile(slice.file.string(), "compressed pixels of " + shape, "data that cannot be decoded");
-    const int valueBytes = image->GetScalarSize();
-    if (size[0] != slice.columns || size[1] != slice.rows || size[2] != 1 ||
-        image->GetNumberOfScalarComponents() != 1 || valueBytes != slice.bitsAllocated / 8)
-        throw badFile(slice.file.string(), "compressed pixels of " + shape,
-                      "an image of another shape or type");
-    const void* pixels = image->GetScalarPointer();
-    if (valueBytes == 1)
-        unpack(slice, out, [p = static_cast<const std::uint8_t*>(pixels)](std::size_t i) { return p[i]; });
-    else // the reader has masked and sign-extended already; doing so again changes nothing
-        unpack(slice, out, [p = static_cast<const std::uint16_t*>(pixels)](std::size_t i) { return p[i]; });
+/// Mends the lengths of a JPEG 2000 stream's tile-parts. Whether that gave the image that was meant is known
+/// only where the header tells its largest value.
+std::vector<std::byte> mend(const std::vector<std::byte>& stream, const StreamHeader& header,
+                            const DicomSlice& slice) {
+    if (!slice.largestStored)
+        throw badFile(slice.file.string(),
+                      "tile-parts of the length that they say, or a largest pixel value to check by",
+                      header.damage);
+    return withMendedTileParts(stream, slice.file.string());
+}
+
+void checkMended(const StreamHeader& header, const DicomSlice& slice, std::span<const std::int32_t> values) {
+    const std::int32_t largest = *std::max_element(values.begin(), values.end());
+    if (largest != *slice.largestStored)
+        throw badFile(slice.file.string(),
+                      "a largest pixel value of " + std::to_string(*slice.largestStored) +
+                          ", as its tags say",
+                      std::to_string(largest) + " after mending (" + header.damage + ")");
 }
 
 } // namespace
+
+void DicomPixels::decode(const DicomSlice& slice, std::span<std::int32_t> out) {
+    const std::string where = slice.file.string();
+    std::vector<std::byte> stream = readFrame(InputFile(slice.file), slice.fragments);
+    if (slice.stream == StreamCoding::rle) {
+        decodeRle(stream, slice.bitsAllocated / 8, where, out);
+        unpack(slice, out, [&](std::size_t i) { return static_cast<std::uint32_t>(out[i]); });
+        return;
+    }
+    const StreamHeader header =
+        slice.stream == StreamCoding::jpeg2000 ? walkJpeg2000(stream, where) : walkJpeg(stream, where);
+    if (header.coding != slice.stream)
+        throw badFile(where, std::string("a ") + name(slice.stream) + " stream, as its transfer syntax says",
+                      name(header.coding));
+    checkShape(header, slice);
+    if (!header.damage.empty())
+        stream = mend(stream, header, slice);
+    switch (header.coding) {
+    case StreamCoding::jpeg2000:
+        decodeJpeg2000(stream, header, where, out);
+        break;
+    case StreamCoding::jpegLs:
+        decodeJpegLs(stream, header, where, out);
+        break;
+    default:
+        decodeJpeg(stream, header, where, out);
+    }
+    fitToTags(header, slice, out, findings_);
+    if (header.damage.empty())
+        return;
+    checkMended(header, slice, out);
+    if (findings_.mended.empty())
+        findings_.mended = slice.file.filename().string() + ": " + header.damage;
+}
 
 void DicomPixels::read(const DicomSlice& slice, std::span<std::int32_t> out) {
     TESSERA_CHECK(out.size() ==

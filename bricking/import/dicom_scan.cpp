@@ -34,16 +34,32 @@ constexpr std::array kSliceClasses = {
 constexpr const char* kImplicitLittle = "1.2.840.10008.1.2";
 constexpr const char* kExplicitLittle = "1.2.840.10008.1.2.1";
 constexpr const char* kExplicitBig = "1.2.840.10008.1.2.2";
-constexpr const char* kJpegExtended = "1.2.840.10008.1.2.4.51"; // right at 8 bits only
-// What the decoder behind vtk-dicom was seen to decode rightly. Others it may decode wrongly without a word
-// (12-bit lossy JPEG gave an empty picture and no error), so they are refused.
-constexpr std::array kDecodable = {
-    "1.2.840.10008.1.2.5",                              // RLE
-    "1.2.840.10008.1.2.4.50",                           // JPEG baseline, 8 bits
-    "1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70", // JPEG lossless
-    "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81", // JPEG-LS
-    "1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.4.91"  // JPEG 2000
+/// The compressed transfer syntaxes that are opened. The stream's own header says which process it is.
+struct CompressedSyntax {
+    const char* uid;
+    StreamCoding coding;
+    bool lossyAlways;
 };
+constexpr std::array<CompressedSyntax, 11> kCompressed = {{
+    {"1.2.840.10008.1.2.5", StreamCoding::rle, false},
+    {"1.2.840.10008.1.2.4.50", StreamCoding::jpeg, true},  // baseline, 8 bits
+    {"1.2.840.10008.1.2.4.51", StreamCoding::jpeg, true},  // extended, 8 and 12 bits
+    {"1.2.840.10008.1.2.4.53", StreamCoding::jpeg, true},  // spectral selection
+    {"1.2.840.10008.1.2.4.55", StreamCoding::jpeg, true},  // full progression
+    {"1.2.840.10008.1.2.4.57", StreamCoding::jpeg, false}, // lossless
+    {"1.2.840.10008.1.2.4.70", StreamCoding::jpeg, false}, // lossless, first-order prediction
+    {"1.2.840.10008.1.2.4.80", StreamCoding::jpegLs, false},
+    {"1.2.840.10008.1.2.4.81", StreamCoding::jpegLs, false}, // near-lossless, of any nearness
+    {"1.2.840.10008.1.2.4.90", StreamCoding::jpeg2000, false},
+    {"1.2.840.10008.1.2.4.91", StreamCoding::jpeg2000, false}, // reversible or not
+}};
+constexpr std::size_t kPeekBytes = 4096; // a stream's own header lies at its beginning
+
+const CompressedSyntax* compressedSyntax(const std::string& uid) {
+    const auto at = std::find_if(kCompressed.begin(), kCompressed.end(),
+                                 [&](const CompressedSyntax& syntax) { return uid == syntax.uid; });
+    return at == kCompressed.end() ? nullptr : &*at;
+}
 
 template <class List> bool contains(const List& list, const std::string& word) {
     return std::any_of(list.begin(), list.end(), [&](const char* item) { return word == item; });
@@ -85,6 +101,15 @@ class Header {
         return value ? std::optional((*value)[0]) : std::nullopt;
     }
 
+    /// The last of several numbers: what was done last.
+    std::optional<double> last(vtkDICOMTag tag) const {
+        const vtkDICOMValue& value = data_->Get(0, 0, tag);
+        if (!value.IsValid() || value.GetNumberOfValues() < 1)
+            return std::nullopt;
+        const double number = value.GetDouble(value.GetNumberOfValues() - 1);
+        return std::isfinite(number) ? std::optional(number) : std::nullopt;
+    }
+
   private:
     vtkDICOMMetaData* data_;
 };
@@ -98,6 +123,15 @@ std::string codeWord(const std::string& text) {
     return text.size() <= 16 && std::all_of(text.begin(), text.end(), plain) ? text : "";
 }
 
+/// Tags of stored values (padding, extremes): whether they are signed follows the pixels, whatever the file's
+/// own coding says.
+std::optional<std::int32_t> storedValueOf(std::optional<int> value, const DicomSlice& slice) {
+    if (!value)
+        return std::nullopt;
+    const int bits = *value & 0xffff;
+    return slice.isSigned && bits >= 0x8000 ? bits - 0x10000 : bits;
+}
+
 /// The shape and number format of the pixels. False: an image, but not a slice of scalars.
 bool readPixelFormat(const Header& header, DicomSlice& slice) {
     slice.columns = header.integer(DC::Columns).value_or(0);
@@ -106,17 +140,12 @@ bool readPixelFormat(const Header& header, DicomSlice& slice) {
     slice.bitsStored = header.integer(DC::BitsStored).value_or(slice.bitsAllocated);
     slice.highBit = header.integer(DC::HighBit).value_or(slice.bitsStored - 1);
     slice.isSigned = header.integer(DC::PixelRepresentation).value_or(0) == 1;
+    slice.lossy = header.text(DC::LossyImageCompression) == "01";
+    slice.lossyRatio = std::max(0.0, header.last(DC::LossyImageCompressionRatio).value_or(0));
+    slice.largestStored = storedValueOf(header.integer(DC::LargestImagePixelValue), slice);
     return slice.columns > 0 && slice.rows > 0 && header.integer(DC::SamplesPerPixel).value_or(1) == 1 &&
            (slice.bitsAllocated == 8 || slice.bitsAllocated == 16) && slice.bitsStored >= 1 &&
            slice.highBit < slice.bitsAllocated && slice.highBit + 1 >= slice.bitsStored;
-}
-
-/// Padding is a stored value; whether it is signed follows the pixels, whatever the file's own coding says.
-std::optional<std::int32_t> storedValueOf(std::optional<int> value, const DicomSlice& slice) {
-    if (!value)
-        return std::nullopt;
-    const int bits = *value & 0xffff;
-    return slice.isSigned && bits >= 0x8000 ? bits - 0x10000 : bits;
 }
 
 void readPlace(const Header& header, int frame, DicomSlice& slice) {
@@ -230,21 +259,16 @@ class Scanner {
         }
         const bool plain = syntax.empty() || syntax == kDeflatedSyntax || syntax == kImplicitLittle ||
                            syntax == kExplicitLittle || (syntax == kExplicitBig && slice.bitsAllocated == 16);
-        if (plain) {
-            slice.coding = syntax == kExplicitBig      ? PixelCoding::bigEndian
-                           : syntax == kDeflatedSyntax ? PixelCoding::deflated
-                                                       : PixelCoding::littleEndian;
-        } else if (contains(kDecodable, syntax) || (syntax == kJpegExtended && slice.bitsAllocated == 8)) {
-            slice.coding = PixelCoding::compressed;
-        } else {
+        const CompressedSyntax* const compressed = plain ? nullptr : compressedSyntax(syntax);
+        if (!plain && !compressed)
             return damaged(file, "a transfer syntax that can be decoded",
                            "transfer syntax " + codeUid(syntax));
-        }
+        slice.coding = compressed                  ? PixelCoding::compressed
+                       : syntax == kExplicitBig    ? PixelCoding::bigEndian
+                       : syntax == kDeflatedSyntax ? PixelCoding::deflated
+                                                   : PixelCoding::littleEndian;
         if (frames > kMostFrames)
             return damaged(file, "at most 65536 frames", std::to_string(frames));
-        if (frames > 1 && !plain)
-            return damaged(file, "a multi-frame image that is not compressed",
-                           "transfer syntax " + codeUid(syntax));
         const std::uint64_t frameBytes = static_cast<std::uint64_t>(slice.columns) *
                                          static_cast<std::uint64_t>(slice.rows) *
                                          static_cast<std::uint64_t>(slice.bitsAllocated / 8);
@@ -257,13 +281,39 @@ class Scanner {
         if (present < needed || frameBytes > present * 1000 + (std::uint64_t{1} << 26))
             return damaged(file, std::to_string(plain ? needed : frameBytes) + " bytes of pixels",
                            std::to_string(present) + " bytes (is the file truncated?)");
+        std::vector<std::vector<Fragment>> fragments;
+        if (compressed) {
+            try {
+                fragments = findStreams(file, *compressed, offset, frames, slice);
+            } catch (const BadFile& fault) {
+                return damaged(file, fault.expected(), fault.found());
+            }
+        }
 
         DicomSeries& series = seriesOf(header);
         for (int frame = 0; frame < frames; ++frame) {
             readPlace(header, frame, slice);
             slice.pixelOffsetBytes = offset + static_cast<std::uint64_t>(frame) * frameBytes;
+            if (compressed)
+                slice.fragments = std::move(fragments[static_cast<std::size_t>(frame)]);
             series.slices.push_back(slice);
         }
+    }
+
+    /// The fragments of each frame; what the first stream's own header says of its loss goes to slice.
+    static std::vector<std::vector<Fragment>> findStreams(const std::filesystem::path& path,
+                                                          const CompressedSyntax& syntax,
+                                                          std::uint64_t offset, int frames,
+                                                          DicomSlice& slice) {
+        const InputFile file(path);
+        auto found = framesOf(file, offset, frames);
+        slice.stream = syntax.coding;
+        std::vector<std::byte> beginning(
+            std::min<std::size_t>(kPeekBytes, found.front().front().lengthBytes));
+        file.readAt(found.front().front().offsetBytes, beginning);
+        const auto header = peekHeader(syntax.coding, beginning);
+        slice.lossy = slice.lossy || syntax.lossyAlways || (header && header->lossy);
+        return found;
     }
 
     /// Only UID characters reach a message.

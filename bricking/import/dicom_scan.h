@@ -2,6 +2,8 @@
 // and groups the slices by series. Everything else in a header, every identifier included, is dropped here.
 #pragma once
 
+#include "bricking/import/codecs/stream.h"
+#include "bricking/import/encapsulated_frames.h"
 #include "core/volume.h"
 
 #include <cstdint>
@@ -19,7 +21,7 @@ enum class PixelCoding : std::uint8_t {
     littleEndian, // plain, read by position
     bigEndian,    // plain, read by position
     deflated,     // the whole data set is deflated; the offset is that in inflateDicom()
-    compressed    // decoded by vtk-dicom; one frame a file
+    compressed    // a stream in fragments
 };
 
 /// One image: a file, or a frame of a multi-frame file.
@@ -30,6 +32,11 @@ struct DicomSlice {
     int columns = 0, rows = 0;
     int bitsAllocated = 16, bitsStored = 16, highBit = 15;
     bool isSigned = false;
+    StreamCoding stream = StreamCoding::jpeg; // compressed only, as the next
+    std::vector<Fragment> fragments;
+    bool lossy = false;    // said by the header, the transfer syntax or the stream's own header
+    double lossyRatio = 0; // LossyImageCompressionRatio; 0 unknown
+    std::optional<std::int32_t> largestStored;               // LargestImagePixelValue
     std::optional<double> slope, intercept;                  // absent: not rescaled
     std::optional<std::int32_t> paddingFirst, paddingLast;   // stored values, inclusive; both or none
     std::optional<glm::dvec3> positionMm;                    // ImagePositionPatient

@@ -4,7 +4,9 @@
 
 #include "bricking/import/gzip_stream.h"
 #include "bricking/import/plain_file_source.h"
+#include "bricking/import/slice_converter.h"
 #include "core/error.h"
+#include "core/interrupt.h"
 
 #include <algorithm>
 #include <utility>
@@ -19,9 +21,17 @@ constexpr double kLargestGzipRatio = 1032;
 
 class GzipNiftiSource final : public SlabSource {
   public:
-    GzipNiftiSource(GzipStream stream, const NiftiHeader& header, std::string description)
-        : stream_(std::move(stream)), info_(header.info), type_(header.type), bigEndian_(header.bigEndian),
-          description_(std::move(description)) {}
+    GzipNiftiSource(const InputFile& file, const NiftiHeader& header, std::string description)
+        : path_(file.path()), header_(header), info_(header.info), description_(std::move(description)),
+          stream_(openAtVoxels()), converter_(header.type, header.bigEndian, [this](const auto& visit) {
+              GzipStream second = openAtVoxels();
+              std::vector<std::byte> slice(fileSliceBytes());
+              for (int z = 0; z < info_.extentVoxels.z; ++z) {
+                  checkInterrupted();
+                  second.read(slice);
+                  visit(slice);
+              }
+          }) {}
 
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return description_; }
@@ -30,14 +40,11 @@ class GzipNiftiSource final : public SlabSource {
         const std::size_t sliceBytes = sliceBytesOf(info_);
         TESSERA_CHECK(count >= 0 && next_ + count <= info_.extentVoxels.z);
         TESSERA_CHECK(out.size() == static_cast<std::size_t>(count) * sliceBytes);
-        buffer_.resize(sliceBytes / bytesPerValue(info_.type) * bytesPerFileValue(type_));
+        buffer_.resize(fileSliceBytes());
         for (int i = 0; i < count; ++i) {
             stream_.read(buffer_);
-            VoxelCounts counts;
-            storeVoxels(type_, bigEndian_, buffer_, info_.fillStored,
-                        out.subspan(static_cast<std::size_t>(i) * sliceBytes, sliceBytes), counts);
-            info_.nonFiniteVoxels += counts.nonFinite;
-            info_.clampedVoxels += counts.clamped;
+            converter_.convert(buffer_, out.subspan(static_cast<std::size_t>(i) * sliceBytes, sliceBytes),
+                               info_);
         }
         next_ += count;
         if (next_ == info_.extentVoxels.z)
@@ -45,11 +52,26 @@ class GzipNiftiSource final : public SlabSource {
     }
 
   private:
-    GzipStream stream_;
+    std::size_t fileSliceBytes() const {
+        return sliceBytesOf(info_) / bytesPerValue(info_.type) * bytesPerFileValue(header_.type);
+    }
+    GzipStream openAtVoxels() const {
+        GzipStream stream{InputFile(path_)};
+        std::vector<std::byte> skipped(64 * 1024);
+        for (std::uint64_t at = 0; at < header_.dataOffsetBytes;) {
+            const auto step = std::min<std::uint64_t>(skipped.size(), header_.dataOffsetBytes - at);
+            stream.read(std::span(skipped).first(step));
+            at += step;
+        }
+        return stream;
+    }
+
+    std::filesystem::path path_;
+    NiftiHeader header_;
     VolumeInfo info_;
-    FileType type_;
-    bool bigEndian_;
     std::string description_;
+    GzipStream stream_;
+    SliceConverter converter_;
     int next_ = 0;
     std::vector<std::byte> buffer_; // one slice, as it lies in the file
 };
@@ -101,13 +123,7 @@ std::unique_ptr<SlabSource> openNifti(const std::filesystem::path& path) {
     }
     const NiftiHeader header = parseNiftiHeader(std::span(head).first(have), path.string());
     checkLength(path.string(), header, largest);
-    std::vector<std::byte> skipped(64 * 1024);
-    for (std::uint64_t at = have; at < header.dataOffsetBytes;) {
-        const auto step = std::min<std::uint64_t>(skipped.size(), header.dataOffsetBytes - at);
-        stream.read(std::span(skipped).first(step));
-        at += step;
-    }
-    return std::make_unique<GzipNiftiSource>(std::move(stream), header, describeNifti(header, true));
+    return std::make_unique<GzipNiftiSource>(stream.file(), header, describeNifti(header, true));
 }
 
 } // namespace tessera

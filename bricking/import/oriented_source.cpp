@@ -56,6 +56,7 @@ class OrientedSource final : public SlabSource {
 
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return source_->describe(); }
+    std::vector<std::string> notes() const override { return source_->notes(); }
 
     void readSlices(int count, std::span<std::byte> out) override {
         const std::size_t sliceBytes = sliceBytesOf(info_);
@@ -71,7 +72,9 @@ class OrientedSource final : public SlabSource {
         }
         next_ += count;
         info_.nonFiniteVoxels = source_->info().nonFiniteVoxels;
+        info_.absentStored = source_->info().absentStored;
         info_.clampedVoxels = source_->info().clampedVoxels;
+        info_.lossy = source_->info().lossy;
     }
 
   private:

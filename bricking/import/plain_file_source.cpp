@@ -1,6 +1,9 @@
 // bricking/import/plain_file_source.cpp: see plain_file_source.h.
 #include "bricking/import/plain_file_source.h"
 
+#include "bricking/import/slice_converter.h"
+#include "core/interrupt.h"
+
 #include <utility>
 #include <vector>
 
@@ -11,28 +14,39 @@ class PlainFileSource final : public RandomSlabSource {
   public:
     PlainFileSource(InputFile file, const VolumeInfo& info, const VoxelLayout& layout,
                     std::string description)
-        : file_(std::move(file)), info_(info), layout_(layout), description_(std::move(description)) {}
+        : file_(std::move(file)), info_(info), layout_(layout), description_(std::move(description)),
+          converter_(layout.type, layout.bigEndian, [this](const auto& visit) {
+              for (int z = 0; z < info_.extentVoxels.z; ++z) {
+                  checkInterrupted();
+                  std::vector<std::byte> slice(fileSliceBytes());
+                  readFileSlice(z, slice);
+                  visit(slice);
+              }
+          }) {}
 
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return description_; }
 
     void readSliceAt(int z, std::span<std::byte> out) override {
         TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && out.size() == sliceBytesOf(info_));
-        const std::size_t fileBytes =
-            sliceBytesOf(info_) / bytesPerValue(info_.type) * bytesPerFileValue(layout_.type);
-        buffer_.resize(fileBytes);
-        file_.readAt(layout_.offsetBytes + static_cast<std::uint64_t>(z) * fileBytes, buffer_);
-        VoxelCounts counts;
-        storeVoxels(layout_.type, layout_.bigEndian, buffer_, info_.fillStored, out, counts);
-        info_.nonFiniteVoxels += counts.nonFinite;
-        info_.clampedVoxels += counts.clamped;
+        buffer_.resize(fileSliceBytes());
+        readFileSlice(z, buffer_);
+        converter_.convert(buffer_, out, info_);
     }
 
   private:
+    std::size_t fileSliceBytes() const {
+        return sliceBytesOf(info_) / bytesPerValue(info_.type) * bytesPerFileValue(layout_.type);
+    }
+    void readFileSlice(int z, std::span<std::byte> out) const {
+        file_.readAt(layout_.offsetBytes + static_cast<std::uint64_t>(z) * out.size(), out);
+    }
+
     InputFile file_;
     VolumeInfo info_;
     VoxelLayout layout_;
     std::string description_;
+    SliceConverter converter_;
     std::vector<std::byte> buffer_; // one slice, as it lies in the file
 };
 

@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -45,11 +46,11 @@ template <class T> T load(const std::byte* from, bool bigEndian) {
     return std::bit_cast<T>(bytes);
 }
 
-template <class Out> Out toStored(auto value, double fillStored, VoxelCounts& counts) {
+template <class Out> Out toStored(auto value, double absentStored, VoxelCounts& counts) {
     if constexpr (std::is_floating_point_v<decltype(value)>) {
         if (!std::isfinite(value)) {
             ++counts.nonFinite;
-            return static_cast<Out>(fillStored);
+            return static_cast<Out>(absentStored);
         }
         constexpr double kLargest = std::numeric_limits<float>::max();
         if (std::abs(static_cast<double>(value)) > kLargest) {
@@ -61,7 +62,7 @@ template <class Out> Out toStored(auto value, double fillStored, VoxelCounts& co
 }
 
 template <class In, class Out>
-void convert(bool bigEndian, std::span<const std::byte> in, double fillStored, std::span<std::byte> out,
+void convert(bool bigEndian, std::span<const std::byte> in, double absentStored, std::span<std::byte> out,
              VoxelCounts& counts) {
     if (std::is_same_v<In, Out> && std::is_integral_v<In> && (!bigEndian || sizeof(In) == 1)) {
         std::memcpy(out.data(), in.data(), in.size());
@@ -69,7 +70,8 @@ void convert(bool bigEndian, std::span<const std::byte> in, double fillStored, s
     }
     const std::size_t count = in.size() / sizeof(In);
     for (std::size_t i = 0; i < count; ++i) {
-        const Out value = toStored<Out>(load<In>(in.data() + i * sizeof(In), bigEndian), fillStored, counts);
+        const Out value =
+            toStored<Out>(load<In>(in.data() + i * sizeof(In), bigEndian), absentStored, counts);
         std::memcpy(out.data() + i * sizeof(Out), &value, sizeof(Out));
     }
 }
@@ -97,31 +99,60 @@ bool losesPrecision(FileType type) {
     return storedTypeOf(type) == ValueType::f32 && type != FileType::f32;
 }
 
-void storeVoxels(FileType type, bool bigEndian, std::span<const std::byte> in, double fillStored,
-                 std::span<std::byte> out, VoxelCounts& counts) {
-    TESSERA_CHECK(in.size() / bytesPerFileValue(type) * bytesPerValue(storedTypeOf(type)) == out.size());
+namespace {
+
+/// Calls body with a value, 0, of the C++ type that a FileType names.
+template <class Body> void withFileType(FileType type, const Body& body) {
     switch (type) {
     case FileType::i8:
-        return convert<std::int8_t, std::int16_t>(bigEndian, in, fillStored, out, counts);
+        return body(std::int8_t{});
     case FileType::u8:
-        return convert<std::uint8_t, std::uint8_t>(bigEndian, in, fillStored, out, counts);
+        return body(std::uint8_t{});
     case FileType::i16:
-        return convert<std::int16_t, std::int16_t>(bigEndian, in, fillStored, out, counts);
+        return body(std::int16_t{});
     case FileType::u16:
-        return convert<std::uint16_t, std::uint16_t>(bigEndian, in, fillStored, out, counts);
+        return body(std::uint16_t{});
     case FileType::i32:
-        return convert<std::int32_t, float>(bigEndian, in, fillStored, out, counts);
+        return body(std::int32_t{});
     case FileType::u32:
-        return convert<std::uint32_t, float>(bigEndian, in, fillStored, out, counts);
+        return body(std::uint32_t{});
     case FileType::i64:
-        return convert<std::int64_t, float>(bigEndian, in, fillStored, out, counts);
+        return body(std::int64_t{});
     case FileType::u64:
-        return convert<std::uint64_t, float>(bigEndian, in, fillStored, out, counts);
+        return body(std::uint64_t{});
     case FileType::f32:
-        return convert<float, float>(bigEndian, in, fillStored, out, counts);
+        return body(float{});
     case FileType::f64:
-        return convert<double, float>(bigEndian, in, fillStored, out, counts);
+        return body(double{});
     }
+}
+
+} // namespace
+
+void storeVoxels(FileType type, bool bigEndian, std::span<const std::byte> in, double absentStored,
+                 std::span<std::byte> out, VoxelCounts& counts) {
+    TESSERA_CHECK(in.size() / bytesPerFileValue(type) * bytesPerValue(storedTypeOf(type)) == out.size());
+    withFileType(type, [&](auto typed) {
+        using In = decltype(typed);
+        withValueType(storedTypeOf(type), [&](auto stored) {
+            convert<In, decltype(stored)>(bigEndian, in, absentStored, out, counts);
+        });
+    });
+}
+
+void widen(ValueRange& range, FileType type, bool bigEndian, std::span<const std::byte> in) {
+    withFileType(type, [&](auto typed) {
+        using In = decltype(typed);
+        for (std::size_t at = 0; at + sizeof(In) <= in.size(); at += sizeof(In)) {
+            const In value = load<In>(in.data() + at, bigEndian);
+            VoxelCounts counts;
+            const auto stored = static_cast<double>(toStored<float>(value, 0, counts));
+            if (counts.nonFinite == 0) {
+                range.least = std::min(range.least, stored);
+                range.most = std::max(range.most, stored);
+            }
+        }
+    });
 }
 
 } // namespace tessera

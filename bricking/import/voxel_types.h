@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -27,13 +28,22 @@ bool losesPrecision(FileType type);
 
 /// What conversion had to change.
 struct VoxelCounts {
-    std::uint64_t nonFinite = 0; // NaN and infinities, replaced by the fill
+    std::uint64_t nonFinite = 0; // NaN and infinities, replaced
     std::uint64_t clamped = 0;   // finite doubles beyond float32, clamped to its largest value
 };
 
 /// Converts in.size() / bytesPerFileValue(type) values into little-endian stored values.
 /// out.size() must be that count times bytesPerValue(storedTypeOf(type)). in and out may not overlap.
-void storeVoxels(FileType type, bool bigEndian, std::span<const std::byte> in, double fillStored,
+/// What is not finite becomes absentStored.
+void storeVoxels(FileType type, bool bigEndian, std::span<const std::byte> in, double absentStored,
                  std::span<std::byte> out, VoxelCounts& counts);
+
+/// Of finite values as they are stored.
+struct ValueRange {
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    bool isEmpty() const { return least > most; }
+};
+/// Widens the range by in.size() / bytesPerFileValue(type) values.
+void widen(ValueRange& range, FileType type, bool bigEndian, std::span<const std::byte> in);
 
 } // namespace tessera

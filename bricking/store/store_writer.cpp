@@ -304,7 +304,9 @@ void StoreWriter::finish(const VolumeInfo& final) {
     TESSERA_CHECK(s.pyramid && s.pyramid->nextSlices() == 0);
     s.pyramid.reset();
     s.info.nonFiniteVoxels = final.nonFiniteVoxels;
+    s.info.absentStored = final.absentStored;
     s.info.clampedVoxels = final.clampedVoxels;
+    s.info.lossy = final.lossy;
     s.metadata.info = s.info;
     for (int level = 0; level < kLevelCount; ++level) {
         const std::string text = levelDocument(s.info, level);

@@ -39,7 +39,7 @@ class StoreWriter {
     /// Takes the slab: reduces it to all levels and writes the chunks that this completes. Throws Error when
     /// the disk refuses, InputError when a float value is not finite.
     void push();
-    /// After the last slab. @param final  info with the counts of nonFiniteVoxels and clampedVoxels
+    /// After the last slab. @param final  info with what only the voxels told (SlabSource::info)
     /// Gives the memory back.
     void finish(const VolumeInfo& final);
     /// Renames the temporary folder to the target, replacing a store where force was given.

@@ -147,7 +147,10 @@ Json tesseraAttributes(const StoreMetadata& metadata) {
               {"kernel", info.acquisition.kernel},
               {"tubeVoltageKv", info.acquisition.tubeVoltageKv},
               {"sliceThicknessMm", info.acquisition.sliceThicknessMm}}},
+            {"lossy", info.lossy},
+            {"lossyRatio", info.lossyRatio},
             {"nonFiniteVoxels", info.nonFiniteVoxels},
+            {"absentStored", info.absentStored},
             {"clampedVoxels", info.clampedVoxels},
             {"range",
              {{"lowest", valueJson(info, metadata.lowest)}, {"highest", valueJson(info, metadata.highest)}}},
@@ -241,6 +244,16 @@ VolumeInfo parseInfo(const Json& document, const std::string& where) {
     info.acquisition.sliceThicknessMm = numberAt(document, root + "/acquisition/sliceThicknessMm", where);
     info.nonFiniteVoxels = countAt(document, root + "/nonFiniteVoxels", where);
     info.clampedVoxels = countAt(document, root + "/clampedVoxels", where);
+    // Stores of older programs do not tell.
+    const auto has = [&](const char* key) {
+        return document.contains(Json::json_pointer(root + "/" + key));
+    };
+    if (has("lossy"))
+        info.lossy = flagAt(document, root + "/lossy", where);
+    if (has("lossyRatio"))
+        info.lossyRatio = numberAt(document, root + "/lossyRatio", where);
+    if (has("absentStored"))
+        info.absentStored = numberAt(document, root + "/absentStored", where);
     return info;
 }
 
@@ -275,7 +288,8 @@ void checkStorable(const VolumeInfo& info, const std::string& where) {
     if (!fits(info.type, info.fillStored))
         throw badFile(where, std::string("a fill value that ") + name(info.type) + " can hold",
                       std::to_string(info.fillStored));
-    for (const double value : {info.acquisition.tubeVoltageKv, info.acquisition.sliceThicknessMm})
+    for (const double value : {info.acquisition.tubeVoltageKv, info.acquisition.sliceThicknessMm,
+                               info.lossyRatio, info.absentStored})
         if (!std::isfinite(value))
             throw badFile(where, "finite acquisition values", std::to_string(value));
     for (int column = 0; column < 4; ++column)

@@ -1,0 +1,63 @@
+// bricking/import/codecs/stream.h: compressed images as DICOM files hold them: what a stream says of itself,
+// and its samples. Two steps for every coding: a walk over the stream's own markers, which allocates nothing
+// and believes nothing, then decoding by a library with every warning taken as an error. A decoder that
+// goes on after damage shows wrong voxels as right ones.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+using Bytes = std::span<const std::byte>;
+
+enum class StreamCoding : std::uint8_t { rle, jpeg, jpegLs, jpeg2000 };
+/// "RLE", "JPEG", "JPEG-LS", "JPEG 2000".
+const char* name(StreamCoding coding);
+
+/// What a stream's own header says.
+struct StreamHeader {
+    StreamCoding coding = StreamCoding::jpeg;
+    int columns = 0, rows = 0, components = 0;
+    int bits = 0;                 // of a sample
+    std::optional<bool> isSigned; // JPEG 2000 only; the others have no sign
+    bool lossy = false;           // decoded values may differ from what was encoded
+    int frameMarker = 0;          // JPEG: the second byte of the frame header's marker, C0 to CF
+    /// Something in the stream contradicts itself, in a way that can be mended (JPEG 2000: lengths of
+    /// tile-parts); empty: sound.
+    std::string damage;
+};
+
+/// Walks over the markers of a whole stream, from its first to its last one; what follows the last is
+/// padding. Throws InputError naming `where` for a stream of another coding, for a marker or a length that
+/// does not fit, and for a stream that ends before its end marker. ITU-T T.81 (JPEG), T.87 (JPEG-LS): annexes
+/// B and C.
+StreamHeader walkJpeg(Bytes stream, const std::string& where);
+/// ITU-T T.800 (JPEG 2000), annex A.
+StreamHeader walkJpeg2000(Bytes stream, const std::string& where);
+/// The header alone, without the walk to the end, from as much of the beginning as there is; nothing where it
+/// is not there. Only `lossy`, the shape and the sign are to be used.
+std::optional<StreamHeader> peekHeader(StreamCoding coding, Bytes beginning);
+
+/// The stream with the length of every tile-part as it is. Packets hold no marker above FF8F (T.800, B.10.1
+/// and A.1), so tile-parts begin and end where their markers are found.
+std::vector<std::byte> withMendedTileParts(Bytes stream, const std::string& where);
+
+/// Decodes the samples, [y][x], as the stream's header says: signed for signed JPEG 2000, else not negative.
+/// header is that of the walk; out.size() == columns * rows. Throws InputError naming `where` for whatever
+/// the decoder complains about.
+void decodeJpeg(Bytes stream, const StreamHeader& header, const std::string& where,
+                std::span<std::int32_t> out);
+void decodeJpegLs(Bytes stream, const StreamHeader& header, const std::string& where,
+                  std::span<std::int32_t> out);
+void decodeJpeg2000(Bytes stream, const StreamHeader& header, const std::string& where,
+                    std::span<std::int32_t> out);
+/// DICOM PS3.5, annex G. The stream has no header of its own: out.size() samples of bytesPerSample, one
+/// segment for each byte, the most significant first.
+void decodeRle(Bytes stream, int bytesPerSample, const std::string& where, std::span<std::int32_t> out);
+
+} // namespace tessera
