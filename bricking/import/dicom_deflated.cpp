@@ -35,6 +35,9 @@ std::size_t endOfMeta(const std::vector<std::byte>& bytes, const std::string& wh
             longForm ? littleEndian(&bytes[at + 8], 4) : littleEndian(&bytes[at + 6], 2);
         at += (longForm ? 12 : 8) + length;
     }
+    const bool said = bytes.size() >= kMetaBegin + 12 && littleEndian(&bytes[kMetaBegin], 4) == 0x00000002;
+    if (!said || kMetaBegin + 12 + littleEndian(&bytes[kMetaBegin + 8], 4) != at)
+        throw badFile(where, "a meta group of the length that it says", "another");
     if (at >= bytes.size())
         throw badFile(where, "a deflated data set", "the end of the file (is it truncated?)");
     return at;
@@ -78,6 +81,10 @@ std::vector<std::byte> inflateDicom(const std::filesystem::path& path) {
         out.insert(out.end(), part.begin(), part.end() - static_cast<std::ptrdiff_t>(stream.avail_out));
     }
     inflateEnd(&stream);
+    const Bytef* const rest = stream.next_in; // at most a byte that makes the length even
+    if (stream.avail_in > 1 || (stream.avail_in == 1 && *rest != 0))
+        throw badFile(where, "nothing behind the deflated data set",
+                      std::to_string(stream.avail_in) + " bytes");
     if (result != Z_STREAM_END)
         throw badFile(where, "a whole deflated data set of at most 512 MiB",
                       "a damaged, truncated or larger one");

@@ -2,6 +2,7 @@
 #include "bricking/import/dicom_scan.h"
 
 #include "bricking/import/dicom_deflated.h"
+#include "bricking/import/dicom_structure.h"
 #include "bricking/import/input_file.h"
 #include "bricking/import/vtk_quiet.h"
 #include "core/error.h"
@@ -132,6 +133,19 @@ std::optional<std::int32_t> storedValueOf(std::optional<int> value, const DicomS
     return slice.isSigned && bits >= 0x8000 ? bits - 0x10000 : bits;
 }
 
+/// The pixels' description must be whole; a parser takes defaults for what is not there.
+std::string missingTag(const Header& header) {
+    for (const auto& [tag, name] : {std::pair(DC::SamplesPerPixel, "SamplesPerPixel"),
+                                    {DC::PhotometricInterpretation, "PhotometricInterpretation"},
+                                    {DC::BitsAllocated, "BitsAllocated"},
+                                    {DC::BitsStored, "BitsStored"},
+                                    {DC::HighBit, "HighBit"},
+                                    {DC::PixelRepresentation, "PixelRepresentation"}})
+        if (header.text(tag).empty())
+            return std::string("no ") + name;
+    return "";
+}
+
 /// The shape and number format of the pixels. False: an image, but not a slice of scalars.
 bool readPixelFormat(const Header& header, DicomSlice& slice) {
     slice.columns = header.integer(DC::Columns).value_or(0);
@@ -203,11 +217,12 @@ class Scanner {
         vtkNew<vtkDICOMParser> parser;
         parse(*parser, *data, file.string());
         const std::string syntax = Header(data).text(DC::TransferSyntaxUID);
+        std::optional<MemoryFile> inflated;
         if (syntax == kDeflatedSyntax) {
             try {
-                const MemoryFile inflated(inflateDicom(file));
+                inflated.emplace(inflateDicom(file));
                 data->Clear();
-                parse(*parser, *data, inflated.path());
+                parse(*parser, *data, inflated->path());
             } catch (const InputError&) {
                 return damaged(file, "a deflated DICOM file", "one that does not inflate");
             }
@@ -216,7 +231,8 @@ class Scanner {
         const std::string storageClass =
             header.text(syntax == kDeflatedSyntax ? DC::SOPClassUID : DC::MediaStorageSOPClassUID);
         if (parser->GetPixelDataFound())
-            return addImage(file, header, syntax, *parser);
+            return addImage(file, inflated ? std::filesystem::path(inflated->path()) : file, header, syntax,
+                            *parser);
         if (contains(kSliceClasses, storageClass) || (storageClass.empty() && parser->GetErrorCode() != 0))
             damaged(file, "a whole DICOM image", "a header that breaks off (is it truncated?)");
         else
@@ -248,8 +264,9 @@ class Scanner {
         scan_.damaged.push_back({file, std::move(expected), std::move(found)});
     }
 
-    void addImage(const std::filesystem::path& file, const Header& header, const std::string& syntax,
-                  vtkDICOMParser& parser) {
+    /// @param parsed  what the parser has read: the file, or what it inflates to
+    void addImage(const std::filesystem::path& file, const std::filesystem::path& parsed,
+                  const Header& header, const std::string& syntax, vtkDICOMParser& parser) {
         DicomSlice slice;
         slice.file = file;
         const int frames = std::max(1, header.integer(DC::NumberOfFrames).value_or(1));
@@ -289,6 +306,12 @@ class Scanner {
                 return damaged(file, fault.expected(), fault.found());
             }
         }
+
+        const DicomLayout layout{syntax == kExplicitBig, syntax == kImplicitLittle, offset,
+                                 parser.GetPixelDataVL(), compressed != nullptr};
+        slice.irregularity = syntax.empty() ? "" : irregularityOf(parsed, layout);
+        if (slice.irregularity.empty())
+            slice.irregularity = missingTag(header);
 
         DicomSeries& series = seriesOf(header);
         for (int frame = 0; frame < frames; ++frame) {

@@ -42,6 +42,7 @@ struct DicomSlice {
     std::optional<glm::dvec3> positionMm;                    // ImagePositionPatient
     std::optional<glm::dvec3> rowDirection, columnDirection; // along a row (x), along a column (y)
     std::optional<glm::dvec2> spacingMm;                     // x, y
+    std::string irregularity; // of the file's structure, in words that quote no value; empty: none
 };
 
 struct DicomSeries {

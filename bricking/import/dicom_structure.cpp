@@ -1,0 +1,248 @@
+// bricking/import/dicom_structure.cpp: see dicom_structure.h.
+#include "bricking/import/dicom_structure.h"
+
+#include "bricking/import/input_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <string_view>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+constexpr std::uint64_t kMetaBegin = 132; // preamble and mark
+constexpr std::uint32_t kUndefined = 0xFFFFFFFF;
+constexpr std::uint32_t kPixelTag = 0x7FE00010, kItem = 0xFFFEE000, kItemEnd = 0xFFFEE00D,
+                        kSequenceEnd = 0xFFFEE0DD;
+constexpr int kMostNested = 16;
+constexpr std::uint64_t kBlockBytes = 512; // tapes and some archives fill files up to a multiple of it
+
+/// Value representations: their name, whether their length has 32 bits, and the size of one value.
+struct Representation {
+    std::string_view name;
+    bool isLong;
+    std::uint32_t valueBytes;
+};
+constexpr std::array<Representation, 34> kRepresentations = {
+    {{"AE", false, 1}, {"AS", false, 1}, {"AT", false, 4}, {"CS", false, 1}, {"DA", false, 1},
+     {"DS", false, 1}, {"DT", false, 1}, {"FD", false, 8}, {"FL", false, 4}, {"IS", false, 1},
+     {"LO", false, 1}, {"LT", false, 1}, {"OB", true, 1},  {"OD", true, 8},  {"OF", true, 4},
+     {"OL", true, 4},  {"OV", true, 8},  {"OW", true, 2},  {"PN", false, 1}, {"SH", false, 1},
+     {"SL", false, 4}, {"SQ", true, 1},  {"SS", false, 2}, {"ST", false, 1}, {"SV", true, 8},
+     {"TM", false, 1}, {"UC", true, 1},  {"UI", false, 1}, {"UL", false, 4}, {"UN", true, 1},
+     {"UR", true, 1},  {"US", false, 2}, {"UT", true, 1},  {"UV", true, 8}}};
+
+/// Something does not fit; caught by irregularityOf().
+struct Irregular {
+    std::string words;
+};
+
+std::string tagText(std::uint32_t tag) {
+    char text[16];
+    std::snprintf(text, sizeof text, "(%04x,%04x)", tag >> 16, tag & 0xffff);
+    return text;
+}
+
+/// The bytes of a file or of memory, by position, a window of them at hand.
+class Source {
+  public:
+    using Read = std::function<std::size_t(std::uint64_t, std::span<std::byte>)>;
+    Source(std::uint64_t size, Read read) : size_(size), read_(std::move(read)) {}
+
+    std::uint64_t size() const { return size_; }
+    const std::byte* at(std::uint64_t offset, std::size_t count) {
+        if (offset > size_ || count > size_ - offset)
+            throw Irregular{"an element that goes beyond the end of the file"};
+        if (offset < begin_ || offset + count > begin_ + window_.size()) {
+            window_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(size_ - offset, 8192)));
+            begin_ = offset;
+            read_(offset, window_);
+        }
+        return window_.data() + (offset - begin_);
+    }
+
+  private:
+    std::uint64_t size_, begin_ = 0;
+    Read read_;
+    std::vector<std::byte> window_;
+};
+
+/// One element's head.
+struct Element {
+    std::uint32_t tag = 0, length = 0;
+    bool isSequence = false;
+    std::uint64_t content = 0; // where it begins
+};
+
+class Walk {
+  public:
+    Walk(Source& source, bool bigEndian, bool implicit)
+        : source_(source), bigEndian_(bigEndian), implicit_(implicit) {}
+
+    Element head(std::uint64_t at) {
+        Element e;
+        e.tag = number(at, 2) << 16 | number(at + 2, 2);
+        const bool isItem = e.tag >> 16 == 0xFFFE;
+        if (implicit_ || isItem) {
+            e.length = number(at + 4, 4);
+            e.content = at + 8;
+            // An implicit element of undefined length is a sequence.
+            e.isSequence = !isItem && e.length == kUndefined && e.tag != kPixelTag;
+            return e;
+        }
+        const std::byte* vr = source_.at(at + 4, 2);
+        const std::string_view word(reinterpret_cast<const char*>(vr), 2);
+        const auto known = std::find_if(kRepresentations.begin(), kRepresentations.end(),
+                                        [&](const Representation& r) { return r.name == word; });
+        if (known == kRepresentations.end())
+            throw Irregular{"an unknown value representation at " + tagText(e.tag)};
+        e.length = known->isLong ? number(at + 8, 4) : number(at + 6, 2);
+        e.content = at + (known->isLong ? 12 : 8);
+        if (known->isLong && number(at + 6, 2) != 0)
+            throw Irregular{"reserved bytes that are not zero at " + tagText(e.tag)};
+        e.isSequence = known->name == "SQ" || (e.length == kUndefined && e.tag != kPixelTag);
+        if (e.length != kUndefined && e.length % known->valueBytes != 0)
+            throw Irregular{"a length that does not suit " + std::string(known->name) + " at " +
+                            tagText(e.tag)};
+        return e;
+    }
+
+    /// Elements from `at` on, ascending, to `end` or until one has the tag `until`; returns where it stopped.
+    std::uint64_t elements(std::uint64_t at, std::uint64_t end, std::uint32_t until, int depth) {
+        std::uint64_t before = 0; // one more than a tag; 0: none yet
+        while (at < end) {
+            const Element e = head(at);
+            if (e.tag == until)
+                return at;
+            if (std::uint64_t{e.tag} + 1 <= before)
+                throw Irregular{"elements out of order at " + tagText(e.tag)};
+            before = std::uint64_t{e.tag} + 1;
+            at = after(e, end, depth);
+        }
+        if (at != end)
+            throw Irregular{"an element that goes beyond what holds it"};
+        return at;
+    }
+
+    /// Where the next element begins.
+    std::uint64_t after(const Element& e, std::uint64_t end, int depth) {
+        if (e.length == kUndefined && !e.isSequence)
+            throw Irregular{"an undefined length at " + tagText(e.tag)};
+        if (e.length != kUndefined && e.length > end - std::min(end, e.content))
+            throw Irregular{"a length beyond what holds it at " + tagText(e.tag)};
+        if (e.length != kUndefined && e.length % 2 != 0)
+            throw Irregular{"an odd length at " + tagText(e.tag)};
+        if (e.isSequence)
+            return items(e, end, depth + 1);
+        return e.content + e.length;
+    }
+
+    std::uint32_t number(std::uint64_t at, std::size_t bytes) {
+        const std::byte* from = source_.at(at, bytes);
+        std::uint32_t value = 0;
+        for (std::size_t i = 0; i < bytes; ++i)
+            value = value << 8 | std::to_integer<std::uint32_t>(from[bigEndian_ ? i : bytes - 1 - i]);
+        return value;
+    }
+
+  private:
+    std::uint64_t items(const Element& sequence, std::uint64_t end, int depth) {
+        if (depth > kMostNested)
+            throw Irregular{"more than 16 sequences in one another"};
+        const bool open = sequence.length == kUndefined;
+        std::uint64_t at = sequence.content;
+        const std::uint64_t last = open ? end : at + sequence.length;
+        while (at < last) {
+            const Element item = head(at);
+            if (open && item.tag == kSequenceEnd)
+                return item.content;
+            if (item.tag != kItem)
+                throw Irregular{"something other than an item in " + tagText(sequence.tag)};
+            if (item.length == kUndefined) {
+                at = elements(item.content, last, kItemEnd, depth);
+                at = head(at).content;
+            } else {
+                if (item.length > last - std::min(last, item.content))
+                    throw Irregular{"an item that goes beyond " + tagText(sequence.tag)};
+                at = elements(item.content, item.content + item.length, kItemEnd, depth);
+            }
+        }
+        if (open || at != last)
+            throw Irregular{"a sequence without its end at " + tagText(sequence.tag)};
+        return at;
+    }
+
+    Source& source_;
+    bool bigEndian_, implicit_;
+};
+
+/// Past the items of encapsulated pixels; framesOf() has seen that they are there.
+std::uint64_t afterFragments(Walk& walk, std::uint64_t at) {
+    while (true) {
+        const Element item = walk.head(at);
+        if (item.tag == kSequenceEnd)
+            return item.content;
+        if (item.tag != kItem || item.length == kUndefined)
+            throw Irregular{"something other than fragments in the pixels"};
+        at = item.content + item.length;
+    }
+}
+
+bool isFilling(Source& source, std::uint64_t at) {
+    if (source.size() % kBlockBytes != 0 || source.size() - at >= 64 * kBlockBytes)
+        return false;
+    const std::byte* rest = source.at(at, static_cast<std::size_t>(source.size() - at));
+    return std::all_of(rest, rest + (source.size() - at), [](std::byte b) { return b == std::byte{0}; });
+}
+
+std::string walkFile(Source& source, const DicomLayout& layout) {
+    try {
+        std::uint64_t dataSet = 0;
+        if (source.size() >= kMetaBegin && std::memcmp(source.at(128, 4), "DICM", 4) == 0) {
+            Walk meta(source, false, false);
+            const Element length = meta.head(kMetaBegin);
+            if (length.tag != 0x00020000 || length.length != 4)
+                throw Irregular{"no length of the meta group"};
+            dataSet = length.content + 4 + meta.number(length.content, 4);
+            meta.elements(kMetaBegin, dataSet, 0, 0);
+        }
+        Walk walk(source, layout.bigEndian, layout.implicit);
+        const std::uint64_t pixels = walk.elements(dataSet, source.size(), kPixelTag, 0);
+        if (walk.head(pixels).content != layout.pixelOffsetBytes)
+            throw Irregular{"pixels at another place than the parser found"};
+        const std::uint64_t rest = layout.encapsulated ? afterFragments(walk, layout.pixelOffsetBytes)
+                                                       : layout.pixelOffsetBytes + layout.pixelLengthBytes;
+        if (rest < source.size() && !isFilling(source, rest)) {
+            const Element next = walk.head(rest);
+            if (next.tag <= kPixelTag)
+                throw Irregular{"elements out of order behind the pixels"};
+            walk.elements(rest, source.size(), 0, 0);
+        }
+        return "";
+    } catch (const Irregular& irregular) {
+        return irregular.words;
+    }
+}
+
+} // namespace
+
+std::string irregularityOf(const std::filesystem::path& path, const DicomLayout& layout) {
+    const InputFile file(path);
+    Source source(file.sizeBytes(),
+                  [&](std::uint64_t offset, std::span<std::byte> out) { return file.readSome(offset, out); });
+    return walkFile(source, layout);
+}
+
+std::string irregularityOf(std::span<const std::byte> bytes, const DicomLayout& layout) {
+    Source source(bytes.size(), [&](std::uint64_t offset, std::span<std::byte> out) {
+        std::memcpy(out.data(), bytes.data() + offset, out.size());
+        return out.size();
+    });
+    return walkFile(source, layout);
+}
+
+} // namespace tessera
