@@ -98,6 +98,20 @@ std::vector<std::string> presetNames() {
     return names;
 }
 
+bool looksLikeHu(const ValueSummary& values) {
+    constexpr double kAirLeast = -1100, kAirMost = -900, kBodyMost = 3100; // HU
+    constexpr double kSomeAir = 0.02, kMost = 0.75;                        // of the voxels
+    const double width = (values.highest - values.lowest) / static_cast<double>(values.histogram.size());
+    double all = 0, air = 0, body = 0;
+    for (std::size_t bin = 0; bin < values.histogram.size(); ++bin) {
+        const double begin = values.lowest + width * static_cast<double>(bin), end = begin + width;
+        all += values.histogram[bin];
+        air += end >= kAirLeast && begin <= kAirMost ? values.histogram[bin] : 0;
+        body += end >= kAirLeast && begin <= kBodyMost ? values.histogram[bin] : 0;
+    }
+    return all > 0 && width > 0 && air >= kSomeAir * all && body >= kMost * all;
+}
+
 TransferFunction presetFunction(const std::string& name, const ValueSummary& values) {
     if (name == kAuto)
         return autoFunction(values);
@@ -107,9 +121,10 @@ TransferFunction presetFunction(const std::string& name, const ValueSummary& val
         throw badFile("preset", "one of " + joinNames(names),
                       "\"" + name.substr(0, 40) + "\"; nearest: \"" + nearestName(name, names) + "\"");
     }
-    if (!values.isHu)
+    if (!values.isHu && !looksLikeHu(values))
         throw badFile("preset " + name, "values in HU",
-                      "values without a unit; the preset \"auto\" suits any");
+                      "values without a unit that do not look like HU; --unit HU takes them for HU, and the "
+                      "preset \"auto\" suits any");
     return parsePreset(name, found->second);
 }
 

@@ -20,10 +20,16 @@ struct ValueSummary {
     std::vector<double> histogram;
 };
 
+/// Whether values without a unit look like HU: air near -1000 (some between -1100 and -900), and most, at
+/// least three quarters, between -1100 and 3100; what scanners write outside their circle may lie below. By
+/// the histogram's bins, so never certain.
+bool looksLikeHu(const ValueSummary& values);
+
 /// Throws InputError, listing the names and the nearest one, for an unknown name.
 /// "auto": from the histogram; transparent below the background peak's upper end, ramps over the quantiles of
 /// the rest, dark red to ivory. A volume of one value is transparent.
-/// A CT preset on data that is not in HU is refused with a message that names "auto".
+/// A CT preset on other data is refused with a message that names "auto".
+/// "auto" suits any data; the others suit values in HU, and values that look like them (looksLikeHu).
 TransferFunction presetFunction(const std::string& name, const ValueSummary& values);
 
 } // namespace tessera

@@ -21,7 +21,7 @@ using nlohmann::json;
 using Keys = std::vector<std::string>;
 
 const Keys kSceneKeys = {"tesseraScene", "volumes", "camera", "shading", "isosurfaces", "quality", "image"};
-const Keys kVolumeKeys = {"path", "transferFunction"};
+const Keys kVolumeKeys = {"path", "transferFunction", "unit"};
 const Keys kFittedKeys = {"view", "fit", "parallelProjection"};
 const Keys kFreeCameraKeys = {"position",  "focalPoint",         "viewUp",
                               "viewAngle", "parallelProjection", "parallelScale"};
@@ -69,6 +69,10 @@ SceneVolume parseVolume(const JsonValue& value, const std::filesystem::path& fol
     if (path.empty())
         value.at("path").refuse("the path of a store or source");
     volume.path = std::filesystem::absolute(folder / path).lexically_normal();
+    if (value.has("unit")) {
+        value.at("unit").oneOf({"", "HU"});
+        volume.unit = value.at("unit").text();
+    }
     if (value.has("transferFunction")) {
         const JsonValue function = value.at("transferFunction");
         if (function.isText()) {
@@ -367,7 +371,9 @@ std::string sceneJson(const Scene& scene) {
             function = *name;
         else
             function = transferJson(std::get<TransferFunction>(volume.transferFunction));
-        volumes.push_back({{"path", volume.path.string()}, {"transferFunction", std::move(function)}});
+        volumes.push_back({{"path", volume.path.string()},
+                           {"transferFunction", std::move(function)},
+                           {"unit", volume.unit}});
     }
     json surfaces = json::array();
     for (const Isosurface& surface : scene.surfaces)

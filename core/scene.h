@@ -75,6 +75,7 @@ using TransferChoice = std::variant<std::string, TransferFunction>;
 struct SceneVolume {
     std::filesystem::path path; // store or source; absolute once a scene is loaded
     TransferChoice transferFunction = std::string("bone");
+    std::string unit = {}; // "HU": the values are in HU, whatever the volume says; "": as the volume says
 };
 
 /// What a camera by side holds: all that the transfer function and the isosurfaces show, or the volume's box.

@@ -15,13 +15,13 @@
 
 namespace tessera {
 
-ValueSummary summarise(const Statistics& statistics, const VolumeInfo& info) {
+ValueSummary summarise(const Statistics& statistics, const VolumeInfo& info, const std::string& unit) {
     ValueSummary summary;
     const double a = info.rescaleSlope * static_cast<double>(statistics.lowest) + info.rescaleIntercept;
     const double b = info.rescaleSlope * static_cast<double>(statistics.highest) + info.rescaleIntercept;
     summary.lowest = std::min(a, b);
     summary.highest = std::max(a, b);
-    summary.isHu = info.unit == "HU";
+    summary.isHu = info.unit == "HU" || unit == "HU";
     const glm::dvec3 spacing = info.spacingMm();
     summary.spacingMm = std::cbrt(spacing.x * spacing.y * spacing.z);
     for (const std::uint64_t count : statistics.histogram)
@@ -294,7 +294,8 @@ PreparedScene prepareView(const Scene& scene, const StoreReader& store, Ledger& 
     p.statistics = loadStatistics(store, ram, threads);
     const TransferChoice& function = scene.volumes.at(0).transferFunction;
     if (const auto* name = std::get_if<std::string>(&function))
-        p.setFunction(presetFunction(*name, summarise(p.statistics, info)), scene, ram);
+        p.setFunction(presetFunction(*name, summarise(p.statistics, info, scene.volumes.at(0).unit)), scene,
+                      ram);
     else
         p.setFunction(std::get<TransferFunction>(function), scene, ram);
     if (const auto* view = std::get_if<FittedView>(&scene.camera))

@@ -135,6 +135,6 @@ void chooseAgain(PreparedScene& prepared, const Scene& scene, const TextureLimit
                  const Ledger& gpu, int threads, LevelChoice choice);
 
 /// What presets may know of a volume.
-ValueSummary summarise(const Statistics& statistics, const VolumeInfo& info);
+ValueSummary summarise(const Statistics& statistics, const VolumeInfo& info, const std::string& unit = "");
 
 } // namespace tessera

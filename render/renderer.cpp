@@ -214,7 +214,10 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     result.levelsOnPurpose = options.levels != LevelChoice::perBrick || options.engine == Engine::reference;
     result.cells = cellCount(p.statistics.cells);
     result.occupiedCells = scene.quality.skipping ? p.occupancy.occupiedCells() : result.cells;
-    const ValueSummary values = summarise(p.statistics, p.info());
+    const SceneVolume& volume = scene.volumes.front();
+    const ValueSummary values = summarise(p.statistics, p.info(), volume.unit);
+    const auto* const preset = std::get_if<std::string>(&volume.transferFunction);
+    result.takenAsHu = preset && *preset != "auto" && !values.isHu;
     result.lowest = values.lowest;
     result.highest = values.highest;
     result.secondsPreparing = secondsSince(start);

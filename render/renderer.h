@@ -61,6 +61,7 @@ struct RenderResult {
     std::optional<PictureErrors> errors; // where they were checked
     double secondsChecking = 0;
     double lowest = 0, highest = 0; // values of the volume, physical units
+    bool takenAsHu = false;         // by a preset, because they look like HU: nobody said so
     double secondsPreparing = 0, secondsLoading = 0, secondsDrawing = 0;
 };
 

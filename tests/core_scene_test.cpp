@@ -22,7 +22,7 @@ using ::testing::HasSubstr;
 
 /// Every key there is, in two documents because a camera is either fitted or free.
 const char* const kFitted = R"({"tesseraScene":1,
-  "volumes":[{"path":"a/x.zarr","transferFunction":{"scalarOpacityUnitDistance":2.5,
+  "volumes":[{"path":"a/x.zarr","unit":"HU","transferFunction":{"scalarOpacityUnitDistance":2.5,
     "scalarOpacity":[[-100,0],[50,0.125],[50,0.5]],"rgbTransferFunction":[[0,0.1,0.2,0.3],[10,1,1,1]]}}],
   "camera":{"view":"left","fit":"volume","parallelProjection":true},
   "shading":{"shade":false,"ambient":0.1,"diffuse":0.7,"specular":0.3,"specularPower":40,
@@ -31,7 +31,7 @@ const char* const kFitted = R"({"tesseraScene":1,
   "quality":{"stepVoxels":0.25,"integrator":"pre-integrated","fetch":"exact","terminationTransmittance":0,"skipping":false,
     "edgeFunction":"split","sampling":"naive","maxError":2.5},
   "image":{"size":[640,480],"background":"#336699"}})";
-const char* const kFree = R"({"tesseraScene":1,"volumes":[{"path":"/s/x.zarr","transferFunction":"lung"}],
+const char* const kFree = R"({"tesseraScene":1,"volumes":[{"path":"/s/x.zarr","unit":"","transferFunction":"lung"}],
   "camera":{"position":[1,2,3.25],"focalPoint":[4,5,6],"viewUp":[0,0.1,1],"viewAngle":110.5,
     "parallelProjection":false,"parallelScale":77.7},"image":{"background":[0.1,0.2,0.3]}})";
 
@@ -274,6 +274,29 @@ TEST(Preset, RefusalsHelp) {
     EXPECT_THAT(message("bonne", true), AllOf(HasSubstr("nearest: \"bone\""), HasSubstr("soft-tissue")));
     EXPECT_THAT(message("bone", false), HasSubstr("auto"));
     EXPECT_EQ(message("auto", false), "");
+}
+
+// A NIfTI file cannot say HU; presets were refused for every CT that came through a converter.
+TEST(Preset, ValuesThatLookLikeHuAreTaken) {
+    const auto summary = [](double lowest, double highest,
+                            const std::vector<std::pair<double, double>>& peaks) {
+        ValueSummary values{lowest, highest, false, 1, std::vector<double>(64)};
+        for (const auto& [value, count] : peaks)
+            values.histogram[static_cast<std::size_t>((value - lowest) / (highest - lowest) * 63.99)] +=
+                count;
+        return values;
+    };
+    const auto ct = summary(-1024, 3071, {{-1000, 40}, {40, 55}, {900, 5}});
+    EXPECT_TRUE(looksLikeHu(ct));
+    EXPECT_NO_THROW(presetFunction("bone", ct));
+    EXPECT_TRUE(
+        looksLikeHu(summary(-3024, 3071, {{-3024, 20}, {-1000, 20}, {40, 60}}))); // outside the circle
+    EXPECT_TRUE(looksLikeHu(summary(-1024, 30000, {{-1000, 40}, {40, 59}, {29000, 1}}))); // metal
+    EXPECT_FALSE(looksLikeHu(summary(0, 4095, {{24, 40}, {1064, 60}})));                  // not rescaled
+    EXPECT_FALSE(looksLikeHu(summary(0, 255, {{1, 60}, {90, 40}})));
+    EXPECT_FALSE(looksLikeHu(summary(-32768, 32767, {{-32000, 60}, {-1000, 5}, {20000, 35}})));
+    EXPECT_FALSE(looksLikeHu({-1000, -1000, false, 1, std::vector<double>(64, 1)}));
+    EXPECT_FALSE(looksLikeHu({-1024, 3071, false, 1, {}}));
 }
 
 TEST(Preset, AutoLeavesTheBackgroundOutAndShowsTheRest) {

@@ -12,6 +12,7 @@ namespace {
 struct ImportArguments {
     std::string in, out, ram;
     InputOptions input;
+    std::string unit;
     bool force = false;
 };
 
@@ -23,6 +24,8 @@ void runImport(const ImportArguments& arguments, const CommonOptions& common) {
     common.detail("importing " + source->describe() + " to " + out.string());
     ImportOptions options;
     options.force = arguments.force;
+    if (!arguments.unit.empty())
+        options.unit = parseUnit(arguments.unit);
     options.progress = common.progress.get();
     noteImport(importToStore(*source, out, ram, options), *source, out, ram, common);
 }
@@ -40,6 +43,8 @@ void addImportCommand(CLI::App& program, const CommonOptions& common, Action& ac
     command->add_flag("--largest", arguments->input.largest, "of a folder with several, the largest CT");
     command->add_flag("--resample-z", arguments->input.resampleZ,
                       "interpolate uneven slices to even spacing");
+    command->add_option("--unit", arguments->unit,
+                        "HU: the values are in HU, though the file cannot say so (NIfTI)");
     command->add_option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command->footer("Example:\n  tessera import scans/abdomen abdomen.zarr --ram 512MiB");
     command->callback(

@@ -41,7 +41,7 @@ struct RenderArguments {
     std::string device = "auto";
     double step = 0;      // 0: as the scene says
     double maxError = -1; // negative: as the scene says
-    std::string edgeFunction, sampling, integrator, gradient, first;
+    std::string unit, edgeFunction, sampling, integrator, gradient, first;
     std::vector<std::string> surfaces;
     bool noShading = false, noSkipping = false, noCheck = false, explain = false, json = false;
     InputOptions input;
@@ -94,6 +94,8 @@ Isosurface parseSurface(const std::string& text) {
 
 /// Options win over the scene.
 void applyOptions(const RenderArguments& arguments, Scene& scene) {
+    if (!arguments.unit.empty())
+        scene.volumes.front().unit = parseUnit(arguments.unit);
     if (!arguments.preset.empty()) {
         chosen(arguments.preset, presetNames(), "--preset");
         scene.volumes.front().transferFunction = arguments.preset;
@@ -290,7 +292,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     requireFloor(volume.path, scene, engine, ram);
     const StoreReader store(volume.path, ram);
     if (const auto* preset = std::get_if<std::string>(&volume.transferFunction); preset && preset->empty())
-        volume.transferFunction = std::string(store.info().unit == "HU" ? "bone" : "auto");
+        volume.transferFunction =
+            std::string(store.info().unit == "HU" || volume.unit == "HU" ? "bone" : "auto");
 
     RenderOptions options;
     options.engine = engine;
@@ -322,6 +325,9 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
                         " s; the picture takes about " + formatNumber(std::ceil(secondsLeft), 2) + " s more");
         };
     const RenderResult result = renderScene(scene, store, ram, gpu, options);
+    if (result.takenAsHu)
+        common.note(
+            "the values have no unit, but look like HU (air near -1000): taken as HU; --unit HU says so");
     const Charge pictures = ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
 
     common.progress->stage("writing the picture");
@@ -428,6 +434,7 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
     command->add_option("--series", a->input.series, "source files: number of the DICOM series");
     command->add_flag("--largest", a->input.largest,
                       "source files: of a folder with several, the largest CT");
+    command->add_option("--unit", a->unit, "HU: the values are in HU, though the file cannot say so (NIfTI)");
     command->add_flag("--resample-z", a->input.resampleZ, "source files: interpolate uneven slices");
     command->footer("Example:\n  tessera render abdomen.zarr -o liver.png --preset soft-tissue --view left");
     command->callback([a, &common, &action] { action = [a, &common] { runRender(*a, common); }; });

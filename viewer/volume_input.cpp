@@ -139,6 +139,12 @@ void requireStorePath(const fs::path& out, bool force) {
         throw badFile(out.string(), "a new name, or --force to replace", "a store of that name");
 }
 
+std::string parseUnit(const std::string& text) {
+    if (text != "HU")
+        throw badFile("--unit", "HU", "\"" + text.substr(0, 40) + "\"");
+    return text;
+}
+
 void noteImport(const ImportReport& report, const SlabSource& source, const fs::path& store,
                 const Ledger& ram, const CommonOptions& common) {
     common.progress->end();

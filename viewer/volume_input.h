@@ -45,6 +45,8 @@ std::filesystem::path storeFor(const std::filesystem::path& path, const InputOpt
 /// Refuses early, before long work, what importToStore() would refuse: an output that does not end in .zarr,
 /// that exists without force, or that is no store. Throws InputError naming it.
 void requireStorePath(const std::filesystem::path& out, bool force);
+/// "HU", the one unit that presets need. Throws InputError naming --unit for anything else.
+std::string parseUnit(const std::string& text);
 /// One line about a finished import, more with --verbose.
 void noteImport(const ImportReport& report, const SlabSource& source, const std::filesystem::path& store,
                 const Ledger& ram, const CommonOptions& common);

@@ -20,7 +20,11 @@ std::size_t importFloorBytes(const VolumeInfo& info, int threads) {
 ImportReport importToStore(SlabSource& source, const std::filesystem::path& store, Ledger& ram,
                            const ImportOptions& options) {
     const auto start = std::chrono::steady_clock::now();
-    const VolumeInfo info = source.info();
+    VolumeInfo info = source.info();
+    if (!options.unit.empty() && !info.unit.empty() && info.unit != options.unit)
+        throw badFile(source.describe(), "values in " + options.unit, "values in " + info.unit);
+    if (!options.unit.empty())
+        info.unit = options.unit;
     info.validate(source.describe());
     {
         const Charge floor =

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 namespace tessera {
 
@@ -17,6 +18,7 @@ struct ImportOptions {
     int threads = 0;     // 0: all processors
     bool durable = true; // wait for the disk before the final name is given; off for scratch stores and tests
     Progress* progress = nullptr; // none: says nothing
+    std::string unit = {};        // of the physical values where the source knows none; "": as it says
 };
 struct ImportReport {
     std::uint64_t voxels = 0, bytesIn = 0, bytesOut = 0, chunksWritten = 0, chunksFill = 0;
@@ -28,7 +30,8 @@ std::size_t importFloorBytes(const VolumeInfo& info, int threads);
 
 /// Writes to a temporary folder beside `store`, then renames: an unfinished store never has the final name.
 /// Memory: one slab of 32 slices per level, charged to ram; throws InputError (the floor) if that cannot fit,
-/// and if the store exists and force is off, and if the existing path is not a store.
+/// and if the store exists and force is off, and if the existing path is not a store, and for a unit other
+/// than the source's own.
 /// The source's order of slices and its infos are taken as they are; texts are cut to 64 printable ASCII
 /// characters.
 ImportReport importToStore(SlabSource& source, const std::filesystem::path& store, Ledger& ram,
