@@ -74,7 +74,7 @@ class Source {
 /// One element's head.
 struct Element {
     std::uint32_t tag = 0, length = 0;
-    bool isSequence = false;
+    bool isSequence = false, isUnknown = false; // unknown (UN) sequences are written implicitly
     std::uint64_t content = 0; // where it begins
 };
 
@@ -104,6 +104,7 @@ class Walk {
         e.content = at + (known->isLong ? 12 : 8);
         if (known->isLong && number(at + 6, 2) != 0)
             throw Irregular{"reserved bytes that are not zero at " + tagText(e.tag)};
+        e.isUnknown = known->name == "UN";
         e.isSequence = known->name == "SQ" || (e.length == kUndefined && e.tag != kPixelTag);
         if (e.length != kUndefined && e.length % known->valueBytes != 0)
             throw Irregular{"a length that does not suit " + std::string(known->name) + " at " +
@@ -136,6 +137,8 @@ class Walk {
             throw Irregular{"a length beyond what holds it at " + tagText(e.tag)};
         if (e.length != kUndefined && e.length % 2 != 0)
             throw Irregular{"an odd length at " + tagText(e.tag)};
+        if (e.isSequence && e.isUnknown) // PS3.5, 6.2.2, note on UN of undefined length
+            return Walk(source_, false, true).items(e, end, depth + 1);
         if (e.isSequence)
             return items(e, end, depth + 1);
         return e.content + e.length;
