@@ -1,6 +1,8 @@
 // core/error.cpp: see error.h.
 #include "core/error.h"
 
+#include "core/printable_text.h"
+
 #include <cstdio>
 #include <cstdlib>
 #include <utility>
@@ -8,8 +10,8 @@
 namespace tessera {
 
 BadFile::BadFile(const std::string& path, std::string expected, std::string found)
-    : InputError(path + ": expected " + expected + ", found " + found), expected_(std::move(expected)),
-      found_(std::move(found)) {}
+    : InputError(printable(path) + ": expected " + expected + ", found " + found),
+      expected_(std::move(expected)), found_(std::move(found)) {}
 
 BadFile badFile(const std::string& path, const std::string& expected, const std::string& found) {
     return {path, expected, found};

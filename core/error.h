@@ -21,7 +21,7 @@ class InputError : public Error {
     using Error::Error;
 };
 
-/// InputError about a file, in the house form: "PATH: expected EXPECTED, found FOUND".
+/// InputError about a file, in the house form: "PATH: expected EXPECTED, found FOUND"; path made printable().
 class BadFile : public InputError {
   public:
     BadFile(const std::string& path, std::string expected, std::string found);

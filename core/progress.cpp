@@ -1,6 +1,8 @@
 // core/progress.cpp: see progress.h.
 #include "core/progress.h"
 
+#include "core/printable_text.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -71,14 +73,14 @@ void Progress::say(const std::string& line) {
     const std::lock_guard lock(mutex_);
     const bool again = drawn_;
     clear();
-    std::fprintf(stderr, "%s\n", line.c_str());
+    std::fprintf(stderr, "%s\n", printableLines(line).c_str());
     if (again)
         draw(Clock::now());
 }
 
 void Progress::draw(Clock::time_point now) {
     shown_ = now;
-    std::string line = what_;
+    std::string line = printable(what_);
     if (share_ > 0) {
         line += ": " + std::to_string(static_cast<int>(100 * share_)) + " %";
         const double seconds = std::chrono::duration<double>(now - began_).count();

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <glm/vec3.hpp>
@@ -38,6 +39,13 @@ struct DicomImage {
     std::vector<std::string> fragments;         // compressed: instead of pixels
     std::optional<int> largestPixel;
     std::optional<std::string> lossy, lossyRatio; // LossyImageCompression "01" and its ratio
+    std::string imageType;                        // "ORIGINAL\\PRIMARY\\LOCALIZER"
+    std::optional<int> acquisition, temporalPosition;
+    std::optional<double> cardiacPercent;
+    std::optional<std::string> acquisitionTime, contentTime;               // "083015.25"
+    std::optional<std::string> positionText, orientationText, spacingText; // written instead
+    int samplesPerPixel = 1;
+    bool preamble = true, implicitVr = false; // implicit: without a preamble only
 };
 
 class DicomBytes {
@@ -52,6 +60,11 @@ class DicomBytes {
         if (value.size() % 2)
             value += std::string(vr) == "UI" ? '\0' : ' ';
         u16(group), u16(tag);
+        if (implicitVr) {
+            u32(value.size());
+            bytes_ += value;
+            return;
+        }
         bytes_ += vr;
         if (longForm)
             u16(0), u32(value.size());
@@ -82,6 +95,7 @@ class DicomBytes {
     }
     const std::string& bytes() const { return bytes_; }
     std::string bytes_;
+    bool implicitVr = false;
 };
 
 inline std::string decimals(std::initializer_list<double> values) {
@@ -101,13 +115,20 @@ inline std::string dicomBytes(const DicomImage& image) {
     static int instance = 0; // every file needs its own UID
     const std::string uid = kPlanted[6] + "." + image.series + "." + std::to_string(++instance);
     DicomBytes meta, d;
+    d.implicitVr = image.implicitVr;
     meta.element(0x2, 0x2, "UI", image.storageClass);
     meta.element(0x2, 0x3, "UI", uid);
     meta.element(0x2, 0x10, "UI", image.syntax);
+    if (!image.imageType.empty())
+        d.element(0x8, 0x8, "CS", image.imageType);
     d.element(0x8, 0x16, "UI", image.storageClass);
     d.element(0x8, 0x18, "UI", uid);
     d.element(0x8, 0x20, "DA", kPlanted[3]);
     d.element(0x8, 0x30, "TM", kPlanted[13]);
+    if (image.acquisitionTime)
+        d.element(0x8, 0x32, "TM", *image.acquisitionTime);
+    if (image.contentTime)
+        d.element(0x8, 0x33, "TM", *image.contentTime);
     d.element(0x8, 0x50, "SH", kPlanted[7]);
     d.element(0x8, 0x60, "CS", image.modality);
     d.element(0x8, 0x80, "LO", kPlanted[5]);
@@ -125,20 +146,30 @@ inline std::string dicomBytes(const DicomImage& image) {
     d.element(0x18, 0x1210, "SH", "B30f");
     d.element(0x20, 0xd, "UI", kPlanted[6]);
     d.element(0x20, 0xe, "UI", kPlanted[6] + ".7." + image.series);
+    if (image.acquisition)
+        d.element(0x20, 0x12, "IS", std::to_string(*image.acquisition));
     d.element(0x20, 0x13, "IS", "1"); // instance numbers say nothing: order comes from positions
-    const std::string orientation = decimals(image.rowDirection) + "\\" + decimals(image.columnDirection);
+    const std::string orientation =
+        image.orientationText.value_or(decimals(image.rowDirection) + "\\" + decimals(image.columnDirection));
     if (image.framePositions.empty()) {
         if (image.position)
-            d.element(0x20, 0x32, "DS", decimals(*image.position));
+            d.element(0x20, 0x32, "DS", image.positionText.value_or(decimals(*image.position)));
         d.element(0x20, 0x37, "DS", orientation);
     }
-    d.number(0x28, 0x2, 1);
+    if (image.temporalPosition)
+        d.element(0x20, 0x100, "IS", std::to_string(*image.temporalPosition));
+    if (image.cardiacPercent) {
+        std::string raw(sizeof(double), '\0');
+        std::memcpy(raw.data(), &*image.cardiacPercent, sizeof(double));
+        d.element(0x20, 0x9241, "FD", raw);
+    }
+    d.number(0x28, 0x2, image.samplesPerPixel);
     d.element(0x28, 0x4, "CS", "MONOCHROME2");
     if (image.frames > 1)
         d.element(0x28, 0x8, "IS", std::to_string(image.frames));
     d.number(0x28, 0x10, image.rows);
     d.number(0x28, 0x11, image.columns);
-    d.element(0x28, 0x30, "DS", decimals({image.spacingY, image.spacingX}));
+    d.element(0x28, 0x30, "DS", image.spacingText.value_or(decimals({image.spacingY, image.spacingX})));
     d.number(0x28, 0x100, image.bitsAllocated);
     d.number(0x28, 0x101, image.bitsStored);
     d.number(0x28, 0x102, image.bitsStored - 1);
@@ -177,6 +208,8 @@ inline std::string dicomBytes(const DicomImage& image) {
             words.u16(word);
         d.element(0x7fe0, 0x10, "OW", words.bytes());
     }
+    if (!image.preamble)
+        return d.bytes();
     DicomBytes length;
     DicomBytes four;
     four.u32(meta.bytes().size());

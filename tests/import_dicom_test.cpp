@@ -167,6 +167,11 @@ TEST_F(DicomFolder, SeveralSeriesAreListedAndChosenByNumber) {
         image.modality = "MR";
         write(image);
     }
+    for (int n = 0; n < 4; ++n) { // with one CT there is no question
+        DicomImage image = imageAt(n, 5 * n);
+        image.series = "3";
+        write(image);
+    }
     writeFile(folder / "notes.txt", std::string(400, 'n'));
     DicomImage report; // a DICOM file without pixels
     report.withPixels = false;
@@ -174,12 +179,14 @@ TEST_F(DicomFolder, SeveralSeriesAreListedAndChosenByNumber) {
     write(report);
     const std::string message = refused();
     EXPECT_THAT(message, HasSubstr("--series N"));
-    EXPECT_THAT(message, HasSubstr("CT, 3 slices of 4 x 3, 0.500 x 0.700 x 2.000 mm"));
-    EXPECT_THAT(message, HasSubstr("MR, 4 slices of 4 x 3, 0.500 x 0.700 x 3.000 mm"));
-    EXPECT_THAT(refused({.series = 3}), HasSubstr("between 1 and 2"));
-    const auto found = listVolumes(folder.path());
-    ASSERT_EQ(found.size(), 2u);
-    EXPECT_EQ(found[0].modality, "MR"); // more voxels
+    EXPECT_THAT(message, HasSubstr("  CT        3       4 x 3  0.500 x 0.700 x 2.000  kernel B30f"));
+    EXPECT_THAT(message, HasSubstr("  MR        4       4 x 3  0.500 x 0.700 x 3.000  kernel B30f"));
+    EXPECT_THAT(refused({.series = 4}), HasSubstr("between 1 and 3"));
+    auto found = listVolumes(folder.path());
+    ASSERT_EQ(found.size(), 3u);
+    EXPECT_EQ(found[2].modality, "CT"); // fewer voxels
+    std::erase_if(found, [](const SourceCandidate& volume) { return volume.modality != "MR"; });
+    ASSERT_EQ(found.size(), 1u);
     const auto source = openSource(found[0].path, {.series = found[0].series});
     EXPECT_EQ(source->info().extentVoxels.z, 4);
     EXPECT_EQ(source->info().unit, ""); // HU is a unit of CT only

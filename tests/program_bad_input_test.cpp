@@ -141,9 +141,12 @@ TEST_F(BadInput, DicomFoldersThatAreNoVolume) {
         slice("uneven/" + std::to_string(z), z == 4 ? 4.5 : z);
         slice("missing/" + std::to_string(z), z >= 3 ? z + 2 : z);
     }
-    expectRefusedByAll("two", {"two", "--series", "series 1", "series 2", "5 slices"});
+    for (const char* command : {"import two out.zarr", "render two -o out.png --engine mirror"})
+        expectRefusedWithTable(command,
+                               {"two: expected", "--series", "\n  1       CT        5", "\n  2       CT"});
+    EXPECT_FALSE(exists("out.zarr") || exists("out.png"));
     EXPECT_EQ(run("import two chosen.zarr --series 2").exitCode, 0);
-    expectRefused("import two out.zarr --series 3", {"--series"});
+    expectRefusedWithTable("import two out.zarr --series 3", {"--series between 1 and 2"});
     expectRefusedByAll("uneven", {"uneven", "--resample-z"});
     EXPECT_EQ(run("import uneven even.zarr --resample-z").exitCode, 0);
     expectRefusedByAll("missing", {"missing", "--resample-z"});

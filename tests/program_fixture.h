@@ -74,6 +74,17 @@ class Program : public ::testing::Test {
         for (const std::string& word : words)
             EXPECT_THAT(outcome.problems, ::testing::HasSubstr(word)) << arguments;
     }
+    /// Bad use where a choice is needed: the first line as expectRefused() has it, then the table of series.
+    void expectRefusedWithTable(const std::string& arguments, const std::vector<std::string>& words) {
+        const Outcome outcome = run(arguments);
+        EXPECT_EQ(outcome.exitCode, 2) << arguments << "\n" << outcome.problems;
+        EXPECT_EQ(outcome.problems.rfind("tessera: ", 0), 0u) << outcome.problems;
+        const std::size_t line = outcome.problems.find('\n');
+        EXPECT_EQ(outcome.problems.find("\n  series  modality"), line) << outcome.problems;
+        EXPECT_THAT(outcome.problems.substr(0, line), ::testing::HasSubstr("expected")) << arguments;
+        for (const std::string& word : words)
+            EXPECT_THAT(outcome.problems, ::testing::HasSubstr(word)) << arguments;
+    }
     void write(const std::string& name, const std::string& text) { std::ofstream(folder_ / name) << text; }
     void makeSphere() {
         const Outcome outcome = run("phantom sphere --size 40x33x24 -o s.zarr");

@@ -1,6 +1,7 @@
 // viewer/command_import.cpp: `tessera import IN OUT.zarr`: any readable input to a store, streaming.
 #include "bricking/import/importer.h"
 #include "viewer/commands.h"
+#include "viewer/selection_options.h"
 #include "viewer/volume_input.h"
 
 #include <CLI/CLI.hpp>
@@ -39,10 +40,7 @@ void addImportCommand(CLI::App& program, const CommonOptions& common, Action& ac
         ->required();
     command->add_option("OUT", arguments->out, "store to write, OUT.zarr")->required();
     command->add_flag("--force", arguments->force, "replace an existing store");
-    command->add_option("--series", arguments->input.series, "number of the DICOM series, as listed");
-    command->add_flag("--largest", arguments->input.largest, "of a folder with several, the largest CT");
-    command->add_flag("--resample-z", arguments->input.resampleZ,
-                      "interpolate uneven slices to even spacing");
+    addSelectionOptions(*command, arguments->input);
     command->add_option("--unit", arguments->unit,
                         "HU: the values are in HU, though the file cannot say so (NIfTI)");
     command->add_option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");

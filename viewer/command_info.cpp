@@ -3,12 +3,15 @@
 #include "bricking/statistics.h"
 #include "bricking/store/store_reader.h"
 #include "core/error.h"
+#include "core/gantry_tilt.h"
+#include "core/printable_text.h"
 #include "viewer/commands.h"
 #include "viewer/volume_input.h"
 #include "viewer/volume_notes.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -21,7 +24,7 @@ using nlohmann::json;
 
 struct InfoArguments {
     std::string in, ram;
-    bool asJson = false;
+    bool asJson = false, allowMissing = false;
 };
 
 json volumeJson(const VolumeInfo& info) {
@@ -49,13 +52,16 @@ json volumeJson(const VolumeInfo& info) {
               {"sliceThicknessMm", info.acquisition.sliceThicknessMm}}},
             {"lossy", info.lossy},
             {"lossyRatio", info.lossyRatio},
+            {"fieldOfViewMm",
+             {mm.x * info.extentVoxels.x, mm.y * info.extentVoxels.y, mm.z * info.extentVoxels.z}},
+            {"gantryTiltDegrees", gantryTiltDegrees(info)},
             {"nonFiniteVoxels", info.nonFiniteVoxels},
             {"absentStored", info.absentStored},
             {"clampedVoxels", info.clampedVoxels}};
 }
 
 void printLine(const char* key, const std::string& value) {
-    std::printf("%-13s %s\n", (std::string(key) + ":").c_str(), value.c_str());
+    std::printf("%-14s %s\n", (std::string(key) + ":").c_str(), printable(value).c_str());
 }
 
 std::string orderText(const AxisOrder& order) {
@@ -66,13 +72,18 @@ std::string orderText(const AxisOrder& order) {
     return text;
 }
 
+constexpr double kLeastTilt = 0.05; // degrees; below it is the rounding of headers
+
 void printVolume(const VolumeInfo& info) {
     const glm::dvec3 mm = info.spacingMm();
     printLine("size", formatExtent(info.extentVoxels) + " voxels of " + formatNumber(mm.x) + " x " +
                           formatNumber(mm.y) + " x " + formatNumber(mm.z) + " mm");
-    printLine("body", formatNumber(mm.x * info.extentVoxels.x) + " x " +
-                          formatNumber(mm.y * info.extentVoxels.y) + " x " +
-                          formatNumber(mm.z * info.extentVoxels.z) + " mm");
+    printLine("field of view", formatNumber(mm.x * info.extentVoxels.x) + " x " +
+                                   formatNumber(mm.y * info.extentVoxels.y) + " x " +
+                                   formatNumber(mm.z * info.extentVoxels.z) + " mm");
+    if (const double tilt = gantryTiltDegrees(info); std::abs(tilt) > kLeastTilt)
+        printLine("gantry tilt", formatNumber(tilt) + " degrees (anterior edge of the slices towards the " +
+                                     (tilt > 0 ? "head)" : "feet)"));
     printLine("type", std::string(name(info.type)) + ", value = " + formatNumber(info.rescaleSlope, 6) +
                           " * stored + " + formatNumber(info.rescaleIntercept, 6) +
                           (info.unit.empty() ? ", unit unknown" : " " + info.unit));
@@ -138,20 +149,54 @@ void infoStore(const InfoArguments& arguments, const CommonOptions& common) {
     printLine("content", store.contentHash());
 }
 
+json rowJson(const ListedRow& row) {
+    json out = {{"modality", row.modality}, {"what", row.what}, {"problem", row.problem}};
+    if (row.series > 0)
+        out["series"] = row.series;
+    if (row.files > 0)
+        out["files"] = row.files;
+    else
+        out["slices"] = row.slices;
+    if (!row.phases.empty())
+        out["phases"] = row.phases;
+    return out;
+}
+
 void infoSource(const InfoArguments& arguments, const CommonOptions& common) {
-    const std::vector<ListedVolume> listed = listInput(arguments.in);
+    const InputListing listing = listInput(arguments.in, arguments.allowMissing);
+    const std::vector<ListedVolume>& listed = listing.volumes;
+    std::error_code ignored;
+    const bool isFolder = fs::is_directory(arguments.in, ignored);
+    const auto printTable = [&] {
+        std::printf("%s\n", listing.table.c_str());
+        if (!listing.passedOver.empty())
+            printLine("passed over", listing.passedOver);
+        std::fflush(stdout); // before what goes to stderr
+    };
     // What is no volume gets the importer's own explanation.
-    if (listed.empty())
+    if (listed.empty()) {
+        if (isFolder && !listing.rows.empty() && !arguments.asJson)
+            printTable();
         static_cast<void>(openInput(arguments.in, {}, {}, common));
+    }
     if (arguments.asJson) {
-        json report = {{"kind", "source"}, {"volumes", json::array()}};
+        json report = {{"kind", "source"}, {"volumes", json::array()}, {"series", json::array()}};
         for (const ListedVolume& volume : listed) {
             report["volumes"].push_back(volumeJson(volume.info));
             report["volumes"].back()["label"] = volume.label;
             report["volumes"].back()["series"] = volume.series;
         }
+        for (const ListedRow& row : listing.rows)
+            report["series"].push_back(rowJson(row));
+        report["passedOver"] = json::object();
+        for (const std::string& reason : listing.reasons)
+            report["passedOver"][reason] = report["passedOver"].value(reason, 0) + 1;
         std::printf("%s\n", report.dump(2, ' ', true, json::error_handler_t::replace).c_str());
         return;
+    }
+    if (isFolder) {
+        printTable();
+        std::printf("\n");
     }
     for (std::size_t i = 0; i < listed.size(); ++i) {
         if (i)
@@ -176,6 +221,8 @@ void addInfoCommand(CLI::App& program, const CommonOptions& common, Action& acti
     auto arguments = std::make_shared<InfoArguments>();
     command->add_option("X", arguments->in, "store, DICOM file or folder, .nii, ...")->required();
     command->add_flag("--json", arguments->asJson, "as JSON");
+    command->add_flag("--allow-missing", arguments->allowMissing,
+                      "source files: leave out files that could be slices and cannot be read");
     command->add_option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command->footer("Example:\n  tessera info abdomen.zarr --json");
     command->callback(

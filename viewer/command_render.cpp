@@ -10,6 +10,8 @@
 #include "render/renderer.h"
 #include "viewer/commands.h"
 #include "viewer/manifest.h"
+#include "viewer/selection_options.h"
+#include "viewer/thin_volume.h"
 #include "viewer/volume_input.h"
 #if TESSERA_WITH_IMAGE_FILES
 #include "core/image_file.h"
@@ -291,6 +293,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     volume.path = storeFor(volume.path, arguments.input, ram, common);
     requireFloor(volume.path, scene, engine, ram);
     const StoreReader store(volume.path, ram);
+    requireFacingView(scene, store.info(), arguments.in);
     if (const auto* preset = std::get_if<std::string>(&volume.transferFunction); preset && preset->empty())
         volume.transferFunction =
             std::string(store.info().unit == "HU" || volume.unit == "HU" ? "bone" : "auto");
@@ -431,11 +434,8 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
         ->capture_default_str();
     command->add_flag("--explain", a->explain, "list what is in the picture and what was left out");
     command->add_flag("--json", a->json, "print the picture's manifest and timings");
-    command->add_option("--series", a->input.series, "source files: number of the DICOM series");
-    command->add_flag("--largest", a->input.largest,
-                      "source files: of a folder with several, the largest CT");
+    addSelectionOptions(*command, a->input);
     command->add_option("--unit", a->unit, "HU: the values are in HU, though the file cannot say so (NIfTI)");
-    command->add_flag("--resample-z", a->input.resampleZ, "source files: interpolate uneven slices");
     command->footer("Example:\n  tessera render abdomen.zarr -o liver.png --preset soft-tissue --view left");
     command->callback([a, &common, &action] { action = [a, &common] { runRender(*a, common); }; });
 }

@@ -2,6 +2,7 @@
 #include "viewer/options.h"
 
 #include "core/error.h"
+#include "core/printable_text.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -66,7 +67,7 @@ void printProblem(const std::string& message) {
     const char* const noColour = std::getenv("NO_COLOR"); // no-color.org: set and not empty
     const bool colour = isatty(STDERR_FILENO) && !(noColour && *noColour);
     std::fprintf(stderr, "%stessera:%s %s\n", colour ? "\033[1;31m" : "", colour ? "\033[0m" : "",
-                 message.c_str());
+                 printableLines(message).c_str());
 }
 
 std::size_t budgetBytes(const std::string& text, const std::string& option, const CommonOptions& common) {

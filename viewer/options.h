@@ -25,7 +25,8 @@ struct CommonOptions {
     void detail(const std::string& line) const;
 };
 
-/// "tessera: message" on stderr, always; in colour on a terminal unless NO_COLOR is set.
+/// "tessera: message" on stderr, always; in colour on a terminal unless NO_COLOR is set. Controls other than
+/// line feeds are escaped.
 void printProblem(const std::string& message);
 
 /// Bytes for an option's text; empty text: 1 GiB, or half of the memory that is available if that is less.

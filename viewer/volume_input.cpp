@@ -5,13 +5,14 @@
 #include "core/error.h"
 #include "viewer/volume_notes.h"
 #if TESSERA_WITH_IMPORT
-#include "bricking/import/open_source.h"
+#include "bricking/import/catalogue.h"
 #endif
 
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 
 namespace tessera {
 namespace {
@@ -35,8 +36,7 @@ std::string fingerprint(const fs::path& path, const InputOptions& options) {
         add(path);
     }
     std::sort(files.begin(), files.end()); // the order of a listing is the file system's whim
-    std::string text = "1|" + std::to_string(options.series) + "|" + std::to_string(options.resampleZ) + "|" +
-                       std::to_string(options.largest);
+    std::string text = "1|" + options.key();
     for (const std::string& file : files)
         text += "\n" + file;
     return text;
@@ -60,23 +60,79 @@ void requireExisting(const fs::path& path) {
 
 } // namespace
 
+std::string InputOptions::key() const {
+    return std::to_string(series) + "|" + std::to_string(resampleZ) + "|" + std::to_string(largest) + "|" +
+           std::to_string(phase) + "|" + std::to_string(allowMissing);
+}
+
 bool looksLikeStore(const fs::path& path) {
+    std::ifstream file(path / "zarr.json", std::ios::binary);
     std::error_code ignored;
-    return fs::is_regular_file(path / "zarr.json", ignored);
+    if (!file || !fs::is_regular_file(path / "zarr.json", ignored))
+        return fs::is_regular_file(path / "zarr.json", ignored);
+    constexpr std::size_t kLookedAt = 1 << 20; // this program's metadata is far shorter
+    std::string text(kLookedAt, '\0');
+    file.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(file.gcount()));
+    // A Zarr of another program is an input that cannot be read; whatever names this one is a store, damaged
+    // or not, and the reader says which.
+    return text.find("node_type") == std::string::npos || text.find("tessera") != std::string::npos;
 }
 
 #if TESSERA_WITH_IMPORT
-std::vector<ListedVolume> listInput(const fs::path& path) {
+InputListing listInput(const fs::path& path, bool allowMissing) {
     requireExisting(path);
-    std::vector<ListedVolume> listed;
-    for (const SourceCandidate& candidate : listVolumes(path)) {
-        std::string label = candidate.path.filename().string();
-        if (candidate.series > 0)
-            label = "series " + std::to_string(candidate.series);
-        listed.push_back({label, candidate.info, candidate.path, candidate.series});
+    InputListing listing;
+    const Catalogue catalogue = lookThrough(path, allowMissing);
+    for (const CatalogueRow& row : catalogue.rows) {
+        listing.rows.push_back(
+            {row.series, row.modality, row.what, row.problem, row.slices, row.files, row.phases});
+        if (row.info)
+            listing.volumes.push_back({row.series > 0 ? "series " + std::to_string(row.series) : row.what,
+                                       *row.info, row.path, row.series});
     }
-    return listed;
+    std::stable_sort(listing.volumes.begin(), listing.volumes.end(),
+                     [](const ListedVolume& a, const ListedVolume& b) {
+                         return a.info.voxelCount() > b.info.voxelCount();
+                     });
+    listing.table = tableOf(catalogue);
+    listing.passedOver = countPassed(catalogue.scan.passed);
+    for (const PassedFile& file : catalogue.scan.passed)
+        listing.reasons.emplace_back(keyOf(file.reason));
+    return listing;
 }
+
+namespace {
+
+/// What was taken of several, and all that was passed over.
+void noteChoice(const Catalogue& catalogue, const CatalogueRow& row, const InputOptions& options,
+                const CommonOptions& common) {
+    const std::string label = row.series > 0 ? "series " + std::to_string(row.series) : row.what;
+    if (options.largest && row.info) {
+        const glm::dvec3 mm = row.info->spacingMm();
+        const auto volumes = std::count_if(catalogue.rows.begin(), catalogue.rows.end(),
+                                           [](const CatalogueRow& each) { return each.info.has_value(); });
+        common.note("chose " + label + " of " + std::to_string(volumes) +
+                    " found: " + formatExtent(row.info->extentVoxels) + " voxels of " + formatNumber(mm.x) +
+                    " x " + formatNumber(mm.y) + " x " + formatNumber(mm.z) + " mm");
+    }
+    if (row.info && row.slices == 1)
+        common.note("one slice only, taken as " +
+                    formatNumber(row.info->spacingMm()[static_cast<int>(
+                        std::find(row.info->originalOrder.sourceAxis.begin(),
+                                  row.info->originalOrder.sourceAxis.end(), 2) -
+                        row.info->originalOrder.sourceAxis.begin())]) +
+                    " mm thick: seen from the side it is a line; name the folder for the whole series");
+    const std::string passed = passedOverText(catalogue, row);
+    if (passed.empty())
+        return;
+    if (passesOverSomething(catalogue, row))
+        common.note("took " + label + "; passed over: " + passed);
+    else
+        common.detail("passed over: " + passed);
+}
+
+} // namespace
 
 std::unique_ptr<SlabSource> openInput(const fs::path& path, const InputOptions& options,
                                       const fs::path& scratchFolder, const CommonOptions& common) {
@@ -84,38 +140,21 @@ std::unique_ptr<SlabSource> openInput(const fs::path& path, const InputOptions& 
     if (looksLikeStore(path))
         throw badFile(path.string(), "files to import", "a Zarr group; a store is used as it is");
     common.progress->stage("looking through " + path.string());
-    SourceOptions source{options.series, options.resampleZ, scratchFolder};
     std::error_code ignored;
-    if (!fs::is_directory(path, ignored))
-        return openSource(path, source);
-    if (fs::is_empty(path, ignored))
+    if (fs::is_directory(path, ignored) && fs::is_empty(path, ignored) && path.extension() != ".zarr")
         throw badFile(path.string(),
                       "a folder with DICOM files, NIfTI files or raw files with a .json sidecar",
                       "an empty folder");
-    const std::vector<ListedVolume> listed = listInput(path);
-    // Nothing usable, or a choice that only a series of DICOM can answer: the importer knows what to say.
-    if (listed.empty() || options.series > 0)
-        return openSource(path, source);
-    if (options.largest) {
-        // Largest first; a CT goes before anything else.
-        const auto ct = std::find_if(listed.begin(), listed.end(), [](const ListedVolume& v) {
-            return v.info.acquisition.modality == "CT";
-        });
-        const ListedVolume& chosen = ct != listed.end() ? *ct : listed.front();
-        const glm::dvec3 mm = chosen.info.spacingMm();
-        common.note("chose " + chosen.label + " of " + std::to_string(listed.size()) +
-                    " found: " + formatExtent(chosen.info.extentVoxels) + " voxels of " + formatNumber(mm.x) +
-                    " x " + formatNumber(mm.y) + " x " + formatNumber(mm.z) + " mm");
-        source.series = chosen.series;
-        return openSource(chosen.path, source);
-    }
-    // A folder that holds one volume means that volume, whatever its format.
-    if (listed.size() == 1)
-        source.series = listed.front().series;
-    return openSource(listed.size() == 1 ? listed.front().path : path, source);
+    const SourceOptions source{options.series,  options.resampleZ, scratchFolder,
+                               options.largest, options.phase,     options.allowMissing};
+    const Catalogue catalogue = lookThrough(path, options.allowMissing);
+    const CatalogueRow& row = chooseRow(catalogue, source);
+    auto opened = openRow(catalogue, row, source);
+    noteChoice(catalogue, row, options, common);
+    return opened;
 }
 #else
-std::vector<ListedVolume> listInput(const fs::path& path) {
+InputListing listInput(const fs::path& path, bool) {
     requireExisting(path);
     return {};
 }

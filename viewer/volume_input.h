@@ -17,7 +17,11 @@ namespace tessera {
 struct InputOptions {
     int series = 0;
     bool resampleZ = false;
-    bool largest = false; // a folder's largest CT, or its largest volume if there is no CT
+    bool largest = false;      // a folder's largest CT, or its largest volume if there is no CT
+    int phase = 0;             // of a series with several pictures at each place; 0: none chosen
+    bool allowMissing = false; // files that could be slices and cannot be read are left out
+    /// All that decides what is opened, as text.
+    std::string key() const;
 };
 
 /// Opens source files. scratchFolder: for data whose slowest axis has to move. Throws InputError naming path,
@@ -30,13 +34,27 @@ std::unique_ptr<SlabSource> openInput(const std::filesystem::path& path, const I
 bool looksLikeStore(const std::filesystem::path& path);
 
 struct ListedVolume {
-    std::string label; // "series 2 of FOLDER", "FILE"
+    std::string label; // "series 2", "FILE"
     VolumeInfo info;
     std::filesystem::path path;
     int series = 0;
 };
-/// The volumes that a folder or file offers, largest first.
-std::vector<ListedVolume> listInput(const std::filesystem::path& path);
+/// A row of the table of series, for machines.
+struct ListedRow {
+    int series = 0; // 0: not to be chosen by number
+    std::string modality, what, problem;
+    int slices = 0, files = 0;
+    std::vector<std::string> phases;
+};
+struct InputListing {
+    std::vector<ListedVolume> volumes; // largest first
+    std::vector<ListedRow> rows;       // everything, volumes or not
+    std::string table;                 // the same as lines for people
+    std::string passedOver;            // files that are in no row, counted by reason; "" for none
+    std::vector<std::string> reasons;  // of each such file, a word
+};
+/// What a folder or file offers.
+InputListing listInput(const std::filesystem::path& path, bool allowMissing);
 
 /// The store for path: itself if it is one, else its import in the cache folder, made now if it is not there.
 std::filesystem::path storeFor(const std::filesystem::path& path, const InputOptions& options, Ledger& ram,

@@ -1,8 +1,12 @@
 // bricking/import/dicom.cpp: see dicom.h.
 #include "bricking/import/dicom.h"
 
+#include "bricking/import/could_belong.h"
 #include "bricking/import/dicom_geometry.h"
+#include "bricking/import/dicom_phases.h"
 #include "bricking/import/dicom_pixels.h"
+#include "bricking/import/plausible.h"
+#include "bricking/import/printable_name.h"
 #include "bricking/import/random_slab_source.h"
 #include "core/error.h"
 
@@ -51,8 +55,10 @@ ValueType chooseType(const DicomSeries& series) {
 
 void checkRescale(const DicomSeries& series, const std::string& where) {
     for (const DicomSlice& slice : series.slices)
-        if (slopeOf(slice) == 0)
-            throw badFile(where, "a rescale slope other than 0", "0 in " + slice.file.filename().string());
+        requirePlausibleRescale(slopeOf(slice), interceptOf(slice), std::ldexp(1.0, slice.bitsStored),
+                                series.isHounsfield, "RescaleSlope (0028,1053)",
+                                "RescaleIntercept (0028,1052)",
+                                where + " (" + printableName(slice.file.filename()) + ")");
 }
 
 /// A slice whose header is built or filled in another way than most others' is damaged; where most are so, it
@@ -112,6 +118,11 @@ VolumeInfo describeVolume(const DicomSeries& series, const SlicePlan& plan, cons
                           (info.type == ValueType::u16 && fill >= 0 && fill <= 65535);
         info.fillStored = fits ? static_cast<double>(static_cast<float>(fill)) : 0;
     }
+    requirePlausibleGeometry(info,
+                             {"PixelSpacing (0028,0030) and slice distance",
+                              "ImageOrientationPatient (0020,0037) and the slices' positions",
+                              "ImagePositionPatient (0020,0032)"},
+                             where);
     info.validate(where);
     return info;
 }
@@ -242,31 +253,13 @@ std::string shortNumber(double value) {
     return text;
 }
 
-/// "series 2: CT, 134 slices of 512 x 512, 1.074 x 1.074 x 3.000 mm": nothing that identifies.
-std::string describeSeries(const DicomSeries& series, int number) {
-    const DicomSlice& first = series.slices.front();
-    std::string text = "series " + std::to_string(number) + ": ";
-    text += (series.acquisition.modality.empty() ? "unknown modality" : series.acquisition.modality) + ", " +
-            std::to_string(series.slices.size()) + " slices of " + std::to_string(first.columns) + " x " +
-            std::to_string(first.rows);
-    try {
-        const SlicePlan plan = planSlices(series, false, "");
-        const glm::dmat4& affine = plan.patientFromVoxel;
-        for (int axis = 0; axis < 3; ++axis)
-            text += (axis == 0 ? ", " : " x ") + shortNumber(glm::length(glm::dvec3(affine[axis])));
-        return text + " mm";
-    } catch (const InputError&) {
-        return text + ", no even spacing";
-    }
-}
-
 std::string describeSource(const DicomSeries& series, const SlicePlan& plan, int number,
                            const VolumeInfo& info) {
     std::string text =
         std::to_string(series.slices.size()) + " DICOM slices, series " + std::to_string(number);
     if (!series.acquisition.modality.empty())
         text += ", " + series.acquisition.modality;
-    if (plan.tiltDegrees > 0.05)
+    if (std::abs(plan.tiltDegrees) > 0.05)
         text += ", gantry tilt " + shortNumber(plan.tiltDegrees) + " degrees";
     if (plan.resampled)
         text += ", interpolated along z to " + std::to_string(info.extentVoxels.z) + " even slices";
@@ -278,58 +271,108 @@ std::string describeSource(const DicomSeries& series, const SlicePlan& plan, int
     return text;
 }
 
-int chooseSeries(const DicomScan& scan, int wanted, const std::string& where) {
-    const int count = static_cast<int>(scan.series.size());
-    if (count == 0 && scan.imagesWithoutPlace > 0)
-        throw badFile(where, "DICOM slices of a volume",
-                      std::to_string(scan.imagesWithoutPlace) +
-                          " images without a position in the patient or not of single values");
-    if (count == 0)
-        throw badFile(where, "DICOM slices", std::to_string(scan.otherFiles) + " files of other kinds");
-    if (wanted == 0 && count == 1)
-        return 1;
-    if (wanted >= 1 && wanted <= count)
-        return wanted;
-    std::string list;
-    for (int i = 0; i < count; ++i)
-        list += (i == 0 ? "" : "; ") + describeSeries(scan.series[static_cast<std::size_t>(i)], i + 1);
-    if (wanted == 0)
-        throw badFile(where, "one DICOM series, or a choice with --series N",
-                      std::to_string(count) + " series (" + list + ")");
-    throw badFile(where, "--series between 1 and " + std::to_string(count),
-                  std::to_string(wanted) + " (" + list + ")");
+/// "1: phase 0 %, 2: phase 50 %"
+std::string listPhases(const std::vector<DicomPhase>& phases) {
+    std::string text;
+    for (std::size_t i = 0; i < phases.size(); ++i)
+        text += (i == 0 ? "" : ", ") + std::to_string(i + 1) + ": " + phases[i].label;
+    return text;
+}
+
+/// Leaves the slices of one phase, where there are several.
+void choosePhase(DicomSeries& series, int wanted, const std::string& where) {
+    const std::vector<DicomPhase> phases = phasesOf(series);
+    const int count = static_cast<int>(phases.size());
+    if (phases.empty() && wanted > 0)
+        throw badFile(where, "several phases for --phase to choose from", "one picture at each place");
+    if (phases.empty())
+        return;
+    if (wanted < 1 || wanted > count)
+        throw badFile(where,
+                      wanted == 0 ? "one picture at each place, or a choice with --phase N"
+                                  : "--phase between 1 and " + std::to_string(count),
+                      (wanted == 0 ? "" : std::to_string(wanted) + " of ") + std::to_string(count) +
+                          " phases (" + listPhases(phases) + ")");
+    std::vector<DicomSlice> kept;
+    for (const std::size_t i : phases[static_cast<std::size_t>(wanted) - 1].slices)
+        kept.push_back(series.slices[i]);
+    series.slices = std::move(kept);
+}
+
+/// Slices without a position are left out where what is missing may be.
+std::size_t dropWithoutPosition(DicomSeries& series) {
+    return std::erase_if(series.slices, [](const DicomSlice& slice) { return !slice.positionMm; });
+}
+
+/// "1 file", "2 files"
+std::string counted(std::size_t number, const std::string& what) {
+    return std::to_string(number) + " " + what + (number == 1 ? "" : "s");
+}
+
+/// What a message says after the name of the file.
+std::string withoutPath(const InputError& error) {
+    const std::string text = error.what();
+    const std::size_t at = text.find(": expected ");
+    return at == std::string::npos ? text : text.substr(at + 2);
 }
 
 } // namespace
 
-std::unique_ptr<SlabSource> openDicom(const std::filesystem::path& fileOrFolder, int wanted, bool resampleZ) {
-    DicomScan scan = scanDicom(fileOrFolder);
-    if (!scan.damaged.empty()) {
-        const DamagedDicom& first = scan.damaged.front();
-        throw badFile(first.file.string(), first.expected, first.found);
-    }
-    const std::string where = fileOrFolder.string();
-    const int number = chooseSeries(scan, wanted, where);
-    DicomSeries& series = scan.series[static_cast<std::size_t>(number - 1)];
+std::unique_ptr<SlabSource> openDicom(const DicomScan& scan, std::size_t index, const SourceOptions& options,
+                                      const std::string& where) {
+    std::size_t missing = couldBelong(scan, index).size();
+    if (!options.allowMissing)
+        requireComplete(scan, index);
+    const int number = static_cast<int>(index) + 1;
+    DicomSeries series = scan.series[index];
+    if (options.allowMissing)
+        missing += dropWithoutPosition(series);
+    const std::size_t duplicates = dropDuplicates(series);
+    choosePhase(series, options.phase, where);
     checkRescale(series, where);
-    SlicePlan plan = planSlices(series, resampleZ, where);
+    SlicePlan plan = planSlices(series, options.resampleZ, where);
     VolumeInfo info = describeVolume(series, plan, where);
     std::string description = describeSource(series, plan, number, info);
+    if (options.phase > 0)
+        description += ", --phase " + std::to_string(options.phase);
+    if (duplicates > 0)
+        description += ", " + counted(duplicates, "byte-identical duplicate") + " dropped";
+    if (missing > 0)
+        description += ", " + counted(missing, "file") + " left out that could be slices";
     return std::make_unique<DicomSource>(std::move(series), std::move(plan), std::move(info),
                                          std::move(description));
 }
 
-std::vector<DicomListing> listDicom(const std::filesystem::path& fileOrFolder) {
-    std::vector<DicomListing> found;
-    const DicomScan scan = scanDicom(fileOrFolder);
-    for (std::size_t i = 0; i < scan.series.size(); ++i) {
+DicomListing listDicom(const DicomScan& scan, std::size_t index, bool allowMissing) {
+    DicomListing listing;
+    DicomSeries series = scan.series[index];
+    listing.missing = couldBelong(scan, index).size();
+    if (allowMissing)
+        listing.missing += dropWithoutPosition(series);
+    listing.duplicates = dropDuplicates(series);
+    const std::vector<DicomPhase> phases = phasesOf(series);
+    for (const DicomPhase& phase : phases)
+        listing.phases.push_back(phase.label);
+    if (!phases.empty())
+        choosePhase(series, 1, "");
+    listing.slices = static_cast<int>(series.slices.size());
+    const auto tryWith = [&](bool resampleZ) {
+        checkRescale(series, "");
+        const SlicePlan plan = planSlices(series, resampleZ, "");
+        listing.info = describeVolume(series, plan, "");
+        listing.tiltDegrees = plan.tiltDegrees;
+    };
+    try {
+        tryWith(false);
+    } catch (const InputError& refused) {
+        listing.problem = withoutPath(refused);
         try {
-            const SlicePlan plan = planSlices(scan.series[i], true, "");
-            found.push_back({static_cast<int>(i) + 1, describeVolume(scan.series[i], plan, "")});
-        } catch (const InputError&) { // not a volume: left out
+            tryWith(true);
+            listing.problem = "uneven slices: --resample-z interpolates them";
+        } catch (const InputError&) { // not a volume either way
         }
     }
-    return found;
+    return listing;
 }
 
 } // namespace tessera

@@ -11,24 +11,31 @@
 
 #include "bricking/import/dicom_scan.h"
 #include "bricking/import/slab_source.h"
+#include "bricking/import/source_options.h"
 
-#include <filesystem>
+#include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace tessera {
 
-/// Opens the series of that number (1-based), or with 0 the only one. Throws InputError naming the path: for
-/// no series or several without a number (with the list), a damaged file, and as planSlices() does.
-std::unique_ptr<SlabSource> openDicom(const std::filesystem::path& fileOrFolder, int series, bool resampleZ);
+/// Opens the series of that index. `where` names what was opened in messages. Throws InputError for files
+/// that could be slices of it and cannot be read (unless options.allowMissing), for several pictures at one
+/// place without options.phase (with the list), and as planSlices() does. Byte-identical copies are dropped.
+std::unique_ptr<SlabSource> openDicom(const DicomScan& scan, std::size_t index, const SourceOptions& options,
+                                      const std::string& where);
 
-/// What openDicom() would give for each series, in order; series that would be refused come with their
-/// resampled geometry if that is possible, and are left out (empty) if not. Nothing is thrown for bad files.
+/// What openDicom() would give for a series, for choosing. Nothing is thrown.
 struct DicomListing {
-    int series = 0; // 1-based
-    VolumeInfo info;
+    std::optional<VolumeInfo> info;  // with its resampled geometry where the slices are uneven
+    std::string problem;             // why it is refused as it is, or what it needs; "" if nothing
+    std::vector<std::string> phases; // labels
+    int slices = 0;                  // of one phase, without duplicates
+    std::size_t duplicates = 0, missing = 0;
+    double tiltDegrees = 0;
 };
-std::vector<DicomListing> listDicom(const std::filesystem::path& fileOrFolder);
+DicomListing listDicom(const DicomScan& scan, std::size_t index, bool allowMissing);
 
 } // namespace tessera

@@ -1,7 +1,10 @@
 // bricking/import/dicom_geometry.cpp: see dicom_geometry.h.
 #include "bricking/import/dicom_geometry.h"
 
+#include "bricking/import/plausible.h"
+#include "bricking/import/printable_name.h"
 #include "core/error.h"
+#include "core/gantry_tilt.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,8 +23,10 @@ constexpr double kSamePlaceMm = 1e-3;  // headers are written with 3 to 7 decima
 constexpr double kDirectionTolerance = 1e-3; // of unit vectors; 0.5 mm at the edge of a 500 mm field
 constexpr double kSpacingTolerance = 1e-3;   // of the pixel spacing, between slices
 constexpr double kDriftTolerance = 0.05;     // of a pixel, sideways from the straight stack
-constexpr double kMostGrowth = 4;            // slices after resampling, per slice before
-constexpr int kMostListed = 12;              // runs of gaps in a message
+constexpr double kMostCosine = 0.02;    // 1.1 degrees: a real header's rounding stays below a tenth of it
+constexpr double kMostTiltDegrees = 45; // a gantry tilts by 30
+constexpr double kMostGrowth = 4;       // slices after resampling, per slice before
+constexpr int kMostListed = 12;         // runs of gaps in a message
 
 std::string mm(double value) {
     char text[32];
@@ -37,7 +42,8 @@ struct Stack {
 glm::dvec3 unitDirection(const glm::dvec3& given, const std::string& where) {
     const double length = glm::length(given);
     if (!(std::abs(length - 1) < 0.01))
-        throw badFile(where, "row and column directions of length 1", "length " + mm(length));
+        throw badFile(where, "ImageOrientationPatient (0020,0037) with directions of length 1",
+                      "length " + mm(length));
     return given / length;
 }
 
@@ -45,31 +51,42 @@ glm::dvec3 unitDirection(const glm::dvec3& given, const std::string& where) {
 Stack checkAlike(const DicomSeries& series, const std::string& where) {
     const DicomSlice& first = series.slices.front();
     for (const DicomSlice& slice : series.slices) {
+        for (int axis = 0; slice.positionMm && axis < 3; ++axis)
+            if (!(std::abs((*slice.positionMm)[axis]) <= kFarthestMm))
+                throw badFile(where, "ImagePositionPatient (0020,0032) within 1e+07 mm of the origin",
+                              mm((*slice.positionMm)[axis]) + " mm in " +
+                                  printableName(slice.file.filename()));
         if (!slice.positionMm || !slice.rowDirection || !slice.spacingMm)
             throw badFile(where, "position, orientation and pixel spacing in every slice",
-                          slice.file.filename().string() + " without");
+                          printableName(slice.file.filename()) + " without");
+        if (!(slice.spacingMm->x > 0) || !(slice.spacingMm->y > 0))
+            throw badFile(where, "PixelSpacing (0028,0030), the pixel spacing, above 0",
+                          mm(slice.spacingMm->x) + " x " + mm(slice.spacingMm->y) + " mm in " +
+                              printableName(slice.file.filename()));
         if (slice.columns != first.columns || slice.rows != first.rows)
             throw badFile(where, "slices of one size",
                           std::to_string(first.columns) + " x " + std::to_string(first.rows) + " and " +
                               std::to_string(slice.columns) + " x " + std::to_string(slice.rows) + " in " +
-                              slice.file.filename().string());
+                              printableName(slice.file.filename()));
         if (glm::length(*slice.rowDirection - *first.rowDirection) > kDirectionTolerance ||
             glm::length(*slice.columnDirection - *first.columnDirection) > kDirectionTolerance)
-            throw badFile(where, "slices of one orientation", "another in " + slice.file.filename().string());
+            throw badFile(where, "slices of one orientation",
+                          "another in " + printableName(slice.file.filename()));
         if (glm::length(*slice.spacingMm - *first.spacingMm) > kSpacingTolerance * first.spacingMm->x)
             throw badFile(where, "slices of one pixel spacing",
-                          "another in " + slice.file.filename().string());
+                          "another in " + printableName(slice.file.filename()));
     }
     Stack stack;
     stack.row = unitDirection(*first.rowDirection, where);
     stack.column = unitDirection(*first.columnDirection, where);
     stack.spacing = *first.spacingMm;
-    if (!(stack.spacing.x > 0) || !(stack.spacing.y > 0))
-        throw badFile(where, "a positive pixel spacing",
-                      mm(stack.spacing.x) + " x " + mm(stack.spacing.y) + " mm");
     const glm::dvec3 normal = glm::cross(stack.row, stack.column);
-    if (!(glm::length(normal) > 0.5))
-        throw badFile(where, "rows across columns", "directions that are parallel");
+    if (!(std::abs(glm::dot(stack.row, stack.column)) < kMostCosine))
+        throw badFile(
+            where, "ImageOrientationPatient (0020,0037) with rows at right angles to columns",
+            "an angle of " +
+                mm(glm::degrees(std::acos(std::clamp(glm::dot(stack.row, stack.column), -1.0, 1.0)))) +
+                " degrees");
     stack.normal = glm::normalize(normal);
     return stack;
 }
@@ -217,11 +234,16 @@ SlicePlan planSlices(const DicomSeries& series, bool resampleZ, const std::strin
             keepAll();
         }
         sliceStep = (lastMm - firstMm) / static_cast<double>(plan.samples.size() - 1);
-        const double cosine = glm::dot(glm::normalize(sliceStep), stack.normal);
-        plan.tiltDegrees = glm::degrees(std::acos(std::clamp(cosine, -1.0, 1.0)));
     }
     plan.patientFromVoxel =
         patientFromVoxelOf(firstMm, stack.row * stack.spacing.x, stack.column * stack.spacing.y, sliceStep);
+    plan.tiltDegrees = gantryTiltDegrees(plan.patientFromVoxel);
+    if (!(std::abs(plan.tiltDegrees) <= kMostTiltDegrees))
+        throw badFile(
+            where,
+            "slices stacked within 45 degrees of their normal (ImageOrientationPatient (0020,0037) and "
+            "ImagePositionPatient (0020,0032); a gantry tilts by 30)",
+            "a skew of " + mm(std::abs(plan.tiltDegrees)) + " degrees");
     return plan;
 }
 

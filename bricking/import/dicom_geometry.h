@@ -20,7 +20,7 @@ struct SlicePlan {
     std::vector<int> order;           // indices into DicomSeries::slices, along row x column, ascending
     std::vector<SliceSample> samples; // one per slice of the volume
     glm::dmat4 patientFromVoxel{1};
-    double tiltDegrees = 0; // between the slices' normal and the direction they are stacked in
+    double tiltDegrees = 0; // gantryTiltDegrees() of the affine
     bool resampled = false;
 };
 
@@ -31,7 +31,8 @@ struct SlicePlan {
 /// by less than one gap in total so that the first and last slice are kept. Throws InputError for: missing
 /// position, orientation or spacing; mixed sizes, orientations or pixel spacings; two slices at one place;
 /// uneven gaps without resampleZ (all listed, those above 1.5 medians named as missing slices); slices that
-/// drift sideways by more than 5 % of a pixel from a straight stack.
+/// drift sideways by more than 5 % of a pixel from a straight stack; rows not at right angles to columns; and
+/// a stack that leans by more than 45 degrees.
 SlicePlan planSlices(const DicomSeries& series, bool resampleZ, const std::string& where);
 
 } // namespace tessera

@@ -2,35 +2,30 @@
 #include "bricking/import/dicom_scan.h"
 
 #include "bricking/import/dicom_deflated.h"
+#include "bricking/import/dicom_header.h"
+#include "bricking/import/dicom_objects.h"
 #include "bricking/import/dicom_structure.h"
+#include "bricking/import/folder_walk.h"
 #include "bricking/import/input_file.h"
 #include "bricking/import/vtk_quiet.h"
 #include "core/error.h"
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstring>
 #include <map>
+#include <set>
 #include <sys/mman.h> // memfd_create
 #include <unistd.h>
 #include <vtkDICOMDictionary.h>
 #include <vtkDICOMMetaData.h>
 #include <vtkDICOMParser.h>
-#include <vtkDICOMValue.h>
 #include <vtkNew.h>
 
 namespace tessera {
 namespace {
 
 constexpr int kMostFrames = 65536;
-
-// Storage classes whose every file should be a readable slice: CT, enhanced CT, legacy converted CT, MR,
-// enhanced MR, legacy converted MR, PET, enhanced PET, cone-beam CT.
-constexpr std::array kSliceClasses = {
-    "1.2.840.10008.5.1.4.1.1.2",   "1.2.840.10008.5.1.4.1.1.2.1", "1.2.840.10008.5.1.4.1.1.2.2",
-    "1.2.840.10008.5.1.4.1.1.4",   "1.2.840.10008.5.1.4.1.1.4.1", "1.2.840.10008.5.1.4.1.1.4.4",
-    "1.2.840.10008.5.1.4.1.1.128", "1.2.840.10008.5.1.4.1.1.130", "1.2.840.10008.5.1.4.1.1.13.1.1"};
+constexpr const char* kScoutMark = "|scout"; // no UID has it
 
 constexpr const char* kImplicitLittle = "1.2.840.10008.1.2";
 constexpr const char* kExplicitLittle = "1.2.840.10008.1.2.1";
@@ -66,63 +61,7 @@ template <class List> bool contains(const List& list, const std::string& word) {
     return std::any_of(list.begin(), list.end(), [&](const char* item) { return word == item; });
 }
 
-/// A header of one file, asked per frame: the functional groups of multi-frame files come before the top
-/// level.
-class Header {
-  public:
-    explicit Header(vtkDICOMMetaData* data) : data_(data) {}
-
-    std::string text(vtkDICOMTag tag) const {
-        std::string value = data_->Get(0, 0, tag).AsString();
-        while (!value.empty() && (value.back() == ' ' || value.back() == '\0'))
-            value.pop_back();
-        return value;
-    }
-    std::optional<int> integer(vtkDICOMTag tag, int frame = 0) const {
-        const vtkDICOMValue& value = data_->Get(0, frame, tag);
-        if (!value.IsValid() || value.GetNumberOfValues() < 1)
-            return std::nullopt;
-        return value.AsInt();
-    }
-    /// Exactly N finite numbers, or nothing.
-    template <int N> std::optional<std::array<double, N>> reals(vtkDICOMTag tag, int frame) const {
-        const vtkDICOMValue& value = data_->Get(0, frame, tag);
-        if (!value.IsValid() || value.GetNumberOfValues() != N)
-            return std::nullopt;
-        std::array<double, N> out{};
-        for (std::size_t i = 0; i < N; ++i) {
-            out[i] = value.GetDouble(i);
-            if (!std::isfinite(out[i]))
-                return std::nullopt;
-        }
-        return out;
-    }
-    std::optional<double> real(vtkDICOMTag tag, int frame = 0) const {
-        const auto value = reals<1>(tag, frame);
-        return value ? std::optional((*value)[0]) : std::nullopt;
-    }
-
-    /// The last of several numbers: what was done last.
-    std::optional<double> last(vtkDICOMTag tag) const {
-        const vtkDICOMValue& value = data_->Get(0, 0, tag);
-        if (!value.IsValid() || value.GetNumberOfValues() < 1)
-            return std::nullopt;
-        const double number = value.GetDouble(value.GetNumberOfValues() - 1);
-        return std::isfinite(number) ? std::optional(number) : std::nullopt;
-    }
-
-  private:
-    vtkDICOMMetaData* data_;
-};
-
-/// Short code words only: what a whitelist entry may hold. Anything else is dropped, not shortened.
-std::string codeWord(const std::string& text) {
-    const auto plain = [](char c) {
-        return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') ||
-               std::strchr("+-_./\\ ", c) != nullptr;
-    };
-    return text.size() <= 16 && std::all_of(text.begin(), text.end(), plain) ? text : "";
-}
+using Header = DicomHeader;
 
 /// Tags of stored values (padding, extremes): whether they are signed follows the pixels, whatever the file's
 /// own coding says.
@@ -162,26 +101,57 @@ bool readPixelFormat(const Header& header, DicomSlice& slice) {
            slice.highBit < slice.bitsAllocated && slice.highBit + 1 >= slice.bitsStored;
 }
 
+SliceMoment readMoment(const Header& header, int frame) {
+    SliceMoment moment;
+    moment.cardiacPercent = header.real(DC::NominalPercentageOfCardiacPhase, frame);
+    moment.triggerMs = header.real(DC::TriggerTime, frame);
+    moment.temporalPosition = header.integer(DC::TemporalPositionIdentifier, frame);
+    if (!moment.temporalPosition)
+        moment.temporalPosition = header.integer(DC::TemporalPositionIndex, frame);
+    moment.acquisition = header.integer(DC::AcquisitionNumber, frame);
+    moment.echo = header.integer(DC::EchoNumbers, frame);
+    moment.acquisitionSecond = header.seconds(DC::AcquisitionTime, frame);
+    moment.contentSecond = header.seconds(DC::ContentTime, frame);
+    return moment;
+}
+
 void readPlace(const Header& header, int frame, DicomSlice& slice) {
     slice.positionMm = slice.rowDirection = slice.columnDirection = std::nullopt;
     slice.spacingMm = std::nullopt;
-    if (const auto p = header.reals<3>(DC::ImagePositionPatient, frame))
+    std::string& fault = slice.fault;
+    fault.clear();
+    if (const auto p =
+            header.reals<3>(DC::ImagePositionPatient, frame, "ImagePositionPatient (0020,0032)", fault))
         slice.positionMm = glm::dvec3((*p)[0], (*p)[1], (*p)[2]);
-    if (const auto o = header.reals<6>(DC::ImageOrientationPatient, frame)) {
+    if (const auto o = header.reals<6>(DC::ImageOrientationPatient, frame,
+                                       "ImageOrientationPatient (0020,0037)", fault)) {
         slice.rowDirection = glm::dvec3((*o)[0], (*o)[1], (*o)[2]);
         slice.columnDirection = glm::dvec3((*o)[3], (*o)[4], (*o)[5]);
     }
     // PixelSpacing is the distance between rows, then between columns.
-    if (const auto s = header.reals<2>(DC::PixelSpacing, frame))
+    if (const auto s = header.reals<2>(DC::PixelSpacing, frame, "PixelSpacing (0028,0030)", fault))
         slice.spacingMm = glm::dvec2((*s)[1], (*s)[0]);
-    slice.slope = header.real(DC::RescaleSlope, frame);
-    slice.intercept = header.real(DC::RescaleIntercept, frame);
+    slice.slope = header.real(DC::RescaleSlope, frame, "RescaleSlope (0028,1053)", fault);
+    slice.intercept = header.real(DC::RescaleIntercept, frame, "RescaleIntercept (0028,1052)", fault);
+    slice.moment = readMoment(header, frame);
     slice.paddingFirst = storedValueOf(header.integer(DC::PixelPaddingValue, frame), slice);
     slice.paddingLast = storedValueOf(header.integer(DC::PixelPaddingRangeLimit, frame), slice);
     if (!slice.paddingLast)
         slice.paddingLast = slice.paddingFirst;
     if (slice.paddingFirst && *slice.paddingLast < *slice.paddingFirst)
         std::swap(slice.paddingFirst, slice.paddingLast);
+}
+
+/// One of the values of ImageType, as "ORIGINAL\\PRIMARY\\LOCALIZER".
+bool hasType(const std::string& imageType, const std::string& word) {
+    return ("\\" + imageType + "\\").find("\\" + word + "\\") != std::string::npos;
+}
+
+std::string derivationOf(const std::string& imageType) {
+    for (const char* word : {"MPR", "CPR", "REFORMATTED", "MIP", "MINIP", "MIN_IP", "AVERAGE", "SUBTRACTION"})
+        if (hasType(imageType, word))
+            return word;
+    return "";
 }
 
 /// Bytes under a name that a parser can open, without touching a disk (they hold identifiers).
@@ -209,9 +179,19 @@ class MemoryFile {
 class Scanner {
   public:
     void add(const std::filesystem::path& file) {
-        if (!looksLikeDicom(file)) {
-            ++scan_.otherFiles;
-            return;
+        const Beginning beginning = beginningOf(file);
+        current_ = {};
+        switch (beginning.kind) {
+        case FileStart::empty:
+            return pass({file, PassedReason::empty});
+        case FileStart::zeros:
+            return pass({file, PassedReason::zeroFilled});
+        case FileStart::notReadable:
+            return pass({file, PassedReason::notReadable, "", beginning.problem});
+        case FileStart::other:
+            return pass({file, PassedReason::notDicom});
+        case FileStart::dicom:
+            break;
         }
         vtkNew<vtkDICOMMetaData> data;
         vtkNew<vtkDICOMParser> parser;
@@ -228,28 +208,67 @@ class Scanner {
             }
         }
         const Header header(data);
-        const std::string storageClass =
-            header.text(syntax == kDeflatedSyntax ? DC::SOPClassUID : DC::MediaStorageSOPClassUID);
-        if (parser->GetPixelDataFound())
+        current_ = {header.text(DC::SeriesInstanceUID), codeWord(header.text(DC::Modality)),
+                    header.text(DC::MediaStorageSOPClassUID), parser->GetPixelDataFound()};
+        if (current_.storageClass.empty())
+            current_.storageClass = header.text(DC::SOPClassUID);
+        if (current_.isWhole)
             return addImage(file, inflated ? std::filesystem::path(inflated->path()) : file, header, syntax,
                             *parser);
-        if (contains(kSliceClasses, storageClass) || (storageClass.empty() && parser->GetErrorCode() != 0))
-            damaged(file, "a whole DICOM image", "a header that breaks off (is it truncated?)");
-        else
-            ++scan_.otherFiles;
+        const std::string words = objectWords(current_.storageClass);
+        if (!words.empty())
+            return pass({file, PassedReason::notImage, "", words});
+        // Every other kind should have pixels, or its class is damaged.
+        if (current_.storageClass.empty() || isSliceClass(current_.storageClass) ||
+            parser->GetErrorCode() != 0 || header.integer(DC::Rows))
+            return damaged(file, "a whole DICOM image", "a header that breaks off (is it truncated?)");
+        pass({file, PassedReason::notImage, "", "DICOM object without pixels"});
     }
 
     DicomScan take() {
         // A series in which nothing has a position (a radiograph, a screen shot) is no volume. One in which
         // something has is kept whole, so that a slice without a position is noticed.
-        std::erase_if(scan_.series, [this](const DicomSeries& series) {
+        std::vector<std::optional<std::size_t>> kept;
+        std::vector<DicomSeries> series;
+        for (DicomSeries& each : scan_.series) {
             const bool placed =
-                std::any_of(series.slices.begin(), series.slices.end(),
+                std::any_of(each.slices.begin(), each.slices.end(),
                             [](const DicomSlice& slice) { return slice.positionMm.has_value(); });
-            if (!placed)
-                scan_.imagesWithoutPlace += static_cast<int>(series.slices.size());
-            return !placed;
-        });
+            kept.push_back(placed ? std::optional(series.size()) : std::nullopt);
+            if (placed) {
+                series.push_back(std::move(each));
+                continue;
+            }
+            const std::string what =
+                each.object.empty() ? "image without a position in the patient" : each.object;
+            std::set<std::filesystem::path> files; // frames share one
+            for (const DicomSlice& slice : each.slices)
+                files.insert(slice.file);
+            for (const auto& file : files)
+                scan_.passed.push_back({file, PassedReason::noPlace, "", what});
+            if (!files.empty())
+                scan_.others.push_back({each.acquisition.modality, what, static_cast<int>(files.size())});
+        }
+        scan_.series = std::move(series);
+        std::map<std::pair<std::string, std::string>, DicomOther> others;
+        for (auto& [file, from] : passed_) {
+            const auto known = indexOfUid_.find(from.uid);
+            const auto scout = indexOfUid_.find(from.uid + kScoutMark);
+            const auto at = known != indexOfUid_.end() ? known : scout;
+            if (!from.uid.empty() && at != indexOfUid_.end())
+                file.series = kept[at->second];
+            file.seriesIsAnother = from.isWhole && !from.uid.empty() && !file.series;
+            const bool isDamaged = file.reason == PassedReason::damaged;
+            if (!file.series && (isDamaged || !file.found.empty()) && !from.storageClass.empty()) {
+                const std::string what =
+                    isDamaged ? "damaged or not decodable (" + file.found + ")" : file.found;
+                DicomOther& other = others[{from.uid, what}];
+                other = {from.modality, what, other.files + 1};
+            }
+            scan_.passed.push_back(std::move(file));
+        }
+        for (auto& [key, other] : others)
+            scan_.others.push_back(std::move(other));
         return std::move(scan_);
     }
 
@@ -260,8 +279,28 @@ class Scanner {
         parser.Update();
     }
 
+    /// Of the file in hand. The UID identifies a study: it stays in here.
+    struct Current {
+        std::string uid, modality, storageClass;
+        bool isWhole = false; // the header was read to its end
+    };
+
+    void pass(PassedFile file) { passed_.emplace_back(std::move(file), current_); }
     void damaged(const std::filesystem::path& file, std::string expected, std::string found) {
-        scan_.damaged.push_back({file, std::move(expected), std::move(found)});
+        pass({file, PassedReason::damaged, std::move(expected), std::move(found)});
+    }
+    /// An image whose pixels are not single values of 8 or 16 bits.
+    void notASlice(const std::filesystem::path& file, const Header& header, const DicomSlice& slice) {
+        const int samples = header.integer(DC::SamplesPerPixel).value_or(1);
+        if (isSliceClass(current_.storageClass) && samples == 1)
+            return damaged(file, "rows and columns of 8 or 16 bits allocated, the stored bits within",
+                           std::to_string(slice.rows) + " x " + std::to_string(slice.columns) + ", " +
+                               std::to_string(slice.bitsAllocated) + " allocated, " +
+                               std::to_string(slice.bitsStored) + " stored");
+        const std::string words = objectWords(current_.storageClass);
+        pass({file, PassedReason::noPlace, "",
+              words.empty() ? std::string(samples > 1 ? "colour image" : "image not of single values")
+                            : words});
     }
 
     /// @param parsed  what the parser has read: the file, or what it inflates to
@@ -270,10 +309,8 @@ class Scanner {
         DicomSlice slice;
         slice.file = file;
         const int frames = std::max(1, header.integer(DC::NumberOfFrames).value_or(1));
-        if (!readPixelFormat(header, slice)) {
-            ++scan_.imagesWithoutPlace;
-            return;
-        }
+        if (!readPixelFormat(header, slice))
+            return notASlice(file, header, slice);
         const bool plain = syntax.empty() || syntax == kDeflatedSyntax || syntax == kImplicitLittle ||
                            syntax == kExplicitLittle || (syntax == kExplicitBig && slice.bitsAllocated == 16);
         const CompressedSyntax* const compressed = plain ? nullptr : compressedSyntax(syntax);
@@ -316,6 +353,8 @@ class Scanner {
         DicomSeries& series = seriesOf(header);
         for (int frame = 0; frame < frames; ++frame) {
             readPlace(header, frame, slice);
+            if (const std::size_t bar = slice.fault.find('|'); bar != std::string::npos)
+                return damaged(file, slice.fault.substr(0, bar), slice.fault.substr(bar + 1));
             slice.pixelOffsetBytes = offset + static_cast<std::uint64_t>(frame) * frameBytes;
             if (compressed)
                 slice.fragments = std::move(fragments[static_cast<std::size_t>(frame)]);
@@ -346,10 +385,16 @@ class Scanner {
     }
 
     DicomSeries& seriesOf(const Header& header) {
-        const std::string uid = header.text(DC::SeriesInstanceUID);
-        const auto [at, isNew] = indexOfUid_.try_emplace(uid, scan_.series.size());
+        // A scout beside sections of its own series is a series of its own.
+        const std::string imageType = header.text(DC::ImageType);
+        const bool isScout = hasType(imageType, "LOCALIZER");
+        const auto [at, isNew] =
+            indexOfUid_.try_emplace(current_.uid + (isScout ? kScoutMark : ""), scan_.series.size());
         if (isNew) {
             DicomSeries series;
+            series.isScout = isScout;
+            series.object = objectWords(current_.storageClass);
+            series.derivation = derivationOf(imageType);
             series.acquisition.modality = codeWord(header.text(DC::Modality));
             series.acquisition.kernel = codeWord(header.text(DC::ConvolutionKernel));
             series.acquisition.tubeVoltageKv = header.real(DC::KVP).value_or(0);
@@ -364,36 +409,41 @@ class Scanner {
     }
 
     DicomScan scan_;
+    Current current_;
+    std::vector<std::pair<PassedFile, Current>> passed_;
     std::map<std::string, std::size_t> indexOfUid_; // a UID identifies a study: it stays in here
 };
 
 } // namespace
 
 bool looksLikeDicom(const std::filesystem::path& file) {
-    try {
-        std::array<std::byte, 132> head{};
-        return InputFile(file).readSome(0, head) == head.size() &&
-               std::memcmp(head.data() + 128, "DICM", 4) == 0;
-    } catch (const Error&) {
-        return false;
-    }
+    return beginningOf(file).kind == FileStart::dicom;
+}
+
+DicomScan scanDicomFiles(const std::vector<std::filesystem::path>& files) {
+    const QuietVtk quiet;
+    Scanner scanner;
+    for (const auto& file : files)
+        scanner.add(file);
+    return scanner.take();
 }
 
 DicomScan scanDicom(const std::filesystem::path& fileOrFolder) {
     std::error_code error;
     if (!std::filesystem::exists(fileOrFolder, error))
         throw badFile(fileOrFolder.string(), "a file or a folder", "nothing");
-    std::vector<std::filesystem::path> files;
-    if (std::filesystem::is_directory(fileOrFolder, error)) {
-        files = sourceFilesBelow(fileOrFolder);
-    } else {
-        files.push_back(fileOrFolder);
-    }
-    const QuietVtk quiet;
-    Scanner scanner;
-    for (const auto& file : files)
-        scanner.add(file);
-    return scanner.take();
+    if (!std::filesystem::is_directory(fileOrFolder, error))
+        return scanDicomFiles({fileOrFolder});
+    FolderFiles found = walkFolder(fileOrFolder);
+    std::erase_if(found.files, [&](const std::filesystem::path& file) {
+        const bool never = isNeverASlice(file);
+        if (never)
+            found.passed.push_back({file, PassedReason::notSlice});
+        return never;
+    });
+    DicomScan scan = scanDicomFiles(found.files);
+    scan.passed.insert(scan.passed.end(), found.passed.begin(), found.passed.end());
+    return scan;
 }
 
 } // namespace tessera

@@ -4,6 +4,7 @@
 
 #include "bricking/import/codecs/stream.h"
 #include "bricking/import/encapsulated_frames.h"
+#include "bricking/import/passed_over.h"
 #include "core/volume.h"
 
 #include <cstdint>
@@ -22,6 +23,16 @@ enum class PixelCoding : std::uint8_t {
     bigEndian,    // plain, read by position
     deflated,     // the whole data set is deflated; the offset is that in inflateDicom()
     compressed    // a stream in fragments
+};
+
+/// When and as what a slice was taken, as far as its header says: tells apart pictures of one place. For
+/// sorting and for the list of phases; a time of day is never shown.
+struct SliceMoment {
+    std::optional<double> cardiacPercent;                   // NominalPercentageOfCardiacPhase
+    std::optional<double> triggerMs;                        // TriggerTime, after the R wave
+    std::optional<int> temporalPosition, acquisition, echo; // numbers that headers count with
+    std::optional<double> acquisitionSecond, contentSecond; // of the day
+    bool operator==(const SliceMoment&) const = default;
 };
 
 /// One image: a file, or a frame of a multi-frame file.
@@ -43,6 +54,8 @@ struct DicomSlice {
     std::optional<glm::dvec3> rowDirection, columnDirection; // along a row (x), along a column (y)
     std::optional<glm::dvec2> spacingMm;                     // x, y
     std::string irregularity; // of the file's structure, in words that quote no value; empty: none
+    SliceMoment moment;
+    std::string fault; // a number of the header that is none: "EXPECTED|FOUND"
 };
 
 struct DicomSeries {
@@ -50,25 +63,30 @@ struct DicomSeries {
     Acquisition acquisition;
     bool isHounsfield = false;  // CT, rescaled, and not said to be in another unit
     double betweenSlicesMm = 0; // SpacingBetweenSlices, 0 unknown; used for a single slice only
+    bool isScout = false;       // a localizer: a shadow picture, not a section
+    std::string object;         // what it is where that is no CT, MR or PET: "secondary capture"
+    std::string derivation;     // "MPR", "MIP", ...: how it was derived, "" for an original
 };
 
-/// A file that looks like an image but cannot be used, and why.
-struct DamagedDicom {
-    std::filesystem::path file;
-    std::string expected, found;
+/// Files of one series that hold no slice of a volume, and what they are.
+struct DicomOther {
+    std::string modality, what; // "SR", "dose report"
+    int files = 0;
 };
 
 struct DicomScan {
-    std::vector<DicomSeries> series; // by the name of their first file
-    std::vector<DamagedDicom> damaged;
-    int imagesWithoutPlace = 0; // images that are no slices: no position, colour, 1 bit
-    int otherFiles = 0;         // everything else
+    std::vector<DicomSeries> series; // by the name of their first file; each has a slice with a position
+    std::vector<DicomOther> others;
+    std::vector<PassedFile> passed; // every file that is in no series
 };
 
 /// Reads one file, or every file of a folder and its sub-folders. Throws InputError if the path is missing.
+/// No pixels are read.
 DicomScan scanDicom(const std::filesystem::path& fileOrFolder);
+/// The same for these files.
+DicomScan scanDicomFiles(const std::vector<std::filesystem::path>& files);
 
-/// True if the file has the DICOM mark at byte 128.
+/// True if the file has the DICOM mark at byte 128, or is a data set without it.
 bool looksLikeDicom(const std::filesystem::path& file);
 
 } // namespace tessera

@@ -75,7 +75,7 @@ class Source {
 struct Element {
     std::uint32_t tag = 0, length = 0;
     bool isSequence = false, isUnknown = false; // unknown (UN) sequences are written implicitly
-    std::uint64_t content = 0; // where it begins
+    std::uint64_t content = 0;                  // where it begins
 };
 
 class Walk {

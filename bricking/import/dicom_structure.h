@@ -1,6 +1,7 @@
-// bricking/import/dicom_structure.h: walks over the elements of a DICOM file, their order and their lengths, from the
-// first byte to the last (PS3.5, section 7; PS3.10, section 7.1). The parser takes what it finds; a bit that flipped in a tag
-// or a length loses an element there without a word, and a slice is then read by a default.
+// bricking/import/dicom_structure.h: walks over the elements of a DICOM file, their order and their lengths,
+// from the first byte to the last (PS3.5, section 7; PS3.10, section 7.1). The parser takes what it finds; a
+// bit that flipped in a tag or a length loses an element there without a word, and a slice is then read by a
+// default.
 #pragma once
 
 #include <cstddef>

@@ -3,35 +3,15 @@
 
 #include "core/error.h"
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
 #include <string>
 #include <sys/stat.h>
-#include <system_error>
 #include <unistd.h>
 #include <utility>
 
 namespace tessera {
-
-std::vector<std::filesystem::path> sourceFilesBelow(const std::filesystem::path& folder) {
-    namespace fs = std::filesystem;
-    std::vector<fs::path> files;
-    std::error_code error;
-    const auto options = fs::directory_options::skip_permission_denied;
-    for (auto it = fs::recursive_directory_iterator(folder, options, error);
-         it != fs::recursive_directory_iterator(); it.increment(error)) {
-        if (error)
-            break;
-        if (it->is_directory(error) && it->path().extension() == ".zarr")
-            it.disable_recursion_pending();
-        if (it->is_regular_file(error))
-            files.push_back(it->path());
-    }
-    std::sort(files.begin(), files.end());
-    return files;
-}
 
 InputFile::InputFile(std::filesystem::path path) : path_(std::move(path)) {
     // O_NONBLOCK: opening a pipe must not wait for a writer before fstat can refuse it.

@@ -5,13 +5,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
-#include <vector>
 
 namespace tessera {
-
-/// Every regular file below a folder, sorted; stores (*.zarr) are passed over, for they have thousands of
-/// files and are no source. What may not be read is left out.
-std::vector<std::filesystem::path> sourceFilesBelow(const std::filesystem::path& folder);
 
 /// A regular file opened for reading. Move-only; closes itself.
 class InputFile {

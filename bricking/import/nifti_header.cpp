@@ -1,5 +1,6 @@
 // bricking/import/nifti_header.cpp: parseNiftiHeader of nifti.h. Offsets are those of nifti1.h and nifti2.h.
 #include "bricking/import/nifti.h"
+#include "bricking/import/plausible.h"
 #include "core/error.h"
 
 #include <array>
@@ -82,6 +83,14 @@ std::optional<FileType> fileTypeOfCode(int code) {
     }
 }
 
+/// The largest stored magnitude of whole numbers, 0 for floating-point types.
+double largestMagnitude(FileType type) {
+    if (type == FileType::f32 || type == FileType::f64)
+        return 0;
+    constexpr std::size_t kExactBits = 24; // of whole numbers in a float, which holds the longer types
+    return std::ldexp(1.0, static_cast<int>(std::min(8 * bytesPerFileValue(type), kExactBits)));
+}
+
 /// The format's own affine: RAS millimetres of the centre of voxel (i,j,k), as origin and three steps.
 struct RasAffine {
     std::array<glm::dvec3, 3> step;
@@ -99,9 +108,14 @@ RasAffine fromSform(const Fields& f) {
     return ras;
 }
 
-RasAffine fromQform(const Fields& f, const glm::dvec3& spacing) {
+RasAffine fromQform(const Fields& f, const glm::dvec3& spacing, const std::string& where) {
     const double b = f.real(f.at().quaternion, 0), c = f.real(f.at().quaternion, 1),
                  d = f.real(f.at().quaternion, 2);
+    constexpr double kMostLength = 1.01; // of a unit quaternion's part, with its rounding
+    if (const double length = std::sqrt(b * b + c * c + d * d); !(length <= kMostLength))
+        throw badFile(where, "qform (quatern_b, quatern_c, quatern_d) of length 1 at most",
+                      std::isfinite(length) ? "length " + std::to_string(length)
+                                            : "a value that is not finite");
     // The quaternion is of unit length, so its first number follows from the others; rounding may leave them
     // slightly longer than one, then the angle is a half turn.
     double bb = b, cc = c, dd = d;
@@ -196,7 +210,9 @@ NiftiHeader parseNiftiHeader(std::span<const std::byte> bytes, const std::string
     header.dataOffsetBytes = static_cast<std::uint64_t>(voxOffset == 0 ? smallest : voxOffset);
 
     const double slope = f.real(f.at().slope), intercept = f.real(f.at().intercept);
-    if (slope != 0 && std::isfinite(slope) && std::isfinite(intercept)) { // 0 means: not scaled
+    if (slope != 0 && !std::isnan(slope)) { // 0 and, as some programs write, NaN mean: not scaled
+        requirePlausibleRescale(slope, intercept, largestMagnitude(*type), false, "scl_slope", "scl_inter",
+                                where);
         header.info.rescaleSlope = slope;
         header.info.rescaleIntercept = intercept;
     }
@@ -218,12 +234,20 @@ NiftiHeader parseNiftiHeader(std::span<const std::byte> bytes, const std::string
     } else {
         checkSpacing();
         if (f.code(f.at().qformCode) > 0)
-            ras = fromQform(f, spacing);
+            ras = fromQform(f, spacing, where);
     }
     const int lengthUnit = f.units() & 7; // 1 metre, 2 millimetre, 3 micrometre; 0 unknown, taken as mm
     const double mmPerUnit = lengthUnit == 1 ? 1000 : lengthUnit == 3 ? 0.001 : 1;
     header.info.patientFromVoxel = lpsAffine(ras, mmPerUnit);
     header.orientation = ras.source;
+    const bool isSform = f.code(f.at().sformCode) > 0, isQform = !isSform && f.code(f.at().qformCode) > 0;
+    const char* const field = isSform   ? "sform (srow_x, srow_y, srow_z)"
+                              : isQform ? "qform (quatern_b, quatern_c, quatern_d)"
+                                        : "pixdim";
+    requirePlausibleGeometry(
+        header.info,
+        {isSform ? field : "pixdim", field, isSform ? field : "qform (qoffset_x, qoffset_y, qoffset_z)"},
+        where);
     header.info.validate(where);
     return header;
 }

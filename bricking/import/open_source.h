@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bricking/import/slab_source.h"
+#include "bricking/import/source_options.h"
 
 #include <filesystem>
 #include <memory>
@@ -10,16 +11,10 @@
 
 namespace tessera {
 
-struct SourceOptions {
-    int series = 0;         // DICOM: 1-based number from the list; 0: the only one, or refuse with the list
-    bool resampleZ = false; // DICOM: uneven slices are interpolated to an even spacing
-    /// Where data is spooled whose slowest axis has to move; "": the folder for temporary files.
-    std::filesystem::path scratchFolder = {};
-};
-
-/// Opens a DICOM file or folder, .nii, .nii.gz, or the .json sidecar of a raw file. What comes out is in the
-/// nearest LPS order already (lossless flips and permutations; the rest stays in the affine).
-/// Throws InputError naming the path for everything that is not such a volume.
+/// Opens a DICOM file, .nii, .nii.gz, the .json sidecar of a raw file, or of a folder the volume that
+/// chooseRow() of catalogue.h takes. What comes out is in the nearest LPS order already (lossless flips and
+/// permutations; the rest stays in the affine). Throws InputError naming the path for everything that is not
+/// such a volume, with the table of what is there where a choice is needed.
 std::unique_ptr<SlabSource> openSource(const std::filesystem::path& path, const SourceOptions& options);
 
 /// One volume that a folder offers, for choosing.

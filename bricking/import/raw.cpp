@@ -3,6 +3,7 @@
 
 #include "bricking/import/input_file.h"
 #include "bricking/import/plain_file_source.h"
+#include "bricking/import/plausible.h"
 #include "core/error.h"
 
 #include <array>
@@ -158,7 +159,14 @@ std::unique_ptr<SlabSource> openRaw(const std::filesystem::path& sidecarPath) {
     info.unit = sidecar.has("unit") ? sidecar.text("unit", "a word such as \"HU\"") : "";
     if (info.unit.size() > 16)
         sidecar.refuse("unit", "at most 16 characters");
-    info.validate(sidecarPath.string());
+    const std::string where = sidecarPath.string();
+    requirePlausibleGeometry(info, {"\"spacing\"", "\"direction\"", "\"origin\""}, where);
+    const bool isReal = layout.type == FileType::f32 || layout.type == FileType::f64;
+    requirePlausibleRescale(
+        info.rescaleSlope, info.rescaleIntercept,
+        isReal ? 0 : std::ldexp(1.0, std::min(24, static_cast<int>(8 * bytesPerFileValue(layout.type)))),
+        false, "\"rescaleSlope\"", "\"rescaleIntercept\"", where);
+    info.validate(where);
     // Where the unit is known, air is the natural padding; -1024 HU must be a value of the stored type.
     if (info.unit == "HU") {
         const double stored = (-1024 - info.rescaleIntercept) / info.rescaleSlope;
@@ -183,6 +191,16 @@ std::unique_ptr<SlabSource> openRaw(const std::filesystem::path& sidecarPath) {
     if (losesPrecision(layout.type))
         description += ", converted to float32";
     return makePlainFileSource(std::move(file), info, layout, std::move(description));
+}
+
+std::filesystem::path rawDataFile(const std::filesystem::path& path) {
+    std::error_code error;
+    if (std::filesystem::file_size(path, error) > kLargestSidecarBytes || error)
+        return {};
+    const Json json = Json::parse(readText(path), nullptr, false);
+    if (!json.is_object() || !json.contains("data") || !json.contains("extent") || !json["data"].is_string())
+        return {};
+    return path.parent_path() / json["data"].get<std::string>();
 }
 
 bool looksLikeRawSidecar(const std::filesystem::path& path) {

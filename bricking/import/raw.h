@@ -15,5 +15,7 @@ std::unique_ptr<SlabSource> openRaw(const std::filesystem::path& sidecar);
 
 /// True if the file is a JSON object with the keys "data" and "extent", so that other JSON is passed over.
 bool looksLikeRawSidecar(const std::filesystem::path& path);
+/// The data file that such a sidecar names, or an empty path.
+std::filesystem::path rawDataFile(const std::filesystem::path& sidecar);
 
 } // namespace tessera

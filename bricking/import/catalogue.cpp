@@ -1,0 +1,392 @@
+// bricking/import/catalogue.cpp: see catalogue.h.
+#include "bricking/import/catalogue.h"
+
+#include "bricking/import/could_belong.h"
+#include "bricking/import/dicom.h"
+#include "bricking/import/folder_walk.h"
+#include "bricking/import/foreign_format.h"
+#include "bricking/import/nifti.h"
+#include "bricking/import/oriented_source.h"
+#include "bricking/import/printable_name.h"
+#include "bricking/import/raw.h"
+#include "core/error.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <set>
+#include <system_error>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kFewSlices = 2; // a scout has one or two; a volume has more
+
+bool endsWith(const fs::path& path, const std::string& ending) {
+    std::string name = path.filename().string();
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return name.size() > ending.size() && name.ends_with(ending);
+}
+
+bool isNifti(const fs::path& path) {
+    return endsWith(path, ".nii") || endsWith(path, ".nii.gz");
+}
+
+/// The formats of single files; null where the file is none of them.
+std::unique_ptr<SlabSource> openSingleFile(const fs::path& path) {
+    if (isNifti(path))
+        return openNifti(path);
+    if (endsWith(path, ".json"))
+        return openRaw(path);
+    return nullptr;
+}
+
+std::string afterPath(const Error& error) {
+    const std::string text = error.what();
+    const std::size_t at = text.find(": expected ");
+    return at == std::string::npos ? text : text.substr(at + 2);
+}
+
+/// NIfTI, and raw with its sidecar.
+CatalogueRow rowOfFile(const fs::path& path) {
+    CatalogueRow row;
+    row.path = path;
+    row.rank = CatalogueRank::volume;
+    row.what = printableName(path.filename());
+    try {
+        row.info = orientedInfo(openSingleFile(path)->info());
+        row.slices = row.info->extentVoxels.z;
+        row.modality = row.info->acquisition.modality;
+    } catch (const Error& error) {
+        row.problem = afterPath(error);
+    }
+    return row;
+}
+
+/// What can be told of a reconstruction without any text that a person wrote.
+std::string reconstructionOf(const DicomSeries& series, const DicomListing& listing) {
+    std::string text = series.isScout ? "scout (localizer)" : series.object;
+    const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
+    const auto number = [](double value) {
+        char shown[32];
+        std::snprintf(shown, sizeof shown, "%.4g", value);
+        return std::string(shown);
+    };
+    const Acquisition& a = series.acquisition;
+    if (!series.derivation.empty())
+        add(series.derivation);
+    if (!a.kernel.empty())
+        add("kernel " + a.kernel);
+    if (a.sliceThicknessMm > 0)
+        add(number(a.sliceThicknessMm) + " mm thick");
+    if (a.tubeVoltageKv > 0)
+        add(number(a.tubeVoltageKv) + " kV");
+    if (std::abs(listing.tiltDegrees) > 0.05)
+        add("tilt " + number(listing.tiltDegrees) + " degrees");
+    if (!listing.phases.empty()) {
+        constexpr std::size_t kMostListed = 24;
+        std::string list;
+        for (std::size_t i = 0; i < std::min(listing.phases.size(), kMostListed); ++i)
+            list += (i == 0 ? "" : ", ") + std::to_string(i + 1) + ": " + listing.phases[i];
+        add(std::to_string(listing.phases.size()) + " phases for --phase (" + list +
+            (listing.phases.size() > kMostListed ? ", ...)" : ")"));
+    }
+    if (listing.duplicates > 0)
+        add(std::to_string(listing.duplicates) +
+            (listing.duplicates == 1 ? " duplicate dropped" : " duplicates dropped"));
+    return text;
+}
+
+CatalogueRow rowOfSeries(const DicomScan& scan, std::size_t index, const fs::path& path, bool allowMissing) {
+    const DicomSeries& series = scan.series[index];
+    const DicomListing listing = listDicom(scan, index, allowMissing);
+    CatalogueRow row;
+    row.series = static_cast<int>(index) + 1;
+    row.path = path;
+    row.modality = series.acquisition.modality;
+    row.slices = listing.slices;
+    row.what = reconstructionOf(series, listing);
+    row.problem = listing.problem;
+    row.phases = listing.phases;
+    row.duplicates = listing.duplicates;
+    if (listing.info)
+        row.info = orientedInfo(*listing.info);
+    if (listing.missing > 0) {
+        const std::string count =
+            std::to_string(listing.missing) + (listing.missing == 1 ? " file" : " files");
+        const std::string missing = allowMissing
+                                        ? count + " left out that could be slices"
+                                        : "incomplete: " + count +
+                                              " could be slices and cannot be read (--allow-missing leaves " +
+                                              (listing.missing == 1 ? "it" : "them") + " out)";
+        row.problem += (row.problem.empty() ? "" : "; ") + missing;
+    }
+    std::set<std::array<double, 3>> places;
+    for (const DicomSlice& slice : series.slices)
+        if (slice.positionMm)
+            places.insert({slice.positionMm->x, slice.positionMm->y, slice.positionMm->z});
+    row.rank = series.isScout                                                        ? CatalogueRank::scout
+               : places.size() <= kFewSlices || series.object == "secondary capture" ? CatalogueRank::slice
+                                                                                     : CatalogueRank::volume;
+    return row;
+}
+
+std::string cellOfSize(const Catalogue& catalogue, const CatalogueRow& row) {
+    glm::ivec2 size(0);
+    if (row.series > 0) {
+        const DicomSlice& first =
+            catalogue.scan.series[static_cast<std::size_t>(row.series - 1)].slices.front();
+        size = {first.columns, first.rows};
+    } else if (row.info) {
+        size = glm::ivec2(row.info->extentVoxels);
+    }
+    return size.x > 0 ? std::to_string(size.x) + " x " + std::to_string(size.y) : "-";
+}
+
+/// In the order of the source's axes: columns, rows, slices.
+std::string cellOfSpacing(const CatalogueRow& row) {
+    if (!row.info)
+        return "-";
+    const glm::dvec3 mm = row.info->spacingMm();
+    glm::dvec3 ofSource(0);
+    for (int axis = 0; axis < 3; ++axis)
+        ofSource[row.info->originalOrder.sourceAxis[static_cast<std::size_t>(axis)]] = mm[axis];
+    const bool uneven = row.problem.find("--resample-z") != std::string::npos;
+    char text[96];
+    std::snprintf(text, sizeof text, uneven ? "%.3f x %.3f x uneven" : "%.3f x %.3f x %.3f", ofSource.x,
+                  ofSource.y, ofSource.z);
+    return text;
+}
+
+std::string shortly(const CatalogueRow& row) {
+    if (row.series == 0)
+        return row.what;
+    const std::string modality = row.modality.empty() ? "unknown modality" : row.modality;
+    return "series " + std::to_string(row.series) + " (" + modality + ", " + std::to_string(row.slices) +
+           (row.slices == 1 ? " slice" : " slices") + (row.rank == CatalogueRank::scout ? ": scout)" : ")");
+}
+
+InputError withTable(const InputError& error, const Catalogue& catalogue) {
+    return InputError(std::string(error.what()) + "\n" + tableOf(catalogue));
+}
+
+/// Nothing that could be opened: says what is there instead.
+[[noreturn]] void refuseNothing(const Catalogue& catalogue) {
+    const std::string where = printableName(catalogue.path);
+    const std::vector<PassedFile>& passed = catalogue.scan.passed;
+    const auto damaged = std::find_if(passed.begin(), passed.end(), [](const PassedFile& file) {
+        return file.reason == PassedReason::damaged;
+    });
+    if (damaged != passed.end())
+        throw badFile(printableName(damaged->path), damaged->expected, damaged->found);
+    std::error_code none;
+    const ForeignFormat itself = foreignFormatOf(catalogue.path);
+    const std::string expected =
+        fs::is_directory(catalogue.path, none)
+            ? "DICOM slices, NIfTI files or raw files with a .json sidecar"
+            : "a DICOM file or folder, .nii, .nii.gz or the .json sidecar of a raw file";
+    if (itself.known()) {
+        const fs::path metadata = catalogue.path / "zarr.json";
+        throw badFile(fs::exists(metadata, none) ? printableName(metadata) : where, expected, itself.text());
+    }
+    std::vector<fs::path> files;
+    for (const PassedFile& file : passed)
+        if (file.reason == PassedReason::notDicom || file.reason == PassedReason::notSlice ||
+            file.reason == PassedReason::zarr)
+            files.push_back(file.path);
+    const std::string counted = countPassed(passed), foreign = countForeign(files);
+    const InputError error = badFile(where, expected,
+                                     foreign.empty()   ? (counted.empty() ? "no files" : counted)
+                                     : counted.empty() ? foreign
+                                                       : foreign + "; in all " + counted);
+    throw catalogue.rows.empty() ? error : withTable(error, catalogue);
+}
+
+} // namespace
+
+Catalogue lookThrough(const fs::path& path, bool allowMissing) {
+    std::error_code error;
+    if (!fs::exists(path, error))
+        throw badFile(printableName(path), "a file or a folder", "nothing there");
+    Catalogue catalogue;
+    catalogue.path = path;
+    if (!fs::is_directory(path, error)) {
+        if (isNifti(path) || endsWith(path, ".json")) {
+            catalogue.rows.push_back(rowOfFile(path));
+            return catalogue;
+        }
+        catalogue.scan = scanDicomFiles({path});
+    } else if (foreignFormatOf(path).known()) {
+        return catalogue; // a Zarr has thousands of files, and none is a slice
+    } else {
+        FolderFiles found = walkFolder(path);
+        std::set<fs::path> used; // volumes of their own and their data
+        for (const fs::path& file : found.files) {
+            const bool isRaw = endsWith(file, ".json") && looksLikeRawSidecar(file);
+            if (!isRaw && !(isNifti(file) && !isNeverASlice(file)))
+                continue;
+            used.insert(file);
+            if (isRaw)
+                used.insert(rawDataFile(file));
+            CatalogueRow row = rowOfFile(file);
+            if (!row.info) {
+                row.rank = CatalogueRank::none;
+                row.files = 1;
+                found.passed.push_back({file, PassedReason::damaged, "", row.problem, {}, true});
+            }
+            catalogue.rows.push_back(std::move(row));
+        }
+        std::vector<fs::path> others;
+        for (const fs::path& file : found.files) {
+            if (used.contains(file))
+                continue;
+            if (isNeverASlice(file))
+                found.passed.push_back({file, PassedReason::notSlice});
+            else
+                others.push_back(file);
+        }
+        catalogue.scan = scanDicomFiles(others);
+        catalogue.scan.passed.insert(catalogue.scan.passed.end(), found.passed.begin(), found.passed.end());
+    }
+    std::vector<CatalogueRow> rows;
+    for (std::size_t index = 0; index < catalogue.scan.series.size(); ++index)
+        rows.push_back(rowOfSeries(catalogue.scan, index, path, allowMissing));
+    for (CatalogueRow& row : catalogue.rows)
+        rows.push_back(std::move(row));
+    for (const DicomOther& other : catalogue.scan.others) {
+        CatalogueRow row;
+        row.modality = other.modality;
+        row.files = other.files;
+        row.what = other.what;
+        rows.push_back(std::move(row));
+    }
+    catalogue.rows = std::move(rows);
+    return catalogue;
+}
+
+const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& options) {
+    const std::string where = printableName(catalogue.path);
+    const int count = static_cast<int>(catalogue.scan.series.size());
+    if (options.series != 0) {
+        for (const CatalogueRow& row : catalogue.rows)
+            if (row.series == options.series)
+                return row;
+        if (count == 0)
+            refuseNothing(catalogue);
+        throw withTable(
+            badFile(where, "--series between 1 and " + std::to_string(count), std::to_string(options.series)),
+            catalogue);
+    }
+    std::vector<const CatalogueRow*> rows;
+    for (const CatalogueRank rank : {CatalogueRank::volume, CatalogueRank::slice, CatalogueRank::scout}) {
+        for (const CatalogueRow& row : catalogue.rows)
+            if (row.rank == rank)
+                rows.push_back(&row);
+        if (!rows.empty())
+            break;
+    }
+    if (rows.empty())
+        refuseNothing(catalogue);
+    if (rows.front()->rank == CatalogueRank::scout)
+        throw withTable(
+            badFile(where, "slices of a volume",
+                    "a scout (localizer), a shadow picture without depth, of which nothing can be drawn as a "
+                    "volume; name the folder with the sections, or take it all the same with --series " +
+                        std::to_string(rows.front()->series)),
+            catalogue);
+    const auto isCt = [](const CatalogueRow* row) { return row->modality == "CT"; };
+    if (options.largest) {
+        std::vector<const CatalogueRow*> sized;
+        for (const CatalogueRow* row : rows)
+            if (row->info)
+                sized.push_back(row);
+        if (sized.empty())
+            return *rows.front();
+        return **std::max_element(sized.begin(), sized.end(),
+                                  [&](const CatalogueRow* a, const CatalogueRow* b) {
+                                      const auto rank = [&](const CatalogueRow* row) {
+                                          return std::pair(isCt(row), row->info->voxelCount());
+                                      };
+                                      return rank(a) < rank(b);
+                                  });
+    }
+    if (rows.size() == 1)
+        return *rows.front();
+    const auto scans = std::count_if(rows.begin(), rows.end(), isCt);
+    if (scans == 1)
+        return **std::find_if(rows.begin(), rows.end(), isCt);
+    const bool series =
+        std::any_of(rows.begin(), rows.end(), [](const auto* row) { return row->series > 0; });
+    throw withTable(badFile(where,
+                            series ? "one volume, or a choice with --series N or --largest"
+                                   : "one volume, or the name of one file, or --largest",
+                            std::to_string(rows.size()) + " volumes"),
+                    catalogue);
+}
+
+std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueRow& row,
+                                    const SourceOptions& options) {
+    auto source = row.series > 0 ? openDicom(catalogue.scan, static_cast<std::size_t>(row.series - 1),
+                                             options, printableName(row.path))
+                                 : openSingleFile(row.path);
+    if (!source)
+        refuseNothing(catalogue);
+    return orientToLps(std::move(source), options.scratchFolder);
+}
+
+std::string tableOf(const Catalogue& catalogue) {
+    std::vector<std::array<std::string, 6>> lines = {
+        {"series", "modality", "slices", "size", "spacing (mm)", "what"}};
+    for (const CatalogueRow& row : catalogue.rows) {
+        std::string what = row.what;
+        if (!row.problem.empty())
+            what += (what.empty() ? "" : "; ") + row.problem;
+        lines.push_back({row.series > 0 ? std::to_string(row.series) : "-",
+                         row.modality.empty() ? "-" : row.modality,
+                         row.files > 0 ? std::to_string(row.files) + (row.files == 1 ? " file" : " files")
+                                       : std::to_string(row.slices),
+                         cellOfSize(catalogue, row), cellOfSpacing(row), what});
+    }
+    std::array<std::size_t, 6> width{};
+    for (const auto& line : lines)
+        for (std::size_t i = 0; i < line.size(); ++i)
+            width[i] = std::max(width[i], line[i].size());
+    std::string text;
+    for (const auto& line : lines) {
+        text += text.empty() ? "  " : "\n  ";
+        for (std::size_t i = 0; i + 1 < line.size(); ++i)
+            text += line[i] + std::string(width[i] - line[i].size() + 2, ' ');
+        text += line.back();
+    }
+    return text;
+}
+
+std::string passedOverText(const Catalogue& catalogue, const CatalogueRow& row) {
+    constexpr int kMostRows = 6;
+    std::string text;
+    int others = 0;
+    for (const CatalogueRow& other : catalogue.rows) {
+        if (&other == &row || other.rank == CatalogueRank::none)
+            continue;
+        if (++others <= kMostRows)
+            text += (text.empty() ? "" : ", ") + shortly(other);
+    }
+    if (others > kMostRows)
+        text += ", " + std::to_string(others - kMostRows) + " more volumes or scouts";
+    const std::string counted = countPassed(catalogue.scan.passed);
+    return text + (text.empty() || counted.empty() ? "" : ", ") + counted;
+}
+
+bool passesOverSomething(const Catalogue& catalogue, const CatalogueRow& row) {
+    const auto& passed = catalogue.scan.passed;
+    return std::any_of(catalogue.rows.begin(), catalogue.rows.end(),
+                       [&](const CatalogueRow& other) { return &other != &row; }) ||
+           std::any_of(passed.begin(), passed.end(), [](const PassedFile& file) {
+               return file.reason != PassedReason::notSlice && file.reason != PassedReason::zarr;
+           });
+}
+
+} // namespace tessera

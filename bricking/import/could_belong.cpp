@@ -1,0 +1,156 @@
+// bricking/import/could_belong.cpp: see could_belong.h.
+#include "bricking/import/could_belong.h"
+
+#include "bricking/import/printable_name.h"
+#include "core/error.h"
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <optional>
+#include <set>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostDigits = 9; // longer ones are parts of UIDs and count nothing
+constexpr std::size_t kMostNames = 3;
+
+/// A name with one of its numbers cut out: "IM-0001-", ".dcm" and 42.
+struct Numbered {
+    std::string around;
+    unsigned long number = 0;
+};
+std::vector<Numbered> numberings(const std::string& name) {
+    std::vector<Numbered> found;
+    for (std::size_t begin = 0; begin < name.size();) {
+        if (!std::isdigit(static_cast<unsigned char>(name[begin]))) {
+            ++begin;
+            continue;
+        }
+        std::size_t end = begin;
+        while (end < name.size() && std::isdigit(static_cast<unsigned char>(name[end])))
+            ++end;
+        if (end - begin <= kMostDigits)
+            found.push_back({name.substr(0, begin) + "#" + name.substr(end),
+                             std::stoul(name.substr(begin, end - begin))});
+        begin = end;
+    }
+    return found;
+}
+
+/// The files of all series by folder: what a file's neighbours are looked up in.
+class Neighbours {
+  public:
+    explicit Neighbours(const DicomScan& scan) {
+        for (std::size_t index = 0; index < scan.series.size(); ++index)
+            for (const DicomSlice& slice : scan.series[index].slices)
+                add(slice.file, index);
+    }
+
+    /// The series of the files of the same name but for a number, next below and above it; empty: none is.
+    std::set<std::size_t> beside(const fs::path& file) const {
+        std::set<std::size_t> series;
+        for (const Numbered& numbered : numberings(file.filename().string())) {
+            const auto names = byName_.find((file.parent_path() / numbered.around).string());
+            if (names == byName_.end())
+                continue;
+            const auto above = names->second.lower_bound(numbered.number);
+            if (above != names->second.end())
+                series.insert(above->second.begin(), above->second.end());
+            if (above != names->second.begin())
+                series.insert(std::prev(above)->second.begin(), std::prev(above)->second.end());
+        }
+        return series;
+    }
+    bool folderHolds(const fs::path& folder, std::size_t series) const {
+        const auto at = byFolder_.find(folder.string());
+        return at != byFolder_.end() && at->second.contains(series);
+    }
+    /// Whether a file of the series in that folder has the ending, which is not empty.
+    bool endingHolds(const fs::path& file, std::size_t series) const {
+        const std::string ending = file.extension().string();
+        const auto at = byEnding_.find((file.parent_path() / ending).string());
+        return !ending.empty() && at != byEnding_.end() && at->second.contains(series);
+    }
+    /// Whether the folder, or one that lies in it, holds slices of the series.
+    bool folderOrOneBelowHolds(const fs::path& folder, std::size_t series) const {
+        return folderHolds(folder, series) ||
+               std::any_of(byFolder_.begin(), byFolder_.end(), [&](const auto& entry) {
+                   return fs::path(entry.first).parent_path() == folder && entry.second.contains(series);
+               });
+    }
+
+  private:
+    void add(const fs::path& file, std::size_t series) {
+        const fs::path folder = file.parent_path();
+        byFolder_[folder.string()].insert(series);
+        byEnding_[(folder / file.extension()).string()].insert(series);
+        for (const Numbered& numbered : numberings(file.filename().string()))
+            byName_[(folder / numbered.around).string()][numbered.number].insert(series);
+    }
+
+    std::map<std::string, std::map<unsigned long, std::set<std::size_t>>> byName_;
+    std::map<std::string, std::set<std::size_t>> byFolder_, byEnding_;
+};
+
+bool belongs(const PassedFile& file, std::size_t series, const Neighbours& neighbours) {
+    switch (file.reason) {
+    case PassedReason::empty:
+    case PassedReason::zeroFilled:
+    case PassedReason::notReadable:
+    case PassedReason::damaged:
+    case PassedReason::notDicom:
+        break;
+    case PassedReason::folderNotReadable:
+        return neighbours.folderOrOneBelowHolds(file.path.parent_path(), series);
+    default:
+        return false;
+    }
+    if (file.reason == PassedReason::damaged && (file.series || file.seriesIsAnother))
+        return file.series == series;
+    const std::set<std::size_t> beside = neighbours.beside(file.path);
+    if (!beside.empty())
+        return beside.contains(series);
+    return file.reason == PassedReason::notDicom ? neighbours.endingHolds(file.path, series)
+                                                 : neighbours.folderHolds(file.path.parent_path(), series);
+}
+
+} // namespace
+
+std::vector<PassedFile> couldBelong(const DicomScan& scan, std::size_t series) {
+    std::vector<PassedFile> found;
+    if (scan.passed.empty())
+        return found;
+    const Neighbours neighbours(scan);
+    for (const PassedFile& file : scan.passed)
+        if (belongs(file, series, neighbours))
+            found.push_back(file);
+    return found;
+}
+
+void requireComplete(const DicomScan& scan, std::size_t series) {
+    const std::vector<PassedFile> missing = couldBelong(scan, series);
+    if (missing.empty())
+        return;
+    const PassedFile& first = missing.front();
+    std::string others;
+    for (std::size_t i = 1; i < std::min(missing.size(), 1 + kMostNames); ++i)
+        others += (i == 1 ? "; likewise " : ", ") + whyPassed(missing[i]);
+    if (missing.size() > 1 + kMostNames)
+        others += " and " + std::to_string(missing.size() - 1 - kMostNames) + " more";
+    const std::string advice =
+        others + "; --allow-missing leaves " + (missing.size() > 1 ? "them" : "it") + " out";
+    if (first.reason == PassedReason::damaged)
+        throw badFile(printableName(first.path), first.expected, first.found + advice);
+    const std::string what = first.reason == PassedReason::folderNotReadable
+                                 ? "a readable folder, since it could hold slices of series "
+                                 : "a readable slice, since its place among the files is that of series ";
+    throw badFile(printableName(first.path), what + std::to_string(series + 1),
+                  "that it " + whyPassed(first).substr(printableName(first.path.filename()).size() + 1) +
+                      advice);
+}
+
+} // namespace tessera

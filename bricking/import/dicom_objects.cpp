@@ -1,0 +1,69 @@
+// bricking/import/dicom_objects.cpp: see dicom_objects.h. The numbers are those of DICOM PS3.4, table B.5-1.
+#include "bricking/import/dicom_objects.h"
+
+#include <algorithm>
+#include <array>
+
+namespace tessera {
+namespace {
+
+const std::string kRoot = "1.2.840.10008.5.1.4.1.1.";
+
+constexpr std::array kSliceClasses = {"2", "2.1", "2.2", "4", "4.1", "4.4", "128", "130", "13.1.1", "128.1"};
+
+struct Words {
+    const char* begins; // after kRoot; a whole number or parts of it, separated by points
+    const char* words;
+};
+// The longer beginnings come first.
+constexpr std::array kWords = {Words{"88.67", "dose report"},
+                               Words{"88.68", "dose report"},
+                               Words{"88.73", "dose report"},
+                               Words{"88.74", "dose report"},
+                               Words{"88.59", "key object selection"},
+                               Words{"88", "structured report"},
+                               Words{"104.1", "PDF document"},
+                               Words{"104", "document"},
+                               Words{"11", "presentation state"},
+                               Words{"66.4", "segmentation"},
+                               Words{"66.5", "surface segmentation"},
+                               Words{"66", "raw data"},
+                               Words{"67", "real-world value mapping"},
+                               Words{"481.1", "radiotherapy image"},
+                               Words{"481.2", "radiotherapy dose"},
+                               Words{"481.3", "radiotherapy structure set"},
+                               Words{"481", "radiotherapy object"},
+                               Words{"7", "secondary capture"},
+                               Words{"9", "waveform"},
+                               Words{"12", "X-ray angiogram"},
+                               Words{"1.1", "digital radiograph"},
+                               Words{"1.2", "mammogram"},
+                               Words{"1", "radiograph"},
+                               Words{"3", "ultrasound"},
+                               Words{"6", "ultrasound"},
+                               Words{"20", "nuclear medicine image"},
+                               Words{"77", "photograph or video"}};
+
+bool beginsWithParts(const std::string& uid, const std::string& parts) {
+    return uid.rfind(parts, 0) == 0 && (uid.size() == parts.size() || uid[parts.size()] == '.');
+}
+
+} // namespace
+
+bool isSliceClass(const std::string& storageClass) {
+    return std::any_of(kSliceClasses.begin(), kSliceClasses.end(),
+                       [&](const char* item) { return storageClass == kRoot + item; });
+}
+
+std::string objectWords(const std::string& storageClass) {
+    if (storageClass == "1.2.840.10008.1.3.10")
+        return "DICOMDIR";
+    if (isSliceClass(storageClass))
+        return "";
+    const auto at = std::find_if(kWords.begin(), kWords.end(), [&](const Words& row) {
+        return beginsWithParts(storageClass, kRoot + row.begins);
+    });
+    return at == kWords.end() ? "" : at->words;
+}
+
+} // namespace tessera

@@ -1,0 +1,15 @@
+// bricking/import/dicom_objects.h: what kind of DICOM object a storage class stands for, in a reader's words.
+#pragma once
+
+#include <string>
+
+namespace tessera {
+
+/// Whether every file of this class should be a readable slice: CT, MR and PET with their enhanced and legacy
+/// converted forms, cone-beam CT.
+bool isSliceClass(const std::string& storageClass);
+
+/// "dose report", "PDF document", ...; "" for a slice class and for one that is not known.
+std::string objectWords(const std::string& storageClass);
+
+} // namespace tessera

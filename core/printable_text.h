@@ -1,0 +1,17 @@
+// core/printable_text.h: text from outside (names of files, tags of headers, arguments) made fit to be
+// printed: a terminal obeys control characters, and a file's name may hold any.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace tessera {
+
+/// One line that a terminal shows and does not obey. UTF-8 stays; C0, DEL and C1 controls become "\x1b", as
+/// do bytes that are no UTF-8; line and paragraph separators and the marks that turn the direction of writing
+/// become "\u202e".
+std::string printable(std::string_view text);
+/// The same for text of several lines: line feeds stay.
+std::string printableLines(std::string_view text);
+
+} // namespace tessera

@@ -1,0 +1,379 @@
+// tests/import_folders_test.cpp: folders as they come: files that cannot be read among slices, scouts and
+// reports beside them, duplicates, phases, files without a preamble, and what other programs wrote. Nothing
+// may be left out without a word.
+#include "bricking/import/catalogue.h"
+#include "dicom_writer.h"
+#include "import_test_tools.h"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace tessera::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr int kSlices = 5;
+
+class Folder : public ::testing::Test {
+  protected:
+    static DicomImage imageAt(int n, const std::string& series = "1") {
+        DicomImage image;
+        image.position = glm::dvec3(-1, 2, 2 * n);
+        image.series = series;
+        image.pixels.assign(12, static_cast<std::uint16_t>(1024 + 100 * n));
+        return image;
+    }
+    static std::string nameOf(int number) {
+        char name[16];
+        std::snprintf(name, sizeof name, "IM%04d.dcm", number);
+        return name;
+    }
+    /// IM0041.dcm to IM0045.dcm
+    void writeSeries() {
+        for (int n = 0; n < kSlices; ++n)
+            writeDicom(folder / nameOf(41 + n), imageAt(n));
+    }
+    std::string refused(const SourceOptions& options = {}) {
+        const std::string message = refusalOfOpening(folder.path(), options);
+        for (const std::string& planted : kPlanted)
+            EXPECT_THAT(message, Not(HasSubstr(planted)));
+        return message;
+    }
+    int slices(const SourceOptions& options = {}) {
+        return openSource(folder.path(), options)->info().extentVoxels.z;
+    }
+    std::string passed() {
+        const Catalogue catalogue = lookThrough(folder.path());
+        return passedOverText(catalogue, chooseRow(catalogue, {}));
+    }
+    std::string table() { return tableOf(lookThrough(folder.path())); }
+    ScratchFolder folder;
+};
+
+TEST_F(Folder, ASliceThatCannotBeReadStopsTheImportWhereverItIs) {
+    for (const int lost : {41, 43, 45}) { // the first, one inside, the last
+        SCOPED_TRACE(lost);
+        writeSeries();
+        const fs::path file = folder / nameOf(lost);
+        const auto expectStop = [&](const char* why) {
+            EXPECT_THAT(refused(),
+                        AllOf(HasSubstr(nameOf(lost)), HasSubstr(why), HasSubstr("--allow-missing")));
+            if (lost == 43) {
+                EXPECT_THAT(refused({.allowMissing = true}), HasSubstr("missing slices"));
+            }
+            EXPECT_EQ(slices({.resampleZ = true, .allowMissing = true}), lost == 43 ? kSlices : kSlices - 1);
+        };
+        writeFile(file, "");
+        expectStop("empty");
+        writeFile(file, std::string(900, '\0'));
+        expectStop("zeros");
+        writeFile(file, std::string(900, 'x'));
+        expectStop("not DICOM");
+        writeFile(file, dicomBytes(imageAt(lost - 41)).substr(0, 500));
+        expectStop("truncated");
+        fs::remove(file);
+        fs::create_symlink("nowhere", file);
+        expectStop("not readable");
+        fs::remove(file);
+    }
+}
+
+TEST_F(Folder, WithoutPermissionIsNotReadable) {
+    // In a child that is nobody, for root may read everything.
+    writeSeries();
+    fs::permissions(folder.path(), fs::perms::all);
+    fs::permissions(folder / nameOf(45), fs::perms::none);
+    fs::create_directory(folder / "more");
+    const auto refusedAsNobody = [&] {
+        int ends[2];
+        if (::pipe(ends) != 0)
+            return std::string("no pipe");
+        const pid_t child = ::fork();
+        if (child == 0) {
+            if (::geteuid() == 0 && (::setgid(65534) != 0 || ::setuid(65534) != 0))
+                ::_exit(1);
+            std::string message = "nothing was thrown";
+            try {
+                openSource(folder.path(), {});
+            } catch (const std::exception& error) {
+                message = error.what();
+            }
+            ::_exit(::write(ends[1], message.data(), message.size()) < 0);
+        }
+        ::close(ends[1]);
+        std::string message(4096, '\0');
+        const auto got = ::read(ends[0], message.data(), message.size());
+        message.resize(static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+        ::close(ends[0]);
+        int status = 0;
+        ::waitpid(child, &status, 0);
+        return message;
+    };
+    EXPECT_THAT(refusedAsNobody(), AllOf(HasSubstr("IM0045.dcm"), HasSubstr("Permission denied")));
+    fs::permissions(folder / nameOf(45), fs::perms::owner_all | fs::perms::others_read);
+    EXPECT_EQ(refusedAsNobody(), "nothing was thrown");
+    fs::permissions(folder / "more", fs::perms::none);
+    EXPECT_THAT(refusedAsNobody(),
+                AllOf(HasSubstr("more"), HasSubstr("folder"), HasSubstr("--allow-missing")));
+    fs::permissions(folder / "more", fs::perms::all);
+}
+
+TEST_F(Folder, WhatIsNoSliceByItsNameNeverStops) {
+    writeSeries();
+    for (const char* name : {"._IM0042.dcm", ".DS_Store", "Thumbs.db", "desktop.ini", "DICOMDIR", "README",
+                             "LICENSE.md", "IM0046.txt", "report.pdf", "IM0046.jpg", "sums.md5"})
+        writeFile(folder / name, "");
+    writeFile(folder / "Citations", "some words");
+    writeFile(folder / "other.bin", "some words");
+    EXPECT_EQ(slices(), kSlices);
+    EXPECT_THAT(passed(),
+                AllOf(HasSubstr("11 files of other kinds"), HasSubstr("2 not DICOM (Citations, other.bin)")));
+}
+
+TEST_F(Folder, ADamagedSliceStopsItsOwnSeriesOnly) {
+    for (int n = 0; n < kSlices; ++n) {
+        writeDicom(folder / nameOf(41 + n), imageAt(n));
+        DicomImage other = imageAt(n, "2");
+        other.modality = "MR";
+        writeDicom(folder / ("MR" + std::to_string(n)), other);
+    }
+    const std::string whole = dicomBytes(imageAt(4, "2"));
+    writeFile(folder / "MR4", whole.substr(0, whole.size() - 7)); // names its series
+    writeFile(folder / "MR5", "");                                // beside MR4 by name
+    EXPECT_EQ(slices(), kSlices);
+    EXPECT_THAT(refused({.series = 2}), AllOf(HasSubstr("MR4"), HasSubstr("truncated"), HasSubstr("MR5")));
+    EXPECT_EQ(slices({.series = 2, .allowMissing = true}), kSlices - 1);
+    EXPECT_THAT(passed(), AllOf(HasSubstr("1 empty (MR5)"), HasSubstr("1 damaged or not decodable (MR4)"),
+                                HasSubstr("series 2 (MR, 4 slices)")));
+    // Where nothing says whose it is, it could be anybody's.
+    writeFile(folder / "lost", "");
+    EXPECT_THAT(refused(), HasSubstr("lost"));
+    fs::create_directory(folder / "elsewhere");
+    fs::rename(folder / "lost", folder / "elsewhere/lost");
+    EXPECT_EQ(slices(), kSlices);
+}
+
+TEST_F(Folder, ScoutsReportsAndCapturesNeverCompete) {
+    writeSeries();
+    DicomImage scout = imageAt(0, "2");
+    scout.imageType = "ORIGINAL\\PRIMARY\\LOCALIZER";
+    scout.columnDirection = {0, 0, -1};
+    writeDicom(folder / "scout", scout);
+    DicomImage report = imageAt(0, "3");
+    report.withPixels = false;
+    report.modality = "SR";
+    report.storageClass = "1.2.840.10008.5.1.4.1.1.88.67";
+    writeDicom(folder / "dose", report);
+    report.series = "4";
+    report.modality = "DOC";
+    report.storageClass = "1.2.840.10008.5.1.4.1.1.104.1";
+    writeDicom(folder / "document", report);
+    DicomImage capture = imageAt(0, "5");
+    capture.storageClass = "1.2.840.10008.5.1.4.1.1.7";
+    capture.samplesPerPixel = 3;
+    capture.pixels.assign(36, 0);
+    writeDicom(folder / "capture", capture);
+    DicomImage alone = imageAt(7, "6"); // one slice of a bolus tracking
+    writeDicom(folder / "one", alone);
+    EXPECT_EQ(slices(), kSlices);
+    const std::string shown = table();
+    EXPECT_THAT(
+        shown,
+        HasSubstr("CT        5       4 x 3  0.500 x 0.700 x 2.000  kernel B30f, 1.5 mm thick, 120 kV"));
+    EXPECT_THAT(shown, HasSubstr("scout (localizer)"));
+    EXPECT_THAT(shown, AllOf(HasSubstr("SR"), HasSubstr("1 file"), HasSubstr("dose report"),
+                             HasSubstr("PDF document"), HasSubstr("secondary capture")));
+    for (const std::string& planted : kPlanted)
+        EXPECT_THAT(shown, Not(HasSubstr(planted)));
+    EXPECT_THAT(passed(), AllOf(HasSubstr("(CT, 1 slice: scout)"), HasSubstr("1 dose report"),
+                                HasSubstr("1 PDF document"), HasSubstr("1 secondary capture")));
+}
+
+TEST_F(Folder, AScoutAloneExplainsItself) {
+    DicomImage scout = imageAt(0);
+    scout.imageType = "ORIGINAL\\PRIMARY\\LOCALIZER";
+    writeDicom(folder / "scout", scout);
+    EXPECT_THAT(refused(), AllOf(HasSubstr("a scout (localizer)"), HasSubstr("--series 1")));
+    EXPECT_THAT(refusalOfOpening(folder / "scout"), HasSubstr("a scout (localizer)"));
+    EXPECT_EQ(slices({.series = 1}), 1);
+}
+
+TEST_F(Folder, OfSeveralVolumesTheOnlyCtOrAChoice) {
+    writeSeries();
+    for (int n = 0; n < 9; ++n) {
+        DicomImage other = imageAt(n, "2");
+        other.modality = "MR";
+        writeDicom(folder / ("b" + std::to_string(n)), other);
+    }
+    EXPECT_EQ(slices(), kSlices) << "the only CT";
+    for (int n = 0; n < 7; ++n)
+        writeDicom(folder / ("c" + std::to_string(n)), imageAt(n, "3"));
+    EXPECT_THAT(refused(),
+                AllOf(HasSubstr("--series N or --largest"), HasSubstr("found 3 volumes\n  series")));
+    EXPECT_EQ(slices({.largest = true}), 7) << "a CT before anything larger";
+    EXPECT_EQ(slices({.series = 2}), 9);
+    // A CT that needs --resample-z is a volume too, and never gives way without a word.
+    fs::remove(folder / "c3");
+    EXPECT_THAT(refused(), HasSubstr("--resample-z interpolates"));
+}
+
+TEST_F(Folder, ByteIdenticalDuplicatesAreDroppedWithACount) {
+    writeSeries();
+    fs::copy_file(folder / nameOf(42), folder / "copy of it.dcm");
+    writeDicom(folder / "sent again.dcm", imageAt(3)); // another instance, all else the same
+    const auto source = openSource(folder.path(), {});
+    EXPECT_EQ(source->info().extentVoxels.z, kSlices);
+    EXPECT_THAT(source->describe(), HasSubstr("2 byte-identical duplicates dropped"));
+    EXPECT_THAT(table(), HasSubstr("2 duplicates dropped"));
+    DicomImage another = imageAt(3);
+    another.pixels[5] ^= 1;
+    writeDicom(folder / "another.dcm", another);
+    EXPECT_THAT(refused(), HasSubstr("1 of 6 slices at the place of another"));
+    another = imageAt(3);
+    another.intercept = "-1000"; // the same pixels, other values
+    writeDicom(folder / "another.dcm", another);
+    EXPECT_THAT(refused(), HasSubstr("at the place of another"));
+}
+
+TEST_F(Folder, PhasesBecomeAChoice) {
+    const auto expectPhases = [this](const char* label, const auto& change) {
+        SCOPED_TRACE(label);
+        const ScratchFolder phased;
+        for (int n = 0; n < kSlices; ++n)
+            for (int phase = 0; phase < 3; ++phase) {
+                DicomImage image = imageAt(n);
+                image.pixels.assign(12, static_cast<std::uint16_t>(1024 + 100 * phase + n));
+                change(image, n, phase);
+                writeDicom(phased / (std::to_string(phase * 7 % 3) + "-" + std::to_string(n)), image);
+            }
+        const std::string message = refusalOfOpening(phased.path());
+        EXPECT_THAT(message, AllOf(HasSubstr("--phase N"), HasSubstr("3 phases"), HasSubstr(label)));
+        for (const std::string& planted : kPlanted)
+            EXPECT_THAT(message, Not(HasSubstr(planted)));
+        EXPECT_THAT(message, Not(HasSubstr("101501"))) << "no time of day";
+        EXPECT_THAT(refusalOfOpening(phased.path(), {.phase = 4}), HasSubstr("between 1 and 3"));
+        for (int phase = 0; phase < 3; ++phase) {
+            const auto source = openSource(phased.path(), {.phase = phase + 1});
+            const auto values = readAll<std::int16_t>(*source);
+            ASSERT_EQ(values.size(), 12u * kSlices);
+            for (int n = 0; n < kSlices; ++n)
+                EXPECT_EQ(values[static_cast<std::size_t>(12 * n)], 100 * phase + n);
+        }
+        EXPECT_THAT(tableOf(lookThrough(phased.path())), AllOf(HasSubstr("--phase"), HasSubstr(label)));
+    };
+    expectPhases("2: phase 40 %", [](DicomImage& i, int, int p) { i.cardiacPercent = 40 * p; });
+    expectPhases("3: time 7", [](DicomImage& i, int, int p) { i.temporalPosition = 5 + p; });
+    expectPhases("1: acquisition 2", [](DicomImage& i, int, int p) { i.acquisition = 2 + p; });
+    // Every slice at its own time: at each place the first, second and third.
+    const auto time = [](int n, int p) { return "10150" + std::to_string(p) + "." + std::to_string(10 + n); };
+    expectPhases("3: time 3", [&](DicomImage& i, int n, int p) { i.acquisitionTime = time(n, p); });
+    expectPhases("3: time 3", [&](DicomImage& i, int n, int p) { i.contentTime = time(n, p); });
+    writeSeries();
+    EXPECT_THAT(refused({.phase = 1}), HasSubstr("one picture at each place"));
+}
+
+TEST_F(Folder, FilesWithoutAPreambleOpen) {
+    for (const bool implicit : {false, true}) {
+        for (int n = 0; n < kSlices; ++n) {
+            DicomImage image = imageAt(n);
+            image.preamble = false;
+            image.implicitVr = implicit;
+            writeDicom(folder / nameOf(n), image);
+        }
+        const auto source = openSource(folder.path(), {});
+        EXPECT_EQ(source->info().extentVoxels.z, kSlices);
+        EXPECT_EQ(source->info().unit, "HU");
+        EXPECT_EQ(readAll<std::int16_t>(*source)[12], 100);
+        EXPECT_EQ(openSource(folder / nameOf(2), {})->info().extentVoxels.z, 1);
+    }
+    // What only begins alike is no DICOM.
+    writeFile(folder / "a", std::string("\x08\0\x05\0ZZ\x0a\0ISO_IR 100", 18) + std::string(200, 'x'));
+    writeFile(folder / "b", std::string("\x08\0\x05\0\xff\xff\xff\x7f", 8) + std::string(200, 'x'));
+    EXPECT_THAT(refusalOfOpening(folder / "a"), HasSubstr("not DICOM"));
+    EXPECT_THAT(refusalOfOpening(folder / "b"), HasSubstr("not DICOM"));
+}
+
+TEST_F(Folder, SlicesThatDifferInTheirNumberFormatAreReadEachByItsOwn) {
+    for (int n = 0; n < 4; ++n) {
+        DicomImage image = imageAt(n);
+        image.pixelRepresentation = n % 2;
+        image.bitsStored = n < 2 ? 12 : 16;
+        image.slope = n == 3 ? "2" : "1";
+        image.intercept = n == 1 ? "0" : "-1000";
+        image.pixels.assign(12, n == 1 ? 0x0fff : 0x0800); // -1 in 12 bits with a sign
+        writeDicom(folder / nameOf(n), image);
+    }
+    const auto values = readAll<std::int16_t>(*openSource(folder.path(), {}));
+    EXPECT_EQ(values[0], 2048 - 1000);
+    EXPECT_EQ(values[12], -1);
+    EXPECT_EQ(values[24], 2048 - 1000);
+    EXPECT_EQ(values[36], 2 * 2048 - 1000);
+}
+
+TEST_F(Folder, WhatOtherProgramsWroteIsNamed) {
+    const auto expectNamed = [&](const fs::path& path, const char* what, const char* advice) {
+        EXPECT_THAT(refusalOfOpening(path), AllOf(HasSubstr(what), HasSubstr(advice))) << path;
+    };
+    const auto zarr = [&](const char* name, const char* file, const std::string& text) {
+        fs::create_directories(folder / name);
+        if (*file)
+            writeFile(folder / name / file, text);
+        return folder / name;
+    };
+    expectNamed(zarr("a.zarr", ".zarray", "{}"), "Zarr v2 array", "export");
+    expectNamed(zarr("b", ".zgroup", "{}"), "Zarr v2 group", "export");
+    zarr("c.zarr", ".zgroup", "{}");
+    expectNamed(zarr("c.zarr", ".zattrs", R"({"multiscales":[]})"), "OME-Zarr 0.4", "export");
+    expectNamed(zarr("d.zarr", "zarr.json", R"({"node_type":"group","attributes":{"ome":{}}})"),
+                "OME-Zarr 0.5", "export");
+    expectNamed(zarr("e.zarr", "zarr.json", R"({"node_type":"array"})"), "Zarr v3 array", "export");
+    expectNamed(zarr("f.zarr", "", ""), ".zarr folder without metadata", "copy");
+    const auto file = [&](const char* name, const std::string& text) {
+        fs::create_directories(folder / "files" / name);
+        writeFile(folder / "files" / name / name, text);
+        return folder / "files" / name / name;
+    };
+    const std::string hdr = std::string("\x5c\x01\0\0", 4) + std::string(344, '\0');
+    for (const auto& [name, text, what] : {std::tuple{"a.nrrd", std::string("NRRD0004\n"), "NRRD"},
+                                           {"a.nhdr", "NRRD0004\n", "NRRD"},
+                                           {"a.mha", "ObjectType = Image", "MetaImage"},
+                                           {"a.mhd", "ObjectType = Image", "MetaImage"},
+                                           {"a.hdr", hdr, "Analyze or detached NIfTI"},
+                                           {"a.img", "xxxx", "Analyze or detached NIfTI"},
+                                           {"a.zip", "PK\x03\x04zzzz", "ZIP"},
+                                           {"scan", "PK\x03\x04zzzz", "ZIP"}}) {
+        const fs::path path = file(name, text);
+        expectNamed(path, what, "");
+        expectNamed(path.parent_path(), what, "");
+    }
+}
+
+TEST_F(Folder, SeveralNiftiFilesAreAChoiceByName) {
+    NiftiImage image;
+    image.voxels = std::string(48, '\0');
+    writeFile(folder / "a.nii", niftiBytes(image));
+    EXPECT_EQ(slices(), 4);
+    writeFile(folder / "b.nii.gz", gzip(niftiBytes(image)));
+    EXPECT_THAT(refused(),
+                AllOf(HasSubstr("the name of one file"), HasSubstr("a.nii\n"), HasSubstr("b.nii.gz")));
+    EXPECT_EQ(slices({.largest = true}), 4);
+    writeFile(folder / "b.nii.gz", "no");
+    EXPECT_EQ(slices(), 4);
+    EXPECT_THAT(passed(), HasSubstr("1 damaged or not decodable (b.nii.gz)"));
+}
+
+TEST_F(Folder, ControlCharactersInNamesAreEscaped) {
+    writeSeries();
+    writeFile(folder / "IM0043\x1b[2J\n.dcm", "");
+    EXPECT_THAT(refused(), AllOf(HasSubstr("\\x1b"), Not(HasSubstr("\x1b")), Not(HasSubstr("\n"))));
+    EXPECT_THAT(passed(), AllOf(HasSubstr("\\x1b"), Not(HasSubstr("\x1b"))));
+}
+
+} // namespace
+} // namespace tessera::test
