@@ -5,6 +5,7 @@
 // another reader warns or refuses: DCMTK's tools and opj_decompress, where they are installed (dcmconv makes
 // the plain syntaxes besides explicit little endian). Where none does, nobody can tell; those are counted by
 // what they hit.
+// DAMAGE_CORPUS_KEEP=FOLDER keeps the series of every fault; DAMAGE_CORPUS_VERBOSE=1 lists what none told.
 #include "bricking/import/codecs/stream.h"
 #include "bricking/import/encapsulated_frames.h"
 #include "bricking/import/open_source.h"
@@ -235,6 +236,7 @@ int runCorpus(int runs, unsigned seed) {
     std::mt19937 random(seed);
     std::map<std::string, Tally> tallies;
     std::map<std::string, int> untold;
+    int faults = 0;
     const bool canConvert = installed("dcmconv");
     const int each = std::max(1, runs / static_cast<int>(kCodings.size()));
     for (const Coding& coding : kCodings) {
@@ -261,9 +263,10 @@ int runCorpus(int runs, unsigned seed) {
                         complaint(coding, victim, folder.path()).c_str());
             return 1;
         }
-        const std::size_t pixels = sound.rfind(std::string("\xe0\x7f\x10\x00", 4));
+        const std::string little("\xe0\x7f\x10\x00", 4), big("\x7f\xe0\x00\x10", 4);
+        const std::size_t pixels = sound.find(coding.convert == "+tb" ? big : little);
         const std::size_t headerEnd =
-            pixels == std::string::npos ? sound.size() / 2 : pixels + 12; // big endian, deflated
+            pixels == std::string::npos ? sound.size() / 2 : pixels + 12; // deflated
         Tally& tally = tallies[coding.name];
         for (int run = 0; run < each; ++run) {
             const bool inHeader = run % 2 == 0;
@@ -281,6 +284,9 @@ int runCorpus(int runs, unsigned seed) {
             if (result == Result::refused || result == Result::right)
                 continue;
             const std::string said = result == Result::wrong ? complaint(coding, victim, folder.path()) : "";
+            const char* const keep = std::getenv("DAMAGE_CORPUS_KEEP");
+            if (keep && (result != Result::wrong || !said.empty()))
+                fs::copy(place, fs::path(keep) / ("fault-" + std::to_string(++faults)));
             const std::string where = coding.name + (inHeader ? ", header: " : ", pixels: ") + hit.words;
             if (result != Result::wrong || !said.empty())
                 std::printf("FAULT %s%s %s\n",

@@ -193,28 +193,29 @@ class Scanner {
         case FileStart::dicom:
             break;
         }
-        vtkNew<vtkDICOMMetaData> data;
-        vtkNew<vtkDICOMParser> parser;
-        parse(*parser, *data, file.string());
-        const std::string syntax = Header(data).text(DC::TransferSyntaxUID);
+        DicomStructure structure = structureOf(file);
+        const std::string syntax = structure.syntax;
         std::optional<MemoryFile> inflated;
         if (syntax == kDeflatedSyntax) {
             try {
                 inflated.emplace(inflateDicom(file));
-                data->Clear();
-                parse(*parser, *data, inflated->path());
             } catch (const InputError&) {
                 return damaged(file, "a deflated DICOM file", "one that does not inflate");
             }
+            structure = structureOf(inflated->path());
         }
+        if (structure.breaksOff)
+            return damaged(file, "a whole DICOM file", structure.irregularity + " (is it truncated?)");
+        vtkNew<vtkDICOMMetaData> data;
+        vtkNew<vtkDICOMParser> parser;
+        parse(*parser, *data, inflated ? inflated->path() : file.string());
         const Header header(data);
         current_ = {header.text(DC::SeriesInstanceUID), codeWord(header.text(DC::Modality)),
                     header.text(DC::MediaStorageSOPClassUID), parser->GetPixelDataFound()};
         if (current_.storageClass.empty())
             current_.storageClass = header.text(DC::SOPClassUID);
         if (current_.isWhole)
-            return addImage(file, inflated ? std::filesystem::path(inflated->path()) : file, header, syntax,
-                            *parser);
+            return addImage(file, structure, header, syntax, *parser);
         const std::string words = objectWords(current_.storageClass);
         if (!words.empty())
             return pass({file, PassedReason::notImage, "", words});
@@ -303,9 +304,8 @@ class Scanner {
                             : words});
     }
 
-    /// @param parsed  what the parser has read: the file, or what it inflates to
-    void addImage(const std::filesystem::path& file, const std::filesystem::path& parsed,
-                  const Header& header, const std::string& syntax, vtkDICOMParser& parser) {
+    void addImage(const std::filesystem::path& file, const DicomStructure& structure, const Header& header,
+                  const std::string& syntax, vtkDICOMParser& parser) {
         DicomSlice slice;
         slice.file = file;
         const int frames = std::max(1, header.integer(DC::NumberOfFrames).value_or(1));
@@ -344,9 +344,9 @@ class Scanner {
             }
         }
 
-        const DicomLayout layout{syntax == kExplicitBig, syntax == kImplicitLittle, offset,
-                                 parser.GetPixelDataVL(), compressed != nullptr};
-        slice.irregularity = syntax.empty() ? "" : irregularityOf(parsed, layout);
+        slice.irregularity = structure.irregularity;
+        if (slice.irregularity.empty() && structure.pixelOffsetBytes != offset)
+            slice.irregularity = "pixels at two places";
         if (slice.irregularity.empty())
             slice.irregularity = missingTag(header);
 

@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::uint64_t kMetaBegin = 132; // preamble and mark
 constexpr std::uint32_t kUndefined = 0xFFFFFFFF;
-constexpr std::uint32_t kPixelTag = 0x7FE00010, kItem = 0xFFFEE000, kItemEnd = 0xFFFEE00D,
-                        kSequenceEnd = 0xFFFEE0DD;
+constexpr std::uint32_t kSyntaxTag = 0x00020010, kPixelTag = 0x7FE00010, kItem = 0xFFFEE000,
+                        kItemEnd = 0xFFFEE00D, kSequenceEnd = 0xFFFEE0DD;
 constexpr int kMostNested = 16;
 constexpr std::uint64_t kBlockBytes = 512; // tapes and some archives fill files up to a multiple of it
 
@@ -36,9 +36,14 @@ constexpr std::array<Representation, 34> kRepresentations = {
      {"TM", false, 1}, {"UC", true, 1},  {"UI", false, 1}, {"UL", false, 4}, {"UN", true, 1},
      {"UR", true, 1},  {"US", false, 2}, {"UT", true, 1},  {"UV", true, 8}}};
 
-/// Something does not fit; caught by irregularityOf().
+constexpr const char* kImplicitLittle = "1.2.840.10008.1.2";
+constexpr const char* kExplicitBig = "1.2.840.10008.1.2.2";
+constexpr const char* kDeflated = "1.2.840.10008.1.2.1.99";
+
+/// The walk cannot go on; caught by structureOf().
 struct Irregular {
     std::string words;
+    bool breaksOff = false;
 };
 
 std::string tagText(std::uint32_t tag) {
@@ -56,7 +61,7 @@ class Source {
     std::uint64_t size() const { return size_; }
     const std::byte* at(std::uint64_t offset, std::size_t count) {
         if (offset > size_ || count > size_ - offset)
-            throw Irregular{"an element that goes beyond the end of the file"};
+            throw Irregular{"an element that goes beyond the end of the file", true};
         if (offset < begin_ || offset + count > begin_ + window_.size()) {
             window_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(size_ - offset, 8192)));
             begin_ = offset;
@@ -80,8 +85,9 @@ struct Element {
 
 class Walk {
   public:
-    Walk(Source& source, bool bigEndian, bool implicit)
-        : source_(source), bigEndian_(bigEndian), implicit_(implicit) {}
+    /// @param found  where irregularities go that do not end the walk
+    Walk(Source& source, bool bigEndian, bool implicit, std::string& found)
+        : source_(source), bigEndian_(bigEndian), implicit_(implicit), found_(found) {}
 
     Element head(std::uint64_t at) {
         Element e;
@@ -103,12 +109,11 @@ class Walk {
         e.length = known->isLong ? number(at + 8, 4) : number(at + 6, 2);
         e.content = at + (known->isLong ? 12 : 8);
         if (known->isLong && number(at + 6, 2) != 0)
-            throw Irregular{"reserved bytes that are not zero at " + tagText(e.tag)};
+            note("reserved bytes that are not zero", e);
         e.isUnknown = known->name == "UN";
         e.isSequence = known->name == "SQ" || (e.length == kUndefined && e.tag != kPixelTag);
         if (e.length != kUndefined && e.length % known->valueBytes != 0)
-            throw Irregular{"a length that does not suit " + std::string(known->name) + " at " +
-                            tagText(e.tag)};
+            note("a length that does not suit " + std::string(known->name), e);
         return e;
     }
 
@@ -120,7 +125,7 @@ class Walk {
             if (e.tag == until)
                 return at;
             if (std::uint64_t{e.tag} + 1 <= before)
-                throw Irregular{"elements out of order at " + tagText(e.tag)};
+                note("elements out of order", e);
             before = std::uint64_t{e.tag} + 1;
             at = after(e, end, depth);
         }
@@ -134,11 +139,11 @@ class Walk {
         if (e.length == kUndefined && !e.isSequence)
             throw Irregular{"an undefined length at " + tagText(e.tag)};
         if (e.length != kUndefined && e.length > end - std::min(end, e.content))
-            throw Irregular{"a length beyond what holds it at " + tagText(e.tag)};
+            throw Irregular{"a length beyond what holds it at " + tagText(e.tag), end == source_.size()};
         if (e.length != kUndefined && e.length % 2 != 0)
-            throw Irregular{"an odd length at " + tagText(e.tag)};
+            note("an odd length", e);
         if (e.isSequence && e.isUnknown) // PS3.5, 6.2.2, note on UN of undefined length
-            return Walk(source_, false, true).items(e, end, depth + 1);
+            return Walk(source_, false, true, found_).items(e, end, depth + 1);
         if (e.isSequence)
             return items(e, end, depth + 1);
         return e.content + e.length;
@@ -150,6 +155,11 @@ class Walk {
         for (std::size_t i = 0; i < bytes; ++i)
             value = value << 8 | std::to_integer<std::uint32_t>(from[bigEndian_ ? i : bytes - 1 - i]);
         return value;
+    }
+
+    void note(const std::string& words, const Element& e) {
+        if (found_.empty())
+            found_ = words + " at " + tagText(e.tag);
     }
 
   private:
@@ -181,6 +191,7 @@ class Walk {
 
     Source& source_;
     bool bigEndian_, implicit_;
+    std::string& found_;
 };
 
 /// Past the items of encapsulated pixels; framesOf() has seen that they are there.
@@ -202,50 +213,81 @@ bool isFilling(Source& source, std::uint64_t at) {
     return std::all_of(rest, rest + (source.size() - at), [](std::byte b) { return b == std::byte{0}; });
 }
 
-std::string walkFile(Source& source, const DicomLayout& layout) {
-    try {
-        std::uint64_t dataSet = 0;
-        if (source.size() >= kMetaBegin && std::memcmp(source.at(128, 4), "DICM", 4) == 0) {
-            Walk meta(source, false, false);
-            const Element length = meta.head(kMetaBegin);
-            if (length.tag != 0x00020000 || length.length != 4)
-                throw Irregular{"no length of the meta group"};
-            dataSet = length.content + 4 + meta.number(length.content, 4);
-            meta.elements(kMetaBegin, dataSet, 0, 0);
-        }
-        Walk walk(source, layout.bigEndian, layout.implicit);
-        const std::uint64_t pixels = walk.elements(dataSet, source.size(), kPixelTag, 0);
-        if (walk.head(pixels).content != layout.pixelOffsetBytes)
-            throw Irregular{"pixels at another place than the parser found"};
-        const std::uint64_t rest = layout.encapsulated ? afterFragments(walk, layout.pixelOffsetBytes)
-                                                       : layout.pixelOffsetBytes + layout.pixelLengthBytes;
-        if (rest < source.size() && !isFilling(source, rest)) {
-            const Element next = walk.head(rest);
-            if (next.tag <= kPixelTag)
-                throw Irregular{"elements out of order behind the pixels"};
-            walk.elements(rest, source.size(), 0, 0);
-        }
-        return "";
-    } catch (const Irregular& irregular) {
-        return irregular.words;
-    }
+/// Whether an element at `at` has a representation that is known.
+bool looksExplicit(Source& source, std::uint64_t at) {
+    const std::byte* vr = source.at(at + 4, 2);
+    const std::string_view word(reinterpret_cast<const char*>(vr), 2);
+    return std::any_of(kRepresentations.begin(), kRepresentations.end(),
+                       [&](const Representation& r) { return r.name == word; });
+}
+
+/// The meta group, always explicit and little endian. Returns where the data set begins.
+std::uint64_t walkMeta(Source& source, std::uint64_t begin, DicomStructure& out) {
+    Walk meta(source, false, false, out.irregularity);
+    const Element length = meta.head(begin);
+    if (length.tag != 0x00020000 || length.length != 4)
+        throw Irregular{"no length of the meta group"};
+    const std::uint64_t dataSet = length.content + 4 + meta.number(length.content, 4);
+    if (dataSet > source.size())
+        throw Irregular{"a meta group that goes beyond the end of the file", true};
+    const std::uint64_t at = meta.elements(begin, dataSet, kSyntaxTag, 0);
+    if (at == dataSet)
+        throw Irregular{"no transfer syntax"};
+    const Element syntax = meta.head(at);
+    if (syntax.length == 0 || syntax.length > 64)
+        throw Irregular{"a transfer syntax of " + std::to_string(syntax.length) + " bytes"};
+    out.syntax.assign(reinterpret_cast<const char*>(source.at(syntax.content, syntax.length)), syntax.length);
+    while (!out.syntax.empty() && (out.syntax.back() == '\0' || out.syntax.back() == ' '))
+        out.syntax.pop_back();
+    meta.elements(at, dataSet, 0, 0);
+    return dataSet;
+}
+
+/// The pixels of a data set and what follows them.
+void walkPixels(Source& source, Walk& walk, std::uint64_t at, DicomStructure& out) {
+    const Element pixels = walk.head(at);
+    out.pixelOffsetBytes = pixels.content;
+    const std::uint64_t rest =
+        pixels.length == kUndefined ? afterFragments(walk, pixels.content) : pixels.content + pixels.length;
+    if (rest > source.size()) // a parser stops before the pixels
+        throw Irregular{"pixels that go beyond the end of the file"};
+    if (rest == source.size() || isFilling(source, rest))
+        return;
+    if (walk.head(rest).tag <= kPixelTag)
+        throw Irregular{"elements out of order behind the pixels"};
+    walk.elements(rest, source.size(), 0, 0);
+}
+
+void walkAll(Source& source, DicomStructure& out) {
+    const bool marked = source.size() >= kMetaBegin && std::memcmp(source.at(128, 4), "DICM", 4) == 0;
+    std::uint64_t dataSet = marked ? kMetaBegin : 0;
+    if (marked || std::to_integer<int>(*source.at(0, 1)) == 2) // group 0002
+        dataSet = walkMeta(source, dataSet, out);
+    if (out.syntax == kDeflated)
+        return;
+    const bool implicit =
+        out.syntax.empty() ? !looksExplicit(source, dataSet) : out.syntax == kImplicitLittle;
+    Walk walk(source, out.syntax == kExplicitBig, implicit, out.irregularity);
+    const std::uint64_t pixels = walk.elements(dataSet, source.size(), kPixelTag, 0);
+    if (pixels < source.size())
+        walkPixels(source, walk, pixels, out);
 }
 
 } // namespace
 
-std::string irregularityOf(const std::filesystem::path& path, const DicomLayout& layout) {
+DicomStructure structureOf(const std::filesystem::path& path) {
     const InputFile file(path);
     Source source(file.sizeBytes(),
                   [&](std::uint64_t offset, std::span<std::byte> out) { return file.readSome(offset, out); });
-    return walkFile(source, layout);
-}
-
-std::string irregularityOf(std::span<const std::byte> bytes, const DicomLayout& layout) {
-    Source source(bytes.size(), [&](std::uint64_t offset, std::span<std::byte> out) {
-        std::memcpy(out.data(), bytes.data() + offset, out.size());
-        return out.size();
-    });
-    return walkFile(source, layout);
+    DicomStructure out;
+    try {
+        walkAll(source, out);
+    } catch (const Irregular& irregular) {
+        if (out.irregularity.empty() || irregular.breaksOff)
+            out.irregularity = irregular.words;
+        out.breaksOff = irregular.breaksOff;
+    }
+    return out;
 }
 
 } // namespace tessera
