@@ -5,14 +5,16 @@
 
 #include "core/colour.h"
 #include "core/error.h"
-#include "core/interrupt.h"
+#include "core/output_file.h"
+#include "core/printable_text.h"
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstdint>
-#include <unistd.h> // getpid: a temporary name of our own
+#include <exception>
 
 namespace tessera {
 namespace {
@@ -58,41 +60,71 @@ template <typename Integer> std::vector<Integer> encode(const Image& image, int 
     return out;
 }
 
-/// An unfinished picture; removed unless it gets its final name.
-class TemporaryFile {
+/// What a picture's library writes through: it may forget to say that a write failed, this does not.
+class CheckedOutput final : public OIIO::Filesystem::IOProxy {
   public:
-    explicit TemporaryFile(const std::filesystem::path& target)
-        : path_(target.parent_path() / std::string(".")
-                                           .append(std::to_string(::getpid()))
-                                           .append("-")
-                                           .append(target.filename().string())),
-          target_(target), unfinished_(path_) {}
-    TemporaryFile(const TemporaryFile&) = delete;
-    TemporaryFile& operator=(const TemporaryFile&) = delete;
-    ~TemporaryFile() {
-        std::error_code ignored;
-        if (!renamed_)
-            std::filesystem::remove(path_, ignored);
+    explicit CheckedOutput(OutputFile& file) : IOProxy("", Write), file_(file) {}
+    const char* proxytype() const override { return "tessera"; }
+    bool seek(int64_t offset) override {
+        m_pos = offset;
+        return true;
     }
-    void finish() {
-        std::error_code error;
-        unfinished_.forget();
-        std::filesystem::rename(path_, target_, error);
-        if (error)
-            throw Error(target_.string() + ": cannot be written: " + error.message());
-        renamed_ = true;
+    size_t write(const void* bytes, size_t size) override {
+        const size_t put = pwrite(bytes, size, m_pos);
+        m_pos += static_cast<int64_t>(put);
+        return put;
     }
-    std::string name() const { return path_.string(); }
+    size_t pwrite(const void* bytes, size_t size, int64_t offset) override {
+        if (problem_)
+            return 0;
+        try { // the library is not made for exceptions
+            file_.writeAt(static_cast<std::uint64_t>(offset), {static_cast<const std::byte*>(bytes), size});
+        } catch (const Error&) {
+            problem_ = std::current_exception();
+            return 0;
+        }
+        size_ = std::max(size_, static_cast<size_t>(offset) + size);
+        return size;
+    }
+    size_t size() const override { return size_; }
+    /// Throws the Error of the first write that failed.
+    void check() const {
+        if (problem_)
+            std::rethrow_exception(problem_);
+    }
 
   private:
-    std::filesystem::path path_, target_;
-    TemporaryPath unfinished_;
-    bool renamed_ = false;
+    OutputFile& file_;
+    std::exception_ptr problem_;
+    size_t size_ = 0;
 };
 
 std::string oneLine(std::string text) {
     std::replace(text.begin(), text.end(), '\n', ' ');
     return text;
+}
+
+/// Whether a file holds this picture and manifest, value for value.
+bool isOnDisk(const std::filesystem::path& path, const std::vector<std::uint16_t>& words,
+              const std::string& manifest) {
+    OIIO::ImageSpec hints;
+    hints["oiio:UnassociatedAlpha"] = 1;
+    // By format, not by name: the temporary one has no extension that tells.
+    const auto input = OIIO::ImageInput::create("tif");
+    OIIO::ImageSpec spec;
+    if (!input || !input->open(path.string(), spec, hints) ||
+        spec.get_string_attribute("ImageDescription") != manifest)
+        return false;
+    const auto rowWords = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.nchannels);
+    if (rowWords * static_cast<std::size_t>(spec.height) != words.size())
+        return false;
+    std::vector<std::uint16_t> row(rowWords);
+    auto expected = words.begin();
+    for (int y = 0; y < spec.height; ++y, expected += static_cast<std::ptrdiff_t>(rowWords))
+        if (!input->read_scanline(y, 0, OIIO::TypeDesc::UINT16, row.data()) ||
+            !std::equal(row.begin(), row.end(), expected))
+            return false;
+    return true;
 }
 
 std::unique_ptr<OIIO::ImageInput> openPicture(const std::filesystem::path& path) {
@@ -119,8 +151,6 @@ void checkImagePath(const std::filesystem::path& path) {
 
 void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest) {
     const Format format = formatOf(path);
-    if (std::filesystem::is_directory(path))
-        throw badFile(path.string(), "a file to write", "a folder");
     const int channels = format == Format::exr || !isOpaque(image) ? 4 : 3;
     const OIIO::TypeDesc type = format == Format::exr   ? OIIO::TypeDesc::FLOAT
                                 : format == Format::png ? OIIO::TypeDesc::UINT8
@@ -133,25 +163,40 @@ void writeImage(const std::filesystem::path& path, const Image& image, const std
         spec["oiio:UnassociatedAlpha"] = 1;
     spec["compression"] = format == Format::tiff ? "lzw" : "zip"; // both lossless; png ignores it
 
-    TemporaryFile file(path);
+    OutputFile file(path);
     const auto fail = [&path](const std::string& why) -> Error {
-        return Error(path.string() + ": cannot be written: " + oneLine(why));
+        return Error(printable(path.string()) + ": cannot be written: " + oneLine(why));
     };
     // Created by its name's extension, so that the temporary name decides nothing.
     auto output = OIIO::ImageOutput::create(path.extension().string().substr(1));
     if (!output)
         throw fail(OIIO::geterror());
-    if (!output->open(file.name(), spec))
-        throw fail(output->geterror());
+    // TIFF's writer needs to read what it wrote, which OpenImageIO 2.4 forgot here; isOnDisk() checks
+    // instead.
+    CheckedOutput through(file);
+    if (format != Format::tiff) {
+        TESSERA_CHECK(output->supports("ioproxy"));
+        output->set_ioproxy(&through);
+    }
+    const bool opened = output->open(file.path().string(), spec);
     bool written = false;
-    if (format == Format::exr)
+    std::vector<std::uint16_t> words; // of a TIFF
+    if (!opened)
+        ; // told below
+    else if (format == Format::exr)
         written = output->write_image(OIIO::TypeDesc::FLOAT, image.pixels.data());
     else if (format == Format::png)
         written = output->write_image(type, encode<std::uint8_t>(image, channels).data());
-    else
-        written = output->write_image(type, encode<std::uint16_t>(image, channels).data());
-    if (!written || !output->close())
+    else {
+        words = encode<std::uint16_t>(image, channels);
+        written = output->write_image(type, words.data());
+    }
+    const bool closed = output->close();
+    through.check(); // names the system's reason
+    if (!written || !closed)
         throw fail(output->geterror());
+    if (format == Format::tiff && !isOnDisk(file.path(), words, manifest))
+        throw fail("the file did not keep what was written to it; is the disk full?");
     file.finish();
 }
 

@@ -77,6 +77,11 @@ void catchInterrupts() {
     action.sa_flags = SA_RESTART;
     for (const int signal : {SIGINT, SIGTERM})
         ::sigaction(signal, &action, nullptr);
+    struct sigaction before {};
+    // A program that nohup started goes on when its terminal goes.
+    if (::sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
+        ::sigaction(SIGHUP, &action, nullptr);
+    std::signal(SIGXFSZ, SIG_IGN); // a file over a limit is a failed write, told as one
 }
 
 void checkInterrupted() {

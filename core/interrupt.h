@@ -13,15 +13,16 @@ class Interrupted : public std::exception {
   public:
     explicit Interrupted(int signal) : signal_(signal) {}
     const char* what() const noexcept override { return "interrupted"; }
-    /// What a shell expects: 130 for SIGINT, 143 for SIGTERM.
+    /// What a shell expects: 129 for SIGHUP, 130 for SIGINT, 143 for SIGTERM.
     int exitCode() const { return 128 + signal_; }
 
   private:
     int signal_;
 };
 
-/// From now on SIGINT and SIGTERM are remembered for checkInterrupted(). The second one ends the program at
-/// once, as does the first after 0.8 seconds, without unwinding: then what TemporaryPath names is removed.
+/// From now on SIGINT, SIGTERM and, unless it is ignored, SIGHUP are remembered for checkInterrupted(). The
+/// second one ends the program at once, as does the first after 0.8 seconds, without unwinding: then what
+/// TemporaryPath names is removed. A file that grows over the process's limit becomes a write that fails.
 void catchInterrupts();
 /// Throws Interrupted after a signal; else costs next to nothing. From any thread.
 void checkInterrupted();

@@ -2,23 +2,50 @@
 #include "core/scratch_folder.h"
 
 #include "core/error.h"
+#include "core/ownership.h"
+#include "core/printable_text.h"
 
-#include <cerrno>
-#include <cstdlib> // mkdtemp, of POSIX: chooses the name and makes the folder in one step
-#include <cstring>
+#include <random>
 
 namespace tessera {
+namespace {
+
+constexpr const char* kPrefix = "tessera-scratch-";
+constexpr std::size_t kLetters = 8;
+
+std::string randomName() {
+    static constexpr char kAlphabet[] = "abcdefghijklmnopqrstuvwxyz0123456789";
+    std::random_device random;
+    std::uniform_int_distribution<std::size_t> letter(0, sizeof kAlphabet - 2);
+    std::string name = kPrefix;
+    for (std::size_t i = 0; i < kLetters; ++i)
+        name += kAlphabet[letter(random)];
+    return name;
+}
+
+bool isScratchName(const std::string& name) {
+    const std::string_view prefix = kPrefix;
+    return name.size() == prefix.size() + kLetters && name.starts_with(prefix);
+}
+
+} // namespace
 
 ScratchFolder::ScratchFolder() {
     std::error_code error;
     const std::filesystem::path place = std::filesystem::temp_directory_path(error);
     if (error)
         throw Error("temporary folder (TMPDIR): " + error.message());
-    std::string name = (place / "tessera-XXXXXX").string();
-    if (!::mkdtemp(name.data()))
-        throw Error(place.string() + ": cannot make a temporary folder: " + std::strerror(errno));
-    path_ = name;
-    unfinished_.emplace(path_);
+    sweepLeftovers(place, isScratchName);
+    constexpr int kTries = 100;
+    for (int i = 0; i < kTries; ++i) {
+        path_ = place / randomName();
+        if (auto made = makeOwnFolder(path_, 0700)) {
+            owned_ = std::move(*made);
+            unfinished_.emplace(path_);
+            return;
+        }
+    }
+    throw Error(printable(place.string()) + ": cannot make a temporary folder: no name is free");
 }
 
 ScratchFolder::~ScratchFolder() {

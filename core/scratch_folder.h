@@ -1,6 +1,7 @@
 // core/scratch_folder.h: a folder for what is not to stay: generated volumes of the benches and of the tests.
 #pragma once
 
+#include "core/file_handle.h"
 #include "core/interrupt.h" // TemporaryPath
 
 #include <filesystem>
@@ -10,7 +11,7 @@
 namespace tessera {
 
 /// A fresh folder among the system's temporary ones, of this object alone and for this user alone; removed
-/// with all it holds.
+/// with all it holds. Folders of processes that died are removed when another one is made.
 class ScratchFolder {
   public:
     /// Throws Error naming the place where no folder can be made.
@@ -23,6 +24,7 @@ class ScratchFolder {
 
   private:
     std::filesystem::path path_;
+    FileHandle owned_;
     std::optional<TemporaryPath> unfinished_;
 };
 

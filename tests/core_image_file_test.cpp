@@ -8,10 +8,13 @@
 
 #include <OpenImageIO/imageio.h>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <gtest/gtest.h>
 #include <random>
+#include <sys/resource.h>
 
 namespace tessera {
 namespace {
@@ -106,6 +109,41 @@ TEST_F(ImageFile, ReplacesAFileButNothingElseAndLeavesNothingBehind) {
     const Image empty; // no picture at all: the writer refuses, and no temporary file stays
     EXPECT_THROW(writeImage(folder_ / "empty.png", empty, ""), Error);
     EXPECT_EQ(filesInFolder(), 1u);
+}
+
+/// Runs body while no file may grow beyond `bytes`: a disk that is full. In this process: the picture's
+/// library has threads, which a forked child would miss. @return what it said
+std::string saidWhenFull(rlim_t bytes, const std::function<void()>& body) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    rlimit before{};
+    ::getrlimit(RLIMIT_FSIZE, &before);
+    const rlimit limit{bytes, before.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    std::string said;
+    try {
+        body();
+    } catch (const Error& error) {
+        said = error.what();
+    }
+    ::setrlimit(RLIMIT_FSIZE, &before);
+    return said;
+}
+
+// PNG's writer forgets that a write failed. Limits that end in the header, in the pixels and in the last
+// bytes.
+TEST_F(ImageFile, AFullDiskLeavesTheGoodPictureAndSaysSo) {
+    for (const char* name : {"a.png", "a.exr", "a.tif"}) {
+        writeImage(folder_ / name, randomImage(true), "good");
+        const std::uintmax_t size = fs::file_size(folder_ / name);
+        for (const std::uintmax_t limit : {std::uintmax_t{0}, std::uintmax_t{20}, size / 2, size - 1}) {
+            const std::string said =
+                saidWhenFull(limit, [&] { writeImage(folder_ / name, randomImage(true), "evil"); });
+            EXPECT_NE(said.find(std::string(name) + ": cannot be written"), std::string::npos)
+                << limit << " of " << size << " bytes: " << said;
+            EXPECT_EQ(readManifest(folder_ / name), "good") << name << " at " << limit;
+        }
+    }
+    EXPECT_EQ(filesInFolder(), 3u);
 }
 
 TEST_F(ImageFile, BadNamesAndFilesAreInputErrors) {

@@ -8,7 +8,6 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <utility>
 
 namespace tessera {
 namespace {
@@ -22,18 +21,6 @@ Error writeFailed(const std::filesystem::path& path, const char* what) {
 }
 
 } // namespace
-
-FileHandle::FileHandle(FileHandle&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-FileHandle& FileHandle::operator=(FileHandle&& other) noexcept {
-    std::swap(descriptor_, other.descriptor_);
-    return *this;
-}
-
-FileHandle::~FileHandle() {
-    if (descriptor_ >= 0)
-        ::close(descriptor_);
-}
 
 FileHandle openFolder(const std::filesystem::path& path) {
     FileHandle folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
@@ -133,7 +120,9 @@ void writeAt(const FileHandle& file, std::uint64_t offset, std::span<const std::
 }
 
 void writeFile(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-    writeAt(openForWriting(path), 0, bytes, path);
+    FileHandle file = openForWriting(path);
+    writeAt(file, 0, bytes, path);
+    file.close(path.string());
 }
 
 void writeFile(const std::filesystem::path& path, std::string_view text) {

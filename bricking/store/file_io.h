@@ -3,6 +3,8 @@
 // elsewhere.
 #pragma once
 
+#include "core/file_handle.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -12,20 +14,6 @@
 #include <string_view>
 
 namespace tessera {
-
-/// An owned file descriptor; move-only.
-class FileHandle {
-  public:
-    FileHandle() = default;
-    explicit FileHandle(int descriptor) : descriptor_(descriptor) {}
-    FileHandle(FileHandle&& other) noexcept;
-    FileHandle& operator=(FileHandle&& other) noexcept;
-    ~FileHandle();
-    int descriptor() const { return descriptor_; }
-
-  private:
-    int descriptor_ = -1;
-};
 
 /// Opens a folder for openIn(). Throws InputError naming it.
 FileHandle openFolder(const std::filesystem::path& path);
@@ -49,7 +37,7 @@ std::optional<std::string> readText(const FileHandle& folder, std::string_view r
 FileHandle openForWriting(const std::filesystem::path& path);
 void writeAt(const FileHandle& file, std::uint64_t offset, std::span<const std::byte> bytes,
              const std::filesystem::path& shown);
-/// Writes a whole file. Not durable until syncAll().
+/// Writes a whole file, closed and checked. Not durable until syncAll().
 void writeFile(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void writeFile(const std::filesystem::path& path, std::string_view text);
 

@@ -100,13 +100,15 @@ void scanRow(ValueType type, const std::byte* row, int count, Slot& slot) {
 } // namespace
 
 struct StoreWriter::State {
-    State(const fs::path& target, const VolumeInfo& volume, Ledger& ram, int threadsWanted, bool force);
+    State(const fs::path& storeAt, const VolumeInfo& volume, Ledger& ram, int threadsWanted, bool replace);
 
     void writeSlab(const SlabPyramid::Slab& slab);
     void prepare(Slot& slot, const SlabPyramid::Slab& slab) const;
     void append(std::span<const Slot> slots);
     void closeRow(int level, int shardZ);
 
+    fs::path target;
+    bool force;
     VolumeInfo info;
     int threads;
     TemporaryFolder folder;
@@ -136,9 +138,9 @@ const fs::path& checkedTarget(const fs::path& target, const VolumeInfo& info, bo
 }
 } // namespace
 
-StoreWriter::State::State(const fs::path& target, const VolumeInfo& volume, Ledger& ram, int threadsWanted,
-                          bool force)
-    : info(withPlainTexts(volume)), threads(threadCount(threadsWanted)),
+StoreWriter::State::State(const fs::path& storeAt, const VolumeInfo& volume, Ledger& ram, int threadsWanted,
+                          bool replace)
+    : target(storeAt), force(replace), info(withPlainTexts(volume)), threads(threadCount(threadsWanted)),
       folder(checkedTarget(target, info, force)) {
     // The whole need first, so that the message names the floor and not one of its parts.
     { const Charge floor = ram.charge(floorBytes(info, threads), "importing a volume this wide"); }
@@ -240,6 +242,8 @@ void StoreWriter::State::append(std::span<const Slot> batch) {
         const glm::ivec3 at = level.layout.shardOf(key);
         const fs::path shardFile = folder.path() / shardPath(key.level, at);
         if (!file || shardFile != path) {
+            if (file)
+                file->close(path.string());
             path = shardFile;
             fs::create_directories(path.parent_path());
             file = openForWriting(path);
@@ -252,6 +256,8 @@ void StoreWriter::State::append(std::span<const Slot> batch) {
         shard.bytes += slot.result.bytes;
         ++counters.chunksWritten;
     }
+    if (file)
+        file->close(path.string());
 }
 
 void StoreWriter::State::closeRow(int l, int shardZ) {
@@ -271,8 +277,9 @@ void StoreWriter::State::closeRow(int l, int shardZ) {
                 const std::vector<std::byte> index = encodeIndex(shard.index);
                 record.indexCrc = crc32c(std::span(index).first(index.size() - kCrcBytes));
                 const fs::path path = folder.path() / shardPath(l, {x, y, shardZ});
-                const FileHandle file = openForWriting(path);
+                FileHandle file = openForWriting(path);
                 writeAt(file, shard.bytes, index, path);
+                file.close(path.string());
                 counters.bytesWritten += shard.bytes + index.size();
             }
             shard.bytes = 0;
@@ -330,7 +337,8 @@ void StoreWriter::finish(const VolumeInfo& final) {
 
 void StoreWriter::commit(bool durable) {
     TESSERA_CHECK(state_->finished);
-    state_->folder.commit(durable);
+    checkedTarget(state_->target, state_->info, state_->force); // something may have come there meanwhile
+    state_->folder.commit(durable, state_->force);
 }
 
 const fs::path& StoreWriter::folder() const {
