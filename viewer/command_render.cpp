@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "core/interrupt.h"
 #include "core/nearest_name.h"
+#include "core/output_file.h"
 #include "core/preset.h"
 #include "core/scene.h"
 #include "render/prepare.h" // renderFloorBytes
@@ -187,6 +188,16 @@ class PassingFile {
     TemporaryPath unfinished_;
 };
 
+/// Of a coarse first picture: tells one that a killed process left from somebody's.
+constexpr const char* kFirstManifest = R"({"tesseraFirstPicture":1,"notice":"not for diagnosis"})";
+bool isFirstPicture(const fs::path& path) {
+    try {
+        return readManifest(path) == kFirstManifest;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
 /// Pictures that take so long, and of which a coarse one takes so much less, that a first one is worth its
 /// time.
 bool isLarge(const VolumeInfo& info, const Scene& scene) {
@@ -252,18 +263,16 @@ Scene sceneOf(const RenderArguments& arguments) {
 #if TESSERA_WITH_IMAGE_FILES
 void checkOutput(const fs::path& out) {
     checkImagePath(out);
-    std::error_code ignored;
-    if (fs::is_directory(out, ignored))
-        throw badFile(out.string(), "a file to write", "a folder");
-    const fs::path folder = out.has_parent_path() ? out.parent_path() : fs::path(".");
-    if (!fs::is_directory(folder, ignored))
-        throw badFile(out.string(), "an existing folder to write in", "none");
+    checkOutputFile(out);
 }
 #else
 void checkOutput(const fs::path&) {
     throw InputError("render: this program was built without picture files (OpenImageIO)");
 }
 void writeImage(const fs::path&, const Image&, const std::string&) {}
+std::string readManifest(const fs::path&) {
+    return {};
+}
 #endif
 
 /// A budget too small even for reading the store: the message names what the scene needs, not just the
@@ -312,7 +321,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
         first = fs::path(arguments.out)
                     .replace_extension(".first" + fs::path(arguments.out).extension().string());
         std::error_code ignored;
-        if (fs::exists(first, ignored))
+        if (fs::exists(first, ignored) && !isFirstPicture(first))
             first.clear(); // somebody's
         else
             passing.emplace(first);
@@ -322,7 +331,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
         options.onFirstPicture = [&](const Image& image, double secondsLeft) {
             const Charge charge =
                 ram.charge(kPictureBytesPerPixel * image.pixels.size() / 2, "the first picture");
-            writeImage(first, scene.background ? overBackground(image, *scene.background) : image, "{}");
+            writeImage(first, scene.background ? overBackground(image, *scene.background) : image,
+                       kFirstManifest);
             firstSeconds = secondsSinceProcessStart();
             common.note("wrote " + first.string() + ", coarse, after " + formatNumber(firstSeconds, 3) +
                         " s; the picture takes about " + formatNumber(std::ceil(secondsLeft), 2) + " s more");
@@ -361,6 +371,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
         for (const std::string& line : lines)
             std::printf("%s\n", line.c_str());
     }
+    finishStandardOutput();
     if (const double asked = scene.quality.maxError.value_or(0);
         asked > 0 && result.errors && result.errors->luvP99() > asked)
         common.note("the picture's error is estimated at " + formatNumber(result.errors->luvP99(), 2) +

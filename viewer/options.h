@@ -9,6 +9,8 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace tessera {
 
@@ -23,6 +25,10 @@ struct CommonOptions {
     void note(const std::string& line) const;
     /// A line on stderr with --verbose only.
     void detail(const std::string& line) const;
+    /// What must stay until the command ends, such as a lock or a temporary folder.
+    void keep(std::shared_ptr<void> thing) const { kept->push_back(std::move(thing)); }
+    std::shared_ptr<std::vector<std::shared_ptr<void>>> kept =
+        std::make_shared<std::vector<std::shared_ptr<void>>>();
 };
 
 /// "tessera: message" on stderr, always; in colour on a terminal unless NO_COLOR is set. Controls other than

@@ -1,14 +1,17 @@
 // viewer/program.cpp: the `tessera` program: parses, runs one command, and turns errors into one line and an
-// exit code: 0 success, 2 bad use or bad input, 130 after Ctrl-C, 1 anything else.
+// exit code: 0 success, 2 bad use or bad input, 128 and the signal's number after a signal, 1 anything else.
 #include "core/error.h"
 #include "core/interrupt.h"
 #include "core/nearest_name.h"
+#include "core/output_file.h" // finishStandardOutput
 #include "viewer/commands.h"
 #include "viewer/option_names.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <fcntl.h>
 #include <new>
+#include <unistd.h>
 
 namespace tessera {
 namespace {
@@ -60,7 +63,16 @@ std::string explainParseError(const CLI::App& program, const CLI::ParseError& er
     return message + " (tessera" + command + " --help shows how)";
 }
 
+/// A descriptor that the caller closed would become that of the next file that is opened, and what is printed
+/// would land there. Opened the wrong way round, so that printing to it still fails.
+void occupyStandardDescriptors() {
+    for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (::fcntl(descriptor, F_GETFD) < 0)
+            ::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY); // the lowest that is free
+}
+
 int run(int argc, char** argv) {
+    occupyStandardDescriptors();
     CommonOptions common;
     Action action;
     CLI::App program(
@@ -79,17 +91,21 @@ int run(int argc, char** argv) {
     addPhantomCommand(program, common, action);
     addAccuracyCommand(program, common, action);
     addBenchCommand(program, common, action);
+    addCacheCommand(program, common, action);
     checkCommand(program, argc, argv);
     try {
         program.parse(argc, argv);
     } catch (const CLI::Success& success) { // --help, --version
-        return program.exit(success);
+        const int code = program.exit(success);
+        finishStandardOutput();
+        return code;
     } catch (const CLI::ParseError& error) {
         throw InputError(explainParseError(program, error));
     }
     catchInterrupts();
     common.progress = std::make_shared<Progress>(common.verbosity());
     action();
+    finishStandardOutput();
     return 0;
 }
 

@@ -3,54 +3,19 @@
 
 #include "bricking/store/store_reader.h" // isStore
 #include "core/error.h"
+#include "viewer/import_cache.h"
 #include "viewer/volume_notes.h"
 #if TESSERA_WITH_IMPORT
 #include "bricking/import/catalogue.h"
 #endif
 
 #include <algorithm>
-#include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <fstream>
 
 namespace tessera {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// What decides an import's result, as text: paths, sizes and times of the files, and the options.
-std::string fingerprint(const fs::path& path, const InputOptions& options) {
-    std::error_code ignored;
-    std::vector<std::string> files;
-    const auto add = [&](const fs::path& file) {
-        files.push_back(file.string() + "|" + std::to_string(fs::file_size(file, ignored)) + "|" +
-                        std::to_string(fs::last_write_time(file, ignored).time_since_epoch().count()));
-    };
-    if (fs::is_directory(path, ignored)) {
-        for (const auto& entry :
-             fs::recursive_directory_iterator(path, fs::directory_options::skip_permission_denied, ignored))
-            if (entry.is_regular_file(ignored))
-                add(entry.path());
-    } else {
-        add(path);
-    }
-    std::sort(files.begin(), files.end()); // the order of a listing is the file system's whim
-    std::string text = "1|" + options.key();
-    for (const std::string& file : files)
-        text += "\n" + file;
-    return text;
-}
-
-/// FNV-1a, 64 bits: names a cache entry; nobody attacks their own cache.
-std::string hexHash(const std::string& text) {
-    std::uint64_t h = 0xCBF29CE484222325u;
-    for (const char c : text)
-        h = (h ^ static_cast<unsigned char>(c)) * 0x100000001B3u;
-    char hex[17];
-    std::snprintf(hex, sizeof hex, "%016llx", static_cast<unsigned long long>(h));
-    return hex;
-}
 
 void requireExisting(const fs::path& path) {
     std::error_code ignored;
@@ -61,8 +26,11 @@ void requireExisting(const fs::path& path) {
 } // namespace
 
 std::string InputOptions::key() const {
-    return std::to_string(series) + "|" + std::to_string(resampleZ) + "|" + std::to_string(largest) + "|" +
-           std::to_string(phase) + "|" + std::to_string(allowMissing);
+    // Every member decides what an import makes; one that is added has to be named here, or this does not
+    // compile.
+    const auto& [number, isResampled, isLargest, phaseNumber, mayMiss] = *this;
+    return std::to_string(number) + "|" + std::to_string(isResampled) + "|" + std::to_string(isLargest) +
+           "|" + std::to_string(phaseNumber) + "|" + std::to_string(mayMiss);
 }
 
 bool looksLikeStore(const fs::path& path) {
@@ -198,42 +166,20 @@ void noteImport(const ImportReport& report, const SlabSource& source, const fs::
                   " left out (fill only); most RAM charged: " + formatBytes(ram.peakBytes()));
 }
 
-fs::path cacheFolder() {
-    const char* const cache = std::getenv("XDG_CACHE_HOME");
-    if (cache && *cache)
-        return fs::path(cache) / "tessera";
-    const char* const home = std::getenv("HOME");
-    if (home && *home)
-        return fs::path(home) / ".cache" / "tessera";
-    return fs::temp_directory_path() / "tessera-cache";
-}
-
 fs::path storeFor(const fs::path& path, const InputOptions& options, Ledger& ram,
                   const CommonOptions& common) {
     requireExisting(path);
     if (looksLikeStore(path))
         return path; // the reader says what is wrong with a damaged one
-    const fs::path absolute = fs::canonical(path);
-    const fs::path store = cacheFolder() / (hexHash(fingerprint(absolute, options)) + ".zarr");
-    if (isStore(store)) {
-        common.detail("reusing the import in " + store.string());
-        return store;
-    }
-    std::error_code error;
-    fs::create_directories(store.parent_path(), error);
-    if (error)
-        throw Error(store.parent_path().string() + ": cannot be made: " + error.message());
-    const auto source = openInput(path, options, store.parent_path(), common);
-    common.detail("importing " + source->describe() + " to " + store.string());
-    ImportOptions import;
-    import.progress = common.progress.get();
-    try {
+    const MakeStore make = [&](const fs::path& store, bool durable) {
+        const auto source = openInput(path, options, store.parent_path(), common);
+        common.detail("importing " + source->describe() + " to " + store.string());
+        ImportOptions import;
+        import.durable = durable;
+        import.progress = common.progress.get();
         noteImport(importToStore(*source, store, ram, import), *source, store, ram, common);
-    } catch (const InputError&) {
-        if (!isStore(store))
-            throw; // else another process was faster, with the same result
-    }
-    return store;
+    };
+    return cachedStore(fs::canonical(path), options, common, make);
 }
 
 } // namespace tessera

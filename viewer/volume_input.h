@@ -1,5 +1,5 @@
 // viewer/volume_input.h: from what a user names (store, DICOM folder, NIfTI file, ...) to a store. Source
-// files that are rendered straight away are imported once, to a cache folder.
+// files that are rendered straight away are imported once, to a cache (import_cache.h).
 #pragma once
 
 #include "bricking/import/importer.h" // ImportReport
@@ -56,7 +56,8 @@ struct InputListing {
 /// What a folder or file offers.
 InputListing listInput(const std::filesystem::path& path, bool allowMissing);
 
-/// The store for path: itself if it is one, else its import in the cache folder, made now if it is not there.
+/// The store for path: itself if it is one, else its import (import_cache.h), made now if there is none. It
+/// stays as long as `common`.
 std::filesystem::path storeFor(const std::filesystem::path& path, const InputOptions& options, Ledger& ram,
                                const CommonOptions& common);
 
@@ -68,8 +69,5 @@ std::string parseUnit(const std::string& text);
 /// One line about a finished import, more with --verbose.
 void noteImport(const ImportReport& report, const SlabSource& source, const std::filesystem::path& store,
                 const Ledger& ram, const CommonOptions& common);
-
-/// ${XDG_CACHE_HOME}/tessera, or ~/.cache/tessera.
-std::filesystem::path cacheFolder();
 
 } // namespace tessera

@@ -5,6 +5,7 @@
 #include "bricking/statistics.h"
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "core/output_file.h"
 #include "core/preset.h"
 #include "datasets/phantom.h"
 #include "render/prepare.h" // summarise
@@ -12,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 namespace tessera::accuracy {
 namespace {
@@ -189,12 +189,7 @@ void keepScenes(const std::vector<NamedScene>& scenes, const fs::path& folder, s
         if (const auto* preset = std::get_if<std::string>(&volume.transferFunction))
             volume.transferFunction = presetFunction(*preset, valuesOf(volume.path, ramBytes));
         volume.path = volume.path.lexically_relative(folder);
-        const fs::path file = folder / (scene.name + ".json");
-        std::ofstream out(file);
-        out << sceneJson(kept) << "\n";
-        out.flush();
-        if (!out)
-            throw Error(file.string() + ": cannot be written");
+        writeOutputFile(folder / (scene.name + ".json"), sceneJson(kept) + "\n");
     }
 }
 

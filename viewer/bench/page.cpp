@@ -2,6 +2,7 @@
 #include "viewer/bench/page.h"
 
 #include "core/error.h"
+#include "core/output_file.h"
 #if TESSERA_WITH_IMAGE_FILES
 #include "core/image_file.h"
 #endif
@@ -14,6 +15,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <thread>
 
@@ -31,13 +33,6 @@ std::string readText(const fs::path& path) {
     std::ostringstream text;
     text << file.rdbuf();
     return text.str();
-}
-
-void writeText(const fs::path& path, const std::string& text) {
-    std::ofstream file(path, std::ios::binary);
-    file << text;
-    if (!file.flush())
-        throw Error(path.string() + ": cannot be written");
 }
 
 std::string full(double number) {
@@ -112,7 +107,7 @@ std::string ticsText(const Plot& plot) {
 }
 
 /// The plot as commands for gnuplot, its data included.
-std::string gnuplotScript(const Plot& plot, const fs::path& svg) {
+std::string gnuplotScript(const Plot& plot, const fs::path& svg, const fs::path& png) {
     std::ostringstream text;
     text << "set key outside right reverse Left\nset grid\n"
          << "set xlabel " << gnuplotText(plot.xLabel) << "\nset ylabel " << gnuplotText(plot.yLabel) << "\n";
@@ -146,7 +141,7 @@ std::string gnuplotScript(const Plot& plot, const fs::path& svg) {
     if (plot.png)
         draw("pngcairo size 1290,660 noenhanced background rgb \"white\" font \"sans,13\" fontscale 1.1 "
              "linewidth 1.5",
-             fs::path(svg).replace_extension(".png"));
+             png);
     return text.str();
 }
 
@@ -154,16 +149,33 @@ bool gnuplotIsHere() {
     return std::system("command -v gnuplot > /dev/null 2>&1") == 0;
 }
 
+/// It does not always tell that a write failed.
+void finishPlot(OutputFile& file, const fs::path& out, const char* last) {
+    if (readText(file.path()).find(last) == std::string::npos)
+        throw Error(out.string() + ": cannot be written: gnuplot ended in the middle");
+    file.finish();
+}
+
 /// True when the plot was drawn.
 bool drawPlot(const Plot& plot, const fs::path& out) {
     if (!gnuplotIsHere())
         return false;
+    OutputFile svg(out);
+    const fs::path pngOut = fs::path(out).replace_extension(".png");
+    std::optional<OutputFile> png;
+    if (plot.png)
+        png.emplace(pngOut);
     std::FILE* const gnuplot = ::popen("gnuplot > /dev/null 2>&1", "w");
     if (!gnuplot)
         return false;
-    const std::string script = gnuplotScript(plot, out);
+    const std::string script = gnuplotScript(plot, svg.path(), png ? png->path() : fs::path());
     const bool written = std::fwrite(script.data(), 1, script.size(), gnuplot) == script.size();
-    return ::pclose(gnuplot) == 0 && written && fs::exists(out);
+    if (::pclose(gnuplot) != 0 || !written)
+        return false;
+    finishPlot(svg, out, "</svg>");
+    if (png)
+        finishPlot(*png, pngOut, "IEND");
+    return true;
 }
 
 #if TESSERA_WITH_IMAGE_FILES
@@ -299,7 +311,7 @@ void writeReport(const Report& report, const MadeBy& madeBy, const PagePlace& pl
     if (error)
         throw Error(files.string() + ": cannot be made: " + error.message());
     for (const Table& table : report.tables)
-        writeText(files / (table.name + ".csv"), csvText(table));
+        writeOutputFile(files / (table.name + ".csv"), csvText(table));
     for (const Figure& figure : report.figures)
         for (const auto& row : figure.rows)
             for (const Panel& panel : row.second)
@@ -316,8 +328,8 @@ void writeReport(const Report& report, const MadeBy& madeBy, const PagePlace& pl
     const Report& shown = report;
 #endif
     const fs::path page = place.folder / (place.name + ".md");
-    writeText(page, mergedPage(readText(page), place.heading, report.name,
-                               sectionText(shown, madeBy, place.name, plotted), place.order));
+    writeOutputFile(page, mergedPage(readText(page), place.heading, report.name,
+                                     sectionText(shown, madeBy, place.name, plotted), place.order));
 }
 
 } // namespace tessera::bench
