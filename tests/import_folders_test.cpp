@@ -316,6 +316,27 @@ TEST_F(Folder, SlicesThatDifferInTheirNumberFormatAreReadEachByItsOwn) {
     EXPECT_EQ(values[36], 2 * 2048 - 1000);
 }
 
+TEST_F(Folder, ASliceThatDisagreesAboutItsValuesIsRefused) {
+    const auto refusedWith = [&](const auto& change) {
+        writeSeries();
+        DicomImage image = imageAt(2);
+        change(image);
+        writeDicom(folder / nameOf(43), image);
+        return refused();
+    };
+    EXPECT_THAT(refusedWith([](DicomImage& i) { i.intercept.reset(); }),
+                AllOf(HasSubstr("RescaleIntercept (0028,1052) in every slice"), HasSubstr("IM0043")));
+    EXPECT_THAT(refusedWith([](DicomImage& i) { i.slope.reset(); }),
+                HasSubstr("RescaleSlope (0028,1053) in every"));
+    EXPECT_THAT(refusedWith([](DicomImage& i) { i.modality = "CU"; }), HasSubstr("Modality (0008,0060)"));
+    // Fewer rows or frames than there are pixels: a part would be lost.
+    EXPECT_THAT(refusedWith([](DicomImage& i) { i.rows = 2; }),
+                AllOf(HasSubstr("IM0043"), HasSubstr("(0028,0010)")));
+    EXPECT_THAT(refusedWith([](DicomImage& i) { i.pixels.resize(24); }), HasSubstr("(0028,0008)"));
+    EXPECT_THAT(refusedWith([](DicomImage& i) { i.samplesPerPixel = 3, i.pixels.resize(36); }),
+                AllOf(HasSubstr("IM0043"), HasSubstr("SamplesPerPixel")));
+}
+
 TEST_F(Folder, WhatOtherProgramsWroteIsNamed) {
     const auto expectNamed = [&](const fs::path& path, const char* what, const char* advice) {
         EXPECT_THAT(refusalOfOpening(path), AllOf(HasSubstr(what), HasSubstr(advice))) << path;

@@ -274,6 +274,9 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
         for (const CatalogueRow& row : catalogue.rows)
             if (row.series == options.series)
                 return row;
+        std::error_code none;
+        if (count == 0 && !catalogue.rows.empty() && !fs::is_directory(catalogue.path, none))
+            return catalogue.rows.front(); // a NIfTI or raw file has no series to choose
         if (count == 0)
             refuseNothing(catalogue);
         throw withTable(
@@ -329,6 +332,8 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
 
 std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueRow& row,
                                     const SourceOptions& options) {
+    if (row.series == 0 && options.phase > 0)
+        throw badFile(printableName(row.path), "a DICOM series for --phase to choose from", "another format");
     auto source = row.series > 0 ? openDicom(catalogue.scan, static_cast<std::size_t>(row.series - 1),
                                              options, printableName(row.path))
                                  : openSingleFile(row.path);

@@ -54,6 +54,18 @@ ValueType chooseType(const DicomSeries& series) {
 }
 
 void checkRescale(const DicomSeries& series, const std::string& where) {
+    if (!series.disagreement.empty())
+        throw badFile(where, series.disagreement + " the same in every slice", "more than one");
+    const DicomSlice& first = series.slices.front();
+    for (const DicomSlice& slice : series.slices) { // one without would be shifted against the others
+        const bool noSlope = slice.slope.has_value() != first.slope.has_value();
+        if (noSlope || slice.intercept.has_value() != first.intercept.has_value())
+            throw badFile(where,
+                          std::string(noSlope ? "RescaleSlope (0028,1053)" : "RescaleIntercept (0028,1052)") +
+                              " in every slice or in none",
+                          "one with and one without: " + printableName(first.file.filename()) + " and " +
+                              printableName(slice.file.filename()));
+    }
     for (const DicomSlice& slice : series.slices)
         requirePlausibleRescale(slopeOf(slice), interceptOf(slice), std::ldexp(1.0, slice.bitsStored),
                                 series.isHounsfield, "RescaleSlope (0028,1053)",

@@ -9,6 +9,7 @@
 #include "bricking/import/input_file.h"
 #include "bricking/import/vtk_quiet.h"
 #include "core/error.h"
+#include "core/interrupt.h"
 
 #include <algorithm>
 #include <array>
@@ -293,7 +294,9 @@ class Scanner {
     /// An image whose pixels are not single values of 8 or 16 bits.
     void notASlice(const std::filesystem::path& file, const Header& header, const DicomSlice& slice) {
         const int samples = header.integer(DC::SamplesPerPixel).value_or(1);
-        if (isSliceClass(current_.storageClass) && samples == 1)
+        if (isSliceClass(current_.storageClass) && samples != 1)
+            return damaged(file, "SamplesPerPixel (0028,0002) of 1", std::to_string(samples));
+        if (isSliceClass(current_.storageClass))
             return damaged(file, "rows and columns of 8 or 16 bits allocated, the stored bits within",
                            std::to_string(slice.rows) + " x " + std::to_string(slice.columns) + ", " +
                                std::to_string(slice.bitsAllocated) + " allocated, " +
@@ -350,6 +353,14 @@ class Scanner {
         if (slice.irregularity.empty())
             slice.irregularity = missingTag(header);
 
+        // More pixels than rows, columns and frames say: one of them lies, or a slice is lost.
+        const std::uint64_t rowBytes = frameBytes / static_cast<std::uint64_t>(slice.rows);
+        if (plain && present >= needed + rowBytes)
+            return damaged(file,
+                           std::to_string(needed) +
+                               " bytes of pixels, as Rows (0028,0010), Columns (0028,0011) "
+                               "and NumberOfFrames (0028,0008) say",
+                           std::to_string(present));
         DicomSeries& series = seriesOf(header);
         for (int frame = 0; frame < frames; ++frame) {
             readPlace(header, frame, slice);
@@ -404,13 +415,22 @@ class Scanner {
             series.isHounsfield = series.acquisition.modality == "CT" && header.real(DC::RescaleIntercept) &&
                                   (type.empty() || type == "HU");
             scan_.series.push_back(std::move(series));
+            kindOfSeries_.push_back(
+                {current_.modality, type == "HU" ? "" : type}); // HU is what CT has anyway
         }
-        return scan_.series[at->second];
+        DicomSeries& series = scan_.series[at->second];
+        const auto& [modality, type] = kindOfSeries_[at->second];
+        if (current_.modality != modality)
+            series.disagreement = "Modality (0008,0060)";
+        else if (const std::string own = header.text(DC::RescaleType); (own == "HU" ? "" : own) != type)
+            series.disagreement = "RescaleType (0028,1054)";
+        return series;
     }
 
     DicomScan scan_;
     Current current_;
     std::vector<std::pair<PassedFile, Current>> passed_;
+    std::vector<std::pair<std::string, std::string>> kindOfSeries_; // modality and RescaleType of the first
     std::map<std::string, std::size_t> indexOfUid_; // a UID identifies a study: it stays in here
 };
 
@@ -423,8 +443,10 @@ bool looksLikeDicom(const std::filesystem::path& file) {
 DicomScan scanDicomFiles(const std::vector<std::filesystem::path>& files) {
     const QuietVtk quiet;
     Scanner scanner;
-    for (const auto& file : files)
+    for (const auto& file : files) {
+        checkInterrupted();
         scanner.add(file);
+    }
     return scanner.take();
 }
 
