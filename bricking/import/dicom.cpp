@@ -267,8 +267,9 @@ std::string shortNumber(double value) {
 
 std::string describeSource(const DicomSeries& series, const SlicePlan& plan, int number,
                            const VolumeInfo& info) {
-    std::string text =
-        std::to_string(series.slices.size()) + " DICOM slices, series " + std::to_string(number);
+    std::string text = std::to_string(series.slices.size()) +
+                       (series.slices.size() == 1 ? " DICOM slice" : " DICOM slices") + ", series " +
+                       std::to_string(number);
     if (!series.acquisition.modality.empty())
         text += ", " + series.acquisition.modality;
     if (std::abs(plan.tiltDegrees) > 0.05)
@@ -377,7 +378,7 @@ DicomListing listDicom(const DicomScan& scan, std::size_t index, bool allowMissi
     try {
         tryWith(false);
     } catch (const InputError& refused) {
-        listing.problem = withoutPath(refused);
+        listing.problem = "refused: " + withoutPath(refused);
         try {
             tryWith(true);
             listing.problem = "uneven slices: --resample-z interpolates them";
