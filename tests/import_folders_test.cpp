@@ -30,7 +30,7 @@ class Folder : public ::testing::Test {
         return image;
     }
     static std::string nameOf(int number) {
-        char name[16];
+        char name[32];
         std::snprintf(name, sizeof name, "IM%04d.dcm", number);
         return name;
     }
@@ -156,6 +156,24 @@ TEST_F(Folder, ADamagedSliceStopsItsOwnSeriesOnly) {
     EXPECT_THAT(refused(), HasSubstr("lost"));
     fs::create_directory(folder / "elsewhere");
     fs::rename(folder / "lost", folder / "elsewhere/lost");
+    EXPECT_EQ(slices(), kSlices);
+}
+
+TEST_F(Folder, ASliceUnderADamagedSeriesUidIsMissed) {
+    writeSeries();
+    for (const int lost : {0, 4}) {
+        std::string bytes = dicomBytes(imageAt(lost));
+        bytes[bytes.find(kPlanted[6] + ".7.1") + 4] ^= 1; // in SeriesInstanceUID
+        writeFile(folder / nameOf(41 + lost), bytes);
+        EXPECT_THAT(refused(),
+                    AllOf(HasSubstr(nameOf(41 + lost)), HasSubstr("SeriesInstanceUID (0020,000e)")));
+        EXPECT_EQ(slices({.allowMissing = true}), kSlices - 1);
+        writeSeries();
+    }
+    // A lone slice elsewhere, as for the timing of contrast, is none of it.
+    DicomImage timing = imageAt(2, "2");
+    timing.position->z += 0.7;
+    writeDicom(folder / nameOf(46), timing);
     EXPECT_EQ(slices(), kSlices);
 }
 

@@ -230,18 +230,27 @@ Catalogue lookThrough(const fs::path& path, bool allowMissing) {
                 continue;
             used.insert(file);
             if (isRaw)
-                used.insert(rawDataFile(file));
+                used.insert(rawDataFile(file).lexically_normal());
             CatalogueRow row = rowOfFile(file);
             if (!row.info) {
                 row.rank = CatalogueRank::none;
                 row.files = 1;
-                found.passed.push_back({file, PassedReason::damaged, "", row.problem, {}, true});
+                const std::size_t middle = row.problem.find(", found ");
+                if (middle == std::string::npos)
+                    found.passed.push_back({file, PassedReason::damaged, "a volume", row.problem, {}, true});
+                else
+                    found.passed.push_back({file,
+                                            PassedReason::damaged,
+                                            row.problem.substr(9, middle - 9),
+                                            row.problem.substr(middle + 8),
+                                            {},
+                                            true});
             }
             catalogue.rows.push_back(std::move(row));
         }
         std::vector<fs::path> others;
         for (const fs::path& file : found.files) {
-            if (used.contains(file))
+            if (used.contains(file) || used.contains(file.lexically_normal()))
                 continue;
             if (isNeverASlice(file))
                 found.passed.push_back({file, PassedReason::notSlice});

@@ -6,6 +6,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -17,6 +20,9 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostDigits = 9; // longer ones are parts of UIDs and count nothing
 constexpr std::size_t kMostNames = 3;
+constexpr std::size_t kFewSlices = 2; // of a series that a damaged UID makes of another's slices
+constexpr double kAlike = 1e-3;       // of directions and spacings, as in dicom_geometry.cpp
+constexpr double kOffPlace = 0.02;    // of a gap
 
 /// A name with one of its numbers cut out: "IM-0001-", ".dcm" and 42.
 struct Numbered {
@@ -44,8 +50,9 @@ std::vector<Numbered> numberings(const std::string& name) {
 /// The files of all series by folder: what a file's neighbours are looked up in.
 class Neighbours {
   public:
-    explicit Neighbours(const DicomScan& scan) {
-        for (std::size_t index = 0; index < scan.series.size(); ++index)
+    /// Of all series, or of one.
+    explicit Neighbours(const DicomScan& scan, std::optional<std::size_t> only = {}) {
+        for (std::size_t index = only.value_or(0); index < (only ? *only + 1 : scan.series.size()); ++index)
             for (const DicomSlice& slice : scan.series[index].slices)
                 add(slice.file, index);
     }
@@ -96,6 +103,54 @@ class Neighbours {
     std::map<std::string, std::set<std::size_t>> byFolder_, byEnding_;
 };
 
+/// Whether a slice continues the stack of a series: alike in size, orientation and spacing, and a whole
+/// number of gaps from its first slice, at most one beyond its ends.
+bool continues(const DicomSlice& slice, const DicomSeries& series) {
+    const DicomSlice& first = series.slices.front();
+    if (!slice.positionMm || !slice.rowDirection || !slice.spacingMm || !first.rowDirection ||
+        !first.spacingMm || slice.columns != first.columns || slice.rows != first.rows ||
+        glm::length(*slice.rowDirection - *first.rowDirection) > kAlike ||
+        glm::length(*slice.columnDirection - *first.columnDirection) > kAlike ||
+        glm::length(*slice.spacingMm - *first.spacingMm) > kAlike)
+        return false;
+    const glm::dvec3 normal = glm::cross(*first.rowDirection, *first.columnDirection);
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    for (const DicomSlice& each : series.slices)
+        if (each.positionMm) {
+            least = std::min(least, glm::dot(*each.positionMm, normal));
+            most = std::max(most, glm::dot(*each.positionMm, normal));
+        }
+    const double gap = (most - least) / static_cast<double>(series.slices.size() - 1);
+    const double steps = (glm::dot(*slice.positionMm, normal) - least) / gap;
+    return std::abs(steps - std::round(steps)) < kOffPlace && steps > -1.5 &&
+           steps < static_cast<double>(series.slices.size()) + 0.5;
+}
+
+/// Slices that continue a series under another SeriesInstanceUID.
+std::vector<PassedFile> straysOf(const DicomScan& scan, std::size_t series) {
+    std::vector<PassedFile> found;
+    const DicomSeries& own = scan.series[series];
+    if (own.isScout || own.slices.size() <= kFewSlices)
+        return found;
+    std::optional<Neighbours> neighbours;
+    for (std::size_t index = 0; index < scan.series.size(); ++index) {
+        const DicomSeries& other = scan.series[index];
+        if (index == series || other.isScout || other.slices.size() > kFewSlices)
+            continue;
+        for (const DicomSlice& slice : other.slices) {
+            if (!continues(slice, own))
+                continue;
+            if (!neighbours)
+                neighbours.emplace(scan, series);
+            if (!neighbours->beside(slice.file).empty())
+                found.push_back({slice.file, PassedReason::damaged,
+                                 "the SeriesInstanceUID (0020,000e) of the series whose stack it continues",
+                                 "another one"});
+        }
+    }
+    return found;
+}
+
 bool belongs(const PassedFile& file, std::size_t series, const Neighbours& neighbours) {
     switch (file.reason) {
     case PassedReason::empty:
@@ -121,7 +176,7 @@ bool belongs(const PassedFile& file, std::size_t series, const Neighbours& neigh
 } // namespace
 
 std::vector<PassedFile> couldBelong(const DicomScan& scan, std::size_t series) {
-    std::vector<PassedFile> found;
+    std::vector<PassedFile> found = straysOf(scan, series);
     if (scan.passed.empty())
         return found;
     const Neighbours neighbours(scan);

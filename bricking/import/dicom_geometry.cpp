@@ -58,7 +58,10 @@ Stack checkAlike(const DicomSeries& series, const std::string& where) {
                                   printableName(slice.file.filename()));
         if (!slice.positionMm || !slice.rowDirection || !slice.spacingMm)
             throw badFile(where, "position, orientation and pixel spacing in every slice",
-                          printableName(slice.file.filename()) + " without");
+                          printableName(slice.file.filename()) + " without " +
+                              (!slice.positionMm     ? "ImagePositionPatient (0020,0032)"
+                               : !slice.rowDirection ? "ImageOrientationPatient (0020,0037)"
+                                                     : "PixelSpacing (0028,0030)"));
         if (!(slice.spacingMm->x > 0) || !(slice.spacingMm->y > 0))
             throw badFile(where, "PixelSpacing (0028,0030), the pixel spacing, above 0",
                           mm(slice.spacingMm->x) + " x " + mm(slice.spacingMm->y) + " mm in " +

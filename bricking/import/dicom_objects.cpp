@@ -11,6 +11,19 @@ const std::string kRoot = "1.2.840.10008.5.1.4.1.1.";
 
 constexpr std::array kSliceClasses = {"2", "2.1", "2.2", "4", "4.1", "4.4", "128", "130", "13.1.1", "128.1"};
 
+// Defined terms of Modality (0008,0060), DICOM PS3.3, C.7.3.1.1.1, retired ones too.
+constexpr std::array kModalities = {
+    "ANN", "AR",     "ASMT",    "AU",         "BDUS",   "BI",    "BMD",      "CD",         "CFM",      "CP",
+    "CR",  "CS",     "CT",      "CTPROTOCOL", "DD",     "DF",    "DG",       "DM",         "DMS",      "DOC",
+    "DS",  "DX",     "EC",      "ECG",        "EEG",    "EMG",   "EOG",      "EPS",        "ES",       "FA",
+    "FID", "FS",     "GM",      "HC",         "HD",     "IO",    "IOL",      "IVOCT",      "IVUS",     "KER",
+    "KO",  "LEN",    "LP",      "LS",         "M3D",    "MA",    "MG",       "MR",         "MS",       "NM",
+    "OAM", "OCT",    "OP",      "OPM",        "OPR",    "OPT",   "OPTBSV",   "OPTENF",     "OPV",      "OSS",
+    "OT",  "PA",     "PLAN",    "POS",        "PR",     "PT",    "PX",       "REG",        "RESP",     "RF",
+    "RG",  "RTDOSE", "RTIMAGE", "RTINTENT",   "RTPLAN", "RTRAD", "RTRECORD", "RTSEGANN",   "RTSTRUCT", "RWV",
+    "SEG", "SM",     "SMR",     "SR",         "SRF",    "ST",    "STAIN",    "TEXTUREMAP", "TG",       "US",
+    "VA",  "VF",     "XA",      "XAPROTOCOL", "XC"};
+
 struct Words {
     const char* begins; // after kRoot; a whole number or parts of it, separated by points
     const char* words;
@@ -53,6 +66,12 @@ bool beginsWithParts(const std::string& uid, const std::string& parts) {
 bool isSliceClass(const std::string& storageClass) {
     return std::any_of(kSliceClasses.begin(), kSliceClasses.end(),
                        [&](const char* item) { return storageClass == kRoot + item; });
+}
+
+std::string modalityOf(const std::string& text) {
+    const bool known =
+        std::any_of(kModalities.begin(), kModalities.end(), [&](const char* item) { return text == item; });
+    return known ? text : "";
 }
 
 std::string objectWords(const std::string& storageClass) {

@@ -9,6 +9,9 @@ namespace tessera {
 /// converted forms, cone-beam CT.
 bool isSliceClass(const std::string& storageClass);
 
+/// The text if it is one of the standard's codes for a modality, else "": anything else may be a name.
+std::string modalityOf(const std::string& text);
+
 /// "dose report", "PDF document", ...; "" for a slice class and for one that is not known.
 std::string objectWords(const std::string& storageClass);
 

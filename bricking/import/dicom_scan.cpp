@@ -211,7 +211,7 @@ class Scanner {
         vtkNew<vtkDICOMParser> parser;
         parse(*parser, *data, inflated ? inflated->path() : file.string());
         const Header header(data);
-        current_ = {header.text(DC::SeriesInstanceUID), codeWord(header.text(DC::Modality)),
+        current_ = {header.text(DC::SeriesInstanceUID), modalityOf(header.text(DC::Modality)),
                     header.text(DC::MediaStorageSOPClassUID), parser->GetPixelDataFound()};
         if (current_.storageClass.empty())
             current_.storageClass = header.text(DC::SOPClassUID);
@@ -406,7 +406,7 @@ class Scanner {
             series.isScout = isScout;
             series.object = objectWords(current_.storageClass);
             series.derivation = derivationOf(imageType);
-            series.acquisition.modality = codeWord(header.text(DC::Modality));
+            series.acquisition.modality = modalityOf(header.text(DC::Modality));
             series.acquisition.kernel = codeWord(header.text(DC::ConvolutionKernel));
             series.acquisition.tubeVoltageKv = header.real(DC::KVP).value_or(0);
             series.acquisition.sliceThicknessMm = header.real(DC::SliceThickness).value_or(0);
