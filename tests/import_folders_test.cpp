@@ -170,6 +170,14 @@ TEST_F(Folder, ASliceUnderADamagedSeriesUidIsMissed) {
         EXPECT_EQ(slices({.allowMissing = true}), kSlices - 1);
         writeSeries();
     }
+    // Without any UID and position.
+    std::string bytes = dicomBytes(imageAt(0));
+    for (const char* tag : {"\x20\0\x0e\0UI", "\x20\0\x32\0"
+                                              "DS"})
+        bytes[bytes.find(std::string(tag, 6))] = '\x21'; // another group
+    writeFile(folder / nameOf(41), bytes);
+    EXPECT_THAT(refused(), AllOf(HasSubstr(nameOf(41)), HasSubstr("neither")));
+    writeSeries();
     // A lone slice elsewhere, as for the timing of contrast, is none of it.
     DicomImage timing = imageAt(2, "2");
     timing.position->z += 0.7;
@@ -351,8 +359,74 @@ TEST_F(Folder, ASliceThatDisagreesAboutItsValuesIsRefused) {
     EXPECT_THAT(refusedWith([](DicomImage& i) { i.rows = 2; }),
                 AllOf(HasSubstr("IM0043"), HasSubstr("(0028,0010)")));
     EXPECT_THAT(refusedWith([](DicomImage& i) { i.pixels.resize(24); }), HasSubstr("(0028,0008)"));
+    // A damaged VR of PixelData makes its length another number, and shifts every pixel.
+    std::string bytes = dicomBytes(imageAt(2));
+    bytes[bytes.rfind("OW")] ^= 0x40;
+    writeSeries();
+    writeFile(folder / nameOf(43), bytes);
+    EXPECT_THAT(refused(), AllOf(HasSubstr("IM0043"), HasSubstr("(7fe0,0010)")));
+    writeSeries();
+    DicomImage image = imageAt(2);
+    image.intercept = "-1025"; // right for all that can be known, and said
+    writeDicom(folder / nameOf(43), image);
+    EXPECT_THAT(openSource(folder.path(), {})->describe(),
+                HasSubstr("intercept not the same in every slice"));
     EXPECT_THAT(refusedWith([](DicomImage& i) { i.samplesPerPixel = 3, i.pixels.resize(36); }),
                 AllOf(HasSubstr("IM0043"), HasSubstr("SamplesPerPixel")));
+}
+
+/// "0028,1053": the element of an explicit little-endian file that a byte belongs to.
+std::string elementAt(const std::string& bytes, std::size_t at) {
+    const auto u16 = [&](std::size_t p) {
+        return static_cast<unsigned>(static_cast<unsigned char>(bytes[p])) |
+               static_cast<unsigned>(static_cast<unsigned char>(bytes[p + 1])) << 8;
+    };
+    for (std::size_t p = 132; p + 12 <= bytes.size();) {
+        const bool isLong = std::string("OB OW SQ").find(bytes.substr(p + 4, 2)) != std::string::npos;
+        const std::size_t end = p + (isLong ? 12 + u16(p + 8) : 8 + u16(p + 6));
+        if (at < end) {
+            char tag[16];
+            std::snprintf(tag, sizeof tag, "%04x,%04x", u16(p), u16(p + 2));
+            return tag;
+        }
+        p = end;
+    }
+    return "";
+}
+
+// Each bit of one slice's header, flipped: the import is refused, or the volume is what it was. Excepted is
+// what decides the values and cannot be told from a right one: the sign, slope and intercept; and the
+// transfer syntax, which the decoder has to check.
+TEST_F(Folder, EveryFlippedBitOfAHeaderIsHarmlessOrRefused) {
+    writeSeries();
+    const auto whole = openSource(folder.path(), {});
+    const auto expected = readAll<std::int16_t>(*whole);
+    const std::string bytes = dicomBytes(imageAt(0));
+    int refusals = 0;
+    for (std::size_t at = 132; at < bytes.size() - 24; ++at)
+        for (int bit = 0; bit < 8; ++bit) {
+            std::string damaged = bytes;
+            damaged[at] = static_cast<char>(damaged[at] ^ (1 << bit));
+            writeFile(folder / nameOf(41), damaged);
+            std::unique_ptr<SlabSource> source;
+            try {
+                source = openSource(folder.path(), {});
+            } catch (const InputError&) {
+                ++refusals;
+                continue;
+            }
+            const std::string element = elementAt(bytes, at);
+            SCOPED_TRACE(element + ", byte " + std::to_string(at) + ", bit " + std::to_string(bit));
+            ASSERT_EQ(source->info().extentVoxels, whole->info().extentVoxels);
+            ASSERT_EQ(source->info().patientFromVoxel, whole->info().patientFromVoxel);
+            ASSERT_EQ(source->info().unit, "HU");
+            const bool excepted = element == "0028,0103" || element == "0028,1052" ||
+                                  element == "0028,1053" || element == "0002,0010";
+            if (!excepted) {
+                ASSERT_EQ(readAll<std::int16_t>(*source), expected);
+            }
+        }
+    EXPECT_GT(refusals, 1000);
 }
 
 TEST_F(Folder, WhatOtherProgramsWroteIsNamed) {

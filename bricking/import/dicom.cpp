@@ -279,6 +279,13 @@ std::string describeSource(const DicomSeries& series, const SlicePlan& plan, int
     const auto padded = std::any_of(series.slices.begin(), series.slices.end(), [](const DicomSlice& slice) {
         return slice.paddingFirst && slopeOf(slice) * *slice.paddingFirst + interceptOf(slice) < kAirHu;
     });
+    const auto rescaledAlike = [&](const DicomSlice& slice) {
+        return slopeOf(slice) == slopeOf(series.slices.front()) &&
+               interceptOf(slice) == interceptOf(series.slices.front());
+    };
+    // Usual for PET; for CT it is right, but seldom, and a damaged number looks alike.
+    if (series.isHounsfield && !std::all_of(series.slices.begin(), series.slices.end(), rescaledAlike))
+        text += ", slope or intercept not the same in every slice";
     if (series.isHounsfield && padded)
         text += ", declared padding below -1024 HU set to -1024 HU";
     return text;

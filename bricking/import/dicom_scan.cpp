@@ -232,7 +232,11 @@ class Scanner {
         // something has is kept whole, so that a slice without a position is noticed.
         std::vector<std::optional<std::size_t>> kept;
         std::vector<DicomSeries> series;
-        for (DicomSeries& each : scan_.series) {
+        const auto withoutUid = indexOfUid_.find("");
+        const std::size_t indexWithoutUid =
+            withoutUid == indexOfUid_.end() ? scan_.series.size() : withoutUid->second;
+        for (std::size_t index = 0; index < scan_.series.size(); ++index) {
+            DicomSeries& each = scan_.series[index];
             const bool placed =
                 std::any_of(each.slices.begin(), each.slices.end(),
                             [](const DicomSlice& slice) { return slice.positionMm.has_value(); });
@@ -246,8 +250,14 @@ class Scanner {
             std::set<std::filesystem::path> files; // frames share one
             for (const DicomSlice& slice : each.slices)
                 files.insert(slice.file);
+            // Without the series' UID too the header is damaged: it could be anybody's slice.
+            const bool isDamaged = index == indexWithoutUid && each.object.empty();
             for (const auto& file : files)
-                scan_.passed.push_back({file, PassedReason::noPlace, "", what});
+                scan_.passed.push_back(isDamaged ? PassedFile{file, PassedReason::damaged,
+                                                              "ImagePositionPatient (0020,0032) and "
+                                                              "SeriesInstanceUID (0020,000e)",
+                                                              "neither"}
+                                                 : PassedFile{file, PassedReason::noPlace, "", what});
             if (!files.empty())
                 scan_.others.push_back({each.acquisition.modality, what, static_cast<int>(files.size())});
         }
@@ -361,6 +371,10 @@ class Scanner {
                                " bytes of pixels, as Rows (0028,0010), Columns (0028,0011) "
                                "and NumberOfFrames (0028,0008) say",
                            std::to_string(present));
+        if (const std::uint64_t claimed = parser.GetPixelDataVL(); plain && claimed > fileBytes - offset)
+            return damaged(file,
+                           "the " + std::to_string(claimed) + " bytes that PixelData (7fe0,0010) claims",
+                           std::to_string(fileBytes - offset));
         DicomSeries& series = seriesOf(header);
         for (int frame = 0; frame < frames; ++frame) {
             readPlace(header, frame, slice);
