@@ -260,7 +260,8 @@ TEST_F(Folder, ByteIdenticalDuplicatesAreDroppedWithACount) {
     DicomImage another = imageAt(3);
     another.pixels[5] ^= 1;
     writeDicom(folder / "another.dcm", another);
-    EXPECT_THAT(refused(), HasSubstr("1 of 6 slices at the place of another"));
+    EXPECT_THAT(refused(), AllOf(HasSubstr("1 of 6 slices at the place of another"),
+                                 HasSubstr("IM0044.dcm and another.dcm")));
     another = imageAt(3);
     another.intercept = "-1000"; // the same pixels, other values
     writeDicom(folder / "another.dcm", another);
@@ -302,6 +303,20 @@ TEST_F(Folder, PhasesBecomeAChoice) {
     expectPhases("3: time 3", [&](DicomImage& i, int n, int p) { i.contentTime = time(n, p); });
     writeSeries();
     EXPECT_THAT(refused({.phase = 1}), HasSubstr("one picture at each place"));
+    // A phase that lacks a slice at an end would come out shorter without a word.
+    for (int n = 0; n < kSlices; ++n)
+        for (int phase = 1; phase <= 2; ++phase) {
+            DicomImage image = imageAt(n);
+            image.temporalPosition = phase;
+            if (n > 0 || phase == 2)
+                writeDicom(folder / (phase == 1 ? nameOf(41 + n) : "late" + std::to_string(n)), image);
+        }
+    fs::remove(folder / nameOf(41));
+    EXPECT_THAT(refused(), HasSubstr("1: time 1 with 4 of 5 slices, 2: time 2"));
+    EXPECT_THAT(refused({.phase = 1}),
+                AllOf(HasSubstr("5 slices in every phase"), HasSubstr("--allow-missing")));
+    EXPECT_EQ(slices({.phase = 1, .allowMissing = true}), kSlices - 1);
+    EXPECT_EQ(slices({.phase = 2}), kSlices);
 }
 
 TEST_F(Folder, FilesWithoutAPreambleOpen) {

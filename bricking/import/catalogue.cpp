@@ -134,41 +134,6 @@ CatalogueRow rowOfSeries(const DicomScan& scan, std::size_t index, const fs::pat
     return row;
 }
 
-std::string cellOfSize(const Catalogue& catalogue, const CatalogueRow& row) {
-    glm::ivec2 size(0);
-    if (row.series > 0) {
-        const DicomSlice& first =
-            catalogue.scan.series[static_cast<std::size_t>(row.series - 1)].slices.front();
-        size = {first.columns, first.rows};
-    } else if (row.info) {
-        size = glm::ivec2(row.info->extentVoxels);
-    }
-    return size.x > 0 ? std::to_string(size.x) + " x " + std::to_string(size.y) : "-";
-}
-
-/// In the order of the source's axes: columns, rows, slices.
-std::string cellOfSpacing(const CatalogueRow& row) {
-    if (!row.info)
-        return "-";
-    const glm::dvec3 mm = row.info->spacingMm();
-    glm::dvec3 ofSource(0);
-    for (int axis = 0; axis < 3; ++axis)
-        ofSource[row.info->originalOrder.sourceAxis[static_cast<std::size_t>(axis)]] = mm[axis];
-    const bool uneven = row.problem.find("--resample-z") != std::string::npos;
-    char text[96];
-    std::snprintf(text, sizeof text, uneven ? "%.3f x %.3f x uneven" : "%.3f x %.3f x %.3f", ofSource.x,
-                  ofSource.y, ofSource.z);
-    return text;
-}
-
-std::string shortly(const CatalogueRow& row) {
-    if (row.series == 0)
-        return row.what;
-    const std::string modality = row.modality.empty() ? "unknown modality" : row.modality;
-    return "series " + std::to_string(row.series) + " (" + modality + ", " + std::to_string(row.slices) +
-           (row.slices == 1 ? " slice" : " slices") + (row.rank == CatalogueRank::scout ? ": scout)" : ")");
-}
-
 InputError withTable(const InputError& error, const Catalogue& catalogue) {
     return InputError(std::string(error.what()) + "\n" + tableOf(catalogue));
 }
@@ -349,58 +314,6 @@ std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueR
     if (!source)
         refuseNothing(catalogue);
     return orientToLps(std::move(source), options.scratchFolder);
-}
-
-std::string tableOf(const Catalogue& catalogue) {
-    std::vector<std::array<std::string, 6>> lines = {
-        {"series", "modality", "slices", "size", "spacing (mm)", "what"}};
-    for (const CatalogueRow& row : catalogue.rows) {
-        std::string what = row.what;
-        if (!row.problem.empty())
-            what += (what.empty() ? "" : "; ") + row.problem;
-        lines.push_back({row.series > 0 ? std::to_string(row.series) : "-",
-                         row.modality.empty() ? "-" : row.modality,
-                         row.files > 0 ? std::to_string(row.files) + (row.files == 1 ? " file" : " files")
-                                       : std::to_string(row.slices),
-                         cellOfSize(catalogue, row), cellOfSpacing(row), what});
-    }
-    std::array<std::size_t, 6> width{};
-    for (const auto& line : lines)
-        for (std::size_t i = 0; i < line.size(); ++i)
-            width[i] = std::max(width[i], line[i].size());
-    std::string text;
-    for (const auto& line : lines) {
-        text += text.empty() ? "  " : "\n  ";
-        for (std::size_t i = 0; i + 1 < line.size(); ++i)
-            text += line[i] + std::string(width[i] - line[i].size() + 2, ' ');
-        text += line.back();
-    }
-    return text;
-}
-
-std::string passedOverText(const Catalogue& catalogue, const CatalogueRow& row) {
-    constexpr int kMostRows = 6;
-    std::string text;
-    int others = 0;
-    for (const CatalogueRow& other : catalogue.rows) {
-        if (&other == &row || other.rank == CatalogueRank::none)
-            continue;
-        if (++others <= kMostRows)
-            text += (text.empty() ? "" : ", ") + shortly(other);
-    }
-    if (others > kMostRows)
-        text += ", " + std::to_string(others - kMostRows) + " more volumes or scouts";
-    const std::string counted = countPassed(catalogue.scan.passed);
-    return text + (text.empty() || counted.empty() ? "" : ", ") + counted;
-}
-
-bool passesOverSomething(const Catalogue& catalogue, const CatalogueRow& row) {
-    const auto& passed = catalogue.scan.passed;
-    return std::any_of(catalogue.rows.begin(), catalogue.rows.end(),
-                       [&](const CatalogueRow& other) { return &other != &row; }) ||
-           std::any_of(passed.begin(), passed.end(), [](const PassedFile& file) {
-               return file.reason != PassedReason::notSlice && file.reason != PassedReason::zarr;
-           });
 }
 
 } // namespace tessera

@@ -291,16 +291,31 @@ std::string describeSource(const DicomSeries& series, const SlicePlan& plan, int
     return text;
 }
 
+std::size_t slicesOfFullest(const std::vector<DicomPhase>& phases) {
+    std::size_t most = 0;
+    for (const DicomPhase& phase : phases)
+        most = std::max(most, phase.slices.size());
+    return most;
+}
+
+/// "phase 50 %", with its slices where it lacks some.
+std::string labelOf(const DicomPhase& phase, const std::vector<DicomPhase>& phases) {
+    const std::size_t most = slicesOfFullest(phases), own = phase.slices.size();
+    return phase.label +
+           (own < most ? " with " + std::to_string(own) + " of " + std::to_string(most) + " slices" : "");
+}
+
 /// "1: phase 0 %, 2: phase 50 %"
 std::string listPhases(const std::vector<DicomPhase>& phases) {
     std::string text;
     for (std::size_t i = 0; i < phases.size(); ++i)
-        text += (i == 0 ? "" : ", ") + std::to_string(i + 1) + ": " + phases[i].label;
+        text += (i == 0 ? "" : ", ") + std::to_string(i + 1) + ": " + labelOf(phases[i], phases);
     return text;
 }
 
-/// Leaves the slices of one phase, where there are several.
-void choosePhase(DicomSeries& series, int wanted, const std::string& where) {
+/// Leaves the slices of one phase, where there are several. One that lacks slices which another has is
+/// refused, unless what is missing may be.
+void choosePhase(DicomSeries& series, int wanted, bool allowMissing, const std::string& where) {
     const std::vector<DicomPhase> phases = phasesOf(series);
     const int count = static_cast<int>(phases.size());
     if (phases.empty() && wanted > 0)
@@ -313,8 +328,14 @@ void choosePhase(DicomSeries& series, int wanted, const std::string& where) {
                                   : "--phase between 1 and " + std::to_string(count),
                       (wanted == 0 ? "" : std::to_string(wanted) + " of ") + std::to_string(count) +
                           " phases (" + listPhases(phases) + ")");
+    const DicomPhase& chosen = phases[static_cast<std::size_t>(wanted) - 1];
+    const std::size_t most = slicesOfFullest(phases);
+    if (chosen.slices.size() < most && !allowMissing)
+        throw badFile(where, std::to_string(most) + " slices in every phase",
+                      std::to_string(chosen.slices.size()) + " in " + chosen.label +
+                          "; --allow-missing takes it all the same");
     std::vector<DicomSlice> kept;
-    for (const std::size_t i : phases[static_cast<std::size_t>(wanted) - 1].slices)
+    for (const std::size_t i : chosen.slices)
         kept.push_back(series.slices[i]);
     series.slices = std::move(kept);
 }
@@ -348,7 +369,7 @@ std::unique_ptr<SlabSource> openDicom(const DicomScan& scan, std::size_t index, 
     if (options.allowMissing)
         missing += dropWithoutPosition(series);
     const std::size_t duplicates = dropDuplicates(series);
-    choosePhase(series, options.phase, where);
+    choosePhase(series, options.phase, options.allowMissing, where);
     checkRescale(series, where);
     SlicePlan plan = planSlices(series, options.resampleZ, where);
     VolumeInfo info = describeVolume(series, plan, where);
@@ -372,9 +393,9 @@ DicomListing listDicom(const DicomScan& scan, std::size_t index, bool allowMissi
     listing.duplicates = dropDuplicates(series);
     const std::vector<DicomPhase> phases = phasesOf(series);
     for (const DicomPhase& phase : phases)
-        listing.phases.push_back(phase.label);
+        listing.phases.push_back(labelOf(phase, phases));
     if (!phases.empty())
-        choosePhase(series, 1, "");
+        choosePhase(series, 1, true, "");
     listing.slices = static_cast<int>(series.slices.size());
     const auto tryWith = [&](bool resampleZ) {
         checkRescale(series, "");

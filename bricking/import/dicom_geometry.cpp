@@ -131,16 +131,24 @@ std::vector<double> sortAlongNormal(const DicomSeries& series, const Stack& stac
     std::stable_sort(plan.order.begin(), plan.order.end(), [&](int a, int b) { return along(a) < along(b); });
     std::vector<double> distance;
     int shared = 0;
+    std::string pair; // the first two that share a place
     for (const int i : plan.order) {
         distance.push_back(along(i) - along(plan.order.front()));
-        if (distance.size() > 1 && distance.back() - distance[distance.size() - 2] < kSamePlaceMm)
-            ++shared;
+        const std::size_t n = distance.size() - 1;
+        if (n == 0 || distance[n] - distance[n - 1] >= kSamePlaceMm)
+            continue;
+        const auto name = [&](int slice) {
+            return printableName(series.slices[static_cast<std::size_t>(slice)].file.filename());
+        };
+        if (++shared == 1)
+            pair = name(plan.order[n - 1]) + " and " + name(i);
     }
     if (shared > 0)
-        throw badFile(
-            where, "one slice at each position",
-            std::to_string(shared) + " of " + std::to_string(distance.size()) +
-                " slices at the place of another (duplicates, or several time points in one series)");
+        throw badFile(where, "one slice at each position",
+                      std::to_string(shared) + " of " + std::to_string(distance.size()) +
+                          " slices at the place of another (duplicates, or several time points in one "
+                          "series), the first " +
+                          pair);
     return distance;
 }
 

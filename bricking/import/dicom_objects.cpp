@@ -85,4 +85,15 @@ std::string objectWords(const std::string& storageClass) {
     return at == kWords.end() ? "" : at->words;
 }
 
+bool hasType(const std::string& imageType, const std::string& word) {
+    return ("\\" + imageType + "\\").find("\\" + word + "\\") != std::string::npos;
+}
+
+std::string derivationOf(const std::string& imageType) {
+    for (const char* word : {"MPR", "CPR", "REFORMATTED", "MIP", "MINIP", "MIN_IP", "AVERAGE", "SUBTRACTION"})
+        if (hasType(imageType, word))
+            return word;
+    return "";
+}
+
 } // namespace tessera

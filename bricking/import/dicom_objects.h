@@ -15,4 +15,9 @@ std::string modalityOf(const std::string& text);
 /// "dose report", "PDF document", ...; "" for a slice class and for one that is not known.
 std::string objectWords(const std::string& storageClass);
 
+/// Whether an ImageType ("ORIGINAL\PRIMARY\LOCALIZER") has the word as one of its values.
+bool hasType(const std::string& imageType, const std::string& word);
+/// "MPR", "MIP", ...: how an image of that type was made from others; "" for an original.
+std::string derivationOf(const std::string& imageType);
+
 } // namespace tessera

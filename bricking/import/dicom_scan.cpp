@@ -4,6 +4,7 @@
 #include "bricking/import/dicom_deflated.h"
 #include "bricking/import/dicom_header.h"
 #include "bricking/import/dicom_objects.h"
+#include "bricking/import/dicom_place.h"
 #include "bricking/import/dicom_structure.h"
 #include "bricking/import/folder_walk.h"
 #include "bricking/import/input_file.h"
@@ -64,15 +65,6 @@ template <class List> bool contains(const List& list, const std::string& word) {
 
 using Header = DicomHeader;
 
-/// Tags of stored values (padding, extremes): whether they are signed follows the pixels, whatever the file's
-/// own coding says.
-std::optional<std::int32_t> storedValueOf(std::optional<int> value, const DicomSlice& slice) {
-    if (!value)
-        return std::nullopt;
-    const int bits = *value & 0xffff;
-    return slice.isSigned && bits >= 0x8000 ? bits - 0x10000 : bits;
-}
-
 /// The pixels' description must be whole; a parser takes defaults for what is not there.
 std::string missingTag(const Header& header) {
     for (const auto& [tag, name] : {std::pair(DC::SamplesPerPixel, "SamplesPerPixel"),
@@ -100,59 +92,6 @@ bool readPixelFormat(const Header& header, DicomSlice& slice) {
     return slice.columns > 0 && slice.rows > 0 && header.integer(DC::SamplesPerPixel).value_or(1) == 1 &&
            (slice.bitsAllocated == 8 || slice.bitsAllocated == 16) && slice.bitsStored >= 1 &&
            slice.highBit < slice.bitsAllocated && slice.highBit + 1 >= slice.bitsStored;
-}
-
-SliceMoment readMoment(const Header& header, int frame) {
-    SliceMoment moment;
-    moment.cardiacPercent = header.real(DC::NominalPercentageOfCardiacPhase, frame);
-    moment.triggerMs = header.real(DC::TriggerTime, frame);
-    moment.temporalPosition = header.integer(DC::TemporalPositionIdentifier, frame);
-    if (!moment.temporalPosition)
-        moment.temporalPosition = header.integer(DC::TemporalPositionIndex, frame);
-    moment.acquisition = header.integer(DC::AcquisitionNumber, frame);
-    moment.echo = header.integer(DC::EchoNumbers, frame);
-    moment.acquisitionSecond = header.seconds(DC::AcquisitionTime, frame);
-    moment.contentSecond = header.seconds(DC::ContentTime, frame);
-    return moment;
-}
-
-void readPlace(const Header& header, int frame, DicomSlice& slice) {
-    slice.positionMm = slice.rowDirection = slice.columnDirection = std::nullopt;
-    slice.spacingMm = std::nullopt;
-    std::string& fault = slice.fault;
-    fault.clear();
-    if (const auto p =
-            header.reals<3>(DC::ImagePositionPatient, frame, "ImagePositionPatient (0020,0032)", fault))
-        slice.positionMm = glm::dvec3((*p)[0], (*p)[1], (*p)[2]);
-    if (const auto o = header.reals<6>(DC::ImageOrientationPatient, frame,
-                                       "ImageOrientationPatient (0020,0037)", fault)) {
-        slice.rowDirection = glm::dvec3((*o)[0], (*o)[1], (*o)[2]);
-        slice.columnDirection = glm::dvec3((*o)[3], (*o)[4], (*o)[5]);
-    }
-    // PixelSpacing is the distance between rows, then between columns.
-    if (const auto s = header.reals<2>(DC::PixelSpacing, frame, "PixelSpacing (0028,0030)", fault))
-        slice.spacingMm = glm::dvec2((*s)[1], (*s)[0]);
-    slice.slope = header.real(DC::RescaleSlope, frame, "RescaleSlope (0028,1053)", fault);
-    slice.intercept = header.real(DC::RescaleIntercept, frame, "RescaleIntercept (0028,1052)", fault);
-    slice.moment = readMoment(header, frame);
-    slice.paddingFirst = storedValueOf(header.integer(DC::PixelPaddingValue, frame), slice);
-    slice.paddingLast = storedValueOf(header.integer(DC::PixelPaddingRangeLimit, frame), slice);
-    if (!slice.paddingLast)
-        slice.paddingLast = slice.paddingFirst;
-    if (slice.paddingFirst && *slice.paddingLast < *slice.paddingFirst)
-        std::swap(slice.paddingFirst, slice.paddingLast);
-}
-
-/// One of the values of ImageType, as "ORIGINAL\\PRIMARY\\LOCALIZER".
-bool hasType(const std::string& imageType, const std::string& word) {
-    return ("\\" + imageType + "\\").find("\\" + word + "\\") != std::string::npos;
-}
-
-std::string derivationOf(const std::string& imageType) {
-    for (const char* word : {"MPR", "CPR", "REFORMATTED", "MIP", "MINIP", "MIN_IP", "AVERAGE", "SUBTRACTION"})
-        if (hasType(imageType, word))
-            return word;
-    return "";
 }
 
 /// Bytes under a name that a parser can open, without touching a disk (they hold identifiers).
