@@ -475,6 +475,7 @@ TEST_F(Folder, WhatOtherProgramsWroteIsNamed) {
                                            {"a.hdr", hdr, "Analyze or detached NIfTI"},
                                            {"a.img", "xxxx", "Analyze or detached NIfTI"},
                                            {"a.zip", "PK\x03\x04zzzz", "ZIP"},
+                                           {"a.dcm.gz", gzip("a slice"), "DICOM file packed with gzip"},
                                            {"scan", "PK\x03\x04zzzz", "ZIP"}}) {
         const fs::path path = file(name, text);
         expectNamed(path, what, "");

@@ -40,6 +40,8 @@ const std::vector<std::pair<const char*, std::vector<const char*>>>& otherWords(
         {"--force", {"overwrite", "replace", "yes", "clobber"}},
         {"--largest", {"biggest", "all"}},
         {"--resample-z", {"resample", "even", "interpolate"}},
+        {"--allow-missing", {"ignore-missing", "skip-missing", "incomplete", "skip-damaged", "partial"}},
+        {"--phase", {"time", "timepoint", "time-point", "temporal", "cardiac-phase", "echo"}},
         {"--scans", {"data", "datasets", "input"}},
         {"--json", {"manifest", "format", "machine-readable"}},
         {"--explain", {"stats", "statistics", "info", "describe"}},

@@ -128,9 +128,9 @@ CatalogueRow rowOfSeries(const DicomScan& scan, std::size_t index, const fs::pat
     for (const DicomSlice& slice : series.slices)
         if (slice.positionMm)
             places.insert({slice.positionMm->x, slice.positionMm->y, slice.positionMm->z});
-    row.rank = series.isScout                                                        ? CatalogueRank::scout
-               : places.size() <= kFewSlices || series.object == "secondary capture" ? CatalogueRank::slice
-                                                                                     : CatalogueRank::volume;
+    row.rank = series.isScout                                          ? CatalogueRank::scout
+               : places.size() <= kFewSlices || !series.object.empty() ? CatalogueRank::slice
+                                                                       : CatalogueRank::volume;
     return row;
 }
 

@@ -17,7 +17,7 @@ namespace tessera {
 /// How much like a volume a row is. The best rank that is there competes; the others never do.
 enum class CatalogueRank {
     volume, // three slices or more, or a file that is a volume
-    slice,  // one or two slices, all at one place, or a secondary capture
+    slice,  // one or two slices, all at one place, or an object that is no CT, MR or PET
     scout,  // a localizer: a shadow picture
     none    // nothing that could be opened: a report, images without a position
 };

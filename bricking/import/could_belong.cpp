@@ -193,19 +193,18 @@ void requireComplete(const DicomScan& scan, std::size_t series) {
     const PassedFile& first = missing.front();
     std::string others;
     for (std::size_t i = 1; i < std::min(missing.size(), 1 + kMostNames); ++i)
-        others += (i == 1 ? "; likewise " : ", ") + whyPassed(missing[i]);
+        others += (i == 1 ? "; likewise " : ", ") + printableName(missing[i].path.filename()) + ": " +
+                  foundIn(missing[i]);
     if (missing.size() > 1 + kMostNames)
         others += " and " + std::to_string(missing.size() - 1 - kMostNames) + " more";
-    const std::string advice =
-        others + "; --allow-missing leaves " + (missing.size() > 1 ? "them" : "it") + " out";
-    if (first.reason == PassedReason::damaged)
-        throw badFile(printableName(first.path), first.expected, first.found + advice);
-    const std::string what = first.reason == PassedReason::folderNotReadable
-                                 ? "a readable folder, since it could hold slices of series "
-                                 : "a readable slice, since its place among the files is that of series ";
-    throw badFile(printableName(first.path), what + std::to_string(series + 1),
-                  "that it " + whyPassed(first).substr(printableName(first.path.filename()).size() + 1) +
-                      advice);
+    const std::string number = std::to_string(series + 1);
+    const std::string expected = first.reason == PassedReason::damaged ? first.expected
+                                 : first.reason == PassedReason::folderNotReadable
+                                     ? "a readable folder, as it could hold slices of series " + number
+                                     : "a slice of series " + number + ", as the files beside it are";
+    throw badFile(printableName(first.path), expected,
+                  foundIn(first) + others + "; --allow-missing leaves " +
+                      (missing.size() > 1 ? "them" : "it") + " out");
 }
 
 } // namespace tessera

@@ -112,6 +112,9 @@ ForeignFormat foreignFile(const fs::path& file) {
     if (bytes.starts_with("# vtk DataFile"))
         return made("a VTK file", 1);
     const std::string name = lowerName(file);
+    if (bytes.starts_with("\x1f\x8b"))
+        return made(
+            name.find(".dcm") != std::string::npos ? "a DICOM file packed with gzip" : "a gzip archive", 2);
     if (name == "dicomdir")
         return {"a DICOMDIR, the index of a disc", "name the folder that it lies in"};
     if (name == ".zarray" || name == ".zgroup" || name == "zarr.json")

@@ -17,23 +17,23 @@ struct Words {
     const char* key;
     const char* one; // after "1"
     const char* several;
-    const char* single; // after a name
+    const char* single; // of one file, after "found"
     bool named;
 };
 constexpr std::array<Words, 11> kWords = {{
-    {"notSlice", "file of another kind", "files of other kinds", "is of another kind by its name", true},
-    {"notDicom", "not DICOM", "not DICOM", "is not DICOM", true},
-    {"empty", "empty", "empty", "is empty (0 bytes)", true},
-    {"zeroFilled", "filled with zeros", "filled with zeros", "is filled with zeros", true},
-    {"notReadable", "not readable", "not readable", "is not readable", true},
-    {"folderNotReadable", "folder not readable", "folders not readable", "is a folder that is not readable",
+    {"notSlice", "file of another kind", "files of other kinds", "a file of another kind", true},
+    {"notDicom", "not DICOM", "not DICOM", "a file that is not DICOM", true},
+    {"empty", "empty", "empty", "an empty file (0 bytes)", true},
+    {"zeroFilled", "filled with zeros", "filled with zeros", "a file filled with zeros", true},
+    {"notReadable", "not readable", "not readable", "a file that is not readable", true},
+    {"folderNotReadable", "folder not readable", "folders not readable", "a folder that is not readable",
      true},
-    {"folderLink", "link to a folder, not followed", "links to folders, not followed",
-     "is a link to a folder", true},
-    {"damaged", "damaged or not decodable", "damaged or not decodable", "is damaged", true},
+    {"folderLink", "link to a folder, not followed", "links to folders, not followed", "a link to a folder",
+     true},
+    {"damaged", "damaged or not decodable", "damaged or not decodable", "a damaged file", true},
     {"notImage", "", "", "", false},
     {"noPlace", "", "", "", false},
-    {"zarr", "Zarr folder", "Zarr folders", "is a Zarr folder", true},
+    {"zarr", "Zarr folder", "Zarr folders", "a Zarr folder", true},
 }};
 
 const Words& wordsOf(PassedReason reason) {
@@ -70,15 +70,18 @@ std::string countPassed(const std::vector<PassedFile>& passed) {
     return text;
 }
 
-std::string whyPassed(const PassedFile& file) {
-    const std::string name = printableName(file.path.filename()) + " ";
-    if (file.reason == PassedReason::damaged && !file.expected.empty())
-        return name + "(" + file.found + ")";
-    if (file.reason == PassedReason::notImage || file.reason == PassedReason::noPlace)
-        return name + "is " + file.found;
-    if (file.reason == PassedReason::notReadable && !file.found.empty())
-        return name + "is not readable (" + file.found + ")";
-    return name + wordsOf(file.reason).single;
+std::string foundIn(const PassedFile& file) {
+    switch (file.reason) {
+    case PassedReason::damaged:
+    case PassedReason::notImage:
+    case PassedReason::noPlace:
+        return file.found;
+    case PassedReason::notReadable:
+    case PassedReason::folderNotReadable:
+        return wordsOf(file.reason).single + (file.found.empty() ? "" : " (" + file.found + ")");
+    default:
+        return wordsOf(file.reason).single;
+    }
 }
 
 const char* keyOf(PassedReason reason) {

@@ -37,8 +37,8 @@ struct PassedFile {
 /// "" for none. File names are made printable.
 std::string countPassed(const std::vector<PassedFile>& passed);
 
-/// "IM0042.dcm is empty (0 bytes)": one file.
-std::string whyPassed(const PassedFile& file);
+/// "an empty file (0 bytes)": what was found there.
+std::string foundIn(const PassedFile& file);
 
 /// The reason in a word for machines: "notDicom".
 const char* keyOf(PassedReason reason);
