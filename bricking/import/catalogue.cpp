@@ -183,7 +183,7 @@ Catalogue lookThrough(const fs::path& path, bool allowMissing) {
             catalogue.rows.push_back(rowOfFile(path));
             return catalogue;
         }
-        catalogue.scan = scanDicomFiles({path});
+        catalogue.scan = scanDicom({path});
     } else if (foreignFormatOf(path).known()) {
         return catalogue; // a Zarr has thousands of files, and none is a slice
     } else {
@@ -222,7 +222,7 @@ Catalogue lookThrough(const fs::path& path, bool allowMissing) {
             else
                 others.push_back(file);
         }
-        catalogue.scan = scanDicomFiles(others);
+        catalogue.scan = scanDicom(others);
         catalogue.scan.passed.insert(catalogue.scan.passed.end(), found.passed.begin(), found.passed.end());
     }
     std::vector<CatalogueRow> rows;

@@ -393,7 +393,7 @@ bool looksLikeDicom(const std::filesystem::path& file) {
     return beginningOf(file).kind == FileStart::dicom;
 }
 
-DicomScan scanDicomFiles(const std::vector<std::filesystem::path>& files) {
+DicomScan scanDicom(const std::vector<std::filesystem::path>& files) {
     const QuietVtk quiet;
     Scanner scanner;
     for (const auto& file : files) {
@@ -401,24 +401,6 @@ DicomScan scanDicomFiles(const std::vector<std::filesystem::path>& files) {
         scanner.add(file);
     }
     return scanner.take();
-}
-
-DicomScan scanDicom(const std::filesystem::path& fileOrFolder) {
-    std::error_code error;
-    if (!std::filesystem::exists(fileOrFolder, error))
-        throw badFile(fileOrFolder.string(), "a file or a folder", "nothing");
-    if (!std::filesystem::is_directory(fileOrFolder, error))
-        return scanDicomFiles({fileOrFolder});
-    FolderFiles found = walkFolder(fileOrFolder);
-    std::erase_if(found.files, [&](const std::filesystem::path& file) {
-        const bool never = isNeverASlice(file);
-        if (never)
-            found.passed.push_back({file, PassedReason::notSlice});
-        return never;
-    });
-    DicomScan scan = scanDicomFiles(found.files);
-    scan.passed.insert(scan.passed.end(), found.passed.begin(), found.passed.end());
-    return scan;
 }
 
 } // namespace tessera

@@ -81,11 +81,8 @@ struct DicomScan {
     std::vector<PassedFile> passed; // every file that is in no series
 };
 
-/// Reads one file, or every file of a folder and its sub-folders. Throws InputError if the path is missing.
-/// No pixels are read.
-DicomScan scanDicom(const std::filesystem::path& fileOrFolder);
-/// The same for these files.
-DicomScan scanDicomFiles(const std::vector<std::filesystem::path>& files);
+/// Reads the headers of these files, no pixels. Every file is in a series or among those passed over.
+DicomScan scanDicom(const std::vector<std::filesystem::path>& files);
 
 /// True if the file has the DICOM mark at byte 128, or is a data set without it.
 bool looksLikeDicom(const std::filesystem::path& file);

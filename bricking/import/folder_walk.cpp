@@ -44,9 +44,7 @@ void walk(const fs::path& folder, FolderFiles& found) {
     fs::directory_iterator it(folder, error);
     if (error)
         return unreadable(error);
-    for (; it != fs::directory_iterator(); it.increment(error)) {
-        if (error)
-            return unreadable(error);
+    for (; it != fs::directory_iterator(); it.increment(error)) { // an error makes it the end
         const fs::path& path = it->path();
         std::error_code none;
         const bool isLink = it->is_symlink(none);
@@ -70,6 +68,8 @@ void walk(const fs::path& folder, FolderFiles& found) {
                                         isLink ? "a link to nothing" : "no permission to look at it"});
         }
     }
+    if (error)
+        unreadable(error);
 }
 
 } // namespace
