@@ -306,7 +306,7 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
 
 std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueRow& row,
                                     const SourceOptions& options) {
-    if (row.series == 0 && options.phase > 0)
+    if (row.series == 0 && options.phase != 0)
         throw badFile(printableName(row.path), "a DICOM series for --phase to choose from", "another format");
     auto source = row.series > 0 ? openDicom(catalogue.scan, static_cast<std::size_t>(row.series - 1),
                                              options, printableName(row.path))

@@ -318,7 +318,7 @@ std::string listPhases(const std::vector<DicomPhase>& phases) {
 void choosePhase(DicomSeries& series, int wanted, bool allowMissing, const std::string& where) {
     const std::vector<DicomPhase> phases = phasesOf(series);
     const int count = static_cast<int>(phases.size());
-    if (phases.empty() && wanted > 0)
+    if (phases.empty() && wanted != 0)
         throw badFile(where, "several phases for --phase to choose from", "one picture at each place");
     if (phases.empty())
         return;
