@@ -74,6 +74,7 @@ void Progress::say(const std::string& line) {
     const bool again = drawn_;
     clear();
     std::fprintf(stderr, "%s\n", printableLines(line).c_str());
+    std::fflush(stderr); // a log that somebody watches
     if (again)
         draw(Clock::now());
 }

@@ -3,6 +3,7 @@
 #include "bricking/store/store_reader.h"
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "core/preset.h"
 #include "core/scratch_folder.h"
 #include "render/gl/context.h"
 #include "viewer/accuracy/accuracy_report.h"
@@ -12,6 +13,7 @@
 #include "viewer/bench/workbench.h" // scansFolder
 #include "viewer/build_commit.h"
 #include "viewer/commands.h"
+#include "viewer/option_values.h"
 #include "viewer/volume_input.h"
 
 #include <CLI/CLI.hpp>
@@ -156,6 +158,13 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
         throw InputError(arguments.all
                              ? "accuracy: expected a scene or --all, found both"
                              : "accuracy: expected a scene, a store, source files or --all, found none");
+    if (!arguments.only.empty() && !arguments.all)
+        throw InputError("accuracy: --only: expected --all, of whose scenes it names some, found none");
+    if (const auto names = presetNames();
+        !arguments.preset.empty() && std::find(names.begin(), names.end(), arguments.preset) == names.end())
+        throw badFile("--preset", "one of " + joinNames(names),
+                      "\"" + arguments.preset + "\"; nearest: \"" + nearestName(arguments.preset, names) +
+                          "\"");
     SweepOptions options;
     options.device = arguments.device;
     options.ramBytes = budgetBytes(arguments.ram, "--ram", common);
@@ -251,7 +260,8 @@ void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& 
         ->add_option("--seconds", a->seconds,
                      "for the first pictures of a scene; settings that come later are left out, and listed, "
                      "and times are taken in fewer repeats (default: 40 with --quick, else no limit)")
-        ->check(CLI::PositiveNumber);
+        ->check(numberWithin(std::numeric_limits<double>::min(), std::numeric_limits<double>::max(),
+                             "seconds, more than 0"));
     command->add_option("--integrators", a->integrators,
                         "to compare, of " + joinNames(integratorNames()) + " (default: all but auto)");
     command->add_option(
@@ -268,7 +278,8 @@ void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& 
     command->add_option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
     command->add_option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command->add_option("--gl-device", a->device, "auto, software or a number")->capture_default_str();
-    command->add_option("--series", a->input.series, "source files: number of the DICOM series");
+    command->add_option("--series", a->input.series, "source files: number of the DICOM series")
+        ->check(wholeNumberFrom(1));
     command->add_flag("--largest", a->input.largest,
                       "source files: of a folder with several, the largest CT");
     command->add_flag("--resample-z", a->input.resampleZ, "source files: interpolate uneven slices");

@@ -1,6 +1,7 @@
 // viewer/command_import.cpp: `tessera import IN OUT.zarr`: any readable input to a store, streaming.
 #include "bricking/import/importer.h"
 #include "viewer/commands.h"
+#include "viewer/option_values.h"
 #include "viewer/selection_options.h"
 #include "viewer/volume_input.h"
 

@@ -11,6 +11,7 @@
 #include "render/renderer.h"
 #include "viewer/commands.h"
 #include "viewer/manifest.h"
+#include "viewer/option_values.h"
 #include "viewer/selection_options.h"
 #include "viewer/thin_volume.h"
 #include "viewer/volume_input.h"
@@ -27,6 +28,7 @@
 #include <fstream>
 #include <glm/vector_relational.hpp>
 #include <iterator>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -79,7 +81,7 @@ Isosurface parseSurface(const std::string& text) {
             throw refuse();
         return value;
     };
-    if (parts.empty() || parts.size() > 3)
+    if (parts.empty() || parts.size() > 3 || text.back() == ':')
         throw refuse();
     Isosurface surface{number(parts[0])};
     if (parts.size() > 1) {
@@ -127,8 +129,6 @@ void applyOptions(const RenderArguments& arguments, Scene& scene) {
     if (!arguments.fetch.empty())
         scene.quality.fetch = parseFetch(arguments.fetch, "--fetch");
     if (arguments.step != 0) {
-        if (!(arguments.step >= 1.0 / 64 && arguments.step <= 16))
-            throw badFile("--step", "voxels from 1/64 to 16", formatNumber(arguments.step));
         scene.quality.stepVoxels = arguments.step;
         scene.quality.automaticStep = false;
         if (arguments.maxError > 0)
@@ -405,10 +405,12 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
     command->add_option("--projection", a->projection, joinNames(kProjectionNames));
     command->add_option("--background", a->background, "black, white, #rrggbb or transparent");
     command->add_option("--engine", a->engine, joinNames(kEngineNames))->capture_default_str();
-    command->add_option(
-        "--step", a->step,
-        "distance of samples at the finest level, in voxels (default: the longest whose estimated "
-        "error is within 1/255; 0.5 with --no-check)");
+    command
+        ->add_option(
+            "--step", a->step,
+            "distance of samples at the finest level, in voxels (default: the longest whose estimated "
+            "error is within 1/255; 0.5 with --no-check)")
+        ->check(numberWithin(1.0 / 64, 16, "voxels from 1/64 to 16"));
     command
         ->add_option(
             "--max-error", a->maxError,
@@ -416,7 +418,7 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
             "takes "
             "levels, step and integrator that cost the least, in as many passes as the budget needs; 0: the "
             "finest levels that a pixel can show (default: the best that fits at once)")
-        ->check(CLI::NonNegativeNumber);
+        ->check(numberWithin(0, std::numeric_limits<double>::max(), "a number from 0 on"));
     command->add_option(
         "--first", a->first,
         "write a first, coarse picture here as soon as there is one, before the picture itself");

@@ -6,6 +6,7 @@
 #include "core/output_file.h" // finishStandardOutput
 #include "viewer/commands.h"
 #include "viewer/option_names.h"
+#include "viewer/option_values.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -102,6 +103,7 @@ int run(int argc, char** argv) {
     } catch (const CLI::ParseError& error) {
         throw InputError(explainParseError(program, error));
     }
+    refuseEmptyValues(program);
     catchInterrupts();
     common.progress = std::make_shared<Progress>(common.verbosity());
     action();
