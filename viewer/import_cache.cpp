@@ -212,7 +212,7 @@ fs::path cachedStore(const fs::path& source, const InputOptions& options, const 
         std::to_string(kImportVersion) + "\n" + options.key() + "\n" + source.string() + "\n" + facts;
     const Entry entry(folder, hexHash(key));
     const std::string check = hexHash(key, 0x9E3779B97F4A7C15u);
-    const json note = {{"source", source.string()}, {"options", options.key()}, {"check", check}};
+    const json note = {{"source", hexHash(source.string())}, {"options", options.key()}, {"check", check}};
     bool told = false, made = false;
     for (;;) {
         LockTry reading = tryLock(entry.lock, LockKind::shared, true);

@@ -32,7 +32,7 @@ std::filesystem::path cachedStore(const std::filesystem::path& source, const Inp
 
 struct CacheEntry {
     std::filesystem::path store;
-    std::string source; // what it was made from; "" unknown
+    std::string source; // hash of the path that it was made from (a path may hold a name); "" unknown
     std::uint64_t bytes = 0;
     std::time_t lastUse = 0;
     bool inUse = false;

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <fcntl.h>
 #include <string>
 #include <unistd.h>
 
@@ -13,8 +14,12 @@ namespace tessera {
 
 SpoolFile::SpoolFile(const std::filesystem::path& folder)
     : folder_(folder.empty() ? std::filesystem::temp_directory_path() : folder) {
+    // Without a name from the start, where the file system can: a process that dies leaves nothing.
+    descriptor_ = ::open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+    if (descriptor_ >= 0)
+        return;
     std::string name = (folder_ / "tessera-spool-XXXXXX").string();
-    descriptor_ = ::mkstemp(name.data());
+    descriptor_ = ::mkostemp(name.data(), O_CLOEXEC);
     if (descriptor_ < 0)
         throw Error(folder_.string() + ": cannot make a temporary file: " + std::strerror(errno));
     ::unlink(name.c_str());
