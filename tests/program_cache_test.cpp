@@ -188,7 +188,8 @@ TEST_F(ImportCache, IsListedAndCleared) {
     ASSERT_EQ(render("w").exitCode, 0);
     const Outcome listed = run("cache list");
     EXPECT_EQ(std::count(listed.out.begin(), listed.out.end(), '\n'), 2);
-    EXPECT_THAT(listed.out, HasSubstr((folder_ / "v.json").string()));
+    EXPECT_THAT(listed.out, HasSubstr("24 x 24 x 25 voxels"));
+    EXPECT_THAT(listed.out, Not(HasSubstr("v.json"))); // a path may hold a name
     EXPECT_THAT(listed.problems, HasSubstr("2 imports"));
     const auto json = nlohmann::json::parse(run("cache list --json").out);
     ASSERT_EQ(json.size(), 2u);

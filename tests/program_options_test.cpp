@@ -25,7 +25,9 @@ const std::vector<Command>& commands() {
     // Words that name a file or a folder: all but the empty one may be a name.
     const std::set<std::string> names = {"0", "-1", "nan", "inf", "1e400"};
     static const std::vector<Command> all = {
-        {"import", "s.json out.zarr", {{"--series", none}, {"--ram", none}}},
+        {"import",
+         "s.json out.zarr",
+         {{"--series", none}, {"--phase", none}, {"--unit", none}, {"--ram", none}}},
         {"info", "s.zarr", {{"--ram", none}}},
         {"phantom", "sphere", {{"--size", none}, {"--output", none}, {"--ram", none}}},
         {"render",
@@ -41,7 +43,8 @@ const std::vector<Command>& commands() {
           {"--integrator", none}, {"--fetch", none},
           {"--gradient", none},   {"--gpu-memory", none},
           {"--ram", none},        {"--gl-device", {"0"}},
-          {"--series", none}}},
+          {"--series", none},     {"--phase", none},
+          {"--unit", none}}},
         {"accuracy",
          "s.zarr",
          {{"--output", names},
