@@ -19,15 +19,15 @@ struct ImportArguments {
 };
 
 void runImport(const ImportArguments& arguments, const CommonOptions& common) {
+    ImportOptions options;
+    if (!arguments.unit.empty())
+        options.unit = parseUnit(arguments.unit);
     Ledger ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     const std::filesystem::path out(arguments.out);
     requireStorePath(out, arguments.force);
     const auto source = openInput(arguments.in, arguments.input, out.parent_path(), common);
     common.detail("importing " + source->describe() + " to " + out.string());
-    ImportOptions options;
     options.force = arguments.force;
-    if (!arguments.unit.empty())
-        options.unit = parseUnit(arguments.unit);
     options.progress = common.progress.get();
     noteImport(importToStore(*source, out, ram, options), *source, out, ram, common);
 }

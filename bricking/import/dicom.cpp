@@ -73,40 +73,18 @@ void checkRescale(const DicomSeries& series, const std::string& where) {
                                 where + " (" + printableName(slice.file.filename()) + ")");
 }
 
-/// A slice whose header is built or filled in another way than most others' is damaged; where most are so, it
-/// is the writer's habit. Returns what to say of such a habit.
+/// A slice whose header is built in another way than most others' is damaged; where most are so, it is the
+/// writer's habit. Returns what to say of such a habit.
 std::string checkRegular(const DicomSeries& series) {
-    const auto alike = [&](const auto& isOdd, const std::string& expected, const auto& found) {
-        const auto odd = std::count_if(series.slices.begin(), series.slices.end(), isOdd);
-        if (odd == 0 || 2 * odd > static_cast<std::ptrdiff_t>(series.slices.size()))
-            return odd > 0;
-        const DicomSlice& first = *std::find_if(series.slices.begin(), series.slices.end(), isOdd);
-        throw badFile(first.file.string(), expected, found(first));
-    };
-    const bool habit = alike([](const DicomSlice& s) { return !s.irregularity.empty(); },
-                             "a header without fault, as most slices of its series have",
-                             [](const DicomSlice& s) { return s.irregularity; });
-    const auto nothing = [](const DicomSlice&) { return std::string("none"); };
-    alike([](const DicomSlice& s) { return !s.slope; }, "a rescale slope, as most slices have", nothing);
-    alike([](const DicomSlice& s) { return !s.intercept; }, "a rescale intercept, as most slices have",
-          nothing);
-    if (!habit)
+    const auto isOdd = [](const DicomSlice& slice) { return !slice.irregularity.empty(); };
+    const auto odd = std::count_if(series.slices.begin(), series.slices.end(), isOdd);
+    if (odd == 0)
         return "";
-    const DicomSlice& first = *std::find_if(series.slices.begin(), series.slices.end(),
-                                            [](const DicomSlice& s) { return !s.irregularity.empty(); });
+    const DicomSlice& first = *std::find_if(series.slices.begin(), series.slices.end(), isOdd);
+    if (2 * odd <= static_cast<std::ptrdiff_t>(series.slices.size()))
+        throw badFile(first.file.string(), "a header without fault, as most slices of its series have",
+                      first.irregularity);
     return "irregular headers, in most slices alike (" + first.irregularity + "): read all the same";
-}
-
-/// Scanners give all slices of a CT one rescale; where they differ, a header may be damaged.
-std::string noteRescale(const DicomSeries& series) {
-    const DicomSlice& first = series.slices.front();
-    const auto other = std::find_if(series.slices.begin(), series.slices.end(), [&](const DicomSlice& s) {
-        return slopeOf(s) != slopeOf(first) || interceptOf(s) != interceptOf(first);
-    });
-    if (!series.isHounsfield || other == series.slices.end())
-        return "";
-    return "slices of one CT with different rescale, first in " + other->file.filename().string() +
-           ": each is read by its own";
 }
 
 VolumeInfo describeVolume(const DicomSeries& series, const SlicePlan& plan, const std::string& where) {
@@ -143,8 +121,7 @@ class DicomSource final : public RandomSlabSource {
   public:
     DicomSource(DicomSeries series, SlicePlan plan, VolumeInfo info, std::string description)
         : series_(std::move(series)), plan_(std::move(plan)), info_(std::move(info)),
-          description_(std::move(description)), habit_(checkRegular(series_)),
-          rescale_(noteRescale(series_)) {}
+          description_(std::move(description)), habit_(checkRegular(series_)) {}
 
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return description_; }
@@ -152,7 +129,7 @@ class DicomSource final : public RandomSlabSource {
     std::vector<std::string> notes() const override {
         const StreamFindings& findings = pixels_.findings();
         std::vector<std::string> lines;
-        for (const std::string* line : {&habit_, &rescale_, &findings.disagreement, &findings.mended})
+        for (const std::string* line : {&habit_, &findings.disagreement, &findings.mended})
             if (!line->empty())
                 lines.push_back(*line);
         return lines;
@@ -253,7 +230,7 @@ class DicomSource final : public RandomSlabSource {
     DicomSeries series_;
     SlicePlan plan_;
     VolumeInfo info_;
-    std::string description_, habit_, rescale_; // the last two: notes
+    std::string description_, habit_; // habit_: a note
     DicomPixels pixels_;
     std::vector<std::int32_t> stored_; // one slice
     std::array<Kept, 2> kept_;         // resampling only: the two neighbours
