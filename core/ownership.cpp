@@ -73,9 +73,10 @@ LockTry tryLock(const fs::path& path, LockKind kind, bool make) {
 }
 
 bool locksProve(const fs::path& folder) {
-    // ext2 to ext4, XFS, Btrfs, tmpfs, ramfs, overlay, F2FS, ZFS, bcachefs (linux/magic.h)
-    constexpr std::array<unsigned long, 9> kOwn = {0xEF53,     0x58465342, 0x9123683E, 0x01021994, 0x858458F6,
-                                                   0x794C7630, 0xF2F52010, 0x2FC12FC1, 0xCA451A4E};
+    // ext2 to ext4, XFS, Btrfs, tmpfs, ramfs, overlay, F2FS, ZFS, bcachefs, FAT, exFAT, NTFS (linux/magic.h)
+    constexpr std::array<unsigned long, 12> kOwn = {0xEF53,     0x58465342, 0x9123683E, 0x01021994,
+                                                    0x858458F6, 0x794C7630, 0xF2F52010, 0x2FC12FC1,
+                                                    0xCA451A4E, 0x4D44,     0x2011BAB0, 0x7366746E};
     struct statfs facts {};
     if (::statfs(folder.c_str(), &facts) != 0)
         return false;

@@ -149,10 +149,18 @@ TEST_F(Output, WhatNohupStartedOutlivesItsTerminal) {
     EXPECT_EQ(exitCodeOf(child), 0);
 }
 
+// Where two names cannot be exchanged, a program may die after it took the old store's name away.
+TEST_F(Output, AStoreWhoseReplacementDiedIsFound) {
+    makeSphere();
+    fs::rename(folder_ / "s.zarr", folder_ / ".s.zarr.importing-1-0.old");
+    EXPECT_EQ(run("info s.zarr").exitCode, 0);
+    EXPECT_EQ(names(), std::vector<std::string>{"s.zarr"});
+}
+
 TEST_F(Output, OfTwoImportsToOneNameTheFirstStays) {
     // Both look for the name before either gives it: each has to be refused when it ends, not when it begins.
     std::vector<pid_t> children;
-    for (const char* size : {"64x64x96", "64x64x97", "64x64x98"})
+    for (const char* size : {"96x96x96", "96x96x97", "96x96x98"})
         children.push_back(start({"phantom", "torso", "--size", size, "-o", "t.zarr", "-q"}, [] {}));
     int made = 0, refused = 0;
     for (const pid_t child : children) {

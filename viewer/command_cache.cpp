@@ -1,8 +1,6 @@
 // viewer/command_cache.cpp: `tessera cache list|clear|path`: the imports that `tessera render` keeps.
-#include "bricking/store/store_reader.h"
 #include "bricking/store/temporary_folder.h" // recoverFolders
 #include "core/budget.h"                     // formatBytes
-#include "core/error.h"
 #include "core/printable_text.h"
 #include "viewer/commands.h"
 #include "viewer/import_cache.h"
@@ -28,18 +26,6 @@ std::string sizeText(std::uint64_t bytes) {
     return formatBytes(static_cast<std::size_t>(bytes));
 }
 
-/// "CT, 512 x 512 x 134 voxels": where an import came from is not kept, for a path may hold a name.
-std::string contentOf(const std::filesystem::path& store) {
-    try {
-        Ledger ram("RAM", "--ram", std::size_t{64} << 20);
-        const VolumeInfo info = StoreReader(store, ram).info();
-        return (info.acquisition.modality.empty() ? "" : printable(info.acquisition.modality) + ", ") +
-               formatExtent(info.extentVoxels) + " voxels";
-    } catch (const Error&) {
-        return "damaged";
-    }
-}
-
 void list(bool asJson, const CommonOptions& common) {
     const std::vector<CacheEntry> entries = listCache(cacheFolder());
     std::uint64_t bytes = 0;
@@ -52,10 +38,11 @@ void list(bool asJson, const CommonOptions& common) {
                               {"bytes", entry.bytes},
                               {"lastUse", entry.lastUse},
                               {"inUse", entry.inUse},
-                              {"holds", contentOf(entry.store)}});
+                              {"about", entry.about}});
         else
             std::printf("%s  %10s  %s  %s%s\n", name.c_str(), sizeText(entry.bytes).c_str(),
-                        timeText(entry.lastUse).c_str(), contentOf(entry.store).c_str(),
+                        timeText(entry.lastUse).c_str(),
+                        entry.about.empty() ? "(unknown)" : printable(entry.about).c_str(),
                         entry.inUse ? "  (in use)" : "");
     }
     if (asJson)
@@ -86,7 +73,7 @@ void addCacheCommand(CLI::App& program, const CommonOptions& common, Action& act
     command->footer("Example:\n  tessera cache list");
     auto asJson = std::make_shared<bool>(false);
     auto* listing =
-        command->add_subcommand("list", "Entry, size, last use and what it holds, the last used first");
+        command->add_subcommand("list", "Entry, size, last use and kind of volume, the last used first");
     listing->add_flag("--json", *asJson, "as JSON");
     listing->callback([asJson, &common, &action] { action = [asJson, &common] { list(*asJson, common); }; });
     command->add_subcommand("clear", "Remove all that no process is using")->callback([&common, &action] {

@@ -139,6 +139,16 @@ std::string prepare(const fs::path& folder) {
     return "";
 }
 
+/// What a store shows, in a line, of what the whitelist of core/volume.h lets through.
+std::string about(const fs::path& store) {
+    constexpr std::size_t kEnoughBytes = std::size_t{64} << 20;
+    Ledger ram("RAM", "--ram", kEnoughBytes);
+    const VolumeInfo info = StoreReader(store, ram).info();
+    const Acquisition& a = info.acquisition;
+    return (a.modality.empty() ? "" : a.modality + ", ") + formatExtent(info.extentVoxels) + " voxels" +
+           (a.kernel.empty() ? "" : ", kernel " + a.kernel);
+}
+
 /// Imports into an entry that is locked for it. @param facts  of the source, when its key was made
 void makeEntry(const Entry& entry, const fs::path& source, const std::string& facts, json note,
                const MakeStore& make) {
@@ -149,6 +159,7 @@ void makeEntry(const Entry& entry, const fs::path& source, const std::string& fa
         throw badFile(source.string(), "files that stay as they are while they are imported",
                       "files that changed");
     }
+    note["about"] = about(entry.store);
     note["store"] = hexHash(factsOf(entry.store));
     note["bytes"] = bytesBelow(entry.store);
     writeOutputFile(entry.note, note.dump(1, ' ', true, json::error_handler_t::replace) + "\n");
@@ -159,10 +170,12 @@ void makeEntry(const Entry& entry, const fs::path& source, const std::string& fa
 /// Entries of the same source and options whose files have changed since: nobody will ask for them again.
 void discardOutdated(const fs::path& folder, const Entry& current, const json& note) {
     for (const CacheEntry& other : listCache(folder)) {
-        if (other.store == current.store || other.source != textOf(note, "source"))
+        if (other.store == current.store)
             continue;
         const Entry entry(folder, other.store.stem().string());
-        if (textOf(readNote(entry), "options") != textOf(note, "options"))
+        const json theirs = readNote(entry);
+        if (textOf(theirs, "source") != textOf(note, "source") ||
+            textOf(theirs, "options") != textOf(note, "options"))
             continue;
         const LockTry lock = tryLock(entry.lock, LockKind::exclusive, true);
         if (lock.locked) {
@@ -212,6 +225,7 @@ fs::path cachedStore(const fs::path& source, const InputOptions& options, const 
         std::to_string(kImportVersion) + "\n" + options.key() + "\n" + source.string() + "\n" + facts;
     const Entry entry(folder, hexHash(key));
     const std::string check = hexHash(key, 0x9E3779B97F4A7C15u);
+    // A hash, not the path: folders carry patients' names, and what is kept must not.
     const json note = {{"source", hexHash(source.string())}, {"options", options.key()}, {"check", check}};
     bool told = false, made = false;
     for (;;) {
@@ -260,7 +274,7 @@ std::vector<CacheEntry> listCache(const fs::path& folder) {
         const json note = readNote(entry);
         CacheEntry listed;
         listed.store = entry.store;
-        listed.source = textOf(note, "source");
+        listed.about = textOf(note, "about");
         const bool known = note.is_object() && note.contains("bytes") && note["bytes"].is_number_unsigned();
         listed.bytes = known ? note["bytes"].get<std::uint64_t>() : bytesBelow(entry.store);
         struct stat facts {};

@@ -1,6 +1,6 @@
 // viewer/import_cache.h: imports of source files that were rendered straight away, kept for the next time. An
-// entry is a store HASH.zarr, what it was made from in HASH.json, and HASH.lock, whose lock tells who is at
-// it: one writer, or any number of readers. Its time is that of the last use.
+// entry is a store HASH.zarr, what tells whether it is still right in HASH.json, and HASH.lock, whose lock
+// tells who is at it: one writer, or any number of readers. Its time is that of the last use.
 #pragma once
 
 #include "viewer/options.h"
@@ -32,7 +32,8 @@ std::filesystem::path cachedStore(const std::filesystem::path& source, const Inp
 
 struct CacheEntry {
     std::filesystem::path store;
-    std::string source; // hash of the path that it was made from (a path may hold a name); "" unknown
+    std::string
+        about; // "CT, 512 x 512 x 134 voxels, kernel B30f"; "" unknown. No path: it may name a patient
     std::uint64_t bytes = 0;
     std::time_t lastUse = 0;
     bool inUse = false;

@@ -1,4 +1,5 @@
-// viewer/thin_volume.h: a volume of one slice, which is a line from the side: explained instead of drawn blank.
+// viewer/thin_volume.h: a volume of one slice, which is a line from the side: explained instead of drawn
+// blank.
 #pragma once
 
 #include "core/scene.h"

@@ -2,6 +2,7 @@
 #include "viewer/volume_input.h"
 
 #include "bricking/store/store_reader.h" // isStore
+#include "bricking/store/temporary_folder.h"
 #include "core/error.h"
 #include "viewer/import_cache.h"
 #include "viewer/volume_notes.h"
@@ -34,8 +35,10 @@ std::string InputOptions::key() const {
 }
 
 bool looksLikeStore(const fs::path& path) {
-    std::ifstream file(path / "zarr.json", std::ios::binary);
     std::error_code ignored;
+    if (path.extension() == ".zarr" && !fs::exists(path, ignored)) // a program died while it replaced it
+        recoverFolders(path.has_parent_path() ? path.parent_path() : fs::path("."));
+    std::ifstream file(path / "zarr.json", std::ios::binary);
     if (!file || !fs::is_regular_file(path / "zarr.json", ignored))
         return fs::is_regular_file(path / "zarr.json", ignored);
     constexpr std::size_t kLookedAt = 1 << 20; // this program's metadata is far shorter
