@@ -58,36 +58,43 @@ class Kill : public Program {
             ::_exit(runInChild(words));
         return child;
     }
-    /// Runs it once whole, for its time, then kills it `kills()` times at random moments, with `before` and
-    /// `after` around each. @return how many kills hit a program that was still running
-    int killAtRandom(const std::string& arguments, const std::function<void()>& before,
-                     const std::function<void(int)>& after) {
+    /// Runs it once whole, for its time, then until `kills()` kills at random moments hit it at work, with
+    /// `before` and `after` around each run.
+    void killAtRandom(const std::string& arguments, const std::function<void()>& before,
+                      const std::function<void()>& after) {
         before();
-        const auto began = Clock::now();
+        auto began = Clock::now();
         int status = 0;
         ::waitpid(start(arguments), &status, 0);
         EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << readAll(folder_ / ".err");
-        const std::chrono::duration<double> whole = Clock::now() - began;
-        after(-1);
-        std::uniform_real_distribution<double> moment(0, 1.05 * whole.count());
-        int hits = 0;
-        for (int i = 0; i < kills(); ++i) {
+        const auto secondsGone = [&] { return std::chrono::duration<double>(Clock::now() - began).count(); };
+        double whole = secondsGone(); // the disk's mood changes it: what runs take is followed
+        after();
+        int hits = 0, runs = 0;
+        for (; hits < kills() && runs < 10 * kills() && !HasFailure(); ++runs) {
             before();
-            const double seconds = moment(random_);
+            const double moment = std::uniform_real_distribution<double>(0, whole)(random_);
+            began = Clock::now();
             const pid_t child = start(arguments);
-            ::usleep(static_cast<useconds_t>(1e6 * seconds));
-            ::kill(child, SIGKILL);
-            ::waitpid(child, &status, 0);
-            hits += WIFSIGNALED(status);
-            SCOPED_TRACE("killed after " + std::to_string(seconds) + " of " + std::to_string(whole.count()) +
-                         " s");
-            after(i);
-            if (HasFailure())
-                break;
+            bool ended = false;
+            while (!ended && secondsGone() < moment) {
+                ended = ::waitpid(child, &status, WNOHANG) == child;
+                ::usleep(500);
+            }
+            if (ended) {
+                whole = (whole + secondsGone()) / 2;
+            } else {
+                ::kill(child, SIGKILL);
+                ::waitpid(child, &status, 0);
+                whole *= 1.02; // else it would only shrink
+                hits += WIFSIGNALED(status);
+            }
+            SCOPED_TRACE("killed after " + std::to_string(moment) + " s");
+            after();
         }
-        std::printf("%d of %d kills hit, over %.3f s: tessera %s\n", hits, kills(), whole.count(),
-                    arguments.c_str());
-        return hits;
+        EXPECT_EQ(hits, kills());
+        std::printf("%d kills in %d runs of some %.3f s: tessera %s\n", hits, runs, whole, arguments.c_str());
+        std::fflush(stdout);
     }
     /// Names in a folder of the test's, without what the fixture makes.
     std::vector<std::string> names(const std::string& folder = ".") const {
@@ -120,7 +127,7 @@ TEST_F(Kill, AnImportIsWholeOrNotThere) {
     const auto whole = imported("v");
     killAtRandom(
         "import v.json out.zarr", [&] { fs::remove_all(folder_ / "out.zarr"); },
-        [&](int) {
+        [&] {
             if (exists("out.zarr")) {
                 EXPECT_EQ(contentOf(folder_ / "out.zarr"), whole);
             }
@@ -137,7 +144,7 @@ TEST_F(Kill, AReplacedStoreIsTheOldOrTheNew) {
     killAtRandom(
         "import w.json out.zarr --force",
         [&] { ASSERT_EQ(run("import v.json out.zarr --force").exitCode, 0); },
-        [&](int) {
+        [&] {
             const auto now = contentOf(folder_ / "out.zarr");
             EXPECT_TRUE(now == before || now == after);
             old += now == before;
@@ -161,7 +168,7 @@ TEST_F(Kill, ARenderLeavesTheOldPictureOrTheNewAndAWholeCache) {
             fs::remove_all(folder_ / "cache"); // a folder that is not imported yet
             write("a.png", "old");
         },
-        [&](int) {
+        [&] {
             const std::string now = readAll(folder_ / "a.png");
             EXPECT_TRUE(now == "old" || pixels(now) == pixels(whole));
             const Outcome next = run(render);

@@ -1,6 +1,8 @@
 // What somebody at a terminal sees: the line that tells how far a job is, and what Ctrl-C leaves behind.
 #include "program_fixture.h"
 
+#include "core/file_handle.h"
+
 #include <chrono>
 #include <csignal>
 #include <fcntl.h>
@@ -51,6 +53,25 @@ class Terminal : public Program {
         secondsToEnd_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - at_).count();
         return session;
     }
+    /// Starts the program on a terminal of its own and returns when it has said `word`.
+    pid_t startOnTerminalUntil(const std::string& arguments, const std::string& word) {
+        int terminal = -1;
+        const winsize size{24, 100, 0, 0};
+        const pid_t child = ::forkpty(&terminal, nullptr, nullptr, &size);
+        if (child == 0) {
+            fs::current_path(folder_.path());
+            ::execl("/bin/sh", "sh", "-c", ("exec '" TESSERA_PROGRAM "' " + arguments).c_str(), nullptr);
+            ::_exit(100);
+        }
+        std::string seen;
+        char bytes[4096];
+        for (ssize_t got = 1; got > 0 && seen.find(word) == std::string::npos;) {
+            got = ::read(terminal, bytes, sizeof bytes);
+            seen.append(bytes, got > 0 ? static_cast<std::size_t>(got) : 0);
+        }
+        terminals_.emplace_back(terminal); // open as long as the program may write to it
+        return child;
+    }
     /// Names in the working folder that are not the test's own.
     std::vector<std::string> leftBehind() const {
         std::vector<std::string> names;
@@ -62,6 +83,7 @@ class Terminal : public Program {
         return names;
     }
 
+    std::vector<FileHandle> terminals_;
     bool typed_ = false;
     std::chrono::steady_clock::time_point at_;
     double secondsToEnd_ = 0;
@@ -99,6 +121,19 @@ TEST_F(Terminal, ACoarsePictureComesFirst) {
     EXPECT_EQ(drawn.exitCode, 0);
     EXPECT_THAT(drawn.seen, HasSubstr("wrote s.first.png, coarse, after "));
     EXPECT_THAT(drawn.seen, HasSubstr("; the picture takes about "));
+    EXPECT_EQ(leftBehind(), (std::vector<std::string>{"s.png", "s.zarr"}));
+    // One that a killed program left is replaced and goes; one that was asked for stays as it is.
+    const std::string first = "render s.zarr -o s.png --gl-device software";
+    ASSERT_EQ(run(first + " --first s.first.png").exitCode, 0);
+    const std::string asked = readAll(folder_ / "s.first.png");
+    EXPECT_THAT(onTerminal(first).seen, Not(HasSubstr("s.first.png")));
+    EXPECT_EQ(readAll(folder_ / "s.first.png"), asked);
+    fs::remove(folder_ / "s.first.png");
+    const pid_t killed = startOnTerminalUntil(first, "wrote s.first.png");
+    ::kill(killed, SIGKILL);
+    ::waitpid(killed, nullptr, 0);
+    EXPECT_TRUE(exists("s.first.png"));
+    EXPECT_THAT(onTerminal(first).seen, HasSubstr("wrote s.first.png"));
     EXPECT_EQ(leftBehind(), (std::vector<std::string>{"s.png", "s.zarr"}));
     const std::string withFirst = readAll(folder_ / "s.png");
     ASSERT_EQ(run("render s.zarr -o s.png --gl-device software").exitCode, 0);

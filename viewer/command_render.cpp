@@ -188,7 +188,7 @@ class PassingFile {
     TemporaryPath unfinished_;
 };
 
-/// Of a coarse first picture: tells one that a killed process left from somebody's.
+/// Of a coarse first picture that nobody asked for: tells one that a killed process left from somebody's.
 constexpr const char* kFirstManifest = R"({"tesseraFirstPicture":1,"notice":"not for diagnosis"})";
 bool isFirstPicture(const fs::path& path) {
     try {
@@ -332,7 +332,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
             const Charge charge =
                 ram.charge(kPictureBytesPerPixel * image.pixels.size() / 2, "the first picture");
             writeImage(first, scene.background ? overBackground(image, *scene.background) : image,
-                       kFirstManifest);
+                       passing ? kFirstManifest : "{}");
             firstSeconds = secondsSinceProcessStart();
             common.note("wrote " + first.string() + ", coarse, after " + formatNumber(firstSeconds, 3) +
                         " s; the picture takes about " + formatNumber(std::ceil(secondsLeft), 2) + " s more");

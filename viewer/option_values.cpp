@@ -42,7 +42,7 @@ CLI::Validator numberWithin(double lowest, double highest, const std::string& wh
 void refuseEmptyValues(const CLI::App& program) {
     for (const CLI::Option* option : program.get_options())
         for (const std::string& value : option->results())
-            if (value.find_first_not_of(" \t\r\n") == std::string::npos)
+            if (value.empty())
                 throw badFile(option->get_name(), option->get_description(), "\"" + value + "\"");
     for (const CLI::App* command : program.get_subcommands())
         refuseEmptyValues(*command);
