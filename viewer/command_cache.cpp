@@ -70,7 +70,8 @@ void clear(const CommonOptions& common) {
 void addCacheCommand(CLI::App& program, const CommonOptions& common, Action& action) {
     auto* command = program.add_subcommand("cache", "Imports that `render` keeps for the next time");
     command->require_subcommand(1);
-    command->footer("Example:\n  tessera cache list");
+    command->footer("TESSERA_CACHE_SIZE bounds it (default: 20GiB); XDG_CACHE_HOME moves it.\n"
+                    "Example:\n  tessera cache list");
     auto asJson = std::make_shared<bool>(false);
     auto* listing =
         command->add_subcommand("list", "Entry, size, last use and kind of volume, the last used first");

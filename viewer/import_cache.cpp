@@ -249,7 +249,14 @@ fs::path cachedStore(const fs::path& source, const InputOptions& options, const 
             if (::access(folder.c_str(), W_OK) != 0)
                 return scratchStore(std::strerror(errno), common, make);
             recoverFolders(folder);
-            makeEntry(entry, source, facts, note, make);
+            try {
+                makeEntry(entry, source, facts, note, make);
+            } catch (const InputError&) {
+                throw;                     // the files are what is wrong
+            } catch (const Error& error) { // a full disk, say, which need not be that of the temporary files
+                discard(entry);
+                return scratchStore(error.what(), common, make);
+            }
             discardOutdated(folder, entry, note);
             made = true;
         } else if (!writing.locked) {
