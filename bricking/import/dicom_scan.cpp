@@ -189,13 +189,18 @@ class Scanner {
             std::set<std::filesystem::path> files; // frames share one
             for (const DicomSlice& slice : each.slices)
                 files.insert(slice.file);
-            // Without the series' UID too the header is damaged: it could be anybody's slice.
-            const bool isDamaged = index == indexWithoutUid && each.object.empty();
+            // Without the series' UID too, or irregular, the header is damaged: it could be anybody's slice.
+            const auto irregular =
+                std::find_if(each.slices.begin(), each.slices.end(),
+                             [](const DicomSlice& slice) { return !slice.irregularity.empty(); });
+            const bool isWithoutUid = index == indexWithoutUid;
+            const bool isDamaged = (isWithoutUid || irregular != each.slices.end()) && each.object.empty();
+            const std::string found = isWithoutUid ? "neither" : isDamaged ? irregular->irregularity : "";
             for (const auto& file : files)
                 scan_.passed.push_back(isDamaged ? PassedFile{file, PassedReason::damaged,
                                                               "ImagePositionPatient (0020,0032) and "
                                                               "SeriesInstanceUID (0020,000e)",
-                                                              "neither"}
+                                                              found}
                                                  : PassedFile{file, PassedReason::noPlace, "", what});
             if (!files.empty())
                 scan_.others.push_back({each.acquisition.modality, what, static_cast<int>(files.size())});

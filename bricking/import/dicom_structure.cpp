@@ -18,6 +18,7 @@ constexpr std::uint64_t kMetaBegin = 132; // preamble and mark
 constexpr std::uint32_t kUndefined = 0xFFFFFFFF;
 constexpr std::uint32_t kSyntaxTag = 0x00020010, kPixelTag = 0x7FE00010, kItem = 0xFFFEE000,
                         kItemEnd = 0xFFFEE00D, kSequenceEnd = 0xFFFEE0DD;
+constexpr std::uint32_t kMostUidBytes = 1024; // longer lists of them are not looked at
 constexpr int kMostNested = 16;
 constexpr std::uint64_t kBlockBytes = 512; // tapes and some archives fill files up to a multiple of it
 
@@ -80,8 +81,17 @@ class Source {
 struct Element {
     std::uint32_t tag = 0, length = 0;
     bool isSequence = false, isUnknown = false; // unknown (UN) sequences are written implicitly
-    std::uint64_t content = 0;                  // where it begins
+    bool isUid = false;
+    std::uint64_t content = 0; // where it begins
 };
+
+/// Digits and points, several UIDs apart by backslashes, the last one filled up to an even length.
+bool isUids(const std::byte* text, std::size_t length) {
+    while (length > 0 && (text[length - 1] == std::byte{0} || text[length - 1] == std::byte{' '}))
+        --length;
+    const std::string_view word(reinterpret_cast<const char*>(text), length);
+    return word.find_first_not_of("0123456789.\\") == std::string_view::npos;
+}
 
 class Walk {
   public:
@@ -111,6 +121,7 @@ class Walk {
         if (known->isLong && number(at + 6, 2) != 0)
             note("reserved bytes that are not zero", e);
         e.isUnknown = known->name == "UN";
+        e.isUid = known->name == "UI";
         e.isSequence = known->name == "SQ" || (e.length == kUndefined && e.tag != kPixelTag);
         if (e.length != kUndefined && e.length % known->valueBytes != 0)
             note("a length that does not suit " + std::string(known->name), e);
@@ -142,6 +153,8 @@ class Walk {
             throw Irregular{"a length beyond what holds it at " + tagText(e.tag), end == source_.size()};
         if (e.length != kUndefined && e.length % 2 != 0)
             note("an odd length", e);
+        if (e.isUid && e.length <= kMostUidBytes && !isUids(source_.at(e.content, e.length), e.length))
+            note("text that is no UID", e);
         if (e.isSequence && e.isUnknown) // PS3.5, 6.2.2, note on UN of undefined length
             return Walk(source_, false, true, found_).items(e, end, depth + 1);
         if (e.isSequence)
