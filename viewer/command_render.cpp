@@ -188,6 +188,12 @@ class PassingFile {
     TemporaryPath unfinished_;
 };
 
+#if !TESSERA_WITH_IMAGE_FILES
+std::string readManifest(const fs::path&) {
+    return {};
+}
+#endif
+
 /// Of a coarse first picture that nobody asked for: tells one that a killed process left from somebody's.
 constexpr const char* kFirstManifest = R"({"tesseraFirstPicture":1,"notice":"not for diagnosis"})";
 bool isFirstPicture(const fs::path& path) {
@@ -270,9 +276,6 @@ void checkOutput(const fs::path&) {
     throw InputError("render: this program was built without picture files (OpenImageIO)");
 }
 void writeImage(const fs::path&, const Image&, const std::string&) {}
-std::string readManifest(const fs::path&) {
-    return {};
-}
 #endif
 
 /// A budget too small even for reading the store: the message names what the scene needs, not just the
