@@ -47,7 +47,7 @@ std::string escaped(std::string_view text, bool keepLines) {
     std::string out;
     out.reserve(text.size());
     const auto escape = [&out](const char* format, std::uint32_t code) {
-        char word[8];
+        char word[16];
         std::snprintf(word, sizeof word, format, code);
         out += word;
     };

@@ -238,7 +238,8 @@ int runCorpus(int runs, unsigned seed) {
     std::map<std::string, int> untold;
     int faults = 0;
     const bool canConvert = installed("dcmconv");
-    const int each = std::max(1, runs / static_cast<int>(kCodings.size()));
+    const int codings = static_cast<int>(kCodings.size());
+    const int each = std::max(1, (runs + codings - 1) / codings);
     for (const Coding& coding : kCodings) {
         if (!coding.convert.empty() && !canConvert) {
             std::printf("%-18s left out: dcmconv is not installed\n", coding.name.c_str());
@@ -268,7 +269,7 @@ int runCorpus(int runs, unsigned seed) {
         const std::size_t headerEnd =
             pixels == std::string::npos ? sound.size() / 2 : pixels + 12; // deflated
         Tally& tally = tallies[coding.name];
-        for (int run = 0; run < each; ++run) {
+        for (int run = 0; tally.runs < each; ++run) {
             const bool inHeader = run % 2 == 0;
             const Damage hit =
                 damage(sound, inHeader ? 0 : headerEnd, inHeader ? headerEnd : sound.size(), random);
