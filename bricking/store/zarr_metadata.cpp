@@ -133,30 +133,36 @@ Json tesseraAttributes(const StoreMetadata& metadata) {
         levels.push_back({{"chunksWritten", written}, {"shards", shards}});
     }
     const glm::ivec3 e = info.extentVoxels;
-    return {{"version", kStoreVersion},
-            {"extentVoxels", Json::array({e.x, e.y, e.z})},
-            {"valueType", name(info.type)},
-            {"rescale", {{"slope", info.rescaleSlope}, {"intercept", info.rescaleIntercept}}},
-            {"unit", info.unit},
-            {"fillStored", valueJson(info, info.fillStored)},
-            {"patientFromVoxel", affine},
-            {"originalOrder",
-             {{"sourceAxis", info.originalOrder.sourceAxis}, {"flipped", info.originalOrder.flipped}}},
-            {"acquisition",
-             {{"modality", info.acquisition.modality},
-              {"kernel", info.acquisition.kernel},
-              {"tubeVoltageKv", info.acquisition.tubeVoltageKv},
-              {"sliceThicknessMm", info.acquisition.sliceThicknessMm}}},
-            {"lossy", info.lossy},
-            {"lossyRatio", info.lossyRatio},
-            {"nonFiniteVoxels", info.nonFiniteVoxels},
-            {"absentStored", info.absentStored},
-            {"clampedVoxels", info.clampedVoxels},
-            {"range",
-             {{"lowest", valueJson(info, metadata.lowest)}, {"highest", valueJson(info, metadata.highest)}}},
-            {"levelRule", kPyramidRule},
-            {"levels", levels},
-            {"stats", {{"path", "stats"}, {"brick", kBrickExtent}, {"cell", kCellExtent}}}};
+    Json json = {
+        {"version", kStoreVersion},
+        {"extentVoxels", Json::array({e.x, e.y, e.z})},
+        {"valueType", name(info.type)},
+        {"rescale", {{"slope", info.rescaleSlope}, {"intercept", info.rescaleIntercept}}},
+        {"unit", info.unit},
+        {"fillStored", valueJson(info, info.fillStored)},
+        {"patientFromVoxel", affine},
+        {"originalOrder",
+         {{"sourceAxis", info.originalOrder.sourceAxis}, {"flipped", info.originalOrder.flipped}}},
+        {"acquisition",
+         {{"modality", info.acquisition.modality},
+          {"kernel", info.acquisition.kernel},
+          {"tubeVoltageKv", info.acquisition.tubeVoltageKv},
+          {"sliceThicknessMm", info.acquisition.sliceThicknessMm}}},
+        {"nonFiniteVoxels", info.nonFiniteVoxels},
+        {"clampedVoxels", info.clampedVoxels},
+        {"range",
+         {{"lowest", valueJson(info, metadata.lowest)}, {"highest", valueJson(info, metadata.highest)}}},
+        {"levelRule", kPyramidRule},
+        {"levels", levels},
+        {"stats", {{"path", "stats"}, {"brick", kBrickExtent}, {"cell", kCellExtent}}}};
+    // Told only where there is something to tell: the same voxels keep the same content hash.
+    if (info.lossy)
+        json["lossy"] = true;
+    if (info.lossy && info.lossyRatio > 0)
+        json["lossyRatio"] = info.lossyRatio;
+    if (info.nonFiniteVoxels > 0)
+        json["absentStored"] = info.absentStored;
+    return json;
 }
 
 Json groupJson(const StoreMetadata& metadata) {
@@ -244,10 +250,8 @@ VolumeInfo parseInfo(const Json& document, const std::string& where) {
     info.acquisition.sliceThicknessMm = numberAt(document, root + "/acquisition/sliceThicknessMm", where);
     info.nonFiniteVoxels = countAt(document, root + "/nonFiniteVoxels", where);
     info.clampedVoxels = countAt(document, root + "/clampedVoxels", where);
-    // Stores of older programs do not tell.
-    const auto has = [&](const char* key) {
-        return document.contains(Json::json_pointer(root + "/" + key));
-    };
+    // Told only where there is something to tell.
+    const auto has = [&](const char* key) { return document.contains(Json::json_pointer(root + "/" + key)); };
     if (has("lossy"))
         info.lossy = flagAt(document, root + "/lossy", where);
     if (has("lossyRatio"))
