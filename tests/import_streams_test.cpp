@@ -279,6 +279,95 @@ TEST_F(Streams, StrippedQualityLayersOfASignedStreamUnderUnsignedTags) {
     EXPECT_EQ(source_->notes().size(), 2u);
 }
 
+TEST_F(Streams, WarningsOfADecoderAreErrors) {
+    std::string unknown = j2k_; // a marker that nobody knows, skipped with a warning
+    unknown.insert(unknown.find(std::string("\xff\x52", 2)), std::string("\xff\x7a\x00\x04\x01\x02", 6));
+    refused(image(k2000, unknown));
+    std::string extra = lossless_; // bytes that no sample needs, before the end marker
+    extra.insert(extra.size() - 2, std::string(40, '\x55'));
+    refused(image(kLossless, extra));
+}
+
+TEST_F(Streams, RestartMarkersCount) {
+    const std::size_t scan = lossless_.find(std::string("\xff\xda", 2)) + 10;
+    std::string counted = lossless_.substr(0, scan);
+    for (const char* part : {"ab\xff\xd0", "cd\xff\xd1", "ef\xff\xd9"})
+        counted += part;
+    EXPECT_NO_THROW(walkJpeg(bytesOf(counted), "x"));
+    counted[counted.find("\xff\xd1") + 1] = '\xd2'; // one is lost
+    EXPECT_THAT(refusal([&] { walkJpeg(bytesOf(counted), "x"); }), HasSubstr("restart marker 1"));
+}
+
+TEST_F(Streams, RleSegmentsGiveExactlyTheirBytes) {
+    const auto segment = [](const std::string& high, const std::string& low) {
+        std::string stream(64, '\0');
+        stream[0] = 2;
+        stream[4] = 64;
+        stream[8] = static_cast<char>(64 + high.size());
+        return stream + high + low;
+    };
+    const std::string run8("\xf9\x07", 2), run7("\xfa\x07", 2); // eight and seven bytes of 7
+    std::vector<std::int32_t> out(8);
+    EXPECT_NO_THROW(decodeRle(bytesOf(segment(run8, run8)), 2, "x", out));
+    EXPECT_EQ(out, std::vector<std::int32_t>(8, 0x0707));
+    EXPECT_THAT(refusal([&] { decodeRle(bytesOf(segment(run8, run7)), 2, "x", out); }),
+                HasSubstr("one of 7"));
+    EXPECT_THAT(refusal([&] { decodeRle(bytesOf(segment(run8, run8 + run8)), 2, "x", out); }),
+                HasSubstr("2 bytes behind"));
+    EXPECT_THAT(refusal([&] { decodeRle(bytesOf(segment(run8, run7 + run7)), 2, "x", out); }),
+                HasSubstr("one with more"));
+    EXPECT_THAT(refusal([&] { decodeRle(bytesOf(segment(run8, run8)), 1, "x", out); }), HasSubstr("found 2"));
+}
+
+TEST_F(Streams, SignedOvershootIsClampedNotWrapped) {
+    std::vector<std::uint16_t> words(words_.size());
+    for (std::size_t i = 0; i < words.size(); ++i) // 2047 beside what nears it, signs extended to 16 bits
+        words[i] = static_cast<std::uint16_t>(i % 3 ? 2047 - static_cast<int>(i % 5)
+                                                    : -2048 + static_cast<int>(i % 7));
+    DicomImage lossy = image(kLsNear, encodeJpegLs(words, kColumns, kRows, 16, 6));
+    lossy.pixelRepresentation = 1;
+    lossy.intercept = "0";
+    const auto values = read(lossy);
+    for (std::size_t i = 0; i < words.size(); ++i)
+        ASSERT_NEAR(values[i], static_cast<std::int16_t>(words[i]), 6) << i;
+    EXPECT_GT(source_->info().clampedVoxels, 0u);
+}
+
+// The parser reads beyond the end of such a file.
+TEST_F(Streams, AFileThatEndsInItsEndMarkIsRefused) {
+    for (const auto& [syntax, stream] :
+         {std::pair(kRle, rle_), {kLossless, lossless_}, {kLs, ls_}, {k2000, j2k_}})
+        for (const int left : {1, 2, 4, 6, 8}) {
+            const std::string bytes = dicomBytes(image(syntax, stream));
+            writeFile(folder_ / "IM0001.dcm", bytes.substr(0, bytes.size() - static_cast<std::size_t>(left)));
+            EXPECT_THAT(refusal([&] { openSource(folder_ / "IM0001.dcm", {}); }), HasSubstr("IM0001.dcm"));
+        }
+}
+
+// An element out of order in one slice is damage, in all slices a writer's habit.
+TEST_F(Streams, IrregularHeadersAreJudgedByTheSeries) {
+    const auto save = [&](int odd) {
+        for (int z = 0; z < 5; ++z) {
+            DicomImage slice = image("1.2.840.10008.1.2.1", "");
+            slice.fragments.clear();
+            slice.pixels = words_;
+            slice.position = glm::dvec3(0, 0, z);
+            std::string bytes = dicomBytes(slice);
+            if (z < odd) // the kernel's tag (0018,1210), behind (0018,0060), becomes (0018,0010)
+                bytes[bytes.find(std::string("\x18\x00\x10\x12SH", 6)) + 3] = '\0';
+            std::filesystem::create_directories(folder_ / "series");
+            writeFile(folder_ / "series" / ("IM" + std::to_string(z)), bytes);
+        }
+        return folder_ / "series";
+    };
+    EXPECT_THAT(openSource(save(0), {})->notes(), IsEmpty());
+    EXPECT_THAT(refusalOfOpening(save(1)), HasSubstr("IM0: expected a header without fault"));
+    EXPECT_THAT(refusalOfOpening(save(2)), HasSubstr("(0018,0010)"));
+    const auto habit = openSource(save(5), {});
+    ASSERT_EQ(habit->notes().size(), 1u);
+    EXPECT_THAT(habit->notes().front(), HasSubstr("irregular headers"));
+}
+
 // Every bit of a short stretch, and bytes all over: what is not refused must be what the stream holds.
 TEST_F(Streams, DamageNeverCrashes) {
     std::mt19937 random(11);
