@@ -31,7 +31,8 @@ const char* const kFitted = R"({"tesseraScene":1,
   "quality":{"stepVoxels":0.25,"integrator":"pre-integrated","fetch":"exact","terminationTransmittance":0,"skipping":false,
     "edgeFunction":"split","sampling":"naive","maxError":2.5},
   "image":{"size":[640,480],"background":"#336699"}})";
-const char* const kFree = R"({"tesseraScene":1,"volumes":[{"path":"/s/x.zarr","unit":"","transferFunction":"lung"}],
+const char* const kFree =
+    R"({"tesseraScene":1,"volumes":[{"path":"/s/x.zarr","unit":"","transferFunction":"lung"}],
   "camera":{"position":[1,2,3.25],"focalPoint":[4,5,6],"viewUp":[0,0.1,1],"viewAngle":110.5,
     "parallelProjection":false,"parallelScale":77.7},"image":{"background":[0.1,0.2,0.3]}})";
 

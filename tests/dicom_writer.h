@@ -37,7 +37,8 @@ struct DicomImage {
     std::string storageClass = "1.2.840.10008.5.1.4.1.1.2";
     std::string syntax = "1.2.840.10008.1.2.1"; // of the pixels; another one goes with fragments
     std::vector<std::string> fragments;         // compressed: instead of pixels
-    std::optional<int> largestPixel;
+    std::optional<int> largestPixel, highBit;
+    bool modalityTable = false;                   // a ModalityLUTSequence
     std::optional<std::string> lossy, lossyRatio; // LossyImageCompression "01" and its ratio
     std::string imageType;                        // "ORIGINAL\\PRIMARY\\LOCALIZER"
     std::optional<int> acquisition, temporalPosition;
@@ -172,7 +173,7 @@ inline std::string dicomBytes(const DicomImage& image) {
     d.element(0x28, 0x30, "DS", image.spacingText.value_or(decimals({image.spacingY, image.spacingX})));
     d.number(0x28, 0x100, image.bitsAllocated);
     d.number(0x28, 0x101, image.bitsStored);
-    d.number(0x28, 0x102, image.bitsStored - 1);
+    d.number(0x28, 0x102, image.highBit.value_or(image.bitsStored - 1));
     d.number(0x28, 0x103, image.pixelRepresentation);
     if (image.largestPixel)
         d.number(0x28, 0x107, *image.largestPixel, image.pixelRepresentation ? "SS" : "US");
@@ -186,6 +187,8 @@ inline std::string dicomBytes(const DicomImage& image) {
         d.element(0x28, 0x2110, "CS", *image.lossy);
     if (image.lossyRatio)
         d.element(0x28, 0x2112, "DS", *image.lossyRatio);
+    if (image.modalityTable)
+        d.element(0x28, 0x3000, "SQ", DicomBytes::item(""));
     if (!image.framePositions.empty()) {
         DicomBytes plane, shared;
         plane.element(0x20, 0x37, "DS", orientation);

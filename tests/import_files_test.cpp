@@ -132,12 +132,64 @@ TEST(ImportNifti, TrailingBytesAreTolerated) {
     const ScratchFolder folder;
     NiftiImage image;
     image.srow = kLps;
-    image.voxels = std::string(48, '\1') + "more";
+    image.extent = {4, 3, 2};
+    image.voxels = std::string(48, '\1') + "more"; // less than a row
     writeFile(folder / "a.nii", niftiBytes(image));
     writeFile(folder / "a.nii.gz", gzip(niftiBytes(image)) + "trailing");
     EXPECT_EQ(readAll<std::int16_t>(*openSource(folder / "a.nii", {})), std::vector<std::int16_t>(24, 257));
     EXPECT_EQ(readAll<std::int16_t>(*openSource(folder / "a.nii.gz", {})),
               std::vector<std::int16_t>(24, 257));
+}
+
+// A flipped bit in a dimension or the type gave shifted rows, lost slices or bytes of words, without a word.
+TEST(ImportNifti, HeadersThatContradictTheFileAreRefused) {
+    const ScratchFolder folder;
+    NiftiImage sound;
+    sound.srow = kLps;
+    sound.extent = {8, 9, 10};
+    sound.voxels = std::string(2 * 8 * 9 * 10, '\1');
+    const auto expect = [&](const auto& change, const char* word) {
+        NiftiImage image = sound;
+        change(image);
+        for (const bool packed : {false, true}) {
+            const auto path = folder / (packed ? "a.nii.gz" : "a.nii");
+            writeFile(path, packed ? gzip(niftiBytes(image)) : niftiBytes(image));
+            EXPECT_THAT(refusal([&] {
+                            const auto source = openSource(path, {});
+                            const VolumeInfo info = source->info();
+                            std::vector<std::byte> all(info.voxelCount() * bytesPerValue(info.type));
+                            source->readSlices(info.extentVoxels.z, all);
+                        }),
+                        HasSubstr(word))
+                << packed;
+        }
+    };
+    expect([](NiftiImage& i) { i.datatype = 2, i.bitpix = 16; }, "bitpix 8 for uint8");
+    expect([](NiftiImage& i) { i.extent[0] = 7; }, "rows");
+    expect([](NiftiImage& i) { i.extent[1] = 8; }, "rows");
+    expect([](NiftiImage& i) { i.extent[2] = 9; }, "found 144 bytes more, 9 rows");
+    expect([](NiftiImage& i) { i.voxels += i.voxels; }, "90 rows"); // two volumes
+    std::string early = niftiBytes(sound);
+    put(early, 108, 351.f);
+    writeFile(folder / "a.nii", early);
+    EXPECT_THAT(refusalOfOpening(folder / "a.nii"), HasSubstr("vox_offset 351"));
+}
+
+TEST(ImportNifti, WholeNumbersThatFloatCannotHoldAreCounted) {
+    const ScratchFolder folder;
+    NiftiImage image;
+    image.extent = {3, 1, 1};
+    image.srow = kLps;
+    image.datatype = 1024;
+    image.voxels = voxelBytes<std::int64_t>({5, (1 << 24) + 1, std::int64_t{1} << 40});
+    writeFile(folder / "a.nii", niftiBytes(image));
+    writeFile(folder / "a.nii.gz", gzip(niftiBytes(image)));
+    for (const char* name : {"a.nii", "a.nii.gz"}) {
+        const auto source = openSource(folder / name, {});
+        readAll<float>(*source);
+        ASSERT_EQ(source->notes().size(), 1u);
+        EXPECT_THAT(source->notes().front(), HasSubstr("1 whole numbers beyond 2^24"));
+    }
 }
 
 TEST(ImportNifti, EveryTruncationIsRefusedWithTheFileNamed) {

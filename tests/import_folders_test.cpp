@@ -6,7 +6,9 @@
 #include "import_test_tools.h"
 
 #include <fcntl.h>
+#include <functional>
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,6 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -355,6 +358,105 @@ TEST_F(Folder, SlicesThatDifferInTheirNumberFormatAreReadEachByItsOwn) {
     EXPECT_EQ(values[12], -1);
     EXPECT_EQ(values[24], 2048 - 1000);
     EXPECT_EQ(values[36], 2 * 2048 - 1000);
+}
+
+// One flipped bit of BitsStored shifted a slice's values by four bits, one of PixelRepresentation wrapped
+// them.
+TEST_F(Folder, AFewSlicesOfAnotherNumberFormatAreRefused) {
+    const auto write = [&](int odd, const auto& change) {
+        for (int n = 0; n < kSlices; ++n) {
+            DicomImage image = imageAt(n);
+            image.bitsStored = 12;
+            image.pixelRepresentation = 0;
+            if (n < odd)
+                change(image);
+            writeDicom(folder / nameOf(41 + n), image);
+        }
+    };
+    for (const auto& change : std::vector<std::function<void(DicomImage&)>>{
+             [](DicomImage& i) { i.bitsStored = 8; }, [](DicomImage& i) { i.pixelRepresentation = 1; },
+             [](DicomImage& i) { i.highBit = 13; }}) {
+        write(1, change);
+        EXPECT_THAT(refused(), HasSubstr(nameOf(41)));
+    }
+    write(2, [](DicomImage& i) { i.pixelRepresentation = 1; }); // too many for damage
+    EXPECT_THAT(openSource(folder.path(), {})->notes(), ElementsAre(HasSubstr("several number formats")));
+    write(kSlices, [](DicomImage& i) { i.bitsStored = 8; }); // pixels up to 1424
+    const auto source = openSource(folder.path(), {});
+    readAll<std::int16_t>(*source);
+    EXPECT_THAT(source->notes(), ElementsAre(HasSubstr("12 pixels have bits beside the 8")));
+    write(1, [](DicomImage& i) { i.modalityTable = true; });
+    EXPECT_THAT(refused(), HasSubstr("ModalityLUTSequence (0028,3000)"));
+}
+
+// 0.625 mm between slices, positions with two decimals: gaps of 0.62 and 0.63 mm were refused as uneven.
+TEST_F(Folder, RoundedPositionsOfAnEvenStackAreEven) {
+    const auto write = [&](double gap, double unit, int count, double shift) {
+        for (int n = 0; n < count; ++n) {
+            DicomImage image = imageAt(n);
+            image.position =
+                glm::dvec3(-1.25, 2.5, std::round((gap * n + (n == 7 ? shift : 0)) / unit) * unit);
+            writeDicom(folder / nameOf(41 + n), image);
+        }
+    };
+    write(0.625, 0.01, 21, 0);
+    const VolumeInfo info = openSource(folder.path(), {})->info();
+    EXPECT_EQ(info.extentVoxels.z, 21);
+    EXPECT_NEAR(info.spacingMm().z, 0.625, 1e-3);
+    write(0.625, 0.01, 21, 0.03); // that is no rounding
+    EXPECT_THAT(refused(), HasSubstr("gaps that are not"));
+    write(0.625, 0.1, 21, 0); // rounded by a sixth of a gap: slices could be misplaced visibly
+    EXPECT_THAT(refused(), HasSubstr("gaps that are not"));
+}
+
+TEST_F(Folder, AScreenSavedUnderTheScansSeriesIsPassedOver) {
+    writeSeries();
+    DicomImage screen = imageAt(9);
+    screen.position.reset();
+    screen.storageClass = "1.2.840.10008.5.1.4.1.1.7";
+    writeDicom(folder / nameOf(46), screen);
+    EXPECT_EQ(slices(), kSlices);
+    EXPECT_THAT(passed(), HasSubstr("1 secondary capture"));
+    screen.storageClass = "1.2.840.10008.5.1.4.1.1.2"; // a CT slice has to have a position
+    writeDicom(folder / nameOf(46), screen);
+    EXPECT_THAT(refused(), HasSubstr(nameOf(46)));
+}
+
+TEST_F(Folder, SlicesWithoutNumbersInTheirNamesHaveNeighboursToo) {
+    const auto write = [&](const std::string& lost) {
+        for (int n = 0; n < kSlices; ++n)
+            writeDicom(folder /
+                           ("2.25.30815264" + std::to_string(7000000 + 123457 * n) + std::to_string(11 * n)),
+                       imageAt(n));
+        writeFile(folder / lost, "<html>503</html>");
+    };
+    write("2.25.3081526479999999");
+    EXPECT_THAT(refused(), HasSubstr("2.25.3081526479999999"));
+    // A folder for each slice, all of one name.
+    const ScratchFolder each;
+    for (int n = 0; n < kSlices; ++n) {
+        fs::create_directories(each / std::to_string(n));
+        writeDicom(each / std::to_string(n) / "IM1", imageAt(n));
+    }
+    fs::create_directories(each / "9");
+    writeFile(each / "9/IM1", "");
+    EXPECT_THAT(refusalOfOpening(each.path()), HasSubstr("empty"));
+}
+
+TEST_F(Folder, ASliceIsASliceWhateverItsName) {
+    writeSeries();
+    for (const char* name : {"slice.txt", "a.png", "b.json", "README"}) {
+        fs::copy_file(folder / nameOf(45), folder / name);
+        fs::rename(folder / nameOf(45), folder / "moved");
+        EXPECT_EQ(slices(), kSlices) << name; // "moved" is the same slice, a copy
+        fs::rename(folder / "moved", folder / nameOf(45));
+        fs::remove(folder / name);
+    }
+    fs::copy_file(folder / nameOf(45), folder / "._IM0046.dcm");
+    EXPECT_THAT(passed(), HasSubstr("._IM0046.dcm"));
+    fs::remove(folder / "._IM0046.dcm");
+    ASSERT_EQ(::mkfifo((folder / nameOf(46)).c_str(), 0600), 0);
+    EXPECT_THAT(refused(), AllOf(HasSubstr(nameOf(46)), HasSubstr("pipe")));
 }
 
 TEST_F(Folder, ASliceThatDisagreesAboutItsValuesIsRefused) {

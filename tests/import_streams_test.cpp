@@ -344,6 +344,37 @@ TEST_F(Streams, AFileThatEndsInItsEndMarkIsRefused) {
         }
 }
 
+/// A DICOM file whose data set is one raw deflate stream, with what follows it.
+std::string deflated(const DicomImage& plain, bool gzipTrailer, const std::string& behind) {
+    DicomImage image = plain;
+    image.syntax = "1.2.840.10008.1.2.1.99";
+    const std::string bytes = dicomBytes(image);
+    std::uint32_t metaBytes = 0;
+    std::memcpy(&metaBytes, bytes.data() + 140, 4);
+    const std::string dataSet = bytes.substr(144 + metaBytes);
+    const std::string packed = gzip(dataSet); // a header of ten bytes, the stream, checksum and size
+    return bytes.substr(0, 144 + metaBytes) + packed.substr(10, packed.size() - 10 - (gzipTrailer ? 0 : 8)) +
+           behind;
+}
+
+// GDCM leaves the checksum and the size behind the stream.
+TEST_F(Streams, DeflatedDataSetsWithAndWithoutATrailer) {
+    DicomImage plain = image("", "");
+    plain.fragments.clear();
+    plain.pixels = words_;
+    const auto path = folder_ / "IM0001.dcm";
+    for (const bool trailer : {false, true}) {
+        writeFile(path, deflated(plain, trailer, ""));
+        EXPECT_EQ(readAll<std::int16_t>(*openSource(path, {})), hu(words_)) << trailer;
+    }
+    std::string damaged = deflated(plain, true, "");
+    damaged[damaged.size() - 6] = static_cast<char>(damaged[damaged.size() - 6] ^ 1); // in the checksum
+    writeFile(path, damaged);
+    EXPECT_THAT(refusalOfOpening(path), HasSubstr("does not inflate"));
+    writeFile(path, deflated(plain, false, "more"));
+    EXPECT_THAT(refusalOfOpening(path), HasSubstr("does not inflate"));
+}
+
 // An element out of order in one slice is damage, in all slices a writer's habit.
 TEST_F(Streams, IrregularHeadersAreJudgedByTheSeries) {
     const auto save = [&](int odd) {

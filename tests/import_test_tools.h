@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <optional>
 #include <string>
 #include <vector>
 #include <zlib.h>
@@ -105,7 +106,9 @@ inline std::filesystem::path testData() {
 /// A NIfTI-1 file's bytes: header, 4 zero bytes, voxels. srow is the 3x4 sform, row by row (RAS).
 struct NiftiImage {
     std::array<std::int64_t, 3> extent = {2, 3, 4};
-    std::int16_t datatype = 4, bitpix = 16;
+    std::int16_t datatype = 4;
+    std::optional<std::int16_t> bitpix = {}; // by default what the datatype takes
+    std::int16_t dim4 = 0;
     std::array<double, 12> srow = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     double slope = 0, intercept = 0;
     std::string voxels;
@@ -113,7 +116,25 @@ struct NiftiImage {
     int version = 1;
 };
 
+inline std::int16_t bitsOfNifti(const NiftiImage& image) {
+    switch (image.datatype) {
+    case 2:
+    case 256:
+        return 8;
+    case 4:
+    case 512:
+        return 16;
+    case 64:
+    case 1024:
+    case 1280:
+        return 64;
+    default:
+        return 32;
+    }
+}
+
 inline std::string niftiBytes(const NiftiImage& image) {
+    const std::int16_t bitpix = image.bitpix.value_or(bitsOfNifti(image));
     const bool big = image.bigEndian;
     if (image.version == 1) {
         std::string b(352, '\0');
@@ -124,7 +145,8 @@ inline std::string niftiBytes(const NiftiImage& image) {
             put(b, 80 + 4 * i, 1.f, big);
         }
         put(b, 70, image.datatype, big);
-        put(b, 72, image.bitpix, big);
+        put(b, 72, bitpix, big);
+        put(b, 48, image.dim4, big);
         put(b, 108, 352.f, big);
         put(b, 112, static_cast<float>(image.slope), big);
         put(b, 116, static_cast<float>(image.intercept), big);
@@ -139,7 +161,7 @@ inline std::string niftiBytes(const NiftiImage& image) {
     put<std::int32_t>(b, 0, 540, big);
     b.replace(4, 8, std::string("n+2\0\r\n\x1a\n", 8));
     put(b, 12, image.datatype, big);
-    put(b, 14, image.bitpix, big);
+    put(b, 14, bitpix, big);
     put<std::int64_t>(b, 16, 3, big);
     for (std::size_t i = 0; i < 3; ++i) {
         put(b, 24 + 8 * i, image.extent[i], big);

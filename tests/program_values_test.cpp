@@ -48,6 +48,14 @@ TEST_F(Values, PresetsTakeWhatLooksLikeHuAndSayIt) {
     EXPECT_EQ(run("phantom sphere --size 16x16x16 -o s.zarr").exitCode, 0);
 }
 
+TEST_F(Values, AStoresNameMayEndInASlash) { // as shells complete it
+    writeHuNifti("ct.nii");
+    EXPECT_EQ(run("import ct.nii ct.zarr/").exitCode, 0);
+    EXPECT_TRUE(exists("ct.zarr/zarr.json"));
+    EXPECT_EQ(run("import ct.nii ct.zarr/ --force").exitCode, 0);
+    EXPECT_EQ(run("info ct.zarr/").exitCode, 0);
+}
+
 TEST_F(Values, AbsentVoxelsAreSaidAndRecorded) {
     writeHuNifti("masked.nii", std::nanf(""));
     const Outcome outcome = run("import masked.nii m.zarr");

@@ -134,6 +134,8 @@ std::string prepare(const fs::path& folder) {
     if (facts.st_uid != ::geteuid())
         return "it belongs to somebody else";
     constexpr mode_t kOthers = 077;
+    if ((facts.st_mode & kOthers) != 0 && fs::is_symlink(folder))
+        return "a link to a folder that is open to others";
     if ((facts.st_mode & kOthers) != 0 && ::chmod(folder.c_str(), 0700) != 0)
         return std::string("it cannot be closed to others: ") + std::strerror(errno);
     return "";

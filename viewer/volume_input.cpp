@@ -137,8 +137,9 @@ std::unique_ptr<SlabSource> openInput(const fs::path& path, const InputOptions&,
 }
 #endif
 
-void requireStorePath(const fs::path& out, bool force) {
+void requireStorePath(const fs::path& given, bool force) {
     std::error_code ignored;
+    const fs::path out = given.has_filename() ? given : given.parent_path(); // "x.zarr/" means x.zarr
     if (out.extension() != ".zarr")
         throw badFile(out.string(), "a store's name ending in .zarr", "another");
     if (!fs::exists(out, ignored))

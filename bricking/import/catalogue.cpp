@@ -217,7 +217,7 @@ Catalogue lookThrough(const fs::path& path, bool allowMissing) {
         for (const fs::path& file : found.files) {
             if (used.contains(file) || used.contains(file.lexically_normal()))
                 continue;
-            if (isNeverASlice(file))
+            if (isNeverASlice(file) && !(hasSlicesMark(file) && !isNeverOpened(file)))
                 found.passed.push_back({file, PassedReason::notSlice});
             else
                 others.push_back(file);

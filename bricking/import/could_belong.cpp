@@ -76,11 +76,17 @@ class Neighbours {
         const auto at = byFolder_.find(folder.string());
         return at != byFolder_.end() && at->second.contains(series);
     }
-    /// Whether a file of the series in that folder has the ending, which is not empty.
+    /// Whether a file of the series in that folder has the ending; of names without one, about the length.
     bool endingHolds(const fs::path& file, std::size_t series) const {
-        const std::string ending = file.extension().string();
-        const auto at = byEnding_.find((file.parent_path() / ending).string());
-        return !ending.empty() && at != byEnding_.end() && at->second.contains(series);
+        const auto at = byEnding_.find((file.parent_path() / endingOf(file)).string());
+        return at != byEnding_.end() && at->second.contains(series);
+    }
+    /// Whether the folder holds no slice, but the folder beside it, under the same name: a folder a slice.
+    bool sameNameBesideHolds(const fs::path& file, std::size_t series) const {
+        const fs::path folder = file.parent_path();
+        const auto at = bySameName_.find((folder.parent_path() / file.filename()).string());
+        return byFolder_.find(folder.string()) == byFolder_.end() && at != bySameName_.end() &&
+               at->second.contains(series);
     }
     /// Whether the folder, or one that lies in it, holds slices of the series.
     bool folderOrOneBelowHolds(const fs::path& folder, std::size_t series) const {
@@ -94,13 +100,24 @@ class Neighbours {
     void add(const fs::path& file, std::size_t series) {
         const fs::path folder = file.parent_path();
         byFolder_[folder.string()].insert(series);
-        byEnding_[(folder / file.extension()).string()].insert(series);
+        byEnding_[(folder / endingOf(file)).string()].insert(series);
+        bySameName_[(folder.parent_path() / file.filename()).string()].insert(series);
         for (const Numbered& numbered : numberings(file.filename().string()))
             byName_[(folder / numbered.around).string()][numbered.number].insert(series);
     }
 
     std::map<std::string, std::map<unsigned long, std::set<std::size_t>>> byName_;
-    std::map<std::string, std::set<std::size_t>> byFolder_, byEnding_;
+    /// ".dcm"; for a name without a short ending of letters, what stands for names of about its length.
+    static std::string endingOf(const fs::path& file) {
+        constexpr std::size_t kLongest = 5, kAlikeLengths = 4;
+        const std::string ending = file.extension().string();
+        const bool isEnding =
+            ending.size() > 1 && ending.size() <= kLongest &&
+            std::any_of(ending.begin(), ending.end(), [](unsigned char c) { return std::isalpha(c); });
+        return isEnding ? ending : "#" + std::to_string(file.filename().string().size() / kAlikeLengths);
+    }
+
+    std::map<std::string, std::set<std::size_t>> byFolder_, byEnding_, bySameName_;
 };
 
 /// Whether a slice continues the stack of a series: alike in size, orientation and spacing, and a whole
@@ -169,6 +186,8 @@ bool belongs(const PassedFile& file, std::size_t series, const Neighbours& neigh
     const std::set<std::size_t> beside = neighbours.beside(file.path);
     if (!beside.empty())
         return beside.contains(series);
+    if (neighbours.sameNameBesideHolds(file.path, series))
+        return true;
     return file.reason == PassedReason::notDicom ? neighbours.endingHolds(file.path, series)
                                                  : neighbours.folderHolds(file.path.parent_path(), series);
 }

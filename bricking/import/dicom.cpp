@@ -15,6 +15,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <map>
+#include <tuple>
 #include <utility>
 
 namespace tessera {
@@ -87,6 +89,37 @@ std::string checkRegular(const DicomSeries& series) {
     return "irregular headers, in most slices alike (" + first.irregularity + "): read all the same";
 }
 
+/// Slices of one series have one number format. A few that say another one are damaged, for a bit that flips
+/// there shifts or wraps every value; where many do, each is read by its own, which is said.
+std::string checkFormats(const DicomSeries& series) {
+    using Format = std::tuple<int, int, int, bool>;
+    const auto formatOf = [](const DicomSlice& s) {
+        return Format{s.bitsAllocated, s.bitsStored, s.highBit, s.isSigned};
+    };
+    std::map<Format, std::size_t> counts;
+    for (const DicomSlice& slice : series.slices)
+        ++counts[formatOf(slice)];
+    if (counts.size() == 1)
+        return "";
+    const auto common = std::max_element(counts.begin(), counts.end(),
+                                         [](const auto& a, const auto& b) { return a.second < b.second; });
+    const DicomSlice& odd =
+        *std::find_if(series.slices.begin(), series.slices.end(),
+                      [&](const DicomSlice& slice) { return formatOf(slice) != common->first; });
+    const auto words = [](const Format& format) {
+        const auto& [allocated, stored, highBit, isSigned] = format;
+        return std::string(isSigned ? "signed " : "unsigned ") + std::to_string(stored) + " of " +
+               std::to_string(allocated) + " bits, the highest " + std::to_string(highBit);
+    };
+    constexpr std::size_t kFew = 10; // of so many, one
+    const std::size_t others = series.slices.size() - common->second;
+    if (series.slices.size() > 2 && others <= std::max<std::size_t>(1, series.slices.size() / kFew))
+        throw badFile(odd.file.string(), "pixels of " + words(common->first) + ", as the other slices have",
+                      words(formatOf(odd)));
+    return "slices of several number formats, first in " + printableName(odd.file.filename()) +
+           ": each is read by its own";
+}
+
 VolumeInfo describeVolume(const DicomSeries& series, const SlicePlan& plan, const std::string& where) {
     const DicomSlice& first = series.slices[static_cast<std::size_t>(plan.order.front())];
     VolumeInfo info;
@@ -121,7 +154,8 @@ class DicomSource final : public RandomSlabSource {
   public:
     DicomSource(DicomSeries series, SlicePlan plan, VolumeInfo info, std::string description)
         : series_(std::move(series)), plan_(std::move(plan)), info_(std::move(info)),
-          description_(std::move(description)), habit_(checkRegular(series_)) {}
+          description_(std::move(description)), habit_(checkRegular(series_)),
+          formats_(checkFormats(series_)) {}
 
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return description_; }
@@ -129,7 +163,8 @@ class DicomSource final : public RandomSlabSource {
     std::vector<std::string> notes() const override {
         const StreamFindings& findings = pixels_.findings();
         std::vector<std::string> lines;
-        for (const std::string* line : {&habit_, &findings.disagreement, &findings.mended})
+        for (const std::string* line :
+             {&habit_, &formats_, &findings.beyond, &findings.disagreement, &findings.mended})
             if (!line->empty())
                 lines.push_back(*line);
         return lines;
@@ -230,7 +265,7 @@ class DicomSource final : public RandomSlabSource {
     DicomSeries series_;
     SlicePlan plan_;
     VolumeInfo info_;
-    std::string description_, habit_; // habit_: a note
+    std::string description_, habit_, formats_; // the last two: notes
     DicomPixels pixels_;
     std::vector<std::int32_t> stored_; // one slice
     std::array<Kept, 2> kept_;         // resampling only: the two neighbours

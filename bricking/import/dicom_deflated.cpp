@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <span>
 #include <string>
 #include <zlib.h>
 
@@ -81,8 +82,19 @@ std::vector<std::byte> inflateDicom(const std::filesystem::path& path) {
         out.insert(out.end(), part.begin(), part.end() - static_cast<std::ptrdiff_t>(stream.avail_out));
     }
     inflateEnd(&stream);
-    const Bytef* const rest = stream.next_in; // at most a byte that makes the length even
-    if (stream.avail_in > 1 || (stream.avail_in == 1 && *rest != 0))
+    // At most a byte that makes the length even. GDCM leaves gzip's trailer too: checksum and size of what
+    // was deflated.
+    const std::span<const std::byte> rest(reinterpret_cast<const std::byte*>(stream.next_in),
+                                          stream.avail_in);
+    const std::size_t metaBytes = plainMeta().size();
+    const bool isTrailer =
+        (rest.size() == 8 || rest.size() == 9) &&
+        littleEndian(rest.data(), 4) ==
+            static_cast<std::uint32_t>(::crc32(0, reinterpret_cast<const Bytef*>(out.data() + metaBytes),
+                                               static_cast<uInt>(out.size() - metaBytes))) &&
+        littleEndian(rest.data() + 4, 4) == static_cast<std::uint32_t>(out.size() - metaBytes);
+    if (result == Z_STREAM_END && !isTrailer &&
+        (rest.size() > 1 || (rest.size() == 1 && rest[0] != std::byte{0})))
         throw badFile(where, "nothing behind the deflated data set",
                       std::to_string(stream.avail_in) + " bytes");
     if (result != Z_STREAM_END)

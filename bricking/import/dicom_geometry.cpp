@@ -25,6 +25,7 @@ constexpr double kSpacingTolerance = 1e-3;   // of the pixel spacing, between sl
 constexpr double kDriftTolerance = 0.05;     // of a pixel, sideways from the straight stack
 constexpr double kMostCosine = 0.02;    // 1.1 degrees: a real header's rounding stays below a tenth of it
 constexpr double kMostTiltDegrees = 45; // a gantry tilts by 30
+constexpr double kMostRounding = 0.1;   // of a gap: beyond, a slice could be misplaced visibly
 constexpr double kMostGrowth = 4;       // slices after resampling, per slice before
 constexpr int kMostListed = 12;         // runs of gaps in a message
 
@@ -152,6 +153,24 @@ std::vector<double> sortAlongNormal(const DicomSeries& series, const Stack& stac
     return distance;
 }
 
+/// What the last decimal that the headers give of a position is worth, mm: gaps differ by that much where
+/// positions are rounded (0.625 mm between slices, written with two decimals). 0: none that is worth telling.
+double roundingOf(const DicomSeries& series) {
+    constexpr int kMostDecimals = 4;
+    double unit = 1;
+    for (int decimals = 0; decimals <= kMostDecimals; ++decimals, unit /= 10) {
+        const auto isRound = [unit](double x) {
+            return std::abs(x / unit - std::round(x / unit)) < 1e-6 * std::max(1.0, std::abs(x / unit));
+        };
+        if (std::all_of(series.slices.begin(), series.slices.end(), [&](const DicomSlice& slice) {
+                const glm::dvec3 p = *slice.positionMm;
+                return isRound(p.x) && isRound(p.y) && isRound(p.z);
+            }))
+            return decimals == 0 ? 0 : unit;
+    }
+    return 0;
+}
+
 /// The largest distance of a slice from its place in an even stack of the same ends, mm.
 double driftAlong(const std::vector<double>& distance) {
     double largest = 0;
@@ -222,9 +241,14 @@ SlicePlan planSlices(const DicomSeries& series, bool resampleZ, const std::strin
         for (std::size_t n = 1; n < distance.size(); ++n)
             gaps.push_back(distance[n] - distance[n - 1]);
         const double median = medianOf(gaps);
-        const auto uneven = std::count_if(gaps.begin(), gaps.end(), [&](double gap) {
+        auto uneven = std::count_if(gaps.begin(), gaps.end(), [&](double gap) {
             return std::abs(gap - median) > kGapTolerance * median;
         });
+        // Rounded positions of an even stack: each lies within one rounding of its place.
+        const double rounding = roundingOf(series);
+        if (rounding > 0 && rounding <= kMostRounding * median &&
+            driftAlong(distance) <= rounding * (1 + 1e-6))
+            uneven = 0;
         if (uneven > 0 && !resampleZ)
             throw badFile(where, "evenly spaced slices (within 1 % of the median gap, " + mm(median) + " mm)",
                           std::to_string(uneven) + " of " + std::to_string(gaps.size()) +

@@ -25,6 +25,7 @@ class DicomHeader {
             value.pop_back();
         return value;
     }
+    bool has(vtkDICOMTag tag) const { return data_->Has(tag); }
     std::optional<int> integer(vtkDICOMTag tag, int frame = 0) const {
         const vtkDICOMValue& value = data_->Get(0, frame, tag);
         if (!value.IsValid() || value.GetNumberOfValues() < 1)

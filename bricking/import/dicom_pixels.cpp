@@ -5,6 +5,7 @@
 #include "bricking/import/dicom_deflated.h"
 #include "bricking/import/encapsulated_frames.h"
 #include "bricking/import/input_file.h"
+#include "bricking/import/printable_name.h"
 #include "core/error.h"
 
 #include <algorithm>
@@ -22,10 +23,29 @@ std::int32_t storedValue(std::uint32_t word, const DicomSlice& slice) {
     return slice.isSigned && (bits & sign) ? value - static_cast<std::int32_t>(mask) - 1 : value;
 }
 
+/// Whether a word has bits beside the stored ones that are neither an overlay's nor a sign that goes on.
+bool holdsMore(std::uint32_t word, const DicomSlice& slice) {
+    const std::uint32_t all = slice.bitsAllocated == 8 ? 0xFFu : 0xFFFFu;
+    const std::uint32_t stored = ((1u << slice.bitsStored) - 1u) << (slice.highBit + 1 - slice.bitsStored);
+    const std::uint32_t others = word & all & ~stored;
+    const std::uint32_t above = all & ~((1u << (slice.highBit + 1)) - 1u);
+    const bool isNegative = slice.isSigned && (word >> slice.highBit & 1u) != 0;
+    return others != 0 && !(isNegative && others == above);
+}
+
 /// word(i) gives the i-th cell of the image as an unsigned number.
-template <class Word> void unpack(const DicomSlice& slice, std::span<std::int32_t> out, Word word) {
-    for (std::size_t i = 0; i < out.size(); ++i)
-        out[i] = storedValue(word(i), slice);
+template <class Word>
+void unpack(const DicomSlice& slice, std::span<std::int32_t> out, StreamFindings& findings, Word word) {
+    std::size_t more = 0;
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        const std::uint32_t bits = word(i);
+        more += holdsMore(bits, slice);
+        out[i] = storedValue(bits, slice);
+    }
+    if (more > 0 && !slice.hasOverlayBits && findings.beyond.empty())
+        findings.beyond = printableName(slice.file.filename()) + ": " + std::to_string(more) +
+                          " pixels have bits beside the " + std::to_string(slice.bitsStored) +
+                          " that BitsStored (0028,0101) tells, which are left out; is that tag right?";
 }
 
 /// Mends the lengths of a JPEG 2000 stream's tile-parts. Whether that gave the image that was meant is known
@@ -55,7 +75,7 @@ void DicomPixels::decode(const DicomSlice& slice, std::span<std::int32_t> out) {
     std::vector<std::byte> stream = readFrame(InputFile(slice.file), slice.fragments);
     if (slice.stream == StreamCoding::rle) {
         decodeRle(stream, slice.bitsAllocated / 8, where, out);
-        unpack(slice, out, [&](std::size_t i) { return static_cast<std::uint32_t>(out[i]); });
+        unpack(slice, out, findings_, [&](std::size_t i) { return static_cast<std::uint32_t>(out[i]); });
         return;
     }
     const StreamHeader header =
@@ -101,11 +121,11 @@ void DicomPixels::read(const DicomSlice& slice, std::span<std::int32_t> out) {
     }
     const auto byte = [this](std::size_t i) { return std::to_integer<std::uint32_t>(buffer_[i]); };
     if (valueBytes == 1) {
-        unpack(slice, out, byte);
+        unpack(slice, out, findings_, byte);
     } else if (slice.coding == PixelCoding::bigEndian) {
-        unpack(slice, out, [&](std::size_t i) { return byte(2 * i) << 8 | byte(2 * i + 1); });
+        unpack(slice, out, findings_, [&](std::size_t i) { return byte(2 * i) << 8 | byte(2 * i + 1); });
     } else {
-        unpack(slice, out, [&](std::size_t i) { return byte(2 * i + 1) << 8 | byte(2 * i); });
+        unpack(slice, out, findings_, [&](std::size_t i) { return byte(2 * i + 1) << 8 | byte(2 * i); });
     }
 }
 

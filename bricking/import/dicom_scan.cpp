@@ -27,7 +27,8 @@ namespace tessera {
 namespace {
 
 constexpr int kMostFrames = 65536;
-constexpr const char* kScoutMark = "|scout"; // no UID has it
+constexpr const char* kSecondaryCapture = "1.2.840.10008.5.1.4.1.1.7"; // and its multi-frame kinds
+constexpr const char* kScoutMark = "|scout";                           // no UID has it
 
 constexpr const char* kImplicitLittle = "1.2.840.10008.1.2";
 constexpr const char* kExplicitLittle = "1.2.840.10008.1.2.1";
@@ -75,7 +76,19 @@ std::string missingTag(const Header& header) {
                                     {DC::PixelRepresentation, "PixelRepresentation"}})
         if (header.text(tag).empty())
             return std::string("no ") + name;
+    const int highBit = header.integer(DC::HighBit).value_or(0),
+              stored = header.integer(DC::BitsStored).value_or(0);
+    if (highBit != stored - 1)
+        return "HighBit " + std::to_string(highBit) + " with " + std::to_string(stored) + " bits stored";
     return "";
+}
+
+/// Overlays within the pixels' words, as old scanners wrote them: OverlayBitPosition (60xx,0102) is not 0.
+bool hasOverlayBits(const Header& header) {
+    for (int group = 0x6000; group <= 0x601E; group += 2)
+        if (header.integer(vtkDICOMTag(static_cast<unsigned short>(group), 0x0102)).value_or(0) > 0)
+            return true;
+    return false;
 }
 
 /// The shape and number format of the pixels. False: an image, but not a slice of scalars.
@@ -86,6 +99,7 @@ bool readPixelFormat(const Header& header, DicomSlice& slice) {
     slice.bitsStored = header.integer(DC::BitsStored).value_or(slice.bitsAllocated);
     slice.highBit = header.integer(DC::HighBit).value_or(slice.bitsStored - 1);
     slice.isSigned = header.integer(DC::PixelRepresentation).value_or(0) == 1;
+    slice.hasOverlayBits = hasOverlayBits(header);
     slice.lossy = header.text(DC::LossyImageCompression) == "01";
     slice.lossyRatio = std::max(0.0, header.last(DC::LossyImageCompressionRatio).value_or(0));
     slice.largestStored = storedValueOf(header.integer(DC::LargestImagePixelValue), slice);
@@ -278,6 +292,9 @@ class Scanner {
                        : syntax == kExplicitBig    ? PixelCoding::bigEndian
                        : syntax == kDeflatedSyntax ? PixelCoding::deflated
                                                    : PixelCoding::littleEndian;
+        if (header.has(DC::ModalityLUTSequence))
+            return damaged(file, "values by RescaleSlope and RescaleIntercept",
+                           "a table, ModalityLUTSequence (0028,3000)");
         if (frames > kMostFrames)
             return damaged(file, "at most 65536 frames", std::to_string(frames));
         const std::uint64_t frameBytes = static_cast<std::uint64_t>(slice.columns) *
@@ -319,6 +336,11 @@ class Scanner {
             return damaged(file,
                            "the " + std::to_string(claimed) + " bytes that PixelData (7fe0,0010) claims",
                            std::to_string(fileBytes - offset));
+        // A dose or protocol screen that was saved under the scan's own SeriesInstanceUID is no slice of it.
+        if (!header.has(DC::ImagePositionPatient) && frames == 1 &&
+            current_.storageClass.rfind(kSecondaryCapture, 0) == 0)
+            return pass({file, PassedReason::noPlace, "", "secondary capture"});
+
         DicomSeries& series = seriesOf(header);
         for (int frame = 0; frame < frames; ++frame) {
             readPlace(header, frame, slice);

@@ -45,8 +45,9 @@ struct DicomSlice {
     bool isSigned = false;
     StreamCoding stream = StreamCoding::jpeg; // compressed only, as the next
     std::vector<Fragment> fragments;
-    bool lossy = false;    // said by the header, the transfer syntax or the stream's own header
-    double lossyRatio = 0; // LossyImageCompressionRatio; 0 unknown
+    bool hasOverlayBits = false; // overlays lie in the bits that are not stored
+    bool lossy = false;          // said by the header, the transfer syntax or the stream's own header
+    double lossyRatio = 0;       // LossyImageCompressionRatio; 0 unknown
     std::optional<std::int32_t> largestStored;               // LargestImagePixelValue
     std::optional<double> slope, intercept;                  // absent: not rescaled
     std::optional<std::int32_t> paddingFirst, paddingLast;   // stored values, inclusive; both or none

@@ -61,11 +61,13 @@ void walk(const fs::path& folder, FolderFiles& found) {
         } else if (fs::is_regular_file(status)) {
             found.files.push_back(path);
         } else if (!isNeverASlice(path)) {
-            // A link to nothing, or a file whose status cannot be asked; devices and pipes are no slices.
-            if (status.type() == fs::file_type::not_found || status.type() == fs::file_type::none ||
-                status.type() == fs::file_type::unknown)
-                found.passed.push_back({path, PassedReason::notReadable, "",
-                                        isLink ? "a link to nothing" : "no permission to look at it"});
+            const bool isThere = status.type() != fs::file_type::not_found &&
+                                 status.type() != fs::file_type::none &&
+                                 status.type() != fs::file_type::unknown;
+            found.passed.push_back({path, PassedReason::notReadable, "",
+                                    isThere  ? "a pipe, a socket or a device"
+                                    : isLink ? "a link to nothing"
+                                             : "no permission to look at it"});
         }
     }
     if (error)
@@ -92,6 +94,21 @@ bool isNeverASlice(const fs::path& path) {
         return true;
     const std::string ending = lower(path.extension().string());
     return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
+}
+
+bool isNeverOpened(const fs::path& path) {
+    const std::string name = lower(path.filename().string());
+    return name.rfind("._", 0) == 0 || std::find(kNames.begin(), kNames.end(), name) != kNames.end();
+}
+
+bool hasSlicesMark(const fs::path& path) {
+    try {
+        std::array<std::byte, 132> head{};
+        return InputFile(path).readSome(0, head) == head.size() &&
+               std::memcmp(head.data() + 128, "DICM", 4) == 0;
+    } catch (const Error&) {
+        return false;
+    }
 }
 
 Beginning beginningOf(const fs::path& path) {

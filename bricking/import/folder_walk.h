@@ -22,6 +22,10 @@ FolderFiles walkFolder(const std::filesystem::path& folder);
 /// Names that are never a slice's: ._*, .DS_Store, Thumbs.db, desktop.ini, DICOMDIR, README*, LICENSE*,
 /// texts, tables, pictures, checksums and the like.
 bool isNeverASlice(const std::filesystem::path& name);
+/// Of these, the names that file systems and DICOM itself give: not even looked into (DICOMDIR has the mark).
+bool isNeverOpened(const std::filesystem::path& path);
+/// Whether a file has the mark of DICOM at byte 128, whatever its name.
+bool hasSlicesMark(const std::filesystem::path& path);
 
 /// How a file begins, as far as it takes to tell a DICOM file from others.
 enum class FileStart { dicom, other, empty, zeros, notReadable };

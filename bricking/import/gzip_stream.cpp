@@ -75,11 +75,13 @@ void GzipStream::read(std::span<std::byte> out) {
     }
 }
 
-void GzipStream::finish() {
+std::uint64_t GzipStream::finish() {
     std::vector<std::byte> rest(kInputBytes);
     std::size_t done = 0;
-    while (!state_->atMemberEnd)
+    std::uint64_t passed = 0;
+    for (; !state_->atMemberEnd; passed += done)
         state_->atMemberEnd = inflateStep(rest, done);
+    return passed;
 }
 
 } // namespace tessera

@@ -21,8 +21,8 @@ class GzipStream {
     /// block, wrong checksum) or ends before.
     void read(std::span<std::byte> out);
     /// Runs to the end of the member that was being read, so that its checksum is compared; what it still
-    /// holds is passed over. Throws InputError as read() does.
-    void finish();
+    /// holds is passed over; returns how many bytes that was. Throws InputError as read() does.
+    std::uint64_t finish();
 
   private:
     bool inflateStep(std::span<std::byte> out, std::size_t& done);

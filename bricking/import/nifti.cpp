@@ -19,6 +19,17 @@ namespace {
 // volume: such a header lies.
 constexpr double kLargestGzipRatio = 1032;
 
+/// Surplus of a whole row or more means that header and voxels do not belong together: a dimension is wrong,
+/// or there are more volumes than the header tells.
+void checkSurplus(const std::string& path, const NiftiHeader& header, std::uint64_t surplusBytes) {
+    const std::uint64_t row =
+        static_cast<std::uint64_t>(header.info.extentVoxels.x) * bytesPerFileValue(header.type);
+    if (surplusBytes >= row)
+        throw badFile(path, "voxels up to the end of the file, as its dimensions say",
+                      std::to_string(surplusBytes) + " bytes more, " + std::to_string(surplusBytes / row) +
+                          " rows");
+}
+
 class GzipNiftiSource final : public SlabSource {
   public:
     GzipNiftiSource(const InputFile& file, const NiftiHeader& header, std::string description)
@@ -35,6 +46,7 @@ class GzipNiftiSource final : public SlabSource {
 
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return description_; }
+    std::vector<std::string> notes() const override { return converter_.notes(); }
 
     void readSlices(int count, std::span<std::byte> out) override {
         const std::size_t sliceBytes = sliceBytesOf(info_);
@@ -48,7 +60,7 @@ class GzipNiftiSource final : public SlabSource {
         }
         next_ += count;
         if (next_ == info_.extentVoxels.z)
-            stream_.finish();
+            checkSurplus(path_.string(), header_, stream_.finish());
     }
 
   private:
@@ -107,6 +119,8 @@ std::unique_ptr<SlabSource> openNifti(const std::filesystem::path& path) {
     if (!compressed) {
         const NiftiHeader header = parseNiftiHeader(std::span(head).first(got), path.string());
         checkLength(path.string(), header, static_cast<double>(file.sizeBytes()));
+        checkSurplus(path.string(), header,
+                     file.sizeBytes() - header.dataOffsetBytes - voxelBytesInFile(header.info, header.type));
         return makePlainFileSource(std::move(file), header.info,
                                    {header.type, header.bigEndian, header.dataOffsetBytes},
                                    describeNifti(header, false));

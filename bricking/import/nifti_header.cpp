@@ -176,11 +176,11 @@ glm::ivec3 readExtent(const Fields& f, const std::string& where) {
     glm::ivec3 extent{1};
     for (std::size_t i = 1; i <= static_cast<std::size_t>(rank); ++i) {
         const std::int64_t size = f.dim(i);
-        if (i > 3 && size != 1)
+        if (i > 3 && size != 1 && size != 0) // 0: not used
             throw badFile(where, "one volume of one value per voxel",
                           "dim[" + std::to_string(i) + "] = " + std::to_string(size) +
                               " (time series and vectors are not opened)");
-        if (size < 1 || size > std::numeric_limits<int>::max())
+        if (i <= 3 && (size < 1 || size > std::numeric_limits<int>::max()))
             throw badFile(where, "dim[" + std::to_string(i) + "] of at least 1", std::to_string(size));
         if (i <= 3)
             extent[static_cast<int>(i) - 1] = static_cast<int>(size);
@@ -200,12 +200,19 @@ NiftiHeader parseNiftiHeader(std::span<const std::byte> bytes, const std::string
     if (!type)
         throw badFile(where, "a scalar number type", "NIfTI datatype " + std::to_string(typeCode));
     header.type = *type;
+    const int bitpix = f.get<std::int16_t>(f.at().bitpix); // 16 bits in both versions
+    if (bitpix != static_cast<int>(8 * bytesPerFileValue(*type)))
+        throw badFile(where,
+                      std::string("bitpix ") + std::to_string(8 * bytesPerFileValue(*type)) + " for " +
+                          name(*type),
+                      std::to_string(bitpix));
     header.info.type = storedTypeOf(*type);
 
     const double voxOffset = header.version == 1 ? f.real(f.at().voxOffset)
                                                  : static_cast<double>(f.get<std::int64_t>(f.at().voxOffset));
     const double smallest = header.version == 1 ? 352 : 544; // header and four extension bytes
-    if (voxOffset != 0 && !(voxOffset >= smallest - 4 && voxOffset < 0x1p53))
+    const bool isBare = voxOffset == smallest - 4;           // without the four extension bytes
+    if (voxOffset != 0 && !isBare && !(voxOffset >= smallest && voxOffset < 0x1p53))
         throw badFile(where, "voxels that begin after the header", "vox_offset " + std::to_string(voxOffset));
     header.dataOffsetBytes = static_cast<std::uint64_t>(voxOffset == 0 ? smallest : voxOffset);
 

@@ -18,6 +18,14 @@ void SliceConverter::convert(std::span<const std::byte> in, std::span<std::byte>
     }
     info.nonFiniteVoxels += counts.nonFinite;
     info.clampedVoxels += counts.clamped;
+    rounded_ += counts.rounded;
+}
+
+std::vector<std::string> SliceConverter::notes() const {
+    if (rounded_ == 0)
+        return {};
+    return {std::to_string(rounded_) +
+            " whole numbers beyond 2^24 rounded to float32: labels may have become one"};
 }
 
 void SliceConverter::findLowest(VolumeInfo& info) const {

@@ -9,6 +9,8 @@
 #include <cstddef>
 #include <functional>
 #include <span>
+#include <string>
+#include <vector>
 
 namespace tessera {
 
@@ -22,6 +24,8 @@ class SliceConverter {
     /// Converts as storeVoxels() does and keeps the account in info: nonFiniteVoxels, absentStored,
     /// clampedVoxels. Throws what visitAll throws.
     void convert(std::span<const std::byte> in, std::span<std::byte> out, VolumeInfo& info);
+    /// What was lost that info does not count: whole numbers that float32 cannot hold.
+    std::vector<std::string> notes() const;
 
   private:
     void findLowest(VolumeInfo& info) const;
@@ -29,6 +33,7 @@ class SliceConverter {
     FileType type_;
     bool bigEndian_;
     VisitVoxels visitAll_;
+    std::uint64_t rounded_ = 0;
 };
 
 } // namespace tessera

@@ -17,6 +17,7 @@ struct StreamFindings {
     std::uint64_t clamped = 0; // samples of lossy streams beyond the stored range, brought back to its ends
     bool lossy = false;        // some stream is
     std::string disagreement;  // of a stream and the tags, the first one; empty: none
+    std::string beyond;        // words with bits that are not stored, the first slice's; empty: none
     std::string mended;        // what was mended in a stream, the first one; empty: nothing
 };
 

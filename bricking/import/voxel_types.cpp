@@ -58,6 +58,9 @@ template <class Out> Out toStored(auto value, double absentStored, VoxelCounts& 
             return static_cast<Out>(std::copysign(kLargest, static_cast<double>(value)));
         }
     }
+    if constexpr (std::is_integral_v<decltype(value)> && std::is_floating_point_v<Out> && sizeof(value) >= 4)
+        if (static_cast<long double>(static_cast<Out>(value)) != static_cast<long double>(value))
+            ++counts.rounded;
     return static_cast<Out>(value);
 }
 

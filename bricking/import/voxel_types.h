@@ -29,6 +29,7 @@ bool losesPrecision(FileType type);
 /// What conversion had to change.
 struct VoxelCounts {
     std::uint64_t nonFinite = 0; // NaN and infinities, replaced
+    std::uint64_t rounded = 0;   // whole numbers that float32 cannot hold exactly
     std::uint64_t clamped = 0;   // finite doubles beyond float32, clamped to its largest value
 };
 
