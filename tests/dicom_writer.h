@@ -38,7 +38,8 @@ struct DicomImage {
     std::string syntax = "1.2.840.10008.1.2.1"; // of the pixels; another one goes with fragments
     std::vector<std::string> fragments;         // compressed: instead of pixels
     std::optional<int> largestPixel, highBit;
-    bool modalityTable = false;                   // a ModalityLUTSequence
+    bool modalityTable = false; // a ModalityLUTSequence
+    std::string patientSuffix, frameOfReference;
     std::optional<std::string> lossy, lossyRatio; // LossyImageCompression "01" and its ratio
     std::string imageType;                        // "ORIGINAL\\PRIMARY\\LOCALIZER"
     std::optional<int> acquisition, temporalPosition;
@@ -138,7 +139,7 @@ inline std::string dicomBytes(const DicomImage& image) {
     d.element(0x8, 0x103e, "LO", kPlanted[4]);
     d.element(0x9, 0x10, "LO", kPlanted[12]);
     d.element(0x10, 0x10, "PN", kPlanted[0]);
-    d.element(0x10, 0x20, "LO", kPlanted[1]);
+    d.element(0x10, 0x20, "LO", kPlanted[1] + image.patientSuffix);
     d.element(0x10, 0x30, "DA", kPlanted[2]);
     d.element(0x10, 0x1040, "LO", kPlanted[9]);
     d.element(0x10, 0x4000, "LT", kPlanted[10]);
@@ -164,6 +165,8 @@ inline std::string dicomBytes(const DicomImage& image) {
         std::memcpy(raw.data(), &*image.cardiacPercent, sizeof(double));
         d.element(0x20, 0x9241, "FD", raw);
     }
+    if (!image.frameOfReference.empty())
+        d.element(0x20, 0x52, "UI", image.frameOfReference);
     d.number(0x28, 0x2, image.samplesPerPixel);
     d.element(0x28, 0x4, "CS", "MONOCHROME2");
     if (image.frames > 1)

@@ -471,6 +471,12 @@ TEST_F(Folder, ASliceThatDisagreesAboutItsValuesIsRefused) {
                 AllOf(HasSubstr("RescaleIntercept (0028,1052) in every slice"), HasSubstr("IM0043")));
     EXPECT_THAT(refusedWith([](DicomImage& i) { i.slope.reset(); }),
                 HasSubstr("RescaleSlope (0028,1053) in every"));
+    // Two patients, or two places that have nothing to do with each other, are no one volume; nobody is
+    // named.
+    EXPECT_THAT(refusedWith([](DicomImage& i) { i.patientSuffix = "X"; }),
+                HasSubstr("PatientID (0010,0020)"));
+    EXPECT_THAT(refusedWith([](DicomImage& i) { i.frameOfReference = "1.2.3"; }),
+                HasSubstr("FrameOfReferenceUID (0020,0052)"));
     EXPECT_THAT(refusedWith([](DicomImage& i) { i.modality = "CU"; }), HasSubstr("Modality (0008,0060)"));
     // Fewer rows or frames than there are pixels: a part would be lost.
     EXPECT_THAT(refusedWith([](DicomImage& i) { i.rows = 2; }),

@@ -395,22 +395,30 @@ class Scanner {
             series.isHounsfield = series.acquisition.modality == "CT" && header.real(DC::RescaleIntercept) &&
                                   (type.empty() || type == "HU");
             scan_.series.push_back(std::move(series));
-            kindOfSeries_.push_back(
-                {current_.modality, type == "HU" ? "" : type}); // HU is what CT has anyway
+            kindOfSeries_.push_back({current_.modality, type == "HU" ? "" : type, // HU is what CT has anyway
+                                     header.text(DC::PatientID), header.text(DC::FrameOfReferenceUID)});
         }
         DicomSeries& series = scan_.series[at->second];
-        const auto& [modality, type] = kindOfSeries_[at->second];
+        const auto& [modality, type, patient, frame] = kindOfSeries_[at->second];
         if (current_.modality != modality)
             series.disagreement = "Modality (0008,0060)";
         else if (const std::string own = header.text(DC::RescaleType); (own == "HU" ? "" : own) != type)
             series.disagreement = "RescaleType (0028,1054)";
+        else if (header.text(DC::PatientID) != patient)
+            series.disagreement = "PatientID (0010,0020)";
+        else if (header.text(DC::FrameOfReferenceUID) != frame)
+            series.disagreement = "FrameOfReferenceUID (0020,0052)";
         return series;
     }
 
     DicomScan scan_;
     Current current_;
     std::vector<std::pair<PassedFile, Current>> passed_;
-    std::vector<std::pair<std::string, std::string>> kindOfSeries_; // modality and RescaleType of the first
+    /// Of a series' first file. The identifiers are compared, and stay in here.
+    struct Kind {
+        std::string modality, rescaleType, patient, frameOfReference;
+    };
+    std::vector<Kind> kindOfSeries_;
     std::map<std::string, std::size_t> indexOfUid_; // a UID identifies a study: it stays in here
 };
 

@@ -66,7 +66,7 @@ struct DicomSeries {
     double betweenSlicesMm = 0; // SpacingBetweenSlices, 0 unknown; used for a single slice only
     bool isScout = false;       // a localizer: a shadow picture, not a section
     std::string object;         // what it is where that is no CT, MR or PET: "secondary capture"
-    std::string disagreement;   // an element that decides the unit and is not the same in every file
+    std::string disagreement;   // an element that has to be the same in every file and is not
     std::string derivation;     // "MPR", "MIP", ...: how it was derived, "" for an original
 };
 
