@@ -170,6 +170,9 @@ class Scanner {
             current_.storageClass = header.text(DC::SOPClassUID);
         if (current_.isWhole)
             return addImage(file, structure, header, syntax, *parser);
+        // The class stands in the meta group: where that is damaged, it says nothing.
+        if (structure.syntax.empty() && !structure.irregularity.empty())
+            return damaged(file, "a meta group without fault", structure.irregularity);
         const std::string words = objectWords(current_.storageClass);
         if (!words.empty())
             return pass({file, PassedReason::notImage, "", words});
@@ -188,6 +191,12 @@ class Scanner {
         const auto withoutUid = indexOfUid_.find("");
         const std::size_t indexWithoutUid =
             withoutUid == indexOfUid_.end() ? scan_.series.size() : withoutUid->second;
+        const bool slicesAreRegular =
+            std::all_of(scan_.series.begin(), scan_.series.end(), [](const DicomSeries& each) {
+                return std::all_of(each.slices.begin(), each.slices.end(), [](const DicomSlice& slice) {
+                    return !slice.positionMm || slice.irregularity.empty();
+                });
+            });
         for (std::size_t index = 0; index < scan_.series.size(); ++index) {
             DicomSeries& each = scan_.series[index];
             const bool placed =
@@ -208,7 +217,10 @@ class Scanner {
                 std::find_if(each.slices.begin(), each.slices.end(),
                              [](const DicomSlice& slice) { return !slice.irregularity.empty(); });
             const bool isWithoutUid = index == indexWithoutUid;
-            const bool isDamaged = (isWithoutUid || irregular != each.slices.end()) && each.object.empty();
+            // What an irregular header says that it is need not be true, unless the writer is like that.
+            const bool isIrregular =
+                irregular != each.slices.end() && (each.object.empty() || slicesAreRegular);
+            const bool isDamaged = isIrregular || (isWithoutUid && each.object.empty());
             const std::string found = isWithoutUid ? "neither" : isDamaged ? irregular->irregularity : "";
             for (const auto& file : files)
                 scan_.passed.push_back(isDamaged ? PassedFile{file, PassedReason::damaged,
@@ -281,7 +293,9 @@ class Scanner {
         slice.file = file;
         const int frames = std::max(1, header.integer(DC::NumberOfFrames).value_or(1));
         if (!readPixelFormat(header, slice))
-            return notASlice(file, header, slice);
+            return structure.irregularity.empty()
+                       ? notASlice(file, header, slice)
+                       : damaged(file, "a header without fault", structure.irregularity);
         const bool plain = syntax.empty() || syntax == kDeflatedSyntax || syntax == kImplicitLittle ||
                            syntax == kExplicitLittle || (syntax == kExplicitBig && slice.bitsAllocated == 16);
         const CompressedSyntax* const compressed = plain ? nullptr : compressedSyntax(syntax);
