@@ -6,7 +6,7 @@
 // Padding. fillStored of HU data is -1024. Voxels that the header declares as padding (PixelPaddingValue and
 // its range limit) and that lie below -1024 HU become fillStored; every other value, whatever the scanner
 // wrote outside its circle, stays as it is. Other data has the first slice's padding, or 0, as fillStored.
-// Place. A gantry tilt stays in the affine as a shear. Multi-frame files are read if they are not compressed.
+// Place. A gantry tilt stays in the affine as a shear. Every frame of a multi-frame file is a slice.
 #pragma once
 
 #include "bricking/import/dicom_scan.h"

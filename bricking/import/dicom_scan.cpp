@@ -438,10 +438,6 @@ class Scanner {
 
 } // namespace
 
-bool looksLikeDicom(const std::filesystem::path& file) {
-    return beginningOf(file).kind == FileStart::dicom;
-}
-
 DicomScan scanDicom(const std::vector<std::filesystem::path>& files) {
     const QuietVtk quiet;
     Scanner scanner;

@@ -85,7 +85,4 @@ struct DicomScan {
 /// Reads the headers of these files, no pixels. Every file is in a series or among those passed over.
 DicomScan scanDicom(const std::vector<std::filesystem::path>& files);
 
-/// True if the file has the DICOM mark at byte 128, or is a data set without it.
-bool looksLikeDicom(const std::filesystem::path& file);
-
 } // namespace tessera

@@ -1,8 +1,6 @@
 // bricking/import/vtk_quiet.cpp: see vtk_quiet.h.
 #include "bricking/import/vtk_quiet.h"
 
-#include <iostream>
-#include <sstream>
 #include <vtkLogger.h>
 #include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
@@ -15,11 +13,10 @@ class SilentWindow final : public vtkOutputWindow {
   public:
     static SilentWindow* New();
     vtkTypeMacro(SilentWindow, vtkOutputWindow) void DisplayText(const char*) override {}
-    void DisplayErrorText(const char*) override { sawError = true; }
+    void DisplayErrorText(const char*) override {}
     void DisplayWarningText(const char*) override {}
     void DisplayGenericWarningText(const char*) override {}
     void DisplayDebugText(const char*) override {}
-    bool sawError = false;
 };
 vtkStandardNewMacro(SilentWindow)
 
@@ -28,27 +25,17 @@ vtkStandardNewMacro(SilentWindow)
 struct QuietVtk::State {
     vtkSmartPointer<SilentWindow> silent = vtkSmartPointer<SilentWindow>::New();
     vtkSmartPointer<vtkOutputWindow> before;
-    std::ostringstream swallowed;
-    std::streambuf* cerrBefore = nullptr;
 };
 
-QuietVtk::QuietVtk(bool decoderToo) : state_(std::make_unique<State>()) {
+QuietVtk::QuietVtk() : state_(std::make_unique<State>()) {
     state_->before = vtkOutputWindow::GetInstance();
     vtkOutputWindow::SetInstance(state_->silent);
     vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF); // VTK 9 logs beside the output window
-    if (decoderToo)
-        state_->cerrBefore = std::cerr.rdbuf(state_->swallowed.rdbuf());
 }
 
 QuietVtk::~QuietVtk() {
-    if (state_->cerrBefore)
-        std::cerr.rdbuf(state_->cerrBefore);
     vtkOutputWindow::SetInstance(state_->before);
     vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_INFO); // VTK's default; it cannot be asked
-}
-
-bool QuietVtk::sawError() const {
-    return state_->silent->sawError;
 }
 
 } // namespace tessera

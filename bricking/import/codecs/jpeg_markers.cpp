@@ -21,7 +21,8 @@ bool isRestart(int code) {
 }
 
 /// P, Y, X, Nf of a frame header (T.81, B.2.2), from its length on.
-void readFrame(MarkerReader& reader, int code, std::size_t at, std::size_t length, StreamHeader& header) {
+void readFrameHeader(MarkerReader& reader, int code, std::size_t at, std::size_t length,
+                     StreamHeader& header) {
     if (header.frameMarker != 0)
         reader.refuse("one frame header", "a second one");
     if (!isDecoded(code))
@@ -115,7 +116,7 @@ StreamHeader walk(MarkerReader& reader, bool onlyHeader) {
         if (code == kLines)
             reader.refuse("the number of lines in the frame header", "a marker that redefines it");
         if (isFrame(code))
-            readFrame(reader, code, at + 2, length, header);
+            readFrameHeader(reader, code, at + 2, length, header);
         if (code == kScan) {
             readScan(reader, at + 2, length, header);
             if (onlyHeader)
