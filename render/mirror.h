@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bricking/visibility.h"
+#include "render/compositing.h"
 #include "render/integrators.h"
 #include "render/lattice.h"
 #include "render/mirror_input.h"
@@ -63,13 +64,7 @@ glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const M
                 colour = shade(optics, colour, field.gradient(stridePosition(ray, i, length)), ray.direction);
                 work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
             }
-            // The weight is what alpha really grew by: near 1 it no longer does, and colour must not go on.
-            const Real before = sum.a;
-            sum.a = sum.a + (Real(1) - sum.a) * alpha;
-            const Real weight = sum.a - before;
-            sum.r = sum.r + weight * colour.r;
-            sum.g = sum.g + weight * colour.g;
-            sum.b = sum.b + weight * colour.b;
+            composite(sum, colour, alpha);
             if (Real(1) - sum.a < static_cast<Real>(optics.termination))
                 break;
         }

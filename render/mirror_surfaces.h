@@ -3,6 +3,7 @@
 #pragma once
 
 #include "render/cell_roots.h"
+#include "render/compositing.h"
 #include "render/integrators.h"
 #include "render/mirror_input.h"
 #include "render/ray.h"
@@ -52,11 +53,7 @@ glm::vec<4, Real> mirrorRayWithSurfaces(const SegmentedRay<Real>& ray, Field& fi
         isovalues.push_back(static_cast<Real>(s.isovalue));
     glm::vec<4, Real> sum(0);
     const auto over = [&](const Vec& colour, Real alpha) {
-        const Real weight = (Real(1) - sum.a) * alpha;
-        sum.r = sum.r + weight * colour.r;
-        sum.g = sum.g + weight * colour.g;
-        sum.b = sum.b + weight * colour.b;
-        sum.a = alpha < Real(1) ? sum.a + weight : Real(1);
+        composite(sum, colour, alpha);
         return Real(1) - sum.a < static_cast<Real>(optics.termination) || !(Real(1) - sum.a > Real(0));
     };
     const auto lit = [&](const Vec& colour, const Vec& gradient) {

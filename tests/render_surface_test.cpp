@@ -297,5 +297,31 @@ TEST(Isosurfaces, CutTheVolumeWhereTheyAre) {
             }
 }
 
+// An opaque dark medium hides the bright one behind it and the surface in that, however many segments follow:
+// where alpha can grow no more, colour must not either. What float leaves of alpha, 2^-25 over a segment's
+// opacity, is all that may shine through.
+TEST(Isosurfaces, NothingGrowsBehindAnOpaqueMedium) {
+    const GlContext context({"software"});
+    const Stored stored([](const glm::dvec3& p) { return p.z; }, {16, 16, 96}, true);
+    const glm::dvec3 dark(0.3, 0.1, 0.02), bright(1);
+    for (const double sigma : {1.0, 4.0}) {
+        Scene scene = stored.scene({{48.3, bright, 1}}, 1, 8);
+        scene.volumes[0].transferFunction = TransferFunction::fromExtinction(
+            {{0, sigma}}, {{24, dark}, {24, bright}, {72, bright}, {72, dark}});
+        scene.camera = fitCamera(stored.info, View::inferior, Projection::parallel, {8, 8});
+        scene.shading.on = false;
+        scene.quality.stepVoxels = 1.0 / 64;
+        const double segment = -std::expm1(-sigma * scene.quality.stepVoxels);
+        const auto prepared = stored.prepare(scene);
+        const Drawn drawn = draw(*prepared);
+        Work work;
+        const auto mirrored = mirrorRays<float>(prepared->p.mirrorInput(true), 64,
+                                                frameRays(cast<float>(prepared->p.frame)), 1, work);
+        for (const glm::vec4& pixel : {drawn.image.pixels[3 * 8 + 3], mirrored[3 * 8 + 3]})
+            for (int c = 0; c < 3; ++c)
+                EXPECT_NEAR(static_cast<double>(pixel[c]), dark[c], 1e-6 + std::ldexp(1.0, -24) / segment);
+    }
+}
+
 } // namespace
 } // namespace tessera

@@ -9,6 +9,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "sampler_field.glsl"
 #include "march_optics.glsl"
 #include "march_segment.glsl"
+#include "march_compositing.glsl"
 #include "march_strides.glsl"
 #include "march_skipping.glsl"
 #if FEATURE_SURFACES
@@ -177,10 +178,7 @@ void main() {
             continue;
         }
 #endif
-        float before = sum.a;
-        sum.a = sum.a + (1.0 - sum.a) * alpha;
-        precise float weight = sum.a - before; // what alpha grew by: near 1 it no longer does, nor must colour
-        sum.rgb = sum.rgb + weight * colour;
+        composite(sum, colour, alpha);
         ++segments;
         ++shown;
         i += n;

@@ -259,9 +259,7 @@ while (solving || (i < ray.count && left > 0 && TURNS_LEFT)) {
         colour = shade(colour, gradient, ray.direction);
         samples += kGradientValues;
 #endif
-        precise float weight = (1.0 - sum.a) * alpha;
-        sum.rgb = sum.rgb + weight * colour;
-        sum.a = alpha < 1.0 ? sum.a + weight : 1.0;
+        composite(sum, colour, alpha);
         precise float through = 1.0 - sum.a;
         done = !(through > 0.0);
 #if FEATURE_TERMINATION
