@@ -2,7 +2,7 @@
 // the value, and often the gradient and the integral, at every point.
 #pragma once
 
-#include "bricking/import/slab_source.h"
+#include "bricking/import/source/slab_source.h"
 
 #include <functional>
 #include <glm/vec3.hpp>

@@ -23,7 +23,7 @@ void InteractiveRenderer::setLevel(std::size_t brick, std::uint8_t level) {
 }
 
 void InteractiveRenderer::drop(std::size_t brick) {
-    atlas_->dropToMean(brick, p_.selection.means[brick]);
+    atlas_->bricks.dropToMean(brick, p_.selection.means[brick]);
     if (p_.selection.levels[brick] != Selection::kEmpty)
         setLevel(brick, kMean);
 }
@@ -99,7 +99,7 @@ void InteractiveRenderer::moveBricks() {
             run.clear();
             for (std::size_t n = at; n < end; ++n)
                 run.push_back({moves_[n].brick, moves_[n].level, chunk});
-            const std::size_t placed = atlas_->place(run, ram_, work_);
+            const std::size_t placed = atlas_->bricks.place(run, work_);
             for (std::size_t n = 0; n < placed; ++n)
                 setLevel(run[n].brick, static_cast<std::uint8_t>(run[n].level));
             room = placed == run.size();
@@ -132,7 +132,8 @@ void InteractiveRenderer::makeRoom(const Move& blocked) {
                            [&](const Move& m) { return levels[m.brick] < m.level; })) {
         wantChunks(); // those will make room when their chunks are there
         return;
-    } else if (const std::vector<std::size_t> sparse = atlas_->bricksOfSparsestPage(); !sparse.empty()) {
+    } else if (const std::vector<std::size_t> sparse = atlas_->bricks.bricksOfSparsestPage();
+               !sparse.empty()) {
         for (const std::size_t b : sparse)
             drop(b);
     } else {

@@ -2,6 +2,8 @@
 // move is in interactive_bricks.cpp.
 #include "render/interactive_renderer.h"
 
+#include "render/engines/gpu/scene_march.h"
+
 #include "core/error.h"
 
 #include <algorithm>
@@ -48,7 +50,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     const std::size_t reserved = p_.reserveGpu(limits, ram, gpu);
     p_.mapsNearSurfaces = false; // levels change too often
     const std::size_t fixed =
-        reserved + tables + VisibilityPass::bytes(scene.imageSize, brickGrid(p_.info().extentVoxels));
+        reserved + tables + visibilityBytes(scene.imageSize, brickGrid(p_.info().extentVoxels));
     pages_ = pagesThatFit(gpu.freeBytes() - std::min(gpu.freeBytes(), fixed), p_.info().type, limits);
     if (pages_ == 0)
         throw InputError(gpu.option() + ": this scene needs at least " +
@@ -75,7 +77,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     textures_.emplace(p_.levels, gpu);
     source_ = {&*atlas_, nullptr, 0, &p_.levels, &*textures_};
     p_.frame = rayFrame(p_.camera, p_.info(), scene_.imageSize, scene_.quality.stepVoxels);
-    const std::uint32_t features = p_.features(options.counting);
+    const std::uint32_t features = marchFeatures(p_, options.counting);
     march_.emplace(features, p_.frame, p_.info(), p_.strides(), p_.optics,
                    scene_.quality.skipping ? &p_.occupancy : nullptr, gpu);
     sight_.emplace(features, p_.info(), gpu);
@@ -262,7 +264,7 @@ void InteractiveRenderer::mapResident() {
         return;
     p_.mapLevels(ram_, true);
     textures_->upload(p_.levels);
-    atlas_->writeIndex();
+    atlas_->bricks.publish();
     levelsAreNew_ = false;
     mapIsNew_ = true;
     pictureIsOld_ = true;

@@ -6,13 +6,13 @@
 // has moves towards what was chosen, between pictures (render/README.md, "The state machine of a brick").
 #pragma once
 
-#include "bricking/level_chooser.h"
+#include "bricking/levels/level_chooser.h"
 #include "core/image.h"
-#include "render/gl/context.h"
-#include "render/prepare.h"
-#include "render/transition.h"
-#include "render/visibility_pass.h"
-#include "render/work.h"
+#include "core/work.h"
+#include "render/engines/gpu/gl/context.h"
+#include "render/engines/gpu/visibility_pass.h"
+#include "render/plan/prepare.h"
+#include "render/residency/transition.h"
 
 #include <chrono>
 #include <future>
@@ -74,7 +74,7 @@ class InteractiveRenderer {
     const std::optional<Selection>& wanted() const { return wanted_; }
     const PredictedError& predictedError() const { return predicted_; } // of what is wanted
     std::size_t atlasPages() const { return pages_; }
-    const Atlas& atlas() const { return *atlas_; }
+    const BrickResidency& bricks() const { return atlas_->bricks; }
     const Work& work() const { return work_; }
     BrickCache::Counters cacheCounters() const { return p_.cache->counters(); }
     std::size_t repacks() const { return repacks_; }

@@ -2,12 +2,12 @@
 #include "render/renderer.h"
 
 #include "core/error.h"
-#include "render/check_march.h"
-#include "render/mirror.h"
-#include "render/prepare.h"
-#include "render/reference.h"
-#include "render/scene_march.h"
-#include "render/visibility_pass.h"
+#include "render/engines/gpu/check_march.h"
+#include "render/engines/gpu/scene_march.h"
+#include "render/engines/gpu/visibility_pass.h"
+#include "render/engines/mirror/mirror.h"
+#include "render/engines/reference/reference.h"
+#include "render/plan/prepare.h"
 
 #include <algorithm>
 #include <chrono>
@@ -62,15 +62,15 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
     const auto loading = Clock::now();
     Atlas atlas(p.info(), p.selection, p.chosen.atlasPages, limits, gpu, ram);
     if (p.chosen.chooser) {
-        atlas.load(*p.cache, ram, result.work);
-        VisibilityPass pass(p.features(false), p.info(), gpu);
+        atlas.bricks.load(*p.cache, result.work);
+        VisibilityPass pass(marchFeatures(p, false), p.info(), gpu);
         Work counting; // not the picture's
         p.chooseBySight(pass.count(visibilityRays(p.camera, p.info(), scene.imageSize, p.strides()),
                                    SceneField(p, atlas, gpu).source, p.optics, counting),
                         ram);
-        atlas.adopt(p.selection);
+        atlas.bricks.adopt(p.selection);
     }
-    result.features = p.features(options.counting);
+    result.features = marchFeatures(p, options.counting);
     if (p.chosen.atlasPages < pagesFor(p.selection.counts))
         result.features |= kFeaturePasses;
     const bool passes = (result.features & kFeaturePasses) != 0;
@@ -79,14 +79,15 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
     result.features = sceneMarch.features();
     March& march = sceneMarch.march();
     if (!passes)
-        atlas.load(*p.cache, ram, result.work);
+        atlas.bricks.load(*p.cache, result.work);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
     result.refinedCells = sceneMarch.refine(field.source);
     const auto runSliced = [&](March& rays, const MarchSlicing& slicing, Work& work) { // and how often
         int count = 1;
         for (; rays.run(field.source, slicing, work) > 0; ++count)
-            atlas.serve(bricksToServe(rays.takeWanted(), p.selection, atlas.pages()), *p.cache, ram, work);
+            atlas.bricks.serve(bricksToServe(rays.takeWanted(), p.selection, atlas.bricks.pages()), *p.cache,
+                               work);
         return count;
     };
     const auto runSome = [&](March& rays, Work& work) { runSliced(rays, options.slicing, work); };
@@ -118,7 +119,7 @@ void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledge
 
 void chooseBySightOnCpu(PreparedScene& p, int threads, Ledger& ram) {
     const VisibilityRays sight = visibilityRays(p.camera, p.info(), p.imageSize, p.strides());
-    MirrorInput input = p.mirrorInput(false);
+    MirrorInput input = mirrorInput(p, false);
     input.strides = sight.strides;
     const glm::ivec2 size(sight.frame.imageSize);
     p.chooseBySight(mirrorSeen(input, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y),
@@ -236,7 +237,7 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
         if (p.chosen.chooser)
             chooseBySightOnCpu(p, options.threads, ram);
         report(p, result);
-        MirrorInput input = p.mirrorInput(scene.quality.skipping);
+        MirrorInput input = mirrorInput(p, scene.quality.skipping);
         input.progress = progress.shares();
         result.image = toImage(
             mirrorRays<float>(input, pixels, frameRays(cast<float>(p.frame)), options.threads, result.work),

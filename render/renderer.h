@@ -7,11 +7,11 @@
 #include "core/image.h"
 #include "core/progress.h"
 #include "core/scene.h"
-#include "render/choose_levels.h"
-#include "render/gl/context.h"
-#include "render/march.h"
-#include "render/picture_check.h"
-#include "render/work.h"
+#include "core/work.h"
+#include "render/engines/gpu/gl/context.h"
+#include "render/engines/gpu/march.h"
+#include "render/plan/choose_levels.h"
+#include "render/plan/picture_check.h"
 
 #include <array>
 #include <cstdint>
@@ -54,7 +54,7 @@ struct RenderResult {
     bool levelsOnPurpose = false;                   // one level for all was asked for
     std::optional<PredictedError> predictedError;   // L*u*v*, of the levels against the finest a pixel shows
     std::size_t cells = 0, occupiedCells = 0, refinedCells = 0;
-    std::uint32_t features = 0; // of render/features.h; march only
+    std::uint32_t features = 0; // of render/engines/gpu/features.h; march only
     double tableRelativeError = 0;
     Integrator integrator = Integrator::midpoint; // as used; so the step
     double stepVoxels = 0;

@@ -4,9 +4,9 @@
 #include "core/interrupt.h"
 #include "core/nearest_name.h"
 #include "core/output_file.h" // finishStandardOutput
-#include "viewer/commands.h"
-#include "viewer/option_names.h"
-#include "viewer/option_values.h"
+#include "viewer/commands/commands.h"
+#include "viewer/options/option_names.h"
+#include "viewer/options/option_values.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

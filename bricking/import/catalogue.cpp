@@ -1,14 +1,14 @@
 // bricking/import/catalogue.cpp: see catalogue.h.
 #include "bricking/import/catalogue.h"
 
-#include "bricking/import/could_belong.h"
-#include "bricking/import/dicom.h"
-#include "bricking/import/folder_walk.h"
-#include "bricking/import/foreign_format.h"
-#include "bricking/import/nifti.h"
-#include "bricking/import/oriented_source.h"
-#include "bricking/import/printable_name.h"
-#include "bricking/import/raw.h"
+#include "bricking/import/dicom/could_belong.h"
+#include "bricking/import/dicom/dicom_source.h"
+#include "bricking/import/dicom/folder_walk.h"
+#include "bricking/import/files/foreign_format.h"
+#include "bricking/import/files/nifti.h"
+#include "bricking/import/files/raw.h"
+#include "bricking/import/source/oriented_source.h"
+#include "bricking/import/source/printable_name.h"
 #include "core/error.h"
 
 #include <algorithm>

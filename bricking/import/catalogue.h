@@ -2,9 +2,9 @@
 // scouts, reports, and every file that is passed over. Makes the table of series and the choice among them.
 #pragma once
 
-#include "bricking/import/dicom_scan.h"
-#include "bricking/import/slab_source.h"
-#include "bricking/import/source_options.h"
+#include "bricking/import/dicom/dicom_scan.h"
+#include "bricking/import/source/slab_source.h"
+#include "bricking/import/source/source_options.h"
 
 #include <filesystem>
 #include <memory>

@@ -1,7 +1,7 @@
 // bricking/import/importer.cpp: see importer.h.
 #include "bricking/import/importer.h"
 
-#include "bricking/statistics.h"
+#include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
 #include "bricking/store/store_writer.h"
 #include "core/error.h"

@@ -2,7 +2,7 @@
 // Belongs to tessera_bricking: it needs no format library.
 #pragma once
 
-#include "bricking/import/slab_source.h"
+#include "bricking/import/source/slab_source.h"
 #include "core/budget.h"
 #include "core/progress.h"
 

@@ -1,8 +1,8 @@
 // bricking/import/open_source.h: from a path to a SlabSource, whatever the format. Target tessera_import.
 #pragma once
 
-#include "bricking/import/slab_source.h"
-#include "bricking/import/source_options.h"
+#include "bricking/import/source/slab_source.h"
+#include "bricking/import/source/source_options.h"
 
 #include <filesystem>
 #include <memory>

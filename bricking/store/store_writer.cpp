@@ -3,10 +3,10 @@
 // the same files.
 #include "bricking/store/store_writer.h"
 
-#include "bricking/pyramid.h"
 #include "bricking/store/codec.h"
 #include "bricking/store/crc32c.h"
 #include "bricking/store/file_io.h"
+#include "bricking/store/pyramid.h"
 #include "bricking/store/shard.h"
 #include "bricking/store/store_reader.h"
 #include "bricking/store/temporary_folder.h"

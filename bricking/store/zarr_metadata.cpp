@@ -1,8 +1,8 @@
 // bricking/store/zarr_metadata.cpp: see zarr_metadata.h.
 #include "bricking/store/zarr_metadata.h"
 
-#include "bricking/pyramid.h"
 #include "bricking/store/checked_json.h"
+#include "bricking/store/pyramid.h"
 #include "bricking/store/shard.h"
 #include "core/error.h"
 

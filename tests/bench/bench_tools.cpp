@@ -4,8 +4,8 @@
 #include "bricking/import/importer.h"
 #include "core/error.h"
 #include "datasets/phantom.h"
-#include "render/features.h"
-#include "render/march.h"
+#include "render/engines/gpu/features.h"
+#include "render/engines/gpu/march.h"
 
 #include <algorithm>
 #include <cmath>
@@ -46,7 +46,7 @@ SceneOnDevice::SceneOnDevice(const Scene& scene, const StoreReader& store, const
     prepared_ = prepareScene(scene_, store, limits, budgets.ram, budgets.gpu, 0, LevelChoice::oneForAll);
     atlas_ = std::make_unique<Atlas>(store.info(), prepared_.selection, pagesFor(prepared_.selection.counts),
                                      limits, budgets.gpu, budgets.ram);
-    atlas_->load(*prepared_.cache, budgets.ram, upload_);
+    atlas_->bricks.load(*prepared_.cache, upload_);
     prepared_.cache.reset(); // every brick is on the device now
 }
 

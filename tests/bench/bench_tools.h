@@ -5,15 +5,15 @@
 // the host. Compilation and uploads happen once a scene in a viewer; they are not part of a frame.
 #pragma once
 
-#include "bricking/import/slab_source.h"
+#include "bricking/import/source/slab_source.h"
 #include "core/budget.h"
 #include "core/image.h"
 #include "core/scene.h"
 #include "core/scratch_folder.h"
-#include "render/atlas.h"
-#include "render/gl/context.h"
-#include "render/prepare.h"
-#include "render/work.h"
+#include "core/work.h"
+#include "render/engines/gpu/atlas_plane.h"
+#include "render/engines/gpu/gl/context.h"
+#include "render/plan/prepare.h"
 
 #include <chrono>
 #include <cstdint>

@@ -10,7 +10,7 @@
 #include "tests/bench/bench_tools.h"
 
 #include "core/error.h"
-#include "render/features.h"
+#include "render/engines/gpu/features.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -9,10 +9,10 @@
 #include "bricking/store/codec.h"
 #include "core/error.h"
 #include "core/threads.h"
-#include "render/features.h"
-#include "render/lattice.h"
-#include "render/probe.h"
-#include "render/sampler.h"
+#include "render/contract/lattice.h"
+#include "render/contract/sampler.h"
+#include "render/engines/gpu/features.h"
+#include "render/engines/gpu/probe.h"
 
 #include <benchmark/benchmark.h>
 
@@ -196,7 +196,7 @@ void sampleOnDevice(benchmark::State& state, Workbench& bench, ValueType type, F
                 {context.max3dTextureSize(), context.maxTextureBytes()}, bench.budgets.gpu,
                 bench.budgets.ram);
     Work upload;
-    atlas.load(*p.cache, bench.budgets.ram, upload);
+    atlas.bricks.load(*p.cache, upload);
     std::uint32_t features = kFeatureBricked;
     if (fetch == Fetch::hardware)
         features |= kFeatureHardware;

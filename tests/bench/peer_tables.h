@@ -4,7 +4,7 @@
 
 #include "core/image.h"
 #include "core/image_metrics.h"
-#include "render/work.h"
+#include "core/work.h"
 
 #include <functional>
 #include <string>

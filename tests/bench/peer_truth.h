@@ -2,9 +2,9 @@
 // which of them two renderers may differ in by definition.
 #pragma once
 
-#include "bricking/brick_cache.h"
+#include "bricking/cache/brick_cache.h"
 #include "core/image.h"
-#include "render/prepare.h"
+#include "render/plan/prepare.h"
 
 #include <glm/vec2.hpp>
 #include <vector>

@@ -6,17 +6,18 @@
 //   selection_bench --mode hierarchy --stores a.zarr           table 2.1 of the course notes, and real scans
 //
 // Rows are CSV on standard output. Times are only worth as much as the machine is quiet: the load is printed.
-#include "bricking/level_selection.h"
-#include "bricking/ray_statistics.h"
-#include "bricking/visibility.h"
+#include "bricking/levels/level_selection.h"
+#include "bricking/levels/visibility.h"
+#include "bricking/statistics/ray_statistics.h"
 #include "core/error.h"
 #include "core/image_metrics.h"
 #include "core/preset.h"
 #include "core/threads.h"
-#include "render/prepare.h"
+#include "render/engines/mirror/mirror.h"
+#include "render/plan/prepare.h"
 #include "tests/bench/bench_tools.h"
-#include "viewer/bench/brick_truth.h"
-#include "viewer/bench/hierarchy.h"
+#include "viewer/studies/lod/brick_truth.h"
+#include "viewer/studies/lod/hierarchy.h"
 
 #include <algorithm>
 #include <cmath>
@@ -125,7 +126,7 @@ Image drawn(PreparedScene& p, const Selection& selection, Ledger& ram, int threa
     p.setSelection(selection, ram);
     Work work;
     Image image(p.imageSize);
-    const auto colours = mirrorRays<float>(p.mirrorInput(true), image.pixels.size(),
+    const auto colours = mirrorRays<float>(mirrorInput(p, true), image.pixels.size(),
                                            frameRays(cast<float>(p.frame)), threads, work);
     std::copy(colours.begin(), colours.end(), image.pixels.begin());
     return image;

@@ -9,9 +9,9 @@
 // after a change of the function, and after changes of some bricks' levels.
 #include "core/error.h"
 #include "core/preset.h"
-#include "render/features.h"
-#include "render/fine_mask.h"
-#include "render/march.h"
+#include "render/engines/gpu/features.h"
+#include "render/engines/gpu/fine_mask.h"
+#include "render/engines/gpu/march.h"
 #include "tests/bench/bench_tools.h"
 
 #include <algorithm>

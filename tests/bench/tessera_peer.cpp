@@ -2,8 +2,8 @@
 #include "tests/bench/tessera_peer.h"
 
 #include "core/error.h"
-#include "render/features.h"
-#include "render/march.h"
+#include "render/engines/gpu/features.h"
+#include "render/engines/gpu/march.h"
 
 #include <cmath>
 #include <glm/matrix.hpp>

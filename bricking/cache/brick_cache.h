@@ -1,0 +1,85 @@
+// bricking/cache/brick_cache.h: decoded chunks in RAM, least recently used, inside a byte budget, filled by
+// loader threads. A brick of level l is a sub-box of one chunk of level l, so chunks are the unit.
+//
+//   absent --request--> queued --room, thread--> decoding --> resident --unpinned, least recent--> absent
+//                                                    \-- failed: the future holds the exception --> absent
+//
+// A request for a chunk that is queued or decoding joins it. A chunk is pinned while anyone holds its
+// pointer, or a future that has it; only unpinned chunks are evicted. A queued chunk waits until there is
+// room: it takes the bytes of one chunk before it is decoded. See bricking/README.md for who may move what.
+#pragma once
+
+#include "bricking/store/store_reader.h"
+#include "core/brick.h"
+#include "core/budget.h"
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <future>
+#include <memory>
+#include <span>
+#include <thread>
+#include <vector>
+
+namespace tessera {
+
+/// One decoded chunk: [z][y][x], kChunkExtent^3 stored values. Its bytes are part of what the cache charges.
+struct Chunk {
+    std::unique_ptr<std::byte[]> bytes;
+    std::size_t size = 0;
+};
+using ChunkPointer = std::shared_ptr<const Chunk>;
+using ChunkFuture = std::shared_future<ChunkPointer>;
+
+class BrickCache {
+  public:
+    /// @param budgetBytes  most bytes of chunks, pinned, resident and in flight; charged to ram as a whole,
+    /// so that
+    ///                     no chunk is ever refused later; at least floorBytes(), else InputError naming the
+    ///                     floor
+    /// @param threads  that decode; 0: all processors
+    /// store must outlive the cache; ram must outlive every pointer as well.
+    BrickCache(const StoreReader& store, Ledger& ram, std::size_t budgetBytes, int threads);
+    /// Drops queued work (its futures throw Error) and waits for what is being decoded. Pointers stay valid.
+    ~BrickCache();
+    BrickCache(const BrickCache&) = delete;
+    BrickCache& operator=(const BrickCache&) = delete;
+
+    /// Asks for a batch; one future per key, in order. Never blocks on decoding. A key must be inside its
+    /// level. Dropping the future leaves the work queued: that is how to prefetch.
+    std::vector<ChunkFuture> request(std::span<const ChunkKey> keys);
+    /// One chunk, now: resident at once, or waits. Thread-safe. Throws what decoding threw.
+    ChunkPointer get(const ChunkKey& key);
+
+    /// What is wanted without waiting, the most urgent first, each once: takes the place of the list before,
+    /// of which all is forgotten that is not on this one and not being decoded yet. Loaders turn to it when
+    /// no request is queued. What they load of it stays until it is taken or no longer wanted; they load
+    /// ahead as far as half of pinnableChunks() goes.
+    void want(std::span<const ChunkKey> keys);
+    /// A chunk that is there, now, else null; it is then no longer wanted. Throws what decoding threw.
+    ChunkPointer take(const ChunkKey& key);
+    /// Waits until a wanted chunk is there or has failed, or none is wanted any more, or the deadline.
+    void waitForWanted(std::chrono::steady_clock::time_point deadline) const;
+
+    /// No deadlock as long as the chunks that all callers together hold (pointers, and futures not yet
+    /// dropped, and what is loaded of the wanted list) are at most this many: budget / chunk bytes - threads,
+    /// so that every loader has room to work in.
+    std::size_t pinnableChunks() const;
+    /// Eight pinned chunks, the neighbourhood of one sample, and one per loader.
+    static std::size_t floorBytes(const VolumeInfo& info, int threads);
+
+    struct Counters {
+        std::uint64_t hits = 0, joins = 0, misses = 0, evictions = 0, bytesDecoded = 0;
+        std::uint64_t forgotten = 0;              // wanted once, and no longer before they were decoded
+        std::size_t heldBytes = 0, peakBytes = 0; // of chunks, now and at most so far
+    };
+    Counters counters() const;
+
+  private:
+    struct State;
+    std::shared_ptr<State> state_; // shared with the pointers given out
+    std::vector<std::jthread> loaders_;
+};
+
+} // namespace tessera

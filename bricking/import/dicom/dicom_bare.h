@@ -1,0 +1,15 @@
+// bricking/import/dicom/dicom_bare.h: DICOM data sets without the preamble of 128 bytes and the mark "DICM",
+// as old archives and network dumps leave them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace tessera {
+
+/// Whether the first bytes of a file of that size are a data set in little endian, explicit or implicit: its
+/// elements begin in group 0002 or 0008, ascend, and have lengths that fit.
+bool looksLikeBareDicom(std::span<const std::byte> head, std::uint64_t fileBytes);
+
+} // namespace tessera

@@ -1,0 +1,39 @@
+// bricking/import/dicom/dicom_geometry.h: from the positions of a series' slices to an order, an affine and,
+// where asked for, a resampling along z. What does not make one even volume is refused with the reason in
+// numbers.
+#pragma once
+
+#include "bricking/import/dicom/dicom_scan.h"
+
+#include <glm/mat4x4.hpp>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// One slice of the result: (1-weight) * slice[lower] + weight * slice[lower+1], in sorted order.
+struct SliceSample {
+    int lower = 0;
+    float weight = 0; // in [0,1); 0: the slice itself
+};
+
+struct SlicePlan {
+    std::vector<int> order;           // indices into DicomSeries::slices, along row x column, ascending
+    std::vector<SliceSample> samples; // one per slice of the volume
+    glm::dmat4 patientFromVoxel{1};
+    double tiltDegrees = 0; // gantryTiltDegrees() of the affine
+    bool resampled = false;
+};
+
+/// Orders the slices by position and checks them; `where` names the series in errors.
+/// A gap between neighbours may deviate by 1 % from the median gap, and a slice by a quarter of a gap from
+/// its place in an even stack. Beyond, resampleZ chooses an even spacing: the smallest gap, so that no slice
+/// is lost, but at least a quarter of the mean gap, so that the volume grows fourfold at most; then stretched
+/// by less than one gap in total so that the first and last slice are kept. Throws InputError for: missing
+/// position, orientation or spacing; mixed sizes, orientations or pixel spacings; two slices at one place;
+/// uneven gaps without resampleZ (all listed, those above 1.5 medians named as missing slices); slices that
+/// drift sideways by more than 5 % of a pixel from a straight stack; rows not at right angles to columns; and
+/// a stack that leans by more than 45 degrees.
+SlicePlan planSlices(const DicomSeries& series, bool resampleZ, const std::string& where);
+
+} // namespace tessera

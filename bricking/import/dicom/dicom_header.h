@@ -1,0 +1,143 @@
+// bricking/import/dicom/dicom_header.h: what a parsed DICOM header says, asked per frame: the functional
+// groups of multi-frame files come before the top level. Numbers are read strictly: a text that is no number
+// is a fault with the tag's name, never taken for an absent value. Private to the DICOM importer.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <optional>
+#include <string>
+#include <vtkDICOMDictionary.h>
+#include <vtkDICOMMetaData.h>
+#include <vtkDICOMValue.h>
+
+namespace tessera {
+
+class DicomHeader {
+  public:
+    explicit DicomHeader(vtkDICOMMetaData* data) : data_(data) {}
+
+    std::string text(vtkDICOMTag tag) const {
+        std::string value = data_->Get(0, 0, tag).AsString();
+        while (!value.empty() && (value.back() == ' ' || value.back() == '\0'))
+            value.pop_back();
+        return value;
+    }
+    bool has(vtkDICOMTag tag) const { return data_->Has(tag); }
+    std::optional<int> integer(vtkDICOMTag tag, int frame = 0) const {
+        const vtkDICOMValue& value = data_->Get(0, frame, tag);
+        if (!value.IsValid() || value.GetNumberOfValues() < 1)
+            return std::nullopt;
+        return value.AsInt();
+    }
+
+    /// Exactly N finite numbers, or nothing.
+    template <int N> std::optional<std::array<double, N>> reals(vtkDICOMTag tag, int frame) const {
+        std::string ignored;
+        return reals<N>(tag, frame, "", ignored);
+    }
+    /// The same; where the element holds something that is no such number, `fault` says so, the first only:
+    /// "RescaleSlope (0028,1053) of 1 finite number|a text that is no number". The text itself is never
+    /// quoted: in a damaged header it may be anything.
+    template <int N>
+    std::optional<std::array<double, N>> reals(vtkDICOMTag tag, int frame, const char* name,
+                                               std::string& fault) const {
+        const vtkDICOMValue& value = data_->Get(0, frame, tag);
+        if (!value.IsValid() || value.GetVL() == 0)
+            return std::nullopt;
+        std::array<double, N> out{};
+        std::string found;
+        const vtkDICOMVR vr = value.GetVR();
+        if (vr.HasTextValue()) {
+            found = parse(value.AsString(), out.data(), N);
+            if (found == kBlank)
+                return std::nullopt;
+        } else if (value.GetNumberOfValues() != N) {
+            found = std::to_string(value.GetNumberOfValues()) + " values";
+        } else {
+            for (std::size_t i = 0; i < N; ++i)
+                out[i] = value.GetDouble(i);
+        }
+        for (std::size_t i = 0; i < N && found.empty(); ++i)
+            if (!std::isfinite(out[i]))
+                found = "a value that is not finite";
+        if (found.empty())
+            return out;
+        if (fault.empty())
+            fault = std::string(name) + " of " + std::to_string(N) + " finite number" + (N > 1 ? "s" : "") +
+                    "|" + found;
+        return std::nullopt;
+    }
+    std::optional<double> real(vtkDICOMTag tag, int frame = 0) const {
+        const auto value = reals<1>(tag, frame);
+        return value ? std::optional((*value)[0]) : std::nullopt;
+    }
+    std::optional<double> real(vtkDICOMTag tag, int frame, const char* name, std::string& fault) const {
+        const auto value = reals<1>(tag, frame, name, fault);
+        return value ? std::optional((*value)[0]) : std::nullopt;
+    }
+    /// The last of several numbers: what was done last.
+    std::optional<double> last(vtkDICOMTag tag) const {
+        const vtkDICOMValue& value = data_->Get(0, 0, tag);
+        if (!value.IsValid() || value.GetNumberOfValues() < 1)
+            return std::nullopt;
+        const double number = value.GetDouble(value.GetNumberOfValues() - 1);
+        return std::isfinite(number) ? std::optional(number) : std::nullopt;
+    }
+    /// Seconds of the day of a TM value ("HHMMSS.FFFFFF") or of the time in a DT value.
+    std::optional<double> seconds(vtkDICOMTag tag, int frame) const {
+        const vtkDICOMValue& value = data_->Get(0, frame, tag);
+        if (!value.IsValid() || value.GetNumberOfValues() < 1)
+            return std::nullopt;
+        std::string digits = value.AsString();
+        if (digits.size() >= 14 && digits.find_first_not_of("0123456789") >= 14)
+            digits.erase(0, 8); // a date before it
+        char* end = nullptr;
+        const double number = std::strtod(digits.c_str(), &end);
+        if (end == digits.c_str() || !(number >= 0 && number < 240000))
+            return std::nullopt;
+        const double hours = std::floor(number / 10000), minutes = std::floor(number / 100) - 100 * hours;
+        return 3600 * hours + 60 * minutes + (number - 10000 * hours - 100 * minutes);
+    }
+
+  private:
+    static constexpr const char* kBlank = "blank";
+
+    /// Fills `count` numbers from "a\b\c"; says what is wrong, or nothing.
+    static std::string parse(const std::string& text, double* out, int count) {
+        if (text.find_first_not_of(std::string(" \0", 2)) == std::string::npos)
+            return kBlank; // an empty value is an absent one
+        int found = 0;
+        for (std::size_t begin = 0; begin <= text.size(); ++found) {
+            const std::size_t end = std::min(text.find('\\', begin), text.size());
+            const std::string part = text.substr(begin, end - begin);
+            char* rest = nullptr;
+            const double number = std::strtod(part.c_str(), &rest);
+            // strtod takes hexadecimal and "infinity" too; a decimal string is none of these.
+            if (rest == part.c_str() || part.find_first_of("xXpP") != std::string::npos ||
+                std::string(rest).find_first_not_of(' ') != std::string::npos)
+                return "a text that is no number";
+            if (found < count)
+                out[found] = number;
+            begin = end + 1;
+        }
+        return found == count ? "" : std::to_string(found) + " values";
+    }
+
+    vtkDICOMMetaData* data_;
+};
+
+/// Short code words only: what a whitelist entry may hold. Anything else is dropped, not shortened.
+inline std::string codeWord(const std::string& text) {
+    for (const char c : text) {
+        const bool plain = (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') ||
+                           (c != '\0' && std::strchr("+-_./\\ ", c) != nullptr);
+        if (!plain)
+            return "";
+    }
+    return text.size() <= 16 ? text : "";
+}
+
+} // namespace tessera

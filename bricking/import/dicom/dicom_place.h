@@ -1,0 +1,17 @@
+// bricking/import/dicom/dicom_place.h: what a header says about one frame beside its pixels: place, time,
+// rescale, padding. Private to the DICOM importer.
+#pragma once
+
+#include "bricking/import/dicom/dicom_header.h"
+#include "bricking/import/dicom/dicom_scan.h"
+
+namespace tessera {
+
+/// Tags of stored values (padding, extremes): whether they are signed follows the pixels, whatever the file's
+/// own coding says.
+std::optional<std::int32_t> storedValueOf(std::optional<int> value, const DicomSlice& slice);
+
+/// Fills these members of a slice whose number format is known. A number that is none goes to slice.fault.
+void readPlace(const DicomHeader& header, int frame, DicomSlice& slice);
+
+} // namespace tessera

@@ -1,0 +1,451 @@
+// bricking/import/dicom/dicom_scan.cpp: see dicom_scan.h. The headers are parsed by vtk-dicom.
+#include "bricking/import/dicom/dicom_scan.h"
+
+#include "bricking/import/dicom/dicom_deflated.h"
+#include "bricking/import/dicom/dicom_header.h"
+#include "bricking/import/dicom/dicom_objects.h"
+#include "bricking/import/dicom/dicom_place.h"
+#include "bricking/import/dicom/dicom_structure.h"
+#include "bricking/import/dicom/folder_walk.h"
+#include "bricking/import/dicom/vtk_quiet.h"
+#include "bricking/import/source/input_file.h"
+#include "core/error.h"
+#include "core/interrupt.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+#include <sys/mman.h> // memfd_create
+#include <unistd.h>
+#include <vtkDICOMDictionary.h>
+#include <vtkDICOMMetaData.h>
+#include <vtkDICOMParser.h>
+#include <vtkNew.h>
+
+namespace tessera {
+namespace {
+
+constexpr int kMostFrames = 65536;
+constexpr const char* kSecondaryCapture = "1.2.840.10008.5.1.4.1.1.7"; // and its multi-frame kinds
+constexpr const char* kScoutMark = "|scout";                           // no UID has it
+
+constexpr const char* kImplicitLittle = "1.2.840.10008.1.2";
+constexpr const char* kExplicitLittle = "1.2.840.10008.1.2.1";
+constexpr const char* kExplicitBig = "1.2.840.10008.1.2.2";
+/// The compressed transfer syntaxes that are opened. The stream's own header says which process it is.
+struct CompressedSyntax {
+    const char* uid;
+    StreamCoding coding;
+    bool lossyAlways;
+};
+constexpr std::array<CompressedSyntax, 11> kCompressed = {{
+    {"1.2.840.10008.1.2.5", StreamCoding::rle, false},
+    {"1.2.840.10008.1.2.4.50", StreamCoding::jpeg, true},  // baseline, 8 bits
+    {"1.2.840.10008.1.2.4.51", StreamCoding::jpeg, true},  // extended, 8 and 12 bits
+    {"1.2.840.10008.1.2.4.53", StreamCoding::jpeg, true},  // spectral selection
+    {"1.2.840.10008.1.2.4.55", StreamCoding::jpeg, true},  // full progression
+    {"1.2.840.10008.1.2.4.57", StreamCoding::jpeg, false}, // lossless
+    {"1.2.840.10008.1.2.4.70", StreamCoding::jpeg, false}, // lossless, first-order prediction
+    {"1.2.840.10008.1.2.4.80", StreamCoding::jpegLs, false},
+    {"1.2.840.10008.1.2.4.81", StreamCoding::jpegLs, false}, // near-lossless, of any nearness
+    {"1.2.840.10008.1.2.4.90", StreamCoding::jpeg2000, false},
+    {"1.2.840.10008.1.2.4.91", StreamCoding::jpeg2000, false}, // reversible or not
+}};
+constexpr std::size_t kPeekBytes = 4096; // a stream's own header lies at its beginning
+
+const CompressedSyntax* compressedSyntax(const std::string& uid) {
+    const auto at = std::find_if(kCompressed.begin(), kCompressed.end(),
+                                 [&](const CompressedSyntax& syntax) { return uid == syntax.uid; });
+    return at == kCompressed.end() ? nullptr : &*at;
+}
+
+template <class List> bool contains(const List& list, const std::string& word) {
+    return std::any_of(list.begin(), list.end(), [&](const char* item) { return word == item; });
+}
+
+using Header = DicomHeader;
+
+/// The pixels' description must be whole; a parser takes defaults for what is not there.
+std::string missingTag(const Header& header) {
+    for (const auto& [tag, name] : {std::pair(DC::SamplesPerPixel, "SamplesPerPixel"),
+                                    {DC::PhotometricInterpretation, "PhotometricInterpretation"},
+                                    {DC::BitsAllocated, "BitsAllocated"},
+                                    {DC::BitsStored, "BitsStored"},
+                                    {DC::HighBit, "HighBit"},
+                                    {DC::PixelRepresentation, "PixelRepresentation"}})
+        if (header.text(tag).empty())
+            return std::string("no ") + name;
+    const int highBit = header.integer(DC::HighBit).value_or(0),
+              stored = header.integer(DC::BitsStored).value_or(0);
+    if (highBit != stored - 1)
+        return "HighBit " + std::to_string(highBit) + " with " + std::to_string(stored) + " bits stored";
+    return "";
+}
+
+/// Overlays within the pixels' words, as old scanners wrote them: OverlayBitPosition (60xx,0102) is not 0.
+bool hasOverlayBits(const Header& header) {
+    for (int group = 0x6000; group <= 0x601E; group += 2)
+        if (header.integer(vtkDICOMTag(static_cast<unsigned short>(group), 0x0102)).value_or(0) > 0)
+            return true;
+    return false;
+}
+
+/// The shape and number format of the pixels. False: an image, but not a slice of scalars.
+bool readPixelFormat(const Header& header, DicomSlice& slice) {
+    slice.columns = header.integer(DC::Columns).value_or(0);
+    slice.rows = header.integer(DC::Rows).value_or(0);
+    slice.bitsAllocated = header.integer(DC::BitsAllocated).value_or(0);
+    slice.bitsStored = header.integer(DC::BitsStored).value_or(slice.bitsAllocated);
+    slice.highBit = header.integer(DC::HighBit).value_or(slice.bitsStored - 1);
+    slice.isSigned = header.integer(DC::PixelRepresentation).value_or(0) == 1;
+    slice.hasOverlayBits = hasOverlayBits(header);
+    slice.lossy = header.text(DC::LossyImageCompression) == "01";
+    slice.lossyRatio = std::max(0.0, header.last(DC::LossyImageCompressionRatio).value_or(0));
+    slice.largestStored = storedValueOf(header.integer(DC::LargestImagePixelValue), slice);
+    return slice.columns > 0 && slice.rows > 0 && header.integer(DC::SamplesPerPixel).value_or(1) == 1 &&
+           (slice.bitsAllocated == 8 || slice.bitsAllocated == 16) && slice.bitsStored >= 1 &&
+           slice.highBit < slice.bitsAllocated && slice.highBit + 1 >= slice.bitsStored;
+}
+
+/// Bytes under a name that a parser can open, without touching a disk (they hold identifiers).
+class MemoryFile {
+  public:
+    explicit MemoryFile(const std::vector<std::byte>& bytes)
+        : descriptor_(::memfd_create("tessera", MFD_CLOEXEC)) {
+        if (descriptor_ < 0 ||
+            ::write(descriptor_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) {
+            if (descriptor_ >= 0)
+                ::close(descriptor_);
+            throw Error("no memory file for a deflated DICOM file");
+        }
+    }
+    ~MemoryFile() { ::close(descriptor_); }
+    MemoryFile(const MemoryFile&) = delete;
+    MemoryFile& operator=(const MemoryFile&) = delete;
+    std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
+
+  private:
+    int descriptor_;
+};
+
+/// Scans files into series.
+class Scanner {
+  public:
+    void add(const std::filesystem::path& file) {
+        const Beginning beginning = beginningOf(file);
+        current_ = {};
+        switch (beginning.kind) {
+        case FileStart::empty:
+            return pass({file, PassedReason::empty});
+        case FileStart::zeros:
+            return pass({file, PassedReason::zeroFilled});
+        case FileStart::notReadable:
+            return pass({file, PassedReason::notReadable, "", beginning.problem});
+        case FileStart::other:
+            return pass({file, PassedReason::notDicom});
+        case FileStart::dicom:
+            break;
+        }
+        DicomStructure structure = structureOf(file);
+        const std::string syntax = structure.syntax;
+        std::optional<MemoryFile> inflated;
+        if (syntax == kDeflatedSyntax) {
+            try {
+                inflated.emplace(inflateDicom(file));
+            } catch (const InputError&) {
+                return damaged(file, "a deflated DICOM file", "one that does not inflate");
+            }
+            structure = structureOf(inflated->path());
+        }
+        if (structure.breaksOff)
+            return damaged(file, "a whole DICOM file", structure.irregularity + " (is it truncated?)");
+        vtkNew<vtkDICOMMetaData> data;
+        vtkNew<vtkDICOMParser> parser;
+        parse(*parser, *data, inflated ? inflated->path() : file.string());
+        const Header header(data);
+        current_ = {header.text(DC::SeriesInstanceUID), modalityOf(header.text(DC::Modality)),
+                    header.text(DC::MediaStorageSOPClassUID), parser->GetPixelDataFound()};
+        if (current_.storageClass.empty())
+            current_.storageClass = header.text(DC::SOPClassUID);
+        if (current_.isWhole)
+            return addImage(file, structure, header, syntax, *parser);
+        // The class stands in the meta group: where that is damaged, it says nothing.
+        if (structure.syntax.empty() && !structure.irregularity.empty())
+            return damaged(file, "a meta group without fault", structure.irregularity);
+        const std::string words = objectWords(current_.storageClass);
+        if (!words.empty())
+            return pass({file, PassedReason::notImage, "", words});
+        // Every other kind should have pixels, or its class is damaged.
+        if (current_.storageClass.empty() || isSliceClass(current_.storageClass) ||
+            parser->GetErrorCode() != 0 || header.integer(DC::Rows))
+            return damaged(file, "a whole DICOM image", "a header that breaks off (is it truncated?)");
+        pass({file, PassedReason::notImage, "", "DICOM object without pixels"});
+    }
+
+    DicomScan take() {
+        // A series in which nothing has a position (a radiograph, a screen shot) is no volume. One in which
+        // something has is kept whole, so that a slice without a position is noticed.
+        std::vector<std::optional<std::size_t>> kept;
+        std::vector<DicomSeries> series;
+        const auto withoutUid = indexOfUid_.find("");
+        const std::size_t indexWithoutUid =
+            withoutUid == indexOfUid_.end() ? scan_.series.size() : withoutUid->second;
+        const bool slicesAreRegular =
+            std::all_of(scan_.series.begin(), scan_.series.end(), [](const DicomSeries& each) {
+                return std::all_of(each.slices.begin(), each.slices.end(), [](const DicomSlice& slice) {
+                    return !slice.positionMm || slice.irregularity.empty();
+                });
+            });
+        for (std::size_t index = 0; index < scan_.series.size(); ++index) {
+            DicomSeries& each = scan_.series[index];
+            const bool placed =
+                std::any_of(each.slices.begin(), each.slices.end(),
+                            [](const DicomSlice& slice) { return slice.positionMm.has_value(); });
+            kept.push_back(placed ? std::optional(series.size()) : std::nullopt);
+            if (placed) {
+                series.push_back(std::move(each));
+                continue;
+            }
+            const std::string what =
+                each.object.empty() ? "image without a position in the patient" : each.object;
+            std::set<std::filesystem::path> files; // frames share one
+            for (const DicomSlice& slice : each.slices)
+                files.insert(slice.file);
+            // Without the series' UID too, or irregular, the header is damaged: it could be anybody's slice.
+            const auto irregular =
+                std::find_if(each.slices.begin(), each.slices.end(),
+                             [](const DicomSlice& slice) { return !slice.irregularity.empty(); });
+            const bool isWithoutUid = index == indexWithoutUid;
+            // What an irregular header says that it is need not be true, unless the writer is like that.
+            const bool isIrregular =
+                irregular != each.slices.end() && (each.object.empty() || slicesAreRegular);
+            const bool isDamaged = isIrregular || (isWithoutUid && each.object.empty());
+            const std::string found = isWithoutUid ? "neither" : isDamaged ? irregular->irregularity : "";
+            for (const auto& file : files)
+                scan_.passed.push_back(isDamaged ? PassedFile{file, PassedReason::damaged,
+                                                              "ImagePositionPatient (0020,0032) and "
+                                                              "SeriesInstanceUID (0020,000e)",
+                                                              found}
+                                                 : PassedFile{file, PassedReason::noPlace, "", what});
+            if (!files.empty())
+                scan_.others.push_back({each.acquisition.modality, what, static_cast<int>(files.size())});
+        }
+        scan_.series = std::move(series);
+        std::map<std::pair<std::string, std::string>, DicomOther> others;
+        for (auto& [file, from] : passed_) {
+            const auto known = indexOfUid_.find(from.uid);
+            const auto scout = indexOfUid_.find(from.uid + kScoutMark);
+            const auto at = known != indexOfUid_.end() ? known : scout;
+            if (!from.uid.empty() && at != indexOfUid_.end())
+                file.series = kept[at->second];
+            file.seriesIsAnother = from.isWhole && !from.uid.empty() && !file.series;
+            const bool isDamaged = file.reason == PassedReason::damaged;
+            if (!file.series && (isDamaged || !file.found.empty()) && !from.storageClass.empty()) {
+                const std::string what =
+                    isDamaged ? "damaged or not decodable (" + file.found + ")" : file.found;
+                DicomOther& other = others[{from.uid, what}];
+                other = {from.modality, what, other.files + 1};
+            }
+            scan_.passed.push_back(std::move(file));
+        }
+        for (auto& [key, other] : others)
+            scan_.others.push_back(std::move(other));
+        return std::move(scan_);
+    }
+
+  private:
+    static void parse(vtkDICOMParser& parser, vtkDICOMMetaData& data, const std::string& file) {
+        parser.SetMetaData(&data);
+        parser.SetFileName(file.c_str());
+        parser.Update();
+    }
+
+    /// Of the file in hand. The UID identifies a study: it stays in here.
+    struct Current {
+        std::string uid, modality, storageClass;
+        bool isWhole = false; // the header was read to its end
+    };
+
+    void pass(PassedFile file) { passed_.emplace_back(std::move(file), current_); }
+    void damaged(const std::filesystem::path& file, std::string expected, std::string found) {
+        pass({file, PassedReason::damaged, std::move(expected), std::move(found)});
+    }
+    /// An image whose pixels are not single values of 8 or 16 bits.
+    void notASlice(const std::filesystem::path& file, const Header& header, const DicomSlice& slice) {
+        const int samples = header.integer(DC::SamplesPerPixel).value_or(1);
+        if (isSliceClass(current_.storageClass) && samples != 1)
+            return damaged(file, "SamplesPerPixel (0028,0002) of 1", std::to_string(samples));
+        if (isSliceClass(current_.storageClass))
+            return damaged(file, "rows and columns of 8 or 16 bits allocated, the stored bits within",
+                           std::to_string(slice.rows) + " x " + std::to_string(slice.columns) + ", " +
+                               std::to_string(slice.bitsAllocated) + " allocated, " +
+                               std::to_string(slice.bitsStored) + " stored");
+        const std::string words = objectWords(current_.storageClass);
+        pass({file, PassedReason::noPlace, "",
+              words.empty() ? std::string(samples > 1 ? "colour image" : "image not of single values")
+                            : words});
+    }
+
+    void addImage(const std::filesystem::path& file, const DicomStructure& structure, const Header& header,
+                  const std::string& syntax, vtkDICOMParser& parser) {
+        DicomSlice slice;
+        slice.file = file;
+        const int frames = std::max(1, header.integer(DC::NumberOfFrames).value_or(1));
+        if (!readPixelFormat(header, slice))
+            return structure.irregularity.empty()
+                       ? notASlice(file, header, slice)
+                       : damaged(file, "a header without fault", structure.irregularity);
+        const bool plain = syntax.empty() || syntax == kDeflatedSyntax || syntax == kImplicitLittle ||
+                           syntax == kExplicitLittle || (syntax == kExplicitBig && slice.bitsAllocated == 16);
+        const CompressedSyntax* const compressed = plain ? nullptr : compressedSyntax(syntax);
+        if (!plain && !compressed)
+            return damaged(file, "a transfer syntax that can be decoded",
+                           "transfer syntax " + codeUid(syntax));
+        slice.coding = compressed                  ? PixelCoding::compressed
+                       : syntax == kExplicitBig    ? PixelCoding::bigEndian
+                       : syntax == kDeflatedSyntax ? PixelCoding::deflated
+                                                   : PixelCoding::littleEndian;
+        if (header.has(DC::ModalityLUTSequence))
+            return damaged(file, "values by RescaleSlope and RescaleIntercept",
+                           "a table, ModalityLUTSequence (0028,3000)");
+        if (frames > kMostFrames)
+            return damaged(file, "at most 65536 frames", std::to_string(frames));
+        const std::uint64_t frameBytes = static_cast<std::uint64_t>(slice.columns) *
+                                         static_cast<std::uint64_t>(slice.rows) *
+                                         static_cast<std::uint64_t>(slice.bitsAllocated / 8);
+        const auto offset = static_cast<std::uint64_t>(parser.GetFileOffset());
+        const auto fileBytes = static_cast<std::uint64_t>(parser.GetFileSize());
+        const std::uint64_t present = std::min<std::uint64_t>(fileBytes - std::min(offset, fileBytes),
+                                                              plain ? parser.GetPixelDataVL() : fileBytes);
+        const std::uint64_t needed = plain ? frameBytes * static_cast<std::uint64_t>(frames) : 1;
+        // No codec here gains more than a thousandfold; a larger claim is not worth allocating for.
+        if (present < needed || frameBytes > present * 1000 + (std::uint64_t{1} << 26))
+            return damaged(file, std::to_string(plain ? needed : frameBytes) + " bytes of pixels",
+                           std::to_string(present) + " bytes (is the file truncated?)");
+        std::vector<std::vector<Fragment>> fragments;
+        if (compressed) {
+            try {
+                fragments = findStreams(file, *compressed, offset, frames, slice);
+            } catch (const BadFile& fault) {
+                return damaged(file, fault.expected(), fault.found());
+            }
+        }
+
+        slice.irregularity = structure.irregularity;
+        if (slice.irregularity.empty() && structure.pixelOffsetBytes != offset)
+            slice.irregularity = "pixels at two places";
+        if (slice.irregularity.empty())
+            slice.irregularity = missingTag(header);
+
+        // More pixels than rows, columns and frames say: one of them lies, or a slice is lost.
+        const std::uint64_t rowBytes = frameBytes / static_cast<std::uint64_t>(slice.rows);
+        if (plain && present >= needed + rowBytes)
+            return damaged(file,
+                           std::to_string(needed) +
+                               " bytes of pixels, as Rows (0028,0010), Columns (0028,0011) "
+                               "and NumberOfFrames (0028,0008) say",
+                           std::to_string(present));
+        if (const std::uint64_t claimed = parser.GetPixelDataVL(); plain && claimed > fileBytes - offset)
+            return damaged(file,
+                           "the " + std::to_string(claimed) + " bytes that PixelData (7fe0,0010) claims",
+                           std::to_string(fileBytes - offset));
+        // A dose or protocol screen that was saved under the scan's own SeriesInstanceUID is no slice of it.
+        if (!header.has(DC::ImagePositionPatient) && frames == 1 &&
+            current_.storageClass.rfind(kSecondaryCapture, 0) == 0)
+            return pass({file, PassedReason::noPlace, "", "secondary capture"});
+
+        DicomSeries& series = seriesOf(header);
+        for (int frame = 0; frame < frames; ++frame) {
+            readPlace(header, frame, slice);
+            if (const std::size_t bar = slice.fault.find('|'); bar != std::string::npos)
+                return damaged(file, slice.fault.substr(0, bar), slice.fault.substr(bar + 1));
+            slice.pixelOffsetBytes = offset + static_cast<std::uint64_t>(frame) * frameBytes;
+            if (compressed)
+                slice.fragments = std::move(fragments[static_cast<std::size_t>(frame)]);
+            series.slices.push_back(slice);
+        }
+    }
+
+    /// The fragments of each frame; what the first stream's own header says of its loss goes to slice.
+    static std::vector<std::vector<Fragment>> findStreams(const std::filesystem::path& path,
+                                                          const CompressedSyntax& syntax,
+                                                          std::uint64_t offset, int frames,
+                                                          DicomSlice& slice) {
+        const InputFile file(path);
+        auto found = framesOf(file, offset, frames);
+        slice.stream = syntax.coding;
+        std::vector<std::byte> beginning(
+            std::min<std::size_t>(kPeekBytes, found.front().front().lengthBytes));
+        file.readAt(found.front().front().offsetBytes, beginning);
+        const auto header = peekHeader(syntax.coding, beginning);
+        slice.lossy = slice.lossy || syntax.lossyAlways || (header && header->lossy);
+        return found;
+    }
+
+    /// Only UID characters reach a message.
+    static std::string codeUid(const std::string& uid) {
+        const bool clean = uid.size() <= 64 && uid.find_first_not_of("0123456789.") == std::string::npos;
+        return clean ? uid : "(not a UID)";
+    }
+
+    DicomSeries& seriesOf(const Header& header) {
+        // A scout beside sections of its own series is a series of its own.
+        const std::string imageType = header.text(DC::ImageType);
+        const bool isScout = hasType(imageType, "LOCALIZER");
+        const auto [at, isNew] =
+            indexOfUid_.try_emplace(current_.uid + (isScout ? kScoutMark : ""), scan_.series.size());
+        if (isNew) {
+            DicomSeries series;
+            series.isScout = isScout;
+            series.object = objectWords(current_.storageClass);
+            series.derivation = derivationOf(imageType);
+            series.acquisition.modality = modalityOf(header.text(DC::Modality));
+            series.acquisition.kernel = codeWord(header.text(DC::ConvolutionKernel));
+            series.acquisition.tubeVoltageKv = header.real(DC::KVP).value_or(0);
+            series.acquisition.sliceThicknessMm = header.real(DC::SliceThickness).value_or(0);
+            series.betweenSlicesMm = std::abs(header.real(DC::SpacingBetweenSlices).value_or(0));
+            const std::string type = header.text(DC::RescaleType);
+            series.isHounsfield = series.acquisition.modality == "CT" && header.real(DC::RescaleIntercept) &&
+                                  (type.empty() || type == "HU");
+            scan_.series.push_back(std::move(series));
+            kindOfSeries_.push_back({current_.modality, type == "HU" ? "" : type, // HU is what CT has anyway
+                                     header.text(DC::PatientID), header.text(DC::FrameOfReferenceUID)});
+        }
+        DicomSeries& series = scan_.series[at->second];
+        const auto& [modality, type, patient, frame] = kindOfSeries_[at->second];
+        if (current_.modality != modality)
+            series.disagreement = "Modality (0008,0060)";
+        else if (const std::string own = header.text(DC::RescaleType); (own == "HU" ? "" : own) != type)
+            series.disagreement = "RescaleType (0028,1054)";
+        else if (header.text(DC::PatientID) != patient)
+            series.disagreement = "PatientID (0010,0020)";
+        else if (header.text(DC::FrameOfReferenceUID) != frame)
+            series.disagreement = "FrameOfReferenceUID (0020,0052)";
+        return series;
+    }
+
+    DicomScan scan_;
+    Current current_;
+    std::vector<std::pair<PassedFile, Current>> passed_;
+    /// Of a series' first file. The identifiers are compared, and stay in here.
+    struct Kind {
+        std::string modality, rescaleType, patient, frameOfReference;
+    };
+    std::vector<Kind> kindOfSeries_;
+    std::map<std::string, std::size_t> indexOfUid_; // a UID identifies a study: it stays in here
+};
+
+} // namespace
+
+DicomScan scanDicom(const std::vector<std::filesystem::path>& files) {
+    const QuietVtk quiet;
+    Scanner scanner;
+    for (const auto& file : files) {
+        checkInterrupted();
+        scanner.add(file);
+    }
+    return scanner.take();
+}
+
+} // namespace tessera

@@ -1,0 +1,89 @@
+// bricking/import/dicom/dicom_scan.h: reads the headers of DICOM files, keeps the few values that a volume
+// needs and groups the slices by series. Everything else in a header, every identifier included, is dropped
+// here.
+#pragma once
+
+#include "bricking/import/codecs/stream.h"
+#include "bricking/import/dicom/encapsulated_frames.h"
+#include "bricking/import/dicom/passed_over.h"
+#include "core/volume.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// How a slice's pixels lie in its file.
+enum class PixelCoding : std::uint8_t {
+    littleEndian, // plain, read by position
+    bigEndian,    // plain, read by position
+    deflated,     // the whole data set is deflated; the offset is that in inflateDicom()
+    compressed    // a stream in fragments
+};
+
+/// When and as what a slice was taken, as far as its header says: tells apart pictures of one place. For
+/// sorting and for the list of phases; a time of day is never shown.
+struct SliceMoment {
+    std::optional<double> cardiacPercent;                   // NominalPercentageOfCardiacPhase
+    std::optional<double> triggerMs;                        // TriggerTime, after the R wave
+    std::optional<int> temporalPosition, acquisition, echo; // numbers that headers count with
+    std::optional<double> acquisitionSecond, contentSecond; // of the day
+    bool operator==(const SliceMoment&) const = default;
+};
+
+/// One image: a file, or a frame of a multi-frame file.
+struct DicomSlice {
+    std::filesystem::path file;
+    std::uint64_t pixelOffsetBytes = 0; // plain codings: of this frame
+    PixelCoding coding = PixelCoding::littleEndian;
+    int columns = 0, rows = 0;
+    int bitsAllocated = 16, bitsStored = 16, highBit = 15;
+    bool isSigned = false;
+    StreamCoding stream = StreamCoding::jpeg; // compressed only, as the next
+    std::vector<Fragment> fragments;
+    bool hasOverlayBits = false; // overlays lie in the bits that are not stored
+    bool lossy = false;          // said by the header, the transfer syntax or the stream's own header
+    double lossyRatio = 0;       // LossyImageCompressionRatio; 0 unknown
+    std::optional<std::int32_t> largestStored;               // LargestImagePixelValue
+    std::optional<double> slope, intercept;                  // absent: not rescaled
+    std::optional<std::int32_t> paddingFirst, paddingLast;   // stored values, inclusive; both or none
+    std::optional<glm::dvec3> positionMm;                    // ImagePositionPatient
+    std::optional<glm::dvec3> rowDirection, columnDirection; // along a row (x), along a column (y)
+    std::optional<glm::dvec2> spacingMm;                     // x, y
+    std::string irregularity; // of the file's structure, in words that quote no value; empty: none
+    SliceMoment moment;
+    std::string fault; // a number of the header that is none: "EXPECTED|FOUND"
+};
+
+struct DicomSeries {
+    std::vector<DicomSlice> slices; // in the order of the files' names
+    Acquisition acquisition;
+    bool isHounsfield = false;  // CT, rescaled, and not said to be in another unit
+    double betweenSlicesMm = 0; // SpacingBetweenSlices, 0 unknown; used for a single slice only
+    bool isScout = false;       // a localizer: a shadow picture, not a section
+    std::string object;         // what it is where that is no CT, MR or PET: "secondary capture"
+    std::string disagreement;   // an element that has to be the same in every file and is not
+    std::string derivation;     // "MPR", "MIP", ...: how it was derived, "" for an original
+};
+
+/// Files of one series that hold no slice of a volume, and what they are.
+struct DicomOther {
+    std::string modality, what; // "SR", "dose report"
+    int files = 0;
+};
+
+struct DicomScan {
+    std::vector<DicomSeries> series; // by the name of their first file; each has a slice with a position
+    std::vector<DicomOther> others;
+    std::vector<PassedFile> passed; // every file that is in no series
+};
+
+/// Reads the headers of these files, no pixels. Every file is in a series or among those passed over.
+DicomScan scanDicom(const std::vector<std::filesystem::path>& files);
+
+} // namespace tessera

@@ -1,0 +1,42 @@
+// bricking/import/dicom/dicom_source.h: a DICOM series as a SlabSource in its own slice order (along row x
+// column).
+//
+// Values. Slope and intercept are applied slice by slice. If all are whole numbers the volume holds int16
+// physical values (HU for CT; clamped values are counted), or uint16 where only that can hold them; else, and
+// for other modalities whose range fits neither, float32. rescaleSlope is 1 and rescaleIntercept 0 then.
+// Padding. fillStored of HU data is -1024. Voxels that the header declares as padding (PixelPaddingValue and
+// its range limit) and that lie below -1024 HU become fillStored; every other value, whatever the scanner
+// wrote outside its circle, stays as it is. Other data has the first slice's padding, or 0, as fillStored.
+// Place. A gantry tilt stays in the affine as a shear. Every frame of a multi-frame file is a slice.
+#pragma once
+
+#include "bricking/import/dicom/dicom_scan.h"
+#include "bricking/import/source/slab_source.h"
+#include "bricking/import/source/source_options.h"
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// Opens the series of that index. `where` names what was opened in messages. Throws InputError for files
+/// that could be slices of it and cannot be read (unless options.allowMissing), for several pictures at one
+/// place without options.phase (with the list), and as planSlices() does. Byte-identical copies are dropped.
+std::unique_ptr<SlabSource> openDicom(const DicomScan& scan, std::size_t index, const SourceOptions& options,
+                                      const std::string& where);
+
+/// What openDicom() would give for a series, for choosing. Nothing is thrown.
+struct DicomListing {
+    std::optional<VolumeInfo> info;  // with its resampled geometry where the slices are uneven
+    std::string problem;             // why it is refused as it is, or what it needs; "" if nothing
+    std::vector<std::string> phases; // labels
+    int slices = 0;                  // of one phase, without duplicates
+    std::size_t duplicates = 0, missing = 0;
+    double tiltDegrees = 0;
+};
+DicomListing listDicom(const DicomScan& scan, std::size_t index, bool allowMissing);
+
+} // namespace tessera

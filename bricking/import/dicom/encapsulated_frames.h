@@ -1,0 +1,27 @@
+// bricking/import/dicom/encapsulated_frames.h: where the compressed frames of a DICOM file lie (PS3.5, A.4):
+// items in a sequence, the first a table of offsets, the others fragments of frames.
+#pragma once
+
+#include "bricking/import/source/input_file.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace tessera {
+
+struct Fragment {
+    std::uint64_t offsetBytes = 0; // of its content, in the file
+    std::uint32_t lengthBytes = 0;
+};
+
+/// The fragments of each frame. offsetBytes: of the first item, after the pixel element's own header.
+/// A single frame takes all fragments; several need a table of offsets or one fragment each. Throws
+/// InputError naming the file for items that do not follow one another to the sequence's end, for one that
+/// ends beyond the file, and where frames cannot be told apart.
+std::vector<std::vector<Fragment>> framesOf(const InputFile& file, std::uint64_t offsetBytes, int frames);
+
+/// A frame's stream, put together. @pre its fragments lie in the file, as framesOf() has seen
+std::vector<std::byte> readFrame(const InputFile& file, const std::vector<Fragment>& fragments);
+
+} // namespace tessera

@@ -1,0 +1,32 @@
+// bricking/import/dicom/stream_values.h: from a decoded stream's samples to the stored values of a slice,
+// where the stream's own header and the tags may disagree about sign and precision. Rules: docs/formats.md,
+// "Compressed streams".
+#pragma once
+
+#include "bricking/import/codecs/stream.h"
+#include "bricking/import/dicom/dicom_scan.h"
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace tessera {
+
+/// What reading compressed slices showed, for all slices together.
+struct StreamFindings {
+    std::uint64_t clamped = 0; // samples of lossy streams beyond the stored range, brought back to its ends
+    bool lossy = false;        // some stream is
+    std::string disagreement;  // of a stream and the tags, the first one; empty: none
+    std::string beyond;        // words with bits that are not stored, the first slice's; empty: none
+    std::string mended;        // what was mended in a stream, the first one; empty: nothing
+};
+
+/// Turns samples as the stream says into stored values, in place. Throws InputError naming the file where
+/// both readings contradict the tags.
+void fitToTags(const StreamHeader& stream, const DicomSlice& slice, std::span<std::int32_t> values,
+               StreamFindings& findings);
+
+/// Throws InputError naming the file unless stream and tags agree in size and in the number of components.
+void checkShape(const StreamHeader& stream, const DicomSlice& slice);
+
+} // namespace tessera

@@ -1,0 +1,87 @@
+// bricking/import/files/gzip_stream.cpp: see gzip_stream.h. A file may hold several gzip members one after
+// another (RFC 1952, 2.2); what follows the bytes asked for is not looked at.
+#include "bricking/import/files/gzip_stream.h"
+
+#include "core/error.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+#include <zlib.h>
+
+namespace tessera {
+namespace {
+constexpr std::size_t kInputBytes = 64 * 1024;  // per read of the file
+constexpr std::size_t kStepBytes = 1024 * 1024; // zlib counts in 32 bits
+constexpr int kGzipWindow = 15 + 16;            // zlib: the largest window, gzip wrapper only
+} // namespace
+
+struct GzipStream::State {
+    explicit State(InputFile f) : file(std::move(f)), input(kInputBytes) {
+        if (inflateInit2(&stream, kGzipWindow) != Z_OK)
+            throw Error("zlib cannot start");
+    }
+    ~State() { inflateEnd(&stream); }
+    State(const State&) = delete;
+    State& operator=(const State&) = delete;
+
+    InputFile file;
+    std::vector<std::byte> input;
+    std::uint64_t inputOffset = 0, outputOffset = 0;
+    z_stream stream{};
+    bool atMemberEnd = false;
+};
+
+GzipStream::GzipStream(InputFile file) : state_(std::make_unique<State>(std::move(file))) {}
+GzipStream::~GzipStream() = default;
+GzipStream::GzipStream(GzipStream&&) noexcept = default;
+
+const InputFile& GzipStream::file() const {
+    return state_->file;
+}
+
+/// One call of inflate into out; done is what it gave. True at the end of a member.
+bool GzipStream::inflateStep(std::span<std::byte> out, std::size_t& done) {
+    State& s = *state_;
+    if (s.stream.avail_in == 0) {
+        const std::size_t got = s.file.readSome(s.inputOffset, s.input);
+        if (got == 0)
+            throw badFile(s.file.path().string(),
+                          "more data after decompressed byte " + std::to_string(s.outputOffset),
+                          "the end of the file (is it truncated?)");
+        s.inputOffset += got;
+        s.stream.next_in = reinterpret_cast<Bytef*>(s.input.data());
+        s.stream.avail_in = static_cast<uInt>(got);
+    }
+    const std::size_t step = std::min(out.size(), kStepBytes);
+    s.stream.next_out = reinterpret_cast<Bytef*>(out.data());
+    s.stream.avail_out = static_cast<uInt>(step);
+    const int result = inflate(&s.stream, Z_NO_FLUSH);
+    done = step - s.stream.avail_out;
+    s.outputOffset += done;
+    if (result != Z_OK && result != Z_BUF_ERROR && result != Z_STREAM_END)
+        throw badFile(s.file.path().string(), "gzip data",
+                      "damage near decompressed byte " + std::to_string(s.outputOffset));
+    return result == Z_STREAM_END;
+}
+
+void GzipStream::read(std::span<std::byte> out) {
+    while (!out.empty()) {
+        std::size_t done = 0;
+        state_->atMemberEnd = inflateStep(out, done);
+        out = out.subspan(done);
+        if (state_->atMemberEnd && !out.empty())
+            inflateReset2(&state_->stream, kGzipWindow);
+    }
+}
+
+std::uint64_t GzipStream::finish() {
+    std::vector<std::byte> rest(kInputBytes);
+    std::size_t done = 0;
+    std::uint64_t passed = 0;
+    for (; !state_->atMemberEnd; passed += done)
+        state_->atMemberEnd = inflateStep(rest, done);
+    return passed;
+}
+
+} // namespace tessera

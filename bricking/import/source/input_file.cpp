@@ -1,0 +1,69 @@
+// bricking/import/source/input_file.cpp: see input_file.h.
+#include "bricking/import/source/input_file.h"
+
+#include "core/error.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <string>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <utility>
+
+namespace tessera {
+
+InputFile::InputFile(std::filesystem::path path) : path_(std::move(path)) {
+    // O_NONBLOCK: opening a pipe must not wait for a writer before fstat can refuse it.
+    descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (descriptor_ < 0)
+        throw badFile(path_.string(), "a readable file", std::strerror(errno));
+    struct stat status {};
+    if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode)) {
+        ::close(std::exchange(descriptor_, -1));
+        throw badFile(path_.string(), "a regular file", "something else");
+    }
+    sizeBytes_ = static_cast<std::uint64_t>(status.st_size);
+}
+
+InputFile::InputFile(InputFile&& other) noexcept
+    : path_(std::move(other.path_)), sizeBytes_(other.sizeBytes_),
+      descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+InputFile& InputFile::operator=(InputFile&& other) noexcept {
+    std::swap(path_, other.path_);
+    std::swap(sizeBytes_, other.sizeBytes_);
+    std::swap(descriptor_, other.descriptor_);
+    return *this;
+}
+
+InputFile::~InputFile() {
+    if (descriptor_ >= 0)
+        ::close(descriptor_);
+}
+
+std::size_t InputFile::readSome(std::uint64_t offset, std::span<std::byte> out) const {
+    std::size_t done = 0;
+    while (done < out.size()) {
+        const ssize_t got =
+            ::pread(descriptor_, out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got < 0)
+            throw Error(path_.string() + ": reading failed: " + std::strerror(errno));
+        if (got == 0)
+            break;
+        done += static_cast<std::size_t>(got);
+    }
+    return done;
+}
+
+void InputFile::readAt(std::uint64_t offset, std::span<std::byte> out) const {
+    const std::size_t got = readSome(offset, out);
+    if (got < out.size())
+        throw badFile(path_.string(),
+                      std::to_string(out.size()) + " bytes from byte " + std::to_string(offset) + " on",
+                      "the end of the file after " + std::to_string(got) + " of them");
+}
+
+} // namespace tessera

@@ -1,0 +1,39 @@
+// bricking/import/source/slice_converter.h: slices of a file's numbers to slices of stored values, with
+// something to stand where a file has no number. NaN is absent (a mask, a field of view), so it becomes the
+// lowest value of the data: 0 would be water in a CT, an opaque slab around what was masked.
+#pragma once
+
+#include "bricking/import/source/voxel_types.h"
+#include "core/volume.h"
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+class SliceConverter {
+  public:
+    /// Calls its argument with all voxels as they lie in the file, in portions, from the first one.
+    using VisitVoxels = std::function<void(const std::function<void(std::span<const std::byte>)>&)>;
+
+    /// visitAll is called once, and only if there is a voxel without a number.
+    SliceConverter(FileType type, bool bigEndian, VisitVoxels visitAll);
+    /// Converts as storeVoxels() does and keeps the account in info: nonFiniteVoxels, absentStored,
+    /// clampedVoxels. Throws what visitAll throws.
+    void convert(std::span<const std::byte> in, std::span<std::byte> out, VolumeInfo& info);
+    /// What was lost that info does not count: whole numbers that float32 cannot hold.
+    std::vector<std::string> notes() const;
+
+  private:
+    void findLowest(VolumeInfo& info) const;
+
+    FileType type_;
+    bool bigEndian_;
+    VisitVoxels visitAll_;
+    std::uint64_t rounded_ = 0;
+};
+
+} // namespace tessera

@@ -1,0 +1,50 @@
+// bricking/import/source/voxel_types.h: from the number types that files use to the four that a store holds.
+// Lossless where it can be (i8 widens to i16); 32- and 64-bit integers and doubles become float32, which
+// keeps integers exactly up to 2^24 only, and the sources say so in describe().
+#pragma once
+
+#include "core/volume.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+
+namespace tessera {
+
+enum class FileType : std::uint8_t { i8, u8, i16, u16, i32, u32, i64, u64, f32, f64 };
+
+std::size_t bytesPerFileValue(FileType type);
+/// "int8" ... "float64".
+const char* name(FileType type);
+/// The inverse of name(); nothing for any other word.
+std::optional<FileType> fileTypeOf(const std::string& name);
+/// The type that the store holds for it.
+ValueType storedTypeOf(FileType type);
+/// True where the stored type cannot hold every value of the file type exactly (i32, u32, i64, u64, f64).
+bool losesPrecision(FileType type);
+
+/// What conversion had to change.
+struct VoxelCounts {
+    std::uint64_t nonFinite = 0; // NaN and infinities, replaced
+    std::uint64_t rounded = 0;   // whole numbers that float32 cannot hold exactly
+    std::uint64_t clamped = 0;   // finite doubles beyond float32, clamped to its largest value
+};
+
+/// Converts in.size() / bytesPerFileValue(type) values into little-endian stored values.
+/// out.size() must be that count times bytesPerValue(storedTypeOf(type)). in and out may not overlap.
+/// What is not finite becomes absentStored.
+void storeVoxels(FileType type, bool bigEndian, std::span<const std::byte> in, double absentStored,
+                 std::span<std::byte> out, VoxelCounts& counts);
+
+/// Of finite values as they are stored.
+struct ValueRange {
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    bool isEmpty() const { return least > most; }
+};
+/// Widens the range by in.size() / bytesPerFileValue(type) values.
+void widen(ValueRange& range, FileType type, bool bigEndian, std::span<const std::byte> in);
+
+} // namespace tessera

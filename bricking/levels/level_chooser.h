@@ -1,0 +1,56 @@
+// bricking/levels/level_chooser.h: from a store, a transfer function and a camera to levels: statistics read,
+// errors predicted, view weighed, in this order, each again only when what it depends on has changed.
+#pragma once
+
+#include "bricking/levels/level_selection.h"
+#include "bricking/statistics/ray_statistics.h"
+#include "bricking/statistics/statistics.h"
+#include "bricking/store/store_reader.h"
+#include "core/camera.h"
+
+#include <span>
+#include <vector>
+
+namespace tessera {
+
+class LevelChooser {
+  public:
+    /// store must outlive this. @param threads  0: all processors
+    LevelChooser(const StoreReader& store, Ledger& ram, int threads);
+
+    /// Memory that it takes for a function that so many of all bricks show something of: at most, and what
+    /// stays when rays are let go.
+    static std::size_t bytes(std::size_t shownBricks, std::size_t bricks);
+
+    /// Errors under a function. Must be called first. Reads the rays that it needs and that are not there
+    /// yet.
+    void setFunction(const Statistics& statistics, const TransferTable& table, Culling culling);
+    /// No other function will come: lets go of the sampled rays.
+    void keepFunction();
+    /// The view; after the function, and again after each.
+    void setCamera(const Camera& camera, const glm::ivec2& imageSize);
+
+    const std::vector<std::uint8_t>& shows() const { return errors_.shows; } // [z][y][x] over bricks
+    const LevelErrors& errors() const { return errors_; }
+    const ViewWeights& weights() const { return weights_; }
+    /// What hides what, as the rays of the bricks predict it.
+    std::vector<float> predictedVisibility() const;
+
+    /// The functions of level_selection.h. @param means  Statistics::brickMean
+    Selection best(std::span<const float> means, std::size_t pages, Visibility visibility = {}) const;
+    Selection within(std::span<const float> means, double maxError) const;
+    PredictedError predict(const Selection& selection, Visibility visibility = {}) const;
+
+  private:
+    const StoreReader& store_;
+    Ledger& ram_;
+    int threads_;
+    BrickRays rays_;
+    LevelErrors errors_;
+    ViewWeights weights_;
+    Camera camera_;
+    glm::ivec2 imageSize_{0};
+    Charge charge_;
+};
+
+} // namespace tessera

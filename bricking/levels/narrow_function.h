@@ -1,0 +1,73 @@
+// bricking/levels/narrow_function.h: compositing sampled rays (brick_rays.h) under a transfer function whose
+// features are narrower than what the value changes between the samples: a look-up at each sample would miss
+// them, and levels would be told to make no difference. Here the value is taken to change steadily from one
+// sample to the next, and a segment has the function's mean over the values that it passes, which no feature
+// is too narrow for: pre-integration (K. Engel, M. Kraus, T. Ertl, High-Quality Pre-Integrated Volume
+// Rendering, 2001) without attenuation inside the segment. Several times the work of a look-up,
+// therefore only for such functions.
+#pragma once
+
+#include "bricking/statistics/brick_rays.h"
+#include "core/transfer_function.h"
+#include "core/volume.h"
+
+#include <array>
+#include <cstdint>
+#include <glm/vec4.hpp>
+#include <span>
+#include <vector>
+
+namespace tessera {
+
+/// A function's integral over values, counted in places among the table's entries: 0 the first one; beyond
+/// the outermost entries the function goes on as they are.
+class FunctionSums {
+  public:
+    explicit FunctionSums(const TransferTable& table); // which must outlive it
+    explicit FunctionSums(TransferTable&& table) = delete;
+    /// rgb: colour times extinction; a: extinction, 1/mm.
+    glm::dvec4 at(double place) const;
+    /// From place 0; linear between entries.
+    glm::dvec4 upTo(double place) const;
+    double lastPlace() const { return static_cast<double>(upTo_.size() - 1); }
+
+  private:
+    glm::dvec4 entry(std::size_t i) const {
+        const glm::vec4& e = table_.entries[i];
+        return {glm::dvec3(e) * static_cast<double>(e.a), static_cast<double>(e.a)};
+    }
+
+    const TransferTable& table_;
+    std::vector<glm::dvec4> upTo_;
+};
+
+/// How much of the function's extinction lies elsewhere once the function is averaged over `width` places: 0
+/// for one that changes little over that width, up to 2 for features far narrower. 0 where nothing shows.
+double narrowness(const FunctionSums& sums, double width);
+
+/// Whether look-ups at samples are too few: narrowness over 1/64 of the range that a brick's samples have, in
+/// the mean over the bricks that have rays, is above a quarter.
+/// @param ranges  hi - lo of parts of rays, stored units
+bool isNarrow(const FunctionSums& sums, const TransferTable& table, const VolumeInfo& info,
+              std::span<const float> ranges);
+
+/// Composites rays of one part.
+class NarrowCompositor {
+  public:
+    /// sums must outlive this.
+    NarrowCompositor(const FunctionSums& sums, const TransferTable& table, const VolumeInfo& info);
+    void setPart(const BrickRayPart& part);
+    /// Colour before black and, last, transmittance. @param codes  of the segments' middles, front to back
+    glm::dvec4 composite(std::span<const std::uint8_t> codes, double segmentMm) const;
+
+  private:
+    static constexpr int kPlaces = 2 * 255 + 1; // half codes
+    glm::dvec4 mean(int from, int to) const;    // half codes
+
+    const FunctionSums& sums_;
+    double perStored_ = 0, atZero_ = 0; // place = perStored_ * stored + atZero_
+    std::array<double, kPlaces> places_{};
+    std::array<glm::dvec4, kPlaces> upTo_{};
+};
+
+} // namespace tessera

@@ -1,0 +1,94 @@
+// bricking/levels/segment_tables.h: what segments of sampled rays (brick_rays.h) add under a transfer
+// function, by nearest look-up of their value: one table for each of the few lengths that segments have.
+#pragma once
+
+#include "bricking/statistics/brick_rays.h"
+#include "core/transfer_function.h"
+#include "core/volume.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace tessera {
+
+/// Segments that a ray is composited in. Fields of levels 2 to 5 are nearly linear between the few samples
+/// that are kept, so what lies between is interpolated: the function may change faster than the field, and
+/// two levels can only be compared where both are cut alike, which coarse levels with their large errors need
+/// less.
+constexpr std::array<int, kLevelCount> kSegments = {16, 16, 16, 8, 8, 8};
+
+/// Length of a segment of a row, in mm. @param border  in the last brick along the axis
+inline double segmentMm(const VolumeInfo& info, int axis, bool border, int level) {
+    const int rest = info.extentVoxels[axis] % kBrickExtent;
+    const int voxels = border && rest > 0 ? rest : kBrickExtent;
+    return info.spacingMm()[axis] * voxels / kSegments[static_cast<std::size_t>(level)];
+}
+
+/// What a segment of one length does for a value: colour times opacity that it adds, and the share of light
+/// that it lets through. Also four numbers of any kind.
+using Added = float __attribute__((vector_size(16)));
+
+/// The function, resampled for nearest look-ups. 4096 entries are an eighth of the finest table step or less
+/// for the usual tables of 256 and 512 entries; larger tables keep their size up to what stays in a cache.
+class SegmentTables {
+  public:
+    static constexpr std::size_t kMostEntries = 16384;
+    static constexpr std::size_t kMostBytes = 18 * kMostEntries * sizeof(Added); // 3 axes, 2 rests, 3 lengths
+    SegmentTables(const TransferTable& table, const VolumeInfo& info)
+        : size_(std::clamp<std::size_t>(std::bit_ceil(table.entries.size()), 4096, kMostEntries)) {
+        const double entries = static_cast<double>(table.entries.size() - 1);
+        const double first = table.firstValue, span = entries / static_cast<double>(table.entriesPerValue);
+        // index = round((slope * stored + intercept - first) / span * (size - 1))
+        const double scale = static_cast<double>(size_ - 1) / span;
+        perStored_ = info.rescaleSlope * scale;
+        atZero_ = (info.rescaleIntercept - first) * scale;
+        for (int axis = 0; axis < 3; ++axis)
+            for (const bool border : {false, true})
+                for (int level = 0; level < kLevelCount; ++level)
+                    tables_[slot(axis, border, level)] =
+                        tableFor(table, segmentMm(info, axis, border, level));
+    }
+    /// Index of a value in any of the tables, before rounding and clamping: a * stored + b.
+    double perStored() const { return perStored_; }
+    double atZero() const { return atZero_; }
+    std::size_t size() const { return size_; }
+    const Added* at(int axis, bool border, int level) const {
+        return made_[tables_[slot(axis, border, level)]].data();
+    }
+
+  private:
+    static std::size_t slot(int axis, bool border, int level) {
+        return static_cast<std::size_t>((axis * 2 + (border ? 1 : 0)) * kLevelCount + level);
+    }
+    /// Place of the table of a length; equal lengths share one.
+    std::size_t tableFor(const TransferTable& table, double lengthMm) {
+        for (std::size_t i = 0; i < lengths_.size(); ++i)
+            if (std::abs(lengths_[i] - lengthMm) <= 1e-9 * lengthMm)
+                return i;
+        std::vector<Added> made(size_);
+        for (std::size_t i = 0; i < size_; ++i) {
+            const double at = static_cast<double>(i) * static_cast<double>(table.entries.size() - 1) /
+                              static_cast<double>(size_ - 1);
+            const std::size_t left = std::min(static_cast<std::size_t>(at), table.entries.size() - 2);
+            const glm::vec4 a = table.entries[left], b = table.entries[left + 1];
+            const glm::vec4 e = a + static_cast<float>(at - static_cast<double>(left)) * (b - a);
+            const float alpha = static_cast<float>(-std::expm1(-static_cast<double>(e.a) * lengthMm));
+            made[i] = Added{e.r * alpha, e.g * alpha, e.b * alpha, 1 - alpha};
+        }
+        lengths_.push_back(lengthMm);
+        made_.push_back(std::move(made));
+        return made_.size() - 1;
+    }
+
+    std::size_t size_;
+    double perStored_ = 0, atZero_ = 0;
+    std::array<std::size_t, std::size_t{6 * kLevelCount}> tables_{};
+    std::vector<double> lengths_;
+    std::vector<std::vector<Added>> made_;
+};
+
+} // namespace tessera

@@ -1,0 +1,70 @@
+// bricking/levels/selection.cpp: see selection.h.
+#include "bricking/levels/selection.h"
+
+#include "core/error.h"
+
+#include <algorithm>
+
+namespace tessera {
+
+int Selection::finest() const {
+    for (int level = 0; level < kLevelCount; ++level)
+        if (counts[static_cast<std::size_t>(level)] > 0)
+            return level;
+    return kLevelCount - 1;
+}
+
+int Selection::coarsest() const {
+    for (int level = kLevelCount - 1; level >= 0; --level)
+        if (counts[static_cast<std::size_t>(level)] > 0)
+            return level;
+    return kLevelCount - 1;
+}
+
+Selection cullBricks(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
+                     int level, Culling culling) {
+    Selection s;
+    s.bricks = brickGrid(info.extentVoxels);
+    s.levels.assign(cellCount(s.bricks), static_cast<std::uint8_t>(level));
+    s.means = statistics.brickMean;
+    TESSERA_CHECK(s.means.size() == s.levels.size());
+    for (int k = 0; k < s.bricks.z; ++k)
+        for (int j = 0; j < s.bricks.y; ++j)
+            for (int i = 0; i < s.bricks.x; ++i) {
+                std::uint8_t& mine = s.levels[linearIndex({i, j, k}, s.bricks)];
+                float lo = 0, hi = 0;
+                statistics.brickRange({i, j, k}, culling == Culling::lit ? 2 : 1, lo, hi);
+                const double a = info.rescaleSlope * static_cast<double>(lo) + info.rescaleIntercept;
+                const double b = info.rescaleSlope * static_cast<double>(hi) + info.rescaleIntercept;
+                if (culling != Culling::none && table.emptyOver(std::min(a, b), std::max(a, b)))
+                    mine = Selection::kEmpty;
+                ++s.counts[mine];
+            }
+    return s;
+}
+
+Selection selectOneLevel(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
+                         std::size_t availableBytes, const PackedBytes& packedBytes, Culling culling,
+                         const std::string& budgetName, std::size_t fixedBytes, int finest) {
+    Selection s = cullBricks(statistics, table, info, 0, culling);
+    const std::size_t shown = s.shownBricks();
+    std::size_t coarsestBytes = 0;
+    for (int level = finest; level < kLevelCount; ++level) {
+        std::array<std::size_t, kLevelCount + 1> counts{};
+        counts[static_cast<std::size_t>(level)] = shown;
+        coarsestBytes = packedBytes(counts);
+        if (fixedBytes > availableBytes || coarsestBytes > availableBytes - fixedBytes)
+            continue;
+        counts[Selection::kEmpty] = s.counts[Selection::kEmpty];
+        s.counts = counts;
+        for (std::uint8_t& mine : s.levels)
+            if (mine != Selection::kEmpty)
+                mine = static_cast<std::uint8_t>(level);
+        return s;
+    }
+    throw InputError(budgetName + ": this scene needs at least " + formatBytes(fixedBytes + coarsestBytes) +
+                     " (its bricks at the coarsest level, picture and tables), but " +
+                     formatBytes(availableBytes) + " are free");
+}
+
+} // namespace tessera

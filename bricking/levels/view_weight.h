@@ -1,0 +1,34 @@
+// bricking/levels/view_weight.h: what the camera makes of a brick: how many pixels it covers, and the finest
+// level that a pixel can still show.
+#pragma once
+
+#include "core/brick.h"
+#include "core/camera.h"
+#include "core/volume.h"
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <span>
+#include <vector>
+
+namespace tessera {
+
+struct ViewWeights {
+    glm::ivec3 bricks{0};
+    double pixels = 0; // of the picture
+    /// [z][y][x]: pixels that a brick covers, clipped to the picture; 0 where it cannot be seen. A brick
+    /// outside the picture whose samples may blend into one inside has a quarter of what the box half a brick
+    /// larger on every side covers.
+    std::vector<float> area;
+    /// [z][y][x]: the finest level that a pixel can show: that whose samples, one along each axis, are not
+    /// larger than a pixel at the brick's nearest point. kLevelCount-1 where area is 0.
+    std::vector<std::uint8_t> finest;
+};
+
+/// Exact for any affine and projection, a camera inside the volume included. Independent of threads.
+/// @param shows  LevelErrors::shows: bricks that show nothing are passed over and have area 0; empty: all
+/// bricks
+ViewWeights viewWeights(const Camera& camera, const VolumeInfo& info, const glm::ivec2& imageSize,
+                        int threads = 0, std::span<const std::uint8_t> shows = {});
+
+} // namespace tessera

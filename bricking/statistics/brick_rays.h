@@ -1,0 +1,95 @@
+// bricking/statistics/brick_rays.h: a few rays' worth of samples of every brick, at every level: what
+// predicting the picture of a brick needs (level_error.h). A histogram knows which values a brick holds but
+// not which of them lie behind one another, and the picture depends on both; a ray knows.
+//
+// A brick's 24 rays run along the axes, each a row of voxels. 22 of them stand for all such rays equally:
+// every second one each way is a candidate; the candidates of all three axes are sorted by their mean value
+// into eleven equal groups, each group by its distance from level 3 into two halves, and the middle ray of
+// each half is taken. The last two go through the brick's largest and its smallest voxel and weigh little, so
+// that something small and rare is not taken for nothing. Two parts of twelve rays, one of each group and one
+// extreme, so that half the memory still holds a fair sample. Along a ray the fields of levels 0 and 1 are
+// sampled at 16 voxels, that of level 2 at 8 places, of level 3 at 4, of levels 4 and 5 at 2: as often as the
+// fields of levels 1 to 4 have samples. Fields of levels above 0 are trilinear and use the neighbouring
+// bricks' samples of the same level. A sample is 8 bits of the range of all samples of its part. Of equal
+// bytes, more samples along a ray tell more than more rays do.
+#pragma once
+
+#include "core/brick.h"
+#include "core/budget.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+namespace tessera {
+
+constexpr int kBrickRayParts = 2;
+constexpr int kRaysPerPart = 12;
+constexpr int kRayGroups = kRaysPerPart - 1; // the last ray of a part is an extreme
+constexpr float kExtremeWeight = 1.0f / 16;  // of a part's last ray; the others share the rest equally
+/// Samples along a ray per level; each stands for an equal part of the row.
+constexpr std::array<int, kLevelCount> kRaySamples = {16, 16, 8, 4, 2, 2};
+constexpr int kSamplesPerRay = 48;
+
+/// One part of a brick as it is stored, little-endian.
+struct BrickRayPart {
+    float lo = 0, hi = 0;   // stored units: what codes 0 and 255 stand for
+    std::uint32_t axes = 0; // two bits per ray: the axis it runs along
+    std::array<std::uint8_t, std::size_t{kRaysPerPart * kSamplesPerRay}> codes{}; // [ray][level][sample]
+    int axis(int ray) const { return static_cast<int>(axes >> (2 * ray) & 3u); }
+};
+constexpr std::size_t kBrickRayBytes =
+    2 * sizeof(float) + sizeof(std::uint32_t) + kRaysPerPart * kSamplesPerRay;
+
+void encode(const BrickRayPart& part, std::span<std::uint8_t, kBrickRayBytes> bytes);
+BrickRayPart decodeRays(std::span<const std::uint8_t, kBrickRayBytes> bytes);
+/// hi - lo of a part.
+float rangeOfRays(std::span<const std::uint8_t, kBrickRayBytes> bytes);
+
+/// Where along a row of n voxels sample j of a level lies, in voxels from the row's start: a voxel's centre
+/// where the level has as many samples as level 0, the middle of its part where it has fewer.
+double raySampleAt(int j, int samples, int n);
+
+/// The fields of one brick, for sampling: values of level 0 inside it, and the samples of each coarser level
+/// in and around it.
+struct BrickFields {
+    glm::ivec3 size{0}; // voxels of level 0, at most 32 each
+    /// [z][y][x] of size, stored units.
+    std::span<const float> voxels;
+    /// Samples of levels 1 .. 5 from (first) on, [z][y][x] of extent: the brick's own and one layer around it
+    /// where there is one.
+    struct Box {
+        glm::ivec3 first{0}; // of the brick's first sample; -1 where a layer before it is there
+        glm::ivec3 extent{0};
+        std::span<const float> samples;
+    };
+    std::array<Box, kLevelCount> levels; // levels[0] is not used
+
+    /// Trilinear; p in voxels from the brick's corner; beyond the outermost sample it is constant.
+    float at(int level, const glm::dvec3& p) const;
+};
+
+/// Chooses and samples the rays of a brick. Depends on nothing but the fields.
+std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields);
+
+/// Rays of the bricks that were asked for, in pages, so that more can be added without moving any.
+struct BrickRays {
+    static constexpr std::uint32_t kNoRow = UINT32_MAX;
+    static constexpr std::size_t kRowsPerPage = 256; // 294 KiB
+    glm::ivec3 bricks{0};
+    int parts = kBrickRayParts;                   // of kBrickRayParts
+    std::vector<std::uint32_t> rowOf;             // [z][y][x]: a brick's row, or kNoRow
+    std::vector<std::vector<std::uint8_t>> pages; // [row / kRowsPerPage][row % kRowsPerPage][part][bytes]
+    std::size_t rows = 0;
+    std::vector<Charge> charges;
+
+    std::size_t rowBytes() const { return static_cast<std::size_t>(parts) * kBrickRayBytes; }
+    /// One part of a row. @param row  below rows
+    std::span<const std::uint8_t, kBrickRayBytes> part(std::uint32_t row, int part) const;
+    std::span<std::uint8_t> row(std::uint32_t row);
+};
+
+} // namespace tessera

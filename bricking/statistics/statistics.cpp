@@ -1,0 +1,378 @@
+// bricking/statistics/statistics.cpp: see statistics.h and ray_statistics.h. On disk: STORE/stats/cell_min,
+// cell_max (float32 [z][y][x] over cells), brick_min, brick_max (the same over bricks, two layers around
+// included; not in version 4), STORE/stats/rays/0 and 1 (uint8 [z][y][x][byte] over bricks: the parts of
+// brick_rays.h), and in the group's attributes.tessera the version, the range, the whole histogram, the
+// store's content hash, a CRC-32C of each of these arrays and one of every layer of chunks of rays.
+#include "bricking/statistics/statistics.h"
+
+#include "bricking/statistics/ray_statistics.h"
+#include "bricking/statistics/statistics_pass.h"
+#include "bricking/store/checked_json.h"
+#include "bricking/store/codec.h"
+#include "bricking/store/crc32c.h"
+#include "bricking/store/file_io.h"
+#include "bricking/store/shard.h"
+#include "bricking/store/zarr_array.h"
+#include "core/error.h"
+#include "core/threads.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+namespace tessera {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::uint64_t kMaxGroupBytes = 1 << 20; // ours have about 2 KiB and 30 bytes per 64 slices
+// 1: brick histograms; 2: no rays through the extremes; 3: fewer rays and samples; 4: no brick_min, brick_max
+constexpr std::int64_t kVersion = 5, kOldestRead = 4;
+
+ArraySpec floatSpec(const glm::ivec3& grid) {
+    return {"float32", sizeof(float), grid, glm::min(grid, glm::ivec3(64, 64, 16)), 0};
+}
+ArraySpec raySpec(const glm::ivec3& bricks) {
+    return {"uint8", 1, bricks, glm::min(bricks, glm::ivec3(16, 16, kRayLayers)), kBrickRayBytes};
+}
+std::string rayPath(int part) {
+    return "stats/rays/" + std::to_string(part);
+}
+
+std::size_t heldBytes(const VolumeInfo& info) {
+    return 2 * sizeof(float) * cellCount(cellGrid(info.extentVoxels)) +
+           5 * sizeof(float) * cellCount(brickGrid(info.extentVoxels)) +
+           sizeof(std::uint64_t) * kHistogramBins;
+}
+/// Bytes of one part of the rays of one group of layers.
+std::size_t rayLayerBytes(const VolumeInfo& info) {
+    const glm::ivec3 bricks = brickGrid(info.extentVoxels);
+    return cellCount({bricks.x, bricks.y, std::min(bricks.z, kRayLayers)}) * kBrickRayBytes;
+}
+std::size_t threadCount(int threads) {
+    return static_cast<std::size_t>(threads > 0 ? threads : defaultThreads());
+}
+std::size_t scratchBytes(const VolumeInfo& info) {
+    return std::max(floatSpec(cellGrid(info.extentVoxels)).scratchBytes(),
+                    raySpec(brickGrid(info.extentVoxels)).scratchBytes());
+}
+
+/// Sized and charged, not yet filled.
+Statistics emptyStatistics(const VolumeInfo& info, Ledger& ram) {
+    Statistics statistics;
+    statistics.charge = ram.charge(heldBytes(info), "statistics");
+    statistics.cells = cellGrid(info.extentVoxels);
+    statistics.bricks = brickGrid(info.extentVoxels);
+    statistics.cellMin.resize(cellCount(statistics.cells));
+    statistics.cellMax.resize(cellCount(statistics.cells));
+    for (std::vector<float>* values : {&statistics.brickMean, &statistics.brickMin, &statistics.brickMax,
+                                       &statistics.wideMin, &statistics.wideMax})
+        values->resize(cellCount(statistics.bricks));
+    statistics.histogram.resize(kHistogramBins);
+    return statistics;
+}
+
+/// Ranges of bricks from those of their cells.
+void foldBricks(Statistics& statistics) {
+    const glm::ivec3 cells = statistics.cells;
+    std::fill(statistics.brickMin.begin(), statistics.brickMin.end(), statistics.highest);
+    std::fill(statistics.brickMax.begin(), statistics.brickMax.end(), statistics.lowest);
+    std::size_t cell = 0;
+    for (int z = 0; z < cells.z; ++z)
+        for (int y = 0; y < cells.y; ++y)
+            for (int x = 0; x < cells.x; ++x, ++cell) {
+                const std::size_t brick =
+                    linearIndex(glm::ivec3(x, y, z) / kCellsPerBrick, statistics.bricks);
+                statistics.brickMin[brick] = std::min(statistics.brickMin[brick], statistics.cellMin[cell]);
+                statistics.brickMax[brick] = std::max(statistics.brickMax[brick], statistics.cellMax[cell]);
+            }
+}
+
+/// Of statistics without them: what two layers around a brick can hold at most, from all cells that touch it.
+void boundWideRanges(Statistics& statistics) {
+    statistics.wideMin = statistics.brickMin;
+    statistics.wideMax = statistics.brickMax;
+    const glm::ivec3 bricks = statistics.bricks;
+    for (std::size_t brick = 0; brick < cellCount(bricks); ++brick) {
+        const glm::ivec3 own = gridPosition(brick, bricks) * kCellsPerBrick;
+        const glm::ivec3 first = glm::max(own - 1, glm::ivec3(0));
+        const glm::ivec3 end = glm::min(own + kCellsPerBrick + 1, statistics.cells);
+        for (int z = first.z; z < end.z; ++z)
+            for (int y = first.y; y < end.y; ++y)
+                for (int x = first.x; x < end.x; ++x) {
+                    const std::size_t cell = linearIndex({x, y, z}, statistics.cells);
+                    statistics.wideMin[brick] = std::min(statistics.wideMin[brick], statistics.cellMin[cell]);
+                    statistics.wideMax[brick] = std::max(statistics.wideMax[brick], statistics.cellMax[cell]);
+                }
+    }
+}
+
+std::span<std::byte> layerOf(std::vector<float>& values, const ArraySpec& spec, int layer) {
+    const std::size_t slice = cellCount({spec.grid.x, spec.grid.y, 1});
+    const int first = layer * spec.chunk.z, end = std::min(first + spec.chunk.z, spec.grid.z);
+    return std::as_writable_bytes(std::span(values).subspan(slice * static_cast<std::size_t>(first),
+                                                            slice * static_cast<std::size_t>(end - first)));
+}
+
+constexpr const char* kGroupFile = "stats/zarr.json";
+
+/// The document of the statistics' group; its seal, its version and whose it is are checked.
+Json readGroup(const FileHandle& folder, const StoreReader& store) {
+    const std::string where = (store.path() / kGroupFile).string();
+    const auto text = readText(folder, kGroupFile, store.path(), kMaxGroupBytes);
+    if (!text)
+        throw badFile(where, "statistics", "none");
+    Json group = parseJson(*text, where);
+    checkSeal(group, where);
+    integerAt(group, "/attributes/tessera/version", kOldestRead, kVersion, where);
+    if (textAt(group, "/attributes/tessera/store", where) != store.contentHash())
+        throw badFile(where, "statistics of this store", "those of another");
+    return group;
+}
+
+/// Reads what the store holds; throws InputError when anything is missing, different or damaged.
+void readStatistics(const StoreReader& store, Statistics& statistics) {
+    const FileHandle folder = openFolder(store.path());
+    const std::string where = (store.path() / kGroupFile).string();
+    const Json group = readGroup(folder, store);
+    const std::string root = "/attributes/tessera/";
+    statistics.lowest = static_cast<float>(numberAt(group, root + "lowest", where));
+    statistics.highest = static_cast<float>(numberAt(group, root + "highest", where));
+    std::uint64_t voxels = 0;
+    for (std::size_t bin = 0; bin < kHistogramBins; ++bin) {
+        statistics.histogram[bin] = static_cast<std::uint64_t>(
+            integerAt(group, root + "histogram/" + std::to_string(bin), 0, std::int64_t{1} << 62, where));
+        voxels += statistics.histogram[bin];
+    }
+    if (voxels != store.info().voxelCount())
+        throw badFile(where, "a histogram of all voxels", std::to_string(voxels) + " counts");
+    const auto read = [&](const char* name, const glm::ivec3& grid, std::vector<float>& values) {
+        const ArraySpec spec = floatSpec(grid);
+        const std::string relative = std::string("stats/") + name;
+        checkArrayMetadata(folder, relative, spec, store.path());
+        for (int layer = 0; layer < spec.layers(); ++layer)
+            readArrayLayer(folder, relative, spec, layer, layerOf(values, spec, layer), store.path());
+        const auto expected = integerAt(group, root + "arrays/" + name, 0, UINT32_MAX, where);
+        if (crc32c(std::as_bytes(std::span(values))) != expected)
+            throw badFile((store.path() / relative).string(), "the array that stats/zarr.json describes",
+                          "another");
+    };
+    read("cell_min", statistics.cells, statistics.cellMin);
+    read("cell_max", statistics.cells, statistics.cellMax);
+    foldBricks(statistics);
+    if (integerAt(group, root + "version", kOldestRead, kVersion, where) == kOldestRead) {
+        boundWideRanges(statistics);
+        return;
+    }
+    read("brick_min", statistics.bricks, statistics.wideMin);
+    read("brick_max", statistics.bricks, statistics.wideMax);
+}
+
+} // namespace
+
+int histogramBin(double value, double lowest, double highest) {
+    if (!(value > lowest) || !(highest > lowest))
+        return 0; // also where a value is not a number
+    return std::min(kHistogramBins - 1,
+                    static_cast<int>(std::min(kHistogramBins - 1.0,
+                                              (value - lowest) * kHistogramBins / (highest - lowest))));
+}
+
+void Statistics::brickRange(const BrickId& brick, int layers, float& lo, float& hi) const {
+    TESSERA_CHECK(layers == 1 || layers == 2);
+    const std::size_t at = linearIndex({brick.i, brick.j, brick.k}, bricks);
+    lo = layers == 1 ? brickMin[at] : wideMin[at];
+    hi = layers == 1 ? brickMax[at] : wideMax[at];
+}
+
+std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads) {
+    const std::size_t chunk = cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info.type);
+    const std::size_t own = heldBytes(info) + threadCount(threads) * chunk + rayScratchBytes(info, threads) +
+                            kBrickRayParts * rayLayerBytes(info) + scratchBytes(info);
+    // A reader takes up to a quarter of what is free (store_reader.h).
+    return (own + readerFloorBytes(info)) / 3 * 4 + 4;
+}
+
+void buildStatistics(const StoreReader& store, const fs::path& folder, Ledger& ram, int threads,
+                     const ShareDone& progress) {
+    const VolumeInfo& info = store.info();
+    Statistics statistics = emptyStatistics(info, ram);
+    const Charge scratch = ram.charge(scratchBytes(info), "writing statistics");
+    const ArraySpec spec = raySpec(statistics.bricks);
+    for (int part = 0; part < kBrickRayParts; ++part)
+        writeArrayMetadata(folder / rayPath(part), spec);
+    const Json plainGroup = {{"zarr_format", 3}, {"node_type", "group"}, {"attributes", Json::object()}};
+    writeFile(folder / "stats/rays/zarr.json", plainGroup.dump(1) + "\n");
+
+    BufferPool pool(ram, threadCount(threads), store.chunkBytes(), "computing statistics");
+    gatherCells(store, statistics, pool, threads);
+    Json crcs = Json::object(), rayCrcs = Json::array();
+    {
+        const Charge charge = ram.charge(kBrickRayParts * rayLayerBytes(info), "rays of bricks");
+        std::array<std::vector<std::uint8_t>, kBrickRayParts> layer;
+        for (std::vector<std::uint8_t>& part : layer)
+            part.resize(rayLayerBytes(info));
+        for (int part = 0; part < kBrickRayParts; ++part)
+            rayCrcs.push_back(Json::array());
+        const std::size_t perLayer = layer[0].size() / kBrickRayBytes;
+        const auto brickDone = [&](std::size_t brick, const std::array<BrickRayPart, kBrickRayParts>& parts) {
+            for (std::size_t part = 0; part < parts.size(); ++part)
+                encode(parts[part],
+                       std::span<std::uint8_t, kBrickRayBytes>(
+                           layer[part].data() + brick % perLayer * kBrickRayBytes, kBrickRayBytes));
+        };
+        const auto groupDone = [&](int group) {
+            if (progress)
+                progress(static_cast<double>((group + 1) * kRayLayers) / statistics.bricks.z);
+            const int layers = std::min(kRayLayers, statistics.bricks.z - group * kRayLayers);
+            const std::size_t bytes =
+                cellCount({statistics.bricks.x, statistics.bricks.y, layers}) * kBrickRayBytes;
+            for (int part = 0; part < kBrickRayParts; ++part) {
+                const auto used =
+                    std::as_bytes(std::span(layer[static_cast<std::size_t>(part)]).first(bytes));
+                writeArrayLayer(folder / rayPath(part), spec, group, used);
+                rayCrcs[static_cast<std::size_t>(part)].push_back(crc32c(used));
+            }
+        };
+        gatherRays(
+            store, &statistics, pool, ram, threads, [](std::size_t) { return true; }, brickDone, groupDone);
+    }
+    const auto write = [&](const char* name, const glm::ivec3& grid, std::vector<float>& values) {
+        const ArraySpec array = floatSpec(grid);
+        writeArrayMetadata(folder / "stats" / name, array);
+        for (int layer = 0; layer < array.layers(); ++layer)
+            writeArrayLayer(folder / "stats" / name, array, layer, layerOf(values, array, layer));
+        crcs[name] = crc32c(std::as_bytes(std::span(values)));
+    };
+    write("cell_min", statistics.cells, statistics.cellMin);
+    write("cell_max", statistics.cells, statistics.cellMax);
+    write("brick_min", statistics.bricks, statistics.wideMin);
+    write("brick_max", statistics.bricks, statistics.wideMax);
+
+    Json group = plainGroup;
+    group["attributes"]["tessera"] = {{"kind", "statistics"},
+                                      {"version", kVersion},
+                                      {"store", store.contentHash()},
+                                      {"lowest", statistics.lowest},
+                                      {"highest", statistics.highest},
+                                      {"histogram", statistics.histogram},
+                                      {"arrays", crcs},
+                                      {"rays", rayCrcs}};
+    seal(group);
+    writeFile(folder / kGroupFile, group.dump(1) + "\n");
+}
+
+Statistics loadStatistics(const StoreReader& store, Ledger& ram, int threads) {
+    Statistics statistics = emptyStatistics(store.info(), ram);
+    {
+        BufferPool pool(ram, 1, store.chunkBytes(), "reading brick means");
+        gatherMeans(store, statistics, pool);
+    }
+    try {
+        const Charge scratch = ram.charge(scratchBytes(store.info()), "reading statistics");
+        readStatistics(store, statistics);
+        return statistics;
+    } catch (const InputError&) {
+        // A cache, never required: whatever was wrong with it, the voxels themselves tell.
+    }
+    std::fill(statistics.histogram.begin(), statistics.histogram.end(), std::uint64_t{0});
+    BufferPool pool(ram, threadCount(threads), store.chunkBytes(), "computing statistics");
+    gatherCells(store, statistics, pool, threads);
+    gatherHistogram(store, statistics, pool, threads);
+    foldBricks(statistics);
+    return statistics;
+}
+
+// -- rays of bricks (ray_statistics.h)
+
+namespace {
+
+/// Reads the rows of `bricks` that are new, layer by layer; only layers that have one.
+void readRays(const StoreReader& store, const std::vector<std::uint8_t>& isNew, BrickRays& rays, Ledger& ram,
+              int threads) {
+    const FileHandle folder = openFolder(store.path());
+    const Json group = readGroup(folder, store);
+    const std::string where = (store.path() / kGroupFile).string();
+    const ArraySpec spec = raySpec(rays.bricks);
+    for (int part = 0; part < rays.parts; ++part)
+        checkArrayMetadata(folder, rayPath(part), spec, store.path());
+    const std::size_t perLayer = rayLayerBytes(store.info()) / kBrickRayBytes;
+    BufferPool pool(ram, threadCount(threads), rayLayerBytes(store.info()), "reading rays of bricks");
+    const Charge scratch = ram.charge(threadCount(threads) * spec.scratchBytes(), "reading rays of bricks");
+    parallelFor(static_cast<std::size_t>(spec.layers()), threads, [&](std::size_t layer) {
+        const std::size_t first = layer * perLayer, end = std::min(first + perLayer, isNew.size());
+        const auto begin = isNew.begin();
+        if (std::find(begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(end),
+                      1) == begin + static_cast<std::ptrdiff_t>(end))
+            return;
+        const BufferPool::Lease buffer(pool);
+        const std::span<std::byte> bytes = buffer.bytes().first((end - first) * kBrickRayBytes);
+        for (int part = 0; part < rays.parts; ++part) {
+            readArrayLayer(folder, rayPath(part), spec, static_cast<int>(layer), bytes, store.path());
+            const auto expected = integerAt(
+                group, "/attributes/tessera/rays/" + std::to_string(part) + "/" + std::to_string(layer), 0,
+                UINT32_MAX, where);
+            if (crc32c(bytes) != expected)
+                throw badFile((store.path() / rayPath(part)).string(),
+                              "the array that stats/zarr.json describes", "another");
+            for (std::size_t brick = first; brick < end; ++brick)
+                if (isNew[brick])
+                    std::memcpy(rays.row(rays.rowOf[brick]).data() +
+                                    static_cast<std::size_t>(part) * kBrickRayBytes,
+                                bytes.data() + (brick - first) * kBrickRayBytes, kBrickRayBytes);
+        }
+    });
+}
+
+} // namespace
+
+BrickRays noBrickRays(const VolumeInfo& info, int parts, Ledger& ram) {
+    TESSERA_CHECK(parts >= 1 && parts <= kBrickRayParts);
+    BrickRays rays;
+    rays.bricks = brickGrid(info.extentVoxels);
+    rays.parts = parts;
+    rays.charges.push_back(ram.charge(cellCount(rays.bricks) * sizeof(std::uint32_t), "rays of bricks"));
+    rays.rowOf.assign(cellCount(rays.bricks), BrickRays::kNoRow);
+    return rays;
+}
+
+void addBrickRays(const StoreReader& store, std::span<const std::uint8_t> wanted, BrickRays& rays,
+                  Ledger& ram, int threads) {
+    TESSERA_CHECK(wanted.size() == rays.rowOf.size());
+    const Charge flags = ram.charge(wanted.size(), "rays of bricks");
+    std::vector<std::uint8_t> isNew(wanted.size());
+    std::size_t rows = rays.rows;
+    for (std::size_t brick = 0; brick < wanted.size(); ++brick)
+        if (wanted[brick] && rays.rowOf[brick] == BrickRays::kNoRow) {
+            isNew[brick] = 1;
+            ++rows;
+        }
+    if (rows == rays.rows)
+        return;
+    const std::size_t pages = (rows + BrickRays::kRowsPerPage - 1) / BrickRays::kRowsPerPage;
+    const std::size_t pageBytes = BrickRays::kRowsPerPage * rays.rowBytes();
+    if (pages > rays.pages.size())
+        rays.charges.push_back(ram.charge((pages - rays.pages.size()) * pageBytes, "rays of bricks"));
+    while (rays.pages.size() < pages)
+        rays.pages.emplace_back(pageBytes);
+    for (std::size_t brick = 0; brick < wanted.size(); ++brick)
+        if (isNew[brick])
+            rays.rowOf[brick] = static_cast<std::uint32_t>(rays.rows++);
+    try {
+        readRays(store, isNew, rays, ram, threads);
+        return;
+    } catch (const InputError&) {
+        // A cache, never required: as loadStatistics.
+    }
+    BufferPool pool(ram, threadCount(threads), store.chunkBytes(), "sampling rays");
+    gatherRays(
+        store, nullptr, pool, ram, threads, [&](std::size_t brick) { return isNew[brick] != 0; },
+        [&](std::size_t brick, const std::array<BrickRayPart, kBrickRayParts>& parts) {
+            const std::span<std::uint8_t> row = rays.row(rays.rowOf[brick]);
+            for (std::size_t part = 0; part < static_cast<std::size_t>(rays.parts); ++part)
+                encode(parts[part], std::span<std::uint8_t, kBrickRayBytes>(
+                                        row.data() + part * kBrickRayBytes, kBrickRayBytes));
+        },
+        [](int) {});
+}
+
+} // namespace tessera

@@ -1,0 +1,52 @@
+// bricking/statistics/statistics.h: what selection and skipping know of a volume without its voxels. A cache
+// inside the store, made at import, rebuilt when missing: per cell min/max with a one-voxel apron; per brick
+// the mean and min/max with two voxels around; the histogram of the whole volume; and sampled rays of every
+// brick (brick_rays.h), which are read only for the bricks that show something (ray_statistics.h).
+#pragma once
+
+#include "bricking/store/store_reader.h"
+#include "core/brick.h"
+#include "core/budget.h"
+#include "core/progress.h" // ShareDone
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace tessera {
+
+constexpr int kHistogramBins = 64; // equal bins over [lowest, highest] of the whole volume
+
+/// Bin of a value: floor((value - lowest) * 64 / (highest - lowest)) in double, at most 63; 0 where all are
+/// equal.
+int histogramBin(double value, double lowest, double highest);
+
+/// All values as stored (physical = slope * stored + intercept).
+struct Statistics {
+    glm::ivec3 cells{0};                   // cellGrid(extent)
+    std::vector<float> cellMin, cellMax;   // [z][y][x] over cells, apron of one voxel included
+    glm::ivec3 bricks{0};                  // brickGrid(extent)
+    std::vector<float> brickMean;          // [z][y][x] over bricks: the sample of level kLevelCount-1
+    std::vector<float> brickMin, brickMax; // [z][y][x] over bricks, one layer around included
+    std::vector<float> wideMin, wideMax;   // the same with two layers around
+    float lowest = 0, highest = 0;         // over the whole volume, level 0
+    std::vector<std::uint64_t> histogram;  // kHistogramBins, whole volume, level 0
+    Charge charge;                         // what the vectors above hold on the ledger
+
+    /// Range of a brick's voxels and of the layers around it. @param layers  1 or 2
+    void brickRange(const BrickId& brick, int layers, float& lo, float& hi) const;
+};
+
+/// Memory that computing the statistics of such a volume takes, its reader included.
+std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads);
+
+/// Computes everything from the chunks (two passes over the store), writing the arrays under STORE/stats.
+/// Rays go to disk only. @param progress  gets the share that is done
+void buildStatistics(const StoreReader& store, const std::filesystem::path& folder, Ledger& ram, int threads,
+                     const ShareDone& progress = {});
+
+/// Loads what rendering needs, without rays. Statistics that are missing, inconsistent or of another version
+/// are rebuilt in memory (not written).
+Statistics loadStatistics(const StoreReader& store, Ledger& ram, int threads);
+
+} // namespace tessera

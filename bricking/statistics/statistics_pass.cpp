@@ -1,0 +1,391 @@
+// bricking/statistics/statistics_pass.cpp: see statistics_pass.h.
+#include "bricking/statistics/statistics_pass.h"
+
+#include "core/error.h"
+#include "core/threads.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <limits>
+#include <mutex>
+
+namespace tessera {
+namespace {
+
+// What voxels of one chunk touch along an axis: its own boxes of `extent` voxels, and by their apron the last
+// box of the chunk before (slot 0) and the first of the chunk after (the last slot).
+template <int extent, int apron> struct Slots {
+    static constexpr int kCount = kChunkExtent / extent + 2;
+    struct Range {
+        int first, last; // voxels of the chunk, inclusive; empty when first > last
+    };
+    static Range range(int slot, int valid) {
+        const int start = (slot - 1) * extent;
+        return {std::max(start - apron, 0), std::min(start + extent + apron - 1, valid - 1)};
+    }
+};
+using CellSlots = Slots<kCellExtent, 1>;
+using WideSlots = Slots<kBrickExtent, 2>; // bricks with two layers around
+
+template <typename Value, typename Slots> struct Boxes {
+    Value lo[Slots::kCount][Slots::kCount][Slots::kCount],
+        hi[Slots::kCount][Slots::kCount][Slots::kCount]; // [z][y][x]
+};
+
+/// Minima and maxima axis by axis, y first and z next because whole rows of x go through the vector unit.
+/// @param valid  voxels inside the volume; rows are kChunkExtent long all the same
+template <typename Value, typename Slots>
+void boxOf(const Value* chunk, const glm::ivec3& valid, Boxes<Value, Slots>& box) {
+    constexpr int kSlots = Slots::kCount;
+    using Row = std::array<Value, kChunkExtent>;
+    static thread_local std::array<std::array<Row, kSlots>, kChunkExtent> loY,
+        hiY; // 48 KiB: not for the stack
+    const auto fold = [](Row& lo, Row& hi, const Value* l, const Value* h) {
+        for (std::size_t x = 0; x < kChunkExtent; ++x) {
+            lo[x] = std::min(lo[x], l[x]);
+            hi[x] = std::max(hi[x], h[x]);
+        }
+    };
+    const auto start = [](Row& lo, Row& hi) {
+        lo.fill(std::numeric_limits<Value>::max());
+        hi.fill(std::numeric_limits<Value>::lowest());
+    };
+    for (int z = 0; z < valid.z; ++z)
+        for (int sy = 0; sy < kSlots; ++sy) {
+            Row &lo = loY[static_cast<std::size_t>(z)][static_cast<std::size_t>(sy)],
+                &hi = hiY[static_cast<std::size_t>(z)][static_cast<std::size_t>(sy)];
+            start(lo, hi);
+            const auto range = Slots::range(sy, valid.y);
+            for (int y = range.first; y <= range.last; ++y) {
+                const Value* row = chunk + linearIndex({0, y, z}, glm::ivec3(kChunkExtent));
+                fold(lo, hi, row, row);
+            }
+        }
+    for (int sz = 0; sz < kSlots; ++sz)
+        for (int sy = 0; sy < kSlots; ++sy) {
+            Row lo, hi;
+            start(lo, hi);
+            const auto rangeZ = Slots::range(sz, valid.z);
+            for (int z = rangeZ.first; z <= rangeZ.last; ++z)
+                fold(lo, hi, loY[static_cast<std::size_t>(z)][static_cast<std::size_t>(sy)].data(),
+                     hiY[static_cast<std::size_t>(z)][static_cast<std::size_t>(sy)].data());
+            for (int sx = 0; sx < kSlots; ++sx) {
+                Value low = std::numeric_limits<Value>::max(), high = std::numeric_limits<Value>::lowest();
+                const auto rangeX = Slots::range(sx, valid.x);
+                for (int x = rangeX.first; x <= rangeX.last; ++x) {
+                    low = std::min(low, lo[static_cast<std::size_t>(x)]);
+                    high = std::max(high, hi[static_cast<std::size_t>(x)]);
+                }
+                box.lo[sz][sy][sx] = low;
+                box.hi[sz][sy][sx] = high;
+            }
+        }
+}
+
+/// Merges the ranges of a chunk's boxes into those of the volume's.
+template <typename Value, typename Slots>
+void merge(const Boxes<Value, Slots>& box, const glm::ivec3& firstSlot, const glm::ivec3& grid,
+           std::vector<float>& least, std::vector<float>& most) {
+    for (int z = 0; z < Slots::kCount; ++z)
+        for (int y = 0; y < Slots::kCount; ++y)
+            for (int x = 0; x < Slots::kCount; ++x) {
+                const glm::ivec3 place = firstSlot + glm::ivec3(x, y, z);
+                if (box.lo[z][y][x] > box.hi[z][y][x])
+                    continue; // no voxel
+                if (glm::any(glm::lessThan(place, glm::ivec3(0))) ||
+                    glm::any(glm::greaterThanEqual(place, grid)))
+                    continue;
+                const std::size_t at = linearIndex(place, grid);
+                least[at] = std::min(least[at], static_cast<float>(box.lo[z][y][x]));
+                most[at] = std::max(most[at], static_cast<float>(box.hi[z][y][x]));
+            }
+}
+
+template <typename Value>
+void mergeChunk(const glm::ivec3& chunk, const glm::ivec3& valid, std::span<const std::byte> bytes,
+                Statistics& statistics, std::mutex& mutex) {
+    const auto* values = reinterpret_cast<const Value*>(bytes.data());
+    Boxes<Value, CellSlots> cells;
+    boxOf(values, valid, cells);
+    Boxes<Value, WideSlots> wide;
+    boxOf(values, valid, wide);
+    const std::lock_guard lock(mutex);
+    merge(cells, chunk * kCellsPerBrick - 1, statistics.cells, statistics.cellMin, statistics.cellMax);
+    merge(wide, chunk - 1, statistics.bricks, statistics.wideMin, statistics.wideMax);
+    if (wide.lo[1][1][1] <= wide.hi[1][1][1]) { // the chunk itself
+        statistics.lowest = std::min(statistics.lowest, static_cast<float>(wide.lo[1][1][1]));
+        statistics.highest = std::max(statistics.highest, static_cast<float>(wide.hi[1][1][1]));
+    }
+}
+
+/// Value to bin; by table where there are few values, because the division is slow.
+template <typename Value> class Binner {
+  public:
+    Binner(double lowest, double highest) : lowest_(lowest), highest_(highest) {
+        if constexpr (sizeof(Value) <= 2)
+            for (int value = kFirst; value <= std::numeric_limits<Value>::max(); ++value)
+                table_.push_back(static_cast<std::uint8_t>(histogramBin(value, lowest, highest)));
+    }
+    std::size_t operator()(Value value) const {
+        if constexpr (sizeof(Value) <= 2)
+            return table_[static_cast<std::size_t>(static_cast<int>(value) - kFirst)];
+        else
+            return static_cast<std::size_t>(histogramBin(static_cast<double>(value), lowest_, highest_));
+    }
+
+  private:
+    static constexpr int kFirst =
+        sizeof(Value) <= 2 ? static_cast<int>(std::numeric_limits<Value>::lowest()) : 0;
+    double lowest_, highest_;
+    std::vector<std::uint8_t> table_;
+};
+
+} // namespace
+
+void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads) {
+    const VolumeInfo& info = store.info();
+    static_assert(kBrickExtent == kChunkExtent, "a chunk of level 0 is a brick");
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    for (std::vector<float>* least : {&statistics.cellMin, &statistics.wideMin})
+        std::fill(least->begin(), least->end(), kInfinity);
+    for (std::vector<float>* most : {&statistics.cellMax, &statistics.wideMax})
+        std::fill(most->begin(), most->end(), -kInfinity);
+    statistics.lowest = kInfinity;
+    statistics.highest = -statistics.lowest;
+    const glm::ivec3 grid = chunkGrid(info.extentVoxels, 0);
+    std::mutex mutex;
+    parallelFor(cellCount(grid), threads, [&](std::size_t n) {
+        const glm::ivec3 chunk = gridPosition(n, grid);
+        const BufferPool::Lease buffer(pool);
+        store.readChunk({0, chunk.x, chunk.y, chunk.z}, buffer.bytes());
+        const glm::ivec3 valid = glm::min(info.extentVoxels - chunk * kChunkExtent, glm::ivec3(kChunkExtent));
+        withValueType(info.type, [&](auto value) {
+            mergeChunk<decltype(value)>(chunk, valid, buffer.bytes(), statistics, mutex);
+        });
+    });
+}
+
+void gatherMeans(const StoreReader& store, Statistics& statistics, BufferPool& pool) {
+    constexpr int level = kLevelCount - 1;
+    static_assert(kBrickExtent >> level == 1, "a sample of the coarsest level is a brick");
+    const glm::ivec3 grid = chunkGrid(store.info().extentVoxels, level);
+    const BufferPool::Lease buffer(pool);
+    for (int k = 0; k < grid.z; ++k)
+        for (int j = 0; j < grid.y; ++j)
+            for (int i = 0; i < grid.x; ++i) {
+                store.readChunk({level, i, j, k}, buffer.bytes());
+                const glm::ivec3 first = glm::ivec3(i, j, k) * kChunkExtent;
+                const glm::ivec3 size = glm::min(statistics.bricks - first, glm::ivec3(kChunkExtent));
+                withValueType(store.info().type, [&](auto value) {
+                    const auto* values = reinterpret_cast<const decltype(value)*>(buffer.bytes().data());
+                    for (int z = 0; z < size.z; ++z)
+                        for (int y = 0; y < size.y; ++y)
+                            for (int x = 0; x < size.x; ++x)
+                                statistics
+                                    .brickMean[linearIndex(first + glm::ivec3(x, y, z), statistics.bricks)] =
+                                    static_cast<float>(
+                                        values[linearIndex({x, y, z}, glm::ivec3(kChunkExtent))]);
+                });
+            }
+}
+
+namespace {
+
+/// Slices of one level around a group of brick layers: its own and one more on both sides where there is one.
+struct Window {
+    glm::ivec3 extent{0}; // of the whole level
+    int first = 0, end = 0;
+    std::vector<std::byte> values; // [end - first][extent.y][extent.x], stored type
+};
+
+int windowSlices(int level) {
+    return (kRayLayers * kBrickExtent >> level) + 2;
+}
+
+void loadWindow(const StoreReader& store, int level, int firstLayer, int endLayer, BufferPool& pool,
+                int threads, Window& window) {
+    const std::size_t bytes = bytesPerValue(store.info().type);
+    const int brick = kBrickExtent >> level;
+    window.first = std::max(firstLayer * brick - 1, 0);
+    window.end = std::min(endLayer * brick + 1, window.extent.z);
+    const glm::ivec3 chunks = ceilDiv(window.extent, kChunkExtent);
+    const int firstChunk = window.first / kChunkExtent, endChunk = (window.end - 1) / kChunkExtent + 1;
+    const glm::ivec3 grid(chunks.x, chunks.y, endChunk - firstChunk);
+    parallelFor(cellCount(grid), threads, [&](std::size_t n) {
+        const glm::ivec3 chunk = gridPosition(n, grid) + glm::ivec3(0, 0, firstChunk);
+        const BufferPool::Lease buffer(pool);
+        store.readChunk({level, chunk.x, chunk.y, chunk.z}, buffer.bytes());
+        const glm::ivec3 origin = chunk * kChunkExtent;
+        const glm::ivec3 size = glm::min(window.extent - origin, glm::ivec3(kChunkExtent));
+        for (int z = std::max(origin.z, window.first); z < std::min(origin.z + size.z, window.end); ++z)
+            for (int y = 0; y < size.y; ++y)
+                std::memcpy(window.values.data() +
+                                linearIndex({origin.x, origin.y + y, z - window.first}, window.extent) *
+                                    bytes,
+                            buffer.bytes().data() +
+                                linearIndex({0, y, z - origin.z}, glm::ivec3(kChunkExtent)) * bytes,
+                            static_cast<std::size_t>(size.x) * bytes);
+    });
+}
+
+/// A thread's room for one brick's fields as floats.
+constexpr std::size_t kFieldFloats = [] {
+    std::size_t floats = std::size_t{kBrickExtent} * kBrickExtent * kBrickExtent;
+    for (int level = 1; level < kLevelCount; ++level) {
+        const auto edge = static_cast<std::size_t>((kBrickExtent >> level) + 2);
+        floats += edge * edge * edge;
+    }
+    return floats;
+}();
+
+template <typename Value>
+BrickFields fieldsOf(const glm::ivec3& brick, const glm::ivec3& valid, const Value* chunk,
+                     const std::array<Window, kLevelCount>& windows, std::span<float> room) {
+    const auto take = [&](std::size_t floats) {
+        const std::span<float> taken = room.first(floats);
+        room = room.subspan(floats);
+        return taken;
+    };
+    BrickFields fields;
+    fields.size = valid;
+    const std::span<float> voxels = take(cellCount(valid));
+    float* to = voxels.data();
+    for (int z = 0; z < valid.z; ++z)
+        for (int y = 0; y < valid.y; ++y) {
+            const Value* row = chunk + linearIndex({0, y, z}, glm::ivec3(kChunkExtent));
+            for (int x = 0; x < valid.x; ++x)
+                *to++ = static_cast<float>(row[x]);
+        }
+    fields.voxels = voxels;
+    for (int level = 1; level < kLevelCount; ++level) {
+        const Window& window = windows[static_cast<std::size_t>(level)];
+        BrickFields::Box& box = fields.levels[static_cast<std::size_t>(level)];
+        const glm::ivec3 own = brick * (kBrickExtent >> level);
+        const glm::ivec3 first = glm::max(own - 1, glm::ivec3(0));
+        const glm::ivec3 end = glm::min(own + (kBrickExtent >> level) + 1, window.extent);
+        box.first = first - own;
+        box.extent = end - first;
+        const std::span<float> samples = take(cellCount(box.extent));
+        float* out = samples.data();
+        const auto* values = reinterpret_cast<const Value*>(window.values.data());
+        for (int z = first.z; z < end.z; ++z)
+            for (int y = first.y; y < end.y; ++y) {
+                const Value* row = values + linearIndex({0, y, z - window.first}, window.extent);
+                for (int x = first.x; x < end.x; ++x)
+                    *out++ = static_cast<float>(row[x]);
+            }
+        box.samples = samples;
+    }
+    return fields;
+}
+
+/// Counts the valid voxels of a chunk into a histogram that threads share.
+template <typename Value>
+void countChunk(const Binner<Value>& binOf, const glm::ivec3& valid, const Value* chunk, std::mutex& mutex,
+                std::vector<std::uint64_t>& histogram) {
+    std::array<std::uint64_t, kHistogramBins> counts{};
+    for (int z = 0; z < valid.z; ++z)
+        for (int y = 0; y < valid.y; ++y) {
+            const Value* row = chunk + linearIndex({0, y, z}, glm::ivec3(kChunkExtent));
+            for (int x = 0; x < valid.x; ++x)
+                ++counts[binOf(row[x])];
+        }
+    const std::lock_guard lock(mutex);
+    for (std::size_t bin = 0; bin < counts.size(); ++bin)
+        histogram[bin] += counts[bin];
+}
+
+std::size_t windowBytes(const VolumeInfo& info) {
+    std::size_t bytes = 0;
+    for (int level = 1; level < kLevelCount; ++level) {
+        const glm::ivec3 extent = levelExtent(info.extentVoxels, level);
+        bytes += cellCount({extent.x, extent.y, std::min(extent.z, windowSlices(level))}) *
+                 bytesPerValue(info.type);
+    }
+    return bytes;
+}
+
+} // namespace
+
+void gatherHistogram(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads) {
+    const VolumeInfo& info = store.info();
+    const glm::ivec3 grid = chunkGrid(info.extentVoxels, 0);
+    std::mutex mutex;
+    withValueType(info.type, [&](auto example) {
+        using Value = decltype(example);
+        const Binner<Value> binOf(statistics.lowest, statistics.highest);
+        parallelFor(cellCount(grid), threads, [&](std::size_t n) {
+            const glm::ivec3 chunk = gridPosition(n, grid);
+            const BufferPool::Lease buffer(pool);
+            store.readChunk({0, chunk.x, chunk.y, chunk.z}, buffer.bytes());
+            countChunk(binOf, glm::min(info.extentVoxels - chunk * kChunkExtent, glm::ivec3(kChunkExtent)),
+                       reinterpret_cast<const Value*>(buffer.bytes().data()), mutex, statistics.histogram);
+        });
+    });
+}
+
+std::size_t rayScratchBytes(const VolumeInfo& info, int threads) {
+    return static_cast<std::size_t>(threads > 0 ? threads : defaultThreads()) * kFieldFloats * sizeof(float) +
+           windowBytes(info);
+}
+
+void gatherRays(const StoreReader& store, Statistics* histogram, BufferPool& pool, Ledger& ram, int threads,
+                const std::function<bool(std::size_t)>& wanted, const BrickRaysDone& brickDone,
+                const std::function<void(int)>& groupDone) {
+    static_assert(kBrickExtent == kChunkExtent, "a chunk of level 0 is a brick");
+    const VolumeInfo& info = store.info();
+    const glm::ivec3 bricks = brickGrid(info.extentVoxels);
+    BufferPool rooms(ram, static_cast<std::size_t>(threads > 0 ? threads : defaultThreads()),
+                     kFieldFloats * sizeof(float), "sampling rays");
+    const Charge charge = ram.charge(windowBytes(info), "sampling rays");
+    std::array<Window, kLevelCount> windows;
+    for (int level = 1; level < kLevelCount; ++level) {
+        Window& window = windows[static_cast<std::size_t>(level)];
+        window.extent = levelExtent(info.extentVoxels, level);
+        window.values.resize(
+            cellCount({window.extent.x, window.extent.y, std::min(window.extent.z, windowSlices(level))}) *
+            bytesPerValue(info.type));
+    }
+    std::mutex mutex;
+    withValueType(info.type, [&](auto example) {
+        using Value = decltype(example);
+        const Binner<Value> binOf(histogram ? histogram->lowest : 0, histogram ? histogram->highest : 0);
+        for (int group = 0; group * kRayLayers < bricks.z; ++group) {
+            const int firstZ = group * kRayLayers, endZ = std::min(firstZ + kRayLayers, bricks.z);
+            const glm::ivec3 grid(bricks.x, bricks.y, endZ - firstZ);
+            const std::size_t firstBrick = linearIndex({0, 0, firstZ}, bricks);
+            bool any = histogram != nullptr;
+            for (std::size_t n = 0; n < cellCount(grid) && !any; ++n)
+                any = wanted(firstBrick + n);
+            if (!any) {
+                groupDone(group);
+                continue;
+            }
+            for (int level = 1; level < kLevelCount; ++level)
+                loadWindow(store, level, firstZ, endZ, pool, threads,
+                           windows[static_cast<std::size_t>(level)]);
+            parallelFor(cellCount(grid), threads, [&](std::size_t n) {
+                const bool want = wanted(firstBrick + n);
+                if (!want && !histogram)
+                    return;
+                const glm::ivec3 brick = gridPosition(n, grid) + glm::ivec3(0, 0, firstZ);
+                const glm::ivec3 valid =
+                    glm::min(info.extentVoxels - brick * kBrickExtent, glm::ivec3(kBrickExtent));
+                const BufferPool::Lease buffer(pool);
+                store.readChunk({0, brick.x, brick.y, brick.z}, buffer.bytes());
+                const auto* values = reinterpret_cast<const Value*>(buffer.bytes().data());
+                if (histogram)
+                    countChunk(binOf, valid, values, mutex, histogram->histogram);
+                if (!want)
+                    return;
+                const BufferPool::Lease room(rooms);
+                const std::span<float> floats(reinterpret_cast<float*>(room.bytes().data()), kFieldFloats);
+                brickDone(firstBrick + n, sampleRays(fieldsOf(brick, valid, values, windows, floats)));
+            });
+            groupDone(group);
+        }
+    });
+}
+
+} // namespace tessera

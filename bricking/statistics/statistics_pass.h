@@ -1,0 +1,41 @@
+// bricking/statistics/statistics_pass.h: the two passes over a store's chunks that statistics come from.
+// Internal to statistics.cpp; the results do not depend on the number of threads.
+#pragma once
+
+#include "bricking/statistics/brick_rays.h"
+#include "bricking/statistics/statistics.h"
+#include "bricking/store/buffer_pool.h"
+
+#include <array>
+#include <cstdint>
+#include <functional>
+
+namespace tessera {
+
+/// Brick layers whose rays are sampled at once; also the z extent of a chunk of the stored rays.
+constexpr int kRayLayers = 2;
+
+/// Fills cellMin, cellMax, wideMin, wideMax (sized already), lowest and highest from level 0.
+/// @param pool  buffers of store.chunkBytes(), one per thread
+void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads);
+
+/// Fills brickMean (sized already) from the coarsest level.
+void gatherMeans(const StoreReader& store, Statistics& statistics, BufferPool& pool);
+
+/// Adds every voxel to statistics.histogram; lowest and highest must be known.
+void gatherHistogram(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads);
+
+/// Memory that gatherRays takes besides its pool.
+std::size_t rayScratchBytes(const VolumeInfo& info, int threads);
+
+using BrickRaysDone = std::function<void(std::size_t, const std::array<BrickRayPart, kBrickRayParts>&)>;
+
+/// Samples the rays of all bricks that wanted() names, kRayLayers layers of bricks at a time.
+/// @param histogram  when not null: as gatherHistogram, over all bricks, in the same pass
+/// @param brickDone  called from any thread with a brick's place and its rays
+/// @param groupDone  called in order, after the last brick of each group of layers
+void gatherRays(const StoreReader& store, Statistics* histogram, BufferPool& pool, Ledger& ram, int threads,
+                const std::function<bool(std::size_t)>& wanted, const BrickRaysDone& brickDone,
+                const std::function<void(int)>& groupDone);
+
+} // namespace tessera

@@ -1,0 +1,74 @@
+// bricking/store/pyramid.h: the levels of a volume, computed from slabs as they stream by.
+//
+// The rule: extent_l = ceil(extent_(l-1) / 2) along each axis. Sample (i,j,k) of level l is the mean of the
+// eight samples (2i+a, 2j+b, 2k+c), a, b, c in {0,1}, of level l-1, each coordinate clamped to the last
+// sample of level l-1: at an odd edge the missing neighbour is the edge sample again. Integers: the exact sum
+// of eight, divided by 8, halves to even. Float: the terms added in double, c slowest, b, a fastest, times
+// 1/8, rounded to float. Level by level, never from level 0 directly: the results differ, and this one can be
+// streamed.
+#pragma once
+
+#include "core/brick.h"
+#include "core/budget.h"
+#include "core/volume.h"
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+namespace tessera {
+
+/// The rule above, as metadata.multiscales and attributes.tessera name it.
+constexpr const char* kPyramidRule =
+    "2x2x2 mean, level by level, halves to even, edge samples repeated at odd extents";
+
+/// One level from the one above it, over a whole box.
+/// @param extent  of in, each at least 1; out has ceil(extent / 2) samples. Both [z][y][x].
+void reduceByTwo(ValueType type, const glm::ivec3& extent, std::span<const std::byte> in,
+                 std::span<std::byte> out, int threads);
+
+/// Takes level 0 in slabs of kChunkExtent slices, z ascending, and gives finished slabs of every level.
+/// A slab starts at a multiple of kChunkExtent, which is even, so no pair of slices is ever split.
+class SlabPyramid {
+  public:
+    struct Slab {
+        int level = 0;
+        int firstSlice = 0; // multiple of kChunkExtent
+        int slices = 0;     // kChunkExtent, fewer in the last slab of a level
+        std::span<const std::byte>
+            values; // [slices][extent.y][extent.x] of this level; valid during the call
+    };
+    using Sink = std::function<void(const Slab&)>;
+
+    /// Charges one slab per level to ram. Throws InputError when the budget cannot hold them.
+    SlabPyramid(const glm::ivec3& extentVoxels, ValueType type, Ledger& ram, int threads, Sink sink);
+    static std::size_t bytesNeeded(const glm::ivec3& extentVoxels, ValueType type);
+
+    /// Slices that the next slab of level 0 has; 0 when all have come.
+    int nextSlices() const;
+    /// Where the next slab of level 0 is to be put, [nextSlices()][y][x].
+    std::span<std::byte> next();
+    /// Takes what next() holds; calls the sink for every slab, of any level, that this completes.
+    void push();
+
+  private:
+    struct Level {
+        glm::ivec3 extent{0};
+        int firstSlice = 0; // of the slab in the buffer
+        int filled = 0;     // slices in the buffer
+        std::vector<std::byte> values;
+    };
+    std::size_t sliceBytes(const Level& level) const;
+    void complete(int level);
+
+    ValueType type_;
+    int threads_;
+    Sink sink_;
+    Charge charge_;
+    std::array<Level, kLevelCount> levels_;
+};
+
+} // namespace tessera

@@ -1,0 +1,31 @@
+# tessera_room(TARGET FOLDER name [SOURCES ...] [HEADERS ...] [USES ...] [PRIVATE ...]): one room of the house as a
+# target. Who links it can include its headers by their path from the root ("core/brick.h"), and nobody else can: the
+# root is on no include path. Instead every room has a folder of links in the build folder, to its own headers alone,
+# and that is what its users get. So an #include against the arrows does not compile.
+#   FOLDER   from the root
+#   SOURCES  relative to it; none: a room of headers
+#   HEADERS  relative to it; left out: all of the folder, without those of folders in it
+#   USES     rooms and libraries that its headers need; PRIVATE: that its sources need alone
+function(tessera_room target)
+  cmake_parse_arguments(ARG "" "FOLDER" "SOURCES;HEADERS;USES;PRIVATE" ${ARGN})
+  set(folder ${PROJECT_SOURCE_DIR}/${ARG_FOLDER})
+  if(NOT ARG_HEADERS)
+    file(GLOB ARG_HEADERS RELATIVE ${folder} CONFIGURE_DEPENDS ${folder}/*.h)
+  endif()
+  set(view ${PROJECT_BINARY_DIR}/rooms/${target})
+  file(REMOVE_RECURSE ${view}) # headers that went
+  file(MAKE_DIRECTORY ${view}/${ARG_FOLDER})
+  foreach(header IN LISTS ARG_HEADERS)
+    file(CREATE_LINK ${folder}/${header} ${view}/${ARG_FOLDER}/${header} SYMBOLIC)
+  endforeach()
+  if(ARG_SOURCES)
+    list(TRANSFORM ARG_SOURCES PREPEND ${folder}/)
+    add_library(${target} STATIC ${ARG_SOURCES})
+    target_include_directories(${target} PUBLIC ${view})
+    target_link_libraries(${target} PUBLIC tessera_options ${ARG_USES} PRIVATE ${ARG_PRIVATE})
+  else()
+    add_library(${target} INTERFACE)
+    target_include_directories(${target} INTERFACE ${view})
+    target_link_libraries(${target} INTERFACE tessera_options ${ARG_USES})
+  endif()
+endfunction()

@@ -1,0 +1,174 @@
+// render/contract/integrators.h: what a segment of a ray adds (docs/sampling.md, "Integrators"): the C++ twin
+// of shaders/march_segment.glsl. In float it repeats the shader operation by operation. "Place" is a value in
+// units of the transfer table's entries; a segment is given by its two ends or, for the midpoint
+// rule, by its middle as the back.
+#pragma once
+
+#include "render/contract/optics.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+namespace tessera {
+
+/// Beyond this, places stay; values that far outside of the table differ in nothing.
+constexpr float kFarPlace = 4194304.0f; // 2^22
+
+/// Whether segments need the field at their ends rather than at their middle.
+constexpr bool needsEnds(Integrator integrator) {
+    return integrator != Integrator::midpoint;
+}
+
+template <typename Real> Real placeOf(const Optics& o, Real stored) {
+    const Real x = stored * static_cast<Real>(o.scale) + static_cast<Real>(o.offset);
+    const Real above = x > Real(-kFarPlace) ? x : Real(-kFarPlace); // also where it is no number
+    return above < Real(kFarPlace) ? above : Real(kFarPlace);
+}
+
+/// Colour and extinction at a place; constant beyond the table.
+template <typename Real> glm::vec<4, Real> entryAt(const Optics& o, Real place) {
+    const int last = static_cast<int>(o.table.size()) - 1;
+    const Real x = std::clamp(place, Real(0), static_cast<Real>(last));
+    const int i = std::min(static_cast<int>(x), last - 1);
+    const glm::vec<4, Real> a(o.table[static_cast<std::size_t>(i)]),
+        b(o.table[static_cast<std::size_t>(i) + 1]);
+    return a + (x - static_cast<Real>(i)) * (b - a);
+}
+
+/// One end of a segment: its place and, for pre-integration, the bin that holds it.
+template <typename Real> struct SegmentEnd {
+    Real place = 0;
+    int bin = 0;                // -1 is before the table, its last entry after it
+    glm::vec<4, Real> entry{0}; // of Optics::bins
+};
+
+template <typename Real> SegmentEnd<Real> endOf(const Optics& o, Real stored) {
+    SegmentEnd<Real> end{placeOf(o, stored)};
+    if (!o.bins.empty()) {
+        end.bin =
+            std::clamp(static_cast<int>(std::floor(end.place)), -1, static_cast<int>(o.table.size()) - 1);
+        end.entry = glm::vec<4, Real>(o.bins[static_cast<std::size_t>(end.bin + 1)]);
+    }
+    return end;
+}
+
+/// Extinction, averaged over the values between two ends; exact for the table but for rounding. Zero exactly
+/// where every entry around these values is zero.
+template <typename Real> Real meanExtinction(const SegmentEnd<Real>& front, const SegmentEnd<Real>& back) {
+    const bool rises = front.place < back.place;
+    const SegmentEnd<Real>&low = rises ? front : back, &high = rises ? back : front;
+    const Real f = low.place - static_cast<Real>(low.bin), g = high.place - static_cast<Real>(high.bin);
+    if (low.bin == high.bin)
+        return low.entry.x + (Real(0.5) * (f + g)) * low.entry.y;
+    const Real width = high.place - low.place;
+    const Real above = g * (high.entry.x + (Real(0.5) * g) * high.entry.y);
+    if (low.bin + 1 == high.bin) { // nothing cancels, however close they are
+        const Real below = (Real(1) - f) * (low.entry.x + (Real(0.5) * (Real(1) + f)) * low.entry.y);
+        return (below + above) / width;
+    }
+    const Real under = f * (low.entry.x + (Real(0.5) * f) * low.entry.y);
+    const Real sum = (high.entry.z - low.entry.z) + ((high.entry.w - low.entry.w) + (above - under));
+    return std::max(sum, Real(0)) / width;
+}
+
+/// Colour, averaged over the values between two ends by their extinction; inside a bin the colour at the
+/// middle of what is used of it.
+template <typename Real>
+glm::vec<3, Real> meanColour(const Optics& o, const SegmentEnd<Real>& front, const SegmentEnd<Real>& back) {
+    const bool rises = front.place < back.place;
+    const SegmentEnd<Real>&low = rises ? front : back, &high = rises ? back : front;
+    const glm::vec<3, Real> middle(entryAt(o, Real(0.5) * (low.place + high.place)));
+    if (low.bin == high.bin)
+        return middle;
+    const auto radiance = [&](Real width, Real place) {
+        const glm::vec<4, Real> e = entryAt(o, place);
+        const Real weight = width * e.a;
+        return glm::vec<4, Real>(weight * e.r, weight * e.g, weight * e.b, weight);
+    };
+    const auto sumTo = [&](int entry, int part) {
+        return glm::vec<4, Real>(
+            o.sums[2 * static_cast<std::size_t>(entry + 1) + static_cast<std::size_t>(part)]);
+    };
+    const Real next = static_cast<Real>(low.bin + 1), start = static_cast<Real>(high.bin);
+    const glm::vec<4, Real> below = radiance(next - low.place, Real(0.5) * (low.place + next));
+    const glm::vec<4, Real> above = radiance(high.place - start, Real(0.5) * (start + high.place));
+    const glm::vec<4, Real> between =
+        (sumTo(high.bin, 0) - sumTo(low.bin + 1, 0)) + (sumTo(high.bin, 1) - sumTo(low.bin + 1, 1));
+    const glm::vec<4, Real> sum = (below + between) + above;
+    if (!(sum.a > Real(1e-30)))
+        return middle; // nothing shows
+    return glm::vec<3, Real>(sum) / sum.a;
+}
+
+/// From the table of colours that are seen of segments of 2^k lattice segments, bilinear.
+template <typename Real>
+glm::vec<3, Real> seenColour(const Optics& o, Real front, Real back, int strideSegments) {
+    const int edge = SeenColours::kEdge, layer = std::countr_zero(static_cast<unsigned>(strideSegments));
+    const Real last = static_cast<Real>(static_cast<int>(o.table.size()) - 1);
+    const Real scale = static_cast<Real>(o.seenScale);
+    const Real x = std::clamp(front, Real(0), last) * scale, y = std::clamp(back, Real(0), last) * scale;
+    const int i = std::min(static_cast<int>(x), edge - 2), j = std::min(static_cast<int>(y), edge - 2);
+    const Real fx = x - static_cast<Real>(i), fy = y - static_cast<Real>(j);
+    const auto at = [&](int column, int row) {
+        const int n = ((layer - o.seen.firstLayer()) * edge + row) * edge + column;
+        return glm::vec<3, Real>(glm::vec3(o.seen.colours()[static_cast<std::size_t>(n)]));
+    };
+    const glm::vec<3, Real> c00 = at(i, j), c10 = at(i + 1, j), c01 = at(i, j + 1), c11 = at(i + 1, j + 1);
+    const glm::vec<3, Real> near = c00 + fx * (c10 - c00), far = c01 + fx * (c11 - c01);
+    return near + fy * (far - near);
+}
+
+/// How far towards its back a segment of constant extinction is seen, in the mean over its light:
+/// 1/x - 1/(e^x - 1), x its depth; phi_1's companion g(x) of NUMERICS B2, divided by 1 - e^-x.
+template <typename Real> Real seenDepth(Real depth, Real alpha) {
+    if (depth < Real(0.5)) {
+        const Real s = depth * depth;
+        return Real(0.5) -
+               depth * (Real(1.0 / 12) -
+                        s * (Real(1.0 / 720) -
+                             s * (Real(1.0 / 30240) -
+                                  s * (Real(1.0 / 1209600) -
+                                       s * (Real(1.0 / 47900160) - s * Real(691.0 / 1307674368000))))));
+    }
+    return Real(1) / depth - (Real(1) - alpha) / alpha;
+}
+
+/// Extinction of a segment, per mm.
+template <typename Real>
+Real segmentExtinction(const Optics& o, const SegmentEnd<Real>& front, const SegmentEnd<Real>& back) {
+    switch (o.integrator) {
+    case Integrator::linear:
+        return Real(0.5) * (entryAt(o, front.place).a + entryAt(o, back.place).a);
+    case Integrator::preintegrated:
+    case Integrator::preintegrated2d:
+        return meanExtinction(front, back);
+    default:
+        return entryAt(o, back.place).a;
+    }
+}
+
+/// Colour that is seen of a segment of that depth and opacity, not premultiplied.
+/// @param strideSegments  its length in lattice segments, before it is cut at the exit
+template <typename Real>
+glm::vec<3, Real> segmentColour(const Optics& o, const SegmentEnd<Real>& front, const SegmentEnd<Real>& back,
+                                Real depth, Real alpha, int strideSegments) {
+    using Vec = glm::vec<3, Real>;
+    switch (o.integrator) {
+    case Integrator::linear: {
+        const Vec a(entryAt(o, front.place)), b(entryAt(o, back.place));
+        return a + seenDepth(depth, alpha) * (b - a);
+    }
+    case Integrator::preintegrated:
+        return meanColour(o, front, back);
+    case Integrator::preintegrated2d:
+        return seenColour(o, front.place, back.place, strideSegments);
+    default:
+        return Vec(entryAt(o, back.place));
+    }
+}
+
+} // namespace tessera

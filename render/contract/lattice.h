@@ -1,0 +1,111 @@
+// render/contract/lattice.h: samples as a CPU renderer reads them: through the brick cache, so that a volume
+// never has to fit in memory; empty bricks read as their mean, exactly as on the GPU. One reader per thread:
+// it keeps the few chunks pinned that a neighbourhood can touch.
+#pragma once
+
+#include "bricking/cache/brick_cache.h"
+#include "bricking/levels/selection.h"
+#include "core/brick.h"
+#include "core/threads.h"
+#include "core/volume.h"
+#include "render/contract/level_map.h"
+
+#include <array>
+#include <glm/vec3.hpp>
+
+namespace tessera {
+
+/// Stored values of samples by level and place, the last few chunks pinned.
+class SampleReader {
+  public:
+    static constexpr std::size_t kPinnedChunks = 8;
+
+    SampleReader(BrickCache& cache, ValueType type)
+        : cache_(cache), type_(type), bytesPerValue_(bytesPerValue(type)) {}
+
+    /// Sample i, inside its level.
+    double at(int level, const glm::ivec3& i) {
+        const ChunkKey key{level, i.x >> 5, i.y >> 5, i.z >> 5};
+        // Neighbouring chunks differ in some parity, so the eight of a neighbourhood of one level never evict
+        // each other.
+        Pinned& pinned = pinned_[static_cast<std::size_t>((key.i & 1) | (key.j & 1) << 1 | (key.k & 1) << 2)];
+        if (!pinned.data || pinned.key != key) {
+            pinned.data.reset(); // before asking: a full cache may need this very chunk's place
+            pinned.data = cache_.get(key);
+            pinned.key = key;
+        }
+        const std::size_t index = linearIndex(i & (kChunkExtent - 1), glm::ivec3(kChunkExtent));
+        return storedValue(type_, pinned.data->bytes.get() + index * bytesPerValue_);
+    }
+
+  private:
+    struct Pinned {
+        ChunkKey key{-1, 0, 0, 0};
+        ChunkPointer data;
+    };
+    BrickCache& cache_;
+    ValueType type_;
+    std::size_t bytesPerValue_;
+    std::array<Pinned, kPinnedChunks> pinned_;
+};
+
+/// Samples of one level, for fieldValue().
+class LatticeReader {
+  public:
+    static constexpr std::size_t kPinnedChunks = SampleReader::kPinnedChunks;
+
+    /// @param selection  which bricks stand as their mean; none: every sample is read (the reference)
+    LatticeReader(BrickCache& cache, const VolumeInfo& info, int level, const Selection* selection)
+        : reader_(cache, info.type), level_(level), extent_(levelExtent(info.extentVoxels, level)),
+          selection_(selection) {}
+
+    const glm::ivec3& extent() const { return extent_; }
+
+    /// Stored value of sample i, inside [0,extent).
+    double at(const glm::ivec3& i) {
+        if (selection_) {
+            const std::size_t brick = linearIndex(i >> (5 - level_), selection_->bricks);
+            if (selection_->levels[brick] == Selection::kEmpty)
+                return static_cast<double>(selection_->means[brick]);
+        }
+        return reader_.at(level_, i);
+    }
+
+  private:
+    SampleReader reader_;
+    int level_;
+    glm::ivec3 extent_;
+    const Selection* selection_;
+};
+
+/// Samples of a selection of mixed levels, for interblockValue().
+class MixedReader {
+  public:
+    MixedReader(BrickCache& cache, const VolumeInfo& info, const Selection& selection, const LevelMap& map)
+        : reader_(cache, info.type), selection_(selection), map_(map) {}
+
+    const LevelMap& map() const { return map_; }
+    double at(int level, const glm::ivec3& i) { return reader_.at(level, i); }
+    double mean(const glm::ivec3& brick) const {
+        return static_cast<double>(selection_.means[linearIndex(brick, selection_.bricks)]);
+    }
+    bool isEmpty(const glm::ivec3& brick) const {
+        return selection_.levels[linearIndex(brick, selection_.bricks)] == Selection::kEmpty;
+    }
+
+  private:
+    SampleReader reader_;
+    const Selection& selection_;
+    const LevelMap& map_;
+};
+
+/// The smallest cache for so many threads that read samples: each pins the chunks of one neighbourhood while
+/// the loaders need one each. @param threads  0: all processors
+inline std::size_t latticeCacheFloorBytes(const VolumeInfo& info, int threads) {
+    const int used = threads > 0 ? threads : defaultThreads();
+    return BrickCache::floorBytes(info, used) + cellCount(glm::ivec3(kChunkExtent)) *
+                                                    bytesPerValue(info.type) * SampleReader::kPinnedChunks *
+                                                    static_cast<std::size_t>(used - 1);
+}
+
+} // namespace tessera

@@ -1,0 +1,146 @@
+// render/contract/optics.h: what a value looks like and what a segment adds: the C++ twin of
+// shaders/march_optics.glsl. In float it repeats the shader operation by operation; in double it uses the
+// best the library has.
+#pragma once
+
+#include "core/scene.h" // Shading
+#include "core/transfer_function.h"
+#include "core/volume.h"
+#include "render/contract/preintegration.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec4.hpp>
+#include <limits>
+#include <vector>
+
+namespace tessera {
+
+/// An isosurface as rays meet it.
+struct SurfaceLook {
+    float isovalue = 0; // stored units
+    glm::vec3 colour{1};
+    float opacity = 1;
+};
+
+/// The transfer table addressed by stored values: entry = stored * scale + offset. Float, as the shader has
+/// it.
+struct Optics {
+    std::vector<glm::vec4> table; // rgb colour, a extinction per mm
+    float scale = 0, offset = 0;
+    bool shading = false;
+    Gradient gradient = Gradient::central; // what shading takes
+    glm::vec3 phong{0};                    // ambient, diffuse, specular
+    int specularPower = 1;
+    glm::mat3 voxelFromPatientTransposed{1}; // linear parts
+    glm::mat3 patientFromVoxel{1};
+    float termination = 0;                        // transmittance below which a ray ends; 0: never
+    Integrator integrator = Integrator::midpoint; // never automatic
+    std::vector<glm::vec4> bins;                  // of the pre-integrated ones: extinctionBins()
+    std::vector<glm::vec4> sums;                  // of preintegrated: colourSums()
+    SeenColours seen;                             // of preintegrated2d
+    float seenScale = 0;                          // its places per entry
+
+    std::vector<SurfaceLook> surfaces; // by isovalue, ascending
+    bool volumeShows = true;           // the table has an extinction
+
+    /// Of a march's tables.
+    std::size_t gpuBytes() const {
+        return (table.size() + bins.size() + sums.size() + seen.colours().size()) * sizeof(glm::vec4);
+    }
+};
+
+Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shading& shading,
+                  double terminationTransmittance, Integrator integrator = Integrator::midpoint);
+/// Takes an integrator, not automatic, with what it needs of the table besides seen colours.
+void setIntegrator(Optics& optics, Integrator integrator);
+/// Sorted as Optics has them; those that are wholly transparent are left out.
+std::vector<SurfaceLook> surfaceLooks(const std::vector<Isosurface>& surfaces, const VolumeInfo& info);
+/// preintegrated2d: makes the table of seen colours, or mends it where only entries differ from those it was
+/// made of. @param segmentMm  a typical segment; layers for strides of 2^firstLayer segments and the next
+void prepareSeenColours(Optics& optics, double segmentMm, int firstLayer, int layers);
+
+template <typename Real> glm::vec<4, Real> lookUp(const Optics& o, Real stored) {
+    const int last = static_cast<int>(o.table.size()) - 1;
+    const Real place = stored * static_cast<Real>(o.scale) + static_cast<Real>(o.offset);
+    // No clamp(): a place that is not a number must be one too, or what follows reads beyond the table.
+    const Real x = place > Real(0) ? std::min(place, static_cast<Real>(last)) : Real(0);
+    const int i = std::min(static_cast<int>(x), last - 1);
+    const glm::vec<4, Real> a(o.table[static_cast<std::size_t>(i)]),
+        b(o.table[static_cast<std::size_t>(i) + 1]);
+    return a + (x - static_cast<Real>(i)) * (b - a);
+}
+
+/// 1 - exp(-depth).
+inline double opacityOf(double depth) {
+    return -std::expm1(-depth);
+}
+inline float opacityOf(float x) {
+    if (x < 0.25f)
+        return x *
+               (1.0f - x * (1.0f / 2.0f) *
+                           (1.0f - x * (1.0f / 3.0f) *
+                                       (1.0f - x * (1.0f / 4.0f) *
+                                                   (1.0f - x * (1.0f / 5.0f) * (1.0f - x * (1.0f / 6.0f))))));
+    const float y = std::max(x * -1.44269504f, -126.0f);
+    const float n = std::floor(y);
+    const float r = (y - n) * 0.693147181f;
+    const float p =
+        1.0f +
+        r * (1.0f +
+             r * (1.0f / 2.0f) *
+                 (1.0f + r * (1.0f / 3.0f) *
+                             (1.0f + r * (1.0f / 4.0f) *
+                                         (1.0f + r * (1.0f / 5.0f) *
+                                                     (1.0f + r * (1.0f / 6.0f) *
+                                                                 (1.0f + r * (1.0f / 7.0f) *
+                                                                             (1.0f + r * (1.0f / 8.0f))))))));
+    return 1.0f - p * std::bit_cast<float>(static_cast<std::uint32_t>(static_cast<int>(n) + 127) << 23);
+}
+
+template <typename Real> Real wholePower(Real x, int n) {
+    Real result = 1, square = x;
+    for (; n > 0; n >>= 1) {
+        if (n & 1)
+            result = result * square;
+        square = square * square;
+    }
+    return result;
+}
+
+/// The gradient in patient space as a unit normal that faces against the ray; 0 where there is none.
+template <typename Real>
+glm::vec<3, Real> unitNormal(const Optics& o, const glm::vec<3, Real>& gradient,
+                             const glm::vec<3, Real>& direction) {
+    using Mat = glm::mat<3, 3, Real>;
+    const Mat toGradient(o.voxelFromPatientTransposed), toPatient(o.patientFromVoxel);
+    const auto g = toGradient[0] * gradient.x + toGradient[1] * gradient.y + toGradient[2] * gradient.z;
+    const auto d = toPatient[0] * direction.x + toPatient[1] * direction.y + toPatient[2] * direction.z;
+    const Real length = std::sqrt(g.x * g.x + g.y * g.y + g.z * g.z);
+    if (!(length > Real(0)))
+        return glm::vec<3, Real>(0);
+    return g * (g.x * d.x + g.y * d.y + g.z * d.z > Real(0) ? Real(-1) / length : Real(1) / length);
+}
+
+/// Phong with a head light. gradient: voxel space, any scale; direction: the ray's, unit, voxel space.
+template <typename Real>
+glm::vec<3, Real> shade(const Optics& o, const glm::vec<3, Real>& colour, const glm::vec<3, Real>& gradient,
+                        const glm::vec<3, Real>& direction) {
+    using Mat = glm::mat<3, 3, Real>;
+    const Mat toGradient(o.voxelFromPatientTransposed), toPatient(o.patientFromVoxel);
+    const auto g = toGradient[0] * gradient.x + toGradient[1] * gradient.y + toGradient[2] * gradient.z;
+    const auto d = toPatient[0] * direction.x + toPatient[1] * direction.y + toPatient[2] * direction.z;
+    const Real lengths = (g.x * g.x + g.y * g.y + g.z * g.z) * (d.x * d.x + d.y * d.y + d.z * d.z);
+    if (!(lengths > Real(0) && lengths <= std::numeric_limits<Real>::max()))
+        return colour; // no direction to light from, or one that this type cannot hold
+    const Real cosine = std::min(Real(1), std::abs(g.x * d.x + g.y * d.y + g.z * d.z) / std::sqrt(lengths));
+    const Real mirrored = std::max(Real(0), Real(2) * cosine * cosine - Real(1));
+    const glm::vec<3, Real> phong(o.phong);
+    return colour * (phong.x + phong.y * cosine) + phong.z * wholePower(mirrored, o.specularPower);
+}
+
+} // namespace tessera

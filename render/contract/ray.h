@@ -1,0 +1,157 @@
+// render/contract/ray.h: one pixel's ray and its lattice of segments, in voxel space (docs/sampling.md,
+// "Ray"). The C++ twin of shaders/common_ray.glsl: the same operations in the same order, so that float here
+// repeats the GPU.
+#pragma once
+
+#include "core/camera.h"
+#include "core/volume.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <limits>
+
+namespace tessera {
+
+/// All that turns a pixel into a ray, in voxel space. Computed in double once a frame; Real is what marches.
+template <typename Real> struct RayFrame {
+    using Vec = glm::vec<3, Real>;
+    Vec centre{0}, right{0}, up{0}; // voxels: the plane near the volume that rays pass through
+    Vec toCentre{0};                // voxels: perspective: from the eye to the centre; parallel: forward
+    glm::mat<3, 3, Real> patientFromVoxel{1}; // linear part, mm per voxel
+    Vec extent{0};                            // voxels
+    glm::vec<2, Real> imageSize{1};
+    Real segmentVoxels = 1; // q: length of a segment in voxel space
+    bool perspective = true;
+};
+
+/// A ray cut into segments: segment i spans [entry + i*step, entry + (i+1)*step], the last one only its part
+/// `tail`. Voxel space; segmentMm is the length of a whole segment in patient space.
+template <typename Real> struct SegmentedRay {
+    using Vec = glm::vec<3, Real>;
+    Vec entry{0}, step{0};
+    Vec direction{0}; // unit
+    Real segmentMm = 0;
+    Real tail = 1; // (0,1]
+    int count = 0; // 0: misses the volume
+};
+
+inline RayFrame<double> rayFrame(const Camera& camera, const VolumeInfo& info, const glm::ivec2& imageSize,
+                                 double segmentVoxels) {
+    const RayPlane plane = rayPlane(camera, info, imageSize);
+    const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
+    const glm::dmat3 linear(voxelFromPatient);
+    RayFrame<double> frame;
+    frame.centre = glm::dvec3(voxelFromPatient * glm::dvec4(plane.centre, 1));
+    frame.right = linear * plane.right;
+    frame.up = linear * plane.up;
+    frame.toCentre = linear * (plane.perspective ? plane.toCentre : plane.forward);
+    frame.patientFromVoxel = glm::dmat3(info.patientFromVoxel);
+    frame.extent = glm::dvec3(info.extentVoxels);
+    frame.imageSize = glm::dvec2(imageSize);
+    frame.segmentVoxels = segmentVoxels;
+    frame.perspective = plane.perspective;
+    return frame;
+}
+
+template <typename Real> RayFrame<Real> cast(const RayFrame<double>& f) {
+    RayFrame<Real> out;
+    out.centre = typename RayFrame<Real>::Vec(f.centre);
+    out.right = typename RayFrame<Real>::Vec(f.right);
+    out.up = typename RayFrame<Real>::Vec(f.up);
+    out.toCentre = typename RayFrame<Real>::Vec(f.toCentre);
+    out.patientFromVoxel = glm::mat<3, 3, Real>(f.patientFromVoxel);
+    out.extent = typename RayFrame<Real>::Vec(f.extent);
+    out.imageSize = glm::vec<2, Real>(f.imageSize);
+    out.segmentVoxels = static_cast<Real>(f.segmentVoxels);
+    out.perspective = f.perspective;
+    return out;
+}
+
+/// Unit direction in voxel space and its length in mm.
+template <typename Real> struct RayLine {
+    glm::vec<3, Real> base{0}, direction{0}; // voxels
+    Real nearest = 0;                        // smallest parameter (voxels along direction)
+    Real mmPerVoxel = 0;
+};
+
+/// Written component by component: the order of additions is part of the contract with the shader.
+template <typename Real> Real length3(const glm::vec<3, Real>& v) {
+    return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+}
+
+template <typename Real> RayLine<Real> pixelLine(const RayFrame<Real>& f, const glm::vec<2, Real>& pixel) {
+    const Real x = Real(2) * pixel.x / f.imageSize.x - Real(1);
+    const Real y = Real(1) - Real(2) * pixel.y / f.imageSize.y;
+    const glm::vec<3, Real> offset = x * f.right + y * f.up;
+    const glm::vec<3, Real> along = f.perspective ? f.toCentre + offset : f.toCentre;
+    const Real distance = length3(along);
+    RayLine<Real> line;
+    line.base = f.centre + offset;
+    line.direction = along / distance;
+    line.nearest = f.perspective ? -distance : -std::numeric_limits<Real>::max();
+    const glm::vec<3, Real> mm = f.patientFromVoxel[0] * line.direction.x +
+                                 f.patientFromVoxel[1] * line.direction.y +
+                                 f.patientFromVoxel[2] * line.direction.z;
+    line.mmPerVoxel = length3(mm);
+    return line;
+}
+
+/// Intersects the closed box [0,extent]; zero components branch, and divide rather than multiply by a
+/// reciprocal, because every branch-free form misses rays that lie in a face.
+template <typename Real>
+bool clipToBox(const RayLine<Real>& line, const glm::vec<3, Real>& extent, Real& t0, Real& t1) {
+    t0 = line.nearest;
+    t1 = std::numeric_limits<Real>::max();
+    for (int axis = 0; axis < 3; ++axis) {
+        const Real o = line.base[axis], d = line.direction[axis];
+        if (d == Real(0)) {
+            if (o < Real(0) || o > extent[axis])
+                return false;
+            continue;
+        }
+        const Real a = (Real(0) - o) / d, b = (extent[axis] - o) / d;
+        t0 = std::max(t0, std::min(a, b));
+        t1 = std::min(t1, std::max(a, b));
+    }
+    return t1 > t0;
+}
+
+template <typename Real>
+SegmentedRay<Real> segmentedRay(const RayFrame<Real>& f, const glm::vec<2, Real>& pixel) {
+    const RayLine<Real> line = pixelLine(f, pixel);
+    SegmentedRay<Real> ray;
+    Real t0 = 0, t1 = 0;
+    if (!clipToBox(line, f.extent, t0, t1))
+        return ray;
+    const Real segments = (t1 - t0) / f.segmentVoxels;
+    if (!(segments < Real(1 << 24)))
+        return ray; // NaN, or more than float can count: draws nothing
+    ray.count = static_cast<int>(std::ceil(segments));
+    ray.tail = segments - static_cast<Real>(ray.count - 1);
+    ray.entry = line.base + t0 * line.direction;
+    ray.step = f.segmentVoxels * line.direction;
+    ray.direction = line.direction;
+    ray.segmentMm = f.segmentVoxels * line.mmPerVoxel;
+    return ray;
+}
+
+/// Segments in the stride of n that starts at segment i: n, or what is left before the exit.
+template <typename Real> Real strideLength(const SegmentedRay<Real>& ray, int i, int n) {
+    return i + n >= ray.count ? static_cast<Real>(ray.count - 1 - i) + ray.tail : static_cast<Real>(n);
+}
+/// The middle of a stride, voxels.
+template <typename Real> glm::vec<3, Real> stridePosition(const SegmentedRay<Real>& ray, int i, Real length) {
+    return ray.entry + (static_cast<Real>(i) + Real(0.5) * length) * ray.step;
+}
+/// The end of a stride, voxels; the start of the next.
+template <typename Real> glm::vec<3, Real> strideEnd(const SegmentedRay<Real>& ray, int i, Real length) {
+    return ray.entry + (static_cast<Real>(i) + length) * ray.step;
+}
+/// Where segment i begins, voxels.
+template <typename Real> glm::vec<3, Real> segmentStart(const SegmentedRay<Real>& ray, int i) {
+    return ray.entry + static_cast<Real>(i) * ray.step;
+}
+
+} // namespace tessera

@@ -1,0 +1,48 @@
+// render/contract/ray_state.h: what is known of a ray between two calls that draw it, and what rays tell
+// besides their colours (docs/sampling.md, "Ray"). Engines allocate by these sizes, and plans count with
+// them.
+#pragma once
+
+#include "core/brick.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+namespace tessera {
+
+/// Where a ray first meets an isosurface that is not wholly transparent.
+struct SurfaceHit {
+    glm::vec3 position{0}; // voxels
+    float depthMm = 0;     // along the ray from its entry into the volume, or from the eye inside
+    glm::vec3 normal{0};   // unit, patient space, towards the viewer; 0 where the field has no gradient
+    int surface = 0;       // 1 + its number among Optics::surfaces; 0: none was met
+    bool operator==(const SurfaceHit&) const = default;
+};
+
+inline std::size_t rayCount(const glm::ivec2& imageSize) {
+    return static_cast<std::size_t>(imageSize.x) * static_cast<std::size_t>(imageSize.y);
+}
+
+/// Bytes of every ray: premultiplied colour and alpha; the next segment, or -1 at its end.
+constexpr std::size_t kRayColourBytes = sizeof(glm::vec4), kRayNextBytes = sizeof(std::int32_t);
+/// Of every ray that counts what it sees: the brick that it counted last.
+constexpr std::size_t kRayLastBrickBytes = sizeof(std::int32_t);
+/// Of every brick: the first ray that waits for it.
+constexpr std::size_t kWantedBytes = sizeof(std::uint32_t);
+
+/// Counters that a call which draws returns.
+constexpr std::size_t kDrawnCounterBytes = 7 * sizeof(std::uint32_t);
+
+/// What a picture's rays take.
+inline std::size_t rayStateBytes(const glm::ivec2& imageSize) {
+    return (kRayColourBytes + kRayNextBytes) * rayCount(imageSize) + kDrawnCounterBytes;
+}
+/// What rays take besides that wait for bricks.
+inline std::size_t wantedBytes(const glm::ivec3& bricks) {
+    return kWantedBytes * cellCount(bricks);
+}
+
+} // namespace tessera

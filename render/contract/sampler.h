@@ -1,0 +1,304 @@
+// render/contract/sampler.h: the field of docs/sampling.md on the CPU: the C++ twin of
+// shaders/sampler_field.glsl, sampler_interblock.glsl, sampler_gradient.glsl and sampler_slope.glsl in exact
+// mode, and the only code here that turns a position into a value or a gradient. Positions in level-0 voxels,
+// values as stored, gradients in stored units per voxel.
+//
+// Samples of one level: glm::ivec3 extent() const; Real at(ivec3) (stored value).
+// Samples of mixed levels: const LevelMap& map() const; Real at(int level, ivec3) (stored value of a resident
+// brick's sample); Real mean(ivec3 brick).
+#pragma once
+
+#include "core/scene.h" // Gradient
+#include "render/contract/level_map.h"
+
+#include <glm/common.hpp>
+#include <glm/vec3.hpp>
+
+namespace tessera {
+
+template <typename Real, typename Samples>
+Real trilinear(Samples& samples, const glm::ivec3& low, const glm::ivec3& high, const glm::vec<3, Real>& f) {
+    const auto at = [&](int x, int y, int z) { return static_cast<Real>(samples.at({x, y, z})); };
+    const Real v000 = at(low.x, low.y, low.z), v100 = at(high.x, low.y, low.z);
+    const Real v010 = at(low.x, high.y, low.z), v110 = at(high.x, high.y, low.z);
+    const Real v001 = at(low.x, low.y, high.z), v101 = at(high.x, low.y, high.z);
+    const Real v011 = at(low.x, high.y, high.z), v111 = at(high.x, high.y, high.z);
+    const Real a = v000 + f.x * (v100 - v000), b = v010 + f.x * (v110 - v010);
+    const Real c = v001 + f.x * (v101 - v001), d = v011 + f.x * (v111 - v011);
+    const Real e = a + f.y * (b - a), g = c + f.y * (d - c);
+    return e + f.z * (g - e);
+}
+
+/// Stored value at p of the field whose samples are all of one level.
+/// @param samplesPerVoxel  2^-level, exact
+template <typename Real, typename Samples>
+Real fieldValue(Samples& samples, const glm::vec<3, Real>& p, Real samplesPerVoxel) {
+    const glm::ivec3 last = samples.extent() - 1;
+    const glm::vec<3, Real> at =
+        glm::clamp(p * samplesPerVoxel - Real(0.5), glm::vec<3, Real>(0), glm::vec<3, Real>(last));
+    const glm::ivec3 low(at); // not negative, so this is floor
+    const glm::ivec3 high = glm::min(low + 1, last);
+    return trilinear(samples, low, high, at - glm::vec<3, Real>(low));
+}
+
+/// No difference reaches further to a side, voxels: so no brick is needed but the 27 around a position.
+constexpr int kMostReach = kBrickExtent / 2;
+
+/// Central differences of a field, h to either side.
+template <typename Real, typename Value>
+glm::vec<3, Real> centralDifferences(const Value& value, const glm::vec<3, Real>& p, Real h) {
+    glm::vec<3, Real> g(0);
+    for (int axis = 0; axis < 3; ++axis) {
+        glm::vec<3, Real> offset(0);
+        offset[axis] = h;
+        g[axis] = (value(p + offset) - value(p - offset)) / (Real(2) * h);
+    }
+    return g;
+}
+
+/// Differences to one side, over half a pitch.
+template <typename Real, typename Value>
+glm::vec<3, Real> forwardDifferences(const Value& value, const glm::vec<3, Real>& p, Real pitch) {
+    const Real h = Real(0.5) * pitch;
+    const Real here = value(p);
+    glm::vec<3, Real> g(0);
+    for (int axis = 0; axis < 3; ++axis) {
+        glm::vec<3, Real> offset(0);
+        offset[axis] = h;
+        g[axis] = (value(p + offset) - here) / h;
+    }
+    return g;
+}
+
+/// Differences over two pitches, smoothed across by 1:2:1 (Sobel's operator in three dimensions): at a
+/// sample's centre they are that of its 26 neighbours.
+template <typename Real, typename Value>
+glm::vec<3, Real> sobelDifferences(const Value& value, const glm::vec<3, Real>& p, Real pitch) {
+    const Real h = std::min(pitch, Real(kMostReach));
+    const Real here = value(p);
+    glm::vec<3, Real> sum(0);
+    for (int n = 0; n < 27; ++n) {
+        const glm::vec<3, Real> side(glm::ivec3(n % 3, n / 3 % 3, n / 9) - 1);
+        const Real difference = value(p + h * side) - here; // exactly 0 where all are the same
+        const glm::vec<3, Real> across = Real(2) - glm::abs(side);
+        sum = sum + side * glm::vec<3, Real>(across.y, across.z, across.x) *
+                        glm::vec<3, Real>(across.z, across.x, across.y) * difference;
+    }
+    return sum / (Real(32) * h);
+}
+
+/// Differences of a field, of any kind but the analytic one.
+template <typename Real, typename Value>
+glm::vec<3, Real> differences(Gradient kind, const Value& value, const glm::vec<3, Real>& p, Real pitch) {
+    switch (kind) {
+    case Gradient::forward:
+        return forwardDifferences(value, p, pitch);
+    case Gradient::sobel:
+        return sobelDifferences(value, p, pitch);
+    case Gradient::centralHalf:
+        return centralDifferences(value, p, Real(0.5) * pitch);
+    case Gradient::central:
+    case Gradient::analytic:
+        break;
+    }
+    return centralDifferences(value, p, std::min(pitch, Real(kMostReach)));
+}
+
+/// How many values of the field a gradient takes; the analytic one the samples of one.
+constexpr int gradientValues(Gradient kind) {
+    return kind == Gradient::forward ? 4 : kind == Gradient::sobel ? 27 : kind == Gradient::analytic ? 1 : 6;
+}
+
+/// A field's derivative, per voxel, and its value.
+template <typename Real> struct Slope {
+    glm::vec<3, Real> slope{0};
+    Real value = 0;
+};
+
+/// Derivative of trilinear(), per sample.
+template <typename Real, typename Samples>
+Slope<Real> trilinearSlope(Samples& samples, const glm::ivec3& low, const glm::ivec3& high,
+                           const glm::vec<3, Real>& f) {
+    const auto at = [&](int x, int y, int z) { return static_cast<Real>(samples.at({x, y, z})); };
+    const Real v000 = at(low.x, low.y, low.z), v100 = at(high.x, low.y, low.z);
+    const Real v010 = at(low.x, high.y, low.z), v110 = at(high.x, high.y, low.z);
+    const Real v001 = at(low.x, low.y, high.z), v101 = at(high.x, low.y, high.z);
+    const Real v011 = at(low.x, high.y, high.z), v111 = at(high.x, high.y, high.z);
+    const Real da = v100 - v000, db = v110 - v010, dc = v101 - v001, dd = v111 - v011;
+    const Real a = v000 + f.x * da, b = v010 + f.x * db;
+    const Real c = v001 + f.x * dc, d = v011 + f.x * dd;
+    const Real dx0 = da + f.y * (db - da), dx1 = dc + f.y * (dd - dc);
+    const Real dy0 = b - a, dy1 = d - c;
+    const Real e = a + f.y * dy0, g = c + f.y * dy1;
+    const Real dz = g - e;
+    return {{dx0 + f.z * (dx1 - dx0), dy0 + f.z * (dy1 - dy0), dz}, e + f.z * dz};
+}
+
+/// Derivative of trilinear interpolation between samples up to `last`, at lattice coordinates: 0 along an
+/// axis where they lie beyond the outermost sample; at a sample's centre that of the cell above.
+template <typename Real, typename Samples>
+Slope<Real> latticeSlope(Samples& samples, const glm::ivec3& first, const glm::ivec3& last,
+                         const glm::vec<3, Real>& at, Real samplesPerVoxel) {
+    const glm::vec<3, Real> inside = glm::clamp(at, glm::vec<3, Real>(0), glm::vec<3, Real>(last));
+    const glm::ivec3 low(inside);
+    const glm::ivec3 high = glm::min(low + 1, last);
+    Slope<Real> s = trilinearSlope(samples, first + low, first + high, inside - glm::vec<3, Real>(low));
+    for (int axis = 0; axis < 3; ++axis)
+        s.slope[axis] = at[axis] == inside[axis] ? s.slope[axis] * samplesPerVoxel : Real(0);
+    return s;
+}
+
+template <typename Real, typename Samples>
+Slope<Real> fieldSlope(Samples& samples, const glm::vec<3, Real>& p, Real samplesPerVoxel) {
+    return latticeSlope(samples, glm::ivec3(0), samples.extent() - 1, p * samplesPerVoxel - Real(0.5),
+                        samplesPerVoxel);
+}
+
+template <typename Real, typename Samples>
+glm::vec<3, Real> fieldGradient(Samples& samples, const glm::vec<3, Real>& p, Real samplesPerVoxel,
+                                Gradient kind = Gradient::central) {
+    if (kind == Gradient::analytic)
+        return fieldSlope(samples, p, samplesPerVoxel).slope;
+    return differences(
+        kind, [&](const glm::vec<3, Real>& at) { return fieldValue(samples, at, samplesPerVoxel); }, p,
+        Real(1) / samplesPerVoxel);
+}
+
+/// One level of samples of mixed levels, empty bricks reading as their mean.
+template <typename Samples> struct LevelOfSamples {
+    Samples& samples;
+    int level;
+    glm::ivec3 extent() const { return (samples.map().extentVoxels + ((1 << level) - 1)) >> level; }
+    auto at(const glm::ivec3& i) {
+        const glm::ivec3 brick = i >> (5 - level);
+        return level == kLevelCount - 1 || samples.isEmpty(brick) ? samples.mean(brick)
+                                                                  : samples.at(level, i);
+    }
+};
+
+/// A brick's own value at p: trilinear between its samples, coordinates clamped half a sample inside it.
+template <typename Real, typename Samples>
+Real brickValue(Samples& samples, const glm::ivec3& brick, std::uint32_t code, const glm::vec<3, Real>& p) {
+    if (code + 1 >= std::uint32_t{kLevelCount}) // empty, or the coarsest level's one sample
+        return static_cast<Real>(samples.mean(brick));
+    LevelOfSamples<Samples> level{samples, static_cast<int>(code)};
+    const glm::ivec3 first = brick << (5 - level.level);
+    const glm::ivec3 last = glm::min(glm::ivec3(kBrickExtent >> level.level), level.extent() - first) - 1;
+    const Real samplesPerVoxel = Real(1) / static_cast<Real>(1 << level.level);
+    const glm::vec<3, Real> at = glm::clamp(p * samplesPerVoxel - glm::vec<3, Real>(first) - Real(0.5),
+                                            glm::vec<3, Real>(0), glm::vec<3, Real>(last));
+    const glm::ivec3 low(at);
+    const glm::ivec3 high = glm::min(low + 1, last);
+    return trilinear(level, first + low, first + high, at - glm::vec<3, Real>(low));
+}
+
+/// Stored value at p of the field of mixed levels.
+template <typename Real, typename Samples>
+Real interblockValue(Samples& samples, const glm::vec<3, Real>& position) {
+    const LevelMap& map = samples.map();
+    const CornerPlace<Real> place = cornerPlace(position, glm::vec<3, Real>(map.extentVoxels), map.bricks);
+    const BrickCorner& corner = map.at(place.corner);
+    if (corner.agree()) {
+        LevelOfSamples<Samples> level{samples, corner.commonLevel()};
+        return fieldValue(level, place.p, Real(1) / static_cast<Real>(1 << level.level));
+    }
+    const int near = nearAxes(corner, place.offset);
+    Real sum(0), weights(0);
+    int subset = 0;
+    do { // the home brick, then every brick across some of the near axes
+        const int n = place.home ^ subset;
+        const Real weight = cornerWeight(corner, n, near, place.offset, map.edgeFunction, map.finest);
+        if (weight > Real(0)) {
+            const glm::ivec3 brick = place.corner - 1 + glm::ivec3(n & 1, (n >> 1) & 1, n >> 2);
+            sum = sum + weight * brickValue(samples, brick, corner.code(n), place.p);
+            weights = weights + weight;
+        }
+        subset = (subset - near) & near;
+    } while (subset != 0);
+    return near == 0 ? sum : sum / weights;
+}
+
+/// Distance of samples at p, voxels, with the weights of their values; empty bricks count as the finest
+/// level.
+template <typename Real, typename Samples>
+Real interblockPitch(Samples& samples, const glm::vec<3, Real>& position) {
+    const LevelMap& map = samples.map();
+    const CornerPlace<Real> place = cornerPlace(position, glm::vec<3, Real>(map.extentVoxels), map.bricks);
+    const BrickCorner& corner = map.at(place.corner);
+    const int near = corner.agree() ? 0 : nearAxes(corner, place.offset);
+    Real sum(0), weights(0);
+    int subset = 0;
+    do {
+        const int n = place.home ^ subset;
+        const Real weight = cornerWeight(corner, n, near, place.offset, map.edgeFunction, map.finest);
+        const std::uint32_t code = corner.code(n);
+        sum = sum + weight * static_cast<Real>(1 << (code == BrickCorner::kEmpty ? map.finest : code));
+        weights = weights + weight;
+        subset = (subset - near) & near;
+    } while (subset != 0);
+    return sum / weights;
+}
+
+/// Derivative of brickValue().
+template <typename Real, typename Samples>
+Slope<Real> brickSlope(Samples& samples, const glm::ivec3& brick, std::uint32_t code,
+                       const glm::vec<3, Real>& p) {
+    if (code + 1 >= std::uint32_t{kLevelCount})
+        return {{}, static_cast<Real>(samples.mean(brick))};
+    LevelOfSamples<Samples> level{samples, static_cast<int>(code)};
+    const glm::ivec3 first = brick << (5 - level.level);
+    const glm::ivec3 last = glm::min(glm::ivec3(kBrickExtent >> level.level), level.extent() - first) - 1;
+    const Real samplesPerVoxel = Real(1) / static_cast<Real>(1 << level.level);
+    return latticeSlope(level, first, last, p * samplesPerVoxel - glm::vec<3, Real>(first) - Real(0.5),
+                        samplesPerVoxel);
+}
+
+/// Derivative of interblockValue(), a quotient of blends where levels mix. Not continuous.
+template <typename Real, typename Samples>
+glm::vec<3, Real> interblockSlope(Samples& samples, const glm::vec<3, Real>& position) {
+    const LevelMap& map = samples.map();
+    const CornerPlace<Real> place = cornerPlace(position, glm::vec<3, Real>(map.extentVoxels), map.bricks);
+    const BrickCorner& corner = map.at(place.corner);
+    if (corner.agree()) {
+        LevelOfSamples<Samples> level{samples, corner.commonLevel()};
+        return fieldSlope(level, place.p, Real(1) / static_cast<Real>(1 << level.level)).slope;
+    }
+    const int near = nearAxes(corner, place.offset);
+    // The value is sum / weights; values count from the home brick's, so that equal ones have no slope at
+    // all.
+    Real sum(0), weights(0), home(0);
+    glm::vec<3, Real> sumSlope(0), weightsSlope(0);
+    int subset = 0;
+    do {
+        const int n = place.home ^ subset;
+        const Real weight = cornerWeight(corner, n, near, place.offset, map.edgeFunction, map.finest);
+        if (weight > Real(0)) {
+            const glm::ivec3 at = place.corner - 1 + glm::ivec3(n & 1, (n >> 1) & 1, n >> 2);
+            const Slope<Real> brick = brickSlope(samples, at, corner.code(n), place.p);
+            if (subset == 0)
+                home = brick.value;
+            const Real value = brick.value - home;
+            const glm::vec<3, Real> weightSlope =
+                cornerWeightSlope(corner, n, near, place.offset, map.edgeFunction, map.finest);
+            sum = sum + weight * value;
+            sumSlope = sumSlope + (weightSlope * value + weight * brick.slope);
+            weights = weights + weight;
+            weightsSlope = weightsSlope + weightSlope;
+        }
+        subset = (subset - near) & near;
+    } while (subset != 0);
+    return (sumSlope - (sum / weights) * weightsSlope) / weights;
+}
+
+/// Gradient of the field of mixed levels; differences with the local pitch.
+template <typename Real, typename Samples>
+glm::vec<3, Real> interblockGradient(Samples& samples, const glm::vec<3, Real>& p,
+                                     Gradient kind = Gradient::central) {
+    if (kind == Gradient::analytic)
+        return interblockSlope(samples, p);
+    return differences(
+        kind, [&](const glm::vec<3, Real>& at) { return interblockValue(samples, at); }, p,
+        interblockPitch(samples, p));
+}
+
+} // namespace tessera

@@ -1,0 +1,132 @@
+// render/empty_space/brick_proof.h: which cells of one brick can show anything, whatever levels it and its
+// neighbours have: the hull of every sample that a point in a cell can reach, against the transfer function's
+// zeros.
+#pragma once
+
+#include "bricking/levels/selection.h"
+#include "bricking/statistics/statistics.h"
+#include "core/brick.h"
+#include "core/scene.h"
+#include "core/transfer_function.h"
+#include "core/volume.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <limits>
+#include <vector>
+
+namespace tessera {
+
+/// What the proof reads. It only looks while it is called.
+struct OccupancyInput {
+    const Statistics& statistics;
+    const TransferTable& table;
+    const VolumeInfo& info;
+    const Selection& selection;
+    EdgeFunction edgeFunction = EdgeFunction::split;
+};
+
+struct Hull {
+    float lo = std::numeric_limits<float>::infinity(), hi = -std::numeric_limits<float>::infinity();
+    void add(float low, float high) {
+        lo = std::min(lo, low);
+        hi = std::max(hi, high);
+    }
+    void add(const Hull& other) { add(other.lo, other.hi); }
+};
+
+/// TransferTable::emptyOver() of stored values, without a call: it is asked for every cell.
+class ZeroExtinction {
+  public:
+    ZeroExtinction(const TransferTable& table, const VolumeInfo& info)
+        : nonZeroUpTo_(table.nonZeroUpTo.data()), last_(static_cast<double>(table.entries.size() - 1)) {
+        const double perValue = static_cast<double>(table.entriesPerValue);
+        scale_ = info.rescaleSlope * perValue;
+        offset_ = (info.rescaleIntercept - static_cast<double>(table.firstValue)) * perValue;
+    }
+    bool over(const Hull& h) const {
+        const double x = static_cast<double>(h.lo) * scale_ + offset_;
+        const double y = static_cast<double>(h.hi) * scale_ + offset_;
+        const double a = std::clamp(std::min(x, y), 0.0, last_ + 1),
+                     b = std::clamp(std::max(x, y), -1.0, last_);
+        const int first = std::max(static_cast<int>(a) - 1, 0); // floor - 1
+        const int whole = static_cast<int>(b);
+        const int final = std::min(whole + (whole < b ? 1 : 0) + 1, static_cast<int>(last_)); // ceil + 1
+        return nonZeroUpTo_[final] == (first == 0 ? 0 : nonZeroUpTo_[first - 1]);
+    }
+
+  private:
+    const int* nonZeroUpTo_;
+    double last_, scale_ = 0, offset_ = 0;
+};
+
+/// A cell's bit in a brick's mask.
+inline std::size_t cellBit(const glm::ivec3& at) {
+    return static_cast<std::size_t>(at.x + 4 * at.y + 16 * at.z);
+}
+/// Cells of a brick along one axis, both ends included.
+struct Span {
+    int first = 0, last = 0;
+};
+
+/// One brick's cells against a function. Levels as bricks have them, statistics as they are stored.
+class BrickProof {
+  public:
+    /// @param wide  per brick, the range of its voxels and of those of the bricks that touch it
+    /// @param finest  level in use
+    BrickProof(const OccupancyInput& input, const std::vector<glm::vec2>& wide, std::uint32_t finest);
+
+    std::uint64_t cellsOf(const glm::ivec3& brick);
+    /// Cells of a brick of level 0 that only level 0 and empty bricks reach, the way they meet at one level.
+    std::uint64_t plainCellsOf(const glm::ivec3& brick);
+
+  private:
+    struct Neighbour {
+        glm::ivec3 side{0}, brick{0};
+        int level = 0;
+        bool plain = true; // blends over half a sample of level 0
+        float mean = 0;
+        glm::ivec3 layers{0}; // of cells that it reaches into, per axis that is crossed
+    };
+    static bool isValue(int level) { return level + 1 >= kLevelCount; } // reads as its mean
+    int levelOf(const glm::ivec3& brick) const {
+        return in_.selection.levels[linearIndex(brick, in_.selection.bricks)];
+    }
+    Hull rangeOf(const glm::ivec3& brick, int level) const {
+        const std::size_t b = linearIndex(brick, in_.selection.bricks);
+        if (isValue(level))
+            return {in_.selection.means[b], in_.selection.means[b]};
+        return voxelRange(b);
+    }
+    /// Of a brick's voxels and one layer around them.
+    Hull voxelRange(std::size_t brick) const {
+        return {in_.statistics.brickMin[brick], in_.statistics.brickMax[brick]};
+    }
+    bool empty(const Hull& h) const { return zero_.over(h); }
+    Hull cellRange(const glm::ivec3& cell) const {
+        const std::size_t c = linearIndex(cell, in_.statistics.cells);
+        return {in_.statistics.cellMin[c], in_.statistics.cellMax[c]};
+    }
+    Hull rangeOver(const glm::ivec3& firstCell, const Span& x, const Span& y, const Span& z) const;
+    void findNeighbours(const glm::ivec3& brick, int level, bool everyOne);
+    using CellHulls = std::array<Hull, 64>; // x + 4y + 16z
+    /// Adds its samples to the hulls of the cells whose points can reach them.
+    void addNeighbour(const Neighbour& n, const glm::ivec3& firstCell, const glm::ivec3& cells,
+                      CellHulls& hulls) const;
+
+    const OccupancyInput& in_;
+    const std::vector<glm::vec2>& wide_;
+    struct Edge {
+        int layers = 0; // of cells that the neighbour reaches into
+        bool plain = false;
+    };
+    std::array<std::array<Edge, kLevelCount + 1>, kLevelCount + 1>
+        edges_; // [neighbour's level][level it faces]
+    ZeroExtinction zero_;
+    std::array<Neighbour, 27> neighbours_; // one to spare
+    int count_ = 0;
+};
+
+} // namespace tessera

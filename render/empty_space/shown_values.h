@@ -1,0 +1,36 @@
+// render/empty_space/shown_values.h: which values a transfer function shows, and where two functions can
+// differ in that: after an edit only what holds such values needs another proof of emptiness.
+#pragma once
+
+#include "core/transfer_function.h"
+
+#include <vector>
+
+namespace tessera {
+
+/// Physical units, both ends included; ends may be infinite.
+struct ValueRange {
+    double lowest = 0, highest = 0;
+    bool meets(const ValueRange& other) const { return lowest <= other.highest && other.lowest <= highest; }
+};
+
+class ShownValues {
+  public:
+    ShownValues() = default;
+    explicit ShownValues(const TransferTable& table);
+
+    /// Ranges outside of which TransferTable::emptyOver() says the same of both tables: of every range of
+    /// values that meets none of them.
+    std::vector<ValueRange> differences(const ShownValues& other) const;
+
+  private:
+    bool shows(double value) const;
+    std::vector<double> ends() const; // of shown_, finite ones
+
+    double firstValue_ = 0, entriesPerValue_ = 1;
+    std::size_t entries_ = 0;
+    std::vector<ValueRange> shown_; // ascending, half an entry beyond the outermost entries that are not 0
+    bool tooMany_ = false;          // ranges: then everything counts as different
+};
+
+} // namespace tessera

@@ -1,0 +1,99 @@
+// render/engines/gpu/atlas_plane.cpp: see atlas_plane.h.
+#include "render/engines/gpu/atlas_plane.h"
+
+#include "core/error.h"
+#include "render/residency/each_chunk.h"
+#include "render/residency/texels.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kSamplesOfPage = std::size_t{kBrickExtent} * kBrickExtent * kBrickExtent;
+
+} // namespace
+
+GlTexels glTexels(ValueType type) {
+    if (texelFormat(type).normalised)
+        return {GL_R16, GL_RED, GL_UNSIGNED_SHORT};
+    return {GL_R32F, GL_RED, GL_FLOAT};
+}
+
+AtlasPlane::AtlasPlane(const VolumeInfo& info, std::size_t pages, const TextureLimits& limits, Ledger& gpu,
+                       Ledger& ram)
+    : type_(info.type), ram_(ram) {
+    const glm::ivec3 box = atlasPages(std::max<std::size_t>(1, pages), type_, limits);
+    TESSERA_CHECK(box.x > 0);
+    voxels_ = GlTexture3d(glTexels(type_).internal, box * kBrickExtent, texelBytes(type_), GL_LINEAR, gpu,
+                          "the brick atlas");
+    index_ = GlTexture3d(GL_RG32UI, brickGrid(info.extentVoxels), kIndexEntryBytes, GL_NEAREST, gpu,
+                         "the brick index");
+}
+
+void AtlasPlane::put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) {
+    const std::size_t texel = texelBytes(type_), row = static_cast<std::size_t>(samples.edge);
+    if (staging_.empty()) {
+        stagingCharge_ = ram_.charge(kSamplesOfPage * texel, "upload staging");
+        staging_.resize(kSamplesOfPage * texel);
+    }
+    std::byte* to = staging_.data();
+    for (int z = 0; z < samples.edge; ++z)
+        for (int y = 0; y < samples.edge; ++y) {
+            const std::size_t at = linearIndex(samples.first + glm::ivec3(0, y, z), glm::ivec3(kChunkExtent));
+            toTexels(type_, samples.chunk.bytes.get() + at * bytesPerValue(type_), row, to);
+            to += row * texel;
+        }
+    const GlTexels format = glTexels(type_);
+    voxels_.upload(slot.originTexels(), glm::ivec3(samples.edge), format.external, format.type,
+                   staging_.data());
+    work.bytesUploaded += row * row * row * texel;
+}
+
+void AtlasPlane::finish() {
+    glFinish(); // the driver may still hold copies of what was handed over
+    staging_ = {};
+    stagingCharge_ = {};
+}
+
+void AtlasPlane::publish(std::span<const BrickEntry> entries) {
+    index_.upload(glm::ivec3(0), index_.extent(), GL_RG_INTEGER, GL_UNSIGNED_INT, entries.data());
+    glFinish();
+}
+
+void AtlasPlane::bind(GLuint voxelUnit, GLuint indexUnit) const {
+    voxels_.bind(voxelUnit);
+    index_.bind(indexUnit);
+}
+
+GlTexture3d wholeLevelTexture(const VolumeInfo& info, int level, BrickCache& cache, Ledger& gpu,
+                              Ledger& ram) {
+    const GlTexels format = glTexels(info.type);
+    const glm::ivec3 extent = levelExtent(info.extentVoxels, level);
+    GlTexture3d texture(format.internal, extent, texelBytes(info.type), GL_LINEAR, gpu,
+                        "the whole-level texture");
+    const Charge charge = ram.charge(32768 * texelBytes(info.type), "upload staging");
+    std::vector<std::byte> staging(32768 * texelBytes(info.type));
+    std::vector<ChunkKey> keys;
+    const glm::ivec3 chunks = chunkGrid(info.extentVoxels, level);
+    for (int z = 0; z < chunks.z; ++z)
+        for (int y = 0; y < chunks.y; ++y)
+            for (int x = 0; x < chunks.x; ++x)
+                keys.push_back({level, x, y, z});
+    forEachChunk(cache, keys, [&](const ChunkKey& key, const Chunk& chunk) {
+        const glm::ivec3 offset = glm::ivec3(key.i, key.j, key.k) * kChunkExtent;
+        const glm::ivec3 size = glm::min(glm::ivec3(kChunkExtent), extent - offset);
+        const std::size_t row = static_cast<std::size_t>(size.x), stored = bytesPerValue(info.type);
+        std::byte* to = staging.data();
+        for (int z = 0; z < size.z; ++z)
+            for (int y = 0; y < size.y; ++y) {
+                toTexels(info.type,
+                         chunk.bytes.get() + linearIndex({0, y, z}, glm::ivec3(kChunkExtent)) * stored, row,
+                         to);
+                to += row * texelBytes(info.type);
+            }
+        texture.upload(offset, size, format.external, format.type, staging.data());
+        return true;
+    });
+    return texture;
+}
+
+} // namespace tessera

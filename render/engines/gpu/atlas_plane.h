@@ -1,0 +1,57 @@
+// render/engines/gpu/atlas_plane.h: values of bricks on the GPU: pages in one 3D texture without duplicated
+// border voxels, and the index texture, which holds the entries of residency/brick_residency.h.
+#pragma once
+
+#include "core/budget.h"
+#include "core/volume.h"
+#include "render/engines/gpu/gl/objects.h"
+#include "render/residency/brick_residency.h"
+#include "render/residency/pages.h"
+#include "render/residency/plane.h"
+
+#include <cstddef>
+#include <glm/vec3.hpp>
+#include <vector>
+
+namespace tessera {
+
+/// What OpenGL calls texels of a type.
+struct GlTexels {
+    GLenum internal, external, type;
+};
+GlTexels glTexels(ValueType type);
+
+class AtlasPlane : public Plane {
+  public:
+    /// Allocates pages and the index.
+    AtlasPlane(const VolumeInfo& info, std::size_t pages, const TextureLimits& limits, Ledger& gpu,
+               Ledger& ram);
+
+    void put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) override;
+    void finish() override;
+    void publish(std::span<const BrickEntry> entries) override;
+
+    void bind(GLuint voxelUnit, GLuint indexUnit) const;
+    const glm::ivec3& extentTexels() const { return voxels_.extent(); }
+
+  private:
+    ValueType type_;
+    Ledger& ram_;
+    GlTexture3d voxels_, index_;
+    Charge stagingCharge_; // one brick as texels, while bricks come
+    std::vector<std::byte> staging_;
+};
+
+/// Bricks on the GPU: the plane of their values, and who is where.
+struct Atlas {
+    AtlasPlane values;
+    BrickResidency bricks;
+    Atlas(const VolumeInfo& info, const Selection& selection, std::size_t pages, const TextureLimits& limits,
+          Ledger& gpu, Ledger& ram)
+        : values(info, pages, limits, gpu, ram), bricks(info, selection, pages, limits, {&values}, ram) {}
+};
+
+/// One level as one texture, for proving that bricks change nothing.
+GlTexture3d wholeLevelTexture(const VolumeInfo& info, int level, BrickCache& cache, Ledger& gpu, Ledger& ram);
+
+} // namespace tessera

@@ -1,0 +1,87 @@
+// render/engines/gpu/check_march.cpp: see check_march.h.
+#include "render/engines/gpu/check_march.h"
+
+#include <optional>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+// Voxels, coarse first. A step is judged by the picture with a quarter of it, as pictures are afterwards.
+constexpr double kSteps[] = {2, 1, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625};
+constexpr std::size_t kJudged = std::size(kSteps) - 2;
+
+/// A figure, not a measurement, so that a picture does not depend on how busy its machine is
+/// (docs/accuracy.md has the measurement).
+double costOfSegment(Integrator integrator) {
+    return integrator == Integrator::midpoint ? 1 : 1.5;
+}
+
+} // namespace
+
+Image CheckMarch::draw(double stepVoxels) {
+    Strides strides = scene_.strides();
+    strides.segmentVoxels = stepVoxels;
+    march_.restart(grid_.frame(scene_.frame, stepVoxels), strides, nullptr);
+    Work work;
+    run_(march_, work);
+    return march_.image();
+}
+
+double CheckMarch::chooseStep(const Goal& goal) {
+    const std::vector<Integrator> integrators = scene_.integratorsToTry();
+    const auto take = [&](Integrator integrator) {
+        if (integrator != scene_.optics.integrator) {
+            scene_.setIntegrator(integrator, ram_);
+            march_.setFunction(scene_.optics);
+        }
+    };
+    struct Choice {
+        Integrator integrator;
+        double step, error, cost;
+    };
+    std::optional<Choice> best, closest; // closest: where none is good enough
+    for (const Integrator integrator : integrators) {
+        take(integrator);
+        std::vector<Image> drawn;
+        for (std::size_t n = 0; n < kJudged; ++n) {
+            while (drawn.size() < n + 3) {
+                scene_.setStep(kSteps[drawn.size()]);
+                drawn.push_back(draw(kSteps[drawn.size()]));
+            }
+            const EstimatedError e = stepError(drawn[n], drawn[n + 1], drawn[n + 2]).error;
+            const Choice choice{integrator, kSteps[n], goal.measure == Goal::Measure::rms ? e.rms : e.luvP99,
+                                costOfSegment(integrator) / kSteps[n]};
+            if (!closest || choice.error < closest->error)
+                closest = choice;
+            if (!(choice.error <= goal.limit))
+                continue;
+            if (!best || choice.cost < best->cost)
+                best = choice;
+            break; // finer ones cost more
+        }
+    }
+    if (!best)
+        best = closest;
+    take(best->integrator);
+    scene_.setStep(best->step);
+    march_.restart(scene_.frame, scene_.strides(), nullptr);
+    return best->error;
+}
+
+PictureErrors CheckMarch::errorsOf(const Image& picture, double brightest) {
+    PictureErrors e;
+    const double step = scene_.quality.stepVoxels;
+    e.pixels = grid_.size().x * grid_.size().y;
+    e.terminationBound = static_cast<double>(scene_.optics.termination) * brightest;
+    e.tableRelativeError = scene_.table.relativeError;
+    const Image mine = grid_.of(picture);
+    e.step = stepError(mine, draw(step / 2), draw(step / 4));
+    if (features_ & kFeatureHardware) {
+        march_.setFeatures(features_ & ~kFeatureHardware, scene_.optics);
+        e.filtering = errorBetween(mine, draw(step));
+    }
+    return e;
+}
+
+} // namespace tessera

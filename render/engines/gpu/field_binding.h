@@ -1,0 +1,78 @@
+// render/engines/gpu/field_binding.h: gives a program the volume: the uniforms and textures of
+// shaders/sampler_field.glsl.
+#pragma once
+
+#include "core/brick.h"
+#include "core/error.h"
+#include "core/volume.h"
+#include "render/contract/level_map.h"
+#include "render/engines/gpu/atlas_plane.h"
+#include "render/engines/gpu/features.h"
+#include "render/engines/gpu/gl/program.h"
+#include "render/residency/texels.h"
+
+#include <cmath>
+
+namespace tessera {
+
+constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kSkippingUnit = 2, kCornerUnit = 3, kFactsUnit = 4,
+                 kNearSurfacesUnit = 5;
+
+/// The level map as the shaders read it.
+struct LevelTextures {
+    GlTexture3d corners, facts;
+    LevelTextures(const LevelMap& map, Ledger& gpu)
+        : corners(GL_RG32UI, map.cornerGrid(), 8, GL_NEAREST, gpu, "the level map"),
+          facts(GL_R32UI, map.bricks, 4, GL_NEAREST, gpu, "the level map") {
+        static_assert(sizeof(BrickCorner) == 8, "two words a texel");
+        upload(map);
+    }
+    /// Of the same volume.
+    void upload(const LevelMap& map) {
+        corners.upload(glm::ivec3(0), map.cornerGrid(), GL_RG_INTEGER, GL_UNSIGNED_INT, map.corners.data());
+        facts.upload(glm::ivec3(0), map.bricks, GL_RED_INTEGER, GL_UNSIGNED_INT, map.facts.data());
+    }
+};
+
+/// What a field is read from: bricks in an atlas (of mixed levels: with their level map), or one whole level.
+/// What it points to must outlive the dispatches.
+struct FieldSource {
+    const Atlas* atlas = nullptr;
+    const GlTexture3d* wholeLevel = nullptr;
+    int level = 0;                           // unless kFeatureMixed
+    const LevelMap* map = nullptr;           // kFeatureMixed only
+    const LevelTextures* textures = nullptr; // kFeatureMixed only: of map
+};
+
+inline void bindField(const GlProgram& program, std::uint32_t features, const VolumeInfo& info,
+                      const FieldSource& source) {
+    const bool bricked = (features & kFeatureBricked) != 0, mixed = (features & kFeatureMixed) != 0;
+    TESSERA_CHECK(bricked ? source.atlas != nullptr : source.wholeLevel != nullptr);
+    TESSERA_CHECK(!mixed || (bricked && source.map && source.textures));
+    if (bricked)
+        source.atlas->values.bind(kVoxelUnit, kIndexUnit);
+    else
+        source.wholeLevel->bind(kVoxelUnit);
+    program.set("uVoxels", static_cast<int>(kVoxelUnit));
+    program.set("uIndex", static_cast<int>(kIndexUnit));
+    program.set("uTexelSize", 1.0f / glm::vec3(bricked ? source.atlas->values.extentTexels()
+                                                       : source.wholeLevel->extent()));
+    program.set("uLevelExtent", levelExtent(info.extentVoxels, source.level));
+    program.set("uSamplesPerVoxel", std::ldexp(1.0f, -source.level));
+    program.set("uVoxelsPerSample", std::ldexp(1.0f, source.level));
+    program.set("uBrickShift", 5 - source.level);
+    program.set("uStoredBias", texelFormat(info.type).bias);
+    if (!mixed)
+        return;
+    source.textures->corners.bind(kCornerUnit);
+    source.textures->facts.bind(kFactsUnit);
+    program.set("uCorners", static_cast<int>(kCornerUnit));
+    program.set("uFacts", static_cast<int>(kFactsUnit));
+    program.set("uBricks", source.map->bricks);
+    program.set("uExtentVoxels", source.map->extentVoxels);
+    program.set("uEdgeFunction", static_cast<int>(source.map->edgeFunction));
+    program.set("uFinest", static_cast<int>(source.map->finest));
+    program.set("uMostStride", source.map->mostStride);
+}
+
+} // namespace tessera

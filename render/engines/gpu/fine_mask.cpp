@@ -1,0 +1,143 @@
+// render/engines/gpu/fine_mask.cpp: see fine_mask.h.
+#include "render/engines/gpu/fine_mask.h"
+
+#include "core/error.h"
+#include "render/engines/gpu/gl/program.h"
+
+#include <algorithm>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+// Cells of one dispatch: a dispatch stays short on a slow device, and the list small.
+constexpr std::size_t kCellsAtATime = 16384;
+
+// What filtered fetches misplace a sample by along an axis, voxels: devices filter with eight bits of a
+// position.
+constexpr float kFilterError = 1.0f / 256;
+
+/// The table's runs of entries that all show something, or that all show nothing: at each entry where its run
+/// ends, the first of the next; negative where nothing shows.
+std::vector<int> zeroRuns(const TransferTable& table) {
+    std::vector<int> runs(table.entries.size());
+    int end = static_cast<int>(runs.size());
+    for (int i = end - 1; i >= 0; --i) {
+        const auto shows = [&](int entry) { return table.shows(static_cast<std::size_t>(entry)); };
+        if (i + 1 < static_cast<int>(runs.size()) && shows(i) != shows(i + 1))
+            end = i + 1;
+        runs[static_cast<std::size_t>(i)] = shows(i) ? end : -end;
+    }
+    return runs;
+}
+
+/// One of the two passes over cells.
+class Pass {
+  public:
+    Pass(const std::string& shader, const Occupancy& occupancy, const TransferTable& table,
+         const Optics& optics, std::uint32_t features, const VolumeInfo& info, const FieldSource& source)
+        : program_(shader, featureDefines(features)) {
+        FieldSource plain;
+        plain.atlas = source.atlas;
+        bindField(program_, features, info, plain);
+        program_.set("uExtentVoxels", info.extentVoxels);
+        program_.set("uGrid", occupancy.grid());
+        program_.set("uTableScale", optics.scale);
+        program_.set("uTableOffset", optics.offset);
+        program_.set("uTableLast", static_cast<int>(table.entries.size()) - 1);
+    }
+    const GlProgram& program() const { return program_; }
+
+    void run(std::span<const std::uint32_t> cells, Ledger& gpu) const {
+        program_.use();
+        for (std::size_t first = 0; first < cells.size(); first += kCellsAtATime) {
+            const auto some = cells.subspan(first, std::min(kCellsAtATime, cells.size() - first));
+            const GlBuffer list(some.size_bytes(), std::as_bytes(some), gpu, "the cells to refine");
+            list.bind(1);
+            glDispatchCompute(static_cast<GLuint>(some.size()), 1, 1);
+            glMemoryBarrier(GL_ALL_BARRIER_BITS);
+            glFinish(); // the list goes
+        }
+    }
+
+  private:
+    GlProgram program_;
+};
+
+std::vector<std::uint32_t> plainCells(const Occupancy& occupancy) {
+    std::vector<std::uint32_t> cells;
+    for (std::size_t c = 0; c < occupancy.map().size(); ++c)
+        if (isOccupied(occupancy.map()[c]) && occupancy.isPlain(gridPosition(c, occupancy.grid())))
+            cells.push_back(static_cast<std::uint32_t>(c));
+    return cells;
+}
+
+/// Of the cells that the first pass gave places; fewer where memory ends.
+void findSubBlocks(const Pass& pass, std::vector<std::uint32_t> cells, SubBlocks& subBlocks, Ledger& gpu) {
+    std::vector<std::uint32_t> places(subBlocks.places.bytes() / sizeof(std::uint32_t));
+    subBlocks.places.read(0, std::as_writable_bytes(std::span(places)));
+    std::erase_if(cells, [&](std::uint32_t cell) { return places[1 + cell] == 0; });
+    const std::size_t list = std::min(cells.size(), kCellsAtATime) * sizeof(std::uint32_t);
+    const std::size_t bytes = SubBlocks::kEntryBytes * places[0];
+    if (bytes == 0)
+        return;
+    if (gpu.freeBytes() < bytes + list) {
+        subBlocks.places.clear();
+        return;
+    }
+    subBlocks.masks = GlBuffer();
+    subBlocks.masks = GlBuffer(bytes, {}, gpu, "the sub-blocks");
+    subBlocks.entries = places[0];
+    subBlocks.masks.bind(3);
+    pass.run(cells, gpu);
+}
+
+} // namespace
+
+std::size_t refiningBytes(std::size_t tableEntries) {
+    return tableEntries * sizeof(int) + kCellsAtATime * sizeof(std::uint32_t);
+}
+
+bool refiningPays(const Occupancy& occupancy, std::size_t rays) {
+    constexpr std::size_t kRaysPerCell = 16;
+    return occupancy.scale() == MapScale::cells && rays >= kRaysPerCell * occupancy.plainCells();
+}
+
+bool subBlocksPay(const Occupancy& occupancy, std::size_t rays, std::uint32_t features) {
+    constexpr std::size_t kRaysPerCell = 128;
+    return occupancy.scale() == MapScale::cells && (features & kFeatureHardware) == 0 &&
+           rays >= kRaysPerCell * occupancy.plainCells();
+}
+
+std::size_t refineSkipping(const GlTexture3d& map, const Occupancy& occupancy, const TransferTable& table,
+                           const Optics& optics, std::uint32_t features, const VolumeInfo& info,
+                           const FieldSource& source, Ledger& gpu, SubBlocks* subBlocks) {
+    TESSERA_CHECK(occupancy.scale() == MapScale::cells && source.atlas);
+    // Exact fetches, whatever the march does: filtered ones are for positions, not for samples.
+    const std::uint32_t own = (features & kFeatureNormalised) | kFeatureBricked;
+    const float filterError = (features & kFeatureHardware) ? 3 * kFilterError : 0.0f;
+    const std::vector<int> runsOfZeros = zeroRuns(table);
+    const GlBuffer runs(runsOfZeros.size() * sizeof(int), std::as_bytes(std::span(runsOfZeros)), gpu,
+                        "the transfer function's zeros");
+    runs.bind(0);
+    const std::vector<std::uint32_t> cells = plainCells(occupancy);
+    const Pass blocks("skipping_masks.comp", occupancy, table, optics, own, info, source);
+    blocks.program().set("uFilterError", filterError);
+    blocks.program().set("uFindPlaces", subBlocks ? 1 : 0);
+    map.bindImage(0, GL_RG32UI);
+    if (subBlocks)
+        subBlocks->places.bind(2);
+    else
+        runs.bind(2); // something must be
+    blocks.run(cells, gpu);
+    if (subBlocks) {
+        const Pass parts("skipping_subblocks.comp", occupancy, table, optics, own, info, source);
+        parts.program().set("uFilterError", filterError);
+        findSubBlocks(parts, cells, *subBlocks, gpu);
+    }
+    return cells.size();
+}
+
+} // namespace tessera

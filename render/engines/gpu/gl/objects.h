@@ -1,0 +1,79 @@
+// render/engines/gpu/gl/objects.h: textures and buffers that own their GL names and their share of the GPU
+// ledger. Move-only; destroyed under a current context.
+#pragma once
+
+#include "core/budget.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <epoxy/gl.h>
+#include <glm/vec3.hpp>
+#include <span>
+#include <string_view>
+#include <utility>
+
+namespace tessera {
+
+/// A 3D texture with immutable storage of one level.
+class GlTexture3d {
+  public:
+    GlTexture3d() = default;
+    /// @param bytesPerTexel  of format, for the ledger
+    /// @param filter  GL_NEAREST or GL_LINEAR; wrap is clamp-to-edge
+    /// Throws InputError when the ledger cannot hold it, Error when GL cannot.
+    GlTexture3d(GLenum format, const glm::ivec3& extent, std::size_t bytesPerTexel, GLenum filter,
+                Ledger& gpu, std::string_view label);
+    GlTexture3d(GlTexture3d&& other) noexcept { swap(other); }
+    GlTexture3d& operator=(GlTexture3d&& other) noexcept {
+        swap(other);
+        return *this;
+    }
+    ~GlTexture3d();
+    /// Copies tightly packed texels [z][y][x] into a box.
+    void upload(const glm::ivec3& offset, const glm::ivec3& extent, GLenum format, GLenum type,
+                const void* texels);
+    void bind(GLuint unit) const;
+    /// For imageStore() from a shader.
+    void bindImage(GLuint unit, GLenum format) const;
+    const glm::ivec3& extent() const { return extent_; }
+    std::size_t bytes() const { return charge_.bytes(); }
+
+  private:
+    void swap(GlTexture3d& other) {
+        std::swap(name_, other.name_);
+        std::swap(extent_, other.extent_);
+        std::swap(charge_, other.charge_);
+    }
+    GLuint name_ = 0;
+    glm::ivec3 extent_{0};
+    Charge charge_;
+};
+
+/// A shader storage buffer of fixed size.
+class GlBuffer {
+  public:
+    GlBuffer() = default;
+    /// Zero-filled where data is empty; else data.size() == bytes.
+    GlBuffer(std::size_t bytes, std::span<const std::byte> data, Ledger& gpu, std::string_view label);
+    GlBuffer(GlBuffer&& other) noexcept { swap(other); }
+    GlBuffer& operator=(GlBuffer&& other) noexcept {
+        swap(other);
+        return *this;
+    }
+    ~GlBuffer();
+    void bind(GLuint binding) const;
+    void fill(std::uint32_t word);
+    void clear() { fill(0); }
+    void read(std::size_t offset, std::span<std::byte> out) const;
+    std::size_t bytes() const { return charge_.bytes(); }
+
+  private:
+    void swap(GlBuffer& other) {
+        std::swap(name_, other.name_);
+        std::swap(charge_, other.charge_);
+    }
+    GLuint name_ = 0;
+    Charge charge_;
+};
+
+} // namespace tessera

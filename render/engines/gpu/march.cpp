@@ -1,0 +1,327 @@
+// render/engines/gpu/march.cpp: see march.h.
+#include "render/engines/gpu/march.h"
+
+#include "core/error.h"
+#include "core/interrupt.h"
+#include "render/engines/gpu/field_binding.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+namespace tessera {
+namespace {
+
+constexpr int kGroup = 8; // local size of the shaders, both axes
+
+struct GpuWork { // layout of the Work buffer in march.comp
+    std::uint32_t unfinished, iterations, segments, samples, fetches, blended, waiting;
+};
+static_assert(sizeof(GpuWork) == kDrawnCounterBytes);
+
+/// With what follows from the optics.
+std::uint32_t withOptics(std::uint32_t features, const Optics& optics) {
+    features &= ~(kIntegratorFeatures | kFeatureSurfaces);
+    if (features & kFeatureVisibility)
+        return features; // light by the midpoint rule, and no isosurfaces
+    return features | integratorFeatures(optics.integrator) |
+           (optics.surfaces.empty() ? 0u : std::uint32_t{kFeatureSurfaces});
+}
+
+} // namespace
+
+void setRayUniforms(const GlProgram& program, const RayFrame<double>& frame) {
+    const RayFrame<float> f = cast<float>(frame);
+    program.set("uCentre", f.centre);
+    program.set("uRight", f.right);
+    program.set("uUp", f.up);
+    program.set("uToCentre", f.toCentre);
+    program.set("uPatientFromVoxel", f.patientFromVoxel);
+    program.set("uExtent", f.extent);
+    program.set("uImageSize", f.imageSize);
+    program.set("uSegmentVoxels", f.segmentVoxels);
+    program.set("uPerspective", f.perspective ? 1 : 0);
+}
+
+March::March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
+             const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu)
+    : size_(glm::ivec2(frame.imageSize)), features_(withOptics(features, optics)), info_(info), gpu_(gpu),
+      program_("march.comp", featureDefines(features_)), occupancy_(occupancy) {
+    TESSERA_CHECK((occupancy != nullptr) == ((features & kFeatureSkipping) != 0));
+    const glm::ivec3 bricks = brickGrid(info.extentVoxels);
+    allocateState();
+    work_ = GlBuffer(sizeof(GpuWork), {}, gpu, "the work counters");
+    if (features & kFeaturePasses) {
+        wanted_ = GlBuffer(wantedBytes(bricks), {}, gpu, "the bricks that rays wait for");
+        takeWanted();
+    }
+    if (features & kFeatureVisibility)
+        seen_ = GlBuffer(sizeof(SeenBrick) * cellCount(bricks), {}, gpu, "what is seen of bricks");
+    if (occupancy) {
+        skipping_ = GlTexture3d(GL_RG32UI, occupancy->grid(), sizeof(SkippingTexel), GL_NEAREST, gpu,
+                                "the map of empty space");
+        setSkippingUniforms(program_, *occupancy);
+    }
+    setFunction(optics);
+    restart(frame, strides, occupancy);
+}
+
+void March::allocateState() {
+    const std::size_t rays = rayCount(size_);
+    colour_ = {}; // first, so that two are never charged
+    next_ = {};
+    lastBrick_ = {};
+    hits_ = {};
+    colour_ = GlBuffer(kRayColourBytes * rays, {}, gpu_, "the picture");
+    next_ = GlBuffer(kRayNextBytes * rays, {}, gpu_, "the rays' state");
+    if (features_ & kFeatureVisibility)
+        lastBrick_ = GlBuffer(kRayLastBrickBytes * rays, {}, gpu_, "what is seen of bricks");
+    if (features_ & kFeatureHits)
+        hits_ = GlBuffer(sizeof(SurfaceHit) * rays, {}, gpu_, "what rays hit first");
+}
+
+void March::setFunction(const Optics& optics) {
+    setFeatures(features_, optics);
+}
+
+void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
+    if (const std::uint32_t features = withOptics(wanted, optics); features != features_) {
+        TESSERA_CHECK(((features ^ features_) &
+                       (kFeatureSkipping | kFeaturePasses | kFeatureVisibility | kFeatureHits)) == 0);
+        features_ = features;
+        program_ = GlProgram("march.comp", featureDefines(features_));
+        compiled_ = false;
+        if (occupancy_)
+            setSkippingUniforms(program_, *occupancy_);
+    }
+    const auto replace = [&](GlBuffer& buffer, const std::vector<glm::vec4>& numbers) {
+        buffer = {}; // first, so that two are never charged
+        buffer = GlBuffer(numbers.size() * sizeof(glm::vec4), std::as_bytes(std::span(numbers)), gpu_,
+                          "the transfer function's tables");
+    };
+    replace(table_, optics.table);
+    if (features_ & kFeaturePreintegrated) {
+        std::vector<glm::vec4> sums = optics.bins;
+        sums.insert(sums.end(), optics.sums.begin(), optics.sums.end());
+        sums.insert(sums.end(), optics.seen.colours().begin(), optics.seen.colours().end());
+        replace(sums_, sums);
+    }
+    program_.set("uSeenScale", optics.seenScale);
+    program_.set("uSumsStart", static_cast<int>(optics.bins.size()));
+    program_.set("uSeenEdge", SeenColours::kEdge);
+    program_.set("uSeenFirstLayer", optics.seen.firstLayer());
+    program_.set("uSurfaces", static_cast<int>(optics.surfaces.size()));
+    program_.set("uVolumeShows", optics.volumeShows ? 1 : 0);
+    for (std::size_t i = 0; i < optics.surfaces.size(); ++i) {
+        const auto element = [&](const char* array) { return array + ("[" + std::to_string(i) + "]"); };
+        program_.set(element("uIsovalues").c_str(), optics.surfaces[i].isovalue);
+        program_.set(element("uSurfaceColours").c_str(), optics.surfaces[i].colour);
+        program_.set(element("uSurfaceOpacities").c_str(), optics.surfaces[i].opacity);
+    }
+    program_.set("uTableScale", optics.scale);
+    program_.set("uTableOffset", optics.offset);
+    program_.set("uTableLast", static_cast<int>(optics.table.size()) - 1);
+    program_.set("uVoxelFromPatientTransposed", optics.voxelFromPatientTransposed);
+    program_.set("uPhong", optics.phong);
+    program_.set("uSpecularPower", optics.specularPower);
+    program_.set("uTermination", optics.termination);
+}
+
+void March::restart(const RayFrame<double>& frame, const Strides& strides, const Occupancy* changed) {
+    if (const glm::ivec2 size(frame.imageSize); size != size_) {
+        size_ = size;
+        allocateState();
+    }
+    maxCount_ = static_cast<int>(std::ceil(glm::length(frame.extent) / frame.segmentVoxels)) + 2;
+    if (changed) {
+        TESSERA_CHECK(changed->grid() == skipping_.extent());
+        uploadSkipping(skipping_, *changed, changed->changedSince(skippingVersion_));
+        skippingVersion_ = changed->version();
+        subBlocks_ = nullptr; // they were another map's
+    }
+    setRayUniforms(program_, frame);
+    program_.set("uStride", strides.uniformSegments);
+    program_.set("uStepVoxels", static_cast<float>(strides.segmentVoxels));
+    program_.set("uNaive", strides.sampling == Sampling::naive ? 1 : 0);
+    colour_.clear();
+    next_.clear();
+    if (features_ & kFeatureHits)
+        hits_.clear();
+    if (features_ & kFeatureVisibility) {
+        seen_.clear();
+        lastBrick_.fill(UINT32_MAX);
+    }
+    tile_ = glm::ivec2(0);
+}
+
+void March::setNearSurfaces(const Occupancy& nearSurfaces) {
+    TESSERA_CHECK(occupancy_ && nearSurfaces.grid() == occupancy_->grid());
+    if (nearSurfaces_.bytes() == 0)
+        nearSurfaces_ = GlTexture3d(GL_RG32UI, nearSurfaces.grid(), sizeof(SkippingTexel), GL_NEAREST, gpu_,
+                                    "the map of isosurfaces");
+    uploadSkipping(nearSurfaces_, nearSurfaces, {0, nearSurfaces.grid().z});
+}
+
+std::vector<SurfaceHit> March::hits() const {
+    static_assert(sizeof(SurfaceHit) == 2 * sizeof(glm::vec4), "two vec4 in march.comp");
+    std::vector<SurfaceHit> hits(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y));
+    hits_.read(0, std::as_writable_bytes(std::span(hits)));
+    return hits;
+}
+
+std::vector<SeenBrick> March::seen() const {
+    std::vector<SeenBrick> seen(cellCount(brickGrid(info_.extentVoxels)));
+    seen_.read(0, std::as_writable_bytes(std::span(seen)));
+    return seen;
+}
+
+std::vector<std::uint32_t> March::takeWanted() {
+    std::vector<std::uint32_t> wanted(cellCount(brickGrid(info_.extentVoxels)));
+    wanted_.read(0, std::as_writable_bytes(std::span(wanted)));
+    wanted_.fill(UINT32_MAX);
+    return wanted;
+}
+
+bool March::runUntil(const FieldSource& source, const MarchSlicing& slicing, Clock::time_point deadline,
+                     Work& work) {
+    bindField(program_, features_, info_, source);
+    if (features_ & kFeatureSkipping) {
+        skipping_.bind(kSkippingUnit);
+        (nearSurfaces_.bytes() > 0 ? nearSurfaces_ : skipping_).bind(kNearSurfacesUnit);
+        program_.set("uNearSurfaces", static_cast<int>(kNearSurfacesUnit));
+    }
+    if (features_ & kFeatureHits)
+        hits_.bind(5);
+    table_.bind(0);
+    colour_.bind(1);
+    next_.bind(2);
+    work_.bind(3);
+    if (features_ & kFeaturePasses)
+        wanted_.bind(4);
+    if (features_ & kFeatureVisibility) {
+        seen_.bind(5);
+        lastBrick_.bind(6);
+    }
+    if (features_ & kFeaturePreintegrated)
+        sums_.bind(7);
+    if (features_ & kFeatureSubBlocks) {
+        TESSERA_CHECK(subBlocks_);
+        subBlocks_->places.bind(5);
+        subBlocks_->masks.bind(6);
+    }
+    program_.use();
+
+    const auto dispatch = [&](const glm::ivec2& origin, const glm::ivec2& end, int iterations) {
+        work_.clear();
+        program_.set("uTileOrigin", origin);
+        program_.set("uTileEnd", end);
+        program_.set("uMaxIterations", iterations);
+        const glm::ivec2 groups = (end - origin + (kGroup - 1)) / kGroup;
+        const auto start = Clock::now();
+        glDispatchCompute(static_cast<GLuint>(groups.x), static_cast<GLuint>(groups.y), 1);
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+        glFinish();
+        const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+        GpuWork counted{};
+        work_.read(0, std::as_writable_bytes(std::span(&counted, 1)));
+        work += Work{counted.iterations, counted.segments, counted.samples, counted.fetches, counted.blended};
+        return std::pair(ms, counted);
+    };
+    if (!compiled_) // the driver compiles at the first dispatch; that is not marching
+        dispatch({0, 0}, {1, 1}, 0);
+    compiled_ = true;
+
+    if (tile_ == glm::ivec2(0))
+        waiting_ = 0;
+    bool late = false; // one dispatch at least, or short deadlines would never come to an end
+    while (tile_.y < size_.y) {
+        // Tiles in rows; the edge is a power of two that keeps whole rays within one dispatch where possible.
+        int edge = slicing.fixedTile;
+        if (edge == 0) {
+            edge = slicing.targetMs < 40 ? 16 : 64; // what rays share is lost at a tile's edge
+            while (edge < 4096 &&
+                   static_cast<std::size_t>(4 * edge * edge) * static_cast<std::size_t>(maxCount_) <=
+                       pace_.iterationsPerDispatch(slicing.targetMs))
+                edge *= 2;
+            // A row of tiles keeps one height; a tile may only grow where it starts a row.
+            if (tile_.x > 0)
+                edge = rowEdge_;
+            rowEdge_ = edge;
+        }
+        const glm::ivec2 end = glm::min(tile_ + edge, size_);
+        const std::size_t rays =
+            static_cast<std::size_t>(end.x - tile_.x) * static_cast<std::size_t>(end.y - tile_.y);
+        for (bool unfinished = true; unfinished;) {
+            if (late)
+                return false;
+            int iterations = slicing.fixedIterations;
+            if (iterations == 0)
+                iterations = static_cast<int>(
+                    std::clamp<std::size_t>(pace_.iterationsPerDispatch(slicing.targetMs) / rays, 1,
+                                            static_cast<std::size_t>(maxCount_)));
+            checkInterrupted();
+            const auto [ms, counted] = dispatch(tile_, end, iterations);
+            pace_.observe(ms, counted.iterations);
+            unfinished = counted.unfinished > 0;
+            if (!unfinished)
+                waiting_ += counted.waiting;
+            ++work.dispatches;
+            work.marchMs += ms;
+            work.longestDispatchMs = std::max(work.longestDispatchMs, ms);
+            late = Clock::now() >= deadline;
+            if (slicing.progress) {
+                const double before =
+                    static_cast<double>(tile_.y) * size_.x + static_cast<double>(tile_.x) * (end.y - tile_.y);
+                slicing.progress(
+                    (before + static_cast<double>(rays - std::min<std::size_t>(counted.unfinished, rays))) /
+                    (static_cast<double>(size_.x) * size_.y));
+            }
+        }
+        tile_.x = end.x;
+        if (tile_.x >= size_.x)
+            tile_ = {0, end.y};
+    }
+    tile_ = glm::ivec2(0);
+    return true;
+}
+
+std::size_t March::run(const FieldSource& source, const MarchSlicing& slicing, Work& work) {
+    TESSERA_CHECK(runUntil(source, slicing, Clock::time_point::max(), work));
+    return waiting_;
+}
+
+Image March::image() const {
+    Image image(size_);
+    colour_.read(0, std::as_writable_bytes(std::span(image.pixels)));
+    return image;
+}
+
+std::vector<SegmentedRay<float>> gpuRays(const RayFrame<double>& frame, Ledger& gpu) {
+    constexpr std::size_t kFloats = 12; // per ray, rays.comp
+    const glm::ivec2 size(frame.imageSize);
+    const std::size_t pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+    const GlProgram program("rays.comp", "");
+    setRayUniforms(program, frame);
+    GlBuffer buffer(4 * kFloats * pixels, {}, gpu, "the rays");
+    buffer.bind(1);
+    program.use();
+    glDispatchCompute(static_cast<GLuint>((size.x + kGroup - 1) / kGroup),
+                      static_cast<GLuint>((size.y + kGroup - 1) / kGroup), 1);
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    std::vector<float> raw(kFloats * pixels);
+    buffer.read(0, std::as_writable_bytes(std::span(raw)));
+    std::vector<SegmentedRay<float>> rays(pixels);
+    for (std::size_t i = 0; i < pixels; ++i) {
+        const float* r = raw.data() + kFloats * i;
+        rays[i].entry = {r[0], r[1], r[2]};
+        rays[i].step = {r[3], r[4], r[5]};
+        rays[i].direction = {r[6], r[7], r[8]};
+        rays[i].segmentMm = r[9];
+        rays[i].tail = r[10];
+        rays[i].count = std::bit_cast<int>(r[11]);
+    }
+    return rays;
+}
+
+} // namespace tessera

@@ -1,0 +1,108 @@
+// render/engines/gpu/march.h: the single-pass ray caster on the GPU: one compute shader over resumable rays,
+// cut into tiles and iteration limits so that no dispatch runs long, whatever the scene.
+#pragma once
+
+#include "bricking/levels/visibility.h"
+#include "core/budget.h"
+#include "core/image.h"
+#include "core/progress.h" // ShareDone
+#include "core/work.h"
+#include "render/contract/optics.h"
+#include "render/contract/ray.h"
+#include "render/contract/ray_state.h"
+#include "render/contract/strides.h"
+#include "render/empty_space/occupancy.h"
+#include "render/engines/gpu/atlas_plane.h"
+#include "render/engines/gpu/features.h"
+#include "render/engines/gpu/field_binding.h"
+#include "render/engines/gpu/gl/context.h"
+#include "render/engines/gpu/gl/objects.h"
+#include "render/engines/gpu/gl/program.h"
+#include "render/engines/gpu/pace.h"
+#include "render/engines/gpu/skipping_binding.h"
+
+#include <chrono>
+#include <glm/vec2.hpp>
+#include <vector>
+
+namespace tessera {
+
+/// How rays are cut into dispatches. It never changes the picture; tests vary it to prove that.
+struct MarchSlicing {
+    double targetMs =
+        80;            // adaptive: a dispatch aims at this, so that twice a misjudged cost stays below 250 ms
+    int fixedTile = 0; // pixels; 0: adaptive
+    int fixedIterations = 0; // per ray and dispatch; 0: adaptive
+    ShareDone progress = {}; // of the picture, after every dispatch
+};
+
+class March {
+  public:
+    using Clock = std::chrono::steady_clock;
+    /// Compiles the program and allocates table, map of empty space and ray state on the GPU ledger.
+    /// Integrator and isosurfaces are those of optics, whatever features say.
+    /// occupancy is needed exactly when features has kFeatureSkipping; it and info must outlive this.
+    March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
+          const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu);
+
+    /// Marches all rays to their end, or (kFeaturePasses) until they wait for absent bricks. Returns how many
+    /// wait.
+    std::size_t run(const FieldSource& source, const MarchSlicing& slicing, Work& work);
+    /// The same as far as it gets: no dispatch but the first begins after the deadline. True when all rays
+    /// are at their end or wait; else the next call goes on. The picture does not depend on where it was cut.
+    bool runUntil(const FieldSource& source, const MarchSlicing& slicing, Clock::time_point deadline,
+                  Work& work);
+    /// All rays begin anew, of a picture of any size. @param changed  the occupancy that this was made with,
+    /// where it changed since, else null:
+    ///                                       then blocks and sub-blocks are to be found again
+    ///                                       (refineSkipping())
+    void restart(const RayFrame<double>& frame, const Strides& strides, const Occupancy* changed);
+    /// Another transfer function; restart() must follow. Compiles anew where the integrator is another.
+    void setFunction(const Optics& optics);
+    /// The same with other features, which need no other memory; restart() must follow.
+    void setFeatures(std::uint32_t features, const Optics& optics);
+    /// kFeatureVisibility: per brick, [z][y][x], what the rays saw since they began.
+    std::vector<SeenBrick> seen() const;
+    /// kFeaturePasses: per brick the first ray that waits for it, or UINT32_MAX; forgets them.
+    std::vector<std::uint32_t> takeWanted();
+    /// The map of empty space on the device; with kFeatureSkipping only.
+    const GlTexture3d& skippingMap() const { return skipping_; }
+    /// With isosurfaces: what they alone show (PreparedScene::nearSurfaces), so that rays solve for them only
+    /// near them. Before run(), and again where it changed; without it rays do wherever anything shows.
+    void setNearSurfaces(const Occupancy& nearSurfaces);
+    const GlTexture3d& nearSurfacesMap() const { return nearSurfaces_; }
+    /// kFeatureHits: of every ray, row by row.
+    std::vector<SurfaceHit> hits() const;
+    /// kFeatureSubBlocks: to be called before run(); sub-blocks of the same map, which outlive this.
+    void useSubBlocks(const SubBlocks& subBlocks) { subBlocks_ = &subBlocks; }
+    /// The picture; charged by the caller.
+    Image image() const;
+    const GlProgram& program() const { return program_; }
+
+  private:
+    void allocateState();
+
+    glm::ivec2 size_;
+    std::uint32_t features_;
+    const VolumeInfo& info_;
+    Ledger& gpu_;
+    int maxCount_ = 0;        // most iterations any ray can need
+    glm::ivec2 tile_{0};      // origin of the tile that is being marched
+    int rowEdge_ = 0;         // edge of the tiles in its row
+    std::size_t waiting_ = 0; // rays of the tiles before it
+    bool compiled_ = false;   // by the driver
+    Pace pace_;
+    GlProgram program_;
+    const Occupancy* occupancy_ = nullptr; // that this was made with
+    GlBuffer table_, sums_, colour_, next_, work_, wanted_, seen_, lastBrick_, hits_;
+    GlTexture3d skipping_, nearSurfaces_;
+    std::uint64_t skippingVersion_ = 0; // of the occupancy that the texture holds; 0: none
+    const SubBlocks* subBlocks_ = nullptr;
+};
+
+/// Sets the uniforms of common_ray.glsl.
+void setRayUniforms(const GlProgram& program, const RayFrame<double>& frame);
+/// The rays that the GPU makes of a frame, row by row: for marching the mirror on exactly these.
+std::vector<SegmentedRay<float>> gpuRays(const RayFrame<double>& frame, Ledger& gpu);
+
+} // namespace tessera

@@ -1,0 +1,86 @@
+// common_ray.glsl: one pixel's ray and its segments in voxel space; twin of render/contract/ray.h, operation by operation.
+// Needs nothing. Gives Ray makeRay(pixel centre), strideLength, stridePosition, strideEnd, segmentStart.
+
+uniform vec3 uCentre, uRight, uUp, uToCentre; // voxels
+uniform mat3 uPatientFromVoxel;               // linear part, mm per voxel
+uniform vec3 uExtent;                         // voxels
+uniform vec2 uImageSize;                      // pixels
+uniform float uSegmentVoxels;
+uniform int uPerspective;
+
+const float kMaxFloat = 3.402823466e38;
+
+struct Ray {
+    vec3 entry, step; // voxels
+    vec3 direction;   // unit, voxel space
+    float segmentMm, tail;
+    int count; // 0: misses the volume
+};
+
+float length3(vec3 v) {
+    precise float squared = v.x * v.x + v.y * v.y + v.z * v.z;
+    return sqrt(squared);
+}
+
+Ray makeRay(vec2 pixel) {
+    precise Ray ray;
+    ray.count = 0;
+    ray.entry = vec3(0.0);
+    ray.step = vec3(0.0);
+    ray.segmentMm = 0.0;
+    ray.tail = 1.0;
+    precise float x = 2.0 * pixel.x / uImageSize.x - 1.0;
+    precise float y = 1.0 - 2.0 * pixel.y / uImageSize.y;
+    precise vec3 offset = x * uRight + y * uUp;
+    precise vec3 along = uPerspective != 0 ? uToCentre + offset : uToCentre;
+    precise float distance = length3(along);
+    precise vec3 base = uCentre + offset;
+    ray.direction = along / distance;
+    precise vec3 mm = uPatientFromVoxel[0] * ray.direction.x + uPatientFromVoxel[1] * ray.direction.y +
+                      uPatientFromVoxel[2] * ray.direction.z;
+    precise float mmPerVoxel = length3(mm);
+    precise float t0 = uPerspective != 0 ? -distance : -kMaxFloat;
+    precise float t1 = kMaxFloat;
+    for (int axis = 0; axis < 3; ++axis) {
+        precise float o = base[axis];
+        precise float d = ray.direction[axis];
+        if (d == 0.0) {
+            if (o < 0.0 || o > uExtent[axis]) return ray;
+            continue;
+        }
+        precise float a = (0.0 - o) / d;
+        precise float b = (uExtent[axis] - o) / d;
+        t0 = max(t0, min(a, b));
+        t1 = min(t1, max(a, b));
+    }
+    if (!(t1 > t0)) return ray;
+    precise float segments = (t1 - t0) / uSegmentVoxels;
+    if (!(segments < 16777216.0)) return ray; // NaN, or more than float can count: draws nothing
+    ray.count = int(ceil(segments));
+    ray.tail = segments - float(ray.count - 1);
+    ray.entry = base + t0 * ray.direction;
+    ray.step = uSegmentVoxels * ray.direction;
+    ray.segmentMm = uSegmentVoxels * mmPerVoxel;
+    return ray;
+}
+
+// Segments in the stride of n that starts at segment i: n, or what is left before the exit.
+float strideLength(Ray ray, int i, int n) {
+    precise float length = i + n >= ray.count ? float(ray.count - 1 - i) + ray.tail : float(n);
+    return length;
+}
+
+vec3 stridePosition(Ray ray, int i, float length) {
+    precise vec3 at = ray.entry + (float(i) + 0.5 * length) * ray.step;
+    return at;
+}
+
+vec3 strideEnd(Ray ray, int i, float length) {
+    precise vec3 at = ray.entry + (float(i) + length) * ray.step;
+    return at;
+}
+
+vec3 segmentStart(Ray ray, int i) {
+    precise vec3 at = ray.entry + float(i) * ray.step;
+    return at;
+}

@@ -1,0 +1,217 @@
+// march.comp: the single-pass ray caster over resumable rays. A dispatch covers a tile and takes at most
+// uMaxIterations steps per ray; what a ray knows (next segment, colour, alpha) waits in uState, so that tiles,
+// dispatches and passes can be cut anywhere with the same result.
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+#include "common_features.glsl"
+#include "common_ray.glsl"
+#include "sampler_field.glsl"
+#include "march_optics.glsl"
+#include "march_segment.glsl"
+#include "march_compositing.glsl"
+#include "march_strides.glsl"
+#include "march_skipping.glsl"
+#if FEATURE_SURFACES
+#include "march_surface.glsl"
+#endif
+
+layout(std430, binding = 1) buffer RayColour { vec4 uColour[]; }; // rgb premultiplied, alpha
+layout(std430, binding = 2) buffer RayNext { int uNext[]; };      // next segment; -1: finished
+layout(std430, binding = 3) buffer Work { uint uUnfinished, uIterations, uSegments, uSamples, uFetches, uBlended, uWaiting; };
+#if FEATURE_VISIBILITY
+layout(std430, binding = 5) buffer Seen { uint uSeen[]; };           // per brick: light in 1/256 of a ray's, and rays
+layout(std430, binding = 6) buffer LastBrick { int uLastBrick[]; };  // per ray: number of the brick counted last
+#endif
+#if FEATURE_HITS
+layout(std430, binding = 5) buffer Hits { vec4 uHits[]; };           // two a ray: SurfaceHit of render/engines/mirror/mirror_input.h
+#endif
+uniform ivec2 uTileOrigin, uTileEnd;
+uniform int uMaxIterations;
+#if FEATURE_TERMINATION
+uniform float uTermination; // transmittance below which a ray ends
+#endif
+
+void main() {
+    ivec2 pixel = uTileOrigin + ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, uTileEnd))) return;
+    int slot = pixel.y * int(uImageSize.x) + pixel.x;
+    int i = uNext[slot];
+    if (i < 0) return;
+    Ray ray = makeRay(vec2(pixel) + 0.5);
+    beginSkipping(ray);
+    precise vec4 sum = uColour[slot];
+    uint iterations = 0u;
+    uint segments = 0u;
+    uint shown = 0u;
+    uint fronts = 0u; // segments whose front was not the back of the one before
+    int left = uMaxIterations;
+#if FEATURE_VISIBILITY
+    int lastBrick = uLastBrick[slot];
+#endif
+#if FEATURE_PASSES
+    gRayNumber = uint(slot);
+    bool waiting = false; // all that its next sample needs is named
+#endif
+#if FEATURE_SURFACES
+    uint surfaceSamples = 0u;
+#if FEATURE_HITS
+    bool hasHit = floatBitsToInt(uHits[2 * slot + 1].w) != 0;
+#endif
+#include "march_surface_loop.glsl"
+#else
+#if FEATURE_ENDS
+    SegmentEnd front = endOf(0.0); // at the start of segment i
+    bool known = false;            // front is
+    bool frontShows = false;       // something can show there
+#else
+    const SegmentEnd front = SegmentEnd(0.0); // not read
+#endif
+    while (i < ray.count && left > 0 && gTurns < kMostTurns) {
+        ++gTurns;
+        float extinction = 0.0;
+        SegmentEnd back; // the stride's, or its middle where that alone counts
+        bool shows = false; // something can show there
+        float length = 0.0; // of the stride, in segments
+        int n = 0;
+        vec3 p = vec3(0.0);
+        // Three loops, one in another: all rays of a group look on in their bricks until each needs another
+        // brick or a blend; then those that do get it; and once every ray has a sample that shows, all shade.
+        // Fewer loops would do the rare work of few lanes while the others wait, at every sample.
+        while (i < ray.count && left > 0 && gTurns < kMostTurns) {
+            ++gTurns;
+            bool within = true;
+            while (i < ray.count && left > 0 && gTurns < kMostTurns) {
+                --left;
+                ++gTurns;
+                ++iterations;
+                n = homeStride(i);
+                length = strideLength(ray, i, n);
+#if FEATURE_ENDS
+                p = strideEnd(ray, i, length);
+                shows = isOccupied(p);
+                within = known && (frontShows || shows) && inHome(p) && startsInHome(ray, i);
+#else
+                p = stridePosition(ray, i, length);
+                within = inHome(p) && startsInHome(ray, i) && isOccupied(p);
+#endif
+                if (!within) break;
+                back = endOf(homeValue(p));
+                extinction = segmentExtinction(front, back);
+                if (extinction > 0.0) break;
+                ++segments;
+                i += n;
+#if FEATURE_ENDS
+                front = back;
+                frontShows = shows;
+#endif
+            }
+            if (within) break; // shows, or at its end, or its turns are spent
+            n = strideAt(ray, i);
+            length = strideLength(ray, i, n);
+#if FEATURE_ENDS
+            int next = nextShown(ray, i, left, iterations);
+            if (next > i) {
+                i = next;
+                known = false;
+                continue;
+            }
+            if (!known) front = endOf(fieldValue(segmentStart(ray, i)));
+            fronts += uint(!known);
+            known = true;
+            p = strideEnd(ray, i, length);
+            shows = isOccupied(p);
+#else
+            p = stridePosition(ray, i, length);
+            int next = nextOccupied(ray, i, n, p, left, iterations);
+            if (next > i) {
+                i = next;
+                continue;
+            }
+#endif
+            enterHome(p);
+#if FEATURE_VISIBILITY
+            if (gHomeNumber != lastBrick) {
+                lastBrick = gHomeNumber;
+                atomicAdd(uSeen[2 * lastBrick], uint((1.0 - sum.a) * 256.0 + 0.5));
+                atomicAdd(uSeen[2 * lastBrick + 1], 1u);
+            }
+#endif
+            back = endOf(fieldValue(p));
+            extinction = segmentExtinction(front, back);
+#if FEATURE_PASSES
+            if (gMissing || gNaming) break;
+#endif
+            if (extinction > 0.0) break;
+            ++segments;
+            i += n;
+#if FEATURE_ENDS
+            front = back;
+            frontShows = shows;
+#endif
+        }
+#if FEATURE_PASSES
+        bool waits = gNaming || gMissing; // then also the gradient's bricks are named
+#else
+        const bool waits = false;
+#endif
+        if (!(extinction > 0.0) && !waits) break;
+        precise float depth = extinction * (length * ray.segmentMm);
+        precise float alpha = opacityOf(depth);
+        vec3 colour = segmentColour(front, back, depth, alpha, n);
+#if FEATURE_SHADING
+        colour = shade(colour, fieldGradient(stridePosition(ray, i, length)), ray.direction);
+#endif
+#if FEATURE_PASSES
+        if (gNaming) {
+            waiting = true;
+            break;
+        }
+        if (gMissing) { // take the same sample again, naming all that it needs
+            gMissing = false;
+            gNaming = true;
+            leaveHome();
+            left = max(left, 1);
+#if FEATURE_ENDS
+            known = false;
+#endif
+            continue;
+        }
+#endif
+        composite(sum, colour, alpha);
+        ++segments;
+        ++shown;
+        i += n;
+#if FEATURE_ENDS
+        front = back;
+        frontShows = shows;
+#endif
+#if FEATURE_TERMINATION
+        if (1.0 - sum.a < uTermination) i = ray.count;
+#endif
+    }
+#endif
+    uColour[slot] = sum;
+    uNext[slot] = i < ray.count ? i : -1;
+#if FEATURE_VISIBILITY
+    uLastBrick[slot] = lastBrick;
+#endif
+#if FEATURE_PASSES
+    if (waiting) atomicAdd(uWaiting, 1u);
+    else
+#endif
+    if (i < ray.count) atomicAdd(uUnfinished, 1u);
+    atomicAdd(uIterations, iterations); // always: it paces the dispatches
+#if FEATURE_COUNTING
+    atomicAdd(uSegments, segments);
+#if FEATURE_SURFACES
+    atomicAdd(uSamples, surfaceSamples);
+#else
+    atomicAdd(uSamples, segments + fronts + kGradientValues * uint(FEATURE_SHADING) * shown);
+#endif
+    atomicAdd(uFetches, gFetches);
+#if FEATURE_MIXED
+    atomicAdd(uBlended, gBlended);
+#endif
+#endif
+}

@@ -1,0 +1,210 @@
+// march_skipping.glsl: leaps over strides that are proven empty; twin of render/empty_space/occupancy.h.
+// Needs FEATURE_SKIPPING, FEATURE_SUBBLOCKS, FEATURE_ENDS, common_ray.glsl, march_strides.glsl. Gives
+// beginSkipping(ray), isOccupied(p), and nextOccupied(ray, i, n, p, left, iterations) or, for segments that are given
+// by their ends, nextShown(ray, i, left, iterations); for those that may hold isosurfaces
+// nextNotClear(ray, i, left, iterations), isNearSurface(a, b).
+
+#if FEATURE_SKIPPING
+uniform usampler3D uSkipping; // two words a texel: see render/empty_space/distance_map.h
+uniform ivec3 uSkippingLast;  // voxel that no position is beyond
+uniform int uSkippingShift;   // log2 of a box's edge, voxels
+
+const float kLeapMargin = 1.0 / 64.0; // voxels: far more than positions are rounded by
+
+vec3 gPerStep;       // 1 / step, 0 where the ray runs along the box
+vec3 gLeaveOffset;   // from a box's side to where a leap ends, less the entry
+ivec3 gAscends;      // 1 where it does
+bool gOctantHigh;    // its byte of an empty box's texel: in which word, and from which bit
+int gOctantBit;
+
+void beginSkipping(Ray ray) {
+    bvec3 up = greaterThan(ray.step, vec3(0.0));
+    bvec3 moves = notEqual(ray.step, vec3(0.0));
+    gAscends = ivec3(up);
+    gPerStep = mix(vec3(0.0), 1.0 / ray.step, moves);
+    gLeaveOffset = mix(vec3(kLeapMargin), vec3(-kLeapMargin), up) - ray.entry;
+    gOctantHigh = up.z;
+    gOctantBit = 8 * (gAscends.x | gAscends.y << 1);
+}
+
+ivec3 voxelAt(vec3 p) { return clamp(ivec3(floor(p)), ivec3(0), uSkippingLast); }
+uvec2 skippingTexel(ivec3 voxel) { return texelFetch(uSkipping, voxel >> uSkippingShift, 0).xy; }
+bool isOccupiedBox(uvec2 texel) { return (texel.y & 0x80000000u) != 0u; }
+
+int blockBit(ivec3 voxel) {
+    ivec3 block = (voxel >> (uSkippingShift - 2)) & 3;
+    return min(block.x | block.y << 2 | block.z << 4, 62);
+}
+// Of an occupied box: whether the block can show anything.
+bool isOccupiedBlock(uvec2 texel, int bit) { return ((bit < 32 ? texel.x : texel.y) >> (bit & 31) & 1u) != 0u; }
+
+#if FEATURE_SUBBLOCKS
+layout(std430, binding = 5) readonly buffer Places { uint uPlaces[]; };       // see render/engines/gpu/fine_mask.h
+layout(std430, binding = 6) readonly buffer SubBlocks { uint uSubBlocks[]; };
+uniform ivec3 uSkippingGrid;
+
+const vec3 kSubBlocksPerVoxel = vec3(2.0, 2.0, 4.0);
+
+ivec3 subBlockAt(vec3 p, ivec3 voxel) { // p may lie on the volume's far side
+    return clamp(ivec3(floor(p * kSubBlocksPerVoxel)), voxel * ivec3(2, 2, 4), voxel * ivec3(2, 2, 4) + ivec3(1, 1, 3));
+}
+// Of an occupied block of a cell.
+bool isOccupiedSubBlock(uvec2 texel, int bit, ivec3 voxel, ivec3 subBlock) {
+    ivec3 cell = voxel >> 3;
+    uint place = uPlaces[1 + (cell.z * uSkippingGrid.y + cell.y) * uSkippingGrid.x + cell.x];
+    uvec2 below = texel & uvec2(bit < 32 ? (1u << bit) - 1u : 0xFFFFFFFFu, bit < 32 ? 0u : (1u << (bit - 32)) - 1u);
+    uint slot = max(place, 1u) - 1u + uint(bitCount(below.x) + bitCount(below.y));
+    ivec3 inside = subBlock & ivec3(3, 3, 7);
+    uint word = uSubBlocks[4u * slot + uint(inside.z >> 1)];
+    return place == 0u || (word >> (inside.x | inside.y << 2 | (inside.z & 1) << 4) & 1u) != 0u;
+}
+#endif
+
+bool isOccupied(vec3 p) {
+    ivec3 voxel = voxelAt(p);
+    uvec2 texel = skippingTexel(voxel);
+    int bit = blockBit(voxel);
+    bool occupied = isOccupiedBox(texel) && isOccupiedBlock(texel, bit);
+#if FEATURE_SUBBLOCKS
+    occupied = occupied && isOccupiedSubBlock(texel, bit, voxel, subBlockAt(p, voxel));
+#endif
+    return occupied;
+}
+
+// The empty box around p, as far as a ray may leap: number and edge of the smallest box there, and how many of them
+// along each axis the ray goes on in. False where something can show.
+bool emptyBoxAt(vec3 p, out vec3 box, out vec3 edge, out int reach) {
+    ivec3 voxel = voxelAt(p);
+    uvec2 texel = skippingTexel(voxel);
+    box = vec3(voxel >> uSkippingShift);
+    edge = vec3(1 << uSkippingShift);
+    reach = int((gOctantHigh ? texel.y : texel.x) >> gOctantBit & 127u);
+    if (isOccupiedBox(texel)) {
+        box = vec3(voxel >> (uSkippingShift - 2));
+        edge *= 0.25;
+        reach = 1;
+        int bit = blockBit(voxel);
+        if (isOccupiedBlock(texel, bit)) {
+#if FEATURE_SUBBLOCKS
+            ivec3 subBlock = subBlockAt(p, voxel);
+            box = vec3(subBlock);
+            edge = 1.0 / kSubBlocksPerVoxel;
+            if (isOccupiedSubBlock(texel, bit, voxel, subBlock)) return false;
+#else
+            return false;
+#endif
+        }
+    }
+    return true;
+}
+
+// Where the ray leaves that box, less a margin, in segments from its entry.
+float leaves(vec3 box, vec3 edge, int reach) {
+    vec3 side = (box + mix(vec3(1 - reach), vec3(reach), equal(gAscends, ivec3(1)))) * edge;
+    vec3 leave = (side + gLeaveOffset) * gPerStep;
+    leave = mix(leave, vec3(kMaxFloat), equal(gPerStep, vec3(0.0)));
+    return min(min(leave.x, leave.y), leave.z);
+}
+
+#if !FEATURE_ENDS
+// Where the ray's next stride starts whose middle may show something: leaps until then, in a loop of its own, because
+// a turn of it is cheap beside the caller's. p: the middle of the stride of n segments from i. Takes what it
+// leaps from left. Leaps that were cut short end where a stride starts.
+int nextOccupied(Ray ray, int i, int n, vec3 p, inout int left, inout uint iterations) {
+    vec3 box;
+    vec3 edge;
+    int reach;
+    while (emptyBoxAt(p, box, edge, reach)) {
+        float beyond = ceil(leaves(box, edge, reach) - 0.5);
+        if (!(beyond < float(ray.count))) return ray.count;
+        i = max(i + n, strideStart(ray, max(int(beyond), 0)));
+        if (left <= 0 || gTurns >= kMostTurns || i >= ray.count) return i;
+        --left;
+        ++gTurns;
+        ++iterations;
+        n = strideAt(ray, i);
+        p = stridePosition(ray, i, strideLength(ray, i, n));
+    }
+    return i;
+}
+#else
+// The same for segments that are given by the field at their ends; twin of nextShown() in render/empty_space/occupancy.h.
+int nextShown(Ray ray, int i, inout int left, inout uint iterations) {
+    vec3 box;
+    vec3 edge;
+    int reach;
+    bool isEmpty = emptyBoxAt(segmentStart(ray, i), box, edge, reach);
+    while (isEmpty) {
+        float beyond = floor(leaves(box, edge, reach));
+        if (!(beyond < float(ray.count))) return ray.count;
+        i = max(i, strideStart(ray, max(int(beyond), 0)));
+        int n = strideAt(ray, i);
+        // Empty boxes that touch share a value, so that nothing between the values in both shows.
+        vec3 low = (box + vec3(gAscends - 1) * float(reach - 1)) * edge;
+        vec3 high = (box + 1.0 + vec3(gAscends) * float(reach - 1)) * edge;
+        isEmpty = emptyBoxAt(strideEnd(ray, i, strideLength(ray, i, n)), box, edge, reach);
+        bool touches = all(lessThanEqual(box * edge, high)) && all(lessThanEqual(low, (box + 1.0) * edge));
+        if (!isEmpty || !touches) return i;
+        i += n;
+        if (left <= 0 || gTurns >= kMostTurns || i >= ray.count) return i;
+        --left;
+        ++gTurns;
+        ++iterations;
+    }
+    return i;
+}
+#endif
+
+#if FEATURE_SURFACES
+uniform usampler3D uNearSurfaces; // what the surfaces alone show; in shape as uSkipping
+
+// Whether everything between two places is proven empty; twin of isClear() in render/empty_space/occupancy.h.
+bool isClear(usampler3D map, vec3 a, vec3 b) {
+    ivec3 from = voxelAt(a);
+    ivec3 to = voxelAt(b);
+    int shift = uSkippingShift - 2;
+    ivec3 first = min(from, to) >> shift;
+    ivec3 span = (max(from, to) >> shift) - first;
+    if (max(span.x, max(span.y, span.z)) > 1) return false;
+    int mask = span.x | span.y << 1 | span.z << 2;
+    int corner = 0;
+    bool clear = true;
+    do {
+        ++gTurns;
+        ivec3 block = first + (ivec3(corner, corner >> 1, corner >> 2) & 1);
+        uvec2 texel = texelFetch(map, block >> 2, 0).xy;
+        clear = clear && !(isOccupiedBox(texel) && isOccupiedBlock(texel, blockBit(block << shift)));
+        corner = (corner - mask) & mask;
+    } while (corner != 0 && clear);
+    return clear;
+}
+bool isNearSurface(vec3 a, vec3 b) { return !isClear(uNearSurfaces, a, b); }
+
+// For rays that look for surfaces, which can lie anywhere in a stride; twin of nextNotClear() in render/empty_space/occupancy.h.
+int nextNotClear(Ray ray, int i, inout int left, inout uint iterations) {
+    vec3 box;
+    vec3 edge;
+    int reach;
+    while (emptyBoxAt(segmentStart(ray, i), box, edge, reach)) {
+        float beyond = floor(leaves(box, edge, reach));
+        if (!(beyond < float(ray.count))) return ray.count;
+        i = max(i, strideStart(ray, max(int(beyond), 0)));
+        int n = strideAt(ray, i);
+        if (!isClear(uSkipping, segmentStart(ray, i), strideEnd(ray, i, strideLength(ray, i, n)))) return i;
+        i += n;
+        if (left <= 0 || gTurns >= kMostTurns || i >= ray.count) return i;
+        --left;
+        ++gTurns;
+        ++iterations;
+    }
+    return i;
+}
+#endif
+#else
+void beginSkipping(Ray ray) {}
+bool isOccupied(vec3 p) { return true; }
+int nextOccupied(Ray ray, int i, int n, vec3 p, inout int left, inout uint iterations) { return i; }
+int nextShown(Ray ray, int i, inout int left, inout uint iterations) { return i; }
+int nextNotClear(Ray ray, int i, inout int left, inout uint iterations) { return i; }
+bool isNearSurface(vec3 a, vec3 b) { return true; }
+#endif

@@ -1,0 +1,119 @@
+// sampler_atlas.glsl: texels of the atlas and stored values; nothing here knows how samples are blended.
+// Needs FEATURE_BRICKED, FEATURE_HARDWARE, FEATURE_NORMALISED, FEATURE_COUNTING. Gives storedFromTexel,
+// storedFromFiltered, gTurns, brickEntry(brick), slotOrigin(entry, shift), trilinearOverBricks, trilinearInSlot.
+
+uniform sampler3D uVoxels; // atlas pages, or the whole level
+#if FEATURE_NORMALISED
+uniform float uStoredBias; // stored value = 65535 * texel + bias, exactly
+#endif
+#if FEATURE_HARDWARE
+uniform vec3 uTexelSize; // 1 / extent of uVoxels
+#endif
+#if FEATURE_BRICKED
+uniform usampler3D uIndex; // one texel per brick: see render/engines/gpu/atlas.h
+const uint kEntryValue = 0x80000000u;
+#endif
+
+#if FEATURE_COUNTING
+uint gFetches = 0u;
+#define COUNT_FETCHES(n) gFetches += n
+#else
+#define COUNT_FETCHES(n)
+#endif
+
+// llvmpipe ends every loop, without a word, after 65535 turns of all loops of the invocations that it runs side
+// by side, up to 16. A ray counts its turns, also those of short loops that a compiler may or may not unroll, and
+// goes on in another dispatch when its share is spent; the rest of the share is what one more sample can take.
+int gTurns = 0;
+const int kMostTurns = 65535 / 16 - 400 - 400 * FEATURE_SOBEL_GRADIENT - 1600 * FEATURE_SURFACES;
+
+float storedFromTexel(float texel) {
+#if FEATURE_NORMALISED
+    return floor(texel * 65535.0 + 0.5) + uStoredBias;
+#else
+    return texel;
+#endif
+}
+
+float storedFromFiltered(float texel) {
+#if FEATURE_NORMALISED
+    return texel * 65535.0 + uStoredBias;
+#else
+    return texel;
+#endif
+}
+
+#if FEATURE_BRICKED
+#if FEATURE_PASSES
+// Bricks may be absent. A sample that needs one is not taken; its ray names all bricks that the sample needs, and
+// waits. A brick keeps the first of the rays that named it, so that the host can serve at least one ray wholly.
+const uint kEntryAbsent = 0x40000000u;
+layout(std430, binding = 4) buffer Wanted { uint uWanted[]; }; // per brick: number of the first ray, or all ones
+bool gMissing = false; // the sample at hand needs an absent brick
+bool gNaming = false;
+uint gRayNumber = 0u;
+#endif
+
+uvec2 brickEntry(ivec3 brick) {
+    uvec2 entry = texelFetch(uIndex, brick, 0).xy;
+#if FEATURE_PASSES
+    if ((entry.x & (kEntryAbsent | kEntryValue)) == kEntryAbsent) gMissing = true;
+    ivec3 bricks = textureSize(uIndex, 0);
+    if (gNaming && (entry.x & kEntryValue) == 0u)
+        atomicMin(uWanted[(brick.z * bricks.y + brick.y) * bricks.x + brick.x], gRayNumber);
+#endif
+    return entry;
+}
+
+// First texel of a slot whose edge is 2^shift samples. x: page (3 x 10 bits), y: slot inside it (3 x 5 bits).
+ivec3 slotOrigin(uvec2 entry, int shift) {
+    ivec3 page = ivec3(entry.x & 1023u, (entry.x >> 10) & 1023u, (entry.x >> 20) & 1023u);
+    ivec3 slot = ivec3(entry.y & 31u, (entry.y >> 5) & 31u, (entry.y >> 10) & 31u);
+    return page * 32 + (slot << shift);
+}
+#endif
+
+float mixCorners(float v000, float v100, float v010, float v110, float v001, float v101, float v011, float v111,
+                 vec3 f) {
+    precise float a = v000 + f.x * (v100 - v000);
+    precise float b = v010 + f.x * (v110 - v010);
+    precise float c = v001 + f.x * (v101 - v001);
+    precise float d = v011 + f.x * (v111 - v011);
+    precise float e = a + f.y * (b - a);
+    precise float g = c + f.y * (d - c);
+    precise float v = e + f.z * (g - e);
+    return v;
+}
+
+float texelValue(ivec3 at) {
+    COUNT_FETCHES(1u);
+    return storedFromTexel(texelFetch(uVoxels, at, 0).r);
+}
+
+// Between texels of one slot, or of a whole level.
+float trilinearInSlot(ivec3 low, ivec3 high, vec3 f) {
+    return mixCorners(texelValue(low), texelValue(ivec3(high.x, low.yz)), texelValue(ivec3(low.x, high.y, low.z)),
+                      texelValue(ivec3(high.xy, low.z)), texelValue(ivec3(low.xy, high.z)),
+                      texelValue(ivec3(high.x, low.y, high.z)), texelValue(ivec3(low.x, high.yz)),
+                      texelValue(high), f);
+}
+
+#if FEATURE_BRICKED
+// shift: log2 of the samples per brick edge
+float latticeValue(ivec3 i, int shift) {
+    COUNT_FETCHES(1u);
+    uvec2 entry = brickEntry(i >> shift);
+    if ((entry.x & kEntryValue) != 0u) return uintBitsToFloat(entry.y);
+    ivec3 inside = i & ((1 << shift) - 1);
+    return storedFromTexel(texelFetch(uVoxels, slotOrigin(entry, shift) + inside, 0).r);
+}
+
+// Between samples of one level, whichever bricks they are in.
+float trilinearOverBricks(ivec3 low, ivec3 high, vec3 f, int shift) {
+    return mixCorners(latticeValue(low, shift), latticeValue(ivec3(high.x, low.yz), shift),
+                      latticeValue(ivec3(low.x, high.y, low.z), shift), latticeValue(ivec3(high.xy, low.z), shift),
+                      latticeValue(ivec3(low.xy, high.z), shift),
+                      latticeValue(ivec3(high.x, low.y, high.z), shift),
+                      latticeValue(ivec3(low.x, high.yz), shift), latticeValue(high, shift), f);
+}
+#endif

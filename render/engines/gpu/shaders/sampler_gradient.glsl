@@ -1,0 +1,109 @@
+// sampler_gradient.glsl: gradients of the field (docs/sampling.md, "Value"), as FEATURE_FORWARD_GRADIENT,
+// FEATURE_SOBEL_GRADIENT, FEATURE_ANALYTIC_GRADIENT, FEATURE_HALF_CENTRAL_GRADIENT say, else by central
+// differences over a pitch to either side; twin of render/contract/sampler.h.
+// Needs sampler_home.glsl. Gives fieldGradient(p): p in level-0 voxels, stored units per voxel; and
+// kGradientValues, how many values of the field it takes.
+
+const float kMostReach = 16.0; // voxels: no difference reaches further to a side, so the 27 bricks around suffice
+
+#if FEATURE_ANALYTIC_GRADIENT
+#include "sampler_slope.glsl"
+
+const uint kGradientValues = 1u; // the samples of one
+
+vec3 fieldGradient(vec3 p) {
+    vec3 slope = homeSlope(p);
+    for (int outside = int(!inHome(p)); outside != 0; outside &= outside - 1) {
+        ++gTurns;
+        slope = fieldSlope(p);
+    }
+    return slope;
+}
+#elif FEATURE_FORWARD_GRADIENT || FEATURE_SOBEL_GRADIENT
+// From the brick at hand where no other has weight. A loop, not a branch: a compiler for SIMD lanes runs both
+// sides of a branch, but a loop only as long as a lane needs it.
+float valueNear(vec3 p) {
+    float value = homeValue(p);
+    for (int outside = int(!inHome(p)); outside != 0; outside &= outside - 1) {
+        ++gTurns;
+        value = fieldValue(p);
+    }
+    return value;
+}
+
+#if FEATURE_FORWARD_GRADIENT
+const uint kGradientValues = 4u;
+
+vec3 fieldGradient(vec3 p) {
+    precise float h = 0.5 * (inHome(p) ? homePitch() : localPitch(p));
+    float here = valueNear(p);
+    vec3 ahead;
+    gTurns += 3;
+    for (int axis = 0; axis < 3; ++axis) {
+        vec3 offset = vec3(0.0);
+        offset[axis] = h;
+        precise vec3 at = p + offset;
+        ahead[axis] = valueNear(at);
+    }
+    precise vec3 g = (ahead - here) / h;
+    return g;
+}
+#else
+const uint kGradientValues = 27u;
+
+vec3 fieldGradient(vec3 p) {
+    precise float h = min(inHome(p) ? homePitch() : localPitch(p), kMostReach);
+    float here = valueNear(p);
+    precise vec3 sum = vec3(0.0);
+    for (int n = 0; n < 27; ++n) {
+        ++gTurns;
+        vec3 side = vec3(ivec3(n % 3, n / 3 % 3, n / 9) - 1);
+        precise vec3 at = p + h * side;
+        precise float difference = valueNear(at) - here; // exactly 0 where all are the same
+        vec3 across = 2.0 - abs(side);
+        vec3 weights = side * across.yzx * across.zxy; // whole numbers
+        sum = sum + weights * difference;
+    }
+    precise vec3 g = sum / (32.0 * h);
+    return g;
+}
+#endif
+#else
+const uint kGradientValues = 6u;
+
+// Central differences of this very field.
+vec3 fieldGradient(vec3 p) {
+    precise float pitch = inHome(p) ? homePitch() : localPitch(p);
+#if FEATURE_HALF_CENTRAL_GRADIENT
+    precise float h = 0.5 * pitch;
+#else
+    precise float h = min(pitch, kMostReach);
+#endif
+    // A compiler for SIMD lanes runs both sides of a branch, but a loop only as long as a lane needs it: so the
+    // six values are taken from the brick at hand, and those again, one by one, where other bricks have weight.
+    vec3 ahead;
+    vec3 behind;
+    int outside = 0; // bits: ahead along x, y, z, then behind
+    for (int axis = 0; axis < 3; ++axis) {
+        vec3 offset = vec3(0.0);
+        offset[axis] = h;
+        precise vec3 up = p + offset;
+        precise vec3 down = p - offset;
+        ahead[axis] = homeValue(up);
+        behind[axis] = homeValue(down);
+        outside |= int(!inHome(up)) << axis | int(!inHome(down)) << (axis + 3);
+    }
+    gTurns += 3;
+    for (; outside != 0; outside &= outside - 1) {
+        ++gTurns;
+        int turn = findLSB(outside);
+        bvec3 axis = equal(ivec3(turn >= 3 ? turn - 3 : turn), ivec3(0, 1, 2));
+        precise vec3 at = p + mix(vec3(0.0), vec3(turn < 3 ? h : -h), axis);
+        float value = fieldValue(at);
+        if (turn < 3) ahead = mix(ahead, vec3(value), axis);
+        else behind = mix(behind, vec3(value), axis);
+    }
+    precise vec3 g = (ahead - behind) / (2.0 * h);
+    return g;
+}
+#endif

@@ -1,0 +1,149 @@
+// sampler_slope.glsl: the derivative of the field itself: of trilinear interpolation, and of the blends between
+// bricks of mixed levels; twin of the "slopes" of render/contract/sampler.h. Needs sampler_home.glsl, FEATURE_BRICKED,
+// FEATURE_MIXED. Gives fieldSlope(p), and homeSlope(p) where inHome(p): stored units per voxel.
+
+// xyz: derivative along the lattice's axes, per sample; w: the value.
+vec4 slopeOfCorners(float v000, float v100, float v010, float v110, float v001, float v101, float v011,
+                    float v111, vec3 f) {
+    precise float da = v100 - v000;
+    precise float db = v110 - v010;
+    precise float dc = v101 - v001;
+    precise float dd = v111 - v011;
+    precise float a = v000 + f.x * da;
+    precise float b = v010 + f.x * db;
+    precise float c = v001 + f.x * dc;
+    precise float d = v011 + f.x * dd;
+    precise float dx0 = da + f.y * (db - da);
+    precise float dx1 = dc + f.y * (dd - dc);
+    precise float dy0 = b - a;
+    precise float dy1 = d - c;
+    precise float e = a + f.y * dy0;
+    precise float g = c + f.y * dy1;
+    precise float dx = dx0 + f.z * (dx1 - dx0);
+    precise float dy = dy0 + f.z * (dy1 - dy0);
+    precise float dz = g - e;
+    precise float v = e + f.z * dz;
+    return vec4(dx, dy, dz, v);
+}
+
+// Between texels of one slot, or of a whole level.
+vec4 slopeInSlot(ivec3 low, ivec3 high, vec3 f) {
+    return slopeOfCorners(texelValue(low), texelValue(ivec3(high.x, low.yz)),
+                          texelValue(ivec3(low.x, high.y, low.z)), texelValue(ivec3(high.xy, low.z)),
+                          texelValue(ivec3(low.xy, high.z)), texelValue(ivec3(high.x, low.y, high.z)),
+                          texelValue(ivec3(low.x, high.yz)), texelValue(high), f);
+}
+
+#if FEATURE_BRICKED
+// Between samples of one level, whichever bricks they are in. shift: log2 of the samples per brick edge
+vec4 slopeOverBricks(ivec3 low, ivec3 high, vec3 f, int shift) {
+    return slopeOfCorners(latticeValue(low, shift), latticeValue(ivec3(high.x, low.yz), shift),
+                          latticeValue(ivec3(low.x, high.y, low.z), shift),
+                          latticeValue(ivec3(high.xy, low.z), shift),
+                          latticeValue(ivec3(low.xy, high.z), shift),
+                          latticeValue(ivec3(high.x, low.y, high.z), shift),
+                          latticeValue(ivec3(low.x, high.yz), shift), latticeValue(high, shift), f);
+}
+#endif
+
+// Beyond the outermost samples the field is constant along that axis.
+vec4 perVoxel(vec4 slope, vec3 at, vec3 inside, float samplesPerVoxel) {
+    return vec4(mix(vec3(0.0), slope.xyz * samplesPerVoxel, equal(at, inside)), slope.w);
+}
+
+#if FEATURE_MIXED
+vec4 brickSlope(ivec3 brick, uint code, vec3 p) {
+    uvec2 entry = brickEntry(brick);
+    if ((entry.x & kEntryValue) != 0u) return vec4(vec3(0.0), uintBitsToFloat(entry.y));
+    int level = int(code);
+    ivec3 first = brick << (5 - level);
+    ivec3 last = min(ivec3(32 >> level), levelExtentOf(level) - first) - 1;
+    precise vec3 at = p * samplesPerVoxel(level) - vec3(first) - 0.5;
+    vec3 inside = clamp(at, vec3(0.0), vec3(last));
+    ivec3 low = ivec3(inside);
+    precise vec3 f = inside - vec3(low);
+    ivec3 origin = slotOrigin(entry, 5 - level);
+    return perVoxel(slopeInSlot(origin + low, origin + min(low + 1, last), f), at, inside, samplesPerVoxel(level));
+}
+
+vec3 fieldSlope(vec3 position) {
+    Place place = placeOf(position);
+    uvec2 corner = cornerTexel(place.corner);
+    if ((corner.y & kAgreeBit) != 0u) {
+        int level = int((corner.y >> 13) & 7u);
+        ivec3 last = levelExtentOf(level) - 1;
+        precise vec3 at = place.p * samplesPerVoxel(level) - 0.5;
+        vec3 inside = clamp(at, vec3(0.0), vec3(last));
+        ivec3 low = ivec3(inside);
+        precise vec3 f = inside - vec3(low);
+        return perVoxel(slopeOverBricks(low, min(low + 1, last), f, 5 - level), at, inside,
+                        samplesPerVoxel(level)).xyz;
+    }
+    int near = nearAxes(corner, place.offset);
+    // The value is sum / weights; values count from the home brick's, so that equal ones have no slope at all.
+    precise float sum = 0.0;
+    precise float weights = 0.0;
+    precise vec3 sumSlope = vec3(0.0);
+    precise vec3 weightsSlope = vec3(0.0);
+    float home = 0.0;
+    int subset = 0;
+    do {
+        ++gTurns;
+        int n = place.home ^ subset;
+        vec3 edgeSlopes;
+        precise vec3 edge = edgeWeights(corner, n, near, place.offset, edgeSlopes);
+        precise float weight = edge.x * edge.y * edge.z;
+        if (codeOf(corner, n) != kCodeOutside && weight > 0.0) {
+            vec4 brick = brickSlope(brickOf(place.corner, n), codeOf(corner, n), place.p);
+            if (subset == 0) home = brick.w;
+            precise float value = brick.w - home;
+            precise vec3 weightSlope = edgeSlopes * (edge.yzx * edge.zxy);
+            sum = sum + weight * value;
+            sumSlope = sumSlope + (weightSlope * value + weight * brick.xyz);
+            weights = weights + weight;
+            weightsSlope = weightsSlope + weightSlope;
+        }
+        subset = (subset - near) & near;
+    } while (subset != 0);
+    precise vec3 slope = (sumSlope - (sum / weights) * weightsSlope) / weights;
+    return slope;
+}
+#else
+vec3 fieldSlope(vec3 p) {
+    precise vec3 at = p * uSamplesPerVoxel - 0.5;
+    vec3 inside = clamp(at, vec3(0.0), vec3(uLevelExtent - 1));
+    ivec3 low = ivec3(inside);
+    ivec3 high = min(low + 1, uLevelExtent - 1);
+    precise vec3 f = inside - vec3(low);
+#if FEATURE_BRICKED
+    return perVoxel(slopeOverBricks(low, high, f, uBrickShift), at, inside, uSamplesPerVoxel).xyz;
+#else
+    return perVoxel(slopeInSlot(low, high, f), at, inside, uSamplesPerVoxel).xyz;
+#endif
+}
+#endif
+
+#if FEATURE_BRICKED
+vec3 homeSlope(vec3 p) {
+    if (gHomeIsValue) return vec3(0.0);
+#if FEATURE_HARDWARE
+    precise vec3 at = p * gHomeScale + gHomeOffset - 0.5; // from the atlas' own first texel
+    vec3 inside = clamp(at, gFirstTexel - 0.5, gLastTexel - 0.5);
+    ivec3 last = ivec3(gLastTexel);
+    ivec3 low = ivec3(inside);
+#else
+    precise vec3 at = p * gHomeScale - vec3(gHomeFirst) - 0.5;
+    vec3 inside = clamp(at, vec3(0.0), vec3(gHomeLast));
+    ivec3 low = ivec3(inside);
+#endif
+    precise vec3 f = inside - vec3(low);
+#if FEATURE_HARDWARE
+    return perVoxel(slopeInSlot(low, min(low + 1, last), f), at, inside, gHomeScale).xyz;
+#else
+    return perVoxel(slopeInSlot(gHomeOrigin + low, gHomeOrigin + min(low + 1, gHomeLast), f), at, inside,
+                    gHomeScale).xyz;
+#endif
+}
+#else
+vec3 homeSlope(vec3 p) { return fieldSlope(p); }
+#endif

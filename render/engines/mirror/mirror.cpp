@@ -1,0 +1,149 @@
+// render/engines/mirror/mirror.cpp: see mirror.h.
+#include "render/engines/mirror/mirror.h"
+
+#include "core/threads.h"
+
+#include <atomic>
+#include <mutex>
+#include <span>
+
+namespace tessera {
+
+MirrorInput mirrorInput(const PreparedScene& scene, bool skipping) {
+    MirrorInput input;
+    input.cache = scene.cache.get();
+    input.info = &scene.info();
+    input.selection = &scene.selection;
+    input.levels = scene.mixed() ? &scene.levels : nullptr;
+    input.optics = &scene.optics;
+    input.occupancy = skipping ? &scene.occupancy : nullptr;
+    input.nearSurfaces = skipping && scene.mapsNearSurfaces ? &scene.nearSurfaces : nullptr;
+    input.strides = scene.strides();
+    return input;
+}
+
+namespace {
+
+template <typename Real> struct UniformField {
+    LatticeReader& samples;
+    Real samplesPerVoxel;
+    Gradient kind;
+    Real value(const glm::vec<3, Real>& p) { return fieldValue(samples, p, samplesPerVoxel); }
+    Real pitch(const glm::vec<3, Real>&) const { return Real(1) / samplesPerVoxel; }
+    glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) {
+        return fieldGradient(samples, p, samplesPerVoxel, kind);
+    }
+};
+
+template <typename Real> struct MixedField {
+    MixedReader& samples;
+    Gradient kind;
+    Real value(const glm::vec<3, Real>& p) { return interblockValue(samples, p); }
+    /// Of the brick that p lies in.
+    Real pitch(const glm::vec<3, Real>& p) {
+        const LevelMap& map = samples.map();
+        const auto place = cornerPlace(p, glm::vec<3, Real>(map.extentVoxels), map.bricks);
+        const std::uint32_t code = map.at(place.corner).code(place.home);
+        return static_cast<Real>(1 << (code == BrickCorner::kEmpty ? map.finest : code));
+    }
+    glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) { return interblockGradient(samples, p, kind); }
+};
+
+/// visit(field), with the field of the input.
+template <typename Real, typename Visit> void withField(const MirrorInput& input, const Visit& visit) {
+    if (input.levels) {
+        MixedReader samples(*input.cache, *input.info, *input.selection, *input.levels);
+        MixedField<Real> field{samples, input.optics->gradient};
+        visit(field);
+    } else {
+        const int level = input.selection->finest();
+        LatticeReader samples(*input.cache, *input.info, level, input.selection);
+        UniformField<Real> field{samples, Real(1) / static_cast<Real>(1 << level), input.optics->gradient};
+        visit(field);
+    }
+}
+
+constexpr std::size_t kStrip = 64; // rays a thread takes at a time: neighbours share chunks
+
+template <typename Field>
+void seeAlong(const SegmentedRay<float>& ray, Field& field, const MirrorInput& input,
+              std::span<SeenBrick> seen) {
+    float alpha = 0;
+    std::size_t last = seen.size();
+    for (int i = 0, n = 0; i < ray.count; i += n) {
+        n = strideAt(input.strides, ray, i);
+        const float length = strideLength(ray, i, n);
+        const glm::vec3 p = stridePosition(ray, i, length);
+        const glm::ivec3 at =
+            glm::clamp(glm::ivec3(p) / kBrickExtent, glm::ivec3(0), input.selection->bricks - 1);
+        if (const std::size_t brick = linearIndex(at, input.selection->bricks); brick != last) {
+            last = brick;
+            std::atomic_ref(seen[brick].light) +=
+                static_cast<std::uint32_t>((1 - alpha) * static_cast<float>(SeenBrick::kLightOfRay) + 0.5f);
+            ++std::atomic_ref(seen[brick].rays);
+        }
+        const float extinction = lookUp(*input.optics, field.value(p)).a;
+        if (extinction > 0)
+            alpha += (1 - alpha) * opacityOf(extinction * (length * ray.segmentMm));
+    }
+}
+
+} // namespace
+
+template <typename Real>
+std::vector<glm::vec<4, Real>> mirrorRays(const MirrorInput& input, std::size_t rayCount,
+                                          const RaySource<Real>& rays, int threads, Work& work) {
+    std::vector<glm::vec<4, Real>> out(rayCount);
+    std::mutex mutex;
+    parallelFor((rayCount + kStrip - 1) / kStrip, threads,
+                [&](std::size_t strip) {
+                    Work mine;
+                    withField<Real>(input, [&](auto& field) {
+                        for (std::size_t i = strip * kStrip; i < std::min(rayCount, (strip + 1) * kStrip);
+                             ++i)
+                            out[i] = mirrorRay(rays(i), field, input, mine);
+                    });
+                    const std::lock_guard lock(mutex);
+                    work += mine;
+                },
+                input.progress);
+    return out;
+}
+
+template <typename Real>
+std::vector<SurfaceHit> mirrorHits(const MirrorInput& input, std::size_t rayCount,
+                                   const RaySource<Real>& rays, int threads) {
+    std::vector<SurfaceHit> hits(rayCount);
+    parallelFor((rayCount + kStrip - 1) / kStrip, threads, [&](std::size_t strip) {
+        Work unused;
+        withField<Real>(input, [&](auto& field) {
+            for (std::size_t i = strip * kStrip; i < std::min(rayCount, (strip + 1) * kStrip); ++i)
+                mirrorRay(rays(i), field, input, unused, &hits[i]);
+        });
+    });
+    return hits;
+}
+
+std::vector<SeenBrick> mirrorSeen(const MirrorInput& input, std::size_t rayCount,
+                                  const RaySource<float>& rays, int threads) {
+    std::vector<SeenBrick> seen(input.selection->levels.size());
+    parallelFor((rayCount + kStrip - 1) / kStrip, threads, [&](std::size_t strip) {
+        withField<float>(input, [&](auto& field) {
+            for (std::size_t i = strip * kStrip; i < std::min(rayCount, (strip + 1) * kStrip); ++i)
+                seeAlong(rays(i), field, input, seen);
+        });
+    });
+    return seen;
+}
+
+template std::vector<glm::vec4> mirrorRays<float>(const MirrorInput&, std::size_t, const RaySource<float>&,
+                                                  int, Work&);
+template std::vector<glm::dvec4> mirrorRays<double>(const MirrorInput&, std::size_t, const RaySource<double>&,
+                                                    int, Work&);
+
+template std::vector<SurfaceHit> mirrorHits<float>(const MirrorInput&, std::size_t, const RaySource<float>&,
+                                                   int);
+template std::vector<SurfaceHit> mirrorHits<double>(const MirrorInput&, std::size_t, const RaySource<double>&,
+                                                    int);
+
+} // namespace tessera

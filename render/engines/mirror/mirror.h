@@ -1,0 +1,116 @@
+// render/engines/mirror/mirror.h: the contract of docs/sampling.md on the CPU, in float and in double. What
+// the march draws in exact mode must equal the float mirror; a difference is a fault of one of them.
+#pragma once
+
+#include "bricking/levels/visibility.h"
+#include "core/work.h"
+#include "render/contract/compositing.h"
+#include "render/contract/integrators.h"
+#include "render/contract/lattice.h"
+#include "render/contract/optics.h"
+#include "render/contract/ray.h"
+#include "render/contract/ray_state.h"
+#include "render/contract/sampler.h"
+#include "render/empty_space/occupancy.h"
+#include "render/engines/mirror/mirror_input.h"
+#include "render/engines/mirror/mirror_surfaces.h"
+
+#include <functional>
+#include <glm/vec4.hpp>
+#include <vector>
+
+namespace tessera {
+
+/// Premultiplied colour and alpha of one ray.
+/// @param field  value(p) and gradient(p) at a place in voxels; pitch(p), distance of samples there
+/// @param hit    with isosurfaces: where the first is met
+template <typename Real, typename Field>
+glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
+                            SurfaceHit* hit = nullptr) {
+    const Optics& optics = *input.optics;
+    if (!optics.surfaces.empty())
+        return mirrorRayWithSurfaces(ray, field, input, work, hit);
+    const bool ends = needsEnds(optics.integrator);
+    glm::vec<4, Real> sum(0);
+    SegmentEnd<Real> front; // at the start of segment i
+    bool known = false;     // front is
+    for (int i = 0; i < ray.count;) {
+        ++work.iterations;
+        const int n = strideAt(input.strides, ray, i);
+        const Real length = strideLength(ray, i, n);
+        if (input.occupancy) {
+            const int next = ends ? nextShown(*input.occupancy, input.strides, ray, i)
+                                  : nextOccupied(*input.occupancy, input.strides, ray, i, n,
+                                                 stridePosition(ray, i, length));
+            if (next > i) {
+                i = next;
+                known = false;
+                continue;
+            }
+        }
+        ++work.segments;
+        ++work.samples;
+        if (ends && !known) {
+            ++work.samples;
+            front = endOf(optics, field.value(segmentStart(ray, i)));
+        }
+        const SegmentEnd<Real> back =
+            endOf(optics, field.value(ends ? strideEnd(ray, i, length) : stridePosition(ray, i, length)));
+        const Real extinction = segmentExtinction(optics, front, back);
+        if (extinction > Real(0)) {
+            const Real depth = extinction * (length * ray.segmentMm);
+            const Real alpha = opacityOf(depth);
+            glm::vec<3, Real> colour = segmentColour(optics, front, back, depth, alpha, n);
+            if (optics.shading) {
+                colour = shade(optics, colour, field.gradient(stridePosition(ray, i, length)), ray.direction);
+                work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
+            }
+            composite(sum, colour, alpha);
+            if (Real(1) - sum.a < static_cast<Real>(optics.termination))
+                break;
+        }
+        front = back;
+        known = true;
+        i += n;
+    }
+    return sum;
+}
+
+/// Where the rays come from: pixel index (row by row) -> ray.
+template <typename Real> using RaySource = std::function<SegmentedRay<Real>(std::size_t)>;
+
+/// One colour per ray, in order. Bit-equal at any number of threads.
+template <typename Real>
+std::vector<glm::vec<4, Real>> mirrorRays(const MirrorInput& input, std::size_t rayCount,
+                                          const RaySource<Real>& rays, int threads, Work& work);
+
+extern template std::vector<glm::vec4> mirrorRays<float>(const MirrorInput&, std::size_t,
+                                                         const RaySource<float>&, int, Work&);
+extern template std::vector<glm::dvec4> mirrorRays<double>(const MirrorInput&, std::size_t,
+                                                           const RaySource<double>&, int, Work&);
+
+/// What the rays of isosurfaces meet first, one of each ray, in order.
+template <typename Real>
+std::vector<SurfaceHit> mirrorHits(const MirrorInput& input, std::size_t rayCount,
+                                   const RaySource<Real>& rays, int threads);
+extern template std::vector<SurfaceHit> mirrorHits<float>(const MirrorInput&, std::size_t,
+                                                          const RaySource<float>&, int);
+extern template std::vector<SurfaceHit> mirrorHits<double>(const MirrorInput&, std::size_t,
+                                                           const RaySource<double>&, int);
+
+/// What rays see of bricks, as VisibilityPass counts it: lights added up in whole numbers, so that threads do
+/// not matter. Optics' shading and termination, and occupancy, count for nothing.
+std::vector<SeenBrick> mirrorSeen(const MirrorInput& input, std::size_t rayCount,
+                                  const RaySource<float>& rays, int threads);
+
+/// Rays of a frame, row by row from the top left pixel.
+template <typename Real> RaySource<Real> frameRays(const RayFrame<Real>& frame) {
+    return [frame](std::size_t index) {
+        const auto width = static_cast<std::size_t>(frame.imageSize.x);
+        const glm::vec<2, Real> pixel(static_cast<Real>(index % width) + Real(0.5),
+                                      static_cast<Real>(index / width) + Real(0.5));
+        return segmentedRay(frame, pixel);
+    };
+}
+
+} // namespace tessera

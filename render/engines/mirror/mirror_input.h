@@ -1,0 +1,30 @@
+// render/engines/mirror/mirror_input.h: what the mirror reads.
+#pragma once
+
+#include "bricking/cache/brick_cache.h"
+#include "core/progress.h" // ShareDone
+#include "render/contract/level_map.h"
+#include "render/contract/optics.h"
+#include "render/contract/strides.h"
+#include "render/empty_space/occupancy.h"
+#include "render/plan/prepare.h"
+
+namespace tessera {
+
+/// All that a mirror needs besides its rays. The pointed-to objects outlive it.
+struct MirrorInput {
+    BrickCache* cache = nullptr;
+    const VolumeInfo* info = nullptr;
+    const Selection* selection = nullptr;
+    const LevelMap* levels = nullptr; // null: the selection has one level
+    const Optics* optics = nullptr;
+    const Occupancy* occupancy = nullptr;    // null: no skipping
+    const Occupancy* nearSurfaces = nullptr; // what the surfaces alone show; null: the same as occupancy
+    Strides strides;
+    ShareDone progress = {}; // of a picture's rays
+};
+
+/// What a prepared scene gives the mirror; valid as long as the scene is not moved.
+MirrorInput mirrorInput(const PreparedScene& scene, bool skipping);
+
+} // namespace tessera

@@ -1,0 +1,52 @@
+// render/engines/reference/reference.h: the true volume rendering integral of the finest level, in double,
+// cell by cell. Not fast; a difference to it is the error that reports speak of. It reads the transfer
+// function's points, not the table, and knows neither levels, nor empty bricks, nor steps. Isosurfaces are at
+// the roots of the field's cubics.
+#pragma once
+
+#include "bricking/cache/brick_cache.h"
+#include "bricking/statistics/statistics.h"
+#include "core/camera.h"
+#include "core/progress.h" // ShareDone
+#include "core/scene.h"
+#include "core/transfer_function.h"
+#include "core/volume.h"
+
+#include <glm/vec2.hpp>
+#include <glm/vec4.hpp>
+#include <vector>
+
+namespace tessera {
+
+struct ReferenceInput {
+    BrickCache* cache = nullptr;
+    const VolumeInfo* info = nullptr;
+    const TransferFunction* function = nullptr;
+    Shading shading;
+    /// Optional: cells of 8^3 voxels whose range has no extinction and no isosurface are passed in one
+    /// stride.
+    const Statistics* statistics = nullptr;
+    /// Panels that a smooth piece of a ray starts with, at least 1. More never change the result by more than
+    /// rounding: that is part of the proof (reference_proof.h).
+    int panels = 1;
+    std::vector<Isosurface> surfaces = {}; // of the scene
+    ShareDone progress = {};
+};
+
+/// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, inf).
+struct ReferenceRay {
+    glm::dvec3 base{0}, direction{0}; // voxels; voxels per mm
+    double tMin = 0;                  // mm
+};
+
+/// The camera's rays, row by row from the top left pixel, through pixel centres.
+/// @param stride  only those of thinned() pictures (core/image.h)
+/// @param shift   moves each inside its pixel, pixels right and down
+std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size,
+                                        int stride = 1, const glm::dvec2& shift = glm::dvec2(0));
+
+/// Premultiplied colour and alpha per ray. Bit-equal at any number of threads.
+std::vector<glm::dvec4> renderReference(const ReferenceInput& input, const std::vector<ReferenceRay>& rays,
+                                        int threads);
+
+} // namespace tessera

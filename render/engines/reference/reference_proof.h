@@ -1,0 +1,44 @@
+// render/engines/reference/reference_proof.h: what shows that the reference is right, as numbers that every
+// report of errors prints (NUMERICS C2): closed forms; the same rays with half the panels; and a second
+// integrator that shares no code with the first, on the same rays.
+#pragma once
+
+#include "render/engines/reference/reference.h"
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// An analytic line integral (NUMERICS B3) and how far the integrator is from it.
+struct ClosedFormError {
+    std::string name;         // "T1"
+    std::string about;        // "constant slab, extinction 1e-6 to 1e6"
+    double relativeError = 0; // the largest over the cases
+    double limit = 0;         // what it must stay below: 1e-12, or 1e-10 (T8, T11)
+};
+/// T1, T3 to T8, T11 with a boundary layer down to 1e-8, and a surface in a medium, as reference_integrator.h
+/// computes them.
+std::vector<ClosedFormError> closedFormErrors();
+
+/// How far the reference is from itself and from another on rays of a scene: largest absolute differences of
+/// any component of premultiplied colour and alpha.
+struct RayProof {
+    std::size_t rays = 0;
+    double halving = 0; // twice the panels in every smooth piece
+    double independent =
+        0; // adaptive Simpson from panels of 1/64 voxel on, cut where the field meets a point or a surface
+    static constexpr double kHalvingLimit = 1e-10, kIndependentLimit = 1e-7;
+    bool holds() const { return halving <= kHalvingLimit && independent <= kIndependentLimit; }
+    /// What errors against the reference are to be trusted to.
+    double error() const { return halving > independent ? halving : independent; }
+};
+/// The second integrator knows no light, so it is compared with the scene unlit; halving is of the scene as
+/// it is.
+RayProof proveOnRays(const ReferenceInput& input, const std::vector<ReferenceRay>& rays, int threads);
+
+/// At most `count` of the rays, spread evenly over them.
+std::vector<ReferenceRay> sampledRays(const std::vector<ReferenceRay>& rays, std::size_t count);
+
+} // namespace tessera

@@ -1,0 +1,35 @@
+// render/plan/choose_integrator.h: which integrator a transfer function asks for on a volume, where the scene
+// leaves it open. The midpoint rule is cheapest and, where the function changes little over a segment, the
+// most exact; where features are narrower than what the value changes over a segment it misses or doubles
+// them, and pre-integration is exact but for the value's own bend. docs/accuracy.md shows both sides of the
+// threshold.
+#pragma once
+
+#include "bricking/statistics/statistics.h"
+#include "core/scene.h"
+#include "core/transfer_function.h"
+#include "core/volume.h"
+
+namespace tessera {
+
+/// How much the value changes over a voxel where the picture is made: the 90th percentile, over the cells
+/// that can show something, of a third of their range, for edges are some three voxels wide. Physical units.
+double typicalChangePerVoxel(const Statistics& statistics, const TransferTable& table,
+                             const VolumeInfo& info);
+
+/// The error of the midpoint rule on the integral of extinction where the value rises steadily from lowest to
+/// highest by `change` a segment: rms over where segments begin, relative to the integral. 0 where nothing
+/// shows.
+double midpointRampError(const TransferTable& table, double change, double lowest, double highest);
+
+/// The largest difference in premultiplied colour, over the same rise and fall, that attenuation inside
+/// segments makes. @param segmentMm  length of a segment
+double seenColourDifference(const TransferTable& table, double change, double segmentMm);
+
+/// For a step in voxels: the midpoint rule misses features; or there is no doubt that it does not.
+bool isSharp(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
+             double stepVoxels);
+bool isSmooth(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
+              double stepVoxels);
+
+} // namespace tessera

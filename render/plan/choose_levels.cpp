@@ -1,0 +1,128 @@
+// render/plan/choose_levels.cpp: see choose_levels.h.
+#include "render/plan/choose_levels.h"
+
+#include "bricking/levels/level_chooser.h"
+#include "core/error.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+namespace tessera {
+namespace {
+
+InputError belowFloor(const Ledger& gpu, std::size_t floorBytes, const char* what) {
+    return InputError(gpu.option() + ": this scene needs at least " + formatBytes(floorBytes) + " (" + what +
+                      "), but " + formatBytes(gpu.freeBytes()) + " are free");
+}
+
+/// Of the error that a picture may have; steps take what levels leave of it.
+constexpr double kShareOfLevels = 0.5;
+
+/// The finest level of at most 128 samples along every axis: a picture of it takes about a tenth of the time.
+int quickLevel(const glm::ivec3& extentVoxels) {
+    int level = 0;
+    while (level + 1 < kLevelCount &&
+           glm::any(glm::greaterThan(levelExtent(extentVoxels, level), glm::ivec3(128))))
+        ++level;
+    return level;
+}
+
+/// Pages that one level for all may take beyond those of a mix of which no level can be told from it, as a
+/// share of these: mixed levels are drawn 1.3 to 2.3 times slower (docs/performance.md), but pages take
+/// loading, on a fast device most of a picture's time.
+constexpr std::size_t kShareForSpeed = 4;
+
+} // namespace
+
+BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
+                      Visibility visible) {
+    BestLevels best{chooser.best(means, pages, visible), {}};
+    Selection& s = best.selection;
+    best.error = chooser.predict(s, visible);
+    if (best.error.mean > 0 || s.uniform())
+        return best;
+    const auto finest = static_cast<std::uint8_t>(s.finest());
+    std::array<std::size_t, kLevelCount + 1> counts{};
+    counts[finest] = s.shownBricks();
+    counts[Selection::kEmpty] = s.counts[Selection::kEmpty];
+    const std::size_t mixed = pagesFor(s.counts);
+    if (pagesFor(counts) > std::min(pages, mixed + mixed / kShareForSpeed))
+        return best;
+    for (std::uint8_t& level : s.levels)
+        if (level != Selection::kEmpty)
+            level = finest;
+    s.counts = counts;
+    return best;
+}
+
+ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statistics& statistics,
+                          const TransferTable& table, const StoreReader& store, const TextureLimits& limits,
+                          LevelChoice choice, const Ledger& gpu, std::size_t gpuFixed, Ledger& ram,
+                          std::size_t ramKept, int threads) {
+    const VolumeInfo& info = store.info();
+    ChosenLevels chosen;
+    const Culling culling = cullingFor(scene.shading);
+    const auto chooseOneForAll = [&] {
+        const auto packed = [&](const auto& counts) {
+            return atlasBytes(pagesFor(counts), info.type, limits);
+        };
+        chosen.selection = selectOneLevel(
+            statistics, table, info, gpu.freeBytes(), packed,
+            choice == LevelChoice::oneForAllNothingCulled ? Culling::none : culling, gpu.option(), gpuFixed,
+            choice == LevelChoice::quick ? quickLevel(info.extentVoxels) : 0);
+        chosen.atlasPages = pagesFor(chosen.selection.counts);
+    };
+    if (choice != LevelChoice::perBrick) {
+        chooseOneForAll();
+        return chosen;
+    }
+    const std::size_t forBricks = gpu.freeBytes() - std::min(gpu.freeBytes(), gpuFixed);
+    const std::size_t pages = pagesThatFit(forBricks, info.type, limits);
+    if (pages == 0 && !scene.quality.maxError)
+        throw belowFloor(gpu, gpuFixed + atlasBytes(1, info.type, limits),
+                         "picture, tables and a page of bricks");
+
+    const std::size_t shown = cullBricks(statistics, table, info, 0, culling).shownBricks();
+    if (ram.freeBytes() < ramKept + LevelChooser::bytes(shown, cellCount(brickGrid(info.extentVoxels)))) {
+        if (scene.quality.maxError)
+            throw InputError(
+                ram.option() + ": " + formatBytes(ram.limitBytes()) +
+                " cannot hold the statistics that --max-error needs; give more, or leave it out");
+        chooseOneForAll();
+        return chosen;
+    }
+    auto chooser = std::make_unique<LevelChooser>(store, ram, threads);
+    chooser->setFunction(statistics, table, culling);
+    chooser->keepFunction();
+    chooser->setCamera(camera, scene.imageSize);
+    chosen.predicted = true;
+    if (scene.quality.maxError) {
+        chosen.selection = chooser->within(statistics.brickMean, kShareOfLevels * *scene.quality.maxError);
+        const std::size_t wanted = pagesFor(chosen.selection.counts);
+        // Where none is named, one that takes ends comes only with room for far more pages than it needs.
+        const Integrator named = scene.quality.integrator;
+        const bool takesEnds = named != Integrator::automatic && named != Integrator::midpoint;
+        chosen.error = chooser->predict(chosen.selection);
+        chosen.atlasPages = std::min(std::max<std::size_t>(1, wanted), pages);
+        const std::size_t least = std::max<std::size_t>(
+            1, std::min(wanted, neighbourhoodPages(scene.shading.on, takesEnds || !scene.surfaces.empty())));
+        if (chosen.atlasPages < least)
+            throw belowFloor(gpu, gpuFixed + atlasBytes(least, info.type, limits),
+                             "picture, tables and the bricks around one sample");
+    } else {
+        // What is hidden needs no memory that what is seen could have.
+        const std::vector<float> visible = chooser->predictedVisibility();
+        BestLevels best = bestLevels(*chooser, statistics.brickMean, pages, visible);
+        chosen.selection = std::move(best.selection);
+        chosen.error = best.error;
+        chosen.atlasPages = pagesFor(chosen.selection.counts);
+        if (chosen.error.mean > 0) { // memory is short: it is worth knowing better what is seen
+            chosen.atlasPages = pages;
+            chosen.chooser = std::move(chooser);
+        }
+    }
+    return chosen;
+}
+
+} // namespace tessera

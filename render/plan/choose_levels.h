@@ -1,0 +1,61 @@
+// render/plan/choose_levels.h: the selection that a scene's quality and budgets ask for: statistics read,
+// errors predicted, levels chosen (bricking/levels/level_selection.h has the rules).
+#pragma once
+
+#include "bricking/levels/level_chooser.h"
+#include "bricking/statistics/statistics.h"
+#include "bricking/store/store_reader.h"
+#include "core/scene.h"
+#include "render/residency/pages.h"
+
+#include <memory>
+#include <span>
+
+namespace tessera {
+
+/// How levels are chosen: as the scene's quality says; one for all bricks, so coarse that a first picture is
+/// there at once; or, for tests and comparisons, the finest one for all that fits.
+enum class LevelChoice { perBrick, quick, oneForAll, oneForAllNothingCulled };
+
+/// What must show nothing around a brick that is left out.
+inline Culling cullingFor(const Shading& shading) {
+    return shading.on ? Culling::lit : Culling::unlit;
+}
+
+struct ChosenLevels {
+    Selection selection;
+    std::size_t atlasPages = 0; // of the atlas; fewer than the selection's where it takes several passes
+    bool predicted = false;     // false: no statistics of errors in this budget of RAM, or one level for all
+    PredictedError error;       // where predicted
+    /// Where it pays to count what is seen and to choose again (PreparedScene::chooseBySight()).
+    std::unique_ptr<LevelChooser> chooser;
+};
+
+/// Pages that the neighbourhood of one segment can take: eight bricks for a value; those half a brick further
+/// for the differences of a gradient, and for the values at its two ends, which are at most half a brick
+/// apart. No atlas of several passes may have fewer.
+constexpr std::size_t neighbourhoodPages(bool shading, bool ends) {
+    return shading || ends ? 27 : 8;
+}
+
+/// The best selection of so many pages (LevelChooser::best()) and its predicted error. Where none is left,
+/// one level for all, the finest of the selection's, if that is drawn sooner: within the pages and without
+/// much more to load. Never further from the truth. An interactive picture, which always takes the path of
+/// mixed levels, takes it only to come to the still's picture.
+struct BestLevels {
+    Selection selection;
+    PredictedError error;
+};
+BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
+                      Visibility visible);
+
+/// @param gpuFixed  bytes that the scene takes of gpu besides its bricks
+/// @param ramKept   bytes of ram that must stay free for what comes after
+/// Throws InputError naming the floor when gpu cannot hold what the scene needs at least, and when ram cannot
+/// hold the statistics that a scene with an error to stay below needs.
+ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statistics& statistics,
+                          const TransferTable& table, const StoreReader& store, const TextureLimits& limits,
+                          LevelChoice choice, const Ledger& gpu, std::size_t gpuFixed, Ledger& ram,
+                          std::size_t ramKept, int threads);
+
+} // namespace tessera

@@ -1,0 +1,286 @@
+// render/plan/framing.cpp: see framing.h.
+#include "render/plan/framing.h"
+
+#include "core/brick.h"
+#include "core/threads.h"
+#include "render/contract/lattice.h"
+#include "render/plan/shown_rays.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+#include <limits>
+#include <optional>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+/// Cells that a side may ask for; what they have not refuted then counts as shown. Some tenths of a second.
+constexpr std::size_t kMostCells = 1 << 13;
+constexpr std::size_t kCellsAtOnce = 32; // whatever the threads, so that these change nothing
+constexpr int kMostTurns = 4;
+constexpr double kHardlyMoved = 0.1; // of its distance
+constexpr std::size_t kMostCacheBytes = std::size_t{64} << 20;
+
+/// Finds what decides the picture's edges: from each edge inwards, the cells that could be outermost are
+/// looked at, until one shows something further out than all others could.
+class EdgeSearch {
+  public:
+    /// @param empty  a fit that holds nothing yet
+    EdgeSearch(const VolumeInfo& info, const Statistics& statistics, const ShownRays& shown,
+               const ViewSpace& space, const ViewFit& empty, int threads)
+        : info_(info), statistics_(statistics), shown_(shown), space_(space), empty_(empty),
+          threads_(threads), around_(space.halfOf(glm::dvec3(kAround))) {
+        ViewFit all = empty;
+        for (std::size_t b = 0; b < cellCount(statistics.bricks); ++b)
+            if (shown_.shownCells(b) != 0) {
+                bricks_.push_back(static_cast<std::uint32_t>(b));
+                all.add(middleOf(b, true), halfOf(b, true));
+            }
+        if (bricks_.empty())
+            return;
+        lookFrom(all.camera());
+    }
+
+    /// Everything that decides the edges of a picture from near where `camera` is, if anything is shown.
+    ViewFit run() const {
+        ViewFit fit = empty_;
+        for (std::size_t side = 0; side < 4 && !bricks_.empty(); ++side)
+            searchSide(side, fit);
+        return fit;
+    }
+    const Camera& camera() const { return camera_; }
+    void lookFrom(const Camera& camera) {
+        camera_ = camera;
+        const ViewAxes& axes = empty_.axes();
+        eye_ = glm::transpose(glm::dmat3(axes.right, axes.up, axes.towards)) * camera_.position;
+    }
+
+  private:
+    /// Edge of the box around an outermost place, voxels: what the search for it may be off by.
+    static constexpr double kAround = 0.25;
+    static constexpr std::size_t kVoxelsFollowed = 8; // of a cell, the outermost that show
+    /// The picture that things must be seen in: of the default size, whatever the size, so that a picture of
+    /// another size shows the same.
+    static constexpr double kPicturePixels = 512;
+    static constexpr double kOfPixel = 0.7;
+    /// A brick or a cell that could be outermost.
+    struct Candidate {
+        float reach = 0;
+        std::uint32_t place = 0;
+        bool brick = false;
+        bool operator<(const Candidate& other) const { // for a heap: the outermost on top
+            if (reach != other.reach)
+                return reach < other.reach;
+            return brick != other.brick ? !brick : place > other.place;
+        }
+    };
+
+    glm::ivec3 firstOf(std::size_t place, bool brick) const {
+        return brick ? gridPosition(place, statistics_.bricks) * kBrickExtent
+                     : gridPosition(place, statistics_.cells) * kCellExtent;
+    }
+    glm::ivec3 endOf(std::size_t place, bool brick) const {
+        return glm::min(firstOf(place, brick) + (brick ? kBrickExtent : kCellExtent), info_.extentVoxels);
+    }
+    glm::dvec3 middleOf(std::size_t place, bool brick) const {
+        return space_.at(0.5 * glm::dvec3(firstOf(place, brick) + endOf(place, brick)));
+    }
+    glm::dvec3 halfOf(std::size_t place, bool brick) const {
+        return space_.halfOf(glm::dvec3(endOf(place, brick) - firstOf(place, brick)) + 1.0);
+    }
+    double reachOf(const glm::dvec3& middle, const glm::dvec3& half, std::size_t side) const {
+        return empty_.reachOf(middle, half)[side];
+    }
+
+    void searchSide(std::size_t side, ViewFit& fit) const {
+        std::vector<Candidate> heap;
+        const auto push = [&](std::size_t place, bool brick) {
+            heap.push_back({static_cast<float>(reachOf(middleOf(place, brick), halfOf(place, brick), side)),
+                            static_cast<std::uint32_t>(place), brick});
+        };
+        for (const std::uint32_t b : bricks_)
+            push(b, true);
+        std::make_heap(heap.begin(), heap.end());
+        double best = -std::numeric_limits<double>::infinity();
+        std::size_t looked = 0;
+        while (!heap.empty() && static_cast<double>(heap.front().reach) > best) {
+            std::vector<std::size_t> cells;
+            while (cells.size() < kCellsAtOnce && !heap.empty() &&
+                   static_cast<double>(heap.front().reach) > best) {
+                std::pop_heap(heap.begin(), heap.end());
+                const Candidate top = heap.back();
+                heap.pop_back();
+                if (!top.brick) {
+                    cells.push_back(top.place);
+                    continue;
+                }
+                const glm::ivec3 first = gridPosition(top.place, statistics_.bricks) * kCellsPerBrick;
+                for (int bit = 0; bit < 64; ++bit)
+                    if (shown_.shownCells(top.place) >> bit & 1) {
+                        push(linearIndex(first + ShownRays::cellOfBit(bit), statistics_.cells), false);
+                        std::push_heap(heap.begin(), heap.end());
+                    }
+            }
+            if (looked >= kMostCells) { // take the outermost that is left at its word
+                if (!cells.empty())
+                    fit.add(middleOf(cells.front(), false), halfOf(cells.front(), false));
+                return;
+            }
+            looked += cells.size();
+            std::vector<std::optional<glm::dvec3>> outermost(cells.size());
+            parallelFor(cells.size(), threads_,
+                        [&](std::size_t n) { outermost[n] = outermostOf(cells[n], side); });
+            for (const std::optional<glm::dvec3>& place : outermost)
+                if (place) {
+                    best = std::max(best, reachOf(*place, around_, side));
+                    fit.add(*place, around_);
+                }
+        }
+    }
+
+    /// Where a cell shows something furthest towards a side; nothing where the ray through its strongest
+    /// voxel shows nothing.
+    std::optional<glm::dvec3> outermostOf(std::size_t cell, std::size_t side) const {
+        struct Voxel {
+            glm::ivec3 at;
+            double reach;
+        };
+        LatticeReader samples = shown_.reader();
+        std::vector<Voxel> voxels;
+        double most = 0;
+        glm::ivec3 strongest(0);
+        const glm::ivec3 first = firstOf(cell, false), end = endOf(cell, false);
+        for (int z = first.z; z < end.z; ++z)
+            for (int y = first.y; y < end.y; ++y)
+                for (int x = first.x; x < end.x; ++x) {
+                    const double strength = shown_.strength(samples, {x, y, z});
+                    if (!(strength > 0))
+                        continue;
+                    voxels.push_back({{x, y, z}, reachOf(space_.at(centreOf({x, y, z})), around_, side)});
+                    if (strength > most) {
+                        most = strength;
+                        strongest = {x, y, z};
+                    }
+                }
+        if (voxels.empty() || !shows(samples, centreOf(strongest)))
+            return std::nullopt;
+        std::stable_sort(voxels.begin(), voxels.end(),
+                         [](const Voxel& a, const Voxel& b) { return a.reach > b.reach; });
+        // Further in more is shown, as a rule: the outermost voxel whose ray shows something, by halving.
+        std::size_t out = 0, in = 0;
+        while (voxels[in].at != strongest)
+            ++in;
+        while (out < in) {
+            const std::size_t middle = (out + in) / 2;
+            if (shows(samples, centreOf(voxels[middle].at)))
+                in = middle;
+            else
+                out = middle + 1;
+        }
+        // What a voxel shows reaches towards the next one: how far, by halving again.
+        const glm::dvec3 outwards = outwardsOf(side);
+        glm::dvec3 best = centreOf(voxels[in].at);
+        for (std::size_t n = in; n < std::min(in + kVoxelsFollowed, voxels.size()); ++n) {
+            const glm::dvec3 centre = centreOf(voxels[n].at);
+            if (n > in && !shows(samples, centre))
+                continue;
+            double shown = 0, hidden = 1;
+            while (hidden - shown > kAround / 2) {
+                const double middle = 0.5 * (shown + hidden);
+                (shows(samples, centre + middle * outwards) ? shown : hidden) = middle;
+            }
+            const glm::dvec3 place = centre + shown * outwards;
+            if (reachOf(space_.at(place), around_, side) > reachOf(space_.at(best), around_, side))
+                best = place;
+        }
+        return space_.at(best);
+    }
+    /// From a voxel's centre towards a side of the picture, as far as its neighbours: voxels.
+    glm::dvec3 outwardsOf(std::size_t side) const {
+        const glm::dvec3 toSide = side < 2 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+        const glm::dvec3 voxels = glm::dmat3(space_.voxelFromPatient) * (space_.patientFromView * toSide) *
+                                  (side % 2 == 0 ? 1.0 : -1.0);
+        return voxels / std::max({std::abs(voxels.x), std::abs(voxels.y), std::abs(voxels.z)});
+    }
+    static glm::dvec3 centreOf(const glm::ivec3& voxel) { return glm::dvec3(voxel) + 0.5; }
+    /// Whether so much shows around a place that a pixel cannot miss it: on the ray through it, and on two
+    /// more of four that are most of half a pixel away. @param place  voxels
+    bool shows(LatticeReader& samples, const glm::dvec3& place) const {
+        const glm::dvec3 at = space_.at(place);
+        const bool perspective = camera_.projection == Projection::perspective;
+        const glm::dvec3 direction = perspective ? glm::normalize(at - eye_) : glm::dvec3(0, 0, -1);
+        if (!shown_.onRay(samples, place, direction))
+            return false;
+        const double half = perspective
+                                ? std::tan(glm::radians(camera_.viewAngle) / 2) * std::max(eye_.z - at.z, 0.0)
+                                : camera_.parallelScale;
+        const double offset = kOfPixel * 2 * half / kPicturePixels;
+        int seen = 0;
+        for (int n = 0; n < 4 && seen < 2 && n - seen <= 2; ++n) {
+            glm::dvec3 side(0);
+            side[n / 2] = n % 2 == 0 ? offset : -offset;
+            const glm::dvec3 beside =
+                place + glm::dmat3(space_.voxelFromPatient) * (space_.patientFromView * side);
+            seen += shown_.onRay(samples, beside, direction);
+        }
+        return seen == 2;
+    }
+
+    const VolumeInfo& info_;
+    const Statistics& statistics_;
+    const ShownRays& shown_;
+    const ViewSpace& space_;
+    const ViewFit& empty_;
+    int threads_;
+    glm::dvec3 around_;
+    std::vector<std::uint32_t> bricks_; // that could show something
+    Camera camera_;                     // that sees them all; its rays are near those of the picture
+    glm::dvec3 eye_{0};                 // of the view's axes
+};
+
+/// Bricks and cells that could be outermost, as the search holds them: cells of few bricks at a time.
+std::size_t searchBytes(const VolumeInfo& info) {
+    constexpr std::size_t kBytesPerBrick = 32, kBytesPerCell = 12, kMostBricksOpened = 512;
+    const std::size_t bricks = cellCount(brickGrid(info.extentVoxels));
+    return ShownRays::bytes(info) + bricks * kBytesPerBrick +
+           64 * kBytesPerCell * std::min(bricks, kMostBricksOpened);
+}
+
+} // namespace
+
+std::size_t framingBytes(const VolumeInfo& info, int threads) {
+    return searchBytes(info) + latticeCacheFloorBytes(info, threads);
+}
+
+Camera fittedCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
+                    const TransferTable& table, const glm::ivec2& imageSize, Ledger& ram, int threads) {
+    const VolumeInfo& info = store.info();
+    const Camera whole = fitCamera(info, view.view, view.projection, imageSize);
+    if (view.fit == Fit::volume)
+        return whole;
+    const Charge charge = ram.charge(searchBytes(info), "fitting the camera");
+    const std::size_t floor = latticeCacheFloorBytes(info, threads);
+    BrickCache cache(store, ram, std::clamp(ram.freeBytes() / 4, floor, std::max(floor, kMostCacheBytes)),
+                     threads > 0 ? threads : defaultThreads());
+    const ViewFit empty(view.view, view.projection, imageSize);
+    const ViewSpace space(info, empty.axes());
+    const ShownRays shown(cache, info, statistics, table, space, kLeastOpacityFramed, threads);
+    EdgeSearch search(info, statistics, shown, space, empty, threads);
+    // What rays show depends on where the eye is, which is what is looked for: again, unless it hardly moved.
+    for (int turn = 0;; ++turn) {
+        const ViewFit fit = search.run();
+        if (fit.empty())
+            return whole;
+        const Camera before = search.camera(), camera = fit.camera();
+        const double moved = glm::length(camera.position - before.position);
+        if (turn + 1 == kMostTurns || view.projection == Projection::parallel ||
+            moved < kHardlyMoved * glm::length(camera.position - camera.focalPoint))
+            return camera;
+        search.lookFrom(camera);
+    }
+}
+
+} // namespace tessera

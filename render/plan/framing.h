@@ -1,0 +1,31 @@
+// render/plan/framing.h: the camera whose picture is filled by what is shown of a volume.
+#pragma once
+
+#include "bricking/statistics/statistics.h"
+#include "bricking/store/store_reader.h"
+#include "core/budget.h"
+#include "core/camera.h"
+#include "core/scene.h" // FittedView
+#include "core/transfer_function.h"
+
+#include <cstddef>
+
+namespace tessera {
+
+/// Opacity of what must be inside the picture; a little below 0.02, from which a pixel can be told from
+/// nothing.
+constexpr double kLeastOpacityFramed = 0.015;
+
+/// The camera of a view: fitted to the volume's box, or to what table shows; to the box where it shows
+/// nothing. Statistics say which cells could be outermost, and rays through their voxels which are: so cells
+/// that show next to nothing, or nothing though their range says that they might, move no camera. Only the
+/// voxels near the picture's edges are read. The same whatever the threads, the engine and the budgets.
+/// Throws InputError where ram cannot hold framingBytes().
+Camera fittedCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
+                    const TransferTable& table, const glm::ivec2& imageSize, Ledger& ram, int threads);
+
+/// Memory that fitting to what is shown takes at least, while it lasts.
+/// @param threads  0: all processors
+std::size_t framingBytes(const VolumeInfo& info, int threads);
+
+} // namespace tessera

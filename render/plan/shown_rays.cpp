@@ -1,0 +1,146 @@
+// render/plan/shown_rays.cpp: see shown_rays.h.
+#include "render/plan/shown_rays.h"
+
+#include "core/brick.h"
+#include "core/threads.h"
+#include "render/contract/sampler.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tessera {
+namespace {
+
+constexpr double kStepVoxels = 0.5;
+constexpr std::size_t kSumEvery = 16; // entries: so the sums of the largest table take 32 KiB
+
+/// Where a line leaves a box that it is in.
+double endOfBox(const RayLine<double>& line, const glm::ivec3& first, int edge) {
+    double end = std::numeric_limits<double>::max();
+    for (int axis = 0; axis < 3; ++axis)
+        if (const double d = line.direction[axis]; d != 0)
+            end = std::min(end, (first[axis] + (d > 0 ? edge : 0) - line.base[axis]) / d);
+    return end;
+}
+
+} // namespace
+
+ShownRays::ShownRays(BrickCache& cache, const VolumeInfo& info, const Statistics& statistics,
+                     const TransferTable& table, const ViewSpace& space, double leastOpacity, int threads)
+    : cache_(cache), info_(info), bricks_(statistics.bricks), table_(table), space_(space),
+      leastDepth_(-std::log1p(-leastOpacity)) {
+    for (const SurfaceValue& surface : table.surfaces)
+        surfaces_.push_back({surface.value, -std::log1p(-std::min(surface.opacity, 0.999))});
+    double sum = 0;
+    for (std::size_t i = 0; i < table.entries.size(); ++i) {
+        if (i > 0)
+            sum +=
+                0.5 * (static_cast<double>(table.entries[i - 1].a) + static_cast<double>(table.entries[i].a));
+        if (i % kSumEvery == 0)
+            sums_.push_back(sum);
+    }
+    shownCells_.resize(cellCount(bricks_));
+    parallelFor(shownCells_.size(), threads, [&](std::size_t b) {
+        if (emptyOver(statistics.brickMin[b], statistics.brickMax[b]))
+            return;
+        const glm::ivec3 first = gridPosition(b, bricks_) * kCellsPerBrick;
+        for (int bit = 0; bit < 64; ++bit) {
+            const glm::ivec3 cell = first + cellOfBit(bit);
+            if (glm::any(glm::greaterThanEqual(cell, statistics.cells)))
+                continue;
+            const std::size_t at = linearIndex(cell, statistics.cells);
+            if (!emptyOver(statistics.cellMin[at], statistics.cellMax[at]))
+                shownCells_[b] |= std::uint64_t{1} << bit;
+        }
+    });
+}
+
+std::size_t ShownRays::bytes(const VolumeInfo& info) {
+    return cellCount(brickGrid(info.extentVoxels)) * sizeof(std::uint64_t) +
+           (TransferTable::kMaxEntries / kSumEvery + 1) * sizeof(double);
+}
+
+double ShownRays::strength(LatticeReader& samples, const glm::ivec3& voxel) const {
+    const double value = physical(samples.at(voxel));
+    double most = lookUp(entryOf(value));
+    for (const Surface& surface : surfaces_)
+        for (int face = 0; face < 6; ++face) {
+            glm::ivec3 next = voxel;
+            next[face / 2] += face % 2 == 0 ? -1 : 1;
+            next = glm::clamp(next, glm::ivec3(0), info_.extentVoxels - 1);
+            if ((value < surface.value) != (physical(samples.at(next)) < surface.value))
+                most = std::max(most, surface.depth);
+        }
+    return most;
+}
+
+bool ShownRays::onRay(LatticeReader& samples, const glm::dvec3& place, const glm::dvec3& direction) const {
+    const glm::dvec3 perMm = glm::dmat3(space_.voxelFromPatient) * (space_.patientFromView * direction);
+    const double mmPerVoxel = 1 / glm::length(perMm);
+    RayLine<double> line;
+    line.base = place;
+    line.direction = perMm * mmPerVoxel;
+    line.nearest = -std::numeric_limits<double>::max();
+    double t0 = 0, t1 = 0;
+    if (!clipToBox(line, glm::dvec3(info_.extentVoxels), t0, t1))
+        return false;
+    double depth = 0, before = std::numeric_limits<double>::quiet_NaN();
+    for (double t = std::ceil(t0 / kStepVoxels) * kStepVoxels; t <= t1; t += kStepVoxels) {
+        const glm::dvec3 p = line.base + t * line.direction;
+        const glm::ivec3 voxel = glm::clamp(glm::ivec3(p), glm::ivec3(0), info_.extentVoxels - 1);
+        const std::uint64_t cells = shownCells_[linearIndex(voxel / kBrickExtent, bricks_)];
+        const glm::ivec3 cell = voxel % kBrickExtent / kCellExtent;
+        if ((cells >> (cell.x + 4 * cell.y + 16 * cell.z) & 1) == 0) { // on to the last sample of the box
+            before = std::numeric_limits<double>::quiet_NaN();
+            const int edge = cells == 0 ? kBrickExtent : kCellExtent;
+            const double end = endOfBox(line, voxel / edge * edge, edge);
+            t = std::max(t, std::floor(end / kStepVoxels) * kStepVoxels);
+            continue;
+        }
+        const double value = physical(fieldValue(samples, p, 1.0));
+        if (!std::isnan(before))
+            depth += meanExtinction(before, value) * kStepVoxels * mmPerVoxel;
+        for (const Surface& surface : surfaces_)
+            if (!std::isnan(before) && (before < surface.value) != (value < surface.value))
+                depth += surface.depth;
+        if (depth > leastDepth_)
+            return true;
+        before = value;
+    }
+    return false;
+}
+
+bool ShownRays::emptyOver(float lowest, float highest) const {
+    const double a = physical(static_cast<double>(lowest)), b = physical(static_cast<double>(highest));
+    return table_.emptyOver(std::min(a, b), std::max(a, b));
+}
+
+/// The table's extinction, linear between entries.
+double ShownRays::lookUp(double entry) const {
+    const double last = static_cast<double>(table_.entries.size() - 1), x = std::clamp(entry, 0.0, last);
+    const auto i = static_cast<std::size_t>(std::min(x, last - 1));
+    const double a = static_cast<double>(table_.entries[i].a);
+    const double b = static_cast<double>(table_.entries[i + 1].a);
+    return a + (x - static_cast<double>(i)) * (b - a);
+}
+
+/// Integral of the table from its first entry on; beyond its ends, where it is constant, linear.
+double ShownRays::sumTo(double entry) const {
+    const double last = static_cast<double>(table_.entries.size() - 1), x = std::clamp(entry, 0.0, last);
+    const auto i = static_cast<std::size_t>(x);
+    double sum = sums_[i / kSumEvery];
+    for (std::size_t n = i / kSumEvery * kSumEvery; n < i; ++n)
+        sum +=
+            0.5 * (static_cast<double>(table_.entries[n].a) + static_cast<double>(table_.entries[n + 1].a));
+    const double inside = x - static_cast<double>(i);
+    return sum + 0.5 * inside * (static_cast<double>(table_.entries[i].a) + lookUp(x)) +
+           (entry - x) * lookUp(x);
+}
+
+double ShownRays::meanExtinction(double a, double b) const {
+    const double from = entryOf(a), to = entryOf(b);
+    return std::abs(to - from) < 1e-3 ? lookUp(0.5 * (from + to)) : (sumTo(to) - sumTo(from)) / (to - from);
+}
+
+} // namespace tessera

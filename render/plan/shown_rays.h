@@ -1,0 +1,87 @@
+// render/plan/shown_rays.h: whether a ray shows something, told from the finest level without light and
+// without levels, their maps or a device: what the camera is fitted by, before there are any of these.
+#pragma once
+
+#include "bricking/cache/brick_cache.h"
+#include "bricking/statistics/statistics.h"
+#include "core/camera.h" // ViewAxes
+#include "core/transfer_function.h"
+#include "render/contract/lattice.h"
+#include "render/contract/ray.h"
+
+#include <cstdint>
+#include <glm/common.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+namespace tessera {
+
+/// Places and boxes along a view's axes: right, up and towards the viewer, mm.
+struct ViewSpace {
+    glm::dmat3 patientFromView;
+    glm::dmat4 voxelFromPatient;
+    glm::dvec3 origin{0}, i{0}, j{0}, k{0}; // of voxel space: its corner, and steps of a voxel
+    ViewSpace(const VolumeInfo& info, const ViewAxes& axes)
+        : patientFromView(axes.right, axes.up, axes.towards),
+          voxelFromPatient(glm::inverse(info.patientFromVoxel)) {
+        const glm::dmat3 viewFromPatient = glm::transpose(patientFromView);
+        const auto column = [&](int n) { return viewFromPatient * glm::dvec3(info.patientFromVoxel[n]); };
+        i = column(0), j = column(1), k = column(2), origin = column(3);
+    }
+    glm::dvec3 at(const glm::dvec3& voxel) const { return origin + i * voxel.x + j * voxel.y + k * voxel.z; }
+    /// Half the size of the box around a box of voxels.
+    glm::dvec3 halfOf(const glm::dvec3& voxels) const {
+        return 0.5 * (glm::abs(i) * voxels.x + glm::abs(j) * voxels.y + glm::abs(k) * voxels.z);
+    }
+};
+
+class ShownRays {
+  public:
+    /// All must outlive this. @param leastOpacity  from which on a ray shows something
+    /// @param threads  0: all processors
+    ShownRays(BrickCache& cache, const VolumeInfo& info, const Statistics& statistics,
+              const TransferTable& table, const ViewSpace& space, double leastOpacity, int threads);
+
+    /// For one thread.
+    LatticeReader reader() const { return {cache_, info_, 0, nullptr}; }
+    /// Of a brick's 4^3 cells those that could show something: bits, x + 4y + 16z.
+    std::uint64_t shownCells(std::size_t brick) const { return shownCells_[brick]; }
+    static glm::ivec3 cellOfBit(int bit) { return {bit & 3, bit >> 2 & 3, bit >> 4}; }
+    /// How much a voxel could show: extinction, or the depth of an isosurface between it and a neighbour.
+    double strength(LatticeReader& samples, const glm::ivec3& voxel) const;
+    /// Whether a ray through a place shows something: single voxels that stand out are peaks, so a sample's
+    /// extinction says little and the mean over the values between samples is taken.
+    /// @param place  voxels; one of the ray's samples is there  @param direction  unit, of the view's axes
+    bool onRay(LatticeReader& samples, const glm::dvec3& place, const glm::dvec3& direction) const;
+
+    /// Memory that one takes. Of a volume as large as this.
+    static std::size_t bytes(const VolumeInfo& info);
+
+  private:
+    struct Surface {
+        double value, depth; // physical; optical
+    };
+    double physical(double stored) const { return info_.rescaleSlope * stored + info_.rescaleIntercept; }
+    bool emptyOver(float lowest, float highest) const;
+    double lookUp(double entry) const;
+    double sumTo(double entry) const;
+    /// Place of a value in the table, in entries.
+    double entryOf(double value) const {
+        return (value - static_cast<double>(table_.firstValue)) * static_cast<double>(table_.entriesPerValue);
+    }
+    double meanExtinction(double a, double b) const;
+
+    BrickCache& cache_;
+    const VolumeInfo& info_;
+    glm::ivec3 bricks_;
+    const TransferTable& table_;
+    const ViewSpace& space_;
+    double leastDepth_;                     // optical
+    std::vector<std::uint64_t> shownCells_; // of every brick
+    std::vector<Surface> surfaces_;
+    std::vector<double> sums_; // trapezoids of the table from its first entry to every kSumEvery-th
+};
+
+} // namespace tessera

@@ -1,0 +1,29 @@
+// render/plan/visibility_rays.h: the rays that count what a camera sees of every brick: those of a picture of
+// a quarter of the pixels along each axis, in long segments.
+#pragma once
+
+#include "bricking/levels/visibility.h" // SeenBrick
+#include "core/camera.h"
+#include "render/contract/ray.h"
+#include "render/contract/ray_state.h"
+#include "render/contract/strides.h"
+
+namespace tessera {
+
+struct VisibilityRays {
+    RayFrame<double> frame;
+    Strides strides;
+};
+/// @param strides  those of the scene's own rays
+VisibilityRays visibilityRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& imageSize,
+                              const Strides& strides);
+
+/// What rays that count take beside rayStateBytes().
+inline std::size_t countingBytes(const glm::ivec2& size, const glm::ivec3& bricks) {
+    return kRayLastBrickBytes * rayCount(size) + sizeof(SeenBrick) * cellCount(bricks);
+}
+/// What counting takes of a device, the transfer function's table not included.
+/// @param imageSize  of the picture
+std::size_t visibilityBytes(const glm::ivec2& imageSize, const glm::ivec3& bricks);
+
+} // namespace tessera

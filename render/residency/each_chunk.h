@@ -1,0 +1,27 @@
+// render/residency/each_chunk.h: many chunks through the cache, as many at a time as it can pin.
+#pragma once
+
+#include "bricking/cache/brick_cache.h"
+
+#include <algorithm>
+#include <span>
+#include <vector>
+
+namespace tessera {
+
+/// Chunks in batches the cache can pin at once while others are decoded, until visit says false.
+template <typename Visit>
+void forEachChunk(BrickCache& cache, const std::vector<ChunkKey>& keys, const Visit& visit) {
+    const std::size_t batch = std::max<std::size_t>(1, cache.pinnableChunks() / 2);
+    for (std::size_t first = 0; first < keys.size(); first += batch) {
+        const std::size_t count = std::min(batch, keys.size() - first);
+        auto futures = cache.request(std::span(keys).subspan(first, count));
+        for (std::size_t i = 0; i < count; ++i) {
+            if (!visit(keys[first + i], *futures[i].get()))
+                return;
+            futures[i] = {}; // unpin
+        }
+    }
+}
+
+} // namespace tessera

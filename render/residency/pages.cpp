@@ -1,0 +1,68 @@
+// render/residency/pages.cpp: see pages.h.
+#include "render/residency/pages.h"
+
+#include "render/residency/page_allocator.h"
+#include "render/residency/texels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tessera {
+
+std::size_t pagesFor(const std::array<std::size_t, kLevelCount + 1>& counts) {
+    std::size_t pages = 0;
+    for (int level = 0; level + 1 < kLevelCount; ++level)
+        pages += PageAllocator::pagesFor(counts[static_cast<std::size_t>(level)], level);
+    return pages;
+}
+
+glm::ivec3 atlasPages(std::size_t pages, ValueType type, const TextureLimits& limits) {
+    const std::size_t wanted = std::max<std::size_t>(1, pages);
+    const std::size_t pageBytes = 32768 * texelBytes(type);
+    const std::size_t edge =
+        std::min<std::size_t>(static_cast<std::size_t>(limits.maxExtent / kBrickExtent), 1024);
+    if (wanted > limits.maxBytes / pageBytes)
+        return glm::ivec3(0);
+    // Few pages are wasted by trying every x up to a square and every y up to a cube; thin boxes are avoided.
+    glm::ivec3 best(0);
+    std::size_t bestPages = std::numeric_limits<std::size_t>::max();
+    const std::size_t cube = static_cast<std::size_t>(std::ceil(std::cbrt(static_cast<double>(wanted))));
+    for (std::size_t x = 1; x <= std::min(edge, 2 * cube); ++x)
+        for (std::size_t y = 1; y <= std::min(edge, 2 * cube); ++y) {
+            const std::size_t z = (wanted + x * y - 1) / (x * y);
+            if (z > edge || x * y * z > limits.maxBytes / pageBytes)
+                continue;
+            const bool rounder =
+                x * y * z == bestPages && x + y + z < static_cast<std::size_t>(best.x + best.y + best.z);
+            if (x * y * z < bestPages || rounder) {
+                bestPages = x * y * z;
+                best = glm::ivec3(static_cast<int>(x), static_cast<int>(y), static_cast<int>(z));
+            }
+        }
+    return best;
+}
+
+std::size_t atlasBytes(std::size_t pages, ValueType type, const TextureLimits& limits) {
+    const glm::ivec3 box = atlasPages(pages, type, limits);
+    return box.x == 0 ? std::numeric_limits<std::size_t>::max() : cellCount(box) * 32768 * texelBytes(type);
+}
+
+std::size_t pagesThatFit(std::size_t bytes, ValueType type, const TextureLimits& limits) {
+    std::size_t pages = std::min(bytes, limits.maxBytes) / atlasBytes(1, type, TextureLimits{});
+    while (pages > 0 && atlasBytes(pages, type, limits) > bytes)
+        --pages;
+    return pages;
+}
+
+std::size_t stagingBytes(const VolumeInfo& info) {
+    return cellCount(glm::ivec3(kBrickExtent)) * texelBytes(info.type) +
+           2 * indexBytes(brickGrid(info.extentVoxels)) + cellCount(brickGrid(info.extentVoxels));
+}
+
+ChunkKey chunkOf(std::size_t brick, int level, const glm::ivec3& bricks) {
+    const glm::ivec3 chunk = gridPosition(brick, bricks) >> level;
+    return {level, chunk.x, chunk.y, chunk.z};
+}
+
+} // namespace tessera

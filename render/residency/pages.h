@@ -1,0 +1,43 @@
+// render/residency/pages.h: bricks in pages: how many pages bricks take, the box of pages that a texture can
+// be, and where the cache has a brick's samples. Arithmetic only: nothing here knows a device.
+#pragma once
+
+#include "bricking/cache/brick_cache.h" // ChunkKey
+#include "core/brick.h"
+#include "core/volume.h"
+
+#include <array>
+#include <cstddef>
+#include <glm/vec3.hpp>
+
+namespace tessera {
+
+/// What a GPU texture may be: from the context, or assumed where there is none.
+struct TextureLimits {
+    int maxExtent = 2048;
+    std::size_t maxBytes = std::size_t{1} << 30;
+};
+
+/// Pages that bricks take, from their number per level. The coarsest level takes none: its one sample stands
+/// in the index, as an empty brick's mean does.
+std::size_t pagesFor(const std::array<std::size_t, kLevelCount + 1>& counts);
+/// Smallest box that holds so many pages; 0 along x when none can.
+glm::ivec3 atlasPages(std::size_t pages, ValueType type, const TextureLimits& limits);
+/// Bytes of that box; the largest size_t when none can.
+std::size_t atlasBytes(std::size_t pages, ValueType type, const TextureLimits& limits);
+/// Most pages whose box fits; 0: not even one.
+std::size_t pagesThatFit(std::size_t bytes, ValueType type, const TextureLimits& limits);
+
+/// The chunk that holds a brick at a level: a chunk has 2^level bricks per edge.
+ChunkKey chunkOf(std::size_t brick, int level, const glm::ivec3& bricks);
+
+/// Bytes of the index: where every brick is, or what it stands for.
+constexpr std::size_t kIndexEntryBytes = 8;
+inline std::size_t indexBytes(const glm::ivec3& bricks) {
+    return kIndexEntryBytes * cellCount(bricks);
+}
+/// RAM that loading bricks takes besides the cache: one brick as texels, the index, levels, and the driver's
+/// copy of the index.
+std::size_t stagingBytes(const VolumeInfo& info);
+
+} // namespace tessera

@@ -1,0 +1,324 @@
+// tests/core/scene_test.cpp: scenes read strictly and written back without loss, the published schema,
+// presets.
+#include "core/scene.h"
+
+#include "core/error.h"
+#include "core/json_reader.h"
+#include "core/nearest_name.h"
+#include "core/preset.h"
+
+#include <cmath>
+#include <functional>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <set>
+
+namespace tessera {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+/// Every key there is, in two documents because a camera is either fitted or free.
+const char* const kFitted = R"({"tesseraScene":1,
+  "volumes":[{"path":"a/x.zarr","unit":"HU","transferFunction":{"scalarOpacityUnitDistance":2.5,
+    "scalarOpacity":[[-100,0],[50,0.125],[50,0.5]],"rgbTransferFunction":[[0,0.1,0.2,0.3],[10,1,1,1]]}}],
+  "camera":{"view":"left","fit":"volume","parallelProjection":true},
+  "shading":{"shade":false,"ambient":0.1,"diffuse":0.7,"specular":0.3,"specularPower":40,
+    "gradient":"sobel"},
+  "isosurfaces":[{"value":-300,"rgb":[0.9,0.5,0.25],"opacity":0.5},{"value":200,"rgb":[1,1,1],"opacity":1}],
+  "quality":{"stepVoxels":0.25,"integrator":"pre-integrated","fetch":"exact","terminationTransmittance":0,"skipping":false,
+    "edgeFunction":"split","sampling":"naive","maxError":2.5},
+  "image":{"size":[640,480],"background":"#336699"}})";
+const char* const kFree =
+    R"({"tesseraScene":1,"volumes":[{"path":"/s/x.zarr","unit":"","transferFunction":"lung"}],
+  "camera":{"position":[1,2,3.25],"focalPoint":[4,5,6],"viewUp":[0,0.1,1],"viewAngle":110.5,
+    "parallelProjection":false,"parallelScale":77.7},"image":{"background":[0.1,0.2,0.3]}})";
+
+Scene parse(const std::string& text) {
+    return parseScene(text, "/folder", "s.json");
+}
+
+std::string messageOf(const std::string& text) {
+    try {
+        parse(text);
+    } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), HasSubstr("s.json"));
+        EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+        return error.what();
+    }
+    ADD_FAILURE() << "accepted: " << text;
+    return {};
+}
+
+/// A small valid scene with one thing replaced at a JSON pointer.
+std::string with(const std::string& pointer, const json& value) {
+    json scene = json::parse(kFitted);
+    scene[json::json_pointer(pointer)] = value;
+    return scene.dump();
+}
+
+TEST(Scene, EveryKeyIsRead) {
+    const Scene scene = parse(kFitted);
+    ASSERT_EQ(scene.volumes.size(), 1u);
+    EXPECT_EQ(scene.volumes[0].path, "/folder/a/x.zarr");
+    const auto& function = std::get<TransferFunction>(scene.volumes[0].transferFunction);
+    EXPECT_EQ(function.referenceLengthMm(), 2.5);
+    EXPECT_DOUBLE_EQ(function.extinction(50), -std::log1p(-0.5) / 2.5);
+    EXPECT_DOUBLE_EQ(function.colour(0).g, 0.2);
+    EXPECT_EQ(std::get<FittedView>(scene.camera).view, View::left);
+    EXPECT_EQ(std::get<FittedView>(scene.camera).projection, Projection::parallel);
+    EXPECT_FALSE(scene.shading.on);
+    EXPECT_EQ(scene.shading.ambient, 0.1);
+    EXPECT_EQ(scene.shading.diffuse, 0.7);
+    EXPECT_EQ(scene.shading.specular, 0.3);
+    EXPECT_EQ(scene.shading.specularPower, 40);
+    EXPECT_EQ(scene.quality.stepVoxels, 0.25);
+    EXPECT_EQ(scene.shading.gradient, Gradient::sobel);
+    ASSERT_EQ(scene.surfaces.size(), 2u);
+    EXPECT_EQ(scene.surfaces[0], (Isosurface{-300, glm::dvec3(0.9, 0.5, 0.25), 0.5}));
+    EXPECT_EQ(scene.surfaces[1], (Isosurface{200, glm::dvec3(1), 1}));
+    EXPECT_EQ(scene.quality.integrator, Integrator::preintegrated);
+    EXPECT_EQ(scene.quality.fetch, Fetch::exact);
+    EXPECT_EQ(scene.quality.terminationTransmittance, 0);
+    EXPECT_FALSE(scene.quality.skipping);
+    EXPECT_EQ(scene.quality.edgeFunction, EdgeFunction::split);
+    EXPECT_EQ(scene.quality.sampling, Sampling::naive);
+    EXPECT_EQ(scene.quality.maxError, 2.5);
+    EXPECT_FALSE(parse(kFree).quality.maxError.has_value());
+    EXPECT_EQ(scene.imageSize, glm::ivec2(640, 480));
+    EXPECT_NEAR(scene.background->r, 0.0331, 1e-4); // 0x33 is 0.2 in sRGB
+
+    const Camera camera = std::get<Camera>(parse(kFree).camera);
+    EXPECT_EQ(camera.position, glm::dvec3(1, 2, 3.25));
+    EXPECT_EQ(camera.focalPoint, glm::dvec3(4, 5, 6));
+    EXPECT_EQ(camera.viewUp, glm::dvec3(0, 0.1, 1));
+    EXPECT_EQ(camera.viewAngle, 110.5);
+    EXPECT_EQ(camera.parallelScale, 77.7);
+    EXPECT_EQ(std::get<std::string>(parse(kFree).volumes[0].transferFunction), "lung");
+    EXPECT_FLOAT_EQ(parse(kFree).background->b, 0.3f);
+}
+
+TEST(Scene, WrittenAndReadBackIsTheSame) {
+    for (const char* text : {kFitted, kFree}) {
+        const Scene scene = parse(text);
+        const Scene again = parse(sceneJson(scene));
+        EXPECT_EQ(sceneJson(again), sceneJson(scene));
+        EXPECT_EQ(again.background, scene.background);
+        EXPECT_EQ(again.volumes[0].path, scene.volumes[0].path);
+        EXPECT_EQ(again.imageSize, scene.imageSize);
+    }
+    // Every key that was written survives, with its value (paths become absolute).
+    json before = json::parse(kFitted), after = json::parse(sceneJson(parse(kFitted)));
+    before["volumes"][0]["path"] = "/folder/a/x.zarr";
+    EXPECT_EQ(before, after);
+    Scene transparent;
+    transparent.volumes.push_back({"/x.zarr", "bone"});
+    transparent.background.reset();
+    EXPECT_FALSE(parse(sceneJson(transparent)).background);
+}
+
+TEST(Scene, RefusalsNameThePathAndTheNearestKey) {
+    EXPECT_THAT(messageOf(with("/shading/spekular", 1)),
+                AllOf(HasSubstr("$.shading"), HasSubstr("spekular"), HasSubstr("nearest: \"specular\"")));
+    EXPECT_THAT(messageOf(with("/camra", 1)), AllOf(HasSubstr("$:"), HasSubstr("nearest: \"camera\"")));
+    EXPECT_THAT(messageOf(with("/volumes/0/transferFunction/scalarOpacity/1/1", "0.5")),
+                AllOf(HasSubstr("$.volumes[0].transferFunction.scalarOpacity[1][1]"), HasSubstr("a number")));
+    EXPECT_THAT(messageOf(with("/quality/fetch", "exakt")), HasSubstr("nearest: \"exact\""));
+    EXPECT_THAT(messageOf(with("/camera/view", "front")), HasSubstr("anterior, posterior"));
+    EXPECT_THAT(messageOf(with("/camera/viewAngle", 30)), HasSubstr("\"view\" and \"viewAngle\""));
+    EXPECT_THAT(messageOf(with("/a\nb", 1)), HasSubstr("\\n"));
+}
+
+TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
+    for (const auto& [pointer, value] : std::vector<std::pair<std::string, json>>{
+             {"/tesseraScene", 2},
+             {"/tesseraScene", "1"},
+             {"/volumes", json::array()},
+             {"/volumes", json::object()},
+             {"/volumes/1", {{"path", "b"}}},
+             {"/volumes/0/path", 7},
+             {"/volumes/0/path", ""},
+             {"/volumes/0/transferFunction", 7},
+             {"/volumes/0/transferFunction/scalarOpacityUnitDistance", 0},
+             {"/volumes/0/transferFunction/scalarOpacity/0", {1, 2, 3}},
+             {"/camera", "anterior"},
+             {"/camera/parallelProjection", 1},
+             {"/shading/shade", "yes"},
+             {"/shading/ambient", -0.1},
+             {"/shading/specularPower", nullptr},
+             {"/quality/stepVoxels", 0},
+             {"/quality/stepVoxels", 17},
+             {"/quality/terminationTransmittance", 1},
+             {"/image/size", {640}},
+             {"/image/size", {640, 0}},
+             {"/image/size", {640.5, 480}},
+             {"/image/size", {640, 1000000000000LL}},
+             {"/image/background", "blue"},
+             {"/image/background", "#12345g"},
+             {"/image/background", {0, 0, 2}}})
+        EXPECT_FALSE(messageOf(with(pointer, value)).empty()) << pointer << " " << value;
+    json camera = json::parse(kFree);
+    camera["camera"]["viewAngle"] = 180;
+    messageOf(camera.dump());
+    camera["camera"]["viewAngle"] = 30;
+    camera["camera"]["focalPoint"] = camera["camera"]["position"];
+    messageOf(camera.dump());
+}
+
+TEST(Scene, TextThatIsNoSceneIsRefused) {
+    for (const std::string text : {"", "[]", "7", "{", "{\"tesseraScene\":1}", "{\"tesseraScene\":NaN}",
+                                   "{\"tesseraScene\":1e999}", "// x\n{}", "\xff\xfe"})
+        messageOf(text);
+    EXPECT_THAT(messageOf(R"({"tesseraScene":1,"image":{},"image":{}})"), HasSubstr("\"image\" twice"));
+    EXPECT_THAT(messageOf(std::string(1000, '[')), HasSubstr("nested"));
+    EXPECT_THAT(messageOf(std::string(kMaxJsonBytes + 1, ' ')), HasSubstr("16 MiB"));
+    // Every prefix of a good scene ends in a clean refusal.
+    const std::string good = kFitted;
+    for (std::size_t n = 0; n < good.size(); n += 7)
+        EXPECT_THROW(parse(good.substr(0, n)), InputError);
+    EXPECT_THROW(loadScene("/no/such/scene.json"), InputError);
+}
+
+/// All property names of a schema by JSON path, references and alternatives followed.
+void collect(const json& schema, const json& root, const std::string& path,
+             std::map<std::string, std::set<std::string>>& keys) {
+    if (schema.contains("$ref"))
+        collect(root.at(json::json_pointer(schema["$ref"].get<std::string>().substr(1))), root, path, keys);
+    if (schema.contains("oneOf"))
+        for (const json& choice : schema["oneOf"])
+            collect(choice, root, path, keys);
+    if (schema.contains("items"))
+        collect(schema["items"], root, path + "[]", keys);
+    if (schema.contains("properties")) {
+        EXPECT_EQ(schema.value("additionalProperties", true), false) << path;
+        for (const auto& [key, value] : schema["properties"].items()) {
+            keys[path].insert(key);
+            collect(value, root, path + "." + key, keys);
+        }
+    }
+}
+
+/// All keys of a document by JSON path.
+void keysUsed(const json& value, const std::string& path,
+              std::map<std::string, std::set<std::string>>& keys) {
+    if (value.is_array())
+        for (const json& item : value)
+            keysUsed(item, path + "[]", keys);
+    if (value.is_object())
+        for (const auto& [key, item] : value.items()) {
+            keys[path].insert(key);
+            keysUsed(item, path + "." + key, keys);
+        }
+}
+
+TEST(Scene, SchemaAndParserKnowTheSameKeys) {
+    const json schema = json::parse(readTextFile(TESSERA_SOURCE_DIR "/docs/scene.schema.json"));
+    std::map<std::string, std::set<std::string>> published, parsed, shown;
+    collect(schema, schema, "$", published);
+    for (const auto& [path, names] : sceneKeys())
+        parsed[path] = {names.begin(), names.end()};
+    EXPECT_EQ(published, parsed);
+    // and the parser really takes every one of them: the two documents above hold them all
+    keysUsed(json::parse(kFitted), "$", shown);
+    keysUsed(json::parse(kFree), "$", shown);
+    EXPECT_EQ(published, shown);
+    EXPECT_EQ(schema["properties"]["tesseraScene"]["const"], Scene::kVersion);
+    EXPECT_EQ(schema["$defs"]["quality"]["properties"]["terminationTransmittance"]["default"],
+              Quality{}.terminationTransmittance);
+    EXPECT_EQ(schema["$defs"]["fittedCamera"]["properties"]["view"]["enum"], json(viewNames()));
+    EXPECT_EQ(schema["$defs"]["fittedCamera"]["properties"]["fit"]["enum"], json(fitNames()));
+}
+
+TEST(NearestName, IsTheOneThatWasMeant) {
+    EXPECT_EQ(editDistance("kitten", "sitting"), 3u);
+    EXPECT_EQ(editDistance("", "abc"), 3u);
+    EXPECT_EQ(editDistance("View", "view"), 0u);
+    EXPECT_EQ(nearestName("bne", {"auto", "bone", "lung"}), "bone");
+    EXPECT_EQ(nearestName("x", {}), "");
+}
+
+TEST(Preset, AllAreReadableAndShowWhatTheyAreNamedAfter) {
+    EXPECT_EQ(presetNames(),
+              (std::vector<std::string>{"auto", "bone", "lung", "skin", "soft-tissue", "vessels"}));
+    const ValueSummary hu{-1024, 3071, true, 1, {}};
+    for (const std::string& name : presetNames()) {
+        EXPECT_EQ(presetFunction(name, hu).extinction(-1024), 0) << name; // air shows in none
+        EXPECT_GT(makeTable(presetFunction(name, hu)).entries.size(), 1u);
+    }
+    const auto opacity = [&](const char* name, double value) {
+        return -std::expm1(-presetFunction(name, hu).extinction(value)); // over 1 mm
+    };
+    EXPECT_EQ(opacity("bone", 60), 0);
+    EXPECT_GT(opacity("bone", 500), 0.5);
+    EXPECT_GT(opacity("skin", -50), 0.5);
+    EXPECT_EQ(opacity("skin", -800), 0); // lung and noisy air stay clear
+    EXPECT_LT(opacity("skin", -500),
+              0.1); // a ramp as wide as a surface is blurred, or it would show terraces
+    EXPECT_GT(opacity("soft-tissue", 60), 5 * opacity("soft-tissue", -80)); // muscle over fat
+    EXPECT_GT(opacity("soft-tissue", -80), 0);
+    EXPECT_GT(opacity("lung", -400), opacity("lung", -800)); // vessels and walls over parenchyma
+    EXPECT_EQ(opacity("lung", 60), 0);                       // the chest wall is out of the way
+    EXPECT_GT(opacity("vessels", 250), 5 * opacity("vessels", 700));
+}
+
+TEST(Preset, RefusalsHelp) {
+    const auto message = [](const char* name, bool isHu) -> std::string {
+        try {
+            presetFunction(name, {0, 255, isHu, 1, {}});
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_THAT(message("bonne", true), AllOf(HasSubstr("nearest: \"bone\""), HasSubstr("soft-tissue")));
+    EXPECT_THAT(message("bone", false), HasSubstr("auto"));
+    EXPECT_EQ(message("auto", false), "");
+}
+
+// A NIfTI file cannot say HU; presets were refused for every CT that came through a converter.
+TEST(Preset, ValuesThatLookLikeHuAreTaken) {
+    const auto summary = [](double lowest, double highest,
+                            const std::vector<std::pair<double, double>>& peaks) {
+        ValueSummary values{lowest, highest, false, 1, std::vector<double>(64)};
+        for (const auto& [value, count] : peaks)
+            values.histogram[static_cast<std::size_t>((value - lowest) / (highest - lowest) * 63.99)] +=
+                count;
+        return values;
+    };
+    const auto ct = summary(-1024, 3071, {{-1000, 40}, {40, 55}, {900, 5}});
+    EXPECT_TRUE(looksLikeHu(ct));
+    EXPECT_NO_THROW(presetFunction("bone", ct));
+    EXPECT_TRUE(
+        looksLikeHu(summary(-3024, 3071, {{-3024, 20}, {-1000, 20}, {40, 60}}))); // outside the circle
+    EXPECT_TRUE(looksLikeHu(summary(-1024, 30000, {{-1000, 40}, {40, 59}, {29000, 1}}))); // metal
+    EXPECT_FALSE(looksLikeHu(summary(0, 4095, {{24, 40}, {1064, 60}})));                  // not rescaled
+    EXPECT_FALSE(looksLikeHu(summary(0, 255, {{1, 60}, {90, 40}})));
+    EXPECT_FALSE(looksLikeHu(summary(-32768, 32767, {{-32000, 60}, {-1000, 5}, {20000, 35}})));
+    EXPECT_FALSE(looksLikeHu({-1000, -1000, false, 1, std::vector<double>(64, 1)}));
+    EXPECT_FALSE(looksLikeHu({-1024, 3071, false, 1, {}}));
+}
+
+TEST(Preset, AutoLeavesTheBackgroundOutAndShowsTheRest) {
+    ValueSummary values{0, 255, false, 0.5, std::vector<double>(64)};
+    for (int i = 0; i < 64; ++i) // noise around 0, then an object around bin 30
+        values.histogram[static_cast<std::size_t>(i)] =
+            1e6 * std::exp(-i * i / 8.0) + 1e3 * std::exp(-(i - 30) * (i - 30) / 20.0);
+    const TransferFunction function = presetFunction("auto", values);
+    EXPECT_EQ(function.referenceLengthMm(), 0.5);
+    EXPECT_EQ(function.extinction(8), 0); // one standard deviation of the noise
+    EXPECT_GT(function.extinction(120), 0);
+    EXPECT_GT(function.extinction(140), function.extinction(110));
+    EXPECT_EQ(presetFunction("auto", {5, 5, false, 1, {}}).extinction(5), 0);
+    // Without a histogram, from the range alone; and at any scale.
+    EXPECT_GT(presetFunction("auto", {0, 1e-6, false, 1, {}}).extinction(9e-7), 0);
+    EXPECT_EQ(presetFunction("auto", {0, 1e9, false, 1, {}}).extinction(1e8), 0);
+    // One single bin holds everything; still a function that makes sense.
+    values.histogram.assign(64, 0);
+    values.histogram[0] = 10;
+    EXPECT_EQ(presetFunction("auto", values).extinction(0), 0);
+}
+
+} // namespace
+} // namespace tessera

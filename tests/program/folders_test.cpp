@@ -1,0 +1,170 @@
+// tests/program/folders_test.cpp: folders as they come, through the program: what import, info and render say
+// about them, and to whom.
+#include "tests/support/dicom_writer.h"
+#include "tests/support/import_test_tools.h"
+#include "tests/support/program_fixture.h"
+
+#include <nlohmann/json.hpp>
+
+namespace tessera::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class Folders : public Program {
+  protected:
+    void slice(const std::string& name, double z, const std::function<void(DicomImage&)>& change = {}) {
+        DicomImage image;
+        image.columns = image.rows = 12;
+        image.spacingX = image.spacingY = 1;
+        image.pixels.assign(144, 1024);
+        for (std::size_t i = 50; i < 94; ++i)
+            image.pixels[i] = 2000;
+        image.position = glm::dvec3(0, 0, z);
+        if (change)
+            change(image);
+        fs::create_directories((folder_ / name).parent_path());
+        writeDicom(folder_ / name, image);
+    }
+    void series(const std::string& folder, const std::function<void(DicomImage&)>& change = {}) {
+        for (int n = 1; n <= 4; ++n)
+            slice(folder + "/IM000" + std::to_string(n), 2 * n, change);
+    }
+};
+
+TEST_F(Folders, WhatWasPassedOverIsSaidAtImportAndInInfo) {
+    series("scan");
+    slice("scan/scout", 0, [](DicomImage& image) {
+        image.series = "2";
+        image.imageType = "ORIGINAL\\PRIMARY\\LOCALIZER";
+    });
+    slice("scan/dose", 0, [](DicomImage& image) {
+        image.series = "3";
+        image.modality = "SR";
+        image.withPixels = false;
+        image.storageClass = "1.2.840.10008.5.1.4.1.1.88.67";
+    });
+    write("scan/notes.bin", "notes");
+    write("scan/.DS_Store", "");
+    const Outcome import = run("import scan a.zarr");
+    ASSERT_EQ(import.exitCode, 0) << import.problems;
+    EXPECT_THAT(import.problems,
+                AllOf(HasSubstr("took series 1; passed over: series"), HasSubstr("(CT, 1 slice: scout)"),
+                      HasSubstr("1 file of another kind (.DS_Store)"), HasSubstr("1 not DICOM (notes.bin)"),
+                      HasSubstr("1 dose report")));
+    EXPECT_EQ(run("import scan b.zarr -q").problems, "");
+    EXPECT_EQ(run("render scan -q --engine mirror --preset bone --size 16x16 -o a.png").exitCode, 0);
+    const Outcome info = run("info scan");
+    EXPECT_EQ(info.exitCode, 0);
+    EXPECT_THAT(info.out, AllOf(HasSubstr("passed over:"), HasSubstr("1 not DICOM (notes.bin)"),
+                                HasSubstr("  series  modality  slices"),
+                                HasSubstr("field of view: 12 x 12 x 8 mm"), Not(HasSubstr("body"))));
+    const auto json = nlohmann::json::parse(run("info scan --json").out);
+    EXPECT_EQ(json["passedOver"], (nlohmann::json{{"notSlice", 1}, {"notDicom", 1}, {"notImage", 1}}));
+    EXPECT_EQ(json["series"].size(), 3u);
+    EXPECT_EQ(json["volumes"][0]["gantryTiltDegrees"], 0);
+    EXPECT_EQ(json["volumes"][0]["fieldOfViewMm"], (nlohmann::json{12, 12, 8}));
+    // A whole folder without anything else says nothing about it.
+    series("plain");
+    EXPECT_THAT(run("import plain c.zarr").problems, Not(HasSubstr("passed over")));
+}
+
+TEST_F(Folders, ALostSliceStopsImportAndRenderAndIsToldByInfo) {
+    series("scan");
+    write("scan/IM0004", "");
+    for (const char* command : {"import scan a.zarr", "render scan -o a.png --engine mirror"})
+        expectRefused(command, {"scan/IM0004", "empty", "--allow-missing"});
+    EXPECT_FALSE(exists("a.zarr") || exists("a.png"));
+    EXPECT_THAT(run("info scan").out, HasSubstr("incomplete: 1 file could be slices"));
+    EXPECT_THAT(run("info scan --allow-missing").out, HasSubstr("1 file left out"));
+    const Outcome import = run("import scan a.zarr --allow-missing");
+    EXPECT_EQ(import.exitCode, 0) << import.problems;
+    EXPECT_THAT(import.problems, AllOf(HasSubstr("1 empty (IM0004)"), HasSubstr("1 file left out")));
+    const std::string render = "render scan -q --engine mirror --preset bone --size 16x16 -o a.png";
+    EXPECT_EQ(run(render + " --allow-missing").exitCode, 0);
+    expectRefused(render, {"IM0004"}); // the import that leaves it out is not taken for the whole one
+}
+
+TEST_F(Folders, PhasesAreChosenByNumberAndTheCacheKeepsThemApart) {
+    series("scan", [](DicomImage& image) { image.temporalPosition = 1; });
+    for (int n = 1; n <= 4; ++n)
+        slice("scan/late" + std::to_string(n), 2 * n, [](DicomImage& image) {
+            image.temporalPosition = 2;
+            image.pixels.assign(144, 1500);
+        });
+    expectRefused("import scan a.zarr", {"--phase N", "1: time 1, 2: time 2"});
+    EXPECT_THAT(run("info scan").out, HasSubstr("2 phases for --phase (1: time 1, 2: time 2)"));
+    EXPECT_EQ(run("import scan a.zarr --phase 2").exitCode, 0);
+    EXPECT_THAT(run("info a.zarr").out, HasSubstr("476 to 476 HU"));
+    const std::string render =
+        "render scan --engine mirror --preset bone --size 16x16 -o a.png --json --phase ";
+    const auto hash = [&](const char* phase) {
+        const Outcome outcome = run(render + phase);
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.problems;
+        return nlohmann::json::parse(outcome.out)["store"].dump();
+    };
+    EXPECT_NE(hash("1"), hash("2"));
+}
+
+TEST_F(Folders, AScoutAndASliceExplainThemselvesInsteadOfABlankPicture) {
+    slice("scout/a", 0, [](DicomImage& image) { image.imageType = "ORIGINAL\\PRIMARY\\LOCALIZER"; });
+    expectRefusedWithTable("render scout -o a.png --engine mirror", {"a scout (localizer)", "--series 1"});
+    series("scan");
+    const std::string render = "render scan/IM0002 --engine mirror --preset bone --size 16x16 -o a.png";
+    expectRefused(render + " -q", {"one slice", "--view superior", "folder"});
+    EXPECT_FALSE(exists("a.png"));
+    EXPECT_EQ(run(render + " --view superior").exitCode, 0);
+    EXPECT_THAT(run("import scan/IM0002 one.zarr").problems, HasSubstr("one slice only"));
+}
+
+TEST_F(Folders, ForeignZarrIsNamedByEveryCommand) {
+    fs::create_directories(folder_ / "ome.zarr");
+    write("ome.zarr/zarr.json",
+          R"({"zarr_format":3,"node_type":"group","attributes":{"ome":{"version":"0.5"}}})");
+    fs::create_directories(folder_ / "two.zarr");
+    write("two.zarr/.zarray", "{}");
+    fs::create_directories(folder_ / "none.zarr");
+    for (const char* command : {"import % out.zarr", "info %", "render % -o a.png --engine mirror"}) {
+        const auto with = [&](const char* name) {
+            return std::string(command).replace(std::string(command).find('%'), 1, name);
+        };
+        expectRefused(with("ome.zarr"), {"ome.zarr/zarr.json", "OME-Zarr 0.5", "another program"});
+        expectRefused(with("two.zarr"), {"two.zarr", "Zarr v2 array"});
+        expectRefused(with("none.zarr"), {"none.zarr", "without metadata"});
+    }
+}
+
+TEST_F(Folders, TiltIsShownWithItsSignInFilesAndStores) {
+    for (const double sign : {1.0, -1.0}) {
+        fs::remove_all(folder_ / "tilted");
+        series("tilted", [&](DicomImage& image) {
+            image.columnDirection = {0, 0.9659258, -0.2588190 * sign};
+            image.position->y = 5;
+        });
+        const Outcome import = run("import tilted t.zarr --force");
+        ASSERT_EQ(import.exitCode, 0) << import.problems;
+        for (const char* input : {"tilted", "t.zarr"}) {
+            EXPECT_THAT(
+                run(std::string("info ") + input).out,
+                HasSubstr(sign > 0
+                              ? "gantry tilt:   15 degrees (anterior edge of the slices towards the head)"
+                              : "gantry tilt:   -15 degrees (anterior edge of the slices towards the feet)"));
+            const auto json = nlohmann::json::parse(run(std::string("info --json ") + input).out);
+            const auto& volume = json.contains("volumes") ? json["volumes"][0] : json;
+            EXPECT_NEAR(volume["gantryTiltDegrees"].get<double>(), 15 * sign, 1e-4);
+        }
+    }
+}
+
+TEST_F(Folders, ControlCharactersOfASidecarAreEscaped) {
+    write("v.raw", std::string(16, 'x'));
+    write("v.json", "{\"data\":\"v.raw\",\"extent\":[2,2,2],\"type\":\"int16\",\"spacing\":[1,1,1],"
+                    "\"unit\":\"\\u001b[2J\"}");
+    const Outcome info = run("info v.json");
+    EXPECT_THAT(info.out, AllOf(HasSubstr("\\x1b"), Not(HasSubstr("\x1b"))));
+}
+
+} // namespace
+} // namespace tessera::test

@@ -1,0 +1,152 @@
+// tests/program/options_test.cpp: values that mean nothing are refused, by every option of every command. The
+// table is checked against what each command's help lists, so that no option is forgotten.
+#include "tests/support/program_fixture.h"
+
+#include <algorithm>
+#include <map>
+#include <regex>
+#include <set>
+
+namespace tessera::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::vector<std::string> kNoValues = {"0", "-1", "nan", "inf", "''", "1e400"};
+
+/// A command that would do its work, and its options with those of kNoValues that they may have.
+struct Command {
+    std::string name, words; // all that it needs besides the option
+    std::map<std::string, std::set<std::string>> options;
+};
+
+const std::vector<Command>& commands() {
+    const std::set<std::string> none, numbers = {"0", "-1"};
+    // Words that name a file or a folder: all but the empty one may be a name.
+    const std::set<std::string> names = {"0", "-1", "nan", "inf", "1e400"};
+    static const std::vector<Command> all = {
+        {"import",
+         "s.json out.zarr",
+         {{"--series", none}, {"--phase", none}, {"--unit", none}, {"--ram", none}}},
+        {"info", "s.zarr", {{"--ram", none}}},
+        {"phantom", "sphere", {{"--size", none}, {"--output", none}, {"--ram", none}}},
+        {"render",
+         "s.zarr --engine mirror --size 8x8 -o out.png",
+         {{"--output", none}, // none of these ends in .png
+          {"--size", none},       {"--preset", none},
+          {"--view", none},       {"--fit", none},
+          {"--projection", none}, {"--background", none},
+          {"--engine", none},     {"--step", none},
+          {"--max-error", {"0"}}, // the finest levels that show
+          {"--first", none},      {"--edge-function", none},
+          {"--sampling", none},   {"--isosurface", numbers}, // values of the volume
+          {"--integrator", none}, {"--fetch", none},
+          {"--gradient", none},   {"--gpu-memory", none},
+          {"--ram", none},        {"--gl-device", {"0"}},
+          {"--series", none},     {"--phase", none},
+          {"--unit", none}}},
+        {"accuracy",
+         "s.zarr",
+         {{"--output", names},
+          {"--only", none},
+          {"--scans", names},
+          {"--seconds", none},
+          {"--integrators", none},
+          {"--peers", none},
+          {"--keep-scenes", none}, // without --all
+          {"--size", none},
+          {"--preset", none},
+          {"--gpu-memory", none},
+          {"--ram", none},
+          {"--gl-device", {"0"}},
+          {"--series", none}}},
+        {"bench lod",
+         "",
+         {{"--output", names},
+          {"--scans", names},
+          {"--volumes", none},
+          {"--ram", none},
+          {"--gl-device", {"0"}},
+          {"--only", none}}},
+        {"bench memory",
+         "",
+         {{"--output", names},
+          {"--scans", names},
+          {"--volumes", none},
+          {"--ram", none},
+          {"--gl-device", {"0"}}}},
+        {"bench picture",
+         "",
+         {{"--output", names},
+          {"--scans", names},
+          {"--volumes", none},
+          {"--ram", none},
+          {"--gl-device", {"0"}},
+          {"--only", none}}},
+    };
+    return all;
+}
+
+TEST_F(Program, ValuesThatMeanNothingAreRefusedByEveryOption) {
+    makeSphere();
+    write("s.json", "{}");
+    for (const Command& command : commands())
+        for (const auto& [option, allowed] : command.options)
+            for (const std::string& value : kNoValues) {
+                if (allowed.count(value))
+                    continue;
+                // Replaces the option where the command has it already: the parser takes one only.
+                std::string words = command.words;
+                const std::string shortName = option == "--output" ? "-o" : option;
+                if (const std::size_t at = words.find(shortName + " "); at != std::string::npos)
+                    words.erase(at, words.find(' ', at + shortName.size() + 1) - at);
+                if (option == "--gl-device")
+                    words = std::regex_replace(words, std::regex("--engine mirror"), "");
+                const bool needsOut = command.name != "render" && command.name != "import" &&
+                                      command.name != "info" && option != "--output";
+                const std::string line =
+                    command.name + " " + words + " " + option + "=" + (value == "''" ? "" : value) +
+                    (needsOut ? " -o made" + std::string(command.name == "phantom" ? ".zarr" : "") : "");
+                const std::string spaced = std::regex_replace(line, std::regex(option + "="),
+                                                              option + (value == "''" ? " '' " : " "));
+                const Outcome outcome = run(value == "-1" ? line : spaced);
+                EXPECT_EQ(outcome.exitCode, 2) << spaced << "\n" << outcome.problems;
+                EXPECT_THAT(outcome.problems,
+                            ::testing::AnyOf(HasSubstr(option), HasSubstr(": " + value + ": expected")))
+                    << spaced;
+                EXPECT_EQ(std::count(outcome.problems.begin(), outcome.problems.end(), '\n'), 1)
+                    << outcome.problems;
+            }
+}
+
+TEST_F(Program, ValuesThatMeanSomethingAreTaken) {
+    makeSphere();
+    const std::string render = "render s.zarr -q -o a.png --preset auto --engine mirror --size 8x8 ";
+    for (const char* taken : {"--max-error 0", "--isosurface 0", "--isosurface=-1", "--step 0.015625"})
+        EXPECT_EQ(run(render + taken).exitCode, 0) << taken;
+}
+
+TEST_F(Program, EmptyArgumentsAreRefused) {
+    makeSphere();
+    expectRefused("info ''", {"X", "found \"\""});
+    expectRefused("import '' a.zarr", {"IN"});
+    expectRefused("import s.zarr ''", {"OUT"});
+    expectRefused("render s.zarr -o ''", {"--output"});
+    expectRefused("render s.zarr -o a.png --isosurface 300:", {"--isosurface"});
+}
+
+// An option that is not in the table fails here: it takes a value, so some values mean nothing to it.
+TEST_F(Program, TheTableOfOptionsIsWhole) {
+    for (const Command& command : commands()) {
+        std::istringstream help(run(command.name + " --help").out);
+        const std::regex valued("^ +(-[a-z],)?(--[a-z-]+) [A-Z:].*");
+        std::smatch found;
+        for (std::string line; std::getline(help, line);) {
+            const bool isOption = std::regex_match(line, found, valued);
+            EXPECT_TRUE(!isOption || command.options.count(found[2].str())) << command.name << ": " << line;
+        }
+    }
+}
+
+} // namespace
+} // namespace tessera::test

@@ -1,0 +1,116 @@
+// The proof of the reference holds on phantoms: closed forms, panels halved, a second integrator; and it
+// would notice a reference that is wrong.
+#include "render/engines/reference/reference_proof.h"
+
+#include "bricking/import/importer.h"
+#include "bricking/statistics/statistics.h"
+#include "core/preset.h"
+#include "core/scratch_folder.h"
+#include "datasets/phantom.h"
+
+#include <gtest/gtest.h>
+
+namespace tessera {
+namespace {
+
+TEST(ReferenceProof, ClosedFormsAreMet) {
+    const std::vector<ClosedFormError> forms = closedFormErrors();
+    ASSERT_EQ(forms.size(), 9u);
+    for (const ClosedFormError& form : forms) {
+        EXPECT_LE(form.relativeError, form.limit) << form.name << ": " << form.about;
+        EXPECT_GE(form.relativeError, 0) << form.name;
+    }
+    EXPECT_EQ(forms.back().name, "surface");
+}
+
+class ProofOnRays : public testing::Test {
+  protected:
+    void load(const std::string& phantom, const glm::ivec3& extent) {
+        ImportOptions options;
+        options.durable = false;
+        importToStore(*makePhantom(phantom, extent), folder_ / "v.zarr", ram_, options);
+        store_ = std::make_unique<StoreReader>(folder_ / "v.zarr", ram_);
+        statistics_ = loadStatistics(*store_, ram_, 0);
+        cache_ = std::make_unique<BrickCache>(*store_, ram_, std::size_t{64} << 20, 2);
+    }
+    RayProof prove(const TransferFunction& function, bool lit, const std::vector<Isosurface>& surfaces = {},
+                   Gradient gradient = Gradient::central) {
+        Shading shading;
+        shading.on = lit;
+        shading.gradient = gradient;
+        const VolumeInfo& info = store_->info();
+        const glm::ivec2 size(64);
+        const Camera camera = fitCamera(info, View::anterior, Projection::perspective, size);
+        return proveOnRays({cache_.get(), &info, &function, shading, &statistics_, 1, surfaces},
+                           sampledRays(referenceRays(camera, info, size), 49), 0);
+    }
+    const ScratchFolder folder_;
+    Ledger ram_{"RAM", "--ram", std::size_t{512} << 20};
+    std::unique_ptr<StoreReader> store_;
+    Statistics statistics_;
+    std::unique_ptr<BrickCache> cache_;
+};
+
+TEST_F(ProofOnRays, HoldsOnAPhantomWithAPreset) {
+    load("torso", {48, 36, 56});
+    for (const char* preset : {"bone", "soft-tissue"}) {
+        const RayProof proof = prove(presetFunction(preset, {-1024, 2000, true, 1, {}}), true);
+        EXPECT_EQ(proof.rays, 49u);
+        EXPECT_LE(proof.halving, RayProof::kHalvingLimit) << preset;
+        EXPECT_LE(proof.independent, RayProof::kIndependentLimit) << preset;
+        EXPECT_GT(proof.independent, 0) << preset << ": nothing was seen";
+        EXPECT_TRUE(proof.holds());
+    }
+}
+
+// Rays are cut where the gradient that is shaded turns away from them, whichever it is: light has a corner
+// there, and rays cut for another gradient miss it by 1e-8 and more.
+TEST_F(ProofOnRays, HoldsWithEveryGradient) {
+    load("torso", {48, 36, 56});
+    const auto function = presetFunction("soft-tissue", {-1024, 2000, true, 1, {}});
+    for (std::size_t kind = 0; kind < gradientNames().size(); ++kind) {
+        const RayProof proof = prove(function, true, {}, static_cast<Gradient>(kind));
+        RecordProperty(gradientNames()[kind], std::to_string(1e12 * proof.halving) + "e-12");
+        EXPECT_LE(proof.halving, RayProof::kHalvingLimit) << gradientNames()[kind];
+    }
+}
+
+// Surfaces inside the volume and alone, opaque and not.
+TEST_F(ProofOnRays, HoldsOnIsosurfaces) {
+    load("torso", {48, 36, 56});
+    const std::vector<Isosurface> surfaces = {{250, {0.9, 0.9, 0.8}, 1}, {-300, {0.9, 0.6, 0.5}, 0.3}};
+    for (const bool volume : {false, true}) {
+        const auto function = volume ? presetFunction("soft-tissue", {-1024, 2000, true, 1, {}})
+                                     : TransferFunction::fromExtinction({}, {});
+        const RayProof proof = prove(function, true, surfaces);
+        EXPECT_TRUE(proof.holds()) << proof.halving << ", " << proof.independent;
+    }
+}
+
+// A spike 1/4096 of the range wide, and a step to the largest opacity.
+TEST_F(ProofOnRays, HoldsOnNarrowAndSteepFunctions) {
+    load("sphere", {40, 33, 24});
+    const double width = 2000.0 / 4096;
+    const glm::dvec3 grey(0.5);
+    const auto spike = TransferFunction::fromOpacity({{-width / 2, 0}, {0, 0.9}, {width / 2, 0}},
+                                                     {{-500, grey}, {500, {1, 0.2, 0}}}, 1);
+    const auto step = TransferFunction::fromOpacity({{100, 0}, {100, 1}, {1000, 1}}, {{0, grey}}, 1);
+    for (const TransferFunction& function : {spike, step})
+        EXPECT_TRUE(prove(function, false).holds())
+            << prove(function, false).halving << ", " << prove(function, false).independent;
+}
+
+TEST(SampledRays, AreSpreadAndNoMoreThanThereAre) {
+    std::vector<ReferenceRay> rays(10);
+    for (int i = 0; i < 10; ++i)
+        rays[static_cast<std::size_t>(i)].tMin = i;
+    EXPECT_EQ(sampledRays(rays, 100).size(), 10u);
+    const auto two = sampledRays(rays, 2);
+    ASSERT_EQ(two.size(), 2u);
+    EXPECT_EQ(two[0].tMin, 2);
+    EXPECT_EQ(two[1].tMin, 7);
+    EXPECT_TRUE(sampledRays({}, 5).empty());
+}
+
+} // namespace
+} // namespace tessera

@@ -1,0 +1,136 @@
+// tests/support/scene_fixture.h: what the image tests share: stores in the build folder (made by
+// prepare_test_stores, a fixture of ctest), scenes on them, and cameras, one of them inside.
+#pragma once
+
+#include "core/scene.h"
+#include "render/engines/gpu/fine_mask.h"
+#include "render/engines/gpu/march.h"
+#include "render/engines/gpu/scene_march.h"
+#include "render/engines/mirror/mirror.h"
+#include "render/plan/prepare.h"
+#include "render/residency/texels.h"
+
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace tessera::test {
+
+inline std::filesystem::path storePath(const std::string& name) {
+    return std::filesystem::path(TESSERA_TEST_STORES) / (name + ".zarr");
+}
+
+/// Roomy ledgers: budgets have tests of their own.
+struct Budgets {
+    Ledger ram{"RAM", "--ram", std::size_t{1} << 30};
+    Ledger gpu{"GPU memory", "--gpu-memory", std::size_t{1} << 30};
+};
+
+/// Camera number 0: outside, perspective, oblique; 1: outside, parallel, a side; 2: inside, wide angle.
+inline Camera cameraNumber(int number, const VolumeInfo& info, const glm::ivec2& size) {
+    if (number == 1)
+        return fitCamera(info, View::left, Projection::parallel, size);
+    Camera camera = fitCamera(info, View::anterior, Projection::perspective, size);
+    const glm::dvec3 centre = camera.focalPoint;
+    const double distance = glm::length(camera.position - centre);
+    camera.position = centre + distance * 0.8 * glm::normalize(glm::dvec3(0.4, -1, 0.35));
+    if (number == 2) {
+        const glm::dvec3 extent(info.extentVoxels);
+        camera.position =
+            glm::dvec3(info.patientFromVoxel * glm::dvec4(extent * glm::dvec3(0.53, 0.31, 0.45), 1));
+        camera.focalPoint =
+            glm::dvec3(info.patientFromVoxel * glm::dvec4(extent * glm::dvec3(0.2, 0.9, 0.7), 1));
+        camera.viewAngle = 110;
+    }
+    return camera;
+}
+
+inline Scene sceneOn(const VolumeInfo& info, const std::string& preset, int camera, const glm::ivec2& size) {
+    Scene scene;
+    SceneVolume volume;
+    volume.transferFunction = preset;
+    scene.volumes = {volume};
+    scene.imageSize = size;
+    scene.camera = cameraNumber(camera, info, size);
+    scene.quality.fetch = Fetch::exact;
+    scene.quality.terminationTransmittance = 0;
+    scene.quality.integrator = Integrator::midpoint; // the others are for the tests that name them
+    return scene;
+}
+
+/// One prepared scene with everything that must outlive it.
+struct Prepared {
+    /// @param place  not null: where the volume lies, whatever its store says. Nothing that is stored depends
+    /// on
+    ///               it, so that one store serves for volumes of any spacing, shear and origin.
+    Prepared(const std::string& store, const Scene& scene, bool culling = true, std::size_t gpuBytes = 0,
+             const glm::dmat4* place = nullptr)
+        : reader(storePath(store), budgets.ram) {
+        if (place)
+            const_cast<VolumeInfo&>(reader.info()).patientFromVoxel = *place;
+        Ledger small("GPU memory", "--gpu-memory", gpuBytes ? gpuBytes : std::size_t{1} << 30);
+        p = prepareScene(scene, reader, TextureLimits{}, budgets.ram, small, 0,
+                         culling ? LevelChoice::oneForAll : LevelChoice::oneForAllNothingCulled);
+    }
+    Budgets budgets;
+    StoreReader reader;
+    PreparedScene p;
+};
+
+/// Marches a prepared scene on the software device; features beside those of the volume's type are the
+/// caller's.
+struct GpuPicture {
+    Image image;
+    Work work;
+    std::size_t refinedCells = 0, subBlockEntries = 0;
+};
+inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const MarchSlicing& slicing = {},
+                          bool refine = false) {
+    PreparedScene& p = prepared.p;
+    Ledger& gpu = prepared.budgets.gpu;
+    if (texelFormat(p.info().type).normalised)
+        features |= kFeatureNormalised;
+    features |= kFeatureCounting;
+    const Occupancy* occupancy = (features & kFeatureSkipping) ? &p.occupancy : nullptr;
+    GpuPicture out;
+    if (p.mixed())
+        features |= kFeatureMixed;
+    March march(features, p.frame, p.info(), p.strides(), p.optics, occupancy, gpu);
+    FieldSource source;
+    source.level = p.selection.finest();
+    if (features & kFeatureBricked) {
+        Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), TextureLimits{}, gpu,
+                    prepared.budgets.ram);
+        atlas.bricks.load(*p.cache, out.work);
+        const SceneField field(p, atlas, gpu);
+        source = field.source;
+        SubBlocks subBlocks;
+        const bool fine = (features & kFeatureSubBlocks) != 0;
+        if (fine) {
+            subBlocks = SubBlocks(p.occupancy, gpu);
+            march.useSubBlocks(subBlocks);
+        }
+        if (refine)
+            out.refinedCells = refineSkipping(march.skippingMap(), p.occupancy, p.table, p.optics, features,
+                                              p.info(), source, gpu, fine ? &subBlocks : nullptr);
+        out.subBlockEntries = subBlocks.entries;
+        march.run(source, slicing, out.work);
+    } else {
+        const GlTexture3d whole =
+            wholeLevelTexture(p.info(), source.level, *p.cache, gpu, prepared.budgets.ram);
+        source.wholeLevel = &whole;
+        march.run(source, slicing, out.work);
+    }
+    out.image = march.image();
+    return out;
+}
+
+inline bool bitEqual(const Image& a, const Image& b) {
+    return a.size == b.size &&
+           std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(glm::vec4)) == 0;
+}
+
+} // namespace tessera::test

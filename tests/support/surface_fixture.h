@@ -1,0 +1,96 @@
+// tests/support/surface_fixture.h: what the tests of isosurfaces share: formulas as stored volumes, scenes of
+// surfaces on them, and pictures with what their rays hit.
+#pragma once
+
+#include "bricking/import/importer.h"
+#include "core/scratch_folder.h"
+#include "tests/support/formula_source.h"
+#include "tests/support/scene_fixture.h"
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+namespace tessera::test {
+
+/// A stored formula, sheared and of unlike spacings, and scenes on it: white surfaces, nothing of the volume.
+struct Stored {
+    Stored(const Formula& value, const glm::ivec3& extent = glm::ivec3(44, 40, 48), bool plain = false,
+           double slope = 1) {
+        info.type = ValueType::f32;
+        info.extentVoxels = extent;
+        info.rescaleSlope = slope;
+        info.patientFromVoxel =
+            plain ? glm::dmat4(1) : patientFromVoxelOf({-30, 50, 7}, {0.8, 0, 0}, {0, 0.9, 0}, {0, 0.3, 1.5});
+        Ledger ram("RAM", "--ram", std::size_t{256} << 20);
+        FormulaSource source(info, value);
+        ImportOptions options;
+        options.force = true;
+        importToStore(source, folder / "v.zarr", ram, options);
+    }
+    Scene scene(const std::vector<Isosurface>& surfaces, int camera = 0, int edge = 32) const {
+        Scene s = sceneOn(info, "bone", camera, {edge, edge});
+        s.volumes[0].path = folder / "v.zarr";
+        s.volumes[0].transferFunction = TransferFunction::fromExtinction({}, {});
+        s.surfaces = surfaces;
+        return s;
+    }
+    std::unique_ptr<Prepared> prepare(const Scene& scene, bool culling = true) const {
+        return std::make_unique<Prepared>((folder / "v").string(), scene, culling);
+    }
+    const ScratchFolder folder;
+    VolumeInfo info;
+};
+
+/// Torso scenes: bone opaque, skin semi-transparent, with and without the volume.
+inline Scene torsoScene(int camera, bool volume, Integrator integrator, const glm::ivec2& size = {24, 24}) {
+    Ledger ram("RAM", "--ram", std::size_t{64} << 20);
+    const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
+    Scene scene = sceneOn(info, "soft-tissue", camera, size);
+    if (!volume)
+        scene.volumes[0].transferFunction = TransferFunction::fromExtinction({}, {});
+    scene.quality.integrator = integrator;
+    scene.surfaces = {{-300, {0.9, 0.6, 0.5}, 0.3}, {250, {0.95, 0.9, 0.8}, 1}};
+    return scene;
+}
+
+/// A picture and what its rays hit.
+struct Drawn {
+    Image image;
+    std::vector<SurfaceHit> hits;
+    Work work;
+};
+/// By the march on the software device, with what its rays hit.
+inline Drawn draw(Prepared& prepared, std::uint32_t without = 0, const MarchSlicing& slicing = {},
+                  bool refine = false) {
+    PreparedScene& p = prepared.p;
+    Ledger& gpu = prepared.budgets.gpu;
+    const std::uint32_t features = (marchFeatures(p, true) | kFeatureHits) & ~without;
+    Drawn out;
+    March march(features, p.frame, p.info(), p.strides(), p.optics,
+                (features & kFeatureSkipping) ? &p.occupancy : nullptr, gpu);
+    Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), TextureLimits{}, gpu,
+                prepared.budgets.ram);
+    atlas.bricks.load(*p.cache, out.work);
+    const SceneField field(p, atlas, gpu);
+    if (refine)
+        refineSkipping(march.skippingMap(), p.occupancy, p.table, p.optics, features, p.info(), field.source,
+                       gpu, nullptr);
+    if (p.mapsNearSurfaces && (features & kFeatureSkipping) != 0) {
+        march.setNearSurfaces(p.nearSurfaces);
+        if (refine)
+            refineSkipping(march.nearSurfacesMap(), p.nearSurfaces, p.surfaceTable, p.optics, features,
+                           p.info(), field.source, gpu, nullptr);
+    }
+    march.run(field.source, slicing, out.work);
+    out.image = march.image();
+    out.hits = march.hits();
+    return out;
+}
+
+inline std::size_t hitCount(const std::vector<SurfaceHit>& hits) {
+    return static_cast<std::size_t>(
+        std::count_if(hits.begin(), hits.end(), [](const SurfaceHit& h) { return h.surface != 0; }));
+}
+
+} // namespace tessera::test

@@ -1,0 +1,290 @@
+// viewer/commands/accuracy.cpp: `tessera accuracy SCENE -o FOLDER`: how wrong the picture is, what less error
+// costs, and what breaks; and with --all the scenes of docs/accuracy.md.
+#include "bricking/store/store_reader.h"
+#include "core/error.h"
+#include "core/nearest_name.h"
+#include "core/preset.h"
+#include "core/scratch_folder.h"
+#include "render/engines/gpu/gl/context.h"
+#include "viewer/commands/commands.h"
+#include "viewer/input/volume_input.h"
+#include "viewer/manifest/build_commit.h"
+#include "viewer/options/option_values.h"
+#include "viewer/studies/accuracy/accuracy_report.h"
+#include "viewer/studies/accuracy/scene_section.h"
+#include "viewer/studies/accuracy/scenes.h"
+#include "viewer/studies/lod/workbench.h" // scansFolder
+#include "viewer/studies/report/page.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+#include <memory>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace accuracy;
+
+struct AccuracyArguments {
+    std::string in, out, scans, keptScenes, ram, gpuMemory, size, preset, device = "auto";
+    std::vector<std::string> only, integrators, peers;
+    double seconds = 0;
+    bool all = false, quick = false, noShading = false;
+    InputOptions input;
+};
+
+constexpr const char* kHeading = "# Error against run time: what was measured\n\n"
+                                 "How wrong is a picture, what does less error cost, and what breaks when "
+                                 "the data or the transfer function turn "
+                                 "nasty. This page is generated, with its figures and the CSV files beside "
+                                 "it, by `tessera accuracy`; each section "
+                                 "says how and where it was made.\n";
+
+/// A name that a file may have.
+std::string plainName(const std::string& text) {
+    std::string name;
+    for (const char c : text)
+        name += std::isalnum(static_cast<unsigned char>(c)) || c == '-' ? c : '-';
+    return name.empty() ? "scene" : name;
+}
+
+/// The scene that a user names: a scene file, or a store or source files as `tessera render` shows them.
+NamedScene namedScene(const AccuracyArguments& arguments, Ledger& ram, const CommonOptions& common) {
+    NamedScene named;
+    named.name = plainName(fs::path(arguments.in).stem().string());
+    if (isSceneFile(arguments.in))
+        named.scene = loadScene(arguments.in);
+    else {
+        named.scene.volumes.push_back({fs::path(arguments.in), std::string()});
+        named.scene.quality.automaticStep = true;
+    }
+    SceneVolume& volume = named.scene.volumes.front();
+    volume.path = storeFor(volume.path, arguments.input, ram, common);
+    if (!arguments.preset.empty())
+        volume.transferFunction = arguments.preset;
+    if (const auto* preset = std::get_if<std::string>(&volume.transferFunction); preset && preset->empty())
+        volume.transferFunction =
+            std::string(StoreReader(volume.path, ram).info().unit == "HU" ? "bone" : "auto");
+    if (!arguments.size.empty())
+        named.scene.imageSize = parseImageSize(arguments.size, "--size", Scene::kMaxImageExtent);
+    if (arguments.noShading)
+        named.scene.shading.on = false;
+    named.about = "A scene that was given.";
+    return named;
+}
+
+std::vector<std::string> omissionsOf(const std::vector<NamedScene>& scenes,
+                                     const std::vector<PeerPoint>& peers,
+                                     const std::vector<std::string>& leftOut) {
+    std::vector<std::string> omissions = {
+        "FLIP: no package of Debian 12 brings it; the column is empty.",
+        "A bound of the whole picture: only what ending rays early may leave out is claimed and tested "
+        "(`bound`). Errors "
+        "of levels are predicted, not bounded; that of filtered fetches is bounded for values, not for "
+        "pixels; that of "
+        "the step has no bound that holds for every function.",
+        "Pictures in several passes: their time is mostly loading. Levels that do not fit at once are "
+        "refused instead.",
+        "A cold cache: all bricks are on the device before a frame is timed.",
+        "Jitter and other random methods: there are none."};
+    std::string without, elsewhere;
+    for (const NamedScene& scene : scenes)
+        if (std::none_of(peers.begin(), peers.end(),
+                         [&](const PeerPoint& p) { return p.scene == scene.name; }))
+            without += (without.empty() ? "`" : ", `") + scene.name + "`";
+    for (const PeerPoint& p : peers)
+        if (std::none_of(scenes.begin(), scenes.end(),
+                         [&](const NamedScene& scene) { return p.scene == scene.name; }) &&
+            elsewhere.find("`" + p.scene + "`") == std::string::npos)
+            elsewhere += (elsewhere.empty() ? "`" : ", `") + p.scene + "`";
+    if (peers.empty())
+        omissions.push_back(
+            "Other renderers: none were measured beside these runs (`--peers FILE.csv` adds them).");
+    else if (!without.empty())
+        omissions.push_back("Other renderers of " + without + ": none were measured.");
+    if (!elsewhere.empty())
+        omissions.push_back("Other renderers of " + elsewhere + ": measured, but of no scene of this page.");
+    omissions.insert(omissions.end(), leftOut.begin(), leftOut.end());
+    return omissions;
+}
+
+void makeFolder(const std::string& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error)
+        throw badFile(folder, "a folder to write in", error.message());
+}
+
+/// The command as it may be repeated: all that decides what is on the page, with FOLDER, FILE and SCENE in
+/// the place of paths, because paths carry names.
+std::string commandText(const AccuracyArguments& a) {
+    std::string text = std::string("tessera accuracy ") + (a.all ? "--all" : "SCENE") + " -o FOLDER";
+    const auto add = [&text](const char* option, const std::string& value) {
+        if (!value.empty())
+            text += std::string(" ") + option + " " + value;
+    };
+    const auto addAll = [&text](const char* option, const std::vector<std::string>& values) {
+        if (!values.empty())
+            text += std::string(" ") + option;
+        for (const std::string& value : values)
+            text += " " + value;
+    };
+    const auto addFlag = [&text](const char* option, bool on) {
+        if (on)
+            text += std::string(" ") + option;
+    };
+    addAll("--only", a.only);
+    add("--scans", a.scans.empty() ? "" : "FOLDER");
+    addFlag("--quick", a.quick);
+    add("--seconds", a.seconds > 0 ? formatNumber(a.seconds) : "");
+    addAll("--integrators", a.integrators);
+    addAll("--peers", std::vector<std::string>(a.peers.size(), "FILE"));
+    add("--size", a.size);
+    add("--preset", a.preset);
+    addFlag("--no-shading", a.noShading);
+    add("--gpu-memory", a.gpuMemory);
+    add("--ram", a.ram);
+    add("--gl-device", a.device == "auto" ? "" : a.device);
+    add("--series", a.input.series > 0 ? std::to_string(a.input.series) : "");
+    addFlag("--largest", a.input.largest);
+    addFlag("--resample-z", a.input.resampleZ);
+    return text;
+}
+
+void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common) {
+    if (arguments.in.empty() != arguments.all)
+        throw InputError(arguments.all
+                             ? "accuracy: expected a scene or --all, found both"
+                             : "accuracy: expected a scene, a store, source files or --all, found none");
+    if (!arguments.only.empty() && !arguments.all)
+        throw InputError("accuracy: --only: expected --all, of whose scenes it names some, found none");
+    if (const auto names = presetNames();
+        !arguments.preset.empty() && std::find(names.begin(), names.end(), arguments.preset) == names.end())
+        throw badFile("--preset", "one of " + joinNames(names),
+                      "\"" + arguments.preset + "\"; nearest: \"" + nearestName(arguments.preset, names) +
+                          "\"");
+    SweepOptions options;
+    options.device = arguments.device;
+    options.ramBytes = budgetBytes(arguments.ram, "--ram", common);
+    options.gpuBytes = budgetBytes(arguments.gpuMemory, "--gpu-memory", common);
+    options.effort.quick = arguments.quick;
+    options.effort.seconds = arguments.seconds;
+    for (const std::string& name : arguments.integrators) {
+        options.integrators.push_back(parseIntegrator(name, "--integrators"));
+        if (options.integrators.back() == Integrator::automatic)
+            throw badFile("--integrators", "an integrator that is one", "\"" + name + "\"");
+    }
+    if (!arguments.keptScenes.empty() && !arguments.all)
+        throw InputError("accuracy: --keep-scenes: expected --all, whose scenes it keeps, found none");
+    if (arguments.out.empty() && arguments.keptScenes.empty())
+        throw InputError("accuracy: expected -o FOLDER for the page, found none");
+    for (const std::string& folder : {arguments.out, arguments.keptScenes})
+        if (!folder.empty())
+            makeFolder(folder);
+
+    const ScratchFolder scratch;
+    std::vector<NamedScene> scenes;
+    std::vector<std::string> leftOut;
+    {
+        Ledger ram("RAM", "--ram", options.ramBytes);
+        if (arguments.all) {
+            const bool keep = !arguments.keptScenes.empty();
+            const fs::path folder = keep ? fs::path(arguments.keptScenes) : scratch.path();
+            StandardScenes made = standardScenes(folder, bench::scansFolder(arguments.scans), arguments.only,
+                                                 arguments.quick, options.ramBytes, common, keep);
+            if (keep)
+                keepScenes(made.scenes, folder, options.ramBytes);
+            scenes = std::move(made.scenes);
+            leftOut = std::move(made.leftOut);
+        } else {
+            scenes.push_back(namedScene(arguments, ram, common));
+        }
+    }
+    if (arguments.out.empty()) { // only the scenes were asked for
+        for (const std::string& sentence : leftOut)
+            common.note(sentence);
+        common.note("wrote " + std::to_string(scenes.size()) + " scenes to " + arguments.keptScenes);
+        return;
+    }
+    std::vector<PeerPoint> peers;
+    for (const std::string& file : arguments.peers) {
+        const auto more = loadPeers(file, scenes.size() == 1 ? scenes.front().name : "");
+        peers.insert(peers.end(), more.begin(), more.end());
+    }
+
+    std::vector<Sweep> sweeps;
+    for (const NamedScene& scene : scenes) {
+        common.progress->stage(scene.name + ": drawing it as it is");
+        sweeps.push_back(runSweep(scene, options, common));
+    }
+    if (sweeps.empty())
+        throw InputError("accuracy: expected a scene that can be measured, found none");
+
+    const std::string commit = buildCommit();
+    const MeasuredOn on{"Tessera " TESSERA_VERSION, commit, bench::describeMachine(sweeps.front().device)};
+    std::vector<bench::Report> reports = {referenceSection(sweeps, on, options.effort)};
+    for (const Sweep& sweep : sweeps)
+        reports.push_back(sceneSection(sweep, peers));
+    reports.push_back(stiffSection());
+    reports.push_back(defaultsSection(sweeps));
+    reports.push_back(runsSection(sweeps, on, omissionsOf(scenes, peers, leftOut)));
+    bench::PagePlace place{arguments.out, "accuracy", kHeading, {}};
+    for (const bench::Report& report : reports)
+        place.order.push_back(report.name);
+    const bench::MadeBy madeBy{commandText(arguments),
+                               on.machine + "; load " + bench::formatCell(bench::loadAverage()),
+                               std::string(TESSERA_VERSION) + (commit.empty() ? "" : " (" + commit + ")")};
+    for (const bench::Report& report : reports)
+        bench::writeReport(report, madeBy, place);
+    common.note("wrote " + (fs::path(arguments.out) / "accuracy.md").string());
+}
+
+} // namespace
+
+void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& action) {
+    auto* command = program.add_subcommand(
+        "accuracy", "Measure how wrong a scene's picture is, and what less error costs in time");
+    auto a = std::make_shared<AccuracyArguments>();
+    command->add_option("SCENE", a->in, "scene (.json), store (.zarr), DICOM folder, .nii, ...");
+    command->add_option("-o,--output", a->out,
+                        "folder for the page accuracy.md and the folder accuracy beside it");
+    command->add_flag("--all", a->all, "the scenes of docs/accuracy.md instead of one");
+    command->add_option("--only", a->only,
+                        "with --all: of these scenes only: " + joinNames(standardSceneNames()));
+    command->add_option("--scans", a->scans,
+                        "with --all: folder with the public scans (default: $TESSERA_TEST_DATA)");
+    command->add_flag("--quick", a->quick, "small pictures, fewer settings and repeats: about a minute");
+    command
+        ->add_option("--seconds", a->seconds,
+                     "for the first pictures of a scene; settings that come later are left out, and listed, "
+                     "and times are taken in fewer repeats (default: 40 with --quick, else no limit)")
+        ->check(numberWithin(std::numeric_limits<double>::min(), std::numeric_limits<double>::max(),
+                             "seconds, more than 0"));
+    command->add_option("--integrators", a->integrators,
+                        "to compare, of " + joinNames(integratorNames()) + " (default: all but auto)");
+    command->add_option(
+        "--peers", a->peers,
+        "CSV files of other renderers on the same scenes: scene, renderer, time_min_ms, rmse");
+    command->add_option(
+        "--keep-scenes", a->keptScenes,
+        "with --all: folder for the scenes as files, with their volumes, which other renderers "
+        "can be measured on; without -o nothing else is done");
+    command->add_option("--size", a->size,
+                        "pixels, WIDTHxHEIGHT, at most 512 are drawn (default: the scene's)");
+    command->add_option("--preset", a->preset, "instead of the scene's transfer function");
+    command->add_flag("--no-shading", a->noShading, "colours as the transfer function has them");
+    command->add_option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
+    command->add_option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command->add_option("--gl-device", a->device, "auto, software or a number")->capture_default_str();
+    command->add_option("--series", a->input.series, "source files: number of the DICOM series")
+        ->check(wholeNumberFrom(1));
+    command->add_flag("--largest", a->input.largest,
+                      "source files: of a folder with several, the largest CT");
+    command->add_flag("--resample-z", a->input.resampleZ, "source files: interpolate uneven slices");
+    command->footer("Example:\n  tessera accuracy scene.json -o results --quick");
+    command->callback([a, &common, &action] { action = [a, &common] { runAccuracy(*a, common); }; });
+}
+
+} // namespace tessera

@@ -1,0 +1,203 @@
+// viewer/commands/bench.cpp: `tessera bench lod -o FOLDER`, `tessera bench memory` and `tessera bench
+// picture`: the measurements behind docs/level-of-detail.md and docs/first-picture.md, made again by one
+// command each.
+#include "core/error.h"
+#include "core/nearest_name.h"
+#include "core/scratch_folder.h"
+#include "viewer/commands/commands.h"
+#include "viewer/studies/lod/edge_functions.h"
+#include "viewer/studies/lod/experiments.h"
+#include "viewer/studies/memory/memory_budgets.h"
+#include "viewer/studies/report/page.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace bench;
+
+struct BenchArguments {
+    std::string out, scans, ram, device = "auto";
+    std::vector<std::string> only, volumes;
+    bool quick = false;
+};
+
+struct Experiment {
+    const char* name;
+    Report (*onVolumes)(const Workbench&); // null: needs no volume
+};
+/// A page of docs/ and what is measured for it.
+struct Page {
+    const char* name;    // of its file
+    const char* command; // that makes it again
+    const char* heading;
+    VolumeSet volumes;
+    std::vector<Experiment> experiments; // in the order of the page
+};
+
+std::vector<std::string> experimentNames(const Page& page) {
+    std::vector<std::string> names;
+    for (const Experiment& experiment : page.experiments)
+        names.emplace_back(experiment.name);
+    return names;
+}
+
+constexpr const char* kLevelsHeading =
+    "# Level of detail: what was measured\n\n"
+    "Every brick has its own level, chosen within a budget (flat multiresolution). This page is generated, "
+    "with "
+    "its figures and the CSV files beside it, by\n\n"
+    "    tessera bench lod -o docs --scans FOLDER\n\n"
+    "and each section says how, where and with which volumes it was made. `--only NAME` makes one section "
+    "again. "
+    "Sources: course notes on advanced volume ray casting, sections 2.9.3 to 2.11, whose figures and tables "
+    "are "
+    "named; they number levels the other way round. Errors are distances in CIE 1976 L*u*v*.\n";
+
+constexpr const char* kPictureHeading =
+    "# The first picture: what was measured\n\n"
+    "What a person sees of a volume without asking for anything: how well it fills the picture, and how "
+    "smooth its "
+    "surfaces look. This page is generated, with its figures and the CSV files beside it, by\n\n"
+    "    tessera bench picture -o docs --scans FOLDER\n\n"
+    "and each section says how, where and with which volumes it was made. `--only NAME` makes one section "
+    "again.\n";
+
+const Page& levelsPage() {
+    static const Page page = {"level-of-detail",
+                              "tessera bench lod -o FOLDER",
+                              kLevelsHeading,
+                              VolumeSet::levels,
+                              {{"hierarchy", hierarchyReport},
+                               {"gradient", nullptr},
+                               {"edges", edgeCostReport},
+                               {"sampling", samplingReport},
+                               {"skipping", skippingReport},
+                               {"reductions", reductionsReport},
+                               {"prediction", predictionReport},
+                               {"memory", memoryReport}}};
+    return page;
+}
+const Page& picturePage() {
+    static const Page page = {"first-picture",
+                              "tessera bench picture -o FOLDER",
+                              kPictureHeading,
+                              VolumeSet::all,
+                              {{"framing", framingReport}, {"grain", grainReport}}};
+    return page;
+}
+
+void checkNames(const std::vector<std::string>& given, const std::vector<std::string>& names,
+                const std::string& option) {
+    for (const std::string& name : given)
+        if (std::find(names.begin(), names.end(), name) == names.end())
+            throw badFile(option, "one of " + joinNames(names),
+                          "\"" + name + "\"; nearest: \"" + nearestName(name, names) + "\"");
+}
+
+std::string volumesLine(const Workbench& bench) {
+    std::string text = "Volumes: ";
+    for (const BenchVolume& volume : bench.volumes)
+        text += (&volume == &bench.volumes.front() ? "" : "; ") + ("*" + volume.name + "*: ") + volume.about;
+    text += ".";
+    if (!bench.leftOut.empty())
+        text += " Left out: " + joinNames(bench.leftOut) + ".";
+    return text;
+}
+
+void runBench(const BenchArguments& arguments, const Page& page, const CommonOptions& common) {
+    checkNames(arguments.only, experimentNames(page), "--only");
+    checkNames(arguments.volumes, volumeNames(page.volumes), "--volumes");
+    const fs::path scans = scansFolder(arguments.scans);
+    const std::size_t ramBytes = budgetBytes(arguments.ram, "--ram", common);
+    std::error_code error;
+    fs::create_directories(arguments.out, error);
+    if (error)
+        throw badFile(arguments.out, "a folder to write in", error.message());
+    const PagePlace place{arguments.out, page.name, page.heading, experimentNames(page)};
+    const std::string device = GlContext({arguments.device}).renderer();
+    const ScratchFolder scratch;
+    std::unique_ptr<Workbench> bench;
+    std::string options = arguments.quick ? " --quick" : "";
+    for (const std::string& volume : arguments.volumes)
+        options += " --volumes " + volume;
+    for (const Experiment& experiment : page.experiments) {
+        const auto& only = arguments.only;
+        if (!only.empty() && std::find(only.begin(), only.end(), experiment.name) == only.end())
+            continue;
+        if (experiment.onVolumes && !bench)
+            bench = std::make_unique<Workbench>(makeWorkbench(arguments.device, scans, page.volumes,
+                                                              arguments.volumes, scratch.path(),
+                                                              arguments.quick, ramBytes, common));
+        if (bench)
+            bench->begin(experiment.name, page.volumes == VolumeSet::levels ? bench->scenes() : 0);
+        constexpr unsigned kSeeds = 20;
+        Report report = experiment.onVolumes ? experiment.onVolumes(*bench) : edgeFunctionReport(kSeeds);
+        if (experiment.onVolumes)
+            report.text.push_back(volumesLine(*bench));
+        const MadeBy madeBy{std::string(page.command) + " --only " + experiment.name + options,
+                            describeMachine(device) + "; load " + formatCell(loadAverage()), TESSERA_VERSION};
+        writeReport(report, madeBy, place);
+    }
+    common.note("wrote " + (fs::path(arguments.out) / (std::string(page.name) + ".md")).string());
+}
+
+void addCommon(CLI::App& command, BenchArguments& arguments, const Page& page) {
+    const std::string name = page.name;
+    command
+        .add_option("-o,--output", arguments.out,
+                    "folder for the page " + name + ".md and the folder " + name + " beside it")
+        ->required();
+    command.add_option("--scans", arguments.scans,
+                       "folder with the public scans that the page names (default: $TESSERA_TEST_DATA)");
+    command.add_option("--volumes", arguments.volumes,
+                       "of these volumes only: " + joinNames(volumeNames(page.volumes)));
+    command.add_flag("--quick", arguments.quick, "small volumes and pictures: to see that all works");
+    command.add_option("--ram", arguments.ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command.add_option("--gl-device", arguments.device, "auto, software or a number")->capture_default_str();
+}
+
+} // namespace
+
+void addBenchCommand(CLI::App& program, const CommonOptions& common, Action& action) {
+    auto* command =
+        program.add_subcommand("bench", "Measure first pictures and levels of detail; makes the pages "
+                                        "of docs/ again");
+    command->require_subcommand(1);
+    command->footer("Example:\n  tessera bench lod -o results --quick");
+    auto arguments = std::make_shared<BenchArguments>();
+    const auto add = [&](const char* name, const char* about, const Page& page) {
+        auto* const one = command->add_subcommand(name, about);
+        addCommon(*one, *arguments, page);
+        return one;
+    };
+
+    auto* lod = add("lod", "Edge functions, sampling, reductions, predictions, budgets", levelsPage());
+    lod->add_option("--only", arguments->only,
+                    "sections to make: " + joinNames(experimentNames(levelsPage())));
+    lod->footer("Example:\n  tessera bench lod -o results --scans scans --only gradient");
+    lod->callback([arguments, &common, &action] {
+        action = [arguments, &common] { runBench(*arguments, levelsPage(), common); };
+    });
+
+    auto* memory = add("memory", "Budgets of GPU memory, from a scene's floor to unlimited", levelsPage());
+    memory->footer("Example:\n  tessera bench memory -o results --quick");
+    memory->callback([arguments, &common, &action] {
+        arguments->only = {"memory"};
+        action = [arguments, &common] { runBench(*arguments, levelsPage(), common); };
+    });
+
+    auto* picture = add("picture", "What fills the picture, and how smooth surfaces look", picturePage());
+    picture->add_option("--only", arguments->only,
+                        "sections to make: " + joinNames(experimentNames(picturePage())));
+    picture->footer("Example:\n  tessera bench picture -o results --scans scans --volumes abdomen");
+    picture->callback([arguments, &common, &action] {
+        action = [arguments, &common] { runBench(*arguments, picturePage(), common); };
+    });
+}
+
+} // namespace tessera

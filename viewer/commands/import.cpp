@@ -1,0 +1,53 @@
+// viewer/commands/import.cpp: `tessera import IN OUT.zarr`: any readable input to a store, streaming.
+#include "bricking/import/importer.h"
+#include "viewer/commands/commands.h"
+#include "viewer/input/selection_options.h"
+#include "viewer/input/volume_input.h"
+#include "viewer/options/option_values.h"
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+namespace tessera {
+namespace {
+
+struct ImportArguments {
+    std::string in, out, ram;
+    InputOptions input;
+    std::string unit;
+    bool force = false;
+};
+
+void runImport(const ImportArguments& arguments, const CommonOptions& common) {
+    ImportOptions options;
+    if (!arguments.unit.empty())
+        options.unit = parseUnit(arguments.unit);
+    Ledger ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
+    const std::filesystem::path out(arguments.out);
+    requireStorePath(out, arguments.force);
+    const auto source = openInput(arguments.in, arguments.input, out.parent_path(), common);
+    common.detail("importing " + source->describe() + " to " + out.string());
+    options.force = arguments.force;
+    options.progress = common.progress.get();
+    noteImport(importToStore(*source, out, ram, options), *source, out, ram, common);
+}
+
+} // namespace
+
+void addImportCommand(CLI::App& program, const CommonOptions& common, Action& action) {
+    auto* command = program.add_subcommand("import", "Turn files into a store, streaming, in bounded memory");
+    auto arguments = std::make_shared<ImportArguments>();
+    command->add_option("IN", arguments->in, "DICOM file or folder, .nii, .nii.gz, or a raw file's .json")
+        ->required();
+    command->add_option("OUT", arguments->out, "store to write, OUT.zarr")->required();
+    command->add_flag("--force", arguments->force, "replace an existing store");
+    addSelectionOptions(*command, arguments->input);
+    command->add_option("--unit", arguments->unit,
+                        "HU: the values are in HU, though the file cannot say so (NIfTI)");
+    command->add_option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command->footer("Example:\n  tessera import scans/abdomen abdomen.zarr --ram 512MiB");
+    command->callback(
+        [arguments, &common, &action] { action = [arguments, &common] { runImport(*arguments, common); }; });
+}
+
+} // namespace tessera

@@ -1,0 +1,49 @@
+// viewer/commands/phantom.cpp: `tessera phantom NAME --size XxYxZ -o OUT.zarr`: a generated volume, streamed.
+#include "datasets/phantom.h"
+#include "bricking/import/importer.h"
+#include "core/nearest_name.h"
+#include "viewer/commands/commands.h"
+#include "viewer/input/volume_input.h"
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+namespace tessera {
+namespace {
+
+constexpr int kMaxExtent = 65536; // voxels an axis: 2^48 in all, far beyond any disk
+
+struct PhantomArguments {
+    std::string name, size = "128x128x128", out, ram;
+    bool force = false;
+};
+
+void runPhantom(const PhantomArguments& arguments, const CommonOptions& common) {
+    Ledger ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
+    const glm::ivec3 extent = parseVolumeSize(arguments.size, "--size", kMaxExtent);
+    const auto source = makePhantom(arguments.name, extent);
+    const std::filesystem::path out(arguments.out);
+    requireStorePath(out, arguments.force);
+    common.detail("making " + source->describe() + " in " + out.string());
+    ImportOptions options;
+    options.force = arguments.force;
+    options.progress = common.progress.get();
+    noteImport(importToStore(*source, out, ram, options), *source, out, ram, common);
+}
+
+} // namespace
+
+void addPhantomCommand(CLI::App& program, const CommonOptions& common, Action& action) {
+    auto* command = program.add_subcommand("phantom", "Generate a volume of any size, streamed into a store");
+    auto arguments = std::make_shared<PhantomArguments>();
+    command->add_option("NAME", arguments->name, "one of " + joinNames(phantomNames()))->required();
+    command->add_option("--size", arguments->size, "voxels, XxYxZ")->capture_default_str();
+    command->add_option("-o,--output", arguments->out, "store to write, OUT.zarr")->required();
+    command->add_flag("--force", arguments->force, "replace an existing store");
+    command->add_option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command->footer("Example:\n  tessera phantom torso --size 256x192x300 -o torso.zarr");
+    command->callback(
+        [arguments, &common, &action] { action = [arguments, &common] { runPhantom(*arguments, common); }; });
+}
+
+} // namespace tessera

@@ -1,0 +1,92 @@
+// viewer/manifest/manifest.cpp: see manifest.h.
+#include "viewer/manifest/manifest.h"
+
+#include <nlohmann/json.hpp>
+
+namespace tessera {
+namespace {
+nlohmann::json budgetJson(const Ledger& ledger) {
+    return {{"limitBytes", ledger.limitBytes()}, {"peakBytes", ledger.peakBytes()}};
+}
+} // namespace
+
+namespace {
+nlohmann::json errorJson(const EstimatedError& e) {
+    return {{"rms", e.rms}, {"largest", e.largest}, {"luvMean", e.luvMean}, {"luvPercentile99", e.luvP99}};
+}
+
+/// Each cause apart; docs/user-guide.md says what they mean.
+nlohmann::json errorsJson(const RenderResult& result, const Scene& scene) {
+    const double share = scene.quality.terminationTransmittance;
+    nlohmann::json errors = {{"termination", {{"lightLeftOutAtMost", share}}},
+                             {"table", {{"ofLargestExtinction", result.tableRelativeError}}}};
+    if (result.predictedError)
+        errors["levels"] = {{"luvMean", result.predictedError->mean},
+                            {"luvPercentile99", result.predictedError->p99}};
+    if (!result.errors)
+        return errors;
+    errors["pixelsDrawnAgain"] = result.errors->pixels;
+    errors["termination"]["largest"] = result.errors->terminationBound;
+    if (result.errors->step) {
+        errors["step"] = errorJson(result.errors->step->error);
+        errors["step"]["order"] = result.errors->step->order;
+    }
+    if (result.errors->filtering)
+        errors["filtering"] = errorJson(*result.errors->filtering);
+    errors["luvPercentile99"] = result.errors->luvP99();
+    return errors;
+}
+} // namespace
+
+nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const RenderResult& result,
+                            Engine engine, const Ledger& ram, const Ledger& gpu) {
+    const std::string hash = store.contentHash();
+    Scene shown = scene;
+    shown.camera = result.camera;
+    for (SceneVolume& volume : shown.volumes)
+        volume.path = "content-" + hash + ".zarr";
+    const VolumeInfo& info = store.info();
+    const Work& work = result.work;
+    nlohmann::json manifest = {
+        {"tesseraManifest", 1},
+        {"notice", "not for diagnosis"},
+        {"program", "tessera " TESSERA_VERSION},
+        {"scene", nlohmann::json::parse(sceneJson(shown))},
+        {"store",
+         {{"contentHash", hash},
+          {"extentVoxels", {info.extentVoxels.x, info.extentVoxels.y, info.extentVoxels.z}},
+          {"type", name(info.type)},
+          {"unit", info.unit},
+          {"lowest", result.lowest},
+          {"highest", result.highest}}},
+        {"engine", name(engine)},
+        {"device", result.device},
+        {"openGl", result.glVersion},
+        {"budgets", {{"ram", budgetJson(ram)}, {"gpuMemory", budgetJson(gpu)}}},
+        {"resident",
+         {{"level", result.level},
+          {"bricksOfLevel", result.bricksOfLevel}, // 0 finest; the last: empty
+          {"pages", result.selectionPages},
+          {"pagesAtOnce", result.atlasPages},
+          {"passes", result.passes},
+          {"bricks", result.residentBricks},
+          {"emptyBricks", result.emptyBricks},
+          {"cells", result.cells},
+          {"occupiedCells", result.occupiedCells}}},
+        {"segments",
+         {{"stepVoxels", result.stepVoxels},
+          {"integrator", integratorNames()[static_cast<std::size_t>(result.integrator)]}}},
+        {"errors", errorsJson(result, scene)},
+        {"work",
+         {{"iterations", work.iterations},
+          {"segments", work.segments},
+          {"samples", work.samples},
+          {"fetches", work.fetches},
+          {"dispatches", work.dispatches},
+          {"bricksUploaded", work.bricksUploaded},
+          {"blended", work.blended},
+          {"bytesUploaded", work.bytesUploaded}}}};
+    return manifest;
+}
+
+} // namespace tessera

@@ -1,0 +1,20 @@
+// viewer/manifest/manifest.h: what a picture tells about itself: everything it was made from, and nothing
+// about whom. Paths are left out, because folders carry patients' names; the store is named by the hash of
+// its content.
+#pragma once
+
+#include "bricking/store/store_reader.h"
+#include "core/budget.h"
+#include "core/scene.h"
+#include "render/renderer.h"
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace tessera {
+
+/// The scene (its camera spelled out), store, device, engine, budgets and what was used of them, what was
+/// resident, work counters, program version, "not for diagnosis". Include from .cpp files only.
+nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const RenderResult& result,
+                            Engine engine, const Ledger& ram, const Ledger& gpu);
+
+} // namespace tessera

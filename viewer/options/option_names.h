@@ -1,0 +1,14 @@
+// viewer/options/option_names.h: the option that somebody meant: by what other programs call it, by a part of
+// its name, or by its spelling.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// Of the known options the one that an unknown one most likely means; "" where none is near enough to be
+/// worth a guess. All with their leading "--"; what follows a "=" does not count.
+std::string likelyOption(const std::string& unknown, const std::vector<std::string>& known);
+
+} // namespace tessera

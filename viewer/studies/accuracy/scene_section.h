@@ -1,0 +1,16 @@
+// viewer/studies/accuracy/scene_section.h: one scene on the page: its figures, times at equal error, errors
+// at equal time, orders of convergence, and what each axis changes.
+#pragma once
+
+#include "viewer/studies/accuracy/peers.h"
+#include "viewer/studies/accuracy/sweep.h"
+#include "viewer/studies/report/report.h"
+
+#include <vector>
+
+namespace tessera::accuracy {
+
+/// @param peers  of all scenes; those of this one are shown beside it
+bench::Report sceneSection(const Sweep& sweep, const std::vector<PeerPoint>& peers);
+
+} // namespace tessera::accuracy

@@ -1,0 +1,258 @@
+// viewer/studies/lod/workbench.cpp: see workbench.h.
+#include "viewer/studies/lod/workbench.h"
+
+#include "bricking/import/importer.h"
+#include "core/error.h"
+#include "core/interrupt.h"
+#include "datasets/phantom.h"
+#include "render/engines/gpu/field_binding.h"
+#include "render/engines/gpu/march.h"
+#include "render/engines/gpu/scene_march.h"
+#include "render/engines/gpu/visibility_pass.h"
+#include "viewer/input/volume_input.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <glm/geometric.hpp>
+#include <optional>
+
+namespace tessera::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Scans that are public, by the names of their files.
+struct KnownScan {
+    const char* name;
+    const char* path; // inside the folder of scans
+    const char* about;
+    std::vector<std::string> presets; // that levels of detail are measured with; none: they are not
+};
+const std::vector<KnownScan>& knownScans() {
+    static const std::vector<KnownScan> scans = {
+        {"abdomen",
+         "ct-abdomen-dicom",
+         "contrast-enhanced abdomen CT (pyvista/vtk-data, DICOM_Stack)",
+         {"bone", "vessels", "soft-tissue"}},
+        {"head",
+         "ct-head-tilted-dicom",
+         "head CT with a tilted gantry (neurolabusc/dcm_qa_ct)",
+         {"bone", "skin"}},
+        {"avm", "nifti/CT_AVM.nii.gz", "head CT angiography (neurolabusc/niivue-images, CT_AVM)", {"auto"}},
+        {"bonsai",
+         "scivis/OpenSciVis/bonsai.nii.gz",
+         "CT of a bonsai (neurolabusc/VolumeRenderingData)",
+         {"auto"}},
+        {"engine",
+         "scivis/OpenSciVis/engine.nii.gz",
+         "CT of an engine block (neurolabusc/VolumeRenderingData)",
+         {"auto"}},
+        {"thorax", "ct-thorax-dicom", "thorax CT, one phase of a 4D scan (ITKElastix examples)", {}},
+        {"slice", "ct-slice-encodings/CTImage.dcm", "one CT slice (cornerstone test images)", {}},
+        {"pitch", "nifti/CT_pitch.nii.gz", "CT with an oblique affine (neurolabusc/niivue-images)", {}},
+        {"fuel",
+         "scivis/OpenSciVis/fuel.nii.gz",
+         "simulated fuel injection (neurolabusc/VolumeRenderingData)",
+         {}},
+        {"avf",
+         "nifti-nrrd-pair/nifti/marc_avf/avf_float_32.nii.gz",
+         "MR angiography in floats (FNNDSC/data)",
+         {}}};
+    return scans;
+}
+
+BenchVolume makeTorso(const fs::path& folder, bool quick, std::size_t ramBytes) {
+    const glm::ivec3 extent = quick ? glm::ivec3(96, 72, 112) : glm::ivec3(320, 240, 375);
+    BenchVolume volume{"torso",
+                       "generated torso phantom, " + formatExtent(extent) + " voxels",
+                       folder / "torso.zarr",
+                       {"bone", "soft-tissue"},
+                       false};
+    Ledger ram("RAM", "--ram", ramBytes);
+    ImportOptions options;
+    options.durable = false;
+    importToStore(*makePhantom("torso", extent), volume.store, ram, options);
+    return volume;
+}
+
+Scene sceneOf(const BenchVolume& volume, const std::string& preset, const std::string& camera,
+              const VolumeInfo& info, int pixels) {
+    Scene scene;
+    SceneVolume shown;
+    shown.path = volume.store;
+    shown.transferFunction = preset;
+    scene.volumes = {shown};
+    scene.imageSize = glm::ivec2(pixels);
+    scene.camera = cameraNamed(camera, info, scene.imageSize);
+    return scene;
+}
+
+constexpr std::size_t kAmpleGpuBytes = std::size_t{8} << 30; // these experiments count pages themselves
+
+} // namespace
+
+fs::path scansFolder(const std::string& told) {
+    if (!told.empty()) {
+        std::error_code ignored;
+        if (!fs::is_directory(told, ignored))
+            throw badFile(told, "a folder with scans", "none");
+        return told;
+    }
+    const char* const data = std::getenv("TESSERA_TEST_DATA");
+    return data ? fs::path(data) : fs::path();
+}
+
+std::vector<std::string> volumeNames(VolumeSet set) {
+    std::vector<std::string> names = {"torso"};
+    for (const KnownScan& scan : knownScans())
+        if (set == VolumeSet::all || !scan.presets.empty())
+            names.emplace_back(scan.name);
+    return names;
+}
+
+Workbench makeWorkbench(const std::string& device, const fs::path& scansFolder, VolumeSet set,
+                        const std::vector<std::string>& only, const fs::path& scratchFolder, bool quick,
+                        std::size_t ramBytes, const CommonOptions& common) {
+    Workbench bench{device, {}, {}, quick, ramBytes, common, {}};
+    const auto wanted = [&only](const std::string& name) {
+        return only.empty() || std::find(only.begin(), only.end(), name) != only.end();
+    };
+    if (wanted("torso"))
+        bench.volumes.push_back(makeTorso(scratchFolder, quick, ramBytes));
+    else
+        bench.leftOut.push_back("torso");
+    for (const KnownScan& scan : knownScans()) {
+        if (set == VolumeSet::levels && scan.presets.empty())
+            continue;
+        const fs::path path = scansFolder / scan.path;
+        if (!wanted(scan.name) || scansFolder.empty() || !fs::exists(path)) {
+            bench.leftOut.push_back(scan.name);
+            continue;
+        }
+        Ledger ram("RAM", "--ram", ramBytes);
+        InputOptions input;
+        input.resampleZ = true;
+        bench.volumes.push_back(
+            {scan.name, scan.about, storeFor(path, input, ram, common), scan.presets, true});
+    }
+    return bench;
+}
+
+void Workbench::begin(const std::string& name, std::size_t scenes) {
+    experiment = name;
+    parts = scenes;
+    partsDone = 0;
+    common.progress->stage("measuring: " + name);
+}
+
+void Workbench::done(const std::string& what) const {
+    checkInterrupted();
+    common.note(experiment + ": " + what + " done");
+    if (parts > 0)
+        common.progress->update(static_cast<double>(++partsDone) / static_cast<double>(parts));
+}
+
+std::size_t Workbench::scenes() const {
+    std::size_t count = 0;
+    for (const BenchVolume& volume : volumes)
+        count += volume.presets.size();
+    return count;
+}
+
+Camera cameraNamed(const std::string& name, const VolumeInfo& info, const glm::ivec2& size) {
+    if (name == "left")
+        return fitCamera(info, View::left, Projection::parallel, size);
+    Camera camera = fitCamera(info, View::anterior, Projection::perspective, size);
+    if (name == "near") {
+        const double distance = glm::length(camera.position - camera.focalPoint);
+        camera.position = camera.focalPoint + 0.5 * distance * glm::normalize(glm::dvec3(0.5, -1, 0.4));
+    } else if (name == "inside") {
+        const auto at = [&](const glm::dvec3& share) {
+            return glm::dvec3(info.patientFromVoxel * glm::dvec4(share * glm::dvec3(info.extentVoxels), 1));
+        };
+        camera.position = at({0.53, 0.31, 0.45});
+        camera.focalPoint = at({0.2, 0.9, 0.7});
+        camera.viewAngle = 110;
+    } else {
+        TESSERA_CHECK(name == "anterior");
+    }
+    return camera;
+}
+
+SceneBench::SceneBench(const Workbench& bench, const BenchVolume& volume, const std::string& preset,
+                       const std::string& camera, int pixels)
+    : bench_(bench), context_({bench.device}), name_(volume.name + ", " + preset + ", " + camera),
+      ram_("RAM", "--ram", bench.ramBytes / 2), analysisRam_("RAM", "--ram", bench.ramBytes / 2),
+      gpu_("GPU memory", "--gpu-memory", kAmpleGpuBytes), store_(volume.store, ram_) {
+    const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
+    const Scene scene = sceneOf(volume, preset, camera, store_.info(), bench.pixels());
+    prepared_ = prepareScene(scene, store_, limits, ram_, gpu_, 0, LevelChoice::oneForAll);
+    if (pixels > 0)
+        prepared_.frame =
+            rayFrame(prepared_.camera, info(), glm::ivec2(pixels), prepared_.quality.stepVoxels);
+    culled_ = cullBricks(prepared_.statistics, prepared_.table, info(), 0, cullingFor(scene.shading));
+    chooser_.emplace(store_, analysisRam_, 0);
+    chooser_->setFunction(prepared_.statistics, prepared_.table, cullingFor(scene.shading));
+    chooser_->keepFunction();
+    chooser_->setCamera(prepared_.camera, scene.imageSize);
+    visibility_ = chooser_->predictedVisibility();
+}
+
+Drawn SceneBench::draw(Selection selection, const Setting& setting) {
+    PreparedScene& p = prepared_;
+    p.quality.edgeFunction = setting.edgeFunction;
+    p.quality.sampling = setting.sampling;
+    p.quality.skipping = setting.skipping;
+    p.setSelection(std::move(selection), ram_);
+    Drawn drawn;
+    const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
+    March march(marchFeatures(p, setting.counting), p.frame, p.info(), p.strides(), p.optics,
+                setting.skipping ? &p.occupancy : nullptr, gpu_);
+    Atlas atlas(p.info(), p.selection, std::max(pagesOf(p.selection), std::size_t{1}), limits, gpu_, ram_);
+    atlas.bricks.load(*p.cache, drawn.work);
+    const SceneField field(p, atlas, gpu_);
+    march.run(field.source, MarchSlicing{}, drawn.work);
+    drawn.image = march.image();
+    bench_.common.detail(name_ + ": marched in " + formatNumber(drawn.work.marchMs, 3) + " ms");
+    return drawn;
+}
+
+std::vector<float> SceneBench::countedVisibility(Selection selection) {
+    PreparedScene& p = prepared_;
+    p.setSelection(std::move(selection), ram_);
+    const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
+    Work work;
+    Atlas atlas(p.info(), p.selection, std::max(pagesOf(p.selection), std::size_t{1}), limits, gpu_, ram_);
+    atlas.bricks.load(*p.cache, work);
+    const SceneField field(p, atlas, gpu_);
+    VisibilityPass pass(marchFeatures(p, false), p.info(), gpu_);
+    return visibilityFactors(pass.count(visibilityRays(p.camera, p.info(), p.imageSize, p.strides()),
+                                        field.source, p.optics, work),
+                             p.selection);
+}
+
+double SceneBench::reductionOf(const Selection& selection) const {
+    const double texels =
+        static_cast<double>(pagesOf(selection)) * kBrickExtent * kBrickExtent * kBrickExtent;
+    return static_cast<double>(info().voxelCount()) / std::max(texels, 1.0);
+}
+
+std::vector<float> SceneBench::seenAt(double reduction) {
+    return countedVisibility(chosenAt(reduction, visibility_));
+}
+
+Selection SceneBench::chosenAt(double reduction) {
+    return chosenAt(reduction, seenAt(reduction));
+}
+
+Selection SceneBench::chosenAt(double reduction, Visibility visibility) const {
+    return chooser_->best(culled_.means, pagesAt(reduction), visibility);
+}
+
+std::size_t SceneBench::pagesAt(double reduction) const {
+    const double page = double{kBrickExtent} * kBrickExtent * kBrickExtent;
+    return std::max(std::size_t{1},
+                    static_cast<std::size_t>(static_cast<double>(info().voxelCount()) / page / reduction));
+}
+
+} // namespace tessera::bench

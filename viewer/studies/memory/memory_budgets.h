@@ -1,0 +1,11 @@
+// viewer/studies/memory/memory_budgets.h: what `tessera bench memory` measures.
+#pragma once
+
+#include "viewer/studies/lod/workbench.h"
+
+namespace tessera::bench {
+
+/// Budgets from the floor to unlimited.
+Report memoryReport(const Workbench& bench);
+
+} // namespace tessera::bench
