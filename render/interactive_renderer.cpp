@@ -2,9 +2,10 @@
 // move is in interactive_bricks.cpp.
 #include "render/interactive_renderer.h"
 
-#include "render/engines/gpu/scene_march.h"
 
 #include "core/error.h"
+#include "render/picture.h" // raysOf
+#include "render/plan/visibility_rays.h"
 
 #include <algorithm>
 #include <utility>
@@ -24,7 +25,7 @@ constexpr milliseconds kPatience{50}; // for more bricks before a better picture
 
 /// What a choice needs; it is made on another thread.
 struct InteractiveRenderer::Request {
-    const PreparedScene* scene = nullptr;          // of it statistics and info only
+    const ScenePlan* scene = nullptr;          // of it statistics and info only
     std::shared_ptr<const TransferTable> function; // where it is another one
     Culling culling = Culling::lit;
     Camera camera;
@@ -33,24 +34,23 @@ struct InteractiveRenderer::Request {
     std::vector<std::uint8_t> resident;
 };
 
-InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& store,
-                                         const GlContext& context, Ledger& ram, Ledger& gpu,
-                                         const InteractiveOptions& options)
-    : scene_(scene), ram_(ram), gpu_(gpu), options_(options) {
+InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& store, Engine& engine,
+                                         Ledger& ram, Ledger& gpu, const InteractiveOptions& options)
+    : scene_(scene), engine_(engine), ram_(ram), gpu_(gpu), options_(options) {
     scene_.quality.maxError.reset();
     const int threads = options.threads;
-    p_ = prepareView(scene_, store, ram, threads);
+    p_ = planView(scene_, store, ram, threads);
+    VolumeState& volume = p_.volume;
     const std::size_t bricks = cellCount(brickGrid(p_.info().extentVoxels));
     charge_ = ram.charge(kBytesPerBrick * bricks, "levels that change");
-    const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};
+    const TextureLimits limits = engine.limits();
     p_.settleIntegrator(ram, gpu, TransferTable::kMaxEntries);
+    p_.planMemory(limits, ram, gpu, threads, true);
     // Of any function: the march's tables and the table of what is seen.
     const std::size_t tables =
         p_.gpuTableBytes(TransferTable::kMaxEntries) + TransferTable::kMaxEntries * sizeof(glm::vec4);
-    const std::size_t reserved = p_.reserveGpu(limits, ram, gpu);
-    p_.mapsNearSurfaces = false; // levels change too often
-    const std::size_t fixed =
-        reserved + tables + visibilityBytes(scene.imageSize, brickGrid(p_.info().extentVoxels));
+    const std::size_t fixed = p_.memory.gpuBytes() + tables +
+                              visibilityBytes(scene.imageSize, brickGrid(p_.info().extentVoxels));
     pages_ = pagesThatFit(gpu.freeBytes() - std::min(gpu.freeBytes(), fixed), p_.info().type, limits);
     if (pages_ == 0)
         throw InputError(gpu.option() + ": this scene needs at least " +
@@ -60,30 +60,27 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     chosenPages_ = pages_ - static_cast<std::size_t>(static_cast<double>(pages_) *
                                                      std::clamp(options.spareShare, 0.0, 0.5));
     // Nothing is resident: every brick that shows something stands as its mean.
-    p_.selection = cullBricks(p_.statistics, p_.table, p_.info(), kMean, cullingFor(scene_.shading));
-    const std::size_t shown = p_.selection.shownBricks();
-    if (ram.freeBytes() >= p_.ramToKeep(threads) + LevelChooser::bytes(shown, bricks)) {
+    volume.selection =
+        cullBricks(volume.statistics, volume.table, p_.info(), kMean, cullingFor(scene_.shading));
+    const std::size_t shown = volume.selection.shownBricks();
+    if (ram.freeBytes() >= p_.memory.ramBytes() + LevelChooser::bytes(shown, bricks)) {
         chooser_ = std::make_unique<LevelChooser>(store, ram, threads);
-        chooser_->setFunction(p_.statistics, p_.table,
+        chooser_->setFunction(volume.statistics, volume.table,
                               cullingFor(scene_.shading)); // before the cache takes the memory that is left
         predicts_ = true;
         mostRays_ = (bricks - shown) * kBrickRayParts * kBrickRayBytes;
-        raysReserve_ = ram.charge(std::min(mostRays_, (ram.freeBytes() - p_.ramToKeep(threads)) / 4),
+        raysReserve_ = ram.charge(std::min(mostRays_, (ram.freeBytes() - p_.memory.ramBytes()) / 4),
                                   "what is known of more bricks");
     }
     p_.mapLevels(ram, true);
     p_.openCache(ram, threads);
-    atlas_.emplace(p_.info(), p_.selection, pages_, limits, gpu, ram);
-    textures_.emplace(p_.levels, gpu);
-    source_ = {&*atlas_, nullptr, 0, &p_.levels, &*textures_};
-    p_.frame = rayFrame(p_.camera, p_.info(), scene_.imageSize, scene_.quality.stepVoxels);
-    const std::uint32_t features = marchFeatures(p_, options.counting);
-    march_.emplace(features, p_.frame, p_.info(), p_.strides(), p_.optics,
-                   scene_.quality.skipping ? &p_.occupancy : nullptr, gpu);
-    sight_.emplace(features, p_.info(), gpu);
+    ScenePlan* const volumes[] = {&p_};
+    engine_.open(volumes, pages_);
+    TESSERA_CHECK(engine_.bricks());
+    p_.view.aim(p_.info());
+    caster_ = engine_.caster({options.counting, false, false}, gpu);
+    counter_ = engine_.counter(gpu);
     gain_.assign(bricks, 0);
-    levelsAreNew_ = true;
-    functionIsNew_ = false; // the chooser knows it, and where there is none every choice is told
 }
 
 InteractiveRenderer::~InteractiveRenderer() {
@@ -98,10 +95,11 @@ void InteractiveRenderer::reserveForRays() {
 }
 
 void InteractiveRenderer::setCamera(const Camera& camera) {
-    p_.camera = camera;
-    cameraIsNew_ = viewIsNew_ = true;
+    p_.view.camera = camera;
+    forChoice_.add(kCameraChanged);
+    forPicture_.add(kCameraChanged);
     counting_ = false;
-    sightsLeft_ = 1;
+    countsLeft_ = 1;
 }
 
 void InteractiveRenderer::setFunction(const TransferFunction& function) {
@@ -110,7 +108,7 @@ void InteractiveRenderer::setFunction(const TransferFunction& function) {
 
 void InteractiveRenderer::cancel() {
     if (drawing_)
-        cameraIsNew_ = true; // begins anew
+        forPicture_.add(kCameraChanged); // begins anew
     drawing_ = false;
 }
 
@@ -122,7 +120,7 @@ void InteractiveRenderer::setPath(std::vector<Camera> next) {
 
 InteractiveRenderer::Choice InteractiveRenderer::choose(LevelChooser* chooser, const Request& r) {
     Choice c;
-    const Statistics& statistics = r.scene->statistics;
+    const Statistics& statistics = r.scene->volume.statistics;
     const auto oneForAll = [&] { // what counts here is pages, not bytes
         const auto pages = [](const auto& counts) { return pagesFor(counts); };
         c.selection = selectOneLevel(statistics, *r.function, r.scene->info(), r.pages, pages, r.culling,
@@ -139,7 +137,7 @@ InteractiveRenderer::Choice InteractiveRenderer::choose(LevelChooser* chooser, c
         return oneForAll();
     }
     c.predicted = true;
-    chooser->setCamera(r.camera, r.scene->imageSize);
+    chooser->setCamera(r.camera, r.scene->view.imageSize);
     const std::vector<float> visible = r.visible.empty() ? chooser->predictedVisibility() : r.visible;
     BestLevels best = bestLevels(*chooser, statistics.brickMean, r.pages, visible);
     c.selection = std::move(best.selection);
@@ -162,9 +160,9 @@ void InteractiveRenderer::startChoosing(const Camera& camera, std::vector<float>
                     camera,
                     chosenPages_,
                     std::move(visible),
-                    p_.selection.levels};
-    if (functionIsNew_ || !predicts_)
-        request.function = std::make_shared<const TransferTable>(p_.table);
+                    p_.volume.selection.levels};
+    if (forChoice_.any(kFunctionChanged) || !predicts_)
+        request.function = std::make_shared<const TransferTable>(p_.volume.table);
     raysReserve_ = {};
     choosing_ = std::async(std::launch::async,
                            [chooser = chooser_.get(), r = std::move(request)] { return choose(chooser, r); });
@@ -177,7 +175,7 @@ void InteractiveRenderer::finishChoosing() {
     Choice choice = choosing_.get();
     predicts_ = choice.predicted;
     reserveForRays();
-    if (viewIsNew_ || functionIsNew_)
+    if (forChoice_.any())
         return; // it answers what is no longer asked
     if (forPath) {
         lookAhead(choice);
@@ -193,11 +191,11 @@ void InteractiveRenderer::finishChoosing() {
 void InteractiveRenderer::chooseWhatIsNew() {
     if (choosing_.valid())
         return;
-    if (viewIsNew_ || functionIsNew_) {
+    if (forChoice_.any()) {
         // What the last view saw is the best guess at what this one will see, unless the function is another.
-        startChoosing(p_.camera, visible_);
-        viewIsNew_ = functionIsNew_ = false;
-    } else if (wanted_ && moves_.empty() && sightsLeft_ == 0 && lookedAhead_ < path_.size()) {
+        startChoosing(p_.view.camera, visible_);
+        forChoice_ = Changes();
+    } else if (wanted_ && moves_.empty() && countsLeft_ == 0 && lookedAhead_ < path_.size()) {
         forPath_ = true;
         startChoosing(path_[lookedAhead_++], visible_); // as it will be when it comes to that
     }
@@ -209,72 +207,72 @@ void InteractiveRenderer::applyFunction() {
     p_.setFunction(*nextFunction_, scene_, ram_);
     nextFunction_.reset();
     const Selection culled =
-        cullBricks(p_.statistics, p_.table, p_.info(), kMean, cullingFor(scene_.shading));
+        cullBricks(p_.volume.statistics, p_.volume.table, p_.info(), kMean, cullingFor(scene_.shading));
     for (std::size_t b = 0; b < culled.levels.size(); ++b) {
         const bool shows = culled.levels[b] != Selection::kEmpty;
-        if (shows == (p_.selection.levels[b] != Selection::kEmpty))
+        if (shows == (p_.volume.selection.levels[b] != Selection::kEmpty))
             continue;
         drop(b);
         setLevel(b, culled.levels[b]);
     }
     if (scene_.quality.skipping) {
-        p_.occupancy.functionChanged(
-            {p_.statistics, p_.table, p_.info(), p_.selection, p_.quality.edgeFunction}, options_.threads);
-        mapIsNew_ = true;
+        p_.volume.functionChanged(p_.view.quality.edgeFunction, options_.threads);
+        forDevice_.add(kEmptySpaceChanged);
     }
-    march_->setFunction(p_.optics);
+    caster_->functionChanged();
     wanted_.reset();
     counting_ = false;
     moves_.clear();
     visible_.clear();
     ahead_.clear();
     lookedAhead_ = 0;
-    sightsLeft_ = 1;
-    functionIsNew_ = functionWasSet_ = levelsAreNew_ = true;
+    countsLeft_ = 1;
+    forChoice_.add(kFunctionChanged);
+    forPicture_.add(kFunctionChanged);
+    forDevice_.add(kLevelsChanged);
 }
 
-void InteractiveRenderer::countSight(Clock::time_point deadline) {
+void InteractiveRenderer::countVisibility(Clock::time_point deadline) {
     if (!counting_) {
-        if (!wanted_ || !moves_.empty() || choosing_.valid() || viewIsNew_ || functionIsNew_ ||
-            sightsLeft_ == 0)
+        if (!wanted_ || !moves_.empty() || choosing_.valid() || forChoice_.any() || countsLeft_ == 0)
             return;
-        --sightsLeft_;
+        --countsLeft_;
         if (!predicts_ || predicted_.mean == 0)
             return; // every brick is as fine as a pixel shows
         mapResident();
-        sight_->begin(visibilityRays(p_.camera, p_.info(), scene_.imageSize, p_.strides()), p_.optics);
+        counter_->begin();
         counting_ = true;
     }
-    Work work; // not the picture's
-    if (!sight_->countUntil(source_, slicing(), deadline, work))
+    if (!counter_->count(slicing(), deadline))
         return;
     counting_ = false;
-    visible_ = visibilityFactors(sight_->seen(), p_.selection, visible_);
-    startChoosing(p_.camera, visible_);
+    visible_ = visibilityFactors(counter_->seen(), p_.volume.selection, visible_);
+    startChoosing(p_.view.camera, visible_);
 }
 
-MarchSlicing InteractiveRenderer::slicing() const {
-    MarchSlicing s;
+Slicing InteractiveRenderer::slicing() const {
+    Slicing s;
     s.targetMs = options_.dispatchMs;
     return s;
 }
 
 void InteractiveRenderer::mapResident() {
-    if (!levelsAreNew_)
+    if (!forDevice_.take(kLevelsChanged))
         return;
     p_.mapLevels(ram_, true);
-    textures_->upload(p_.levels);
-    atlas_->bricks.publish();
-    levelsAreNew_ = false;
-    mapIsNew_ = true;
-    pictureIsOld_ = true;
+    engine_.levelsChanged();
+    engine_.bricks()->publish();
+    forDevice_.add(kEmptySpaceChanged);
+    forPicture_.add(kLevelsChanged);
 }
 
 void InteractiveRenderer::beginPicture() {
     mapResident();
-    p_.frame = rayFrame(p_.camera, p_.info(), scene_.imageSize, scene_.quality.stepVoxels);
-    march_->restart(p_.frame, p_.strides(), mapIsNew_ && scene_.quality.skipping ? &p_.occupancy : nullptr);
-    mapIsNew_ = cameraIsNew_ = functionWasSet_ = pictureIsOld_ = false;
+    p_.view.aim(p_.info());
+    if (forDevice_.take(kEmptySpaceChanged))
+        caster_->emptySpaceChanged();
+    caster_->begin(raysOf(p_));
+    forPicture_ = Changes();
     drawing_ = true;
     pictureBegan_ = Clock::now();
 }
@@ -284,22 +282,22 @@ bool InteractiveRenderer::pictureIsDue() const {
     const bool first = picture_.pixels.empty();
     if (first && waited < options_.firstPatience) {
         const bool coarse = std::none_of(moves_.begin(), moves_.end(), [&](const Move& m) {
-            return p_.selection.levels[m.brick] == kMean;
+            return p_.volume.selection.levels[m.brick] == kMean;
         });
         return wanted_ && coarse;
     }
-    if (first || cameraIsNew_ || functionWasSet_)
+    if (first || forPicture_.any(kCameraChanged | kFunctionChanged))
         return true;
-    if (!levelsAreNew_ && !pictureIsOld_)
+    if (!forDevice_.any(kLevelsChanged) && !forPicture_.any(kLevelsChanged))
         return false;
     // Where bricks are still to come, as long again as a picture takes.
     return moves_.empty() || waited > std::max<Clock::duration>(kPatience, pictureTook_);
 }
 
 bool InteractiveRenderer::settled() const {
-    return wanted_ && moves_.empty() && !counting_ && !choosing_.valid() && !viewIsNew_ && !functionIsNew_ &&
-           !nextFunction_ && sightsLeft_ == 0 && !drawing_ && !cameraIsNew_ && !functionWasSet_ &&
-           !levelsAreNew_ && !pictureIsOld_ && lookedAhead_ == path_.size();
+    return wanted_ && moves_.empty() && !counting_ && !choosing_.valid() && !forChoice_.any() &&
+           !nextFunction_ && countsLeft_ == 0 && !drawing_ && !forPicture_.any() &&
+           !forDevice_.any(kLevelsChanged) && lookedAhead_ == path_.size();
 }
 
 InteractiveRenderer::Progress InteractiveRenderer::advance(Clock::time_point deadline) {
@@ -311,16 +309,16 @@ InteractiveRenderer::Progress InteractiveRenderer::advance(Clock::time_point dea
             chooseWhatIsNew();
             if (!counting_)
                 moveBricks();
-            countSight(deadline);
+            countVisibility(deadline);
             if (counting_)
                 break;
             if (pictureIsDue())
                 beginPicture();
         }
         if (drawing_) {
-            if (!march_->runUntil(source_, slicing(), deadline, work_))
+            if (!caster_->draw(slicing(), deadline, work_))
                 break;
-            picture_ = march_->image();
+            picture_ = caster_->image();
             drawing_ = false;
             progress.newPicture = true;
             lastPicture_ = Clock::now();
@@ -333,7 +331,7 @@ InteractiveRenderer::Progress InteractiveRenderer::advance(Clock::time_point dea
         if (choosing_.valid())
             choosing_.wait_until(soon);
         else
-            p_.cache->waitForWanted(soon);
+            p_.volume.cache->waitForWanted(soon);
     } while (Clock::now() < deadline);
     progress.converged = settled();
     progress.movesLeft = moves_.size();

@@ -9,9 +9,8 @@
 #include "bricking/levels/level_chooser.h"
 #include "core/image.h"
 #include "core/work.h"
-#include "render/engines/gpu/gl/context.h"
-#include "render/engines/gpu/visibility_pass.h"
-#include "render/plan/prepare.h"
+#include "render/engine.h"
+#include "render/plan/scene_plan.h"
 #include "render/residency/transition.h"
 
 #include <chrono>
@@ -39,11 +38,11 @@ class InteractiveRenderer {
   public:
     using Clock = std::chrono::steady_clock;
 
-    /// store, ledgers and context must outlive this; the context stays current. Quality's maxError is left
-    /// out of account: what fits at once is drawn.
+    /// Store, engine and ledgers must outlive this; the engine holds its bricks itself (Engine::bricks()).
+    /// Quality's maxError is left out of account: what fits at once is drawn.
     /// Throws InputError for budgets below the scene's floor.
-    InteractiveRenderer(const Scene& scene, const StoreReader& store, const GlContext& context, Ledger& ram,
-                        Ledger& gpu, const InteractiveOptions& options = {});
+    InteractiveRenderer(const Scene& scene, const StoreReader& store, Engine& engine, Ledger& ram, Ledger& gpu,
+                        const InteractiveOptions& options = {});
     ~InteractiveRenderer();
 
     /// From the next picture on. The one in the works goes on to its end, so that pictures also come while
@@ -70,13 +69,13 @@ class InteractiveRenderer {
     const Image& picture() const { return picture_; }
 
     /// For reports and tests.
-    const Selection& resident() const { return p_.selection; }
+    const Selection& resident() const { return p_.volume.selection; }
     const std::optional<Selection>& wanted() const { return wanted_; }
     const PredictedError& predictedError() const { return predicted_; } // of what is wanted
     std::size_t atlasPages() const { return pages_; }
-    const BrickResidency& bricks() const { return atlas_->bricks; }
+    const BrickResidency& bricks() const { return *engine_.bricks(); }
     const Work& work() const { return work_; }
-    BrickCache::Counters cacheCounters() const { return p_.cache->counters(); }
+    BrickCache::Counters cacheCounters() const { return p_.volume.cache->counters(); }
     std::size_t repacks() const { return repacks_; }
 
   private:
@@ -102,30 +101,28 @@ class InteractiveRenderer {
     void wantChunks();
     void lookAhead(const Choice& choice);
     int coarseLevel() const;
-    void countSight(Clock::time_point deadline);
-    MarchSlicing slicing() const;
+    void countVisibility(Clock::time_point deadline);
+    Slicing slicing() const;
     void mapResident();
     void beginPicture();
     bool pictureIsDue() const;
     bool settled() const;
 
     Scene scene_;
+    Engine& engine_;
     Ledger &ram_, &gpu_;
     InteractiveOptions options_;
-    PreparedScene p_; // its selection is what is resident
+    ScenePlan p_; // its selection is what is resident
     Charge charge_;
     std::size_t pages_ = 0, chosenPages_ = 0;
     std::unique_ptr<LevelChooser> chooser_;
     Charge raysReserve_; // for bricks that another function may show
-    std::optional<Atlas> atlas_;
-    std::optional<LevelTextures> textures_;
-    std::optional<March> march_;
-    std::optional<VisibilityPass> sight_;
-    FieldSource source_;
+    std::unique_ptr<RayCaster> caster_;
+    std::unique_ptr<VisibilityCounter> counter_;
 
     std::optional<Selection> wanted_;
     PredictedError predicted_;
-    std::vector<float> gain_, visible_;                 // per brick; visible_: empty before sight was counted
+    std::vector<float> gain_, visible_;                 // per brick; visible_: empty before it was counted
     std::vector<Move> moves_;                           // most urgent first
     std::unordered_set<ChunkKey, ChunkKeyHash> failed_; // chunks that cannot be read
     std::vector<Camera> path_;
@@ -135,17 +132,14 @@ class InteractiveRenderer {
     bool predicts_ = false;    // the chooser knows the function's errors
     std::size_t mostRays_ = 0; // bytes that more bricks can take of it
     bool forPath_ = false;     // what is being chosen
-    bool viewIsNew_ = true;    // since levels were last chosen for it
-    bool functionIsNew_ = false;
-    int sightsLeft_ = 1;  // times that levels are chosen again by what was seen
+    int countsLeft_ = 1;  // times that levels are chosen again by what was seen
     bool direct_ = false; // bricks skip the coarse level: the atlas was packed anew
     std::optional<TransferFunction> nextFunction_;
 
     bool drawing_ = false, counting_ = false; // a picture; what is seen
-    // Since the last picture began: what is new, and has been put where rays read it or not yet.
-    bool cameraIsNew_ = true, functionWasSet_ = false, pictureIsOld_ = true;
-    bool levelsAreNew_ = true; // not mapped yet
-    bool mapIsNew_ = false;    // of empty space, not yet on the device
+    // What is new: since levels were last chosen; since the last picture began; and not yet mapped, or not yet
+    // where rays read it.
+    Changes forChoice_{kCameraChanged}, forPicture_{kCameraChanged | kLevelsChanged}, forDevice_{kLevelsChanged};
     Clock::time_point lastPicture_ = Clock::now(), pictureBegan_;
     Clock::duration pictureTook_{};
     Image picture_;

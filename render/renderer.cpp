@@ -2,12 +2,13 @@
 #include "render/renderer.h"
 
 #include "core/error.h"
-#include "render/engines/gpu/check_march.h"
-#include "render/engines/gpu/scene_march.h"
-#include "render/engines/gpu/visibility_pass.h"
-#include "render/engines/mirror/mirror.h"
-#include "render/engines/reference/reference.h"
-#include "render/plan/prepare.h"
+#include "render/engines/gpu/features.h"
+#include "render/engines/gpu/gpu_engine.h"
+#include "render/engines/mirror/mirror_engine.h"
+#include "render/engines/reference/reference.h" // ReferenceRay
+#include "render/engines/reference/reference_engine.h"
+#include "render/picture.h"
+#include "render/plan/step_search.h"
 
 #include <algorithm>
 #include <chrono>
@@ -22,109 +23,55 @@ double secondsSince(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// What the next pass holds: the bricks that the first waiting rays need, as many as fit. The very first
-/// ray's are always among them, so that every pass gets on.
-std::vector<std::size_t> bricksToServe(const std::vector<std::uint32_t>& firstRay, const Selection& selection,
-                                       std::size_t pages) {
-    std::vector<std::size_t> order;
-    for (std::size_t b = 0; b < firstRay.size(); ++b)
-        if (firstRay[b] != UINT32_MAX)
-            order.push_back(b);
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-        return std::pair(firstRay[a], a) < std::pair(firstRay[b], b);
-    });
-    std::array<std::size_t, kLevelCount + 1> counts{};
-    std::size_t served = 0;
-    for (; served < order.size(); ++served) {
-        ++counts[selection.levels[order[served]]];
-        if (pagesFor(counts) > pages)
-            break;
-    }
-    TESSERA_CHECK(served > 0);
-    order.resize(served);
-    return order;
-}
-
-template <typename Real> Image toImage(const std::vector<glm::vec<4, Real>>& pixels, const glm::ivec2& size) {
-    Image image(size);
-    for (std::size_t i = 0; i < pixels.size(); ++i)
-        image.pixels[i] = glm::vec4(pixels[i]);
-    return image;
-}
-
 /// What eight bits can show.
 constexpr double kDefaultStepError = 1.0 / 255;
 
-void drawByMarch(const Scene& scene, PreparedScene& p, GlContext& context, Ledger& ram, Ledger& gpu,
+/// The picture of a plan, by any engine: bricks are brought, a step is chosen, rays are drawn, errors told.
+void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, Ledger& gpu,
                  const RenderOptions& options, Progress& progress, RenderResult& result) {
     progress.stage("loading bricks");
-    const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};
     const auto loading = Clock::now();
-    Atlas atlas(p.info(), p.selection, p.chosen.atlasPages, limits, gpu, ram);
-    if (p.chosen.chooser) {
-        atlas.bricks.load(*p.cache, result.work);
-        VisibilityPass pass(marchFeatures(p, false), p.info(), gpu);
-        Work counting; // not the picture's
-        p.chooseBySight(pass.count(visibilityRays(p.camera, p.info(), scene.imageSize, p.strides()),
-                                   SceneField(p, atlas, gpu).source, p.optics, counting),
-                        ram);
-        atlas.bricks.adopt(p.selection);
-    }
-    result.features = marchFeatures(p, options.counting);
-    if (p.chosen.atlasPages < pagesFor(p.selection.counts))
-        result.features |= kFeaturePasses;
-    const bool passes = (result.features & kFeaturePasses) != 0;
-    const SceneField field(p, atlas, gpu);
-    SceneMarch sceneMarch(result.features, p, gpu);
-    result.features = sceneMarch.features();
-    March& march = sceneMarch.march();
-    if (!passes)
-        atlas.bricks.load(*p.cache, result.work);
+    const bool passes = bringBricks(engine, p, ram, gpu, result.work);
+    const auto caster = engine.caster({options.counting, false, passes}, gpu);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
-    result.refinedCells = sceneMarch.refine(field.source);
-    const auto runSliced = [&](March& rays, const MarchSlicing& slicing, Work& work) { // and how often
-        int count = 1;
-        for (; rays.run(field.source, slicing, work) > 0; ++count)
-            atlas.bricks.serve(bricksToServe(rays.takeWanted(), p.selection, atlas.bricks.pages()), *p.cache,
-                               work);
-        return count;
+    result.refinedCells = caster->refine();
+    const auto drawSome = [&](const RayFrame<double>& frame, const Strides& strides) {
+        Work work; // not the picture's
+        caster->begin({frame, strides});
+        drawToTheEnd(*caster, engine, p, options.slicing, work);
+        return caster->image();
     };
-    const auto runSome = [&](March& rays, Work& work) { runSliced(rays, options.slicing, work); };
-    CheckMarch check(march, result.features, p, runSome, ram);
-    progress.stage("choosing the step");
-    using Goal = CheckMarch::Goal;
-    if (scene.quality.maxError.value_or(0) > 0)
-        check.chooseStep({Goal::Measure::luvP99, *scene.quality.maxError - p.chosen.error.p99});
-    else if (scene.quality.automaticStep && options.checking)
-        check.chooseStep({Goal::Measure::rms, kDefaultStepError});
-    result.features = (result.features & ~kIntegratorFeatures) | integratorFeatures(p.optics.integrator);
+    const bool checks = engine.about().choosesSteps;
+    StepSearch search(
+        p, {drawSome, [&] { caster->functionChanged(); }, [&] { return caster->fetchExactly(); }}, ram);
+    using Goal = StepSearch::Goal;
+    if (checks) {
+        progress.stage("choosing the step");
+        if (scene.quality.maxError.value_or(0) > 0)
+            search.chooseStep({Goal::Measure::luvP99, *scene.quality.maxError - p.chosen.error.p99});
+        else if (scene.quality.automaticStep && options.checking)
+            search.chooseStep({Goal::Measure::rms, kDefaultStepError});
+    }
+    result.features = caster->features();
     progress.stage("drawing");
-    MarchSlicing slicing = options.slicing;
+    Slicing slicing = options.slicing;
     slicing.progress = progress.shares();
-    result.passes = runSliced(march, slicing, result.work);
-    result.image = march.image();
+    caster->begin(raysOf(p));
+    const int passCount = drawToTheEnd(*caster, engine, p, slicing, result.work);
+    result.passes = engine.bricks() ? passCount : 0;
+    result.image = caster->image();
     result.secondsDrawing = secondsSince(drawing);
     const auto checking = Clock::now();
-    if (options.checking) {
+    if (checks && options.checking) {
         progress.stage("estimating the picture's errors");
-        result.errors = check.errorsOf(result.image, brightest(scene.shading));
+        result.errors = search.errorsOf(result.image, brightest(scene.shading));
         if (p.chosen.predicted)
             result.errors->levelsLuvP99 = p.chosen.error.p99;
     }
     result.secondsChecking = secondsSince(checking);
-    if (!context.errors().empty())
-        throw Error("OpenGL: " + context.errors().front());
-}
-
-void chooseBySightOnCpu(PreparedScene& p, int threads, Ledger& ram) {
-    const VisibilityRays sight = visibilityRays(p.camera, p.info(), p.imageSize, p.strides());
-    MirrorInput input = mirrorInput(p, false);
-    input.strides = sight.strides;
-    const glm::ivec2 size(sight.frame.imageSize);
-    p.chooseBySight(mirrorSeen(input, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y),
-                               frameRays(cast<float>(sight.frame)), threads),
-                    ram);
+    if (const std::string fault = engine.fault(); !fault.empty())
+        throw Error(fault);
 }
 
 /// A first picture is drawn with: a sample of the coarse level a step, not two, and nothing tried or
@@ -145,113 +92,111 @@ double secondsAfterFirst(const RenderResult& first, const Scene& scene) {
 }
 
 /// What the selection came to; after it is final.
-void report(const PreparedScene& p, RenderResult& result) {
-    result.level = p.selection.finest();
-    result.integrator = p.optics.integrator;
-    result.stepVoxels = p.quality.stepVoxels;
-    result.bricksOfLevel = p.selection.counts;
-    result.selectionPages = pagesFor(p.selection.counts);
+void report(const ScenePlan& p, RenderResult& result) {
+    result.level = p.volume.selection.finest();
+    result.integrator = p.volume.optics.integrator;
+    result.stepVoxels = p.view.quality.stepVoxels;
+    result.bricksOfLevel = p.volume.selection.counts;
+    result.selectionPages = pagesFor(p.volume.selection.counts);
     result.atlasPages = std::min(p.chosen.atlasPages, result.selectionPages);
     if (p.chosen.predicted)
         result.predictedError = p.chosen.error;
-    result.residentBricks = p.selection.shownBricks();
-    result.emptyBricks = p.selection.counts[Selection::kEmpty];
+    result.residentBricks = p.volume.selection.shownBricks();
+    result.emptyBricks = p.volume.selection.counts[Selection::kEmpty];
 }
 
 } // namespace
 
-const char* name(Engine engine) {
+const char* name(EngineKind engine) {
     switch (engine) {
-    case Engine::march:
+    case EngineKind::march:
         return "march";
-    case Engine::mirror:
+    case EngineKind::mirror:
         return "mirror";
-    case Engine::reference:
+    case EngineKind::reference:
         return "reference";
     }
     return "?";
 }
 
-std::size_t pictureBytesPerPixel(Engine engine) {
-    if (engine == Engine::reference) // its rays, their colours, and the picture made from them
+std::size_t pictureBytesPerPixel(EngineKind engine) {
+    if (engine == EngineKind::reference) // its rays, their colours, and the picture made from them
         return std::max(kPictureBytesPerPixel, sizeof(ReferenceRay) + sizeof(glm::dvec4) + sizeof(glm::vec4));
     return kPictureBytesPerPixel;
 }
+
+namespace {
+
+/// An engine and what it draws with.
+struct MadeEngine {
+    std::optional<GlContext> context;
+    std::unique_ptr<Engine> engine;
+
+    MadeEngine(const Scene& scene, const RenderOptions& options, Ledger& ram, Ledger& gpu) {
+        switch (options.engine) {
+        case EngineKind::march:
+            context.emplace(options.device);
+            engine = std::make_unique<GpuEngine>(*context, gpu, ram);
+            break;
+        case EngineKind::mirror:
+            engine = std::make_unique<MirrorEngine>(options.threads);
+            break;
+        case EngineKind::reference:
+            engine = std::make_unique<ReferenceEngine>(scene, options.threads);
+            break;
+        }
+    }
+};
+
+} // namespace
 
 RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& ram, Ledger& gpu,
                          const RenderOptions& options) {
     RenderResult result;
     const auto start = Clock::now();
-    std::optional<GlContext> context;
-    TextureLimits limits;
-    result.device = "CPU";
-    if (options.engine == Engine::march) {
-        context.emplace(options.device);
-        limits = {context->max3dTextureSize(), context->maxTextureBytes()};
-        result.device = context->renderer();
-        result.glVersion = context->version();
-    }
+    const MadeEngine made(scene, options, ram, gpu);
+    Engine& engine = *made.engine;
+    const TextureLimits limits = engine.limits();
+    const Engine::About about = engine.about();
+    result.device = about.device;
+    result.glVersion = about.version;
     Progress silent;
     Progress& progress = options.progress ? *options.progress : silent;
     progress.stage("reading statistics and choosing levels");
-    const bool first = options.onFirstPicture && options.engine == Engine::march;
+    const bool first = options.onFirstPicture && options.engine == EngineKind::march;
     const Scene coarse = first ? firstScene(scene) : scene;
-    PreparedScene p =
-        prepareScene(coarse, store, limits, ram, gpu, options.threads,
-                     first ? LevelChoice::quick : options.levels, pictureBytesPerPixel(options.engine));
+    ScenePlan p = planScene(coarse, store, limits, ram, gpu, options.threads,
+                            first ? LevelChoice::quick : options.levels, pictureBytesPerPixel(options.engine));
     if (first) {
         RenderResult quick;
         RenderOptions plain = options;
         plain.checking = false;
-        drawByMarch(coarse, p, *context, ram, gpu, plain, progress, quick);
+        drawPicture(coarse, p, engine, ram, gpu, plain, progress, quick);
         report(p, quick);
         options.onFirstPicture(quick.image, secondsAfterFirst(quick, scene));
         quick = {};
+        engine.close();
         progress.stage("choosing levels");
         chooseAgain(p, scene, limits, ram, gpu, options.threads, options.levels);
     }
-    result.camera = p.camera;
-    result.tableRelativeError = p.table.relativeError;
-    result.levelsOnPurpose = options.levels != LevelChoice::perBrick || options.engine == Engine::reference;
-    result.cells = cellCount(p.statistics.cells);
-    result.occupiedCells = scene.quality.skipping ? p.occupancy.occupiedCells() : result.cells;
+    result.camera = p.view.camera;
+    result.tableRelativeError = p.volume.table.relativeError;
+    result.levelsOnPurpose =
+        options.levels != LevelChoice::perBrick || options.engine == EngineKind::reference;
+    result.cells = cellCount(p.volume.statistics.cells);
     const SceneVolume& volume = scene.volumes.front();
-    const ValueSummary values = summarise(p.statistics, p.info(), volume.unit);
+    const ValueSummary values = summarise(p.volume.statistics, p.info(), volume.unit);
     const auto* const preset = std::get_if<std::string>(&volume.transferFunction);
     result.takenAsHu = preset && *preset != "auto" && !values.isHu;
     result.lowest = values.lowest;
     result.highest = values.highest;
     result.secondsPreparing = secondsSince(start);
 
-    if (options.engine == Engine::march) {
-        drawByMarch(scene, p, *context, ram, gpu, options, progress, result);
-        report(p, result);
-        result.occupiedCells = scene.quality.skipping ? p.occupancy.occupiedCells() : result.cells;
-        return result;
-    }
-    progress.stage("drawing");
-    const auto drawing = Clock::now();
-    const std::size_t pixels =
-        static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y);
-    if (options.engine == Engine::mirror) {
-        if (p.chosen.chooser)
-            chooseBySightOnCpu(p, options.threads, ram);
-        report(p, result);
-        MirrorInput input = mirrorInput(p, scene.quality.skipping);
-        input.progress = progress.shares();
-        result.image = toImage(
-            mirrorRays<float>(input, pixels, frameRays(cast<float>(p.frame)), options.threads, result.work),
-            scene.imageSize);
-    } else {
-        report(p, result);
+    drawPicture(scene, p, engine, ram, gpu, options, progress, result);
+    report(p, result);
+    if (options.engine == EngineKind::reference)
         result.level = 0;
-        const ReferenceInput input{p.cache.get(), &p.info(), &p.function,    scene.shading,
-                                   &p.statistics, 1,         scene.surfaces, progress.shares()};
-        result.image = toImage(
-            renderReference(input, referenceRays(p.camera, p.info(), scene.imageSize), options.threads),
-            scene.imageSize);
-    }
-    result.secondsDrawing = secondsSince(drawing);
+    result.occupiedCells = scene.quality.skipping ? p.volume.occupancy.occupiedCells() : result.cells;
     return result;
 }
 

@@ -1,5 +1,4 @@
-// render/renderer.h: a scene to a picture, by any engine: the only place where selection, loader, atlas and
-// march meet.
+// render/renderer.h: a scene to one converged picture, by any engine.
 #pragma once
 
 #include "bricking/store/store_reader.h"
@@ -9,7 +8,7 @@
 #include "core/scene.h"
 #include "core/work.h"
 #include "render/engines/gpu/gl/context.h"
-#include "render/engines/gpu/march.h"
+#include "render/contract/slicing.h"
 #include "render/plan/choose_levels.h"
 #include "render/plan/picture_check.h"
 
@@ -22,14 +21,14 @@
 
 namespace tessera {
 
-enum class Engine { march, mirror, reference };
-const char* name(Engine engine);
+enum class EngineKind { march, mirror, reference };
+const char* name(EngineKind engine);
 
 struct RenderOptions {
-    Engine engine = Engine::march;
+    EngineKind engine = EngineKind::march;
     GlDeviceChoice device;
     int threads = 0;      // CPU engines and loaders; 0: all processors
-    MarchSlicing slicing; // march only
+    Slicing slicing; // march only
     bool counting = true; // work counters; false: they are not compiled
     LevelChoice levels = LevelChoice::perBrick;
     bool checking = false; // march only: draw some pixels again to estimate the picture's errors
@@ -67,7 +66,7 @@ struct RenderResult {
 
 /// RAM that an engine and its caller take for a pixel; the caller charges it for as long as it keeps
 /// pictures.
-std::size_t pictureBytesPerPixel(Engine engine);
+std::size_t pictureBytesPerPixel(EngineKind engine);
 
 /// Renders one converged picture. Everything large is charged to ram and gpu.
 /// Throws InputError for budgets below the scene's floor, Error for what fails outside.

@@ -5,7 +5,9 @@
 #include "core/error.h"
 #include "datasets/phantom.h"
 #include "render/engines/gpu/features.h"
-#include "render/engines/gpu/march.h"
+#include "render/engines/gpu/gpu_caster.h"
+#include "render/picture.h"
+#include "render/residency/texels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,14 +42,11 @@ double median(std::vector<double> values) {
 
 SceneOnDevice::SceneOnDevice(const Scene& scene, const StoreReader& store, const GlContext& context,
                              Budgets& budgets)
-    : scene_(scene), budgets_(budgets) {
+    : scene_(scene), budgets_(budgets), engine_(context, budgets.gpu, budgets.ram) {
     scene_.imageSize = glm::ivec2(512); // the camera is fitted for a square; draw() names the real size
-    const TextureLimits limits{context.max3dTextureSize(), context.maxTextureBytes()};
-    prepared_ = prepareScene(scene_, store, limits, budgets.ram, budgets.gpu, 0, LevelChoice::oneForAll);
-    atlas_ = std::make_unique<Atlas>(store.info(), prepared_.selection, pagesFor(prepared_.selection.counts),
-                                     limits, budgets.gpu, budgets.ram);
-    atlas_->bricks.load(*prepared_.cache, upload_);
-    prepared_.cache.reset(); // every brick is on the device now
+    prepared_ = planScene(scene_, store, engine_.limits(), budgets.ram, budgets.gpu, 0, LevelChoice::oneForAll);
+    bringBricks(engine_, prepared_, budgets.ram, budgets.gpu, upload_);
+    prepared_.volume.cache.reset(); // every brick is on the device now
 }
 
 std::uint32_t SceneOnDevice::features(Fetch fetch) const {
@@ -66,15 +65,16 @@ std::uint32_t SceneOnDevice::features(Fetch fetch) const {
 }
 
 Frame SceneOnDevice::draw(const glm::ivec2& size, double stepVoxels, std::uint32_t features, Image* picture) {
-    const PreparedScene& p = prepared_;
-    const RayFrame<double> frame = rayFrame(p.camera, p.info(), size, stepVoxels);
-    const Occupancy* occupancy = (features & kFeatureSkipping) ? &p.occupancy : nullptr;
-    March march(features, frame, p.info(), p.strides(), p.optics, occupancy, budgets_.gpu);
+    const ScenePlan& p = prepared_;
+    GpuCaster caster(p, engine_, features, budgets_.gpu);
+    Strides strides = p.strides();
+    strides.segmentVoxels = stepVoxels;
+    caster.begin({rayFrame(p.view.camera, p.info(), size, stepVoxels), strides});
     Frame out;
     const auto start = Clock::now();
-    march.run({atlas_.get(), nullptr, p.selection.finest()}, MarchSlicing{}, out.work);
+    drawToTheEnd(caster, engine_, p, Slicing{}, out.work);
     const auto reading = Clock::now();
-    Image image = march.image();
+    Image image = caster.image();
     out.ms = out.work.marchMs + msSince(reading);
     out.wallMs = msSince(start);
     if (picture)

@@ -11,9 +11,9 @@
 #include "core/scene.h"
 #include "core/scratch_folder.h"
 #include "core/work.h"
-#include "render/engines/gpu/atlas_plane.h"
 #include "render/engines/gpu/gl/context.h"
-#include "render/plan/prepare.h"
+#include "render/engines/gpu/gpu_engine.h"
+#include "render/plan/scene_plan.h"
 
 #include <chrono>
 #include <cstdint>
@@ -61,16 +61,16 @@ class SceneOnDevice {
     std::uint32_t features(Fetch fetch) const;
     /// @param stepVoxels  q of docs/sampling.md; picture: where the result goes, or null
     Frame draw(const glm::ivec2& size, double stepVoxels, std::uint32_t features, Image* picture);
-    const PreparedScene& prepared() const { return prepared_; }
-    const Atlas& atlas() const { return *atlas_; }
+    const ScenePlan& prepared() const { return prepared_; }
+    const GpuEngine& engine() const { return engine_; }
     const Work& uploadWork() const { return upload_; }
 
   private:
     Scene scene_;
     Budgets& budgets_;
-    PreparedScene prepared_;
+    ScenePlan prepared_;
     Work upload_;
-    std::unique_ptr<Atlas> atlas_;
+    GpuEngine engine_; // after the plan, which it draws
 };
 
 /// Slices from memory, so that an import is timed without its source.

@@ -4,6 +4,7 @@
 //
 //   interactive_bench --store t512.zarr --preset bone --size 512 --steps 12 --gpu-memory 64MiB --ram 512MiB
 //                     --deadline-ms 16 --device auto
+#include "render/engines/gpu/gpu_engine.h"
 #include "render/interactive_renderer.h"
 #include "tests/bench/bench_tools.h"
 
@@ -85,7 +86,8 @@ void run(int argc, char** argv) {
         Ledger gpu("GPU memory", "--gpu-memory", parseBytes(options["--gpu-memory"], "--gpu-memory"));
         InteractiveOptions choices;
         choices.dispatchMs = deadlineMs / 2;
-        InteractiveRenderer renderer(scene, store, context, ram, gpu, choices);
+        GpuEngine engine(context, gpu, ram);
+        InteractiveRenderer renderer(scene, store, engine, ram, gpu, choices);
         for (int n = 0; n < steps; ++n) {
             renderer.setCamera(cameras[static_cast<std::size_t>(n)]);
             if (told && n + 1 < steps)

@@ -189,14 +189,14 @@ void sampleOnDevice(benchmark::State& state, Workbench& bench, ValueType type, F
     scene.camera = FittedView{View::anterior, Projection::perspective, Fit::volume};
     scene.volumes = {{"", std::string("soft-tissue")}};
     const StoreReader& store = bench.store(type);
-    PreparedScene p =
-        prepareScene(scene, store, {context.max3dTextureSize(), context.maxTextureBytes()}, bench.budgets.ram,
+    ScenePlan p =
+        planScene(scene, store, {context.max3dTextureSize(), context.maxTextureBytes()}, bench.budgets.ram,
                      bench.budgets.gpu, 0, LevelChoice::oneForAllNothingCulled);
-    Atlas atlas(store.info(), p.selection, pagesFor(p.selection.counts),
+    Atlas atlas(store.info(), p.volume.selection, pagesFor(p.volume.selection.counts),
                 {context.max3dTextureSize(), context.maxTextureBytes()}, bench.budgets.gpu,
                 bench.budgets.ram);
     Work upload;
-    atlas.bricks.load(*p.cache, upload);
+    atlas.bricks.load(*p.volume.cache, upload);
     std::uint32_t features = kFeatureBricked;
     if (fetch == Fetch::hardware)
         features |= kFeatureHardware;
@@ -209,7 +209,7 @@ void sampleOnDevice(benchmark::State& state, Workbench& bench, ValueType type, F
     const auto probe = [&](const std::vector<glm::vec3>& at) {
         const auto start = Clock::now();
         benchmark::DoNotOptimize(probeField(at, features, store.info(),
-                                            {&atlas, nullptr, p.selection.finest()}, bench.budgets.gpu));
+                                            {&atlas, nullptr, p.volume.selection.finest()}, bench.budgets.gpu));
         return msSince(start);
     };
     double overhead = probe(few);

@@ -35,16 +35,16 @@ Image roundedTo8Bits(Image image) {
     return image;
 }
 
-Image referenceImage(BrickCache& cache, const PreparedScene& p, const glm::ivec2& size, int stride,
+Image referenceImage(BrickCache& cache, const ScenePlan& p, const glm::ivec2& size, int stride,
                      const glm::dvec2& shift, std::vector<bool>* border) {
     const VolumeInfo& info = p.info();
-    const std::vector<ReferenceRay> rays = referenceRays(p.camera, info, size, stride, shift);
+    const std::vector<ReferenceRay> rays = referenceRays(p.view.camera, info, size, stride, shift);
     if (border)
         for (const ReferenceRay& ray : rays)
             border->push_back(grazesBorder(ray, info));
     Shading off;
     off.on = false;
-    const ReferenceInput input{&cache, &info, &p.function, off, &p.statistics};
+    const ReferenceInput input{&cache, &info, &p.volume.function, off, &p.volume.statistics};
     const std::vector<glm::dvec4> values = renderReference(input, rays, 0);
     Image out(thinnedSize(size, stride));
     std::transform(values.begin(), values.end(), out.pixels.begin(),

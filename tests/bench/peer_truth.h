@@ -4,7 +4,7 @@
 
 #include "bricking/cache/brick_cache.h"
 #include "core/image.h"
-#include "render/plan/prepare.h"
+#include "render/plan/scene_plan.h"
 
 #include <glm/vec2.hpp>
 #include <vector>
@@ -18,7 +18,7 @@ Image roundedTo8Bits(Image image);
 /// side
 ///                that it does not enter by facing it. VTK's volume ends at voxel centres, ours at voxel
 ///                faces: there the two differ by definition.
-Image referenceImage(BrickCache& cache, const PreparedScene& p, const glm::ivec2& size, int stride,
+Image referenceImage(BrickCache& cache, const ScenePlan& p, const glm::ivec2& size, int stride,
                      const glm::dvec2& shift, std::vector<bool>* border);
 
 /// The picture, black and transparent where left out: such pixels are in no error.

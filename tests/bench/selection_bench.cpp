@@ -14,7 +14,7 @@
 #include "core/preset.h"
 #include "core/threads.h"
 #include "render/engines/mirror/mirror.h"
-#include "render/plan/prepare.h"
+#include "render/plan/scene_plan.h"
 #include "tests/bench/bench_tools.h"
 #include "viewer/studies/lod/brick_truth.h"
 #include "viewer/studies/lod/hierarchy.h"
@@ -122,12 +122,12 @@ void prediction(const std::vector<std::string>& stores, int parts, int threads) 
 
 // -- choice
 
-Image drawn(PreparedScene& p, const Selection& selection, Ledger& ram, int threads) {
+Image drawn(ScenePlan& p, const Selection& selection, Ledger& ram, int threads) {
     p.setSelection(selection, ram);
     Work work;
-    Image image(p.imageSize);
+    Image image(p.view.imageSize);
     const auto colours = mirrorRays<float>(mirrorInput(p, true), image.pixels.size(),
-                                           frameRays(cast<float>(p.frame)), threads, work);
+                                           frameRays(cast<float>(p.view.frame)), threads, work);
     std::copy(colours.begin(), colours.end(), image.pixels.begin());
     return image;
 }
@@ -194,24 +194,24 @@ void choice(const std::vector<std::string>& stores, int size, const std::vector<
             scene.volumes = {{path, f.function}};
             scene.imageSize = glm::ivec2(size);
             scene.shading.on = shading;
-            PreparedScene p = prepareScene(scene, store, TextureLimits{}, budgets.ram, budgets.gpu, threads,
+            ScenePlan p = planScene(scene, store, TextureLimits{}, budgets.ram, budgets.gpu, threads,
                                            LevelChoice::oneForAll);
             const std::vector<std::uint8_t> shows =
-                showsOf(cullBricks(statistics, p.table, store.info(), 0, Culling::unlit));
+                showsOf(cullBricks(statistics, p.volume.table, store.info(), 0, Culling::unlit));
             if (shown(shows) < 10)
                 continue;
             BrickRays rays = noBrickRays(store.info(), kBrickRayParts, budgets.ram);
             addBrickRays(store, shows, rays, budgets.ram, threads);
-            const LevelErrors predicted = predictErrors(rays, shows, p.table, store.info(), threads);
-            const LevelErrors truth = trueErrors(levels, shows, p.table, threads);
+            const LevelErrors predicted = predictErrors(rays, shows, p.volume.table, store.info(), threads);
+            const LevelErrors truth = trueErrors(levels, shows, p.volume.table, threads);
             const LevelErrors data = dataErrors(levels, shows, threads);
             const LevelErrors sizes = sizeErrors(predicted.bricks, shows);
-            const ViewWeights view = viewWeights(p.camera, store.info(), p.imageSize, threads, shows);
+            const ViewWeights view = viewWeights(p.view.camera, store.info(), p.view.imageSize, threads, shows);
             const ViewWeights byDistance = distanceWeights(view);
             const std::span<const float> means = statistics.brickMean;
             const std::vector<float> seen =
-                visibilityFactors(visibleCounts(levels, p.table, p.camera, p.imageSize, threads),
-                                  cullBricks(statistics, p.table, store.info(), 0, Culling::unlit));
+                visibilityFactors(visibleCounts(levels, p.volume.table, p.view.camera, p.view.imageSize, threads),
+                                  cullBricks(statistics, p.volume.table, store.info(), 0, Culling::unlit));
             ViewWeights unlimited = view;
             std::fill(unlimited.finest.begin(), unlimited.finest.end(), std::uint8_t{0});
             const Image finest =

@@ -156,7 +156,7 @@ struct SkippingCase {
 };
 
 void draw(SkippingCase& c, int way, bool counting, Fetch fetch, int size, Budgets& budgets) {
-    const PreparedScene& p = c.onDevice->prepared();
+    const ScenePlan& p = c.onDevice->prepared();
     std::uint32_t features = c.onDevice->features(fetch) & ~std::uint32_t{kFeatureSkipping};
     if (way != kNone)
         features |= kFeatureSkipping;
@@ -164,12 +164,10 @@ void draw(SkippingCase& c, int way, bool counting, Fetch fetch, int size, Budget
         features |= kFeatureSubBlocks;
     if (counting)
         features |= kFeatureCounting | kFeatureShading;
-    const RayFrame<double> frame = rayFrame(p.camera, p.info(), glm::ivec2(size), p.quality.stepVoxels);
-    March march(features, frame, p.info(), p.strides(), p.optics, way == kNone ? nullptr : &c.ways[way],
+    const RayFrame<double> frame = rayFrame(p.view.camera, p.info(), glm::ivec2(size), p.view.quality.stepVoxels);
+    March march(features, frame, p.info(), p.strides(), p.volume.optics, way == kNone ? nullptr : &c.ways[way],
                 budgets.gpu);
-    FieldSource source;
-    source.atlas = &c.onDevice->atlas();
-    source.level = p.selection.finest();
+    const FieldSource& source = c.onDevice->engine().field();
     SubBlocks subBlocks;
     if (way == kBlocks || way == kSubBlocks) {
         const auto start = Clock::now();
@@ -177,14 +175,14 @@ void draw(SkippingCase& c, int way, bool counting, Fetch fetch, int size, Budget
             subBlocks = SubBlocks(c.ways[way], budgets.gpu);
             march.useSubBlocks(subBlocks);
         }
-        c.refined = refineSkipping(march.skippingMap(), c.ways[way], p.table, p.optics, features, p.info(),
+        c.refined = refineSkipping(march.skippingMap(), c.ways[way], p.volume.table, p.volume.optics, features, p.info(),
                                    source, budgets.gpu, way == kSubBlocks ? &subBlocks : nullptr);
         c.refineMs[way].push_back(msSince(start));
         if (way == kSubBlocks)
             c.subBlockBytes = subBlocks.bytes();
     }
     Work work;
-    march.run(source, MarchSlicing{}, work);
+    march.run(source, Slicing{}, work);
     if (!counting) {
         c.ms[way].push_back(work.marchMs);
         return;
@@ -231,8 +229,8 @@ void benchScenes(std::map<std::string, std::string>& options, int repeats) {
             scene.quality.fetch = fetch;
             SkippingCase c;
             c.onDevice = std::make_unique<SceneOnDevice>(scene, reader, context, budgets);
-            const PreparedScene& p = c.onDevice->prepared();
-            const OccupancyInput input{p.statistics, p.table, p.info(), p.selection, p.quality.edgeFunction};
+            const ScenePlan& p = c.onDevice->prepared();
+            const OccupancyInput input{p.volume.statistics, p.volume.table, p.info(), p.volume.selection, p.view.quality.edgeFunction};
             for (const Way way : {kCells, kBlocks, kSubBlocks})
                 c.ways[way] = Occupancy(input, MapScale::cells, budgets.ram);
             c.ways[kBricks] = Occupancy(input, MapScale::bricks, budgets.ram);

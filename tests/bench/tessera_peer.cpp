@@ -44,9 +44,9 @@ TesseraScene::TesseraScene(const Scene& scene, const StoreReader& store, const s
       onDevice_(scene, store, context_, budgets) {}
 
 Optics TesseraScene::optics(Integrator integrator, double stepVoxels) const {
-    const PreparedScene& p = prepared();
+    const ScenePlan& p = prepared();
     Optics optics =
-        makeOptics(p.table, p.info(), scene_.shading, scene_.quality.terminationTransmittance, integrator);
+        makeOptics(p.volume.table, p.info(), scene_.shading, scene_.quality.terminationTransmittance, integrator);
     const double voxelMm = std::cbrt(std::abs(glm::determinant(glm::dmat3(p.info().patientFromVoxel))));
     prepareSeenColours(optics, stepVoxels * voxelMm, 0, 1);
     return optics;
@@ -54,16 +54,16 @@ Optics TesseraScene::optics(Integrator integrator, double stepVoxels) const {
 
 double TesseraScene::draw(const Optics& optics, double stepVoxels, Fetch fetch, bool counting, Image& picture,
                           Work& work) {
-    const PreparedScene& p = prepared();
+    const ScenePlan& p = prepared();
     std::uint32_t features = onDevice_.features(fetch) & ~kIntegratorFeatures;
     features |= integratorFeatures(optics.integrator) | (counting ? kFeatureCounting : 0u);
-    const Occupancy* occupancy = (features & kFeatureSkipping) ? &p.occupancy : nullptr;
+    const Occupancy* occupancy = (features & kFeatureSkipping) ? &p.volume.occupancy : nullptr;
     Strides strides = p.strides();
     strides.segmentVoxels = stepVoxels;
-    March march(features, rayFrame(p.camera, p.info(), scene_.imageSize, stepVoxels), p.info(), strides,
+    March march(features, rayFrame(p.view.camera, p.info(), scene_.imageSize, stepVoxels), p.info(), strides,
                 optics, occupancy, budgets_.gpu);
     work = {};
-    march.run({&onDevice_.atlas(), nullptr, p.selection.finest()}, MarchSlicing{}, work);
+    march.run(onDevice_.engine().field(), Slicing{}, work);
     const auto reading = Clock::now();
     picture = march.image();
     return work.marchMs + msSince(reading);

@@ -163,17 +163,17 @@ void run(int argc, char** argv) {
 
     GlThread glThread;
     std::optional<TesseraScene> tessera;
-    std::optional<PreparedScene> view; // where Tessera does not draw: what the reference needs
+    std::optional<ScenePlan> view; // where Tessera does not draw: what the reference needs
     if (vtkOnly)
-        view = prepareView(scene, store, budgets.ram, 0);
+        view = planView(scene, store, budgets.ram, 0);
     else
         glThread.run([&] { tessera.emplace(scene, store, options["--device"], budgets); });
-    const PreparedScene& p = vtkOnly ? *view : tessera->prepared();
-    if (!vtkOnly && p.selection.finest() != 0)
+    const ScenePlan& p = vtkOnly ? *view : tessera->prepared();
+    if (!vtkOnly && p.volume.selection.finest() != 0)
         throw InputError("the volume does not fit the device at full resolution: expected --vtk-only 1");
     const std::vector<std::byte> voxels = wholeVolume(store);
-    VtkRenderer cpu(VtkMapper::cpu, info, voxels, p.function, p.camera, size);
-    VtkRenderer gpu(VtkMapper::gpu, info, voxels, p.function, p.camera, size);
+    VtkRenderer cpu(VtkMapper::cpu, info, voxels, p.volume.function, p.view.camera, size);
+    VtkRenderer gpu(VtkMapper::gpu, info, voxels, p.volume.function, p.view.camera, size);
     // VTK counts in mm along the ray, Tessera in voxels; between anisotropic voxels the mean is as fair as
     // any.
     const glm::dvec3 spacing = info.spacingMm();

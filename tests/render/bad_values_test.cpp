@@ -98,20 +98,20 @@ TEST(BadRays, DrawNothing) {
                 Scene scene = sceneOn(StoreReader(storePath("sphere"), ram).info(), "auto",
                                       perspective ? 0 : 1, {9, 8});
                 Prepared prepared("sphere", scene);
-                PreparedScene& p = prepared.p;
+                ScenePlan& p = prepared.p;
                 // Nothing in all components is no direction; no number in one is no direction either.
-                p.frame.toCentre[1] = bad;
+                p.view.frame.toCentre[1] = bad;
                 if (everywhere || bad == 0)
-                    p.frame.toCentre = glm::dvec3(bad);
+                    p.view.frame.toCentre = glm::dvec3(bad);
                 if (bad == 0 && perspective)
-                    p.frame.right = p.frame.up = glm::dvec3(0); // else pixels beside the centre have one
-                MarchSlicing slicing;
+                    p.view.frame.right = p.view.frame.up = glm::dvec3(0); // else pixels beside the centre have one
+                Slicing slicing;
                 slicing.fixedTile = 64;
                 slicing.fixedIterations = 64;
                 const GpuPicture gpu = marchOn(prepared, marchFeatures(p, true), slicing);
                 Work work;
                 const auto mirror =
-                    mirrorRays<float>(mirrorInput(p, true), 72, frameRays(cast<float>(p.frame)), 1, work);
+                    mirrorRays<float>(mirrorInput(p, true), 72, frameRays(cast<float>(p.view.frame)), 1, work);
                 for (std::size_t i = 0; i < mirror.size(); ++i) {
                     ASSERT_EQ(gpu.image.pixels[i], glm::vec4(0)) << i;
                     ASSERT_EQ(mirror[i], glm::vec4(0)) << i;
@@ -127,7 +127,7 @@ std::size_t leastGpuBytes(const Scene& scene, const StoreReader& store) {
         const std::size_t middle = refused + (accepted - refused) / 2;
         Ledger ram("RAM", "--ram", std::size_t{1} << 30), gpu("GPU memory", "--gpu-memory", middle);
         try {
-            prepareScene(scene, store, TextureLimits{}, ram, gpu, 1);
+            planScene(scene, store, TextureLimits{}, ram, gpu, 1);
             accepted = middle;
         } catch (const InputError&) {
             refused = middle;

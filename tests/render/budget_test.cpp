@@ -63,7 +63,7 @@ TEST(RenderBudget, GpuMemoryIsKeptAndLevelsCoarsenMonotonically) {
         Scene scene = sceneOn(reader.info(), name == std::string("torso") ? "bone" : "auto", 0, kPicture);
         scene.quality.fetch = Fetch::hardware;
         const auto prepare = [&](Ledger& gpu) {
-            return prepareScene(scene, reader, limits, budgets.ram, gpu, 2, LevelChoice::oneForAll);
+            return planScene(scene, reader, limits, budgets.ram, gpu, 2, LevelChoice::oneForAll);
         };
         Ledger none("GPU memory", "--gpu-memory", 1);
         const std::string message = refusal([&] { prepare(none); });
@@ -84,23 +84,23 @@ TEST(RenderBudget, GpuMemoryIsKeptAndLevelsCoarsenMonotonically) {
                 EXPECT_GT(static_cast<double>(bytes), 0.99 * static_cast<double>(floor));
             }
             // Accepted: then nothing that the march allocates may fail.
-            PreparedScene p = prepare(gpu);
+            ScenePlan p = prepare(gpu);
             const std::uint32_t features =
                 kFeatureBricked | kFeatureSkipping | kFeatureHardware |
                 (texelFormat(p.info().type).normalised ? kFeatureNormalised : kFeatureBricked);
             Work work;
-            const March march(features, p.frame, p.info(), p.strides(), p.optics, &p.occupancy, gpu);
-            Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), limits, gpu, budgets.ram);
-            atlas.bricks.load(*p.cache, work);
+            const March march(features, p.view.frame, p.info(), p.strides(), p.volume.optics, &p.volume.occupancy, gpu);
+            Atlas atlas(p.info(), p.volume.selection, pagesFor(p.volume.selection.counts), limits, gpu, budgets.ram);
+            atlas.bricks.load(*p.volume.cache, work);
             EXPECT_LE(gpu.peakBytes(), bytes);
-            EXPECT_GE(p.selection.finest(), coarsest) << "finer than with a larger budget";
-            coarsest = std::max(coarsest, p.selection.finest());
-            levels.insert(p.selection.finest());
+            EXPECT_GE(p.volume.selection.finest(), coarsest) << "finer than with a larger budget";
+            coarsest = std::max(coarsest, p.volume.selection.finest());
+            levels.insert(p.volume.selection.finest());
             ++accepted;
         }
         // No byte is wasted where a finer level would have fitted: the finest needs the most.
         Ledger roomy("GPU memory", "--gpu-memory", kRoomy);
-        EXPECT_EQ(prepare(roomy).selection.finest(), 0);
+        EXPECT_EQ(prepare(roomy).volume.selection.finest(), 0);
     }
     EXPECT_GE(accepted, 30);
     EXPECT_GE(refused, 3);
@@ -110,7 +110,7 @@ TEST(RenderBudget, GpuMemoryIsKeptAndLevelsCoarsenMonotonically) {
 TEST(RenderBudget, RamIsKeptAndNeverChangesThePicture) {
     int accepted = 0, refused = 0;
     for (const char* name : {"torso", "marschner-lobb"})
-        for (const Engine engine : {Engine::mirror, Engine::reference}) {
+        for (const EngineKind engine : {EngineKind::mirror, EngineKind::reference}) {
             SCOPED_TRACE(std::string(name) + " " + tessera::name(engine));
             // RAM may not hold what choosing a level per brick needs; then all have one level, and the
             // picture is that of every budget that is as small.
@@ -136,7 +136,7 @@ TEST(RenderBudget, RamIsKeptAndNeverChangesThePicture) {
             EXPECT_TRUE(perBrick);
             EXPECT_FALSE(isBlank(*expected[1]));
             const std::size_t exact = floor;
-            const int steps = engine == Engine::mirror ? 16 : 2; // the reference takes its time
+            const int steps = engine == EngineKind::mirror ? 16 : 2; // the reference takes its time
             for (const std::size_t bytes : budgetsDown(exact, 64 << 20, steps)) {
                 SCOPED_TRACE(bytes);
                 if (bytes < exact) {
@@ -164,9 +164,9 @@ TEST(RenderBudget, TheFloorsOfBothTogetherSuffice) {
     const StoreReader first(storePath("torso"), trial);
     const Scene scene = sceneOn(first.info(), "bone", 0, kPicture);
     const std::size_t ramBytes =
-        renderFloorBytes(first.info(), kPicture, pictureBytesPerPixel(Engine::march), 0);
+        renderFloorBytes(first.info(), kPicture, pictureBytesPerPixel(EngineKind::march), 0);
     const std::size_t gpuBytes = statedFloor(refusal(
-        [&] { prepareScene(scene, first, TextureLimits{}, trial, noGpu, 0, LevelChoice::oneForAll); }));
+        [&] { planScene(scene, first, TextureLimits{}, trial, noGpu, 0, LevelChoice::oneForAll); }));
     Ledger ram("RAM", "--ram", ramBytes), gpu("GPU memory", "--gpu-memory", gpuBytes);
     const StoreReader reader(storePath("torso"), ram);
     RenderOptions options;

@@ -20,9 +20,9 @@ void expectSound(const std::string& store, const Camera& camera, const std::stri
     Scene scene = sceneOn(info, "auto", 0, kSize);
     scene.camera = camera;
     Prepared prepared(store, scene);
-    PreparedScene& p = prepared.p;
+    ScenePlan& p = prepared.p;
     const GpuPicture gpu = marchOn(prepared, kFeatureBricked | kFeatureSkipping | kFeatureShading);
-    const auto rays = gpuRays(p.frame, prepared.budgets.gpu);
+    const auto rays = gpuRays(p.view.frame, prepared.budgets.gpu);
     Work work;
     const auto mirror = mirrorRays<float>(
         mirrorInput(p, true), rays.size(), [&](std::size_t i) { return rays[i]; }, 0, work);
@@ -30,7 +30,7 @@ void expectSound(const std::string& store, const Camera& camera, const std::stri
     // error.
     Work doubleWork;
     const auto exact =
-        mirrorRays<double>(mirrorInput(p, false), rays.size(), frameRays(p.frame), 0, doubleWork);
+        mirrorRays<double>(mirrorInput(p, false), rays.size(), frameRays(p.view.frame), 0, doubleWork);
     std::size_t far = 0;
     for (std::size_t i = 0; i < rays.size(); ++i)
         for (int c = 0; c < 4; ++c) {

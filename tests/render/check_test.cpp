@@ -26,7 +26,7 @@ Scene sceneOf(const std::string& store, const std::string& preset, bool shading)
 
 /// All bricks at the finest level, unless told: a small picture's pixels would be shown coarser ones, which
 /// the truth is not made of.
-RenderResult drawn(const Scene& scene, Engine engine = Engine::march,
+RenderResult drawn(const Scene& scene, EngineKind engine = EngineKind::march,
                    LevelChoice levels = LevelChoice::oneForAll) {
     Budgets budgets;
     const StoreReader reader(scene.volumes[0].path, budgets.ram);
@@ -46,7 +46,7 @@ double rmsOf(const RenderResult& result, const Image& truth) {
 TEST(PictureErrors, TheStepsEstimateIsTheErrorToTheReference) {
     for (const bool shading : {false, true}) {
         Scene scene = sceneOf("torso", "bone", shading);
-        const Image truth = drawn(scene, Engine::reference).image;
+        const Image truth = drawn(scene, EngineKind::reference).image;
         for (const double step : {1.0, 0.5}) {
             scene.quality.stepVoxels = step;
             const RenderResult r = drawn(scene);
@@ -74,7 +74,7 @@ TEST(PictureErrors, FilteredFetchesAreCheckedAgainstExactOnes) {
 
 TEST(AutomaticStep, IsTheLongestThatIsGoodEnough) {
     Scene scene = sceneOf("torso", "bone", false);
-    const Image truth = drawn(scene, Engine::reference).image;
+    const Image truth = drawn(scene, EngineKind::reference).image;
     scene.quality.automaticStep = true;
     const RenderResult r = drawn(scene);
     EXPECT_LT(r.errors->step->error.rms, 1.0 / 255);
@@ -94,7 +94,7 @@ TEST(MaxError, ChoosesStepAndIntegrator) {
     double before = 1e9;
     for (const double maxError : {20.0, 4.0, 1.5}) {
         scene.quality.maxError = maxError;
-        const RenderResult r = drawn(scene, Engine::march, LevelChoice::perBrick);
+        const RenderResult r = drawn(scene, EngineKind::march, LevelChoice::perBrick);
         EXPECT_LE(r.errors->luvP99(), 1.05 * maxError); // seen in other pixels at first
         EXPECT_LE(r.stepVoxels, before);
         before = r.stepVoxels;

@@ -3,7 +3,7 @@
 
 #include "bricking/statistics/statistics.h"
 #include "core/preset.h"
-#include "render/plan/prepare.h"
+#include "render/plan/scene_plan.h"
 #include "tests/support/scene_fixture.h"
 
 #include <gtest/gtest.h>

@@ -65,7 +65,7 @@ TEST_P(Contract, CuttingTheWorkAndSkippingChangeNoBit) {
     const GpuPicture everySegment = marchOn(prepared, features & ~kFeatureSkipping);
     EXPECT_TRUE(bitEqual(whole.image, everySegment.image)) << "skipping changed the picture";
     EXPECT_LT(whole.work.segments, everySegment.work.segments) << "nothing was skipped";
-    MarchSlicing shreds;
+    Slicing shreds;
     shreds.fixedTile = 24; // not a divisor of the picture's size
     shreds.fixedIterations = 7;
     const GpuPicture resumed = marchOn(prepared, features, shreds);
@@ -82,8 +82,8 @@ TEST_P(Contract, BricksEqualOneWholeTexture) {
         GetParam().integrator == Integrator::preintegrated2d ? SeenColours::bytes(kLevelCount) : 0;
     for (const std::size_t budget : {std::size_t{1} << 30, (std::size_t{9} << 19) + tables}) {
         Prepared prepared(GetParam().store, scene(true), /*culling=*/false, budget);
-        EXPECT_GT(prepared.p.selection.finest(), levelBefore);
-        levelBefore = prepared.p.selection.finest();
+        EXPECT_GT(prepared.p.volume.selection.finest(), levelBefore);
+        levelBefore = prepared.p.volume.selection.finest();
         const GpuPicture bricks = marchOn(prepared, kFeatureBricked | kFeatureShading);
         const GpuPicture whole = marchOn(prepared, kFeatureShading);
         EXPECT_TRUE(bitEqual(bricks.image, whole.image)) << "level " << levelBefore;
@@ -96,8 +96,8 @@ TEST_P(Contract, MarchEqualsTheMirrorOnItsOwnRays) {
     const GlContext context({"software"});
     for (const bool shading : {false, true}) {
         Prepared prepared(GetParam().store, scene(shading));
-        PreparedScene& p = prepared.p;
-        const std::vector<SegmentedRay<float>> rays = gpuRays(p.frame, prepared.budgets.gpu);
+        ScenePlan& p = prepared.p;
+        const std::vector<SegmentedRay<float>> rays = gpuRays(p.view.frame, prepared.budgets.gpu);
         const MirrorInput input = mirrorInput(p, true);
         const auto mirrored = [&](glm::vec3 shift) {
             Work work;
@@ -154,11 +154,11 @@ TEST_P(Contract, MarchEqualsTheMirrorOnItsOwnRays) {
 // Threads change no bit on the CPU either.
 TEST_P(Contract, MirrorIsTheSameAtAnyNumberOfThreads) {
     Prepared prepared(GetParam().store, scene(false));
-    PreparedScene& p = prepared.p;
+    ScenePlan& p = prepared.p;
     const MirrorInput input = mirrorInput(p, true);
     const std::size_t count = static_cast<std::size_t>(kSize.x) * kSize.y;
     Work work;
-    const auto rays = frameRays(cast<float>(p.frame));
+    const auto rays = frameRays(cast<float>(p.view.frame));
     const auto one = mirrorRays<float>(input, count, rays, 1, work);
     EXPECT_EQ(one, mirrorRays<float>(input, count, rays, 2, work));
     EXPECT_EQ(one, mirrorRays<float>(input, count, rays, 5, work));
@@ -169,11 +169,11 @@ TEST_P(Contract, MirrorIsTheSameAtAnyNumberOfThreads) {
 TEST_P(Contract, HardwareFetchStaysInsideTheGate) {
     const GlContext context({"software"});
     Prepared prepared(GetParam().store, scene(true));
-    PreparedScene& p = prepared.p;
+    ScenePlan& p = prepared.p;
     const MirrorInput input = mirrorInput(p, true);
     Work work;
     const auto pixels = mirrorRays<float>(input, static_cast<std::size_t>(kSize.x) * kSize.y,
-                                          frameRays(cast<float>(p.frame)), 0, work);
+                                          frameRays(cast<float>(p.view.frame)), 0, work);
     Image mirror(kSize);
     mirror.pixels = pixels;
     const ImageDifference d =

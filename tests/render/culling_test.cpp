@@ -33,7 +33,7 @@ std::pair<Image, Image> withAndWithoutCulling(const std::string& store, const Sc
     std::vector<Image> pictures;
     for (const bool culling : {true, false}) {
         Prepared prepared(store, scene, culling);
-        Selection s = prepared.p.selection;
+        Selection s = prepared.p.volume.selection;
         s.counts = {};
         for (std::uint8_t& mine : s.levels) {
             if (mine != Selection::kEmpty)

@@ -30,7 +30,7 @@ Scene plainScene(Integrator integrator, bool shading, const char* store = kStore
     return scene;
 }
 
-Image drawn(const Scene& scene, const MarchSlicing& slicing = {}, bool generalPath = false) {
+Image drawn(const Scene& scene, const Slicing& slicing = {}, bool generalPath = false) {
     Prepared prepared(kStore, scene);
     if (generalPath)
         prepared.p.mapLevels(prepared.budgets.ram, true);
@@ -58,7 +58,7 @@ std::size_t leastGpuBytes(Scene scene) {
         Ledger ram("RAM", "--ram", std::size_t{1} << 30), gpu("GPU memory", "--gpu-memory", middle);
         const StoreReader reader(storePath(kManyBricks), ram);
         try {
-            prepareScene(scene, reader, TextureLimits{}, ram, gpu, 1);
+            planScene(scene, reader, TextureLimits{}, ram, gpu, 1);
             accepted = middle;
         } catch (const InputError&) {
             refused = middle;
@@ -99,7 +99,7 @@ TEST_P(Determinism, RunsTilesAndDispatchesChangeNoBit) {
         scene.quality.fetch = fetch;
         const auto once = [&](int tile, int iterations) {
             const GlContext context({"software"}); // a context of its own: another run
-            MarchSlicing slicing;
+            Slicing slicing;
             slicing.fixedTile = tile;
             slicing.fixedIterations = iterations;
             return drawn(scene, slicing);
@@ -115,14 +115,14 @@ TEST_P(Determinism, RunsTilesAndDispatchesChangeNoBit) {
 TEST_P(Determinism, ThreadsChangeNoBit) {
     const Scene scene = plainScene(GetParam(), true);
     Prepared prepared(kStore, scene);
-    PreparedScene& p = prepared.p;
+    ScenePlan& p = prepared.p;
     const std::size_t count = static_cast<std::size_t>(kSize.x) * kSize.y;
     Work work;
     const auto single = [&](int threads) {
-        return mirrorRays<float>(mirrorInput(p, true), count, frameRays(cast<float>(p.frame)), threads, work);
+        return mirrorRays<float>(mirrorInput(p, true), count, frameRays(cast<float>(p.view.frame)), threads, work);
     };
     const auto twice = [&](int threads) {
-        return mirrorRays<double>(mirrorInput(p, true), count, frameRays(p.frame), threads, work);
+        return mirrorRays<double>(mirrorInput(p, true), count, frameRays(p.view.frame), threads, work);
     };
     const auto oneSingle = single(1);
     const auto oneDouble = twice(1);
@@ -133,8 +133,8 @@ TEST_P(Determinism, ThreadsChangeNoBit) {
     if (GetParam() != Integrator::midpoint)
         return; // the reference knows no integrator
     const auto truth = [&](int threads) {
-        return renderReference({p.cache.get(), &p.info(), &p.function, scene.shading, &p.statistics},
-                               referenceRays(p.camera, p.info(), {9, 7}), threads);
+        return renderReference({p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, &p.volume.statistics},
+                               referenceRays(p.view.camera, p.info(), {9, 7}), threads);
     };
     const auto one = truth(1);
     for (const int threads : {2, 8})
@@ -175,7 +175,7 @@ TEST_P(Determinism, WhatIsLeftOutLeavesNoTrace) {
     Scene invisible = lit;
     {
         const Prepared prepared(kStore, lit);
-        const Statistics& v = prepared.p.statistics;
+        const Statistics& v = prepared.p.volume.statistics;
         const VolumeInfo& info = prepared.reader.info();
         const double middle = 0.5 * (static_cast<double>(v.lowest) + static_cast<double>(v.highest));
         invisible.surfaces = {{info.rescaleSlope * middle + info.rescaleIntercept, glm::dvec3(1, 0, 0), 0}};

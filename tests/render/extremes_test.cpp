@@ -67,13 +67,13 @@ struct Tally {
 };
 
 /// Double mirror of a camera's own double rays.
-std::vector<glm::dvec4> mirrorInDouble(const PreparedScene& p, double stepVoxels) {
-    RayFrame<double> frame = p.frame;
+std::vector<glm::dvec4> mirrorInDouble(const ScenePlan& p, double stepVoxels) {
+    RayFrame<double> frame = p.view.frame;
     frame.segmentVoxels = stepVoxels;
-    MirrorInput input = mirrorInput(p, p.quality.skipping);
+    MirrorInput input = mirrorInput(p, p.view.quality.skipping);
     input.strides.segmentVoxels = stepVoxels;
     Work work;
-    return mirrorRays<double>(input, static_cast<std::size_t>(p.imageSize.x) * p.imageSize.y,
+    return mirrorRays<double>(input, static_cast<std::size_t>(p.view.imageSize.x) * p.view.imageSize.y,
                               frameRays(frame), 1, work);
 }
 
@@ -84,22 +84,22 @@ class ExtremeRun {
         const Structure& structure = c.structure();
         const Scene scene = sceneOf(c, volume);
         Prepared prepared(stores_.path(c), scene, true, 0, &volume.info.patientFromVoxel);
-        PreparedScene& p = prepared.p;
+        ScenePlan& p = prepared.p;
         if (structure.mixed) {
-            p.setSelection(randomShownLevels(p.selection, static_cast<unsigned>(c[kVariant] + 7)),
+            p.setSelection(randomShownLevels(p.volume.selection, static_cast<unsigned>(c[kVariant] + 7)),
                            prepared.budgets.ram);
-            if (!p.mixed()) // few bricks: the general path all the same
+            if (!p.volume.mixed()) // few bricks: the general path all the same
                 p.mapLevels(prepared.budgets.ram, true);
         }
         ++tally.cases;
 
-        MarchSlicing slicing; // fixed, so that the number of dispatches can be said beforehand
+        Slicing slicing; // fixed, so that the number of dispatches can be said beforehand
         slicing.fixedTile = 64;
         slicing.fixedIterations = 512;
         const GpuPicture gpu = marchOn(prepared, marchFeatures(p, true), slicing);
         const std::vector<glm::dvec4> marched = widened(gpu.image.pixels);
         expectInRange(marched, scene.shading, "march");
-        const std::vector<SegmentedRay<float>> rays = gpuRays(p.frame, prepared.budgets.gpu);
+        const std::vector<SegmentedRay<float>> rays = gpuRays(p.view.frame, prepared.budgets.gpu);
         expectRaysOfCamera(p, rays);
         std::size_t segments = 0, longest = 0;
         for (const SegmentedRay<float>& ray : rays) {
@@ -176,10 +176,10 @@ class ExtremeRun {
             scene.imageSize = {12, 10}; // a single ray may be right by chance
         scene.quality.terminationTransmittance = 0;
         Prepared prepared(stores_.path(c), scene, true, 0, &volume.info.patientFromVoxel);
-        const PreparedScene& p = prepared.p;
+        const ScenePlan& p = prepared.p;
         const std::vector<glm::dvec4> truth =
-            renderReference({p.cache.get(), &p.info(), &p.function, scene.shading, &p.statistics},
-                            referenceRays(p.camera, p.info(), p.imageSize), 1);
+            renderReference({p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, &p.volume.statistics},
+                            referenceRays(p.view.camera, p.info(), p.view.imageSize), 1);
         expectInRange(truth, scene.shading, "reference");
         const auto mirror = mirrorInDouble(p, q);
         const std::vector<double> uncertain = uncertainInDouble(p);
@@ -187,7 +187,7 @@ class ExtremeRun {
             for (std::size_t i = 0; i < truth.size(); ++i)
                 for (int n = 0; n < 4; ++n)
                     EXPECT_NEAR(mirror[i][n], truth[i][n],
-                                1e-7 + static_cast<double>(p.optics.table.front().a) * uncertain[i])
+                                1e-7 + static_cast<double>(p.volume.optics.table.front().a) * uncertain[i])
                         << "pixel " << i;
             return true;
         }
@@ -205,7 +205,7 @@ class ExtremeRun {
         // A table of seen colours is bilinear between 256 x 256 places; these functions' colours bend little
         // there.
         const double ownError =
-            p.table.relativeError + (p.optics.integrator == Integrator::preintegrated2d ? 1e-4 : 1e-6);
+            p.volume.table.relativeError + (p.volume.optics.integrator == Integrator::preintegrated2d ? 1e-4 : 1e-6);
         const double n = 4.0 * static_cast<double>(truth.size());
         const double depth = std::min(1.0, peakPerVoxel(c) * glm::length(glm::dvec3(p.info().extentVoxels)));
         EXPECT_LE(std::sqrt(error.squares / n), 1.5 * std::sqrt(change.squares / n) + ownError * depth);
@@ -216,17 +216,17 @@ class ExtremeRun {
     static double lengthMm(const SegmentedRay<double>& ray) {
         return ray.count == 0 ? 0 : (ray.count - 1 + ray.tail) * ray.segmentMm;
     }
-    static double constantAlpha(const PreparedScene& p, const SegmentedRay<double>& ray) {
-        return opacityOf(static_cast<double>(p.optics.table.front().a) * lengthMm(ray));
+    static double constantAlpha(const ScenePlan& p, const SegmentedRay<double>& ray) {
+        return opacityOf(static_cast<double>(p.volume.optics.table.front().a) * lengthMm(ray));
     }
     /// Per pixel, how much of a ray's length in the volume, mm, hangs on where it is by so many voxels: all
     /// of it for a ray that lies in a face.
-    static std::vector<double> uncertainLengths(const PreparedScene& p, double voxels) {
-        std::vector<double> out(static_cast<std::size_t>(p.imageSize.x) *
-                                static_cast<std::size_t>(p.imageSize.y));
-        const auto rays = frameRays(p.frame);
+    static std::vector<double> uncertainLengths(const ScenePlan& p, double voxels) {
+        std::vector<double> out(static_cast<std::size_t>(p.view.imageSize.x) *
+                                static_cast<std::size_t>(p.view.imageSize.y));
+        const auto rays = frameRays(p.view.frame);
         for (int direction = 0; direction < 27; ++direction) {
-            RayFrame<double> moved = p.frame;
+            RayFrame<double> moved = p.view.frame;
             moved.centre +=
                 voxels * (glm::dvec3(direction % 3, direction / 3 % 3, direction / 9) - glm::dvec3(1));
             const auto movedRays = frameRays(moved);
@@ -236,17 +236,17 @@ class ExtremeRun {
         return out;
     }
     /// Of a camera in patient space, in double.
-    static std::vector<double> uncertainInDouble(const PreparedScene& p) {
+    static std::vector<double> uncertainInDouble(const ScenePlan& p) {
         const glm::dmat4& place = p.info().patientFromVoxel;
         const glm::dvec3 mm = p.info().spacingMm();
         return uncertainLengths(
             p, 1e-14 * glm::length(glm::dvec3(p.info().extentVoxels)) +
-                   1e-15 * (glm::length(glm::dvec3(place[3])) + glm::length(p.camera.position)) /
+                   1e-15 * (glm::length(glm::dvec3(place[3])) + glm::length(p.view.camera.position)) /
                        std::min({mm.x, mm.y, mm.z}));
     }
     /// The GPU's float rays are the camera's: their lengths, as far as float positions can say.
-    static void expectRaysOfCamera(const PreparedScene& p, const std::vector<SegmentedRay<float>>& rays) {
-        const RayFrame<double>& f = p.frame;
+    static void expectRaysOfCamera(const ScenePlan& p, const std::vector<SegmentedRay<float>>& rays) {
+        const RayFrame<double>& f = p.view.frame;
         const double far = glm::length(f.centre) + glm::length(f.right) + glm::length(f.up) +
                            glm::length(f.extent) + (f.perspective ? glm::length(f.toCentre) : 0);
         const std::vector<double> uncertain = uncertainLengths(p, 0x1p-21 * far);

@@ -60,28 +60,28 @@ TEST_P(Field, ShaderEqualsItsTwin) {
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath(c.store), ram).info();
     Prepared prepared(c.store, sceneOn(info, c.preset, 0, {16, 16}), c.culling, c.gpuBytes);
-    PreparedScene& p = prepared.p;
+    ScenePlan& p = prepared.p;
     if (c.gpuBytes > 0) {
-        EXPECT_GT(p.selection.finest(), 0);
+        EXPECT_GT(p.volume.selection.finest(), 0);
     }
     if (c.culling) {
-        EXPECT_LT(p.selection.shownBricks(), p.selection.levels.size()) << "nothing was culled";
+        EXPECT_LT(p.volume.selection.shownBricks(), p.volume.selection.levels.size()) << "nothing was culled";
     }
-    const auto positions = tellingPositions(info.extentVoxels, p.selection.finest());
+    const auto positions = tellingPositions(info.extentVoxels, p.volume.selection.finest());
     Work work;
-    Atlas atlas(info, p.selection, pagesFor(p.selection.counts), TextureLimits{}, prepared.budgets.gpu,
+    Atlas atlas(info, p.volume.selection, pagesFor(p.volume.selection.counts), TextureLimits{}, prepared.budgets.gpu,
                 prepared.budgets.ram);
-    atlas.bricks.load(*p.cache, work);
-    const FieldSource source{&atlas, nullptr, p.selection.finest()};
+    atlas.bricks.load(*p.volume.cache, work);
+    const FieldSource source{&atlas, nullptr, p.volume.selection.finest()};
     std::uint32_t features = kFeatureBricked;
     if (texelFormat(info.type).normalised)
         features |= kFeatureNormalised;
     const auto exact = probeField(positions, features, info, source, prepared.budgets.gpu);
     const auto filtered =
         probeField(positions, features | kFeatureHardware, info, source, prepared.budgets.gpu);
-    LatticeReader samples(*p.cache, info, p.selection.finest(), &p.selection);
-    const float perVoxel = 1.0f / static_cast<float>(1 << p.selection.finest());
-    const float range = p.statistics.highest - p.statistics.lowest;
+    LatticeReader samples(*p.volume.cache, info, p.volume.selection.finest(), &p.volume.selection);
+    const float perVoxel = 1.0f / static_cast<float>(1 << p.volume.selection.finest());
+    const float range = p.volume.statistics.highest - p.volume.statistics.lowest;
     float worst = 0;
     for (std::size_t i = 0; i < positions.size(); ++i) {
         const float value = fieldValue(samples, positions[i], perVoxel);
@@ -109,10 +109,10 @@ TEST_P(Field, IsContinuousAcrossBricks) {
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath(c.store), ram).info();
     Prepared prepared(c.store, sceneOn(info, c.preset, 0, {16, 16}), c.culling, c.gpuBytes);
-    PreparedScene& p = prepared.p;
-    LatticeReader samples(*p.cache, info, p.selection.finest(), &p.selection);
-    const double perVoxel = 1.0 / (1 << p.selection.finest());
-    const double range = static_cast<double>(p.statistics.highest) - static_cast<double>(p.statistics.lowest);
+    ScenePlan& p = prepared.p;
+    LatticeReader samples(*p.volume.cache, info, p.volume.selection.finest(), &p.volume.selection);
+    const double perVoxel = 1.0 / (1 << p.volume.selection.finest());
+    const double range = static_cast<double>(p.volume.statistics.highest) - static_cast<double>(p.volume.statistics.lowest);
     std::mt19937 random(13);
     std::uniform_real_distribution<double> unit(0, 1);
     for (int i = 0; i < 4000; ++i) {
@@ -159,7 +159,7 @@ TEST(Texels, EveryValueSurvives) {
         for (int i = 0; i < 65536; ++i)
             centres.push_back(glm::vec3(glm::ivec3(i % 64, i / 64 % 32, i / 2048)) + 0.5f);
         const auto read =
-            probeField(centres, format.normalised ? kFeatureNormalised : 0u, info, {nullptr, &texture}, gpu);
+            probeField(centres, texelFormat(type).normalised ? kFeatureNormalised : 0u, info, {nullptr, &texture}, gpu);
         for (std::size_t i = 0; i < 65536; ++i) {
             float expected = 0;
             switch (type) {

@@ -256,13 +256,13 @@ TEST(Gradients, AnalyticOneIsTheDerivativeOfMixedLevels) {
         Scene scene = sceneOn(info, "auto", 0, {8, 8});
         scene.quality.edgeFunction = edge;
         Prepared prepared("sphere", scene);
-        Selection selection = prepared.p.selection;
+        Selection selection = prepared.p.volume.selection;
         std::mt19937 random(21);
         selection.counts = {};
         for (std::uint8_t& level : selection.levels)
             ++selection.counts[level = static_cast<std::uint8_t>(random() % (kLevelCount + 1))];
         prepared.p.setSelection(selection, prepared.budgets.ram);
-        MixedReader samples(*prepared.p.cache, info, prepared.p.selection, prepared.p.levels);
+        MixedReader samples(*prepared.p.volume.cache, info, prepared.p.volume.selection, prepared.p.volume.levels);
         std::uniform_real_distribution<double> unit(0, 1);
         int blended = 0, compared = 0;
         for (int i = 0; i < 20000; ++i) {
@@ -276,8 +276,8 @@ TEST(Gradients, AnalyticOneIsTheDerivativeOfMixedLevels) {
             ASSERT_LE(differ(g, fine), 1e-4 * (1 + glm::length(fine)))
                 << edgeFunctionNames()[static_cast<std::size_t>(edge)];
             ++compared;
-            const auto place = cornerPlace(p, glm::dvec3(info.extentVoxels), prepared.p.levels.bricks);
-            const BrickCorner& corner = prepared.p.levels.at(place.corner);
+            const auto place = cornerPlace(p, glm::dvec3(info.extentVoxels), prepared.p.volume.levels.bricks);
+            const BrickCorner& corner = prepared.p.volume.levels.at(place.corner);
             blended += !corner.agree() && nearAxes(corner, place.offset) != 0;
         }
         EXPECT_GT(compared, 10000);
@@ -300,7 +300,7 @@ TEST(Gradients, TheScenesChoiceIsDrawn) {
         const GpuPicture picture = marchOn(prepared, features);
         Work work;
         const auto mirrored = mirrorRays<float>(mirrorInput(prepared.p, true), 24 * 24,
-                                                frameRays(cast<float>(prepared.p.frame)), 0, work);
+                                                frameRays(cast<float>(prepared.p.view.frame)), 0, work);
         float worst = 0;
         for (std::size_t i = 0; i < mirrored.size(); ++i)
             for (int c = 0; c < 4; ++c)

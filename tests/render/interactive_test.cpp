@@ -3,6 +3,7 @@
 // always comes to an end.
 #include "core/image_metrics.h"
 #include "core/scratch_folder.h"
+#include "render/engines/gpu/gpu_engine.h"
 #include "render/interactive_renderer.h"
 #include "render/renderer.h"
 #include "tests/support/scene_fixture.h"
@@ -34,7 +35,8 @@ struct Session {
     explicit Session(const Scene& scene, std::size_t gpuBytes, InteractiveOptions options = {},
                      const std::filesystem::path& store = storePath("torso"))
         : ram("RAM", "--ram", kRam), gpu("GPU memory", "--gpu-memory", gpuBytes), reader(store, ram),
-          context({"software"}), renderer(scene, reader, context, ram, gpu, options) {}
+          context({"software"}), engine(context, gpu, ram),
+          renderer(scene, reader, engine, ram, gpu, options) {}
 
     void checkStep() {
         EXPECT_LE(gpu.usedBytes(), gpu.limitBytes());
@@ -67,6 +69,7 @@ struct Session {
     Ledger ram, gpu;
     StoreReader reader;
     GlContext context;
+    GpuEngine engine;
     InteractiveRenderer renderer;
 };
 
@@ -173,7 +176,7 @@ TEST(Interactive, WithTheSamePagesItIsTheStill) {
     for (std::size_t bytes = session.gpu.limitBytes(); bytes > 0; bytes -= std::size_t{1} << 16) {
         Ledger ram("RAM", "--ram", kRam), gpu("GPU memory", "--gpu-memory", bytes);
         const StoreReader reader(storePath("torso"), ram);
-        const PreparedScene p = prepareScene(
+        const ScenePlan p = planScene(
             scene, reader, {session.context.max3dTextureSize(), session.context.maxTextureBytes()}, ram, gpu,
             2);
         if (p.chosen.atlasPages > session.renderer.atlasPages())

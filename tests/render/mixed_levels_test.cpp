@@ -59,7 +59,7 @@ struct MixedScene {
         scene.quality.integrator = integrator;
         prepared = std::make_unique<Prepared>(store, scene);
     }
-    PreparedScene& p() { return prepared->p; }
+    ScenePlan& p() { return prepared->p; }
     void choose(Selection s) { p().setSelection(std::move(s), prepared->budgets.ram); }
     std::unique_ptr<Prepared> prepared;
 };
@@ -104,24 +104,24 @@ TEST_P(MixedField, ShaderEqualsItsTwin) {
     const GlContext context({"software"});
     const auto [store, edge] = GetParam();
     MixedScene scene(store, "auto", 0, edge);
-    scene.choose(randomLevels(scene.p().selection, 5, true));
-    PreparedScene& p = scene.p();
+    scene.choose(randomLevels(scene.p().volume.selection, 5, true));
+    ScenePlan& p = scene.p();
     Ledger& gpu = scene.prepared->budgets.gpu;
-    ASSERT_TRUE(p.mixed());
+    ASSERT_TRUE(p.volume.mixed());
     Work work;
-    Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), TextureLimits{}, gpu,
+    Atlas atlas(p.info(), p.volume.selection, pagesFor(p.volume.selection.counts), TextureLimits{}, gpu,
                 scene.prepared->budgets.ram);
-    atlas.bricks.load(*p.cache, work);
-    const LevelTextures textures(p.levels, gpu);
-    const FieldSource source{&atlas, nullptr, 0, &p.levels, &textures};
+    atlas.bricks.load(*p.volume.cache, work);
+    const LevelTextures textures(p.volume.levels, gpu);
+    const FieldSource source{&atlas, nullptr, 0, &p.volume.levels, &textures};
     std::uint32_t features = kFeatureBricked | kFeatureMixed;
     if (texelFormat(p.info().type).normalised)
         features |= kFeatureNormalised;
     const auto positions = tellingPositions(p.info().extentVoxels, 6000);
     const auto exact = probeField(positions, features, p.info(), source, gpu);
     const auto filtered = probeField(positions, features | kFeatureHardware, p.info(), source, gpu);
-    MixedReader samples(*p.cache, p.info(), p.selection, p.levels);
-    const float range = p.statistics.highest - p.statistics.lowest;
+    MixedReader samples(*p.volume.cache, p.info(), p.volume.selection, p.volume.levels);
+    const float range = p.volume.statistics.highest - p.volume.statistics.lowest;
     float worst = 0;
     for (std::size_t i = 0; i < positions.size(); ++i) {
         ASSERT_EQ(exact[i].w, interblockValue(samples, positions[i])) << i;
@@ -148,10 +148,10 @@ TEST(MixedLevels, ValuesAndGradientsAreContinuous) {
         for (const EdgeFunction edge : {EdgeFunction::minimum, EdgeFunction::split, EdgeFunction::maximum})
             for (unsigned seed = 0; seed < 6; ++seed) {
                 MixedScene scene(store, "auto", 0, edge);
-                scene.choose(randomLevels(scene.p().selection, seed, true));
-                PreparedScene& p = scene.p();
-                MixedReader samples(*p.cache, p.info(), p.selection, p.levels);
-                const double range = static_cast<double>(p.statistics.highest) - p.statistics.lowest;
+                scene.choose(randomLevels(scene.p().volume.selection, seed, true));
+                ScenePlan& p = scene.p();
+                MixedReader samples(*p.volume.cache, p.info(), p.volume.selection, p.volume.levels);
+                const double range = static_cast<double>(p.volume.statistics.highest) - p.volume.statistics.lowest;
                 const glm::dvec3 extent(p.info().extentVoxels);
                 for (int i = 0; i < 3000; ++i, ++borders) {
                     glm::dvec3 at = extent * glm::dvec3(unit(random), unit(random), unit(random));
@@ -180,10 +180,10 @@ TEST(MixedLevels, ValuesAndGradientsAreContinuous) {
 // A field that jumps must be caught by the test above: the nearest brick alone does.
 TEST(MixedLevels, NearestBrickJumpsAtBorders) {
     MixedScene scene("marschner-lobb", "auto", 0, EdgeFunction::nearest);
-    scene.choose(randomLevels(scene.p().selection, 1, false));
-    PreparedScene& p = scene.p();
-    MixedReader samples(*p.cache, p.info(), p.selection, p.levels);
-    const double range = static_cast<double>(p.statistics.highest) - p.statistics.lowest;
+    scene.choose(randomLevels(scene.p().volume.selection, 1, false));
+    ScenePlan& p = scene.p();
+    MixedReader samples(*p.volume.cache, p.info(), p.volume.selection, p.volume.levels);
+    const double range = static_cast<double>(p.volume.statistics.highest) - p.volume.statistics.lowest;
     double worst = 0;
     for (int y = 1; y < 60; ++y)
         for (int z = 1; z < 60; ++z) {
@@ -200,18 +200,18 @@ TEST(MixedLevels, ValuesStayInTheHullOfTheirSamples) {
     std::uniform_real_distribution<double> unit(0, 1);
     for (const EdgeFunction edge : kEdgeFunctions) {
         MixedScene scene("marschner-lobb", "auto", 0, edge);
-        scene.choose(randomLevels(scene.p().selection, 3, true));
-        PreparedScene& p = scene.p();
-        MixedReader samples(*p.cache, p.info(), p.selection, p.levels);
+        scene.choose(randomLevels(scene.p().volume.selection, 3, true));
+        ScenePlan& p = scene.p();
+        MixedReader samples(*p.volume.cache, p.info(), p.volume.selection, p.volume.levels);
         const glm::dvec3 extent(p.info().extentVoxels);
-        const double range = static_cast<double>(p.statistics.highest) - p.statistics.lowest;
+        const double range = static_cast<double>(p.volume.statistics.highest) - p.volume.statistics.lowest;
         for (int i = 0; i < 4000; ++i) {
             const glm::dvec3 at = extent * glm::dvec3(unit(random), unit(random), unit(random));
-            const auto place = cornerPlace(at, extent, p.levels.bricks);
+            const auto place = cornerPlace(at, extent, p.volume.levels.bricks);
             double lo = INFINITY, hi = -INFINITY;
             for (int n = 0; n < 8; ++n) {
                 const glm::ivec3 brick = place.corner - 1 + glm::ivec3(n & 1, (n >> 1) & 1, n >> 2);
-                const std::uint32_t code = p.levels.at(place.corner).code(n);
+                const std::uint32_t code = p.volume.levels.at(place.corner).code(n);
                 if (code == BrickCorner::kOutside)
                     continue;
                 // The brick's samples around its nearest point; all of it is too slow to look at.
@@ -220,7 +220,7 @@ TEST(MixedLevels, ValuesStayInTheHullOfTheirSamples) {
                 hi = std::max(hi, value);
             }
             const double value = interblockValue(samples, at);
-            if (p.levels.at(place.corner).agree())
+            if (p.volume.levels.at(place.corner).agree())
                 continue; // plain trilinear: its eight samples, tested elsewhere
             ASSERT_GE(value, lo - 1e-9 * range);
             ASSERT_LE(value, hi + 1e-9 * range);
@@ -235,16 +235,16 @@ TEST(MixedLevels, OneLevelIsPlainTrilinear) {
     for (int level = 0; level < kLevelCount - 1; ++level)
         for (const EdgeFunction edge : {EdgeFunction::minimum, EdgeFunction::split, EdgeFunction::maximum}) {
             MixedScene scene("torso", "bone", 0, edge);
-            PreparedScene& p = scene.p();
-            Selection s = p.selection; // some empty
+            ScenePlan& p = scene.p();
+            Selection s = p.volume.selection; // some empty
             for (std::uint8_t& mine : s.levels)
                 if (mine != Selection::kEmpty)
                     mine = static_cast<std::uint8_t>(level);
             std::swap(s.counts[0], s.counts[static_cast<std::size_t>(level)]);
             const LevelMap map =
-                makeLevelMap(s, p.info().extentVoxels, p.quality, scene.prepared->budgets.ram);
-            MixedReader mixed(*p.cache, p.info(), s, map);
-            LatticeReader plain(*p.cache, p.info(), level, &s);
+                makeLevelMap(s, p.info().extentVoxels, p.view.quality, scene.prepared->budgets.ram);
+            MixedReader mixed(*p.volume.cache, p.info(), s, map);
+            LatticeReader plain(*p.volume.cache, p.info(), level, &s);
             for (int i = 0; i < 2000; ++i) {
                 const glm::dvec3 at =
                     glm::dvec3(p.info().extentVoxels) * glm::dvec3(unit(random), unit(random), unit(random));
@@ -262,17 +262,17 @@ TEST(MixedLevels, EmptyCellsShowNothing) {
             continue;
         for (const EdgeFunction edge : kEdgeFunctions) {
             MixedScene scene(store, "bone", 0, edge);
-            scene.choose(randomShownLevels(scene.p().selection, 7));
-            PreparedScene& p = scene.p();
-            MixedReader samples(*p.cache, p.info(), p.selection, p.levels);
+            scene.choose(randomShownLevels(scene.p().volume.selection, 7));
+            ScenePlan& p = scene.p();
+            MixedReader samples(*p.volume.cache, p.info(), p.volume.selection, p.volume.levels);
             int checked = 0;
             for (int i = 0; i < 100000; ++i) {
                 const glm::dvec3 at =
                     glm::dvec3(p.info().extentVoxels) * glm::dvec3(unit(random), unit(random), unit(random));
-                if (!p.occupancy.isEmpty(glm::min(glm::ivec3(at) / kCellExtent, p.statistics.cells - 1)))
+                if (!p.volume.occupancy.isEmpty(glm::min(glm::ivec3(at) / kCellExtent, p.volume.statistics.cells - 1)))
                     continue;
                 ++checked;
-                ASSERT_EQ(lookUp(p.optics, interblockValue(samples, at)).a, 0)
+                ASSERT_EQ(lookUp(p.volume.optics, interblockValue(samples, at)).a, 0)
                     << store << " " << at.x << " " << at.y << " " << at.z;
             }
             EXPECT_GT(checked, 1000);
@@ -318,26 +318,26 @@ TEST_P(MixedPicture, ContractHolds) {
     const GlContext context({"software"});
     const PictureCase c = GetParam();
     MixedScene scene(c.store, c.preset, c.camera, c.edge, c.sampling, {32, 32}, c.integrator);
-    scene.choose(randomShownLevels(scene.p().selection, 7));
-    PreparedScene& p = scene.p();
-    ASSERT_TRUE(p.mixed());
+    scene.choose(randomShownLevels(scene.p().volume.selection, 7));
+    ScenePlan& p = scene.p();
+    ASSERT_TRUE(p.volume.mixed());
     const std::uint32_t features = kFeatureBricked | kFeatureSkipping | kFeatureShading;
     const GpuPicture whole = marchOn(*scene.prepared, features);
     EXPECT_FALSE(isBlank(whole.image));
     const GpuPicture everyStride = marchOn(*scene.prepared, features & ~kFeatureSkipping);
     EXPECT_TRUE(bitEqual(whole.image, everyStride.image)) << "skipping changed the picture";
     EXPECT_LE(whole.work.segments, everyStride.work.segments);
-    MarchSlicing shreds;
+    Slicing shreds;
     shreds.fixedTile = 24;
     shreds.fixedIterations = 7;
     EXPECT_TRUE(bitEqual(whole.image, marchOn(*scene.prepared, features, shreds).image));
     // As long as a dispatch can be: the device's own limit on loops must not show.
-    MarchSlicing endless;
+    Slicing endless;
     endless.fixedTile = 32;
     endless.fixedIterations = 1 << 20;
     EXPECT_TRUE(bitEqual(whole.image, marchOn(*scene.prepared, features & ~kFeatureSkipping, endless).image));
 
-    const std::vector<SegmentedRay<float>> rays = gpuRays(p.frame, scene.prepared->budgets.gpu);
+    const std::vector<SegmentedRay<float>> rays = gpuRays(p.view.frame, scene.prepared->budgets.gpu);
     Work work;
     const auto mirror = mirrorRays<float>(
         mirrorInput(p, true), rays.size(), [&](std::size_t i) { return rays[i]; }, 0, work);
@@ -367,13 +367,13 @@ TEST(MixedLevels, CamerasOnFacesEdgesAndCorners) {
             camera.viewAngle = 130;
             scene.camera = camera;
             Prepared prepared("torso", scene);
-            PreparedScene& p = prepared.p;
-            p.setSelection(randomShownLevels(p.selection, 11), prepared.budgets.ram);
+            ScenePlan& p = prepared.p;
+            p.setSelection(randomShownLevels(p.volume.selection, 11), prepared.budgets.ram);
             const std::uint32_t features = kFeatureBricked | kFeatureSkipping | kFeatureShading;
             const GpuPicture picture = marchOn(prepared, features);
             EXPECT_FALSE(isBlank(picture.image));
             EXPECT_TRUE(bitEqual(picture.image, marchOn(prepared, features & ~kFeatureSkipping).image));
-            const std::vector<SegmentedRay<float>> rays = gpuRays(p.frame, prepared.budgets.gpu);
+            const std::vector<SegmentedRay<float>> rays = gpuRays(p.view.frame, prepared.budgets.gpu);
             Work work;
             const auto mirror = mirrorRays<float>(
                 mirrorInput(p, true), rays.size(), [&](std::size_t i) { return rays[i]; }, 0, work);

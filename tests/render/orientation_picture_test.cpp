@@ -169,7 +169,7 @@ Image draw(const std::filesystem::path& store, const std::string& function, cons
     Budgets budgets;
     const StoreReader reader(store, budgets.ram);
     RenderOptions options;
-    options.engine = Engine::mirror;
+    options.engine = EngineKind::mirror;
     return renderScene(scene, reader, budgets.ram, budgets.gpu, options).image;
 }
 

@@ -29,9 +29,9 @@ TEST(Skipping, PicturesAreBitEqualWithEitherMap) {
                 const GpuPicture every = marchOn(prepared, features & ~kFeatureSkipping);
                 std::uint64_t segments[2] = {0, 0};
                 for (const MapScale scale : {MapScale::cells, MapScale::bricks}) {
-                    prepared.p.mapScale = scale;
-                    prepared.p.occupancy = Occupancy();
-                    prepared.p.mapEmptySpace(prepared.budgets.ram);
+                    prepared.p.volume.mapScale = scale;
+                    prepared.p.volume.occupancy = Occupancy();
+                    prepared.p.volume.mapEmptySpace(prepared.p.view.quality.edgeFunction, prepared.budgets.ram);
                     const GpuPicture skipped = marchOn(prepared, features);
                     EXPECT_TRUE(bitEqual(skipped.image, every.image)) << store << " camera " << camera;
                     EXPECT_LT(skipped.work.segments, every.work.segments);
@@ -74,7 +74,7 @@ TEST(Skipping, BlocksOfCellsSaveSamplesAndChangeNoBit) {
                 scene.quality.edgeFunction = edge;
                 Prepared prepared(store, scene);
                 if (mixed)
-                    prepared.p.setSelection(mostlyFinest(prepared.p.selection, random), prepared.budgets.ram);
+                    prepared.p.setSelection(mostlyFinest(prepared.p.volume.selection, random), prepared.budgets.ram);
                 const std::uint32_t features = kFeatureBricked | kFeatureSkipping | kFeatureShading;
                 const GpuPicture every = marchOn(prepared, features & ~kFeatureSkipping);
                 const GpuPicture cells = marchOn(prepared, features);
@@ -114,14 +114,14 @@ TEST(Skipping, AMarchFollowsChangesOfLevels) {
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
     Prepared prepared("torso", sceneOn(info, "bone", 0, {28, 28}));
-    PreparedScene& p = prepared.p;
+    ScenePlan& p = prepared.p;
     Ledger& gpu = prepared.budgets.gpu;
-    Selection selection = mostlyFinest(p.selection, random);
+    Selection selection = mostlyFinest(p.volume.selection, random);
     p.setSelection(selection, prepared.budgets.ram);
     const std::uint32_t features = kFeatureBricked | kFeatureSkipping | kFeatureMixed | kFeatureNormalised;
-    March march(features, p.frame, p.info(), p.strides(), p.optics, &p.occupancy, gpu);
+    March march(features, p.view.frame, p.info(), p.strides(), p.volume.optics, &p.volume.occupancy, gpu);
     for (int edit = 0; edit < 6; ++edit) {
-        const std::uint64_t version = p.occupancy.version();
+        const std::uint64_t version = p.volume.occupancy.version();
         if (edit > 0) {
             for (int n = 0; n < 2; ++n) { // some from the finest level, whose blocks were found, to another
                 std::uint8_t& level = selection.levels[random() % selection.levels.size()];
@@ -132,24 +132,24 @@ TEST(Skipping, AMarchFollowsChangesOfLevels) {
             for (const std::uint8_t level : selection.levels)
                 ++selection.counts[level];
             p.setSelection(selection, prepared.budgets.ram);
-            march.restart(p.frame, p.strides(), &p.occupancy);
-            EXPECT_LE(p.occupancy.version(), version + 1);
+            march.restart(p.view.frame, p.strides(), &p.volume.occupancy);
+            EXPECT_LE(p.volume.occupancy.version(), version + 1);
         }
         Work work;
-        Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), TextureLimits{}, gpu,
+        Atlas atlas(p.info(), p.volume.selection, pagesFor(p.volume.selection.counts), TextureLimits{}, gpu,
                     prepared.budgets.ram);
-        atlas.bricks.load(*p.cache, work);
-        const LevelTextures textures(p.levels, gpu);
-        const FieldSource source{&atlas, nullptr, p.selection.finest(), &p.levels, &textures};
+        atlas.bricks.load(*p.volume.cache, work);
+        const LevelTextures textures(p.volume.levels, gpu);
+        const FieldSource source{&atlas, nullptr, p.volume.selection.finest(), &p.volume.levels, &textures};
         if (edit == 0 || edit == 3)
-            refineSkipping(march.skippingMap(), p.occupancy, p.table, p.optics, features, p.info(), source,
+            refineSkipping(march.skippingMap(), p.volume.occupancy, p.volume.table, p.volume.optics, features, p.info(), source,
                            gpu);
         march.run(source, {}, work);
         const GpuPicture every = marchOn(prepared, features & ~kFeatureSkipping);
         EXPECT_FALSE(isBlank(every.image));
         EXPECT_TRUE(bitEqual(march.image(), every.image)) << "edit " << edit;
     }
-    EXPECT_GT(p.occupancy.version(), 3u);
+    EXPECT_GT(p.volume.occupancy.version(), 3u);
 }
 
 // Functions with gaps, samples so dense that rays visit every sub-block they cross, filtered fetches too: the
@@ -200,17 +200,17 @@ TEST(Skipping, RefiningIsLeftOutWhereItDoesNotPay) {
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
     Prepared prepared("torso", sceneOn(info, "bone", 0, {8, 8}));
-    const std::size_t cells = prepared.p.occupancy.plainCells();
-    EXPECT_EQ(cells, prepared.p.occupancy.occupiedCells()) << "all of one level";
-    EXPECT_TRUE(refiningPays(prepared.p.occupancy, 1000 * cells));
-    EXPECT_FALSE(refiningPays(prepared.p.occupancy, cells));
-    EXPECT_TRUE(subBlocksPay(prepared.p.occupancy, 1000 * cells, kFeatureBricked));
-    EXPECT_FALSE(subBlocksPay(prepared.p.occupancy, 1000 * cells, kFeatureBricked | kFeatureHardware));
-    EXPECT_FALSE(subBlocksPay(prepared.p.occupancy, 20 * cells, kFeatureBricked));
-    prepared.p.mapScale = MapScale::bricks;
-    prepared.p.occupancy = Occupancy();
-    prepared.p.mapEmptySpace(prepared.budgets.ram);
-    EXPECT_FALSE(refiningPays(prepared.p.occupancy, 1000 * cells));
+    const std::size_t cells = prepared.p.volume.occupancy.plainCells();
+    EXPECT_EQ(cells, prepared.p.volume.occupancy.occupiedCells()) << "all of one level";
+    EXPECT_TRUE(refiningPays(prepared.p.volume.occupancy, 1000 * cells));
+    EXPECT_FALSE(refiningPays(prepared.p.volume.occupancy, cells));
+    EXPECT_TRUE(subBlocksPay(prepared.p.volume.occupancy, 1000 * cells, kFeatureBricked));
+    EXPECT_FALSE(subBlocksPay(prepared.p.volume.occupancy, 1000 * cells, kFeatureBricked | kFeatureHardware));
+    EXPECT_FALSE(subBlocksPay(prepared.p.volume.occupancy, 20 * cells, kFeatureBricked));
+    prepared.p.volume.mapScale = MapScale::bricks;
+    prepared.p.volume.occupancy = Occupancy();
+    prepared.p.volume.mapEmptySpace(prepared.p.view.quality.edgeFunction, prepared.budgets.ram);
+    EXPECT_FALSE(refiningPays(prepared.p.volume.occupancy, 1000 * cells));
 }
 
 } // namespace

@@ -321,11 +321,11 @@ TEST(Stiff, ColourRampOnTheGpu) {
             camera.parallelScale = 1;
             scene.camera = camera;
             Prepared prepared((folder / "ramp").string(), scene);
-            PreparedScene& p = prepared.p;
+            ScenePlan& p = prepared.p;
             const GpuPicture gpu = marchOn(prepared, marchFeatures(p, true));
             const auto truth =
-                renderReference({p.cache.get(), &p.info(), &p.function, scene.shading, &p.statistics},
-                                referenceRays(p.camera, p.info(), p.imageSize), 1);
+                renderReference({p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, &p.volume.statistics},
+                                referenceRays(p.view.camera, p.info(), p.view.imageSize), 1);
             double worst = 0;
             for (std::size_t i = 0; i < truth.size(); ++i) {
                 const glm::dvec4 c(gpu.image.pixels[i]);

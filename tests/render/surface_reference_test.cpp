@@ -15,18 +15,18 @@ namespace {
 using namespace test;
 
 std::vector<glm::dvec4> truthOf(Prepared& prepared, const Scene& scene) {
-    PreparedScene& p = prepared.p;
-    const ReferenceInput input{p.cache.get(), &p.info(), &p.function,   scene.shading,
-                               &p.statistics, 1,         scene.surfaces};
-    return renderReference(input, referenceRays(p.camera, p.info(), p.imageSize), 0);
+    ScenePlan& p = prepared.p;
+    const ReferenceInput input{p.volume.cache.get(), &p.info(), &p.volume.function,   scene.shading,
+                               &p.volume.statistics, 1,         scene.surfaces};
+    return renderReference(input, referenceRays(p.view.camera, p.info(), p.view.imageSize), 0);
 }
 std::vector<glm::dvec4> mirrored(Prepared& prepared) {
-    PreparedScene& p = prepared.p;
+    ScenePlan& p = prepared.p;
     Work work;
     return mirrorRays<double>(mirrorInput(p, true),
-                              static_cast<std::size_t>(p.imageSize.x) *
-                                  static_cast<std::size_t>(p.imageSize.y),
-                              frameRays(p.frame), 0, work);
+                              static_cast<std::size_t>(p.view.imageSize.x) *
+                                  static_cast<std::size_t>(p.view.imageSize.y),
+                              frameRays(p.view.frame), 0, work);
 }
 double largestOf(const glm::dvec4& a, const glm::dvec4& b) {
     const glm::dvec4 d = glm::abs(a - b);
@@ -45,7 +45,7 @@ TEST(SurfaceReference, SurfacesAloneAreTheTruthAtAnyStep) {
             scene.shading.gradient = gradient;
             scene.quality.stepVoxels = camera == 0 ? 8 : camera == 1 ? 2 : 0.5;
             Prepared prepared("torso", scene);
-            ASSERT_EQ(prepared.p.selection.finest(), 0);
+            ASSERT_EQ(prepared.p.volume.selection.finest(), 0);
             const auto truth = truthOf(prepared, scene), drawn = mirrored(prepared);
             std::size_t seen = 0, off = 0, far = 0;
             for (std::size_t i = 0; i < truth.size(); ++i) {
@@ -79,10 +79,10 @@ TEST(SurfaceReference, SidesAndOrderAreTheSame) {
         }
         EXPECT_GT(seen, 50u);
         EXPECT_EQ(off, 0u);
-        PreparedScene& p = prepared->p;
-        const ReferenceInput input{p.cache.get(), &p.info(), &p.function,   scene.shading,
+        ScenePlan& p = prepared->p;
+        const ReferenceInput input{p.volume.cache.get(), &p.info(), &p.volume.function,   scene.shading,
                                    nullptr,       1,         scene.surfaces};
-        EXPECT_TRUE(proveOnRays(input, referenceRays(p.camera, p.info(), p.imageSize), 0).holds());
+        EXPECT_TRUE(proveOnRays(input, referenceRays(p.view.camera, p.info(), p.view.imageSize), 0).holds());
     }
 }
 

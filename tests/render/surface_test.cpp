@@ -112,7 +112,7 @@ TEST(Isosurfaces, ASphereIsHitWhereARayMeetsIt) {
     const Stored stored([](const glm::dvec3& p) { return glm::length(p - kMiddle); });
     const auto prepared = stored.prepare(stored.scene({{radius, glm::dvec3(1), 1}}));
     const Drawn drawn = draw(*prepared);
-    const auto rays = gpuRays(prepared->p.frame, prepared->budgets.gpu);
+    const auto rays = gpuRays(prepared->p.view.frame, prepared->budgets.gpu);
     int hits = 0, misses = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const glm::dvec3 d(rays[i].direction), o = glm::dvec3(rays[i].entry) - kMiddle;
@@ -160,10 +160,10 @@ TEST(Isosurfaces, AllCrossingsAreFoundWhateverTheStep) {
         scene.quality.stepVoxels = q;
         const auto prepared = stored.prepare(scene);
         const MirrorInput input = mirrorInput(prepared->p, true);
-        const RaySource<double> rays = frameRays(prepared->p.frame);
+        const RaySource<double> rays = frameRays(prepared->p.view.frame);
         Work work;
         const auto pixels = mirrorRays<double>(input, 24 * 24, rays, 0, work);
-        LatticeReader samples(*prepared->p.cache, stored.info, 0, nullptr);
+        LatticeReader samples(*prepared->p.volume.cache, stored.info, 0, nullptr);
         std::vector<int> counts;
         int unlike = 0, missedBySteps = 0;
         for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -214,7 +214,7 @@ TEST(Isosurfaces, ThinSheetsAreNotMissed) {
         scene.quality.stepVoxels = q;
         const auto prepared = stored.prepare(scene);
         const Drawn drawn = draw(*prepared);
-        const auto rays = gpuRays(prepared->p.frame, prepared->budgets.gpu);
+        const auto rays = gpuRays(prepared->p.view.frame, prepared->budgets.gpu);
         for (std::size_t i = 0; i < drawn.hits.size(); ++i) {
             if (rays[i].count == 0)
                 continue;
@@ -243,7 +243,7 @@ TEST(Isosurfaces, CompositeInOrder) {
     for (const Isosurface& s : {same, outer, inner, inner, outer, same})
         over(s);
     int found = 0;
-    const auto rays = gpuRays(prepared->p.frame, prepared->budgets.gpu);
+    const auto rays = gpuRays(prepared->p.view.frame, prepared->budgets.gpu);
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const glm::dvec3 d(rays[i].direction), o = glm::dvec3(rays[i].entry) - kMiddle;
         if (glm::length(o - glm::dot(o, d) * d) > 5.5)
@@ -316,7 +316,7 @@ TEST(Isosurfaces, NothingGrowsBehindAnOpaqueMedium) {
         const Drawn drawn = draw(*prepared);
         Work work;
         const auto mirrored = mirrorRays<float>(mirrorInput(prepared->p, true), 64,
-                                                frameRays(cast<float>(prepared->p.frame)), 1, work);
+                                                frameRays(cast<float>(prepared->p.view.frame)), 1, work);
         for (const glm::vec4& pixel : {drawn.image.pixels[3 * 8 + 3], mirrored[3 * 8 + 3]})
             for (int c = 0; c < 3; ++c)
                 EXPECT_NEAR(static_cast<double>(pixel[c]), dark[c], 1e-6 + std::ldexp(1.0, -24) / segment);

@@ -30,7 +30,7 @@ TEST(Isosurfaces, CuttingTheWorkAndSkippingChangeNoBit) {
         Prepared prepared("torso", torsoScene(c.camera, c.volume, c.integrator));
         if (c.mixed) {
             std::mt19937 random(3);
-            Selection s = prepared.p.selection;
+            Selection s = prepared.p.volume.selection;
             s.counts = {};
             for (std::uint8_t& level : s.levels) {
                 if (level != Selection::kEmpty)
@@ -39,7 +39,7 @@ TEST(Isosurfaces, CuttingTheWorkAndSkippingChangeNoBit) {
             }
             prepared.p.setSelection(s, prepared.budgets.ram);
         }
-        EXPECT_EQ(prepared.p.mapsNearSurfaces, c.volume);
+        EXPECT_EQ(prepared.p.volume.mapsSurfaces, c.volume);
         const Drawn all = draw(prepared, kFeatureSkipping);
         EXPECT_GT(hitCount(all.hits), 50u);
         const Drawn skipped = draw(prepared);
@@ -50,7 +50,7 @@ TEST(Isosurfaces, CuttingTheWorkAndSkippingChangeNoBit) {
         EXPECT_TRUE(bitEqual(all.image, refined.image));
         EXPECT_EQ(all.hits, refined.hits);
         EXPECT_LE(refined.work.segments, skipped.work.segments);
-        MarchSlicing shreds;
+        Slicing shreds;
         shreds.fixedTile = 17;
         shreds.fixedIterations = 9;
         const Drawn cut = draw(prepared, 0, shreds, true);
@@ -66,7 +66,7 @@ TEST(Isosurfaces, MarchEqualsTheMirror) {
     for (const int camera : {0, 1, 2})
         for (const bool volume : {false, true}) {
             Prepared prepared("torso", torsoScene(camera, volume, Integrator::preintegrated));
-            const auto rays = gpuRays(prepared.p.frame, prepared.budgets.gpu);
+            const auto rays = gpuRays(prepared.p.view.frame, prepared.budgets.gpu);
             const MirrorInput input = mirrorInput(prepared.p, true);
             const RaySource<float> source = [&](std::size_t i) { return rays[i]; };
             Work work;
@@ -109,10 +109,10 @@ TEST(Isosurfaces, NothingIsSampledFarFromThem) {
     Scene scene = stored.scene({{40.2, glm::dvec3(1), 0.5}}, 1, 8);
     scene.camera = fitCamera(stored.info, View::inferior, Projection::parallel, {8, 8});
     const auto prepared = stored.prepare(scene);
-    EXPECT_EQ(prepared->p.selection.shownBricks(), 2u * 2u);
+    EXPECT_EQ(prepared->p.volume.selection.shownBricks(), 2u * 2u);
     const Drawn drawn = draw(*prepared, kFeatureShading);
     std::size_t entered = 0;
-    for (const auto& ray : gpuRays(prepared->p.frame, prepared->budgets.gpu))
+    for (const auto& ray : gpuRays(prepared->p.view.frame, prepared->budgets.gpu))
         entered += ray.count > 0 ? 1 : 0;
     ASSERT_GT(entered, 10u);
     // Two cells of 8 voxels along the ray, because the lower one knows the first voxel of the other, in
@@ -133,9 +133,9 @@ TEST(Isosurfaces, OccupyOnlyWhereTheyAre) {
         Ledger ram("RAM", "--ram", std::size_t{1} << 30),
             gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
         const StoreReader reader(storePath("torso"), ram);
-        const PreparedScene p = prepareScene(scene, reader, TextureLimits{}, ram, gpu, 0);
-        EXPECT_LT(p.occupancy.occupiedCells(), p.occupancy.map().size() / 2) << isovalue;
-        EXPECT_GT(p.selection.counts[0], 10u) << isovalue;
+        const ScenePlan p = planScene(scene, reader, TextureLimits{}, ram, gpu, 0);
+        EXPECT_LT(p.volume.occupancy.occupiedCells(), p.volume.occupancy.map().size() / 2) << isovalue;
+        EXPECT_GT(p.volume.selection.counts[0], 10u) << isovalue;
     }
 }
 
@@ -148,11 +148,11 @@ TEST(Isosurfaces, CostNothingWhereThereAreNone) {
         s.opacity = 0;
     Prepared without("torso", scene);
     EXPECT_EQ(marchFeatures(without.p, false) & kFeatureSurfaces, 0u);
-    EXPECT_FALSE(without.p.mapsNearSurfaces);
-    EXPECT_TRUE(without.p.optics.surfaces.empty());
+    EXPECT_FALSE(without.p.volume.mapsSurfaces);
+    EXPECT_TRUE(without.p.volume.optics.surfaces.empty());
     scene.surfaces.clear();
     Prepared plain("torso", scene);
-    EXPECT_EQ(without.p.table.entries.size(), plain.p.table.entries.size());
+    EXPECT_EQ(without.p.volume.table.entries.size(), plain.p.volume.table.entries.size());
     const GlProgram program("march.comp", featureDefines(marchFeatures(plain.p, true)));
     EXPECT_FALSE(program.hasUniform("uIsovalues"));
     EXPECT_TRUE(

@@ -17,17 +17,16 @@ struct Counted {
     std::vector<SeenBrick> march, mirror;
 };
 Counted count(Prepared& prepared) {
-    PreparedScene& p = prepared.p;
+    ScenePlan& p = prepared.p;
     const GlContext context({"software"});
-    Ledger& gpu = prepared.budgets.gpu;
-    const VisibilityRays rays = visibilityRays(p.camera, p.info(), p.imageSize, p.strides());
-    Work work;
-    Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), TextureLimits{}, gpu,
-                prepared.budgets.ram);
-    atlas.bricks.load(*p.cache, work);
-    VisibilityPass pass(marchFeatures(p, false), p.info(), gpu);
+    const VisibilityRays rays =
+        visibilityRays(p.view.camera, p.info(), p.view.imageSize, p.strides());
+    OnDevice device(prepared);
+    const auto counter = device.engine.counter(prepared.budgets.gpu);
+    counter->begin();
+    EXPECT_TRUE(counter->count(Slicing{}, RayCaster::Clock::time_point::max()));
     Counted counted;
-    counted.march = pass.count(rays, SceneField(p, atlas, gpu).source, p.optics, work);
+    counted.march = counter->seen();
     MirrorInput input = mirrorInput(p, false);
     input.strides = rays.strides;
     const glm::ivec2 size(rays.frame.imageSize);
@@ -45,9 +44,9 @@ Scene torso(const std::string& preset, int camera) {
 TEST(Visibility, MarchCountsWhatItsMirrorCounts) {
     for (const bool mixed : {false, true}) {
         Prepared prepared("torso", torso("soft-tissue", 0));
-        PreparedScene& p = prepared.p;
+        ScenePlan& p = prepared.p;
         if (mixed) {
-            Selection levels = p.selection;
+            Selection levels = p.volume.selection;
             levels.counts = {};
             for (std::size_t b = 0; b < levels.levels.size(); ++b) {
                 if (levels.levels[b] != Selection::kEmpty)
@@ -90,14 +89,14 @@ TEST(Visibility, LevelsChosenBySightAreBetter) {
     // As many pages, every brick taken as wholly visible.
     Prepared blind("torso", scene);
     LevelChooser chooser(blind.reader, blind.budgets.ram, 2);
-    chooser.setFunction(blind.p.statistics, blind.p.table, cullingFor(scene.shading));
-    chooser.setCamera(blind.p.camera, scene.imageSize);
-    blind.p.setSelection(chooser.best(blind.p.statistics.brickMean, chosen.atlasPages), blind.budgets.ram);
+    chooser.setFunction(blind.p.volume.statistics, blind.p.volume.table, cullingFor(scene.shading));
+    chooser.setCamera(blind.p.view.camera, scene.imageSize);
+    blind.p.setSelection(chooser.best(blind.p.volume.statistics.brickMean, chosen.atlasPages), blind.budgets.ram);
     const GlContext context({"software"});
     const Image without = marchOn(blind, marchFeatures(blind.p, false)).image;
     EXPECT_LT(compare(chosen.image, finest).luvMean, 0.6 * compare(without, finest).luvMean);
     // The mirror chooses by the same counts.
-    options.engine = Engine::mirror;
+    options.engine = EngineKind::mirror;
     EXPECT_EQ(renderScene(scene, reader, ram, gpu, options).bricksOfLevel, chosen.bricksOfLevel);
 }
 

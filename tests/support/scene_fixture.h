@@ -5,11 +5,15 @@
 #include "core/scene.h"
 #include "render/engines/gpu/fine_mask.h"
 #include "render/engines/gpu/march.h"
-#include "render/engines/gpu/scene_march.h"
+#include "render/engines/gpu/gpu_caster.h"
+#include "render/engines/gpu/gpu_engine.h"
 #include "render/engines/mirror/mirror.h"
-#include "render/plan/prepare.h"
+#include "render/picture.h"
+#include "render/plan/scene_plan.h"
 #include "render/residency/texels.h"
 
+#include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -72,12 +76,24 @@ struct Prepared {
         if (place)
             const_cast<VolumeInfo&>(reader.info()).patientFromVoxel = *place;
         Ledger small("GPU memory", "--gpu-memory", gpuBytes ? gpuBytes : std::size_t{1} << 30);
-        p = prepareScene(scene, reader, TextureLimits{}, budgets.ram, small, 0,
+        p = planScene(scene, reader, TextureLimits{}, budgets.ram, small, 0,
                          culling ? LevelChoice::oneForAll : LevelChoice::oneForAllNothingCulled);
     }
     Budgets budgets;
     StoreReader reader;
-    PreparedScene p;
+    ScenePlan p;
+};
+
+/// A prepared scene's bricks on the device of the current context, all of its selection.
+struct OnDevice {
+    explicit OnDevice(Prepared& prepared) : engine(prepared.budgets.gpu, prepared.budgets.ram) {
+        ScenePlan& p = prepared.p;
+        p.chosen.chooser.reset(); // the selection stays as it is
+        p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
+        bringBricks(engine, p, prepared.budgets.ram, prepared.budgets.gpu, work);
+    }
+    GpuEngine engine;
+    Work work;
 };
 
 /// Marches a prepared scene on the software device; features beside those of the volume's type are the
@@ -85,46 +101,27 @@ struct Prepared {
 struct GpuPicture {
     Image image;
     Work work;
-    std::size_t refinedCells = 0, subBlockEntries = 0;
+    std::size_t refinedCells = 0;
 };
-inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const MarchSlicing& slicing = {},
+/// @param refine  also where it does not pay
+inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const Slicing& slicing = {},
                           bool refine = false) {
-    PreparedScene& p = prepared.p;
+    ScenePlan& p = prepared.p;
     Ledger& gpu = prepared.budgets.gpu;
     if (texelFormat(p.info().type).normalised)
         features |= kFeatureNormalised;
     features |= kFeatureCounting;
-    const Occupancy* occupancy = (features & kFeatureSkipping) ? &p.occupancy : nullptr;
-    GpuPicture out;
-    if (p.mixed())
+    if (p.volume.mixed())
         features |= kFeatureMixed;
-    March march(features, p.frame, p.info(), p.strides(), p.optics, occupancy, gpu);
-    FieldSource source;
-    source.level = p.selection.finest();
-    if (features & kFeatureBricked) {
-        Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), TextureLimits{}, gpu,
-                    prepared.budgets.ram);
-        atlas.bricks.load(*p.cache, out.work);
-        const SceneField field(p, atlas, gpu);
-        source = field.source;
-        SubBlocks subBlocks;
-        const bool fine = (features & kFeatureSubBlocks) != 0;
-        if (fine) {
-            subBlocks = SubBlocks(p.occupancy, gpu);
-            march.useSubBlocks(subBlocks);
-        }
-        if (refine)
-            out.refinedCells = refineSkipping(march.skippingMap(), p.occupancy, p.table, p.optics, features,
-                                              p.info(), source, gpu, fine ? &subBlocks : nullptr);
-        out.subBlockEntries = subBlocks.entries;
-        march.run(source, slicing, out.work);
-    } else {
-        const GlTexture3d whole =
-            wholeLevelTexture(p.info(), source.level, *p.cache, gpu, prepared.budgets.ram);
-        source.wholeLevel = &whole;
-        march.run(source, slicing, out.work);
-    }
-    out.image = march.image();
+    OnDevice device(prepared);
+    GpuPicture out;
+    out.work = device.work;
+    GpuCaster caster(p, device.engine, features, gpu);
+    if (refine)
+        out.refinedCells = refineSkipping(caster.march().skippingMap(), p.volume.occupancy, p.volume.table,
+                                          p.volume.optics, features, p.info(), device.engine.field(), gpu);
+    drawToTheEnd(caster, device.engine, p, slicing, out.work);
+    out.image = caster.image();
     return out;
 }
 

@@ -61,30 +61,25 @@ struct Drawn {
     Work work;
 };
 /// By the march on the software device, with what its rays hit.
-inline Drawn draw(Prepared& prepared, std::uint32_t without = 0, const MarchSlicing& slicing = {},
+inline Drawn draw(Prepared& prepared, std::uint32_t without = 0, const Slicing& slicing = {},
                   bool refine = false) {
-    PreparedScene& p = prepared.p;
+    ScenePlan& p = prepared.p;
     Ledger& gpu = prepared.budgets.gpu;
     const std::uint32_t features = (marchFeatures(p, true) | kFeatureHits) & ~without;
+    OnDevice device(prepared);
     Drawn out;
-    March march(features, p.frame, p.info(), p.strides(), p.optics,
-                (features & kFeatureSkipping) ? &p.occupancy : nullptr, gpu);
-    Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), TextureLimits{}, gpu,
-                prepared.budgets.ram);
-    atlas.bricks.load(*p.cache, out.work);
-    const SceneField field(p, atlas, gpu);
+    out.work = device.work;
+    GpuCaster caster(p, device.engine, features, gpu);
+    const auto refined = [&](const GlTexture3d& map, const Occupancy& occupancy, const TransferTable& table) {
+        refineSkipping(map, occupancy, table, p.volume.optics, features, p.info(), device.engine.field(), gpu);
+    };
     if (refine)
-        refineSkipping(march.skippingMap(), p.occupancy, p.table, p.optics, features, p.info(), field.source,
-                       gpu, nullptr);
-    if (p.mapsNearSurfaces && (features & kFeatureSkipping) != 0) {
-        march.setNearSurfaces(p.nearSurfaces);
-        if (refine)
-            refineSkipping(march.nearSurfacesMap(), p.nearSurfaces, p.surfaceTable, p.optics, features,
-                           p.info(), field.source, gpu, nullptr);
-    }
-    march.run(field.source, slicing, out.work);
-    out.image = march.image();
-    out.hits = march.hits();
+        refined(caster.march().skippingMap(), p.volume.occupancy, p.volume.table);
+    if (refine && p.volume.mapsSurfaces && (features & kFeatureSkipping) != 0)
+        refined(caster.march().nearSurfacesMap(), p.volume.surfaceOccupancy, p.volume.surfaceTable);
+    drawToTheEnd(caster, device.engine, p, slicing, out.work);
+    out.image = caster.image();
+    out.hits = caster.hits();
     return out;
 }
 

@@ -12,7 +12,7 @@
 #include "core/error.h"
 #include "core/scratch_folder.h"
 #include "datasets/phantom.h"
-#include "render/plan/prepare.h"
+#include "render/plan/scene_plan.h"
 #include "viewer/studies/report/page.h"
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 #include "core/error.h"
 #include "core/scratch_folder.h"
 #include "datasets/phantom.h"
-#include "render/plan/prepare.h"
+#include "render/plan/scene_plan.h"
 #include "viewer/studies/accuracy/runs_table.h"
 #include "viewer/studies/accuracy/scene_section.h"
 
@@ -135,14 +135,14 @@ TEST(StandardScenes, AreKeptForOtherRenderers) {
             Ledger ram("RAM", "--ram", ramBytes);
             const StoreReader store(kept.volumes[0].path, ram);
             const auto& function = std::get<TransferFunction>(kept.volumes[0].transferFunction);
-            const PreparedScene measured = prepareView(scene.scene, store, ram, 1);
-            EXPECT_EQ(function.referenceLengthMm(), measured.function.referenceLengthMm());
-            ASSERT_EQ(function.opacityPoints().size(), measured.function.opacityPoints().size());
+            const ScenePlan measured = planView(scene.scene, store, ram, 1);
+            EXPECT_EQ(function.referenceLengthMm(), measured.volume.function.referenceLengthMm());
+            ASSERT_EQ(function.opacityPoints().size(), measured.volume.function.opacityPoints().size());
             for (std::size_t i = 0; i < function.opacityPoints().size(); ++i) {
-                EXPECT_EQ(function.opacityPoints()[i].value, measured.function.opacityPoints()[i].value);
-                EXPECT_EQ(function.opacityPoints()[i].opacity, measured.function.opacityPoints()[i].opacity);
+                EXPECT_EQ(function.opacityPoints()[i].value, measured.volume.function.opacityPoints()[i].value);
+                EXPECT_EQ(function.opacityPoints()[i].opacity, measured.volume.function.opacityPoints()[i].opacity);
             }
-            EXPECT_EQ(function.colourPoints().size(), measured.function.colourPoints().size());
+            EXPECT_EQ(function.colourPoints().size(), measured.volume.function.colourPoints().size());
         }
     }
 }

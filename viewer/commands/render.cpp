@@ -7,7 +7,7 @@
 #include "core/output_file.h"
 #include "core/preset.h"
 #include "core/scene.h"
-#include "render/plan/prepare.h" // renderFloorBytes
+#include "render/plan/scene_plan.h" // renderFloorBytes
 #include "render/renderer.h"
 #include "viewer/commands/commands.h"
 #include "viewer/input/selection_options.h"
@@ -52,7 +52,7 @@ struct RenderArguments {
     InputOptions input;
 };
 
-const std::vector<std::string> kEngineNames = {"march", "mirror", "reference"}; // in the order of Engine
+const std::vector<std::string> kEngineNames = {"march", "mirror", "reference"}; // in the order of EngineKind
 const std::vector<std::string> kProjectionNames = {"perspective", "parallel"};  // in the order of Projection
 
 std::size_t chosen(const std::string& text, const std::vector<std::string>& names,
@@ -280,7 +280,7 @@ void writeImage(const fs::path&, const Image&, const std::string&) {}
 
 /// A budget too small even for reading the store: the message names what the scene needs, not just the
 /// reader.
-void requireFloor(const fs::path& path, const Scene& scene, Engine engine, const Ledger& ram) {
+void requireFloor(const fs::path& path, const Scene& scene, EngineKind engine, const Ledger& ram) {
     constexpr std::size_t kReaderBytes = std::size_t{4} << 20; // enough for the reader of any store
     if (ram.limitBytes() >= kReaderBytes)
         return;
@@ -295,7 +295,7 @@ void requireFloor(const fs::path& path, const Scene& scene, Engine engine, const
 void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     // Everything that can be refused is refused before the long work.
     checkOutput(arguments.out);
-    const auto engine = static_cast<Engine>(chosen(arguments.engine, kEngineNames, "--engine"));
+    const auto engine = static_cast<EngineKind>(chosen(arguments.engine, kEngineNames, "--engine"));
     Scene scene = sceneOf(arguments);
     applyOptions(arguments, scene);
     Ledger ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
@@ -315,11 +315,11 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     options.device.text = arguments.device;
     options.checking = !arguments.noCheck;
     double firstSeconds = 0;
-    if (!arguments.first.empty() && engine != Engine::march)
+    if (!arguments.first.empty() && engine != EngineKind::march)
         throw badFile("--first", "--engine march", arguments.engine);
     std::optional<PassingFile> passing;
     fs::path first = arguments.first;
-    if (first.empty() && engine == Engine::march && common.progress->watched() &&
+    if (first.empty() && engine == EngineKind::march && common.progress->watched() &&
         isLarge(store.info(), scene)) {
         first = fs::path(arguments.out)
                     .replace_extension(".first" + fs::path(arguments.out).extension().string());

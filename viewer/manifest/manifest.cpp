@@ -39,7 +39,7 @@ nlohmann::json errorsJson(const RenderResult& result, const Scene& scene) {
 } // namespace
 
 nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const RenderResult& result,
-                            Engine engine, const Ledger& ram, const Ledger& gpu) {
+                            EngineKind engine, const Ledger& ram, const Ledger& gpu) {
     const std::string hash = store.contentHash();
     Scene shown = scene;
     shown.camera = result.camera;

@@ -183,7 +183,7 @@ std::vector<std::uint32_t> March::takeWanted() {
     return wanted;
 }
 
-bool March::runUntil(const FieldSource& source, const MarchSlicing& slicing, Clock::time_point deadline,
+bool March::runUntil(const FieldSource& source, const Slicing& slicing, Clock::time_point deadline,
                      Work& work) {
     bindField(program_, features_, info_, source);
     if (features_ & kFeatureSkipping) {
@@ -286,7 +286,7 @@ bool March::runUntil(const FieldSource& source, const MarchSlicing& slicing, Clo
     return true;
 }
 
-std::size_t March::run(const FieldSource& source, const MarchSlicing& slicing, Work& work) {
+std::size_t March::run(const FieldSource& source, const Slicing& slicing, Work& work) {
     TESSERA_CHECK(runUntil(source, slicing, Clock::time_point::max(), work));
     return waiting_;
 }

@@ -5,11 +5,11 @@
 #include "bricking/levels/visibility.h"
 #include "core/budget.h"
 #include "core/image.h"
-#include "core/progress.h" // ShareDone
 #include "core/work.h"
 #include "render/contract/optics.h"
 #include "render/contract/ray.h"
 #include "render/contract/ray_state.h"
+#include "render/contract/slicing.h"
 #include "render/contract/strides.h"
 #include "render/empty_space/occupancy.h"
 #include "render/engines/gpu/atlas_plane.h"
@@ -27,15 +27,6 @@
 
 namespace tessera {
 
-/// How rays are cut into dispatches. It never changes the picture; tests vary it to prove that.
-struct MarchSlicing {
-    double targetMs =
-        80;            // adaptive: a dispatch aims at this, so that twice a misjudged cost stays below 250 ms
-    int fixedTile = 0; // pixels; 0: adaptive
-    int fixedIterations = 0; // per ray and dispatch; 0: adaptive
-    ShareDone progress = {}; // of the picture, after every dispatch
-};
-
 class March {
   public:
     using Clock = std::chrono::steady_clock;
@@ -47,11 +38,13 @@ class March {
 
     /// Marches all rays to their end, or (kFeaturePasses) until they wait for absent bricks. Returns how many
     /// wait.
-    std::size_t run(const FieldSource& source, const MarchSlicing& slicing, Work& work);
+    std::size_t run(const FieldSource& source, const Slicing& slicing, Work& work);
     /// The same as far as it gets: no dispatch but the first begins after the deadline. True when all rays
     /// are at their end or wait; else the next call goes on. The picture does not depend on where it was cut.
-    bool runUntil(const FieldSource& source, const MarchSlicing& slicing, Clock::time_point deadline,
+    bool runUntil(const FieldSource& source, const Slicing& slicing, Clock::time_point deadline,
                   Work& work);
+    /// Rays that wait for bricks, once runUntil() has said true.
+    std::size_t waiting() const { return waiting_; }
     /// All rays begin anew, of a picture of any size. @param changed  the occupancy that this was made with,
     /// where it changed since, else null:
     ///                                       then blocks and sub-blocks are to be found again
@@ -67,7 +60,7 @@ class March {
     std::vector<std::uint32_t> takeWanted();
     /// The map of empty space on the device; with kFeatureSkipping only.
     const GlTexture3d& skippingMap() const { return skipping_; }
-    /// With isosurfaces: what they alone show (PreparedScene::nearSurfaces), so that rays solve for them only
+    /// With isosurfaces: what they alone show (ScenePlan::nearSurfaces), so that rays solve for them only
     /// near them. Before run(), and again where it changed; without it rays do wherever anything shows.
     void setNearSurfaces(const Occupancy& nearSurfaces);
     const GlTexture3d& nearSurfacesMap() const { return nearSurfaces_; }

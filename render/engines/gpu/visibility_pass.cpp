@@ -17,7 +17,7 @@ void VisibilityPass::begin(const VisibilityRays& rays, const Optics& optics) {
     }
 }
 
-bool VisibilityPass::countUntil(const FieldSource& source, const MarchSlicing& slicing,
+bool VisibilityPass::countUntil(const FieldSource& source, const Slicing& slicing,
                                 March::Clock::time_point deadline, Work& work) {
     return march_->runUntil(source, slicing, deadline, work);
 }
@@ -25,7 +25,7 @@ bool VisibilityPass::countUntil(const FieldSource& source, const MarchSlicing& s
 std::vector<SeenBrick> VisibilityPass::count(const VisibilityRays& rays, const FieldSource& source,
                                              const Optics& optics, Work& work) {
     begin(rays, optics);
-    march_->run(source, MarchSlicing{}, work);
+    march_->run(source, Slicing{}, work);
     return seen();
 }
 

@@ -25,7 +25,7 @@ class VisibilityPass {
                                  Work& work);
     /// The same in parts: what source reads must not change between them. True when all is counted.
     void begin(const VisibilityRays& rays, const Optics& optics);
-    bool countUntil(const FieldSource& source, const MarchSlicing& slicing, March::Clock::time_point deadline,
+    bool countUntil(const FieldSource& source, const Slicing& slicing, March::Clock::time_point deadline,
                     Work& work);
     std::vector<SeenBrick> seen() const { return march_->seen(); }
 

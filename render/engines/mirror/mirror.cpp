@@ -9,7 +9,7 @@
 
 namespace tessera {
 
-MirrorInput mirrorInput(const PreparedScene& scene, bool skipping) {
+MirrorInput mirrorInput(const ScenePlan& scene, bool skipping) {
     MirrorInput input;
     input.cache = scene.cache.get();
     input.info = &scene.info();

@@ -7,7 +7,7 @@
 #include "render/contract/optics.h"
 #include "render/contract/strides.h"
 #include "render/empty_space/occupancy.h"
-#include "render/plan/prepare.h"
+#include "render/plan/scene_plan.h"
 
 namespace tessera {
 
@@ -25,6 +25,6 @@ struct MirrorInput {
 };
 
 /// What a prepared scene gives the mirror; valid as long as the scene is not moved.
-MirrorInput mirrorInput(const PreparedScene& scene, bool skipping);
+MirrorInput mirrorInput(const ScenePlan& scene, bool skipping);
 
 } // namespace tessera

@@ -4,11 +4,8 @@
 #pragma once
 
 #include "core/image.h"
-#include "render/engines/gpu/atlas_plane.h"
 #include "render/engines/gpu/gl/context.h"
-#include "render/engines/gpu/scene_march.h"
-#include "render/engines/gpu/skipping_binding.h"
-#include "render/plan/prepare.h"
+#include "render/engines/gpu/gpu_engine.h"
 #include "viewer/studies/accuracy/setting.h"
 
 #include <memory>
@@ -28,7 +25,7 @@ class DeviceScene {
     DeviceScene(const DeviceScene&) = delete; // the field points into it
     DeviceScene& operator=(const DeviceScene&) = delete;
 
-    const PreparedScene& prepared() const { return prepared_; }
+    const ScenePlan& prepared() const { return prepared_; }
     /// Budget under which its bricks would have so many times less room.
     std::size_t gpuBytesForShare(int share) const;
     std::size_t gpuFreeBytes() const { return gpu_.freeBytes(); }
@@ -43,9 +40,8 @@ class DeviceScene {
     std::size_t fixedBytes_ = 0; // of a picture besides its bricks
     Ledger ram_; // what is free of the caller's when this is made; what stays is charged to the caller's
     Ledger gpu_;
-    PreparedScene prepared_;
-    std::unique_ptr<Atlas> atlas_;
-    std::optional<SceneField> field_;
+    ScenePlan prepared_;
+    GpuEngine engine_; // after the plan, which it draws
     Work uploads_;
     std::uint64_t bytesDecoded_ = 0;
     std::size_t peakRam_ = 0;
@@ -78,7 +74,7 @@ class DeviceMarch {
     Setting setting_;
     Ledger gpu_;
     Integrator integrator_ = Integrator::midpoint;
-    std::optional<SceneMarch> march_;
+    std::unique_ptr<RayCaster> caster_;
 };
 
 } // namespace tessera::accuracy

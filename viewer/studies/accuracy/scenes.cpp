@@ -8,7 +8,7 @@
 #include "core/output_file.h"
 #include "core/preset.h"
 #include "datasets/phantom.h"
-#include "render/plan/prepare.h" // summarise
+#include "render/plan/scene_plan.h" // summarise
 #include "viewer/studies/lod/workbench.h"
 
 #include <algorithm>

@@ -165,18 +165,18 @@ class Runner {
 
     void findTruth() {
         const DeviceScene& base = *details_.front().scene;
-        const PreparedScene& p = base.prepared();
-        out_.tableError = p.table.relativeError;
+        const ScenePlan& p = base.prepared();
+        out_.tableError = p.volume.table.relativeError;
         const std::size_t pixels =
             static_cast<std::size_t>(out_.imageSize.x) * static_cast<std::size_t>(out_.imageSize.y);
         const Charge rays = ram_.charge(pixels * sizeof(ReferenceRay), "the reference's rays");
         const std::size_t floor = BrickCache::floorBytes(p.info(), 2 * defaultThreads()) * 4;
         BrickCache cache(store_, ram_, std::max(floor, ram_.freeBytes() / 2), 0);
         const Scene& scene = out_.scene.scene;
-        ReferenceInput input{&cache,        &p.info(), &p.function,    scene.shading,
-                             &p.statistics, 1,         scene.surfaces, common_.progress->shares()};
+        ReferenceInput input{&cache,        &p.info(), &p.volume.function,    scene.shading,
+                             &p.volume.statistics, 1,         scene.surfaces, common_.progress->shares()};
         const std::vector<ReferenceRay> compared =
-            referenceRays(p.camera, p.info(), out_.imageSize, out_.pixelStride);
+            referenceRays(p.view.camera, p.info(), out_.imageSize, out_.pixelStride);
         common_.progress->stage(out_.scene.name + ": drawing the reference");
         const std::vector<glm::dvec4> values = renderReference(input, compared, 0);
         input.progress = {};

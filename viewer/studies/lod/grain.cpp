@@ -5,7 +5,7 @@
 #include "datasets/phantom.h"
 #include "render/contract/sampler.h"
 #include "render/engines/mirror/mirror.h"
-#include "render/plan/prepare.h"
+#include "render/plan/scene_plan.h"
 #include "render/renderer.h"
 #include "viewer/studies/lod/experiments.h"
 
@@ -100,16 +100,16 @@ std::vector<Angles> measure(const Workbench& bench, const BenchVolume& volume, c
     scene.surfaces = {{subject.isovalueHu}};
     scene.imageSize = glm::ivec2(bench.pixels());
     scene.camera = FittedView{};
-    const PreparedScene p =
-        prepareScene(scene, store, TextureLimits{}, ram, gpu, 0, LevelChoice::oneForAllNothingCulled);
+    const ScenePlan p =
+        planScene(scene, store, TextureLimits{}, ram, gpu, 0, LevelChoice::oneForAllNothingCulled);
     const auto pixels =
         static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y);
     const std::vector<SurfaceHit> hits =
-        mirrorHits<double>(mirrorInput(p, true), pixels, frameRays(p.frame), 0);
+        mirrorHits<double>(mirrorInput(p, true), pixels, frameRays(p.view.frame), 0);
     const bool formula = subject.volume == std::string("torso");
     const Normals normals = formula ? formulaNormals(info.extentVoxels) : Normals();
     const glm::dmat3 toPatient = glm::transpose(glm::inverse(glm::dmat3(info.patientFromVoxel)));
-    LatticeReader samples(*p.cache, info, p.selection.finest(), nullptr);
+    LatticeReader samples(*p.volume.cache, info, p.volume.selection.finest(), nullptr);
     places = 0;
     std::vector<std::vector<double>> degrees(std::size(kKinds));
     // By pixel, how far the unit normal is from the true one; none where nothing was met.

@@ -25,15 +25,15 @@ double reduction(const BlockGrid& grid, std::size_t samples) {
 /// Boundary: a point of the function's opacity lies within the brick's range, so that what it shows bends
 /// there; outside: it shows nothing; interior: all others.
 BlockGrid gridOfScan(const SceneBench& scene) {
-    const PreparedScene& p = scene.prepared();
+    const ScenePlan& p = scene.prepared();
     const VolumeInfo& info = scene.info();
     BlockGrid grid{3, scene.culled().bricks, kBrickExtent, {}};
     for (std::size_t brick = 0; brick < scene.shows().size(); ++brick) {
         const double a =
-            info.rescaleSlope * static_cast<double>(p.statistics.brickMin[brick]) + info.rescaleIntercept;
+            info.rescaleSlope * static_cast<double>(p.volume.statistics.brickMin[brick]) + info.rescaleIntercept;
         const double b =
-            info.rescaleSlope * static_cast<double>(p.statistics.brickMax[brick]) + info.rescaleIntercept;
-        const auto& points = p.function.opacityPoints();
+            info.rescaleSlope * static_cast<double>(p.volume.statistics.brickMax[brick]) + info.rescaleIntercept;
+        const auto& points = p.volume.function.opacityPoints();
         const bool bends = std::any_of(points.begin(), points.end(), [&](const OpacityPoint& point) {
             return point.value > std::min(a, b) && point.value < std::max(a, b);
         });

@@ -4,7 +4,7 @@
 #include "render/engines/gpu/features.h"
 #include "render/engines/gpu/fine_mask.h"
 #include "render/engines/gpu/march.h"
-#include "render/engines/gpu/scene_march.h"
+#include "render/engines/gpu/gpu_engine.h"
 #include "render/residency/texels.h"
 #include "viewer/studies/lod/experiments.h"
 #include "viewer/studies/report/page.h" // loadAverage
@@ -36,15 +36,15 @@ class SkippingCase {
     SkippingCase(SceneBench& scene, Fetch fetch, Ledger& ram, Ledger& gpu)
         : p_(scene.prepared()), gpu_(gpu),
           features_(kFeatureBricked | (fetch == Fetch::hardware ? std::uint32_t{kFeatureHardware} : 0u) |
-                    (p_.optics.termination > 0 ? std::uint32_t{kFeatureTermination} : 0u) |
+                    (p_.volume.optics.termination > 0 ? std::uint32_t{kFeatureTermination} : 0u) |
                     (texelFormat(p_.info().type).normalised ? std::uint32_t{kFeatureNormalised} : 0u)),
-          atlas_(p_.info(), p_.selection, std::max(pagesFor(p_.selection.counts), std::size_t{1}),
+          atlas_(p_.info(), p_.volume.selection, std::max(pagesFor(p_.volume.selection.counts), std::size_t{1}),
                  TextureLimits{}, gpu, ram),
-          octants_({p_.statistics, p_.table, p_.info(), p_.selection, p_.quality.edgeFunction},
+          octants_({p_.volume.statistics, p_.volume.table, p_.info(), p_.volume.selection, p_.view.quality.edgeFunction},
                    MapScale::cells, ram),
           plain_(octants_.plainChebyshev(ram)) {
         Work loading;
-        atlas_.bricks.load(*p_.cache, loading);
+        atlas_.bricks.load(*p_.volume.cache, loading);
         for (std::size_t way = 0; way < kWays; ++way)
             count(static_cast<Way>(way));
     }
@@ -82,9 +82,9 @@ class SkippingCase {
         if (way == kSubBlocks)
             features |= kFeatureSubBlocks;
         const Occupancy& map = way == kPlainChebyshev ? plain_ : octants_;
-        March march(features, p_.frame, p_.info(), p_.strides(), p_.optics, way == kNone ? nullptr : &map,
+        March march(features, p_.view.frame, p_.info(), p_.strides(), p_.volume.optics, way == kNone ? nullptr : &map,
                     gpu_);
-        const FieldSource source{&atlas_, nullptr, p_.selection.finest(), nullptr, nullptr};
+        const FieldSource source{&atlas_, nullptr, p_.volume.selection.finest(), nullptr, nullptr};
         SubBlocks subBlocks;
         const auto start = std::chrono::steady_clock::now();
         if (way == kSubBlocks) {
@@ -92,7 +92,7 @@ class SkippingCase {
             march.useSubBlocks(subBlocks);
         }
         if (way >= kBlocks)
-            refineSkipping(march.skippingMap(), map, p_.table, p_.optics, features, p_.info(), source, gpu_,
+            refineSkipping(march.skippingMap(), map, p_.volume.table, p_.volume.optics, features, p_.info(), source, gpu_,
                            way == kSubBlocks ? &subBlocks : nullptr);
         if (way >= kBlocks)
             findMs =
@@ -100,13 +100,13 @@ class SkippingCase {
         rows_[way].bytes =
             way == kNone ? 0 : static_cast<double>(march.skippingMap().bytes() + subBlocks.bytes());
         Work work;
-        march.run(source, MarchSlicing{}, work);
+        march.run(source, Slicing{}, work);
         if (image)
             *image = march.image();
         return work;
     }
 
-    const PreparedScene& p_;
+    const ScenePlan& p_;
     Ledger& gpu_;
     std::uint32_t features_;
     Atlas atlas_;

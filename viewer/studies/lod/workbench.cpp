@@ -5,10 +5,8 @@
 #include "core/error.h"
 #include "core/interrupt.h"
 #include "datasets/phantom.h"
-#include "render/engines/gpu/field_binding.h"
-#include "render/engines/gpu/march.h"
-#include "render/engines/gpu/scene_march.h"
-#include "render/engines/gpu/visibility_pass.h"
+#include "render/engines/gpu/gpu_engine.h"
+#include "render/picture.h"
 #include "viewer/input/volume_input.h"
 
 #include <algorithm>
@@ -186,49 +184,48 @@ SceneBench::SceneBench(const Workbench& bench, const BenchVolume& volume, const 
       gpu_("GPU memory", "--gpu-memory", kAmpleGpuBytes), store_(volume.store, ram_) {
     const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
     const Scene scene = sceneOf(volume, preset, camera, store_.info(), bench.pixels());
-    prepared_ = prepareScene(scene, store_, limits, ram_, gpu_, 0, LevelChoice::oneForAll);
+    prepared_ = planScene(scene, store_, limits, ram_, gpu_, 0, LevelChoice::oneForAll);
     if (pixels > 0)
-        prepared_.frame =
-            rayFrame(prepared_.camera, info(), glm::ivec2(pixels), prepared_.quality.stepVoxels);
-    culled_ = cullBricks(prepared_.statistics, prepared_.table, info(), 0, cullingFor(scene.shading));
+        prepared_.view.frame =
+            rayFrame(prepared_.view.camera, info(), glm::ivec2(pixels), prepared_.view.quality.stepVoxels);
+    culled_ = cullBricks(prepared_.volume.statistics, prepared_.volume.table, info(), 0, cullingFor(scene.shading));
     chooser_.emplace(store_, analysisRam_, 0);
-    chooser_->setFunction(prepared_.statistics, prepared_.table, cullingFor(scene.shading));
+    chooser_->setFunction(prepared_.volume.statistics, prepared_.volume.table, cullingFor(scene.shading));
     chooser_->keepFunction();
-    chooser_->setCamera(prepared_.camera, scene.imageSize);
+    chooser_->setCamera(prepared_.view.camera, scene.imageSize);
     visibility_ = chooser_->predictedVisibility();
 }
 
 Drawn SceneBench::draw(Selection selection, const Setting& setting) {
-    PreparedScene& p = prepared_;
-    p.quality.edgeFunction = setting.edgeFunction;
-    p.quality.sampling = setting.sampling;
-    p.quality.skipping = setting.skipping;
-    p.setSelection(std::move(selection), ram_);
+    ScenePlan& p = prepared_;
+    p.view.quality.edgeFunction = setting.edgeFunction;
+    p.view.quality.sampling = setting.sampling;
+    p.view.quality.skipping = setting.skipping;
     Drawn drawn;
-    const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
-    March march(marchFeatures(p, setting.counting), p.frame, p.info(), p.strides(), p.optics,
-                setting.skipping ? &p.occupancy : nullptr, gpu_);
-    Atlas atlas(p.info(), p.selection, std::max(pagesOf(p.selection), std::size_t{1}), limits, gpu_, ram_);
-    atlas.bricks.load(*p.cache, drawn.work);
-    const SceneField field(p, atlas, gpu_);
-    march.run(field.source, MarchSlicing{}, drawn.work);
-    drawn.image = march.image();
+    GpuEngine engine(context_, gpu_, ram_);
+    bring(engine, std::move(selection), drawn.work);
+    const auto caster = engine.caster({setting.counting, false, false}, gpu_);
+    caster->begin(raysOf(p));
+    drawToTheEnd(*caster, engine, p, Slicing{}, drawn.work);
+    drawn.image = caster->image();
     bench_.common.detail(name_ + ": marched in " + formatNumber(drawn.work.marchMs, 3) + " ms");
     return drawn;
 }
 
+void SceneBench::bring(GpuEngine& engine, Selection selection, Work& work) {
+    prepared_.setSelection(std::move(selection), ram_);
+    prepared_.chosen.atlasPages = std::max(pagesOf(prepared_.volume.selection), std::size_t{1});
+    bringBricks(engine, prepared_, ram_, gpu_, work);
+}
+
 std::vector<float> SceneBench::countedVisibility(Selection selection) {
-    PreparedScene& p = prepared_;
-    p.setSelection(std::move(selection), ram_);
-    const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
     Work work;
-    Atlas atlas(p.info(), p.selection, std::max(pagesOf(p.selection), std::size_t{1}), limits, gpu_, ram_);
-    atlas.bricks.load(*p.cache, work);
-    const SceneField field(p, atlas, gpu_);
-    VisibilityPass pass(marchFeatures(p, false), p.info(), gpu_);
-    return visibilityFactors(pass.count(visibilityRays(p.camera, p.info(), p.imageSize, p.strides()),
-                                        field.source, p.optics, work),
-                             p.selection);
+    GpuEngine engine(context_, gpu_, ram_);
+    bring(engine, std::move(selection), work);
+    const auto counter = engine.counter(gpu_);
+    counter->begin();
+    counter->count(Slicing{}, RayCaster::Clock::time_point::max());
+    return visibilityFactors(counter->seen(), prepared_.volume.selection);
 }
 
 double SceneBench::reductionOf(const Selection& selection) const {

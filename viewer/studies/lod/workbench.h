@@ -7,7 +7,8 @@
 #include "core/scene.h"
 #include "core/work.h"
 #include "render/engines/gpu/gl/context.h"
-#include "render/plan/prepare.h"
+#include "render/engines/gpu/gpu_engine.h"
+#include "render/plan/scene_plan.h"
 #include "viewer/options/options.h"
 #include "viewer/studies/report/report.h"
 
@@ -88,7 +89,7 @@ class SceneBench {
     /// @param pixels  of the pictures that are drawn, an axis; 0: bench.pixels()
     SceneBench(const Workbench& bench, const BenchVolume& volume, const std::string& preset,
                const std::string& camera, int pixels = 0);
-    const PreparedScene& prepared() const { return prepared_; }
+    const ScenePlan& prepared() const { return prepared_; }
     const VolumeInfo& info() const { return prepared_.info(); }
     const StoreReader& store() const { return store_; }
     /// Half of the budget, for what is computed besides pictures; pictures have the other half.
@@ -124,12 +125,15 @@ class SceneBench {
     std::size_t pagesAt(double reduction) const;
 
   private:
+    /// Its bricks, on an engine.
+    void bring(GpuEngine& engine, Selection selection, Work& work);
+
     const Workbench& bench_;
     GlContext context_;
     std::string name_;
     Ledger ram_, analysisRam_, gpu_;
     StoreReader store_;
-    PreparedScene prepared_;
+    ScenePlan prepared_;
     Selection culled_;
     std::optional<LevelChooser> chooser_;
     std::vector<float> visibility_;

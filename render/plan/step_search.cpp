@@ -1,5 +1,5 @@
-// render/engines/gpu/check_march.cpp: see check_march.h.
-#include "render/engines/gpu/check_march.h"
+// render/plan/step_search.cpp: see step_search.h.
+#include "render/plan/step_search.h"
 
 #include <optional>
 #include <vector>
@@ -19,21 +19,18 @@ double costOfSegment(Integrator integrator) {
 
 } // namespace
 
-Image CheckMarch::draw(double stepVoxels) {
-    Strides strides = scene_.strides();
+Image StepSearch::draw(double stepVoxels) {
+    Strides strides = plan_.strides();
     strides.segmentVoxels = stepVoxels;
-    march_.restart(grid_.frame(scene_.frame, stepVoxels), strides, nullptr);
-    Work work;
-    run_(march_, work);
-    return march_.image();
+    return drawer_.draw(grid_.frame(plan_.view.frame, stepVoxels), strides);
 }
 
-double CheckMarch::chooseStep(const Goal& goal) {
-    const std::vector<Integrator> integrators = scene_.integratorsToTry();
+double StepSearch::chooseStep(const Goal& goal) {
+    const std::vector<Integrator> integrators = plan_.integratorsToTry();
     const auto take = [&](Integrator integrator) {
-        if (integrator != scene_.optics.integrator) {
-            scene_.setIntegrator(integrator, ram_);
-            march_.setFunction(scene_.optics);
+        if (integrator != plan_.volume.optics.integrator) {
+            plan_.setIntegrator(integrator, ram_);
+            drawer_.functionChanged();
         }
     };
     struct Choice {
@@ -46,7 +43,7 @@ double CheckMarch::chooseStep(const Goal& goal) {
         std::vector<Image> drawn;
         for (std::size_t n = 0; n < kJudged; ++n) {
             while (drawn.size() < n + 3) {
-                scene_.setStep(kSteps[drawn.size()]);
+                plan_.setStep(kSteps[drawn.size()]);
                 drawn.push_back(draw(kSteps[drawn.size()]));
             }
             const EstimatedError e = stepError(drawn[n], drawn[n + 1], drawn[n + 2]).error;
@@ -64,23 +61,20 @@ double CheckMarch::chooseStep(const Goal& goal) {
     if (!best)
         best = closest;
     take(best->integrator);
-    scene_.setStep(best->step);
-    march_.restart(scene_.frame, scene_.strides(), nullptr);
+    plan_.setStep(best->step);
     return best->error;
 }
 
-PictureErrors CheckMarch::errorsOf(const Image& picture, double brightest) {
+PictureErrors StepSearch::errorsOf(const Image& picture, double brightest) {
     PictureErrors e;
-    const double step = scene_.quality.stepVoxels;
+    const double step = plan_.view.quality.stepVoxels;
     e.pixels = grid_.size().x * grid_.size().y;
-    e.terminationBound = static_cast<double>(scene_.optics.termination) * brightest;
-    e.tableRelativeError = scene_.table.relativeError;
+    e.terminationBound = static_cast<double>(plan_.volume.optics.termination) * brightest;
+    e.tableRelativeError = plan_.volume.table.relativeError;
     const Image mine = grid_.of(picture);
     e.step = stepError(mine, draw(step / 2), draw(step / 4));
-    if (features_ & kFeatureHardware) {
-        march_.setFeatures(features_ & ~kFeatureHardware, scene_.optics);
+    if (drawer_.fetchExactly())
         e.filtering = errorBetween(mine, draw(step));
-    }
     return e;
 }
 

@@ -1,0 +1,17 @@
+// render/contract/slicing.h: how drawing is cut into pieces that a device takes one at a time.
+#pragma once
+
+#include "core/progress.h" // ShareDone
+
+namespace tessera {
+
+/// How rays are cut into dispatches. It never changes the picture; tests vary it to prove that.
+struct Slicing {
+    /// Adaptive: a dispatch aims at this, so that twice a misjudged cost stays below 250 ms.
+    double targetMs = 80;
+    int fixedTile = 0;       // pixels; 0: adaptive
+    int fixedIterations = 0; // per ray and dispatch; 0: adaptive
+    ShareDone progress = {}; // of the picture, after every dispatch
+};
+
+} // namespace tessera

@@ -1,0 +1,124 @@
+// render/engine.h: what draws. An engine holds the bricks of volumes on its device; a ray caster of it takes
+// rays through them, as far as a deadline allows, and goes on later. GPU march, mirror and reference are
+// engines; pictures are reached through this interface alone (render/picture.h).
+#pragma once
+
+#include "bricking/levels/visibility.h" // SeenBrick
+#include "core/budget.h"
+#include "core/image.h"
+#include "core/work.h"
+#include "render/contract/ray.h"
+#include "render/contract/ray_state.h"
+#include "render/contract/slicing.h"
+#include "render/contract/strides.h"
+#include "render/plan/scene_plan.h"
+#include "render/residency/brick_residency.h"
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// The part of a ray that is drawn, in segments from its entry.
+struct RayInterval {
+    double from = 0, to = 0;
+};
+
+/// The rays of a picture: one a pixel, row by row.
+struct Rays {
+    RayFrame<double> frame;
+    Strides strides;
+    /// One of each ray: clips, crops and opaque geometry in front. Empty: whole rays, which is all that
+    /// engines take so far.
+    std::span<const RayInterval> intervals = {};
+};
+
+class RayCaster {
+  public:
+    using Clock = std::chrono::steady_clock;
+    virtual ~RayCaster() = default;
+
+    /// All rays begin anew, of a picture of any size. What they read must not change until they are drawn.
+    virtual void begin(const Rays& rays) = 0;
+    /// Draws as far as it gets: at least a little, and nothing new after the deadline. True when all rays are
+    /// at their end or wait for bricks; else the next call goes on. The picture does not depend on where it
+    /// was cut.
+    virtual bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) = 0;
+    /// Rays that wait, once draw() has said true; 0 where all bricks are there.
+    virtual std::size_t waiting() const { return 0; }
+    /// Per brick the first ray that waits for it, or UINT32_MAX; forgets them.
+    virtual std::vector<std::uint32_t> takeWanted() { return {}; }
+
+    /// Linear, premultiplied, on nothing; charged by the caller.
+    virtual Image image() const = 0;
+    /// CasterOptions::hits: what each ray met first.
+    virtual std::vector<SurfaceHit> hits() const { return {}; }
+
+    /// The scene's transfer function or integrator is another one; begin() must follow.
+    virtual void functionChanged() {}
+    /// The map of empty space is another one; begin() must follow.
+    virtual void emptySpaceChanged() {}
+    /// Filters samples exactly from now on, whatever the scene says; begin() must follow. False where it does
+    /// so anyway.
+    virtual bool fetchExactly() { return false; }
+    /// Makes maps of empty space finer where that pays; all bricks must be there. Returns the cells that were
+    /// looked at.
+    virtual std::size_t refine() { return 0; }
+    /// Bits of features.h that are compiled in; 0 where nothing is.
+    virtual std::uint32_t features() const { return 0; }
+};
+
+/// Rays that count what they see of bricks, for choosing levels (plan/visibility_rays.h).
+class VisibilityCounter {
+  public:
+    virtual ~VisibilityCounter() = default;
+    /// What they read must not change until all is counted.
+    virtual void begin() = 0;
+    /// As RayCaster::draw().
+    virtual bool count(const Slicing& slicing, RayCaster::Clock::time_point deadline) = 0;
+    /// Per brick, [z][y][x].
+    virtual std::vector<SeenBrick> seen() const = 0;
+};
+
+struct CasterOptions {
+    bool counting = false; // work counters
+    bool hits = false;
+    bool passes = false; // some bricks are absent: rays wait for them
+};
+
+class Engine {
+  public:
+    virtual ~Engine() = default;
+
+    struct About {
+        std::string device = "CPU";
+        std::string version;  // of OpenGL; "" where none is used
+        bool choosesSteps = false; // step and errors are tried and told by drawing some pixels again
+    };
+    virtual About about() const = 0;
+    virtual TextureLimits limits() const { return {}; }
+
+    /// Makes room for bricks of the scenes' volumes, at the levels of their selections; one volume so far
+    /// (checked). The plans outlive what is made from this.
+    /// @param pages  of 32^3 samples
+    virtual void open(std::span<ScenePlan* const> volumes, std::size_t pages) = 0;
+    /// Lets go of the volumes and all that was made room for.
+    virtual void close() {}
+    /// Who is where; null where bricks are read from the cache as they are needed.
+    virtual BrickResidency* bricks() { return nullptr; }
+    /// The selection's levels or the level map are others: to be called before anything is drawn from them.
+    virtual void levelsChanged() {}
+
+    /// Of the volumes that were opened. Several may be there at once, and share the bricks.
+    /// @param gpu  what it takes is charged here
+    virtual std::unique_ptr<RayCaster> caster(const CasterOptions& options, Ledger& gpu) = 0;
+    virtual std::unique_ptr<VisibilityCounter> counter(Ledger& gpu) = 0;
+    /// What went wrong unseen since the last call; empty: nothing.
+    virtual std::string fault() { return {}; }
+};
+
+} // namespace tessera

@@ -1,0 +1,74 @@
+// render/engines/gpu/gpu_caster.cpp: see gpu_caster.h.
+#include "render/engines/gpu/gpu_caster.h"
+
+#include "core/error.h"
+#include "render/engines/gpu/fine_mask.h"
+
+namespace tessera {
+namespace {
+
+std::uint32_t withIntegrator(std::uint32_t features, const Optics& optics) {
+    return (features & ~kIntegratorFeatures) | integratorFeatures(optics.integrator);
+}
+
+std::uint32_t featuresOf(const ScenePlan& scene, const CasterOptions& options) {
+    return marchFeatures(scene, options.counting) | (options.hits ? kFeatureHits : 0u) |
+           (options.passes ? kFeaturePasses : 0u);
+}
+
+} // namespace
+
+GpuCaster::GpuCaster(const ScenePlan& scene, const GpuEngine& engine, const CasterOptions& options,
+                     Ledger& gpu)
+    : GpuCaster(scene, engine, featuresOf(scene, options), gpu) {}
+
+GpuCaster::GpuCaster(const ScenePlan& scene, const GpuEngine& engine, std::uint32_t features, Ledger& gpu)
+    : scene_(scene), engine_(engine), gpu_(gpu),
+      features_(withIntegrator(features, scene.volume.optics)),
+      march_(features, scene.view.frame, scene.info(), scene.strides(), scene.volume.optics,
+             (features & kFeatureSkipping) ? &scene.volume.occupancy : nullptr, gpu) {
+    if ((features & kFeatureSkipping) && scene.volume.mapsSurfaces)
+        march_.setNearSurfaces(scene.volume.surfaceOccupancy);
+}
+
+void GpuCaster::begin(const Rays& rays) {
+    TESSERA_CHECK(rays.intervals.empty());
+    const bool changed = mapIsNew_ && (features_ & kFeatureSkipping) != 0;
+    march_.restart(rays.frame, rays.strides, changed ? &scene_.volume.occupancy : nullptr);
+    mapIsNew_ = false;
+}
+
+bool GpuCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& work) {
+    return march_.runUntil(engine_.field(), slicing, deadline, work);
+}
+
+void GpuCaster::functionChanged() {
+    features_ = withIntegrator(features_, scene_.volume.optics);
+    march_.setFunction(scene_.volume.optics);
+}
+
+bool GpuCaster::fetchExactly() {
+    if (!(features_ & kFeatureHardware))
+        return false;
+    features_ &= ~std::uint32_t{kFeatureHardware};
+    march_.setFeatures(features_, scene_.volume.optics);
+    return true;
+}
+
+std::size_t GpuCaster::refine() {
+    if (!(features_ & kFeatureSkipping) || (features_ & kFeaturePasses))
+        return 0;
+    const VolumeState& volume = scene_.volume;
+    const auto refined = [&](const GlTexture3d& map, const Occupancy& occupancy, const TransferTable& table) {
+        if (!refiningPays(occupancy, rayCount(scene_.view.imageSize)) ||
+            gpu_.freeBytes() < refiningBytes(table.entries.size()))
+            return std::size_t{0};
+        return refineSkipping(map, occupancy, table, volume.optics, features_, scene_.info(), engine_.field(),
+                              gpu_);
+    };
+    if (volume.mapsSurfaces)
+        refined(march_.nearSurfacesMap(), volume.surfaceOccupancy, volume.surfaceTable);
+    return refined(march_.skippingMap(), volume.occupancy, volume.table);
+}
+
+} // namespace tessera

@@ -1,0 +1,43 @@
+// render/engines/gpu/gpu_caster.h: rays of a scene as the march takes them, with their maps of empty space, made
+// finer on the device where that pays (fine_mask.h).
+#pragma once
+
+#include "render/engine.h"
+#include "render/engines/gpu/gpu_engine.h"
+#include "render/engines/gpu/march.h"
+
+#include <cstdint>
+
+namespace tessera {
+
+class GpuCaster : public RayCaster {
+  public:
+    /// Scene and engine outlive it.
+    GpuCaster(const ScenePlan& scene, const GpuEngine& engine, const CasterOptions& options, Ledger& gpu);
+    /// The same with exactly these features: for tests and studies that leave out what the scene asks for.
+    GpuCaster(const ScenePlan& scene, const GpuEngine& engine, std::uint32_t features, Ledger& gpu);
+
+    void begin(const Rays& rays) override;
+    bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) override;
+    std::size_t waiting() const override { return march_.waiting(); }
+    std::vector<std::uint32_t> takeWanted() override { return march_.takeWanted(); }
+    Image image() const override { return march_.image(); }
+    std::vector<SurfaceHit> hits() const override { return march_.hits(); }
+    void functionChanged() override;
+    void emptySpaceChanged() override { mapIsNew_ = true; }
+    bool fetchExactly() override;
+    std::size_t refine() override;
+    std::uint32_t features() const override { return features_; }
+
+    const March& march() const { return march_; }
+
+  private:
+    const ScenePlan& scene_;
+    const GpuEngine& engine_;
+    Ledger& gpu_;
+    std::uint32_t features_; // the integrator's included
+    bool mapIsNew_ = false;
+    March march_;
+};
+
+} // namespace tessera

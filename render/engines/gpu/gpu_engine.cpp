@@ -1,0 +1,101 @@
+// render/engines/gpu/gpu_engine.cpp: see gpu_engine.h.
+#include "render/engines/gpu/gpu_engine.h"
+
+#include "core/error.h"
+#include "render/engines/gpu/gpu_caster.h"
+#include "render/engines/gpu/visibility_pass.h"
+#include "render/residency/texels.h"
+
+namespace tessera {
+
+std::uint32_t marchFeatures(const ScenePlan& scene, bool counting) {
+    std::uint32_t f = kFeatureBricked;
+    const auto add = [&](bool needed, Feature feature) { f |= needed ? feature : 0u; };
+    add(scene.volume.mixed(), kFeatureMixed);
+    add(scene.volume.optics.shading, kFeatureShading);
+    if (scene.volume.optics.shading || !scene.volume.optics.surfaces.empty())
+        f |= gradientFeature(scene.volume.optics.gradient);
+    add(scene.view.quality.skipping, kFeatureSkipping);
+    add(scene.view.quality.fetch == Fetch::hardware, kFeatureHardware);
+    add(texelFormat(scene.info().type).normalised, kFeatureNormalised);
+    add(scene.volume.optics.termination > 0, kFeatureTermination);
+    add(counting, kFeatureCounting);
+    add(!scene.volume.optics.surfaces.empty(), kFeatureSurfaces);
+    return f | integratorFeatures(scene.volume.optics.integrator);
+}
+
+namespace {
+
+class GpuCounter : public VisibilityCounter {
+  public:
+    GpuCounter(const ScenePlan& scene, const GpuEngine& engine, Ledger& gpu)
+        : scene_(scene), engine_(engine), pass_(marchFeatures(scene, false), scene.info(), gpu) {}
+    void begin() override {
+        pass_.begin(visibilityRays(scene_.view.camera, scene_.info(), scene_.view.imageSize, scene_.strides()),
+                    scene_.volume.optics);
+    }
+    bool count(const Slicing& slicing, RayCaster::Clock::time_point deadline) override {
+        Work work; // not the picture's
+        return pass_.countUntil(engine_.field(), slicing, deadline, work);
+    }
+    std::vector<SeenBrick> seen() const override { return pass_.seen(); }
+
+  private:
+    const ScenePlan& scene_;
+    const GpuEngine& engine_;
+    VisibilityPass pass_;
+};
+
+} // namespace
+
+Engine::About GpuEngine::about() const {
+    return {context_ ? context_->renderer() : "OpenGL", context_ ? context_->version() : "", true};
+}
+
+TextureLimits GpuEngine::limits() const {
+    return context_ ? TextureLimits{context_->max3dTextureSize(), context_->maxTextureBytes()}
+                    : TextureLimits{};
+}
+
+void GpuEngine::open(std::span<ScenePlan* const> volumes, std::size_t pages) {
+    TESSERA_CHECK(volumes.size() == 1);
+    close();
+    scene_ = volumes.front(); // first, so that two are never charged
+    atlas_.emplace(scene_->info(), scene_->volume.selection, pages, limits(), gpu_, ram_);
+    levelsChanged();
+}
+
+void GpuEngine::close() {
+    field_ = {};
+    textures_.reset();
+    atlas_.reset();
+    scene_ = nullptr;
+}
+
+void GpuEngine::levelsChanged() {
+    const VolumeState& volume = scene_->volume;
+    if (!volume.mixed())
+        textures_.reset();
+    else if (textures_)
+        textures_->upload(volume.levels);
+    else
+        textures_.emplace(volume.levels, gpu_);
+    field_.atlas = &*atlas_;
+    field_.level = volume.selection.finest();
+    field_.map = textures_ ? &volume.levels : nullptr;
+    field_.textures = textures_ ? &*textures_ : nullptr;
+}
+
+std::unique_ptr<RayCaster> GpuEngine::caster(const CasterOptions& options, Ledger& gpu) {
+    return std::make_unique<GpuCaster>(*scene_, *this, options, gpu);
+}
+
+std::unique_ptr<VisibilityCounter> GpuEngine::counter(Ledger& gpu) {
+    return std::make_unique<GpuCounter>(*scene_, *this, gpu);
+}
+
+std::string GpuEngine::fault() {
+    return !context_ || context_->errors().empty() ? std::string() : "OpenGL: " + context_->errors().front();
+}
+
+} // namespace tessera

@@ -1,0 +1,51 @@
+// render/engines/gpu/gpu_engine.h: the GPU march as an engine: bricks in an atlas, level maps in textures, and
+// marches over them.
+#pragma once
+
+#include "render/engine.h"
+#include "render/engines/gpu/atlas_plane.h"
+#include "render/engines/gpu/field_binding.h"
+#include "render/engines/gpu/gl/context.h"
+#include "render/engines/gpu/march.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+namespace tessera {
+
+/// What a scene needs of a march over bricks that are all there, in bits of features.h.
+std::uint32_t marchFeatures(const ScenePlan& scene, bool counting);
+
+class GpuEngine : public Engine {
+  public:
+    /// All must outlive this; the context stays current.
+    GpuEngine(const GlContext& context, Ledger& gpu, Ledger& ram) : context_(&context), gpu_(gpu), ram_(ram) {}
+    /// On the context that is current, whichever it is, within limits that every device has.
+    GpuEngine(Ledger& gpu, Ledger& ram) : gpu_(gpu), ram_(ram) {}
+    GpuEngine(const GpuEngine&) = delete; // the field points into it
+    GpuEngine& operator=(const GpuEngine&) = delete;
+
+    About about() const override;
+    TextureLimits limits() const override;
+    void open(std::span<ScenePlan* const> volumes, std::size_t pages) override;
+    void close() override;
+    BrickResidency* bricks() override { return atlas_ ? &atlas_->bricks : nullptr; }
+    void levelsChanged() override;
+    std::unique_ptr<RayCaster> caster(const CasterOptions& options, Ledger& gpu) override;
+    std::unique_ptr<VisibilityCounter> counter(Ledger& gpu) override;
+    std::string fault() override;
+
+    /// What marches read the bricks and their levels from.
+    const FieldSource& field() const { return field_; }
+
+  private:
+    const GlContext* context_ = nullptr;
+    Ledger &gpu_, &ram_;
+    ScenePlan* scene_ = nullptr;
+    std::optional<Atlas> atlas_;
+    std::optional<LevelTextures> textures_; // of mixed levels
+    FieldSource field_;
+};
+
+} // namespace tessera

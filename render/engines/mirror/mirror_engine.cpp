@@ -1,0 +1,102 @@
+// render/engines/mirror/mirror_engine.cpp: see mirror_engine.h.
+#include "render/engines/mirror/mirror_engine.h"
+
+#include "core/error.h"
+#include "render/engines/mirror/mirror.h"
+#include "render/plan/visibility_rays.h"
+
+#include <algorithm>
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kRaysAtATime = 4096; // where there is a deadline
+
+class MirrorCaster : public RayCaster {
+  public:
+    MirrorCaster(const ScenePlan& scene, const CasterOptions& options, int threads)
+        : scene_(scene), hits_(options.hits), threads_(threads) {}
+
+    void begin(const Rays& rays) override {
+        TESSERA_CHECK(rays.intervals.empty());
+        rays_ = rays;
+        picture_ = Image(glm::ivec2(rays.frame.imageSize));
+        done_ = 0;
+    }
+
+    bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) override {
+        const bool whole = deadline == Clock::time_point::max();
+        MirrorInput input = this->input();
+        input.progress = whole ? slicing.progress : ShareDone{};
+        const auto all = frameRays(cast<float>(rays_.frame));
+        do {
+            const std::size_t left = picture_.pixels.size() - done_;
+            const std::size_t count = whole ? left : std::min(left, kRaysAtATime);
+            const auto colours = mirrorRays<float>(
+                input, count, [&](std::size_t i) { return all(done_ + i); }, threads_, work);
+            std::copy(colours.begin(), colours.end(),
+                      picture_.pixels.begin() + static_cast<std::ptrdiff_t>(done_));
+            done_ += count;
+        } while (done_ < picture_.pixels.size() && Clock::now() < deadline);
+        return done_ == picture_.pixels.size();
+    }
+
+    Image image() const override { return picture_; }
+    std::vector<SurfaceHit> hits() const override {
+        if (!hits_)
+            return {};
+        return mirrorHits<float>(input(), picture_.pixels.size(), frameRays(cast<float>(rays_.frame)), threads_);
+    }
+
+  private:
+    MirrorInput input() const {
+        MirrorInput input = mirrorInput(scene_, scene_.view.quality.skipping);
+        input.strides = rays_.strides;
+        return input;
+    }
+
+    const ScenePlan& scene_;
+    bool hits_;
+    int threads_;
+    Rays rays_;
+    Image picture_;
+    std::size_t done_ = 0; // rays
+};
+
+class MirrorCounter : public VisibilityCounter {
+  public:
+    MirrorCounter(const ScenePlan& scene, int threads) : scene_(scene), threads_(threads) {}
+    void begin() override {}
+    bool count(const Slicing&, RayCaster::Clock::time_point) override {
+        const VisibilityRays rays =
+            visibilityRays(scene_.view.camera, scene_.info(), scene_.view.imageSize, scene_.strides());
+        MirrorInput input = mirrorInput(scene_, false);
+        input.strides = rays.strides;
+        seen_ = mirrorSeen(input, rayCount(glm::ivec2(rays.frame.imageSize)),
+                           frameRays(cast<float>(rays.frame)), threads_);
+        return true;
+    }
+    std::vector<SeenBrick> seen() const override { return seen_; }
+
+  private:
+    const ScenePlan& scene_;
+    int threads_;
+    std::vector<SeenBrick> seen_;
+};
+
+} // namespace
+
+void MirrorEngine::open(std::span<ScenePlan* const> volumes, std::size_t) {
+    TESSERA_CHECK(volumes.size() == 1);
+    scene_ = volumes.front();
+}
+
+std::unique_ptr<RayCaster> MirrorEngine::caster(const CasterOptions& options, Ledger&) {
+    return std::make_unique<MirrorCaster>(*scene_, options, threads_);
+}
+
+std::unique_ptr<VisibilityCounter> MirrorEngine::counter(Ledger&) {
+    return std::make_unique<MirrorCounter>(*scene_, threads_);
+}
+
+} // namespace tessera

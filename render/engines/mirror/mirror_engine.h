@@ -1,0 +1,23 @@
+// render/engines/mirror/mirror_engine.h: the contract on the CPU, in float, as an engine. Bricks are read from
+// the cache as rays need them.
+#pragma once
+
+#include "render/engine.h"
+
+namespace tessera {
+
+class MirrorEngine : public Engine {
+  public:
+    /// @param threads  0: all processors
+    explicit MirrorEngine(int threads) : threads_(threads) {}
+    About about() const override { return {}; }
+    void open(std::span<ScenePlan* const> volumes, std::size_t pages) override;
+    std::unique_ptr<RayCaster> caster(const CasterOptions& options, Ledger& gpu) override;
+    std::unique_ptr<VisibilityCounter> counter(Ledger& gpu) override;
+
+  private:
+    int threads_;
+    const ScenePlan* scene_ = nullptr;
+};
+
+} // namespace tessera

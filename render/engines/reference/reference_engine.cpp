@@ -1,0 +1,83 @@
+// render/engines/reference/reference_engine.cpp: see reference_engine.h.
+#include "render/engines/reference/reference_engine.h"
+
+#include "core/error.h"
+#include "render/engines/reference/reference.h"
+
+#include <algorithm>
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kRaysAtATime = 512; // where there is a deadline
+
+class ReferenceCaster : public RayCaster {
+  public:
+    ReferenceCaster(const ScenePlan& scene, const Shading& shading, const std::vector<Isosurface>& surfaces,
+                    int threads)
+        : scene_(scene), shading_(shading), surfaces_(surfaces), threads_(threads) {}
+
+    /// Rays are the view's own, in double; strides count for nothing.
+    void begin(const Rays& rays) override {
+        TESSERA_CHECK(rays.intervals.empty());
+        const ViewState& view = scene_.view;
+        TESSERA_CHECK(glm::ivec2(rays.frame.imageSize) == view.imageSize);
+        rays_ = referenceRays(view.camera, scene_.info(), view.imageSize);
+        picture_ = Image(view.imageSize);
+        done_ = 0;
+    }
+
+    bool draw(const Slicing& slicing, Clock::time_point deadline, Work&) override {
+        const VolumeState& volume = scene_.volume;
+        const bool whole = deadline == Clock::time_point::max();
+        const ReferenceInput input{volume.cache.get(),
+                                   &scene_.info(),
+                                   &volume.function,
+                                   shading_,
+                                   &volume.statistics,
+                                   1,
+                                   surfaces_,
+                                   whole ? slicing.progress : ShareDone{}};
+        do {
+            const std::size_t left = picture_.pixels.size() - done_;
+            const std::size_t count = whole ? left : std::min(left, kRaysAtATime);
+            const auto first = rays_.begin() + static_cast<std::ptrdiff_t>(done_);
+            const auto last = first + static_cast<std::ptrdiff_t>(count);
+            const auto values = whole && done_ == 0
+                                    ? renderReference(input, rays_, threads_)
+                                    : renderReference(input, {first, last}, threads_);
+            std::transform(values.begin(), values.end(),
+                           picture_.pixels.begin() + static_cast<std::ptrdiff_t>(done_),
+                           [](const glm::dvec4& v) { return glm::vec4(v); });
+            done_ += count;
+        } while (done_ < picture_.pixels.size() && Clock::now() < deadline);
+        if (done_ < picture_.pixels.size())
+            return false;
+        rays_ = {};
+        return true;
+    }
+
+    Image image() const override { return picture_; }
+
+  private:
+    const ScenePlan& scene_;
+    Shading shading_;
+    std::vector<Isosurface> surfaces_;
+    int threads_;
+    std::vector<ReferenceRay> rays_;
+    Image picture_;
+    std::size_t done_ = 0; // rays
+};
+
+} // namespace
+
+void ReferenceEngine::open(std::span<ScenePlan* const> volumes, std::size_t) {
+    TESSERA_CHECK(volumes.size() == 1);
+    scene_ = volumes.front();
+}
+
+std::unique_ptr<RayCaster> ReferenceEngine::caster(const CasterOptions&, Ledger&) {
+    return std::make_unique<ReferenceCaster>(*scene_, shading_, surfaces_, threads_);
+}
+
+} // namespace tessera

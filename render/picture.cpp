@@ -1,0 +1,77 @@
+// render/picture.cpp: see picture.h.
+#include "render/picture.h"
+
+#include "core/error.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+/// What the next pass holds: the bricks that the first waiting rays need, as many as fit. The very first
+/// ray's are always among them, so that every pass gets on.
+std::vector<std::size_t> bricksToServe(const std::vector<std::uint32_t>& firstRay, const Selection& selection,
+                                       std::size_t pages) {
+    std::vector<std::size_t> order;
+    for (std::size_t b = 0; b < firstRay.size(); ++b)
+        if (firstRay[b] != UINT32_MAX)
+            order.push_back(b);
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+        return std::pair(firstRay[a], a) < std::pair(firstRay[b], b);
+    });
+    std::array<std::size_t, kLevelCount + 1> counts{};
+    std::size_t served = 0;
+    for (; served < order.size(); ++served) {
+        ++counts[selection.levels[order[served]]];
+        if (pagesFor(counts) > pages)
+            break;
+    }
+    TESSERA_CHECK(served > 0);
+    order.resize(served);
+    return order;
+}
+
+} // namespace
+
+Rays raysOf(const ScenePlan& plan) {
+    return {plan.view.frame, plan.strides()};
+}
+
+bool bringBricks(Engine& engine, ScenePlan& plan, Ledger& ram, Ledger& gpu, Work& work) {
+    VolumeState& volume = plan.volume;
+    ScenePlan* const volumes[] = {&plan};
+    engine.open(volumes, plan.chosen.atlasPages);
+    BrickResidency* const bricks = engine.bricks();
+    if (plan.chosen.chooser) {
+        if (bricks)
+            bricks->load(*volume.cache, work);
+        const auto counter = engine.counter(gpu);
+        counter->begin();
+        TESSERA_CHECK(counter->count(Slicing{}, RayCaster::Clock::time_point::max()));
+        plan.chooseByVisibility(counter->seen(), ram);
+        if (bricks)
+            bricks->adopt(volume.selection);
+        engine.levelsChanged();
+    }
+    if (!bricks)
+        return false;
+    if (plan.chosen.atlasPages < pagesFor(volume.selection.counts))
+        return true;
+    bricks->load(*volume.cache, work);
+    return false;
+}
+
+int drawToTheEnd(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing, Work& work) {
+    const VolumeState& volume = plan.volume;
+    for (int passes = 1;; ++passes) {
+        TESSERA_CHECK(caster.draw(slicing, RayCaster::Clock::time_point::max(), work));
+        if (caster.waiting() == 0)
+            return passes;
+        BrickResidency& bricks = *engine.bricks();
+        bricks.serve(bricksToServe(caster.takeWanted(), volume.selection, bricks.pages()), *volume.cache, work);
+    }
+}
+
+} // namespace tessera

@@ -1,0 +1,74 @@
+// render/plan/memory_plan.h: what a scene takes of both budgets besides its bricks: one list of needs. A floor
+// is taken in any case; a luxury where it is a small part of what the floors leave.
+#pragma once
+
+#include "core/budget.h"
+#include "core/scene.h"
+#include "core/volume.h"
+#include "render/empty_space/distance_map.h" // MapScale
+#include "render/residency/pages.h"
+
+#include <cstddef>
+#include <glm/vec2.hpp>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+struct Need {
+    const char* what = "";
+    std::size_t ramBytes = 0, gpuBytes = 0;
+    bool luxury = false;
+};
+
+class MemoryPlan {
+  public:
+    MemoryPlan() = default;
+    /// @param spareRam, spareGpu  what luxuries may be a share of: beyond the floors and what is promised to
+    /// bricks
+    MemoryPlan(std::size_t spareRam, std::size_t spareGpu) : spareRam_(spareRam), spareGpu_(spareGpu) {}
+
+    void need(const char* what, std::size_t ramBytes, std::size_t gpuBytes) {
+        needs_.push_back({what, ramBytes, gpuBytes, false});
+    }
+    /// Takes it where it is at most one part in so many of what is spare; what it replaces is given back.
+    /// Returns whether it was granted.
+    /// @param replaces  what of a need, or null
+    bool grant(const char* what, std::size_t ramBytes, std::size_t gpuBytes, std::size_t ramParts,
+               std::size_t gpuParts, const char* replaces = nullptr);
+    bool granted(const char* what) const;
+
+    /// GPU memory besides bricks; RAM that must stay free for what is made later.
+    std::size_t gpuBytes() const;
+    std::size_t ramBytes() const;
+    const std::vector<Need>& needs() const { return needs_; }
+
+  private:
+    std::size_t spareRam_ = 0, spareGpu_ = 0;
+    std::vector<Need> needs_;
+};
+
+/// RAM of a transfer function's tables: its own as TransferTable and as Optics hold it, sums, and the tables
+/// of colours with the one that an upload copies.
+std::size_t tableRamBytes(std::size_t entries, Integrator integrator);
+/// GPU memory of the same tables, and the part of it that an integrator other than midpoint takes.
+std::size_t tableGpuBytes(std::size_t entries, Integrator integrator);
+std::size_t integratorGpuBytes(std::size_t entries, Integrator integrator);
+
+/// RAM that is taken after the camera is known: the level map, the map of empty space, the smallest cache and
+/// the staging of uploads.
+/// @param threads  0: all processors
+std::size_t ramAfterCamera(const VolumeInfo& info, int threads, MapScale scale, bool skipping);
+
+/// RAM a pixel takes while it is drawn and written: two float pictures (as computed, and converted or on its
+/// background) and the encoded one.
+constexpr std::size_t kPictureBytesPerPixel = 2 * sizeof(glm::vec4) + 4 * sizeof(std::uint16_t);
+/// RAM of a selection: levels and means.
+std::size_t selectionBytes(const VolumeInfo& info);
+
+/// The scene's floor of RAM, its store reader included: no smaller budget is accepted, and this one suffices.
+/// @param threads  0: all processors
+std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize, std::size_t bytesPerPixel,
+                             int threads, Integrator integrator = Integrator::automatic);
+
+} // namespace tessera

@@ -1,0 +1,258 @@
+// render/plan/scene_plan.cpp: see scene_plan.h.
+#include "render/plan/scene_plan.h"
+
+#include "core/error.h"
+#include "core/threads.h"
+#include "render/contract/lattice.h"
+#include "render/contract/ray_state.h"
+#include "render/plan/choose_integrator.h"
+#include "render/plan/framing.h"
+#include "render/plan/visibility_rays.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace tessera {
+
+namespace {
+
+/// Integrators that use a segment's ends take the field to be continuous.
+void checkIntegrator(const Quality& quality) {
+    if (quality.edgeFunction == EdgeFunction::nearest && quality.integrator != Integrator::automatic &&
+        quality.integrator != Integrator::midpoint)
+        throw InputError(
+            "integrator: expected midpoint where bricks are not blended (edge function nearest), "
+            "found " +
+            integratorNames()[static_cast<std::size_t>(quality.integrator)]);
+}
+/// An integrator that is not asked for by name takes tables only where they are a small part of what is free.
+constexpr std::size_t kPartsForTables = 16;
+/// What the eye cannot see in a segment's colour.
+constexpr double kSeenColourMatters = 1.0 / 255;
+
+} // namespace
+
+Strides ScenePlan::strides() const {
+    Strides strides;
+    strides.sampling = view.quality.sampling;
+    strides.segmentVoxels = view.quality.stepVoxels;
+    if (volume.mixed())
+        strides.map = &volume.levels;
+    else
+        strides.uniformSegments = 1 << mostStride(volume.selection, view.quality);
+    return strides;
+}
+
+void ScenePlan::setFunction(const TransferFunction& f, const Scene& scene, Ledger& ram) {
+    volume.function = f;
+    std::vector<SurfaceValue> surfaces;
+    for (const Isosurface& surface : scene.surfaces)
+        if (surface.opacity > 0)
+            surfaces.push_back({surface.value, glm::vec3(surface.colour), surface.opacity});
+    volume.table = makeTable(volume.function, std::move(surfaces));
+    const Integrator integrator =
+        scene.quality.integrator == Integrator::automatic ? automaticIntegrator() : scene.quality.integrator;
+    chargeTables(integrator, ram);
+    SeenColours seen = std::move(volume.optics.seen); // may serve on
+    volume.optics = makeOptics(volume.table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
+    volume.optics.seen = std::move(seen);
+    volume.optics.surfaces = surfaceLooks(scene.surfaces, info());
+    if (!volume.selection.levels.empty())
+        prepareSegments();
+}
+
+void ScenePlan::chargeTables(Integrator integrator, Ledger& ram) {
+    volume.functionCharge = {};
+    volume.functionCharge =
+        ram.charge(tableRamBytes(volume.table.entries.size(), integrator), "the transfer function's tables");
+}
+
+Integrator ScenePlan::preintegration() const {
+    const double change = view.quality.stepVoxels * typicalChangePerVoxel(volume.statistics, volume.table, info());
+    const double length = view.quality.stepVoxels * typicalVoxelMm(info());
+    return mayTake == Integrator::preintegrated2d &&
+                   seenColourDifference(volume.table, change, length) > kSeenColourMatters
+               ? Integrator::preintegrated2d
+               : Integrator::preintegrated;
+}
+
+Integrator ScenePlan::automaticIntegrator() const {
+    return mayTake == Integrator::midpoint || !isSharp(volume.statistics, volume.table, info(), view.quality.stepVoxels)
+               ? Integrator::midpoint
+               : preintegration();
+}
+
+std::vector<Integrator> ScenePlan::integratorsToTry() const {
+    if (view.quality.integrator != Integrator::automatic || mayTake == Integrator::midpoint ||
+        isSmooth(volume.statistics, volume.table, info(), view.quality.stepVoxels))
+        return {volume.optics.integrator};
+    return {Integrator::midpoint, preintegration()};
+}
+
+void ScenePlan::settleIntegrator(Ledger& ram, const Ledger& gpu, std::size_t mostEntries) {
+    mayTake = Integrator::midpoint;
+    if (view.quality.edgeFunction == EdgeFunction::nearest)
+        return;
+    for (const Integrator larger : {Integrator::preintegrated, Integrator::preintegrated2d})
+        if (MemoryPlan(ram.freeBytes(), gpu.freeBytes())
+                .grant("tables of an integrator", tableRamBytes(mostEntries, larger),
+                       integratorGpuBytes(mostEntries, larger), kPartsForTables, kPartsForTables))
+            mayTake = larger;
+    if (view.quality.integrator == Integrator::automatic)
+        setIntegrator(automaticIntegrator(), ram);
+}
+
+std::size_t ScenePlan::gpuTableBytes(std::size_t entries) const {
+    return tableGpuBytes(entries, view.quality.integrator == Integrator::automatic ? mayTake
+                                                                                   : view.quality.integrator);
+}
+
+void ScenePlan::setStep(double stepVoxels) {
+    view.quality.stepVoxels = stepVoxels;
+    if (volume.mixed())
+        volume.levels.mostStride = mostStride(volume.selection, view.quality);
+    view.aim(info());
+    prepareSegments();
+}
+
+void ScenePlan::setIntegrator(Integrator integrator, Ledger& ram) {
+    if (integrator == volume.optics.integrator)
+        return;
+    chargeTables(integrator, ram);
+    tessera::setIntegrator(volume.optics, integrator);
+    if (!volume.selection.levels.empty())
+        prepareSegments();
+}
+
+void ScenePlan::prepareSegments() {
+    const Strides s = strides();
+    const int longest =
+        volume.mixed() ? volume.levels.mostStride : std::countr_zero(static_cast<unsigned>(s.uniformSegments));
+    const int first = volume.mixed() ? 0 : longest;
+    prepareSeenColours(volume.optics, view.quality.stepVoxels * typicalVoxelMm(info()), first, longest - first + 1);
+}
+
+void ScenePlan::setSelection(Selection chosen, Ledger& ram) {
+    volume.selection = std::move(chosen);
+    mapLevels(ram, false);
+}
+
+void ScenePlan::mapLevels(Ledger& ram, bool always) {
+    volume.levels = LevelMap();
+    if (always || !volume.selection.uniform() || view.quality.edgeFunction == EdgeFunction::nearest)
+        volume.levels = makeLevelMap(volume.selection, info().extentVoxels, view.quality, ram);
+    prepareSegments();
+    if (view.quality.skipping)
+        volume.mapEmptySpace(view.quality.edgeFunction, ram);
+}
+
+void ScenePlan::chooseByVisibility(std::span<const SeenBrick> seen, Ledger& ram) {
+    const std::vector<float> visible = visibilityFactors(seen, volume.selection);
+    BestLevels better = bestLevels(*chosen.chooser, volume.statistics.brickMean, chosen.atlasPages, visible);
+    chosen.error = better.error;
+    chosen.chooser.reset();
+    setSelection(std::move(better.selection), ram);
+}
+
+ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, int threads,
+                          std::size_t bytesPerPixel) {
+    checkIntegrator(scene.quality);
+    ScenePlan p;
+    p.view.quality = scene.quality;
+    p.volume.store = &store;
+    const VolumeInfo& info = store.info();
+    p.view.imageSize = scene.imageSize;
+    const std::size_t floor =
+        renderFloorBytes(info, scene.imageSize, bytesPerPixel, threads, scene.quality.integrator);
+    if (ram.limitBytes() < floor)
+        throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
+                         ", but the budget is " + formatBytes(ram.limitBytes()));
+    p.view.imageCharge = ram.charge(bytesPerPixel * rayCount(scene.imageSize), "the picture");
+    p.volume.selectionCharge = ram.charge(selectionBytes(info), "the selection of bricks");
+    p.volume.statistics = loadStatistics(store, ram, threads);
+    const TransferChoice& function = scene.volumes.at(0).transferFunction;
+    if (const auto* name = std::get_if<std::string>(&function))
+        p.setFunction(presetFunction(*name, summarise(p.volume.statistics, info, scene.volumes.at(0).unit)), scene,
+                      ram);
+    else
+        p.setFunction(std::get<TransferFunction>(function), scene, ram);
+    if (const auto* view = std::get_if<FittedView>(&scene.camera))
+        p.view.camera = fittedCamera(*view, store, p.volume.statistics, p.volume.table, scene.imageSize, ram, threads);
+    else
+        p.view.camera = std::get<Camera>(scene.camera);
+
+    p.ramFloorBytes = floor;
+    return p;
+}
+
+ScenePlan planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
+                           Ledger& ram, const Ledger& gpu, int threads, LevelChoice choice,
+                           std::size_t bytesPerPixel) {
+    ScenePlan p = planView(scene, store, ram, threads, bytesPerPixel);
+    chooseAgain(p, scene, limits, ram, gpu, threads, choice);
+    return p;
+}
+
+namespace {
+constexpr char kCellMap[] = "the map of empty space, by cells";
+constexpr char kBrickMap[] = "the map of empty space, by bricks";
+constexpr char kSurfaceMap[] = "the map of isosurfaces";
+} // namespace
+
+void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const Ledger& gpu, int threads,
+                           bool changing) {
+    const VolumeInfo& volumeInfo = info();
+    const glm::ivec3 extent = volumeInfo.extentVoxels, bricks = brickGrid(extent);
+    // What is seen is counted before the picture, in its room; with quality to reach, rays wait for bricks.
+    const std::size_t picture = rayStateBytes(view.imageSize);
+    const std::size_t rays = view.quality.maxError
+                                 ? picture + wantedBytes(bricks)
+                                 : std::max(picture, visibilityBytes(view.imageSize, bricks));
+    const std::size_t fixed = rays + indexBytes(bricks) + LevelMap::bytes(bricks) +
+                              gpuTableBytes(volume.optics.table.size());
+    // Luxuries are a share of what is left beyond what is promised to bricks.
+    const std::size_t promised = fixed + atlasBytes(neighbourhoodPages(true, true), volumeInfo.type, limits);
+    memory = MemoryPlan(ram.limitBytes() - ramFloorBytes,
+                        gpu.freeBytes() - std::min(gpu.freeBytes(), promised));
+    memory.need("rays, the index of bricks, the level map and tables", 0, fixed);
+    memory.need("the level map, the smallest cache and the staging of uploads",
+                ramAfterCamera(volumeInfo, threads, MapScale::bricks, false), 0);
+    if (!view.quality.skipping)
+        return;
+    memory.need(kBrickMap, Occupancy::bytes(extent, MapScale::bricks), mapBytes(extent, MapScale::bricks));
+    // Cells where their map is a small part of both budgets.
+    const std::size_t cellMap = Occupancy::bytes(extent, MapScale::cells);
+    const std::size_t cellTexels = mapBytes(extent, MapScale::cells);
+    const bool cells = memory.grant(kCellMap, cellMap, cellTexels, 16, 4, kBrickMap);
+    volume.mapScale = cells ? MapScale::cells : MapScale::bricks;
+    // Without a map of their own, rays solve for surfaces wherever anything shows.
+    volume.mapsSurfaces = cells && !changing && !volume.optics.surfaces.empty() &&
+                          volume.optics.volumeShows && memory.grant(kSurfaceMap, cellMap, cellTexels, 31, 8);
+    if (volume.mapsSurfaces)
+        volume.surfaceTable = volume.table.ofSurfaces();
+}
+
+void ScenePlan::openCache(Ledger& ram, int threads) {
+    // It takes what is left, less upload staging and, where there is plenty, some air.
+    const int used = threads > 0 ? threads : defaultThreads();
+    const std::size_t free = ram.freeBytes(), staging = stagingBytes(info());
+    const std::size_t left = free > staging ? free - staging : 0;
+    const std::size_t bytes = std::max(std::min(left, latticeCacheFloorBytes(info(), used)), left - left / 8);
+    volume.cache = std::make_unique<BrickCache>(*volume.store, ram, bytes, used);
+}
+
+void chooseAgain(ScenePlan& p, const Scene& scene, const TextureLimits& limits, Ledger& ram,
+                 const Ledger& gpu, int threads, LevelChoice choice) {
+    p.volume.cache.reset(); // it holds all memory that was left
+    p.view.quality = scene.quality;
+    p.settleIntegrator(ram, gpu, p.volume.table.entries.size());
+    p.planMemory(limits, ram, gpu, threads);
+    p.chosen = chooseLevels(scene, p.view.camera, p.volume.statistics, p.volume.table, *p.volume.store, limits, choice, gpu, p.memory.gpuBytes(),
+                            ram, p.memory.ramBytes(), threads);
+    p.setSelection(std::move(p.chosen.selection), ram);
+    p.view.aim(p.info());
+    p.openCache(ram, threads);
+}
+
+} // namespace tessera

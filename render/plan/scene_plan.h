@@ -1,0 +1,87 @@
+// render/plan/scene_plan.h: from a scene and a store to everything that an engine needs, whichever engine it
+// is: the state of the volume, the state of the view, and what they may take of both budgets.
+#pragma once
+
+#include "bricking/levels/visibility.h" // SeenBrick
+#include "core/budget.h"
+#include "core/scene.h"
+#include "render/contract/strides.h"
+#include "render/plan/choose_levels.h"
+#include "render/plan/memory_plan.h"
+#include "render/plan/view_state.h"
+#include "render/plan/volume_state.h"
+#include "render/residency/pages.h"
+
+#include <span>
+#include <vector>
+
+namespace tessera {
+
+struct ScenePlan {
+    ViewState view;
+    MemoryPlan memory;
+    ChosenLevels chosen; // how levels were chosen; the selection itself has moved to the volume
+    VolumeState volume;  // last: its cache goes first
+
+    const VolumeInfo& info() const { return volume.info(); }
+    /// Takes another transfer function; shading, termination and integrator are the scene's.
+    void setFunction(const TransferFunction& function, const Scene& scene, Ledger& ram);
+    /// What the scene takes besides its bricks, and what luxuries there is room for; chooses the scale of the
+    /// map of empty space.
+    /// @param changing  levels change from picture to picture: surfaces get no map of their own
+    void planMemory(const TextureLimits& limits, const Ledger& ram, const Ledger& gpu, int threads,
+                    bool changing = false);
+    /// Makes the cache, of all RAM that is left.
+    void openCache(Ledger& ram, int threads);
+    /// Takes another selection, and maps its levels and its empty space.
+    void setSelection(Selection chosen, Ledger& ram);
+    /// Another length of segments, in voxels, or another integrator, for the levels there are.
+    void setStep(double stepVoxels);
+    void setIntegrator(Integrator integrator, Ledger& ram);
+    /// What the budgets have room for where the integrator is left open, and the one that the function asks
+    /// for. Before selections.
+    /// @param mostEntries  of the table of any function that may come
+    void settleIntegrator(Ledger& ram, const Ledger& gpu, std::size_t mostEntries);
+    /// Those worth trying on some pixels: one, where the function leaves no doubt or the scene names it.
+    std::vector<Integrator> integratorsToTry() const;
+    /// GPU memory of a function's tables, whichever integrator it may come to.
+    std::size_t gpuTableBytes(std::size_t entries) const;
+    /// The tables that segments of the lengths need which rays take through the selection.
+    void prepareSegments();
+    /// Maps the levels of the selection, where they are mixed or always, and its empty space.
+    void mapLevels(Ledger& ram, bool always);
+    /// Chooses levels again, by what a picture of the selection saw of each brick; needs chosen.chooser, and
+    /// lets go of it.
+    void chooseByVisibility(std::span<const SeenBrick> seen, Ledger& ram);
+    /// Valid as long as this is not moved.
+    Strides strides() const;
+
+    std::size_t ramFloorBytes = 0;             // of the scene
+    Integrator mayTake = Integrator::midpoint; // the largest that is taken without being named
+
+  private:
+    void chargeTables(Integrator integrator, Ledger& ram);
+    Integrator automaticIntegrator() const;
+    Integrator preintegration() const;
+};
+
+/// @param limits   of the device, or the defaults where none is used
+/// @param ram  the store's reader is charged to it, and little else
+/// @param choice  perBrick, unless in tests and comparisons
+/// @param bytesPerPixel  RAM that the engine and its caller take for a pixel
+/// Throws InputError for a budget below the scene's floor, naming the floor, and for a transfer function that
+/// does not suit the volume.
+ScenePlan planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits, Ledger& ram,
+                    const Ledger& gpu, int threads, LevelChoice choice = LevelChoice::perBrick,
+                    std::size_t bytesPerPixel = kPictureBytesPerPixel);
+
+/// The same without levels, their maps and the cache: for a picture whose levels change.
+ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, int threads,
+                   std::size_t bytesPerPixel = kPictureBytesPerPixel);
+
+/// Takes the scene's quality and chooses levels anew, with their maps and a new cache. The engine must have
+/// let go of the selection and of the cache.
+void chooseAgain(ScenePlan& plan, const Scene& scene, const TextureLimits& limits, Ledger& ram,
+                 const Ledger& gpu, int threads, LevelChoice choice);
+
+} // namespace tessera

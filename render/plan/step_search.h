@@ -1,0 +1,49 @@
+// render/plan/step_search.h: some of a picture's pixels drawn again: to choose step and integrator before it
+// is drawn, and to say how wrong it is afterwards (picture_check.h).
+#pragma once
+
+#include "core/image.h"
+#include "render/contract/ray.h"
+#include "render/contract/strides.h"
+#include "render/plan/picture_check.h"
+#include "render/plan/scene_plan.h"
+
+#include <functional>
+
+namespace tessera {
+
+/// Draws rays of a plan to their end, as the picture itself is drawn.
+struct PixelDrawer {
+    std::function<Image(const RayFrame<double>&, const Strides&)> draw;
+    std::function<void()> functionChanged; // the plan's integrator is another one
+    std::function<bool()> fetchExactly;    // from now on; false where it does so anyway
+};
+
+class StepSearch {
+  public:
+    /// The plan outlives it; its step and integrator are those that are chosen.
+    StepSearch(ScenePlan& plan, PixelDrawer drawer, Ledger& ram)
+        : plan_(plan), drawer_(std::move(drawer)), ram_(ram), grid_(plan.view.imageSize) {}
+
+    /// What a step's error must stay below, over the grid's pixels: CIE L*u*v* at the 99th percentile, or
+    /// rms.
+    struct Goal {
+        enum class Measure { luvP99, rms } measure;
+        double limit;
+    };
+    /// Takes the step and integrator that cost the least of those that reach the goal, and the best that was
+    /// found where none does. Returns the error, by the goal's measure.
+    double chooseStep(const Goal& goal);
+    /// Of the picture that was drawn. Its drawer fetches exactly afterwards.
+    PictureErrors errorsOf(const Image& picture, double brightest);
+
+  private:
+    Image draw(double stepVoxels);
+
+    ScenePlan& plan_;
+    PixelDrawer drawer_;
+    Ledger& ram_;
+    PixelGrid grid_;
+};
+
+} // namespace tessera

@@ -1,0 +1,46 @@
+// render/plan/volume_state.cpp: see volume_state.h.
+#include "render/plan/volume_state.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera {
+
+void VolumeState::mapEmptySpace(EdgeFunction edgeFunction, Ledger& ram) {
+    const auto map = [&](Occupancy& occupancy, const TransferTable& shown) {
+        const OccupancyInput input{statistics, shown, info(), selection, edgeFunction};
+        if (occupancy.exists())
+            occupancy.levelsChanged(input);
+        else
+            occupancy = Occupancy(input, mapScale, ram);
+    };
+    map(occupancy, table);
+    if (mapsSurfaces)
+        map(surfaceOccupancy, surfaceTable);
+}
+
+void VolumeState::functionChanged(EdgeFunction edgeFunction, int threads) {
+    occupancy.functionChanged({statistics, table, info(), selection, edgeFunction}, threads);
+}
+
+ValueSummary summarise(const Statistics& statistics, const VolumeInfo& info, const std::string& unit) {
+    ValueSummary summary;
+    const double a = info.rescaleSlope * static_cast<double>(statistics.lowest) + info.rescaleIntercept;
+    const double b = info.rescaleSlope * static_cast<double>(statistics.highest) + info.rescaleIntercept;
+    summary.lowest = std::min(a, b);
+    summary.highest = std::max(a, b);
+    summary.isHu = info.unit == "HU" || unit == "HU";
+    const glm::dvec3 spacing = info.spacingMm();
+    summary.spacingMm = std::cbrt(spacing.x * spacing.y * spacing.z);
+    for (const std::uint64_t count : statistics.histogram)
+        summary.histogram.push_back(static_cast<double>(count));
+    if (info.rescaleSlope < 0)
+        std::reverse(summary.histogram.begin(), summary.histogram.end());
+    return summary;
+}
+
+double typicalVoxelMm(const VolumeInfo& info) {
+    return std::cbrt(std::abs(glm::determinant(glm::dmat3(info.patientFromVoxel))));
+}
+
+} // namespace tessera

@@ -1,0 +1,54 @@
+// render/plan/volume_state.h: all that pictures need of one volume, whichever engine draws it: values known,
+// transfer function resolved, a level for every brick, empty space mapped, chunks at hand.
+#pragma once
+
+#include "bricking/cache/brick_cache.h"
+#include "bricking/levels/selection.h"
+#include "bricking/statistics/statistics.h"
+#include "bricking/store/store_reader.h"
+#include "core/budget.h"
+#include "core/preset.h" // ValueSummary
+#include "core/transfer_function.h"
+#include "render/contract/level_map.h"
+#include "render/contract/optics.h"
+#include "render/empty_space/occupancy.h"
+
+#include <memory>
+#include <string>
+
+namespace tessera {
+
+struct VolumeState {
+    const StoreReader* store = nullptr; // outlives this
+    Statistics statistics;
+    TransferFunction function;
+    TransferTable table;
+    Optics optics;
+    Selection selection;
+    LevelMap levels; // of a selection of mixed levels; else empty
+    MapScale mapScale = MapScale::bricks;
+    Occupancy occupancy; // the map of empty space
+    /// What isosurfaces alone show: a map of its own, where there are surfaces, the function shows something
+    /// too, and memory is ample.
+    bool mapsSurfaces = false;
+    Occupancy surfaceOccupancy;
+    TransferTable surfaceTable; // then
+    Charge selectionCharge;
+    Charge functionCharge;             // the transfer function's table, twice
+    std::unique_ptr<BrickCache> cache; // last member: it goes first, its threads read the store
+
+    const VolumeInfo& info() const { return store->info(); }
+    bool mixed() const { return !levels.corners.empty(); }
+    /// Proves anew what the selection's levels change; all of it the first time.
+    void mapEmptySpace(EdgeFunction edgeFunction, Ledger& ram);
+    /// The table is another: proves anew what that changes.
+    void functionChanged(EdgeFunction edgeFunction, int threads);
+};
+
+/// What presets may know of a volume.
+ValueSummary summarise(const Statistics& statistics, const VolumeInfo& info, const std::string& unit = "");
+
+/// The edge of a cube of a voxel's volume.
+double typicalVoxelMm(const VolumeInfo& info);
+
+} // namespace tessera
