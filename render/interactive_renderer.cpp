@@ -75,7 +75,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     p_.openCache(ram, threads);
     atlas_.emplace(p_.info(), p_.selection, pages_, limits, gpu, ram);
     textures_.emplace(p_.levels, gpu);
-    source_ = {&*atlas_, nullptr, 0, &p_.levels, &*textures_};
+    source_ = {&*atlas_, 0, &p_.levels, &*textures_};
     p_.frame = rayFrame(p_.camera, p_.info(), scene_.imageSize, scene_.quality.stepVoxels);
     const std::uint32_t features = marchFeatures(p_, options.counting);
     march_.emplace(features, p_.frame, p_.info(), p_.strides(), p_.optics,

@@ -51,7 +51,7 @@ SceneOnDevice::SceneOnDevice(const Scene& scene, const StoreReader& store, const
 }
 
 std::uint32_t SceneOnDevice::features(Fetch fetch) const {
-    std::uint32_t f = kFeatureBricked;
+    std::uint32_t f = 0;
     if (scene_.shading.on)
         f |= kFeatureShading;
     if (scene_.quality.skipping)
@@ -72,7 +72,7 @@ Frame SceneOnDevice::draw(const glm::ivec2& size, double stepVoxels, std::uint32
     March march(features, frame, p.info(), p.strides(), p.optics, occupancy, budgets_.gpu);
     Frame out;
     const auto start = Clock::now();
-    march.run({atlas_.get(), nullptr, p.selection.finest()}, MarchSlicing{}, out.work);
+    march.run({atlas_.get(), p.selection.finest()}, MarchSlicing{}, out.work);
     const auto reading = Clock::now();
     Image image = march.image();
     out.ms = out.work.marchMs + msSince(reading);

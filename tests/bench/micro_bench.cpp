@@ -197,7 +197,7 @@ void sampleOnDevice(benchmark::State& state, Workbench& bench, ValueType type, F
                 bench.budgets.ram);
     Work upload;
     atlas.bricks.load(*p.cache, upload);
-    std::uint32_t features = kFeatureBricked;
+    std::uint32_t features = 0;
     if (fetch == Fetch::hardware)
         features |= kFeatureHardware;
     if (texelFormat(type).normalised)
@@ -208,8 +208,8 @@ void sampleOnDevice(benchmark::State& state, Workbench& bench, ValueType type, F
     const std::vector<glm::vec3> few(positions.begin(), positions.begin() + 64);
     const auto probe = [&](const std::vector<glm::vec3>& at) {
         const auto start = Clock::now();
-        benchmark::DoNotOptimize(probeField(at, features, store.info(),
-                                            {&atlas, nullptr, p.selection.finest()}, bench.budgets.gpu));
+        benchmark::DoNotOptimize(
+            probeField(at, features, store.info(), {&atlas, p.selection.finest()}, bench.budgets.gpu));
         return msSince(start);
     };
     double overhead = probe(few);

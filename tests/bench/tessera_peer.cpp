@@ -63,7 +63,7 @@ double TesseraScene::draw(const Optics& optics, double stepVoxels, Fetch fetch, 
     March march(features, rayFrame(p.camera, p.info(), scene_.imageSize, stepVoxels), p.info(), strides,
                 optics, occupancy, budgets_.gpu);
     work = {};
-    march.run({&onDevice_.atlas(), nullptr, p.selection.finest()}, MarchSlicing{}, work);
+    march.run({&onDevice_.atlas(), p.selection.finest()}, MarchSlicing{}, work);
     const auto reading = Clock::now();
     picture = march.image();
     return work.marchMs + msSince(reading);

@@ -86,8 +86,8 @@ TEST(RenderBudget, GpuMemoryIsKeptAndLevelsCoarsenMonotonically) {
             // Accepted: then nothing that the march allocates may fail.
             PreparedScene p = prepare(gpu);
             const std::uint32_t features =
-                kFeatureBricked | kFeatureSkipping | kFeatureHardware |
-                (texelFormat(p.info().type).normalised ? kFeatureNormalised : kFeatureBricked);
+                kFeatureSkipping | kFeatureHardware |
+                (texelFormat(p.info().type).normalised ? std::uint32_t{kFeatureNormalised} : 0u);
             Work work;
             const March march(features, p.frame, p.info(), p.strides(), p.optics, &p.occupancy, gpu);
             Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), limits, gpu, budgets.ram);

@@ -72,8 +72,8 @@ TEST_P(Field, ShaderEqualsItsTwin) {
     Atlas atlas(info, p.selection, pagesFor(p.selection.counts), TextureLimits{}, prepared.budgets.gpu,
                 prepared.budgets.ram);
     atlas.bricks.load(*p.cache, work);
-    const FieldSource source{&atlas, nullptr, p.selection.finest()};
-    std::uint32_t features = kFeatureBricked;
+    const FieldSource source{&atlas, p.selection.finest()};
+    std::uint32_t features = 0;
     if (texelFormat(info.type).normalised)
         features |= kFeatureNormalised;
     const auto exact = probeField(positions, features, info, source, prepared.budgets.gpu);
@@ -136,12 +136,13 @@ TEST_P(Field, IsContinuousAcrossBricks) {
 TEST(Texels, EveryValueSurvives) {
     const GlContext context({"software"});
     Ledger gpu("GPU memory", "--gpu-memory", std::size_t{64} << 20);
+    Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     for (const ValueType type : {ValueType::i16, ValueType::u16, ValueType::f32, ValueType::u8}) {
         const std::size_t bytes = bytesPerValue(type);
         VolumeInfo info;
         info.type = type;
         info.extentVoxels = {64, 32, 32}; // 65536 voxels
-        std::vector<std::byte> stored(65536 * bytes), texels(65536 * texelBytes(type));
+        std::vector<std::byte> stored(65536 * bytes);
         for (std::size_t i = 0; i < 65536; ++i) {
             const auto low = static_cast<std::uint16_t>(i);
             const float real = static_cast<float>(i) * 1.1e-3f - 7;
@@ -151,15 +152,30 @@ TEST(Texels, EveryValueSurvives) {
                                                        : &low;
             std::memcpy(stored.data() + i * bytes, from, bytes);
         }
-        toTexels(type, stored.data(), 65536, texels.data());
-        const GlTexels format = glTexels(type);
-        GlTexture3d texture(format.internal, info.extentVoxels, texelBytes(type), GL_LINEAR, gpu, "test");
-        texture.upload(glm::ivec3(0), info.extentVoxels, format.external, format.type, texels.data());
+        Selection selection;
+        selection.bricks = brickGrid(info.extentVoxels);
+        selection.levels = {0, 0};
+        selection.means = {0, 0};
+        selection.counts[0] = 2;
+        Atlas atlas(info, selection, 2, TextureLimits{}, gpu, ram);
+        std::vector<BrickEntry> entries;
+        Work work;
+        for (int brick = 0; brick < 2; ++brick) { // 32768 values each, in the order of their numbers
+            Chunk chunk{std::make_unique<std::byte[]>(32768 * bytes), 32768 * bytes};
+            std::memcpy(chunk.bytes.get(), stored.data() + chunk.size * static_cast<std::size_t>(brick),
+                        chunk.size);
+            AtlasSlot slot;
+            slot.page.x = brick;
+            atlas.values.put(slot, {chunk, glm::ivec3(0), kBrickExtent}, work);
+            entries.emplace_back(static_cast<unsigned>(brick), 0u);
+        }
+        atlas.values.publish(entries);
         std::vector<glm::vec3> centres;
         for (int i = 0; i < 65536; ++i)
-            centres.push_back(glm::vec3(glm::ivec3(i % 64, i / 64 % 32, i / 2048)) + 0.5f);
+            centres.push_back(glm::vec3(glm::ivec3(i % 32 + i / 32768 * 32, i / 32 % 32, i / 1024 % 32)) +
+                              0.5f);
         const auto read =
-            probeField(centres, format.normalised ? kFeatureNormalised : 0u, info, {nullptr, &texture}, gpu);
+            probeField(centres, texelFormat(type).normalised ? kFeatureNormalised : 0u, info, {&atlas}, gpu);
         for (std::size_t i = 0; i < 65536; ++i) {
             float expected = 0;
             switch (type) {

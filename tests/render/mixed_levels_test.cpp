@@ -113,8 +113,8 @@ TEST_P(MixedField, ShaderEqualsItsTwin) {
                 scene.prepared->budgets.ram);
     atlas.bricks.load(*p.cache, work);
     const LevelTextures textures(p.levels, gpu);
-    const FieldSource source{&atlas, nullptr, 0, &p.levels, &textures};
-    std::uint32_t features = kFeatureBricked | kFeatureMixed;
+    const FieldSource source{&atlas, 0, &p.levels, &textures};
+    std::uint32_t features = kFeatureMixed;
     if (texelFormat(p.info().type).normalised)
         features |= kFeatureNormalised;
     const auto positions = tellingPositions(p.info().extentVoxels, 6000);
@@ -321,7 +321,7 @@ TEST_P(MixedPicture, ContractHolds) {
     scene.choose(randomShownLevels(scene.p().selection, 7));
     PreparedScene& p = scene.p();
     ASSERT_TRUE(p.mixed());
-    const std::uint32_t features = kFeatureBricked | kFeatureSkipping | kFeatureShading;
+    const std::uint32_t features = kFeatureSkipping | kFeatureShading;
     const GpuPicture whole = marchOn(*scene.prepared, features);
     EXPECT_FALSE(isBlank(whole.image));
     const GpuPicture everyStride = marchOn(*scene.prepared, features & ~kFeatureSkipping);
@@ -369,7 +369,7 @@ TEST(MixedLevels, CamerasOnFacesEdgesAndCorners) {
             Prepared prepared("torso", scene);
             PreparedScene& p = prepared.p;
             p.setSelection(randomShownLevels(p.selection, 11), prepared.budgets.ram);
-            const std::uint32_t features = kFeatureBricked | kFeatureSkipping | kFeatureShading;
+            const std::uint32_t features = kFeatureSkipping | kFeatureShading;
             const GpuPicture picture = marchOn(prepared, features);
             EXPECT_FALSE(isBlank(picture.image));
             EXPECT_TRUE(bitEqual(picture.image, marchOn(prepared, features & ~kFeatureSkipping).image));

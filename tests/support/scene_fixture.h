@@ -85,7 +85,7 @@ struct Prepared {
 struct GpuPicture {
     Image image;
     Work work;
-    std::size_t refinedCells = 0, subBlockEntries = 0;
+    std::size_t refinedCells = 0;
 };
 inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const MarchSlicing& slicing = {},
                           bool refine = false) {
@@ -99,31 +99,14 @@ inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const Marc
     if (p.mixed())
         features |= kFeatureMixed;
     March march(features, p.frame, p.info(), p.strides(), p.optics, occupancy, gpu);
-    FieldSource source;
-    source.level = p.selection.finest();
-    if (features & kFeatureBricked) {
-        Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), TextureLimits{}, gpu,
-                    prepared.budgets.ram);
-        atlas.bricks.load(*p.cache, out.work);
-        const SceneField field(p, atlas, gpu);
-        source = field.source;
-        SubBlocks subBlocks;
-        const bool fine = (features & kFeatureSubBlocks) != 0;
-        if (fine) {
-            subBlocks = SubBlocks(p.occupancy, gpu);
-            march.useSubBlocks(subBlocks);
-        }
-        if (refine)
-            out.refinedCells = refineSkipping(march.skippingMap(), p.occupancy, p.table, p.optics, features,
-                                              p.info(), source, gpu, fine ? &subBlocks : nullptr);
-        out.subBlockEntries = subBlocks.entries;
-        march.run(source, slicing, out.work);
-    } else {
-        const GlTexture3d whole =
-            wholeLevelTexture(p.info(), source.level, *p.cache, gpu, prepared.budgets.ram);
-        source.wholeLevel = &whole;
-        march.run(source, slicing, out.work);
-    }
+    Atlas atlas(p.info(), p.selection, pagesFor(p.selection.counts), TextureLimits{}, gpu,
+                prepared.budgets.ram);
+    atlas.bricks.load(*p.cache, out.work);
+    const SceneField field(p, atlas, gpu);
+    if (refine)
+        out.refinedCells = refineSkipping(march.skippingMap(), p.occupancy, p.table, p.optics, features,
+                                          p.info(), field.source, gpu);
+    march.run(field.source, slicing, out.work);
     out.image = march.image();
     return out;
 }

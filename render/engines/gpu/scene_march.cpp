@@ -6,7 +6,7 @@
 namespace tessera {
 
 std::uint32_t marchFeatures(const PreparedScene& scene, bool counting) {
-    std::uint32_t f = kFeatureBricked;
+    std::uint32_t f = 0;
     const auto add = [&](bool needed, Feature feature) { f |= needed ? feature : 0u; };
     add(scene.mixed(), kFeatureMixed);
     add(scene.optics.shading, kFeatureShading);
@@ -22,7 +22,7 @@ std::uint32_t marchFeatures(const PreparedScene& scene, bool counting) {
 }
 
 SceneField::SceneField(const PreparedScene& scene, const Atlas& atlas, Ledger& gpu)
-    : source{&atlas, nullptr, scene.selection.finest(), nullptr, nullptr} {
+    : source{&atlas, scene.selection.finest(), nullptr, nullptr} {
     if (!scene.mixed())
         return;
     source.map = &scene.levels;
@@ -31,39 +31,24 @@ SceneField::SceneField(const PreparedScene& scene, const Atlas& atlas, Ledger& g
 
 SceneMarch::SceneMarch(std::uint32_t features, const PreparedScene& scene, Ledger& gpu)
     : scene_(scene), gpu_(gpu), features_(features),
-      rayCount_(static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y)) {
-    const Occupancy* occupancy = (features & kFeatureSkipping) ? &scene.occupancy : nullptr;
-    if (occupancy && !(features & kFeaturePasses) && scene.optics.surfaces.empty() &&
-        refiningPays(*occupancy, rayCount_) && subBlocksPay(*occupancy, rayCount_, features)) {
-        const std::size_t march = rayStateBytes(scene.imageSize) + scene.optics.gpuBytes() +
-                                  mapBytes(scene.info().extentVoxels, scene.mapScale);
-        if (gpu.freeBytes() >=
-            march + refiningBytes(scene.table.entries.size()) + SubBlocks::placesBytes(*occupancy)) {
-            features_ |= kFeatureSubBlocks;
-            subBlocks_ = SubBlocks(*occupancy, gpu);
-        }
-    }
-    march_.emplace(features_, scene.frame, scene.info(), scene.strides(), scene.optics, occupancy, gpu);
-    if (features_ & kFeatureSubBlocks)
-        march_->useSubBlocks(subBlocks_);
-    if (occupancy && scene.mapsNearSurfaces)
-        march_->setNearSurfaces(scene.nearSurfaces);
+      rayCount_(static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y)),
+      march_(features, scene.frame, scene.info(), scene.strides(), scene.optics,
+             (features & kFeatureSkipping) ? &scene.occupancy : nullptr, gpu) {
+    if ((features & kFeatureSkipping) && scene.mapsNearSurfaces)
+        march_.setNearSurfaces(scene.nearSurfaces);
 }
 
 std::size_t SceneMarch::refine(const FieldSource& source) {
     if (!(features_ & kFeatureSkipping) || (features_ & kFeaturePasses))
         return 0;
-    const auto refined = [&](const GlTexture3d& map, const Occupancy& occupancy, const TransferTable& table,
-                             SubBlocks* subBlocks) {
+    const auto refined = [&](const GlTexture3d& map, const Occupancy& occupancy, const TransferTable& table) {
         if (!refiningPays(occupancy, rayCount_) || gpu_.freeBytes() < refiningBytes(table.entries.size()))
             return std::size_t{0};
-        return refineSkipping(map, occupancy, table, scene_.optics, features_, scene_.info(), source, gpu_,
-                              subBlocks);
+        return refineSkipping(map, occupancy, table, scene_.optics, features_, scene_.info(), source, gpu_);
     };
     if (scene_.mapsNearSurfaces)
-        refined(march_->nearSurfacesMap(), scene_.nearSurfaces, scene_.surfaceTable, nullptr);
-    return refined(march_->skippingMap(), scene_.occupancy, scene_.table,
-                   (features_ & kFeatureSubBlocks) ? &subBlocks_ : nullptr);
+        refined(march_.nearSurfacesMap(), scene_.nearSurfaces, scene_.surfaceTable);
+    return refined(march_.skippingMap(), scene_.occupancy, scene_.table);
 }
 
 } // namespace tessera

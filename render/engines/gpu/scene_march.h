@@ -27,16 +27,14 @@ class SceneMarch {
   public:
     /// @param features  marchFeatures(), with passes where bricks come in several
     SceneMarch(std::uint32_t features, const PreparedScene& scene, Ledger& gpu);
-    SceneMarch(const SceneMarch&) = delete; // the march points to sub-blocks
-    SceneMarch& operator=(const SceneMarch&) = delete;
 
     /// Makes the maps finer where that pays and gpu has room; reads every brick, so all must be there. Does
     /// nothing where bricks come in several passes. Returns how many cells of the map of empty space were
     /// looked at.
     std::size_t refine(const FieldSource& source);
 
-    March& march() { return *march_; }
-    /// What it was made with, and sub-blocks where they are used.
+    March& march() { return march_; }
+    /// What it was made with.
     std::uint32_t features() const { return features_; }
 
   private:
@@ -44,8 +42,7 @@ class SceneMarch {
     Ledger& gpu_;
     std::uint32_t features_;
     std::size_t rayCount_;
-    SubBlocks subBlocks_;
-    std::optional<March> march_; // last: it uses the above
+    March march_;
 };
 
 } // namespace tessera
