@@ -165,9 +165,9 @@ TEST(Texels, EveryValueSurvives) {
             std::memcpy(chunk.bytes.get(), stored.data() + chunk.size * static_cast<std::size_t>(brick),
                         chunk.size);
             AtlasSlot slot;
-            slot.page.x = brick;
+            slot.page = gridPosition(static_cast<std::size_t>(brick), atlas.values.extentTexels() / 32);
             atlas.values.put(slot, {chunk, glm::ivec3(0), kBrickExtent}, work);
-            entries.emplace_back(static_cast<unsigned>(brick), 0u);
+            entries.emplace_back(slot.page.x | slot.page.y << 10 | slot.page.z << 20, 0);
         }
         atlas.values.publish(entries);
         std::vector<glm::vec3> centres;
