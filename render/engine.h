@@ -96,7 +96,7 @@ class Engine {
 
     struct About {
         std::string device = "CPU";
-        std::string version;  // of OpenGL; "" where none is used
+        std::string version;       // of OpenGL; "" where none is used
         bool choosesSteps = false; // step and errors are tried and told by drawing some pixels again
     };
     virtual About about() const = 0;

@@ -41,7 +41,8 @@ void InteractiveRenderer::plan() {
     moves_ = movesTo(p_.volume.selection, *wanted_, gain_, direct_ ? kMean : coarseLevel());
     if (!failed_.empty())
         std::erase_if(moves_, [&](const Move& m) {
-            return m.level != kMean && failed_.contains(chunkOf(m.brick, m.level, p_.volume.selection.bricks));
+            return m.level != kMean &&
+                   failed_.contains(chunkOf(m.brick, m.level, p_.volume.selection.bricks));
         });
     wantChunks();
 }
@@ -49,8 +50,9 @@ void InteractiveRenderer::plan() {
 void InteractiveRenderer::lookAhead(const Choice& choice) {
     const std::size_t most = p_.volume.cache->pinnableChunks();
     for (const int coarse : {coarseLevel(), kMean}) // first coarse levels, then what they make way for
-        for (const ChunkKey& key : chunksOf(movesTo(p_.volume.selection, choice.selection, choice.gain, coarse),
-                                            p_.volume.selection.bricks, most))
+        for (const ChunkKey& key :
+             chunksOf(movesTo(p_.volume.selection, choice.selection, choice.gain, coarse),
+                      p_.volume.selection.bricks, most))
             if (std::find(ahead_.begin(), ahead_.end(), key) == ahead_.end())
                 ahead_.push_back(key);
     wantChunks();

@@ -2,7 +2,6 @@
 // move is in interactive_bricks.cpp.
 #include "render/interactive_renderer.h"
 
-
 #include "core/error.h"
 #include "render/picture.h" // raysOf
 #include "render/plan/visibility_rays.h"
@@ -25,7 +24,7 @@ constexpr milliseconds kPatience{50}; // for more bricks before a better picture
 
 /// What a choice needs; it is made on another thread.
 struct InteractiveRenderer::Request {
-    const ScenePlan* scene = nullptr;          // of it statistics and info only
+    const ScenePlan* scene = nullptr;              // of it statistics and info only
     std::shared_ptr<const TransferTable> function; // where it is another one
     Culling culling = Culling::lit;
     Camera camera;
@@ -49,8 +48,8 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     // Of any function: the march's tables and the table of what is seen.
     const std::size_t tables =
         p_.gpuTableBytes(TransferTable::kMaxEntries) + TransferTable::kMaxEntries * sizeof(glm::vec4);
-    const std::size_t fixed = p_.memory.gpuBytes() + tables +
-                              visibilityBytes(scene.imageSize, brickGrid(p_.info().extentVoxels));
+    const std::size_t fixed =
+        p_.memory.gpuBytes() + tables + visibilityBytes(scene.imageSize, brickGrid(p_.info().extentVoxels));
     pages_ = pagesThatFit(gpu.freeBytes() - std::min(gpu.freeBytes(), fixed), p_.info().type, limits);
     if (pages_ == 0)
         throw InputError(gpu.option() + ": this scene needs at least " +

@@ -41,8 +41,8 @@ class InteractiveRenderer {
     /// Store, engine and ledgers must outlive this; the engine holds its bricks itself (Engine::bricks()).
     /// Quality's maxError is left out of account: what fits at once is drawn.
     /// Throws InputError for budgets below the scene's floor.
-    InteractiveRenderer(const Scene& scene, const StoreReader& store, Engine& engine, Ledger& ram, Ledger& gpu,
-                        const InteractiveOptions& options = {});
+    InteractiveRenderer(const Scene& scene, const StoreReader& store, Engine& engine, Ledger& ram,
+                        Ledger& gpu, const InteractiveOptions& options = {});
     ~InteractiveRenderer();
 
     /// From the next picture on. The one in the works goes on to its end, so that pictures also come while
@@ -132,14 +132,15 @@ class InteractiveRenderer {
     bool predicts_ = false;    // the chooser knows the function's errors
     std::size_t mostRays_ = 0; // bytes that more bricks can take of it
     bool forPath_ = false;     // what is being chosen
-    int countsLeft_ = 1;  // times that levels are chosen again by what was seen
-    bool direct_ = false; // bricks skip the coarse level: the atlas was packed anew
+    int countsLeft_ = 1;       // times that levels are chosen again by what was seen
+    bool direct_ = false;      // bricks skip the coarse level: the atlas was packed anew
     std::optional<TransferFunction> nextFunction_;
 
     bool drawing_ = false, counting_ = false; // a picture; what is seen
-    // What is new: since levels were last chosen; since the last picture began; and not yet mapped, or not yet
-    // where rays read it.
-    Changes forChoice_{kCameraChanged}, forPicture_{kCameraChanged | kLevelsChanged}, forDevice_{kLevelsChanged};
+    // What is new: since levels were last chosen; since the last picture began; and not yet mapped, or not
+    // yet where rays read it.
+    Changes forChoice_{kCameraChanged}, forPicture_{kCameraChanged | kLevelsChanged},
+        forDevice_{kLevelsChanged};
     Clock::time_point lastPicture_ = Clock::now(), pictureBegan_;
     Clock::duration pictureTook_{};
     Image picture_;

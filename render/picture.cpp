@@ -63,14 +63,16 @@ bool bringBricks(Engine& engine, ScenePlan& plan, Ledger& ram, Ledger& gpu, Work
     return false;
 }
 
-int drawToTheEnd(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing, Work& work) {
+int drawToTheEnd(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
+                 Work& work) {
     const VolumeState& volume = plan.volume;
     for (int passes = 1;; ++passes) {
         TESSERA_CHECK(caster.draw(slicing, RayCaster::Clock::time_point::max(), work));
         if (caster.waiting() == 0)
             return passes;
         BrickResidency& bricks = *engine.bricks();
-        bricks.serve(bricksToServe(caster.takeWanted(), volume.selection, bricks.pages()), *volume.cache, work);
+        bricks.serve(bricksToServe(caster.takeWanted(), volume.selection, bricks.pages()), *volume.cache,
+                     work);
     }
 }
 

@@ -1,5 +1,5 @@
-// render/picture.h: the way from a plan to a picture, the same for every engine and for all that measures one:
-// bricks are brought, what is seen decides about levels once more, rays are drawn to their end.
+// render/picture.h: the way from a plan to a picture, the same for every engine and for all that measures
+// one: bricks are brought, what is seen decides about levels once more, rays are drawn to their end.
 #pragma once
 
 #include "core/budget.h"
@@ -12,13 +12,13 @@
 namespace tessera {
 
 /// Opens the plan's volume on the engine and loads its bricks, all of them or, where rays will wait for them,
-/// none. Where the plan asks for it, what a picture of these bricks would see is counted first, and levels are
-/// chosen again.
-/// Returns whether rays will wait: bricks then come in several passes.
+/// none. Where the plan asks for it, what a picture of these bricks would see is counted first, and levels
+/// are chosen again. Returns whether rays will wait: bricks then come in several passes.
 bool bringBricks(Engine& engine, ScenePlan& plan, Ledger& ram, Ledger& gpu, Work& work);
 
 /// Draws all rays to their end, bringing the bricks that they wait for. Returns in how many passes.
-int drawToTheEnd(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing, Work& work);
+int drawToTheEnd(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
+                 Work& work);
 
 /// The rays of the plan as it is.
 Rays raysOf(const ScenePlan& plan);

@@ -165,8 +165,9 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     progress.stage("reading statistics and choosing levels");
     const bool first = options.onFirstPicture && options.engine == EngineKind::march;
     const Scene coarse = first ? firstScene(scene) : scene;
-    ScenePlan p = planScene(coarse, store, limits, ram, gpu, options.threads,
-                            first ? LevelChoice::quick : options.levels, pictureBytesPerPixel(options.engine));
+    ScenePlan p =
+        planScene(coarse, store, limits, ram, gpu, options.threads,
+                  first ? LevelChoice::quick : options.levels, pictureBytesPerPixel(options.engine));
     if (first) {
         RenderResult quick;
         RenderOptions plain = options;

@@ -7,8 +7,8 @@
 #include "core/progress.h"
 #include "core/scene.h"
 #include "core/work.h"
-#include "render/engines/gpu/gl/context.h"
 #include "render/contract/slicing.h"
+#include "render/engines/gpu/gl/context.h"
 #include "render/plan/choose_levels.h"
 #include "render/plan/picture_check.h"
 
@@ -28,7 +28,7 @@ struct RenderOptions {
     EngineKind engine = EngineKind::march;
     GlDeviceChoice device;
     int threads = 0;      // CPU engines and loaders; 0: all processors
-    Slicing slicing; // march only
+    Slicing slicing;      // march only
     bool counting = true; // work counters; false: they are not compiled
     LevelChoice levels = LevelChoice::perBrick;
     bool checking = false; // march only: draw some pixels again to estimate the picture's errors

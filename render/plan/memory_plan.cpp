@@ -81,10 +81,10 @@ std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize
                              int threads, Integrator integrator) {
     const int used = threads > 0 ? threads : defaultThreads();
     // The camera is fitted before there are levels, their maps and the cache.
-    const std::size_t own = bytesPerPixel * rayCount(imageSize) + selectionBytes(info) +
-                            tableRamBytes(TransferTable::kMaxEntries, integrator) +
-                            std::max(ramAfterCamera(info, used, MapScale::bricks, true),
-                                     framingBytes(info, used));
+    const std::size_t own =
+        bytesPerPixel * rayCount(imageSize) + selectionBytes(info) +
+        tableRamBytes(TransferTable::kMaxEntries, integrator) +
+        std::max(ramAfterCamera(info, used, MapScale::bricks, true), framingBytes(info, used));
     // A reader takes up to a quarter of what is free (store_reader.h); the statistics' floor knows that.
     return statisticsFloorBytes(info, used) + own / 3 * 4 + 4;
 }

@@ -1,5 +1,5 @@
-// render/plan/memory_plan.h: what a scene takes of both budgets besides its bricks: one list of needs. A floor
-// is taken in any case; a luxury where it is a small part of what the floors leave.
+// render/plan/memory_plan.h: what a scene takes of both budgets besides its bricks: one list of needs. A
+// floor is taken in any case; a luxury where it is a small part of what the floors leave.
 #pragma once
 
 #include "core/budget.h"

@@ -55,7 +55,8 @@ void ScenePlan::setFunction(const TransferFunction& f, const Scene& scene, Ledge
         scene.quality.integrator == Integrator::automatic ? automaticIntegrator() : scene.quality.integrator;
     chargeTables(integrator, ram);
     SeenColours seen = std::move(volume.optics.seen); // may serve on
-    volume.optics = makeOptics(volume.table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
+    volume.optics =
+        makeOptics(volume.table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
     volume.optics.seen = std::move(seen);
     volume.optics.surfaces = surfaceLooks(scene.surfaces, info());
     if (!volume.selection.levels.empty())
@@ -69,7 +70,8 @@ void ScenePlan::chargeTables(Integrator integrator, Ledger& ram) {
 }
 
 Integrator ScenePlan::preintegration() const {
-    const double change = view.quality.stepVoxels * typicalChangePerVoxel(volume.statistics, volume.table, info());
+    const double change =
+        view.quality.stepVoxels * typicalChangePerVoxel(volume.statistics, volume.table, info());
     const double length = view.quality.stepVoxels * typicalVoxelMm(info());
     return mayTake == Integrator::preintegrated2d &&
                    seenColourDifference(volume.table, change, length) > kSeenColourMatters
@@ -78,7 +80,8 @@ Integrator ScenePlan::preintegration() const {
 }
 
 Integrator ScenePlan::automaticIntegrator() const {
-    return mayTake == Integrator::midpoint || !isSharp(volume.statistics, volume.table, info(), view.quality.stepVoxels)
+    return mayTake == Integrator::midpoint ||
+                   !isSharp(volume.statistics, volume.table, info(), view.quality.stepVoxels)
                ? Integrator::midpoint
                : preintegration();
 }
@@ -127,10 +130,11 @@ void ScenePlan::setIntegrator(Integrator integrator, Ledger& ram) {
 
 void ScenePlan::prepareSegments() {
     const Strides s = strides();
-    const int longest =
-        volume.mixed() ? volume.levels.mostStride : std::countr_zero(static_cast<unsigned>(s.uniformSegments));
+    const int longest = volume.mixed() ? volume.levels.mostStride
+                                       : std::countr_zero(static_cast<unsigned>(s.uniformSegments));
     const int first = volume.mixed() ? 0 : longest;
-    prepareSeenColours(volume.optics, view.quality.stepVoxels * typicalVoxelMm(info()), first, longest - first + 1);
+    prepareSeenColours(volume.optics, view.quality.stepVoxels * typicalVoxelMm(info()), first,
+                       longest - first + 1);
 }
 
 void ScenePlan::setSelection(Selection chosen, Ledger& ram) {
@@ -156,7 +160,7 @@ void ScenePlan::chooseByVisibility(std::span<const SeenBrick> seen, Ledger& ram)
 }
 
 ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, int threads,
-                          std::size_t bytesPerPixel) {
+                   std::size_t bytesPerPixel) {
     checkIntegrator(scene.quality);
     ScenePlan p;
     p.view.quality = scene.quality;
@@ -173,12 +177,13 @@ ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, in
     p.volume.statistics = loadStatistics(store, ram, threads);
     const TransferChoice& function = scene.volumes.at(0).transferFunction;
     if (const auto* name = std::get_if<std::string>(&function))
-        p.setFunction(presetFunction(*name, summarise(p.volume.statistics, info, scene.volumes.at(0).unit)), scene,
-                      ram);
+        p.setFunction(presetFunction(*name, summarise(p.volume.statistics, info, scene.volumes.at(0).unit)),
+                      scene, ram);
     else
         p.setFunction(std::get<TransferFunction>(function), scene, ram);
     if (const auto* view = std::get_if<FittedView>(&scene.camera))
-        p.view.camera = fittedCamera(*view, store, p.volume.statistics, p.volume.table, scene.imageSize, ram, threads);
+        p.view.camera =
+            fittedCamera(*view, store, p.volume.statistics, p.volume.table, scene.imageSize, ram, threads);
     else
         p.view.camera = std::get<Camera>(scene.camera);
 
@@ -186,9 +191,8 @@ ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, in
     return p;
 }
 
-ScenePlan planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
-                           Ledger& ram, const Ledger& gpu, int threads, LevelChoice choice,
-                           std::size_t bytesPerPixel) {
+ScenePlan planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits, Ledger& ram,
+                    const Ledger& gpu, int threads, LevelChoice choice, std::size_t bytesPerPixel) {
     ScenePlan p = planView(scene, store, ram, threads, bytesPerPixel);
     chooseAgain(p, scene, limits, ram, gpu, threads, choice);
     return p;
@@ -209,12 +213,12 @@ void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const
     const std::size_t rays = view.quality.maxError
                                  ? picture + wantedBytes(bricks)
                                  : std::max(picture, visibilityBytes(view.imageSize, bricks));
-    const std::size_t fixed = rays + indexBytes(bricks) + LevelMap::bytes(bricks) +
-                              gpuTableBytes(volume.optics.table.size());
+    const std::size_t fixed =
+        rays + indexBytes(bricks) + LevelMap::bytes(bricks) + gpuTableBytes(volume.optics.table.size());
     // Luxuries are a share of what is left beyond what is promised to bricks.
     const std::size_t promised = fixed + atlasBytes(neighbourhoodPages(true, true), volumeInfo.type, limits);
-    memory = MemoryPlan(ram.limitBytes() - ramFloorBytes,
-                        gpu.freeBytes() - std::min(gpu.freeBytes(), promised));
+    memory =
+        MemoryPlan(ram.limitBytes() - ramFloorBytes, gpu.freeBytes() - std::min(gpu.freeBytes(), promised));
     memory.need("rays, the index of bricks, the level map and tables", 0, fixed);
     memory.need("the level map, the smallest cache and the staging of uploads",
                 ramAfterCamera(volumeInfo, threads, MapScale::bricks, false), 0);
@@ -248,8 +252,8 @@ void chooseAgain(ScenePlan& p, const Scene& scene, const TextureLimits& limits, 
     p.view.quality = scene.quality;
     p.settleIntegrator(ram, gpu, p.volume.table.entries.size());
     p.planMemory(limits, ram, gpu, threads);
-    p.chosen = chooseLevels(scene, p.view.camera, p.volume.statistics, p.volume.table, *p.volume.store, limits, choice, gpu, p.memory.gpuBytes(),
-                            ram, p.memory.ramBytes(), threads);
+    p.chosen = chooseLevels(scene, p.view.camera, p.volume.statistics, p.volume.table, *p.volume.store,
+                            limits, choice, gpu, p.memory.gpuBytes(), ram, p.memory.ramBytes(), threads);
     p.setSelection(std::move(p.chosen.selection), ram);
     p.view.aim(p.info());
     p.openCache(ram, threads);

@@ -44,13 +44,14 @@ SceneOnDevice::SceneOnDevice(const Scene& scene, const StoreReader& store, const
                              Budgets& budgets)
     : scene_(scene), budgets_(budgets), engine_(context, budgets.gpu, budgets.ram) {
     scene_.imageSize = glm::ivec2(512); // the camera is fitted for a square; draw() names the real size
-    prepared_ = planScene(scene_, store, engine_.limits(), budgets.ram, budgets.gpu, 0, LevelChoice::oneForAll);
+    prepared_ =
+        planScene(scene_, store, engine_.limits(), budgets.ram, budgets.gpu, 0, LevelChoice::oneForAll);
     bringBricks(engine_, prepared_, budgets.ram, budgets.gpu, upload_);
     prepared_.volume.cache.reset(); // every brick is on the device now
 }
 
 std::uint32_t SceneOnDevice::features(Fetch fetch) const {
-    std::uint32_t f = kFeatureBricked;
+    std::uint32_t f = 0;
     if (scene_.shading.on)
         f |= kFeatureShading;
     if (scene_.quality.skipping)

@@ -73,10 +73,10 @@ void printCsv(const std::vector<Case>& cases, const std::string& device, double 
         std::printf(
             "%s,%s,%s,%dx%d,%g,%d,%zu,%.2f,%.2f,%.2f,%llu,%llu,%llu,%llu,%llu,%.1f,%llu,%llu,%.2f,%.2f\n",
             plainDevice.c_str(), c.scene.c_str(), c.fetch == Fetch::exact ? "exact" : "hardware", c.size,
-            c.size, c.stepVoxels, c.onDevice->prepared().volume.selection.finest(), c.ms.size(), minimum(c.ms),
-            median(c.ms), median(c.wallMs), n(w.iterations), n(w.segments), n(w.samples), n(w.fetches),
-            n(w.dispatches), w.longestDispatchMs, n(u.bricksUploaded), n(u.bytesUploaded), loadBefore,
-            loadAverage());
+            c.size, c.stepVoxels, c.onDevice->prepared().volume.selection.finest(), c.ms.size(),
+            minimum(c.ms), median(c.ms), median(c.wallMs), n(w.iterations), n(w.segments), n(w.samples),
+            n(w.fetches), n(w.dispatches), w.longestDispatchMs, n(u.bricksUploaded), n(u.bytesUploaded),
+            loadBefore, loadAverage());
     }
 }
 

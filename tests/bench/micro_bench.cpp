@@ -189,15 +189,14 @@ void sampleOnDevice(benchmark::State& state, Workbench& bench, ValueType type, F
     scene.camera = FittedView{View::anterior, Projection::perspective, Fit::volume};
     scene.volumes = {{"", std::string("soft-tissue")}};
     const StoreReader& store = bench.store(type);
-    ScenePlan p =
-        planScene(scene, store, {context.max3dTextureSize(), context.maxTextureBytes()}, bench.budgets.ram,
-                     bench.budgets.gpu, 0, LevelChoice::oneForAllNothingCulled);
+    ScenePlan p = planScene(scene, store, {context.max3dTextureSize(), context.maxTextureBytes()},
+                            bench.budgets.ram, bench.budgets.gpu, 0, LevelChoice::oneForAllNothingCulled);
     Atlas atlas(store.info(), p.volume.selection, pagesFor(p.volume.selection.counts),
                 {context.max3dTextureSize(), context.maxTextureBytes()}, bench.budgets.gpu,
                 bench.budgets.ram);
     Work upload;
     atlas.bricks.load(*p.volume.cache, upload);
-    std::uint32_t features = kFeatureBricked;
+    std::uint32_t features = 0;
     if (fetch == Fetch::hardware)
         features |= kFeatureHardware;
     if (texelFormat(type).normalised)
@@ -208,8 +207,8 @@ void sampleOnDevice(benchmark::State& state, Workbench& bench, ValueType type, F
     const std::vector<glm::vec3> few(positions.begin(), positions.begin() + 64);
     const auto probe = [&](const std::vector<glm::vec3>& at) {
         const auto start = Clock::now();
-        benchmark::DoNotOptimize(probeField(at, features, store.info(),
-                                            {&atlas, nullptr, p.volume.selection.finest()}, bench.budgets.gpu));
+        benchmark::DoNotOptimize(
+            probeField(at, features, store.info(), {&atlas, p.volume.selection.finest()}, bench.budgets.gpu));
         return msSince(start);
     };
     double overhead = probe(few);

@@ -195,7 +195,7 @@ void choice(const std::vector<std::string>& stores, int size, const std::vector<
             scene.imageSize = glm::ivec2(size);
             scene.shading.on = shading;
             ScenePlan p = planScene(scene, store, TextureLimits{}, budgets.ram, budgets.gpu, threads,
-                                           LevelChoice::oneForAll);
+                                    LevelChoice::oneForAll);
             const std::vector<std::uint8_t> shows =
                 showsOf(cullBricks(statistics, p.volume.table, store.info(), 0, Culling::unlit));
             if (shown(shows) < 10)
@@ -206,12 +206,13 @@ void choice(const std::vector<std::string>& stores, int size, const std::vector<
             const LevelErrors truth = trueErrors(levels, shows, p.volume.table, threads);
             const LevelErrors data = dataErrors(levels, shows, threads);
             const LevelErrors sizes = sizeErrors(predicted.bricks, shows);
-            const ViewWeights view = viewWeights(p.view.camera, store.info(), p.view.imageSize, threads, shows);
+            const ViewWeights view =
+                viewWeights(p.view.camera, store.info(), p.view.imageSize, threads, shows);
             const ViewWeights byDistance = distanceWeights(view);
             const std::span<const float> means = statistics.brickMean;
-            const std::vector<float> seen =
-                visibilityFactors(visibleCounts(levels, p.volume.table, p.view.camera, p.view.imageSize, threads),
-                                  cullBricks(statistics, p.volume.table, store.info(), 0, Culling::unlit));
+            const std::vector<float> seen = visibilityFactors(
+                visibleCounts(levels, p.volume.table, p.view.camera, p.view.imageSize, threads),
+                cullBricks(statistics, p.volume.table, store.info(), 0, Culling::unlit));
             ViewWeights unlimited = view;
             std::fill(unlimited.finest.begin(), unlimited.finest.end(), std::uint8_t{0});
             const Image finest =

@@ -139,8 +139,8 @@ void benchMap(int edge, int repeats) {
         }
 }
 
-enum Way { kNone, kPlainChebyshev, kBricks, kCells, kBlocks, kSubBlocks, kWays };
-constexpr const char* kWayNames[kWays] = {"none", "plain", "bricks", "cells", "blocks", "sub"};
+enum Way { kNone, kPlainChebyshev, kBricks, kCells, kBlocks, kWays };
+constexpr const char* kWayNames[kWays] = {"none", "plain", "bricks", "cells", "blocks"};
 
 /// One scan under one function, drawn every way.
 struct SkippingCase {
@@ -148,7 +148,6 @@ struct SkippingCase {
     Occupancy ways[kWays];
     Work work[kWays];
     std::vector<double> ms[kWays], refineMs[kWays];
-    std::size_t subBlockBytes = 0;
     double oracle = 0;
     std::size_t refined = 0;
     Image picture;
@@ -160,26 +159,18 @@ void draw(SkippingCase& c, int way, bool counting, Fetch fetch, int size, Budget
     std::uint32_t features = c.onDevice->features(fetch) & ~std::uint32_t{kFeatureSkipping};
     if (way != kNone)
         features |= kFeatureSkipping;
-    if (way == kSubBlocks)
-        features |= kFeatureSubBlocks;
     if (counting)
         features |= kFeatureCounting | kFeatureShading;
-    const RayFrame<double> frame = rayFrame(p.view.camera, p.info(), glm::ivec2(size), p.view.quality.stepVoxels);
-    March march(features, frame, p.info(), p.strides(), p.volume.optics, way == kNone ? nullptr : &c.ways[way],
-                budgets.gpu);
+    const RayFrame<double> frame =
+        rayFrame(p.view.camera, p.info(), glm::ivec2(size), p.view.quality.stepVoxels);
+    March march(features, frame, p.info(), p.strides(), p.volume.optics,
+                way == kNone ? nullptr : &c.ways[way], budgets.gpu);
     const FieldSource& source = c.onDevice->engine().field();
-    SubBlocks subBlocks;
-    if (way == kBlocks || way == kSubBlocks) {
+    if (way == kBlocks) {
         const auto start = Clock::now();
-        if (way == kSubBlocks) {
-            subBlocks = SubBlocks(c.ways[way], budgets.gpu);
-            march.useSubBlocks(subBlocks);
-        }
-        c.refined = refineSkipping(march.skippingMap(), c.ways[way], p.volume.table, p.volume.optics, features, p.info(),
-                                   source, budgets.gpu, way == kSubBlocks ? &subBlocks : nullptr);
+        c.refined = refineSkipping(march.skippingMap(), c.ways[way], p.volume.table, p.volume.optics,
+                                   features, p.info(), source, budgets.gpu);
         c.refineMs[way].push_back(msSince(start));
-        if (way == kSubBlocks)
-            c.subBlockBytes = subBlocks.bytes();
     }
     Work work;
     march.run(source, Slicing{}, work);
@@ -210,12 +201,11 @@ void benchScenes(std::map<std::string, std::string>& options, int repeats) {
     Budgets budgets(std::size_t{4} << 30);
     const int size = static_cast<int>(parseNumbers(options["--size"], "--size").at(0));
     const Fetch fetch = parseFetch(options["--fetch"], "--fetch");
-    std::printf("scan,function,fetch,pixels,oracle,all,cells,blocks,cells_per_oracle,blocks_per_oracle,sub_"
-                "per_oracle,"
-                "iterations_plain,iterations_cells,iterations_blocks,iterations_sub,same");
+    std::printf("scan,function,fetch,pixels,oracle,all,cells,blocks,cells_per_oracle,blocks_per_oracle,"
+                "iterations_plain,iterations_cells,iterations_blocks,same");
     for (const char* way : kWayNames)
         std::printf(",%s_ms", way);
-    std::printf(",refine_ms,refine_sub_ms,refined_cells,sub_bytes,load\n");
+    std::printf(",refine_ms,refined_cells,load\n");
     for (const std::string& store : split(options["--stores"])) {
         const StoreReader reader(store, budgets.ram);
         const bool hu = reader.info().unit == "HU";
@@ -230,8 +220,9 @@ void benchScenes(std::map<std::string, std::string>& options, int repeats) {
             SkippingCase c;
             c.onDevice = std::make_unique<SceneOnDevice>(scene, reader, context, budgets);
             const ScenePlan& p = c.onDevice->prepared();
-            const OccupancyInput input{p.volume.statistics, p.volume.table, p.info(), p.volume.selection, p.view.quality.edgeFunction};
-            for (const Way way : {kCells, kBlocks, kSubBlocks})
+            const OccupancyInput input{p.volume.statistics, p.volume.table, p.info(), p.volume.selection,
+                                       p.view.quality.edgeFunction};
+            for (const Way way : {kCells, kBlocks})
                 c.ways[way] = Occupancy(input, MapScale::cells, budgets.ram);
             c.ways[kBricks] = Occupancy(input, MapScale::bricks, budgets.ram);
             c.ways[kPlainChebyshev] = c.ways[kCells].plainChebyshev(budgets.ram);
@@ -241,18 +232,16 @@ void benchScenes(std::map<std::string, std::string>& options, int repeats) {
                 for (int way = 0; way < kWays; ++way)
                     draw(c, i % 2 == 0 ? way : kWays - 1 - way, false, fetch, size, budgets);
             const auto n = [](std::uint64_t value) { return static_cast<double>(value); };
-            std::printf("%s,%s,%s,%d,%.0f,%.0f,%.0f,%.0f,%.2f,%.3f,%.3f,%.0f,%.0f,%.0f,%.0f,%s",
+            std::printf("%s,%s,%s,%d,%.0f,%.0f,%.0f,%.0f,%.2f,%.3f,%.0f,%.0f,%.0f,%s",
                         std::filesystem::path(store).stem().c_str(), function.c_str(),
                         options["--fetch"].c_str(), size, c.oracle, n(c.work[kNone].segments),
                         n(c.work[kCells].segments), n(c.work[kBlocks].segments),
                         n(c.work[kCells].segments) / c.oracle, n(c.work[kBlocks].segments) / c.oracle,
-                        n(c.work[kSubBlocks].segments) / c.oracle, n(c.work[kPlainChebyshev].iterations),
-                        n(c.work[kCells].iterations), n(c.work[kBlocks].iterations),
-                        n(c.work[kSubBlocks].iterations), c.same ? "yes" : "NO");
+                        n(c.work[kPlainChebyshev].iterations), n(c.work[kCells].iterations),
+                        n(c.work[kBlocks].iterations), c.same ? "yes" : "NO");
             for (const auto& ms : c.ms)
                 std::printf(",%.1f", minimum(ms));
-            std::printf(",%.1f,%.1f,%zu,%zu,%.2f\n", minimum(c.refineMs[kBlocks]),
-                        minimum(c.refineMs[kSubBlocks]), c.refined, c.subBlockBytes, loadAverage());
+            std::printf(",%.1f,%zu,%.2f\n", minimum(c.refineMs[kBlocks]), c.refined, loadAverage());
             std::fflush(stdout);
         }
     }

@@ -45,8 +45,8 @@ TesseraScene::TesseraScene(const Scene& scene, const StoreReader& store, const s
 
 Optics TesseraScene::optics(Integrator integrator, double stepVoxels) const {
     const ScenePlan& p = prepared();
-    Optics optics =
-        makeOptics(p.volume.table, p.info(), scene_.shading, scene_.quality.terminationTransmittance, integrator);
+    Optics optics = makeOptics(p.volume.table, p.info(), scene_.shading,
+                               scene_.quality.terminationTransmittance, integrator);
     const double voxelMm = std::cbrt(std::abs(glm::determinant(glm::dmat3(p.info().patientFromVoxel))));
     prepareSeenColours(optics, stepVoxels * voxelMm, 0, 1);
     return optics;

@@ -104,14 +104,15 @@ TEST(BadRays, DrawNothing) {
                 if (everywhere || bad == 0)
                     p.view.frame.toCentre = glm::dvec3(bad);
                 if (bad == 0 && perspective)
-                    p.view.frame.right = p.view.frame.up = glm::dvec3(0); // else pixels beside the centre have one
+                    p.view.frame.right = p.view.frame.up =
+                        glm::dvec3(0); // else pixels beside the centre have one
                 Slicing slicing;
                 slicing.fixedTile = 64;
                 slicing.fixedIterations = 64;
                 const GpuPicture gpu = marchOn(prepared, marchFeatures(p, true), slicing);
                 Work work;
-                const auto mirror =
-                    mirrorRays<float>(mirrorInput(p, true), 72, frameRays(cast<float>(p.view.frame)), 1, work);
+                const auto mirror = mirrorRays<float>(mirrorInput(p, true), 72,
+                                                      frameRays(cast<float>(p.view.frame)), 1, work);
                 for (std::size_t i = 0; i < mirror.size(); ++i) {
                     ASSERT_EQ(gpu.image.pixels[i], glm::vec4(0)) << i;
                     ASSERT_EQ(mirror[i], glm::vec4(0)) << i;

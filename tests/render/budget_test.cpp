@@ -86,11 +86,13 @@ TEST(RenderBudget, GpuMemoryIsKeptAndLevelsCoarsenMonotonically) {
             // Accepted: then nothing that the march allocates may fail.
             ScenePlan p = prepare(gpu);
             const std::uint32_t features =
-                kFeatureBricked | kFeatureSkipping | kFeatureHardware |
-                (texelFormat(p.info().type).normalised ? kFeatureNormalised : kFeatureBricked);
+                kFeatureSkipping | kFeatureHardware |
+                (texelFormat(p.info().type).normalised ? std::uint32_t{kFeatureNormalised} : 0u);
             Work work;
-            const March march(features, p.view.frame, p.info(), p.strides(), p.volume.optics, &p.volume.occupancy, gpu);
-            Atlas atlas(p.info(), p.volume.selection, pagesFor(p.volume.selection.counts), limits, gpu, budgets.ram);
+            const March march(features, p.view.frame, p.info(), p.strides(), p.volume.optics,
+                              &p.volume.occupancy, gpu);
+            Atlas atlas(p.info(), p.volume.selection, pagesFor(p.volume.selection.counts), limits, gpu,
+                        budgets.ram);
             atlas.bricks.load(*p.volume.cache, work);
             EXPECT_LE(gpu.peakBytes(), bytes);
             EXPECT_GE(p.volume.selection.finest(), coarsest) << "finer than with a larger budget";
@@ -165,8 +167,8 @@ TEST(RenderBudget, TheFloorsOfBothTogetherSuffice) {
     const Scene scene = sceneOn(first.info(), "bone", 0, kPicture);
     const std::size_t ramBytes =
         renderFloorBytes(first.info(), kPicture, pictureBytesPerPixel(EngineKind::march), 0);
-    const std::size_t gpuBytes = statedFloor(refusal(
-        [&] { planScene(scene, first, TextureLimits{}, trial, noGpu, 0, LevelChoice::oneForAll); }));
+    const std::size_t gpuBytes = statedFloor(
+        refusal([&] { planScene(scene, first, TextureLimits{}, trial, noGpu, 0, LevelChoice::oneForAll); }));
     Ledger ram("RAM", "--ram", ramBytes), gpu("GPU memory", "--gpu-memory", gpuBytes);
     const StoreReader reader(storePath("torso"), ram);
     RenderOptions options;

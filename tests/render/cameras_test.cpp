@@ -21,7 +21,7 @@ void expectSound(const std::string& store, const Camera& camera, const std::stri
     scene.camera = camera;
     Prepared prepared(store, scene);
     ScenePlan& p = prepared.p;
-    const GpuPicture gpu = marchOn(prepared, kFeatureBricked | kFeatureSkipping | kFeatureShading);
+    const GpuPicture gpu = marchOn(prepared, kFeatureSkipping | kFeatureShading);
     const auto rays = gpuRays(p.view.frame, prepared.budgets.gpu);
     Work work;
     const auto mirror = mirrorRays<float>(

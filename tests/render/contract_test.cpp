@@ -12,7 +12,7 @@ namespace {
 using namespace tessera::test;
 
 constexpr glm::ivec2 kSize(40, 40); // small: exact mode on a software device takes microseconds a sample
-constexpr std::uint32_t kExact = kFeatureBricked | kFeatureSkipping;
+constexpr std::uint32_t kExact = kFeatureSkipping;
 
 struct Case {
     const char* store;
@@ -71,23 +71,6 @@ TEST_P(Contract, CuttingTheWorkAndSkippingChangeNoBit) {
     const GpuPicture resumed = marchOn(prepared, features, shreds);
     EXPECT_TRUE(bitEqual(whole.image, resumed.image)) << "tiles or resuming changed the picture";
     EXPECT_GT(resumed.work.dispatches, 4 * whole.work.dispatches);
-}
-
-// Row: bricks at one level and one whole texture: bit-equal, exact mode. Levels 0 and, by budget, coarser
-// ones.
-TEST_P(Contract, BricksEqualOneWholeTexture) {
-    const GlContext context({"software"});
-    int levelBefore = -1;
-    const std::size_t tables =
-        GetParam().integrator == Integrator::preintegrated2d ? SeenColours::bytes(kLevelCount) : 0;
-    for (const std::size_t budget : {std::size_t{1} << 30, (std::size_t{9} << 19) + tables}) {
-        Prepared prepared(GetParam().store, scene(true), /*culling=*/false, budget);
-        EXPECT_GT(prepared.p.volume.selection.finest(), levelBefore);
-        levelBefore = prepared.p.volume.selection.finest();
-        const GpuPicture bricks = marchOn(prepared, kFeatureBricked | kFeatureShading);
-        const GpuPicture whole = marchOn(prepared, kFeatureShading);
-        EXPECT_TRUE(bitEqual(bricks.image, whole.image)) << "level " << levelBefore;
-    }
 }
 
 // Row: march and float mirror on the GPU's own float rays: at most 4 times the difference of float mirror and

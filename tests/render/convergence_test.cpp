@@ -130,7 +130,8 @@ TEST(MirrorAgainstReference, FallsAtSecondOrder) {
     std::vector<ReferenceRay> rays;
     for (int i = 0; i < 64; ++i)
         rays.push_back({{3.25 + 7.1 * (i % 8), 4.5 + 6.9 * (i / 8), 0.0}, glm::dvec3(0, 0, 1) / mm, 0});
-    const auto exact = renderReference({p.volume.cache.get(), &info, &p.volume.function, scene.shading, nullptr}, rays, 0);
+    const auto exact =
+        renderReference({p.volume.cache.get(), &info, &p.volume.function, scene.shading, nullptr}, rays, 0);
     // Two entries hold this function exactly, in float too; the usual table would put a floor of 3e-8 under
     // the rms.
     TransferTable table;
@@ -181,8 +182,9 @@ TEST(MirrorAgainstReference, LitPictureConvergesToTheTablesOwnError) {
         const MirrorInput input = mirrorInput(p, true);
         Work work;
         const auto pixels = mirrorRays<double>(input, 24 * 24, frameRays(p.view.frame), 0, work);
-        const auto exact = renderReference({p.volume.cache.get(), &info, &p.volume.function, scene.shading, &p.volume.statistics},
-                                           referenceRays(p.view.camera, info, {24, 24}), 0);
+        const auto exact = renderReference(
+            {p.volume.cache.get(), &info, &p.volume.function, scene.shading, &p.volume.statistics},
+            referenceRays(p.view.camera, info, {24, 24}), 0);
         double squares = 0;
         for (std::size_t i = 0; i < pixels.size(); ++i)
             for (int c = 0; c < 4; ++c)

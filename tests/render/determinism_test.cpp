@@ -119,7 +119,8 @@ TEST_P(Determinism, ThreadsChangeNoBit) {
     const std::size_t count = static_cast<std::size_t>(kSize.x) * kSize.y;
     Work work;
     const auto single = [&](int threads) {
-        return mirrorRays<float>(mirrorInput(p, true), count, frameRays(cast<float>(p.view.frame)), threads, work);
+        return mirrorRays<float>(mirrorInput(p, true), count, frameRays(cast<float>(p.view.frame)), threads,
+                                 work);
     };
     const auto twice = [&](int threads) {
         return mirrorRays<double>(mirrorInput(p, true), count, frameRays(p.view.frame), threads, work);
@@ -133,8 +134,9 @@ TEST_P(Determinism, ThreadsChangeNoBit) {
     if (GetParam() != Integrator::midpoint)
         return; // the reference knows no integrator
     const auto truth = [&](int threads) {
-        return renderReference({p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, &p.volume.statistics},
-                               referenceRays(p.view.camera, p.info(), {9, 7}), threads);
+        return renderReference(
+            {p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, &p.volume.statistics},
+            referenceRays(p.view.camera, p.info(), {9, 7}), threads);
     };
     const auto one = truth(1);
     for (const int threads : {2, 8})

@@ -177,9 +177,9 @@ class ExtremeRun {
         scene.quality.terminationTransmittance = 0;
         Prepared prepared(stores_.path(c), scene, true, 0, &volume.info.patientFromVoxel);
         const ScenePlan& p = prepared.p;
-        const std::vector<glm::dvec4> truth =
-            renderReference({p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, &p.volume.statistics},
-                            referenceRays(p.view.camera, p.info(), p.view.imageSize), 1);
+        const std::vector<glm::dvec4> truth = renderReference(
+            {p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, &p.volume.statistics},
+            referenceRays(p.view.camera, p.info(), p.view.imageSize), 1);
         expectInRange(truth, scene.shading, "reference");
         const auto mirror = mirrorInDouble(p, q);
         const std::vector<double> uncertain = uncertainInDouble(p);
@@ -204,8 +204,8 @@ class ExtremeRun {
         // depth at most the same share of the longest ray's.
         // A table of seen colours is bilinear between 256 x 256 places; these functions' colours bend little
         // there.
-        const double ownError =
-            p.volume.table.relativeError + (p.volume.optics.integrator == Integrator::preintegrated2d ? 1e-4 : 1e-6);
+        const double ownError = p.volume.table.relativeError +
+                                (p.volume.optics.integrator == Integrator::preintegrated2d ? 1e-4 : 1e-6);
         const double n = 4.0 * static_cast<double>(truth.size());
         const double depth = std::min(1.0, peakPerVoxel(c) * glm::length(glm::dvec3(p.info().extentVoxels)));
         EXPECT_LE(std::sqrt(error.squares / n), 1.5 * std::sqrt(change.squares / n) + ownError * depth);

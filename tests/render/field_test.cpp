@@ -69,11 +69,11 @@ TEST_P(Field, ShaderEqualsItsTwin) {
     }
     const auto positions = tellingPositions(info.extentVoxels, p.volume.selection.finest());
     Work work;
-    Atlas atlas(info, p.volume.selection, pagesFor(p.volume.selection.counts), TextureLimits{}, prepared.budgets.gpu,
-                prepared.budgets.ram);
+    Atlas atlas(info, p.volume.selection, pagesFor(p.volume.selection.counts), TextureLimits{},
+                prepared.budgets.gpu, prepared.budgets.ram);
     atlas.bricks.load(*p.volume.cache, work);
-    const FieldSource source{&atlas, nullptr, p.volume.selection.finest()};
-    std::uint32_t features = kFeatureBricked;
+    const FieldSource source{&atlas, p.volume.selection.finest()};
+    std::uint32_t features = 0;
     if (texelFormat(info.type).normalised)
         features |= kFeatureNormalised;
     const auto exact = probeField(positions, features, info, source, prepared.budgets.gpu);
@@ -112,7 +112,8 @@ TEST_P(Field, IsContinuousAcrossBricks) {
     ScenePlan& p = prepared.p;
     LatticeReader samples(*p.volume.cache, info, p.volume.selection.finest(), &p.volume.selection);
     const double perVoxel = 1.0 / (1 << p.volume.selection.finest());
-    const double range = static_cast<double>(p.volume.statistics.highest) - static_cast<double>(p.volume.statistics.lowest);
+    const double range =
+        static_cast<double>(p.volume.statistics.highest) - static_cast<double>(p.volume.statistics.lowest);
     std::mt19937 random(13);
     std::uniform_real_distribution<double> unit(0, 1);
     for (int i = 0; i < 4000; ++i) {
@@ -136,12 +137,13 @@ TEST_P(Field, IsContinuousAcrossBricks) {
 TEST(Texels, EveryValueSurvives) {
     const GlContext context({"software"});
     Ledger gpu("GPU memory", "--gpu-memory", std::size_t{64} << 20);
+    Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     for (const ValueType type : {ValueType::i16, ValueType::u16, ValueType::f32, ValueType::u8}) {
         const std::size_t bytes = bytesPerValue(type);
         VolumeInfo info;
         info.type = type;
         info.extentVoxels = {64, 32, 32}; // 65536 voxels
-        std::vector<std::byte> stored(65536 * bytes), texels(65536 * texelBytes(type));
+        std::vector<std::byte> stored(65536 * bytes);
         for (std::size_t i = 0; i < 65536; ++i) {
             const auto low = static_cast<std::uint16_t>(i);
             const float real = static_cast<float>(i) * 1.1e-3f - 7;
@@ -151,15 +153,30 @@ TEST(Texels, EveryValueSurvives) {
                                                        : &low;
             std::memcpy(stored.data() + i * bytes, from, bytes);
         }
-        toTexels(type, stored.data(), 65536, texels.data());
-        const GlTexels format = glTexels(type);
-        GlTexture3d texture(format.internal, info.extentVoxels, texelBytes(type), GL_LINEAR, gpu, "test");
-        texture.upload(glm::ivec3(0), info.extentVoxels, format.external, format.type, texels.data());
+        Selection selection;
+        selection.bricks = brickGrid(info.extentVoxels);
+        selection.levels = {0, 0};
+        selection.means = {0, 0};
+        selection.counts[0] = 2;
+        Atlas atlas(info, selection, 2, TextureLimits{}, gpu, ram);
+        std::vector<BrickEntry> entries;
+        Work work;
+        for (int brick = 0; brick < 2; ++brick) { // 32768 values each, in the order of their numbers
+            Chunk chunk{std::make_unique<std::byte[]>(32768 * bytes), 32768 * bytes};
+            std::memcpy(chunk.bytes.get(), stored.data() + chunk.size * static_cast<std::size_t>(brick),
+                        chunk.size);
+            AtlasSlot slot;
+            slot.page = gridPosition(static_cast<std::size_t>(brick), atlas.values.extentTexels() / 32);
+            atlas.values.put(slot, {chunk, glm::ivec3(0), kBrickExtent}, work);
+            entries.emplace_back(slot.page.x | slot.page.y << 10 | slot.page.z << 20, 0);
+        }
+        atlas.values.publish(entries);
         std::vector<glm::vec3> centres;
         for (int i = 0; i < 65536; ++i)
-            centres.push_back(glm::vec3(glm::ivec3(i % 64, i / 64 % 32, i / 2048)) + 0.5f);
+            centres.push_back(glm::vec3(glm::ivec3(i % 32 + i / 32768 * 32, i / 32 % 32, i / 1024 % 32)) +
+                              0.5f);
         const auto read =
-            probeField(centres, texelFormat(type).normalised ? kFeatureNormalised : 0u, info, {nullptr, &texture}, gpu);
+            probeField(centres, texelFormat(type).normalised ? kFeatureNormalised : 0u, info, {&atlas}, gpu);
         for (std::size_t i = 0; i < 65536; ++i) {
             float expected = 0;
             switch (type) {

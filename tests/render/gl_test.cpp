@@ -34,9 +34,6 @@ TEST(ShaderComposition, IncludesOnceAndMapsLogLinesToFiles) {
 TEST(Program, EveryFeatureCombinationCompilesAndOmitsWhatItDoesNotNeed) {
     const GlContext context({"software"});
     for (std::uint32_t f = 0; f <= kAllFeatures; ++f) {
-        if ((f & (kFeatureMixed | kFeaturePasses | kFeatureVisibility)) != 0 && (f & kFeatureBricked) == 0)
-            continue; // refused: see common_features.glsl
-        constexpr std::uint32_t kBase = kFeatureSkipping | kFeatureBricked;
         // What replaces one formula by another meets a part of the other combinations: one in 128.
         const std::uint32_t integrator = f & kIntegratorFeatures, gradient = f & kGradientFeatures;
         if (integrator != 0 && (f & kFeatureVisibility) != 0)
@@ -45,20 +42,15 @@ TEST(Program, EveryFeatureCombinationCompilesAndOmitsWhatItDoesNotNeed) {
                                                (kFeatureLinear | kFeaturePreintegrated))
             continue;
         const std::uint32_t surfaces = f & (kFeatureSurfaces | kFeatureHits);
-        if (surfaces == kFeatureHits ||
-            (surfaces != 0 && (f & (kFeatureSubBlocks | kFeatureVisibility)) != 0))
+        if (surfaces == kFeatureHits || (surfaces != 0 && (f & kFeatureVisibility) != 0))
             continue;
         if ((integrator | gradient | surfaces) != 0 && (f * 2654435761u) >> 25 != 0)
-            continue;
-        if ((f & kFeatureSubBlocks) != 0 && (f & (kBase | kFeatureVisibility)) != kBase)
             continue;
         const GlProgram program("march.comp", featureDefines(f));
         ASSERT_EQ(program.hasUniform("uPhong"), (f & kFeatureShading) != 0) << f;
         ASSERT_EQ(program.hasUniform("uSkipping"), (f & kFeatureSkipping) != 0) << f;
-        ASSERT_EQ(program.hasUniform("uSkippingGrid"), (f & kFeatureSubBlocks) != 0) << f;
         ASSERT_EQ(program.hasUniform("uIsovalues"), (f & kFeatureSurfaces) != 0) << f;
         ASSERT_EQ(program.hasUniform("uCorners"), (f & kFeatureMixed) != 0) << f;
-        ASSERT_EQ(program.hasUniform("uIndex"), (f & kFeatureBricked) != 0) << f;
         ASSERT_EQ(program.hasUniform("uTermination"), (f & kFeatureTermination) != 0) << f;
         ASSERT_EQ(program.hasUniform("uStoredBias"), (f & kFeatureNormalised) != 0) << f;
     }
@@ -68,10 +60,10 @@ TEST(Program, EveryFeatureCombinationCompilesAndOmitsWhatItDoesNotNeed) {
 TEST(Program, FailureNamesFileLineAndDefines) {
     const GlContext context({"software"});
     try {
-        const GlProgram program("march.comp", "#define FEATURE_SHADING 1\n#define FEATURE_BRICKED broken\n");
+        const GlProgram program("march.comp", "#define FEATURE_SHADING 1\n#define FEATURE_MIXED broken\n");
         FAIL() << "compiled without its features";
     } catch (const Error& e) {
-        EXPECT_THAT(e.what(), testing::AllOf(HasSubstr("march.comp"), HasSubstr("FEATURE_BRICKED broken")));
+        EXPECT_THAT(e.what(), testing::AllOf(HasSubstr("march.comp"), HasSubstr("FEATURE_MIXED broken")));
     }
 }
 

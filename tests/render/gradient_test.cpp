@@ -262,7 +262,8 @@ TEST(Gradients, AnalyticOneIsTheDerivativeOfMixedLevels) {
         for (std::uint8_t& level : selection.levels)
             ++selection.counts[level = static_cast<std::uint8_t>(random() % (kLevelCount + 1))];
         prepared.p.setSelection(selection, prepared.budgets.ram);
-        MixedReader samples(*prepared.p.volume.cache, info, prepared.p.volume.selection, prepared.p.volume.levels);
+        MixedReader samples(*prepared.p.volume.cache, info, prepared.p.volume.selection,
+                            prepared.p.volume.levels);
         std::uniform_real_distribution<double> unit(0, 1);
         int blended = 0, compared = 0;
         for (int i = 0; i < 20000; ++i) {

@@ -113,8 +113,8 @@ TEST_P(MixedField, ShaderEqualsItsTwin) {
                 scene.prepared->budgets.ram);
     atlas.bricks.load(*p.volume.cache, work);
     const LevelTextures textures(p.volume.levels, gpu);
-    const FieldSource source{&atlas, nullptr, 0, &p.volume.levels, &textures};
-    std::uint32_t features = kFeatureBricked | kFeatureMixed;
+    const FieldSource source{&atlas, 0, &p.volume.levels, &textures};
+    std::uint32_t features = kFeatureMixed;
     if (texelFormat(p.info().type).normalised)
         features |= kFeatureNormalised;
     const auto positions = tellingPositions(p.info().extentVoxels, 6000);
@@ -151,7 +151,8 @@ TEST(MixedLevels, ValuesAndGradientsAreContinuous) {
                 scene.choose(randomLevels(scene.p().volume.selection, seed, true));
                 ScenePlan& p = scene.p();
                 MixedReader samples(*p.volume.cache, p.info(), p.volume.selection, p.volume.levels);
-                const double range = static_cast<double>(p.volume.statistics.highest) - p.volume.statistics.lowest;
+                const double range =
+                    static_cast<double>(p.volume.statistics.highest) - p.volume.statistics.lowest;
                 const glm::dvec3 extent(p.info().extentVoxels);
                 for (int i = 0; i < 3000; ++i, ++borders) {
                     glm::dvec3 at = extent * glm::dvec3(unit(random), unit(random), unit(random));
@@ -269,7 +270,8 @@ TEST(MixedLevels, EmptyCellsShowNothing) {
             for (int i = 0; i < 100000; ++i) {
                 const glm::dvec3 at =
                     glm::dvec3(p.info().extentVoxels) * glm::dvec3(unit(random), unit(random), unit(random));
-                if (!p.volume.occupancy.isEmpty(glm::min(glm::ivec3(at) / kCellExtent, p.volume.statistics.cells - 1)))
+                if (!p.volume.occupancy.isEmpty(
+                        glm::min(glm::ivec3(at) / kCellExtent, p.volume.statistics.cells - 1)))
                     continue;
                 ++checked;
                 ASSERT_EQ(lookUp(p.volume.optics, interblockValue(samples, at)).a, 0)
@@ -321,7 +323,7 @@ TEST_P(MixedPicture, ContractHolds) {
     scene.choose(randomShownLevels(scene.p().volume.selection, 7));
     ScenePlan& p = scene.p();
     ASSERT_TRUE(p.volume.mixed());
-    const std::uint32_t features = kFeatureBricked | kFeatureSkipping | kFeatureShading;
+    const std::uint32_t features = kFeatureSkipping | kFeatureShading;
     const GpuPicture whole = marchOn(*scene.prepared, features);
     EXPECT_FALSE(isBlank(whole.image));
     const GpuPicture everyStride = marchOn(*scene.prepared, features & ~kFeatureSkipping);
@@ -369,7 +371,7 @@ TEST(MixedLevels, CamerasOnFacesEdgesAndCorners) {
             Prepared prepared("torso", scene);
             ScenePlan& p = prepared.p;
             p.setSelection(randomShownLevels(p.volume.selection, 11), prepared.budgets.ram);
-            const std::uint32_t features = kFeatureBricked | kFeatureSkipping | kFeatureShading;
+            const std::uint32_t features = kFeatureSkipping | kFeatureShading;
             const GpuPicture picture = marchOn(prepared, features);
             EXPECT_FALSE(isBlank(picture.image));
             EXPECT_TRUE(bitEqual(picture.image, marchOn(prepared, features & ~kFeatureSkipping).image));

@@ -1,5 +1,5 @@
-// Empty-space skipping on the device: with either map, with blocks and with sub-blocks, and after changes,
-// pictures do not change by a bit; and samples come near an oracle's.
+// Empty-space skipping on the device: with either map, with blocks, and after changes, pictures do not
+// change by a bit.
 #include "tests/support/scene_fixture.h"
 
 #include <gtest/gtest.h>
@@ -25,13 +25,14 @@ TEST(Skipping, PicturesAreBitEqualWithEitherMap) {
                     sceneOn(info, store == std::string("torso") ? "bone" : "auto", camera, {40, 40});
                 scene.quality.stepVoxels = step;
                 Prepared prepared(store, scene);
-                const std::uint32_t features = kFeatureBricked | kFeatureSkipping | kFeatureShading;
+                const std::uint32_t features = kFeatureSkipping | kFeatureShading;
                 const GpuPicture every = marchOn(prepared, features & ~kFeatureSkipping);
                 std::uint64_t segments[2] = {0, 0};
                 for (const MapScale scale : {MapScale::cells, MapScale::bricks}) {
                     prepared.p.volume.mapScale = scale;
                     prepared.p.volume.occupancy = Occupancy();
-                    prepared.p.volume.mapEmptySpace(prepared.p.view.quality.edgeFunction, prepared.budgets.ram);
+                    prepared.p.volume.mapEmptySpace(prepared.p.view.quality.edgeFunction,
+                                                    prepared.budgets.ram);
                     const GpuPicture skipped = marchOn(prepared, features);
                     EXPECT_TRUE(bitEqual(skipped.image, every.image)) << store << " camera " << camera;
                     EXPECT_LT(skipped.work.segments, every.work.segments);
@@ -74,8 +75,9 @@ TEST(Skipping, BlocksOfCellsSaveSamplesAndChangeNoBit) {
                 scene.quality.edgeFunction = edge;
                 Prepared prepared(store, scene);
                 if (mixed)
-                    prepared.p.setSelection(mostlyFinest(prepared.p.volume.selection, random), prepared.budgets.ram);
-                const std::uint32_t features = kFeatureBricked | kFeatureSkipping | kFeatureShading;
+                    prepared.p.setSelection(mostlyFinest(prepared.p.volume.selection, random),
+                                            prepared.budgets.ram);
+                const std::uint32_t features = kFeatureSkipping | kFeatureShading;
                 const GpuPicture every = marchOn(prepared, features & ~kFeatureSkipping);
                 const GpuPicture cells = marchOn(prepared, features);
                 const GpuPicture blocks = marchOn(prepared, features, {}, true);
@@ -86,18 +88,6 @@ TEST(Skipping, BlocksOfCellsSaveSamplesAndChangeNoBit) {
                 EXPECT_TRUE(bitEqual(blocks.image, every.image));
                 EXPECT_TRUE(bitEqual(cells.image, every.image));
                 EXPECT_LE(blocks.work.segments, cells.work.segments);
-                if (edge == EdgeFunction::minimum) {
-                    const GpuPicture fine = marchOn(prepared, features | kFeatureSubBlocks, {}, true);
-                    EXPECT_TRUE(bitEqual(fine.image, every.image));
-                    EXPECT_GT(fine.subBlockEntries, 0u);
-                    EXPECT_LT(fine.work.segments, blocks.work.segments);
-                    // Every sample that shows takes six more for its gradient.
-                    const double oracle = static_cast<double>(every.work.samples - every.work.segments) / 6;
-                    if (!mixed) {
-                        EXPECT_LT(static_cast<double>(fine.work.segments), 1.3 * oracle);
-                        EXPECT_GT(static_cast<double>(blocks.work.segments), 1.3 * oracle);
-                    }
-                }
                 if (!mixed && info.unit == "HU") {
                     EXPECT_LT(static_cast<double>(blocks.work.segments),
                               0.8 * static_cast<double>(cells.work.segments));
@@ -118,7 +108,7 @@ TEST(Skipping, AMarchFollowsChangesOfLevels) {
     Ledger& gpu = prepared.budgets.gpu;
     Selection selection = mostlyFinest(p.volume.selection, random);
     p.setSelection(selection, prepared.budgets.ram);
-    const std::uint32_t features = kFeatureBricked | kFeatureSkipping | kFeatureMixed | kFeatureNormalised;
+    const std::uint32_t features = kFeatureSkipping | kFeatureMixed | kFeatureNormalised;
     March march(features, p.view.frame, p.info(), p.strides(), p.volume.optics, &p.volume.occupancy, gpu);
     for (int edit = 0; edit < 6; ++edit) {
         const std::uint64_t version = p.volume.occupancy.version();
@@ -140,10 +130,10 @@ TEST(Skipping, AMarchFollowsChangesOfLevels) {
                     prepared.budgets.ram);
         atlas.bricks.load(*p.volume.cache, work);
         const LevelTextures textures(p.volume.levels, gpu);
-        const FieldSource source{&atlas, nullptr, p.volume.selection.finest(), &p.volume.levels, &textures};
+        const FieldSource source{&atlas, p.volume.selection.finest(), &p.volume.levels, &textures};
         if (edit == 0 || edit == 3)
-            refineSkipping(march.skippingMap(), p.volume.occupancy, p.volume.table, p.volume.optics, features, p.info(), source,
-                           gpu);
+            refineSkipping(march.skippingMap(), p.volume.occupancy, p.volume.table, p.volume.optics, features,
+                           p.info(), source, gpu);
         march.run(source, {}, work);
         const GpuPicture every = marchOn(prepared, features & ~kFeatureSkipping);
         EXPECT_FALSE(isBlank(every.image));
@@ -152,9 +142,8 @@ TEST(Skipping, AMarchFollowsChangesOfLevels) {
     EXPECT_GT(p.volume.occupancy.version(), 3u);
 }
 
-// Functions with gaps, samples so dense that rays visit every sub-block they cross, filtered fetches too: the
-// picture is the same. Without room for sub-blocks as well: then they are left out.
-TEST(Skipping, SubBlocksChangeNoBitUnderFunctionsWithGaps) {
+// Functions with gaps, dense samples, filtered fetches too: the picture is the same.
+TEST(Skipping, BlocksChangeNoBitUnderFunctionsWithGaps) {
     const GlContext context({"software"});
     std::mt19937 random(53);
     std::uint64_t saved = 0;
@@ -178,19 +167,15 @@ TEST(Skipping, SubBlocksChangeNoBitUnderFunctionsWithGaps) {
             scene.volumes[0].transferFunction = TransferFunction::fromOpacity(points, {}, values.spacingMm);
             Prepared prepared(store, scene);
             const bool filtered = round == 2;
-            const std::uint32_t features = kFeatureBricked | kFeatureSkipping | kFeatureShading |
-                                           (filtered ? std::uint32_t{kFeatureHardware} : 0);
+            const std::uint32_t features =
+                kFeatureSkipping | kFeatureShading | (filtered ? std::uint32_t{kFeatureHardware} : 0);
             const GpuPicture every = marchOn(prepared, features & ~kFeatureSkipping);
+            const GpuPicture cells = marchOn(prepared, features);
             const GpuPicture blocks = marchOn(prepared, features, {}, true);
-            const GpuPicture fine = marchOn(prepared, features | kFeatureSubBlocks, {}, true);
             SCOPED_TRACE(std::string(store) + " round " + std::to_string(round));
             EXPECT_FALSE(isBlank(every.image));
             EXPECT_TRUE(bitEqual(blocks.image, every.image));
-            EXPECT_TRUE(bitEqual(fine.image, every.image));
-            saved += blocks.work.segments - fine.work.segments;
-            const GpuPicture coarse = marchOn(prepared, features | kFeatureSubBlocks); // none were found
-            EXPECT_EQ(coarse.subBlockEntries, 0u);
-            EXPECT_TRUE(bitEqual(coarse.image, every.image));
+            saved += cells.work.segments - blocks.work.segments;
         }
     EXPECT_GT(saved, 10000u);
 }
@@ -204,9 +189,6 @@ TEST(Skipping, RefiningIsLeftOutWhereItDoesNotPay) {
     EXPECT_EQ(cells, prepared.p.volume.occupancy.occupiedCells()) << "all of one level";
     EXPECT_TRUE(refiningPays(prepared.p.volume.occupancy, 1000 * cells));
     EXPECT_FALSE(refiningPays(prepared.p.volume.occupancy, cells));
-    EXPECT_TRUE(subBlocksPay(prepared.p.volume.occupancy, 1000 * cells, kFeatureBricked));
-    EXPECT_FALSE(subBlocksPay(prepared.p.volume.occupancy, 1000 * cells, kFeatureBricked | kFeatureHardware));
-    EXPECT_FALSE(subBlocksPay(prepared.p.volume.occupancy, 20 * cells, kFeatureBricked));
     prepared.p.volume.mapScale = MapScale::bricks;
     prepared.p.volume.occupancy = Occupancy();
     prepared.p.volume.mapEmptySpace(prepared.p.view.quality.edgeFunction, prepared.budgets.ram);

@@ -323,9 +323,9 @@ TEST(Stiff, ColourRampOnTheGpu) {
             Prepared prepared((folder / "ramp").string(), scene);
             ScenePlan& p = prepared.p;
             const GpuPicture gpu = marchOn(prepared, marchFeatures(p, true));
-            const auto truth =
-                renderReference({p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, &p.volume.statistics},
-                                referenceRays(p.view.camera, p.info(), p.view.imageSize), 1);
+            const auto truth = renderReference(
+                {p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, &p.volume.statistics},
+                referenceRays(p.view.camera, p.info(), p.view.imageSize), 1);
             double worst = 0;
             for (std::size_t i = 0; i < truth.size(); ++i) {
                 const glm::dvec4 c(gpu.image.pixels[i]);

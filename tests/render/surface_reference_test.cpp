@@ -16,7 +16,7 @@ using namespace test;
 
 std::vector<glm::dvec4> truthOf(Prepared& prepared, const Scene& scene) {
     ScenePlan& p = prepared.p;
-    const ReferenceInput input{p.volume.cache.get(), &p.info(), &p.volume.function,   scene.shading,
+    const ReferenceInput input{p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading,
                                &p.volume.statistics, 1,         scene.surfaces};
     return renderReference(input, referenceRays(p.view.camera, p.info(), p.view.imageSize), 0);
 }
@@ -80,8 +80,8 @@ TEST(SurfaceReference, SidesAndOrderAreTheSame) {
         EXPECT_GT(seen, 50u);
         EXPECT_EQ(off, 0u);
         ScenePlan& p = prepared->p;
-        const ReferenceInput input{p.volume.cache.get(), &p.info(), &p.volume.function,   scene.shading,
-                                   nullptr,       1,         scene.surfaces};
+        const ReferenceInput input{
+            p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, nullptr, 1, scene.surfaces};
         EXPECT_TRUE(proveOnRays(input, referenceRays(p.view.camera, p.info(), p.view.imageSize), 0).holds());
     }
 }

@@ -19,8 +19,7 @@ struct Counted {
 Counted count(Prepared& prepared) {
     ScenePlan& p = prepared.p;
     const GlContext context({"software"});
-    const VisibilityRays rays =
-        visibilityRays(p.view.camera, p.info(), p.view.imageSize, p.strides());
+    const VisibilityRays rays = visibilityRays(p.view.camera, p.info(), p.view.imageSize, p.strides());
     OnDevice device(prepared);
     const auto counter = device.engine.counter(prepared.budgets.gpu);
     counter->begin();
@@ -91,7 +90,8 @@ TEST(Visibility, LevelsChosenBySightAreBetter) {
     LevelChooser chooser(blind.reader, blind.budgets.ram, 2);
     chooser.setFunction(blind.p.volume.statistics, blind.p.volume.table, cullingFor(scene.shading));
     chooser.setCamera(blind.p.view.camera, scene.imageSize);
-    blind.p.setSelection(chooser.best(blind.p.volume.statistics.brickMean, chosen.atlasPages), blind.budgets.ram);
+    blind.p.setSelection(chooser.best(blind.p.volume.statistics.brickMean, chosen.atlasPages),
+                         blind.budgets.ram);
     const GlContext context({"software"});
     const Image without = marchOn(blind, marchFeatures(blind.p, false)).image;
     EXPECT_LT(compare(chosen.image, finest).luvMean, 0.6 * compare(without, finest).luvMean);

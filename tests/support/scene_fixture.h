@@ -4,9 +4,9 @@
 
 #include "core/scene.h"
 #include "render/engines/gpu/fine_mask.h"
-#include "render/engines/gpu/march.h"
 #include "render/engines/gpu/gpu_caster.h"
 #include "render/engines/gpu/gpu_engine.h"
+#include "render/engines/gpu/march.h"
 #include "render/engines/mirror/mirror.h"
 #include "render/picture.h"
 #include "render/plan/scene_plan.h"
@@ -77,7 +77,7 @@ struct Prepared {
             const_cast<VolumeInfo&>(reader.info()).patientFromVoxel = *place;
         Ledger small("GPU memory", "--gpu-memory", gpuBytes ? gpuBytes : std::size_t{1} << 30);
         p = planScene(scene, reader, TextureLimits{}, budgets.ram, small, 0,
-                         culling ? LevelChoice::oneForAll : LevelChoice::oneForAllNothingCulled);
+                      culling ? LevelChoice::oneForAll : LevelChoice::oneForAllNothingCulled);
     }
     Budgets budgets;
     StoreReader reader;

@@ -71,7 +71,8 @@ inline Drawn draw(Prepared& prepared, std::uint32_t without = 0, const Slicing& 
     out.work = device.work;
     GpuCaster caster(p, device.engine, features, gpu);
     const auto refined = [&](const GlTexture3d& map, const Occupancy& occupancy, const TransferTable& table) {
-        refineSkipping(map, occupancy, table, p.volume.optics, features, p.info(), device.engine.field(), gpu);
+        refineSkipping(map, occupancy, table, p.volume.optics, features, p.info(), device.engine.field(),
+                       gpu);
     };
     if (refine)
         refined(caster.march().skippingMap(), p.volume.occupancy, p.volume.table);

@@ -139,8 +139,10 @@ TEST(StandardScenes, AreKeptForOtherRenderers) {
             EXPECT_EQ(function.referenceLengthMm(), measured.volume.function.referenceLengthMm());
             ASSERT_EQ(function.opacityPoints().size(), measured.volume.function.opacityPoints().size());
             for (std::size_t i = 0; i < function.opacityPoints().size(); ++i) {
-                EXPECT_EQ(function.opacityPoints()[i].value, measured.volume.function.opacityPoints()[i].value);
-                EXPECT_EQ(function.opacityPoints()[i].opacity, measured.volume.function.opacityPoints()[i].opacity);
+                EXPECT_EQ(function.opacityPoints()[i].value,
+                          measured.volume.function.opacityPoints()[i].value);
+                EXPECT_EQ(function.opacityPoints()[i].opacity,
+                          measured.volume.function.opacityPoints()[i].opacity);
             }
             EXPECT_EQ(function.colourPoints().size(), measured.volume.function.colourPoints().size());
         }

@@ -2,7 +2,6 @@
 #include "render/engines/gpu/atlas_plane.h"
 
 #include "core/error.h"
-#include "render/residency/each_chunk.h"
 #include "render/residency/texels.h"
 
 namespace tessera {
@@ -62,38 +61,6 @@ void AtlasPlane::publish(std::span<const BrickEntry> entries) {
 void AtlasPlane::bind(GLuint voxelUnit, GLuint indexUnit) const {
     voxels_.bind(voxelUnit);
     index_.bind(indexUnit);
-}
-
-GlTexture3d wholeLevelTexture(const VolumeInfo& info, int level, BrickCache& cache, Ledger& gpu,
-                              Ledger& ram) {
-    const GlTexels format = glTexels(info.type);
-    const glm::ivec3 extent = levelExtent(info.extentVoxels, level);
-    GlTexture3d texture(format.internal, extent, texelBytes(info.type), GL_LINEAR, gpu,
-                        "the whole-level texture");
-    const Charge charge = ram.charge(32768 * texelBytes(info.type), "upload staging");
-    std::vector<std::byte> staging(32768 * texelBytes(info.type));
-    std::vector<ChunkKey> keys;
-    const glm::ivec3 chunks = chunkGrid(info.extentVoxels, level);
-    for (int z = 0; z < chunks.z; ++z)
-        for (int y = 0; y < chunks.y; ++y)
-            for (int x = 0; x < chunks.x; ++x)
-                keys.push_back({level, x, y, z});
-    forEachChunk(cache, keys, [&](const ChunkKey& key, const Chunk& chunk) {
-        const glm::ivec3 offset = glm::ivec3(key.i, key.j, key.k) * kChunkExtent;
-        const glm::ivec3 size = glm::min(glm::ivec3(kChunkExtent), extent - offset);
-        const std::size_t row = static_cast<std::size_t>(size.x), stored = bytesPerValue(info.type);
-        std::byte* to = staging.data();
-        for (int z = 0; z < size.z; ++z)
-            for (int y = 0; y < size.y; ++y) {
-                toTexels(info.type,
-                         chunk.bytes.get() + linearIndex({0, y, z}, glm::ivec3(kChunkExtent)) * stored, row,
-                         to);
-                to += row * texelBytes(info.type);
-            }
-        texture.upload(offset, size, format.external, format.type, staging.data());
-        return true;
-    });
-    return texture;
 }
 
 } // namespace tessera

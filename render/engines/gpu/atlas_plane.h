@@ -51,7 +51,4 @@ struct Atlas {
         : values(info, pages, limits, gpu, ram), bricks(info, selection, pages, limits, {&values}, ram) {}
 };
 
-/// One level as one texture, for proving that bricks change nothing.
-GlTexture3d wholeLevelTexture(const VolumeInfo& info, int level, BrickCache& cache, Ledger& gpu, Ledger& ram);
-
 } // namespace tessera

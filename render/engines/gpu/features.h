@@ -16,26 +16,24 @@ enum Feature : std::uint32_t {
     kFeatureSkipping = 1u << 1,    // empty-space skipping by the distance map
     kFeatureHardware = 1u << 2,    // filtered fetches inside a brick; else texel fetches and float arithmetic
     kFeatureNormalised = 1u << 3,  // 16-bit texels; else 32-bit float
-    kFeatureBricked = 1u << 4,     // atlas and index; else the whole level is one texture (tests)
-    kFeatureTermination = 1u << 5, // stop below the scene's transmittance
-    kFeatureCounting = 1u << 6,    // work counters
-    kFeatureMixed = 1u << 7,       // bricks of several levels: interblock interpolation, adaptive strides
-    kFeaturePasses = 1u << 8,      // some bricks are absent: rays wait for them and go on in another pass
-    kFeatureVisibility = 1u << 9,  // rays count the light that reaches each brick
-    kFeatureSubBlocks = 1u << 10,  // skipping also leaps over sub-blocks of half a voxel
+    kFeatureTermination = 1u << 4, // stop below the scene's transmittance
+    kFeatureCounting = 1u << 5,    // work counters
+    kFeatureMixed = 1u << 6,       // bricks of several levels: interblock interpolation, adaptive strides
+    kFeaturePasses = 1u << 7,      // some bricks are absent: rays wait for them and go on in another pass
+    kFeatureVisibility = 1u << 8,  // rays count the light that reaches each brick
     // Integrators; none: midpoint. March sets these itself, by its optics.
-    kFeatureLinear = 1u << 11,        // constant extinction and linear colour between a segment's ends
-    kFeaturePreintegrated = 1u << 12, // means over the values between a segment's ends
-    kFeatureSeenColours = 1u << 13,   // with these, colours with attenuation inside the segment
+    kFeatureLinear = 1u << 9,         // constant extinction and linear colour between a segment's ends
+    kFeaturePreintegrated = 1u << 10, // means over the values between a segment's ends
+    kFeatureSeenColours = 1u << 11,   // with these, colours with attenuation inside the segment
     // How gradients are taken; at most one of these and kFeatureHalfCentralGradient, none: central.
-    kFeatureForwardGradient = 1u << 14,
-    kFeatureSobelGradient = 1u << 15,
-    kFeatureAnalyticGradient = 1u << 16,
-    kFeatureSurfaces = 1u << 17, // isosurfaces. March sets it itself, by its optics.
-    kFeatureHits = 1u << 18,     // with these, where rays first meet one
-    kFeatureHalfCentralGradient = 1u << 19,
+    kFeatureForwardGradient = 1u << 12,
+    kFeatureSobelGradient = 1u << 13,
+    kFeatureAnalyticGradient = 1u << 14,
+    kFeatureSurfaces = 1u << 15, // isosurfaces. March sets it itself, by its optics.
+    kFeatureHits = 1u << 16,     // with these, where rays first meet one
+    kFeatureHalfCentralGradient = 1u << 17,
 };
-constexpr std::uint32_t kAllFeatures = (1u << 20) - 1;
+constexpr std::uint32_t kAllFeatures = (1u << 18) - 1;
 constexpr std::uint32_t kIntegratorFeatures = kFeatureLinear | kFeaturePreintegrated | kFeatureSeenColours;
 
 /// Of an integrator that is not automatic.

@@ -34,11 +34,10 @@ struct LevelTextures {
     }
 };
 
-/// What a field is read from: bricks in an atlas (of mixed levels: with their level map), or one whole level.
+/// What a field is read from: bricks in an atlas; of mixed levels, with their level map.
 /// What it points to must outlive the dispatches.
 struct FieldSource {
     const Atlas* atlas = nullptr;
-    const GlTexture3d* wholeLevel = nullptr;
     int level = 0;                           // unless kFeatureMixed
     const LevelMap* map = nullptr;           // kFeatureMixed only
     const LevelTextures* textures = nullptr; // kFeatureMixed only: of map
@@ -46,17 +45,12 @@ struct FieldSource {
 
 inline void bindField(const GlProgram& program, std::uint32_t features, const VolumeInfo& info,
                       const FieldSource& source) {
-    const bool bricked = (features & kFeatureBricked) != 0, mixed = (features & kFeatureMixed) != 0;
-    TESSERA_CHECK(bricked ? source.atlas != nullptr : source.wholeLevel != nullptr);
-    TESSERA_CHECK(!mixed || (bricked && source.map && source.textures));
-    if (bricked)
-        source.atlas->values.bind(kVoxelUnit, kIndexUnit);
-    else
-        source.wholeLevel->bind(kVoxelUnit);
+    const bool mixed = (features & kFeatureMixed) != 0;
+    TESSERA_CHECK(source.atlas && (!mixed || (source.map && source.textures)));
+    source.atlas->values.bind(kVoxelUnit, kIndexUnit);
     program.set("uVoxels", static_cast<int>(kVoxelUnit));
     program.set("uIndex", static_cast<int>(kIndexUnit));
-    program.set("uTexelSize", 1.0f / glm::vec3(bricked ? source.atlas->values.extentTexels()
-                                                       : source.wholeLevel->extent()));
+    program.set("uTexelSize", 1.0f / glm::vec3(source.atlas->values.extentTexels()));
     program.set("uLevelExtent", levelExtent(info.extentVoxels, source.level));
     program.set("uSamplesPerVoxel", std::ldexp(1.0f, -source.level));
     program.set("uVoxelsPerSample", std::ldexp(1.0f, source.level));

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <span>
-#include <string>
 #include <vector>
 
 namespace tessera {
@@ -33,65 +32,12 @@ std::vector<int> zeroRuns(const TransferTable& table) {
     return runs;
 }
 
-/// One of the two passes over cells.
-class Pass {
-  public:
-    Pass(const std::string& shader, const Occupancy& occupancy, const TransferTable& table,
-         const Optics& optics, std::uint32_t features, const VolumeInfo& info, const FieldSource& source)
-        : program_(shader, featureDefines(features)) {
-        FieldSource plain;
-        plain.atlas = source.atlas;
-        bindField(program_, features, info, plain);
-        program_.set("uExtentVoxels", info.extentVoxels);
-        program_.set("uGrid", occupancy.grid());
-        program_.set("uTableScale", optics.scale);
-        program_.set("uTableOffset", optics.offset);
-        program_.set("uTableLast", static_cast<int>(table.entries.size()) - 1);
-    }
-    const GlProgram& program() const { return program_; }
-
-    void run(std::span<const std::uint32_t> cells, Ledger& gpu) const {
-        program_.use();
-        for (std::size_t first = 0; first < cells.size(); first += kCellsAtATime) {
-            const auto some = cells.subspan(first, std::min(kCellsAtATime, cells.size() - first));
-            const GlBuffer list(some.size_bytes(), std::as_bytes(some), gpu, "the cells to refine");
-            list.bind(1);
-            glDispatchCompute(static_cast<GLuint>(some.size()), 1, 1);
-            glMemoryBarrier(GL_ALL_BARRIER_BITS);
-            glFinish(); // the list goes
-        }
-    }
-
-  private:
-    GlProgram program_;
-};
-
 std::vector<std::uint32_t> plainCells(const Occupancy& occupancy) {
     std::vector<std::uint32_t> cells;
     for (std::size_t c = 0; c < occupancy.map().size(); ++c)
         if (isOccupied(occupancy.map()[c]) && occupancy.isPlain(gridPosition(c, occupancy.grid())))
             cells.push_back(static_cast<std::uint32_t>(c));
     return cells;
-}
-
-/// Of the cells that the first pass gave places; fewer where memory ends.
-void findSubBlocks(const Pass& pass, std::vector<std::uint32_t> cells, SubBlocks& subBlocks, Ledger& gpu) {
-    std::vector<std::uint32_t> places(subBlocks.places.bytes() / sizeof(std::uint32_t));
-    subBlocks.places.read(0, std::as_writable_bytes(std::span(places)));
-    std::erase_if(cells, [&](std::uint32_t cell) { return places[1 + cell] == 0; });
-    const std::size_t list = std::min(cells.size(), kCellsAtATime) * sizeof(std::uint32_t);
-    const std::size_t bytes = SubBlocks::kEntryBytes * places[0];
-    if (bytes == 0)
-        return;
-    if (gpu.freeBytes() < bytes + list) {
-        subBlocks.places.clear();
-        return;
-    }
-    subBlocks.masks = GlBuffer();
-    subBlocks.masks = GlBuffer(bytes, {}, gpu, "the sub-blocks");
-    subBlocks.entries = places[0];
-    subBlocks.masks.bind(3);
-    pass.run(cells, gpu);
 }
 
 } // namespace
@@ -105,37 +51,36 @@ bool refiningPays(const Occupancy& occupancy, std::size_t rays) {
     return occupancy.scale() == MapScale::cells && rays >= kRaysPerCell * occupancy.plainCells();
 }
 
-bool subBlocksPay(const Occupancy& occupancy, std::size_t rays, std::uint32_t features) {
-    constexpr std::size_t kRaysPerCell = 128;
-    return occupancy.scale() == MapScale::cells && (features & kFeatureHardware) == 0 &&
-           rays >= kRaysPerCell * occupancy.plainCells();
-}
-
 std::size_t refineSkipping(const GlTexture3d& map, const Occupancy& occupancy, const TransferTable& table,
                            const Optics& optics, std::uint32_t features, const VolumeInfo& info,
-                           const FieldSource& source, Ledger& gpu, SubBlocks* subBlocks) {
+                           const FieldSource& source, Ledger& gpu) {
     TESSERA_CHECK(occupancy.scale() == MapScale::cells && source.atlas);
     // Exact fetches, whatever the march does: filtered ones are for positions, not for samples.
-    const std::uint32_t own = (features & kFeatureNormalised) | kFeatureBricked;
-    const float filterError = (features & kFeatureHardware) ? 3 * kFilterError : 0.0f;
+    const std::uint32_t own = features & kFeatureNormalised;
+    const GlProgram program("skipping_masks.comp", featureDefines(own));
+    FieldSource plain;
+    plain.atlas = source.atlas;
+    bindField(program, own, info, plain);
+    program.set("uExtentVoxels", info.extentVoxels);
+    program.set("uGrid", occupancy.grid());
+    program.set("uTableScale", optics.scale);
+    program.set("uTableOffset", optics.offset);
+    program.set("uTableLast", static_cast<int>(table.entries.size()) - 1);
+    program.set("uFilterError", (features & kFeatureHardware) ? 3 * kFilterError : 0.0f);
     const std::vector<int> runsOfZeros = zeroRuns(table);
     const GlBuffer runs(runsOfZeros.size() * sizeof(int), std::as_bytes(std::span(runsOfZeros)), gpu,
                         "the transfer function's zeros");
     runs.bind(0);
-    const std::vector<std::uint32_t> cells = plainCells(occupancy);
-    const Pass blocks("skipping_masks.comp", occupancy, table, optics, own, info, source);
-    blocks.program().set("uFilterError", filterError);
-    blocks.program().set("uFindPlaces", subBlocks ? 1 : 0);
     map.bindImage(0, GL_RG32UI);
-    if (subBlocks)
-        subBlocks->places.bind(2);
-    else
-        runs.bind(2); // something must be
-    blocks.run(cells, gpu);
-    if (subBlocks) {
-        const Pass parts("skipping_subblocks.comp", occupancy, table, optics, own, info, source);
-        parts.program().set("uFilterError", filterError);
-        findSubBlocks(parts, cells, *subBlocks, gpu);
+    program.use();
+    const std::vector<std::uint32_t> cells = plainCells(occupancy);
+    for (std::size_t first = 0; first < cells.size(); first += kCellsAtATime) {
+        const auto some = std::span(cells).subspan(first, std::min(kCellsAtATime, cells.size() - first));
+        const GlBuffer list(some.size_bytes(), std::as_bytes(some), gpu, "the cells to refine");
+        list.bind(1);
+        glDispatchCompute(static_cast<GLuint>(some.size()), 1, 1);
+        glMemoryBarrier(GL_ALL_BARRIER_BITS);
+        glFinish(); // the list goes
     }
     return cells.size();
 }

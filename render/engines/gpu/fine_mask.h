@@ -1,8 +1,7 @@
 // render/engines/gpu/fine_mask.h: which blocks of 2^3 voxels of an occupied cell can show anything: bits of
 // the map of empty space (distance_map.h), found by the device from the samples it holds. Rays then take few
 // samples that show nothing. The range of a block is that of the field itself, at the points where trilinear
-// interpolation can be extreme: sample centres and the block's faces. And, where samples are dear, which
-// sub-blocks of half a voxel of such a block.
+// interpolation can be extreme: sample centres and the block's faces.
 #pragma once
 
 #include "core/transfer_function.h"
@@ -20,20 +19,12 @@ std::size_t refiningBytes(std::size_t tableEntries);
 /// costs about what sixteen rays gain. A scene that shows most of its volume is better left as it is.
 bool refiningPays(const Occupancy& occupancy, std::size_t rays);
 
-/// Whether it gains more than finding sub-blocks costs besides: on a software device, where finding those of
-/// a cell takes what some 20 to 180 rays gain on bone and vessels. Only with exact fetches: a filtered one
-/// costs no more than looking a sub-block up.
-bool subBlocksPay(const Occupancy& occupancy, std::size_t rays, std::uint32_t features);
-
 /// Writes the bits of all cells where the field is plain interpolation of level 0 (Occupancy::plainCells());
 /// elsewhere blocks keep counting as occupied. Needs a map of cells, and the volume in an atlas.
 /// @param map  skippingTexture(occupancy)
-/// @param subBlocks  of the same occupancy; filled as well where the ledger holds them, else every sub-block
-/// keeps
-///                   counting; null: not wanted
 /// Returns the number of cells that were refined.
 std::size_t refineSkipping(const GlTexture3d& map, const Occupancy& occupancy, const TransferTable& table,
                            const Optics& optics, std::uint32_t features, const VolumeInfo& info,
-                           const FieldSource& source, Ledger& gpu, SubBlocks* subBlocks = nullptr);
+                           const FieldSource& source, Ledger& gpu);
 
 } // namespace tessera

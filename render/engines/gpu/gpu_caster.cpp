@@ -23,8 +23,7 @@ GpuCaster::GpuCaster(const ScenePlan& scene, const GpuEngine& engine, const Cast
     : GpuCaster(scene, engine, featuresOf(scene, options), gpu) {}
 
 GpuCaster::GpuCaster(const ScenePlan& scene, const GpuEngine& engine, std::uint32_t features, Ledger& gpu)
-    : scene_(scene), engine_(engine), gpu_(gpu),
-      features_(withIntegrator(features, scene.volume.optics)),
+    : scene_(scene), engine_(engine), gpu_(gpu), features_(withIntegrator(features, scene.volume.optics)),
       march_(features, scene.view.frame, scene.info(), scene.strides(), scene.volume.optics,
              (features & kFeatureSkipping) ? &scene.volume.occupancy : nullptr, gpu) {
     if ((features & kFeatureSkipping) && scene.volume.mapsSurfaces)

@@ -1,5 +1,5 @@
-// render/engines/gpu/gpu_caster.h: rays of a scene as the march takes them, with their maps of empty space, made
-// finer on the device where that pays (fine_mask.h).
+// render/engines/gpu/gpu_caster.h: rays of a scene as the march takes them, with their maps of empty space,
+// made finer on the device where that pays (fine_mask.h).
 #pragma once
 
 #include "render/engine.h"

@@ -9,7 +9,7 @@
 namespace tessera {
 
 std::uint32_t marchFeatures(const ScenePlan& scene, bool counting) {
-    std::uint32_t f = kFeatureBricked;
+    std::uint32_t f = 0;
     const auto add = [&](bool needed, Feature feature) { f |= needed ? feature : 0u; };
     add(scene.volume.mixed(), kFeatureMixed);
     add(scene.volume.optics.shading, kFeatureShading);
@@ -31,8 +31,9 @@ class GpuCounter : public VisibilityCounter {
     GpuCounter(const ScenePlan& scene, const GpuEngine& engine, Ledger& gpu)
         : scene_(scene), engine_(engine), pass_(marchFeatures(scene, false), scene.info(), gpu) {}
     void begin() override {
-        pass_.begin(visibilityRays(scene_.view.camera, scene_.info(), scene_.view.imageSize, scene_.strides()),
-                    scene_.volume.optics);
+        pass_.begin(
+            visibilityRays(scene_.view.camera, scene_.info(), scene_.view.imageSize, scene_.strides()),
+            scene_.volume.optics);
     }
     bool count(const Slicing& slicing, RayCaster::Clock::time_point deadline) override {
         Work work; // not the picture's

@@ -1,5 +1,5 @@
-// render/engines/gpu/gpu_engine.h: the GPU march as an engine: bricks in an atlas, level maps in textures, and
-// marches over them.
+// render/engines/gpu/gpu_engine.h: the GPU march as an engine: bricks in an atlas, level maps in textures,
+// and marches over them.
 #pragma once
 
 #include "render/engine.h"
@@ -20,7 +20,8 @@ std::uint32_t marchFeatures(const ScenePlan& scene, bool counting);
 class GpuEngine : public Engine {
   public:
     /// All must outlive this; the context stays current.
-    GpuEngine(const GlContext& context, Ledger& gpu, Ledger& ram) : context_(&context), gpu_(gpu), ram_(ram) {}
+    GpuEngine(const GlContext& context, Ledger& gpu, Ledger& ram)
+        : context_(&context), gpu_(gpu), ram_(ram) {}
     /// On the context that is current, whichever it is, within limits that every device has.
     GpuEngine(Ledger& gpu, Ledger& ram) : gpu_(gpu), ram_(ram) {}
     GpuEngine(const GpuEngine&) = delete; // the field points into it

@@ -138,7 +138,6 @@ void March::restart(const RayFrame<double>& frame, const Strides& strides, const
         TESSERA_CHECK(changed->grid() == skipping_.extent());
         uploadSkipping(skipping_, *changed, changed->changedSince(skippingVersion_));
         skippingVersion_ = changed->version();
-        subBlocks_ = nullptr; // they were another map's
     }
     setRayUniforms(program_, frame);
     program_.set("uStride", strides.uniformSegments);
@@ -205,11 +204,6 @@ bool March::runUntil(const FieldSource& source, const Slicing& slicing, Clock::t
     }
     if (features_ & kFeaturePreintegrated)
         sums_.bind(7);
-    if (features_ & kFeatureSubBlocks) {
-        TESSERA_CHECK(subBlocks_);
-        subBlocks_->places.bind(5);
-        subBlocks_->masks.bind(6);
-    }
     program_.use();
 
     const auto dispatch = [&](const glm::ivec2& origin, const glm::ivec2& end, int iterations) {

@@ -41,14 +41,12 @@ class March {
     std::size_t run(const FieldSource& source, const Slicing& slicing, Work& work);
     /// The same as far as it gets: no dispatch but the first begins after the deadline. True when all rays
     /// are at their end or wait; else the next call goes on. The picture does not depend on where it was cut.
-    bool runUntil(const FieldSource& source, const Slicing& slicing, Clock::time_point deadline,
-                  Work& work);
+    bool runUntil(const FieldSource& source, const Slicing& slicing, Clock::time_point deadline, Work& work);
     /// Rays that wait for bricks, once runUntil() has said true.
     std::size_t waiting() const { return waiting_; }
     /// All rays begin anew, of a picture of any size. @param changed  the occupancy that this was made with,
     /// where it changed since, else null:
-    ///                                       then blocks and sub-blocks are to be found again
-    ///                                       (refineSkipping())
+    ///                                       then blocks are to be found again (refineSkipping())
     void restart(const RayFrame<double>& frame, const Strides& strides, const Occupancy* changed);
     /// Another transfer function; restart() must follow. Compiles anew where the integrator is another.
     void setFunction(const Optics& optics);
@@ -66,8 +64,6 @@ class March {
     const GlTexture3d& nearSurfacesMap() const { return nearSurfaces_; }
     /// kFeatureHits: of every ray, row by row.
     std::vector<SurfaceHit> hits() const;
-    /// kFeatureSubBlocks: to be called before run(); sub-blocks of the same map, which outlive this.
-    void useSubBlocks(const SubBlocks& subBlocks) { subBlocks_ = &subBlocks; }
     /// The picture; charged by the caller.
     Image image() const;
     const GlProgram& program() const { return program_; }
@@ -90,7 +86,6 @@ class March {
     GlBuffer table_, sums_, colour_, next_, work_, wanted_, seen_, lastBrick_, hits_;
     GlTexture3d skipping_, nearSurfaces_;
     std::uint64_t skippingVersion_ = 0; // of the occupancy that the texture holds; 0: none
-    const SubBlocks* subBlocks_ = nullptr;
 };
 
 /// Sets the uniforms of common_ray.glsl.

@@ -4,8 +4,7 @@
 namespace tessera {
 
 VisibilityPass::VisibilityPass(std::uint32_t features, const VolumeInfo& info, Ledger& gpu)
-    : features_((features & (kFeatureBricked | kFeatureNormalised | kFeatureMixed)) | kFeatureHardware |
-                kFeatureVisibility),
+    : features_((features & (kFeatureNormalised | kFeatureMixed)) | kFeatureHardware | kFeatureVisibility),
       info_(info), gpu_(gpu) {}
 
 void VisibilityPass::begin(const VisibilityRays& rays, const Optics& optics) {

@@ -45,7 +45,8 @@ class MirrorCaster : public RayCaster {
     std::vector<SurfaceHit> hits() const override {
         if (!hits_)
             return {};
-        return mirrorHits<float>(input(), picture_.pixels.size(), frameRays(cast<float>(rays_.frame)), threads_);
+        return mirrorHits<float>(input(), picture_.pixels.size(), frameRays(cast<float>(rays_.frame)),
+                                 threads_);
     }
 
   private:

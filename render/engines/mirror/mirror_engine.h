@@ -1,5 +1,5 @@
-// render/engines/mirror/mirror_engine.h: the contract on the CPU, in float, as an engine. Bricks are read from
-// the cache as rays need them.
+// render/engines/mirror/mirror_engine.h: the contract on the CPU, in float, as an engine. Bricks are read
+// from the cache as rays need them.
 #pragma once
 
 #include "render/engine.h"

@@ -30,22 +30,17 @@ class ReferenceCaster : public RayCaster {
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work&) override {
         const VolumeState& volume = scene_.volume;
         const bool whole = deadline == Clock::time_point::max();
-        const ReferenceInput input{volume.cache.get(),
-                                   &scene_.info(),
-                                   &volume.function,
-                                   shading_,
-                                   &volume.statistics,
-                                   1,
-                                   surfaces_,
-                                   whole ? slicing.progress : ShareDone{}};
+        const ReferenceInput input{volume.cache.get(), &scene_.info(),
+                                   &volume.function,   shading_,
+                                   &volume.statistics, 1,
+                                   surfaces_,          whole ? slicing.progress : ShareDone{}};
         do {
             const std::size_t left = picture_.pixels.size() - done_;
             const std::size_t count = whole ? left : std::min(left, kRaysAtATime);
             const auto first = rays_.begin() + static_cast<std::ptrdiff_t>(done_);
             const auto last = first + static_cast<std::ptrdiff_t>(count);
-            const auto values = whole && done_ == 0
-                                    ? renderReference(input, rays_, threads_)
-                                    : renderReference(input, {first, last}, threads_);
+            const auto values = whole && done_ == 0 ? renderReference(input, rays_, threads_)
+                                                    : renderReference(input, {first, last}, threads_);
             std::transform(values.begin(), values.end(),
                            picture_.pixels.begin() + static_cast<std::ptrdiff_t>(done_),
                            [](const glm::dvec4& v) { return glm::vec4(v); });

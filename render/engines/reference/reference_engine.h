@@ -1,5 +1,5 @@
-// render/engines/reference/reference_engine.h: the true integral in double, as an engine. It reads every voxel
-// at the finest level, whatever levels were chosen, and takes no steps.
+// render/engines/reference/reference_engine.h: the true integral in double, as an engine. It reads every
+// voxel at the finest level, whatever levels were chosen, and takes no steps.
 #pragma once
 
 #include "core/scene.h"

@@ -65,7 +65,7 @@ class DeviceMarch {
     Integrator integrator() const { return integrator_; } // never automatic
     /// Bricks included.
     std::size_t gpuBytes() const { return on_.gpu_.usedBytes() + gpu_.peakBytes(); }
-    /// "bricked, skipping, ...": what is compiled, besides counting.
+    /// "shading+skipping+...": what is compiled, besides counting.
     std::string features() const;
 
   private:

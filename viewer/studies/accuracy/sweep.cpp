@@ -173,8 +173,9 @@ class Runner {
         const std::size_t floor = BrickCache::floorBytes(p.info(), 2 * defaultThreads()) * 4;
         BrickCache cache(store_, ram_, std::max(floor, ram_.freeBytes() / 2), 0);
         const Scene& scene = out_.scene.scene;
-        ReferenceInput input{&cache,        &p.info(), &p.volume.function,    scene.shading,
-                             &p.volume.statistics, 1,         scene.surfaces, common_.progress->shares()};
+        ReferenceInput input{
+            &cache, &p.info(),      &p.volume.function,        scene.shading, &p.volume.statistics,
+            1,      scene.surfaces, common_.progress->shares()};
         const std::vector<ReferenceRay> compared =
             referenceRays(p.view.camera, p.info(), out_.imageSize, out_.pixelStride);
         common_.progress->stage(out_.scene.name + ": drawing the reference");

@@ -29,10 +29,10 @@ BlockGrid gridOfScan(const SceneBench& scene) {
     const VolumeInfo& info = scene.info();
     BlockGrid grid{3, scene.culled().bricks, kBrickExtent, {}};
     for (std::size_t brick = 0; brick < scene.shows().size(); ++brick) {
-        const double a =
-            info.rescaleSlope * static_cast<double>(p.volume.statistics.brickMin[brick]) + info.rescaleIntercept;
-        const double b =
-            info.rescaleSlope * static_cast<double>(p.volume.statistics.brickMax[brick]) + info.rescaleIntercept;
+        const double a = info.rescaleSlope * static_cast<double>(p.volume.statistics.brickMin[brick]) +
+                         info.rescaleIntercept;
+        const double b = info.rescaleSlope * static_cast<double>(p.volume.statistics.brickMax[brick]) +
+                         info.rescaleIntercept;
         const auto& points = p.volume.function.opacityPoints();
         const bool bends = std::any_of(points.begin(), points.end(), [&](const OpacityPoint& point) {
             return point.value > std::min(a, b) && point.value < std::max(a, b);

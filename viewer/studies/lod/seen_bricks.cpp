@@ -42,7 +42,8 @@ void followRay(const SegmentedRay<float>& ray, const ScenePlan& scene, const Sel
 } // namespace
 
 std::vector<float> seenBricks(const ScenePlan& scene, const Selection& culled, int pixels) {
-    const RayFrame<float> frame = cast<float>(rayFrame(scene.view.camera, scene.info(), glm::ivec2(pixels), 1.0));
+    const RayFrame<float> frame =
+        cast<float>(rayFrame(scene.view.camera, scene.info(), glm::ivec2(pixels), 1.0));
     Sums all(culled.levels.size());
     std::mutex mutex;
     parallelFor(static_cast<std::size_t>(pixels), 0, [&](std::size_t row) {

@@ -3,8 +3,8 @@
 // they take.
 #include "render/engines/gpu/features.h"
 #include "render/engines/gpu/fine_mask.h"
-#include "render/engines/gpu/march.h"
 #include "render/engines/gpu/gpu_engine.h"
+#include "render/engines/gpu/march.h"
 #include "render/residency/texels.h"
 #include "viewer/studies/lod/experiments.h"
 #include "viewer/studies/report/page.h" // loadAverage
@@ -19,9 +19,9 @@ namespace tessera::bench {
 namespace {
 
 /// From nothing to the finest; each is the one before with one thing more.
-enum Way : std::size_t { kNone, kPlainChebyshev, kOctants, kBlocks, kSubBlocks, kWays };
+enum Way : std::size_t { kNone, kPlainChebyshev, kOctants, kBlocks, kWays };
 constexpr std::array<const char*, kWays> kWayNames = {"none", "plain Chebyshev", "octants",
-                                                      "blocks of 2 voxels", "sub-blocks of half a voxel"};
+                                                      "blocks of 2 voxels"};
 
 struct WayRow {
     double samples = 0, iterations = 0;
@@ -30,17 +30,18 @@ struct WayRow {
     bool same = true;
 };
 
-/// One scene, all of its level 0 on the device, and the five ways to march it.
+/// One scene, all of its level 0 on the device, and the four ways to march it.
 class SkippingCase {
   public:
     SkippingCase(SceneBench& scene, Fetch fetch, Ledger& ram, Ledger& gpu)
         : p_(scene.prepared()), gpu_(gpu),
-          features_(kFeatureBricked | (fetch == Fetch::hardware ? std::uint32_t{kFeatureHardware} : 0u) |
+          features_((fetch == Fetch::hardware ? std::uint32_t{kFeatureHardware} : 0u) |
                     (p_.volume.optics.termination > 0 ? std::uint32_t{kFeatureTermination} : 0u) |
                     (texelFormat(p_.info().type).normalised ? std::uint32_t{kFeatureNormalised} : 0u)),
-          atlas_(p_.info(), p_.volume.selection, std::max(pagesFor(p_.volume.selection.counts), std::size_t{1}),
-                 TextureLimits{}, gpu, ram),
-          octants_({p_.volume.statistics, p_.volume.table, p_.info(), p_.volume.selection, p_.view.quality.edgeFunction},
+          atlas_(p_.info(), p_.volume.selection,
+                 std::max(pagesFor(p_.volume.selection.counts), std::size_t{1}), TextureLimits{}, gpu, ram),
+          octants_({p_.volume.statistics, p_.volume.table, p_.info(), p_.volume.selection,
+                    p_.view.quality.edgeFunction},
                    MapScale::cells, ram),
           plain_(octants_.plainChebyshev(ram)) {
         Work loading;
@@ -79,26 +80,18 @@ class SkippingCase {
     Work draw(Way way, std::uint32_t features, Image* image, double& findMs) {
         if (way != kNone)
             features |= kFeatureSkipping;
-        if (way == kSubBlocks)
-            features |= kFeatureSubBlocks;
         const Occupancy& map = way == kPlainChebyshev ? plain_ : octants_;
-        March march(features, p_.view.frame, p_.info(), p_.strides(), p_.volume.optics, way == kNone ? nullptr : &map,
-                    gpu_);
-        const FieldSource source{&atlas_, nullptr, p_.volume.selection.finest(), nullptr, nullptr};
-        SubBlocks subBlocks;
-        const auto start = std::chrono::steady_clock::now();
-        if (way == kSubBlocks) {
-            subBlocks = SubBlocks(map, gpu_);
-            march.useSubBlocks(subBlocks);
-        }
-        if (way >= kBlocks)
-            refineSkipping(march.skippingMap(), map, p_.volume.table, p_.volume.optics, features, p_.info(), source, gpu_,
-                           way == kSubBlocks ? &subBlocks : nullptr);
-        if (way >= kBlocks)
+        March march(features, p_.view.frame, p_.info(), p_.strides(), p_.volume.optics,
+                    way == kNone ? nullptr : &map, gpu_);
+        const FieldSource source{&atlas_, p_.volume.selection.finest(), nullptr, nullptr};
+        if (way == kBlocks) {
+            const auto start = std::chrono::steady_clock::now();
+            refineSkipping(march.skippingMap(), map, p_.volume.table, p_.volume.optics, features, p_.info(),
+                           source, gpu_);
             findMs =
                 std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-        rows_[way].bytes =
-            way == kNone ? 0 : static_cast<double>(march.skippingMap().bytes() + subBlocks.bytes());
+        }
+        rows_[way].bytes = way == kNone ? 0 : static_cast<double>(march.skippingMap().bytes());
         Work work;
         march.run(source, Slicing{}, work);
         if (image)
@@ -125,19 +118,15 @@ Report skippingReport(const Workbench& bench) {
     report.title = "Empty-space skipping";
     report.text = {
         "Samples that a picture takes, against those of an oracle that knows which segments show something "
-        "before "
-        "their ray ends: the least that gives this picture. Each way is the one before with one thing more: "
-        "a "
-        "distance map over cells of 8^3 voxels (plain Chebyshev); a distance for each octant; blocks of 2^3 "
-        "voxels of the cells that show something, found on the device; and sub-blocks of 1/2 x 1/2 x 1/4 "
-        "voxel of "
-        "those. All bricks are at level 0, half a voxel a segment, rays end at the scene's transmittance. "
-        "Times are "
-        "the march's alone, least of " +
+        "before their ray ends: the least that gives this picture. Each way is the one before with one thing "
+        "more: a distance map over cells of 8^3 voxels (plain Chebyshev); a distance for each octant; and "
+        "blocks of 2^3 voxels of the cells that show something, found on the device. All bricks are at level "
+        "0, half a voxel a segment, rays end at the scene's transmittance. Times are the march's alone, "
+        "least "
+        "of " +
         std::to_string(repeats) +
-        " interleaved repeats without counters; finding blocks and sub-blocks is once for a transfer "
-        "function, and "
-        "beside. The bytes are the map's on the device; the pictures are compared bit by bit."};
+        " interleaved repeats without counters; finding blocks is once for a transfer function, and beside. "
+        "The bytes are the map's on the device; the pictures are compared bit by bit."};
     Table table{"skipping",
                 "Pictures of " + std::to_string(bench.fewerPixels()) + "^2 pixels from anterior:",
                 {"scene", "fetch", "way", "samples", "samples / oracle", "iterations", "march ms",

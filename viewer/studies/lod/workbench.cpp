@@ -188,7 +188,8 @@ SceneBench::SceneBench(const Workbench& bench, const BenchVolume& volume, const 
     if (pixels > 0)
         prepared_.view.frame =
             rayFrame(prepared_.view.camera, info(), glm::ivec2(pixels), prepared_.view.quality.stepVoxels);
-    culled_ = cullBricks(prepared_.volume.statistics, prepared_.volume.table, info(), 0, cullingFor(scene.shading));
+    culled_ =
+        cullBricks(prepared_.volume.statistics, prepared_.volume.table, info(), 0, cullingFor(scene.shading));
     chooser_.emplace(store_, analysisRam_, 0);
     chooser_->setFunction(prepared_.volume.statistics, prepared_.volume.table, cullingFor(scene.shading));
     chooser_->keepFunction();

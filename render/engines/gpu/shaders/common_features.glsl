@@ -1,28 +1,19 @@
 // common_features.glsl: every feature is 0 or 1; a forgotten or misspelt one is an error, not "off".
 #if !defined(FEATURE_SHADING) || !defined(FEATURE_SKIPPING) || !defined(FEATURE_HARDWARE) || \
-    !defined(FEATURE_NORMALISED) || !defined(FEATURE_BRICKED) || !defined(FEATURE_TERMINATION) || \
+    !defined(FEATURE_NORMALISED) || !defined(FEATURE_TERMINATION) || \
     !defined(FEATURE_COUNTING) || !defined(FEATURE_MIXED) || !defined(FEATURE_PASSES) || \
-    !defined(FEATURE_VISIBILITY) || !defined(FEATURE_SUBBLOCKS) || \
+    !defined(FEATURE_VISIBILITY) || \
     !defined(FEATURE_LINEAR) || !defined(FEATURE_PREINTEGRATED) || !defined(FEATURE_SEENCOLOURS) || \
     !defined(FEATURE_FORWARD_GRADIENT) || !defined(FEATURE_SOBEL_GRADIENT) || \
     !defined(FEATURE_ANALYTIC_GRADIENT) || !defined(FEATURE_SURFACES) || !defined(FEATURE_HITS) || \
     !defined(FEATURE_HALF_CENTRAL_GRADIENT)
 #error every FEATURE_ must be defined as 0 or 1 (render/engines/gpu/features.h)
 #endif
-#if (FEATURE_MIXED || FEATURE_PASSES || FEATURE_VISIBILITY) && !FEATURE_BRICKED
-#error mixed levels, several passes and what is seen of bricks need bricks
-#endif
-#if FEATURE_SUBBLOCKS && !(FEATURE_SKIPPING && FEATURE_BRICKED)
-#error sub-blocks are part of empty-space skipping, and found from bricks
-#endif
-#if FEATURE_SUBBLOCKS && FEATURE_VISIBILITY
-#error sub-blocks and what is seen of bricks share their bindings
-#endif
 #if FEATURE_VISIBILITY && (FEATURE_LINEAR || FEATURE_PREINTEGRATED)
 #error what is seen of bricks is counted by the midpoint rule
 #endif
-#if FEATURE_SURFACES && (FEATURE_SUBBLOCKS || FEATURE_VISIBILITY)
-#error rays that look for surfaces use neither sub-blocks nor count what is seen
+#if FEATURE_SURFACES && FEATURE_VISIBILITY
+#error rays that look for surfaces do not count what is seen
 #endif
 #if FEATURE_HITS && !FEATURE_SURFACES
 #error what rays hit are isosurfaces

@@ -1,5 +1,5 @@
 // march_skipping.glsl: leaps over strides that are proven empty; twin of render/empty_space/occupancy.h.
-// Needs FEATURE_SKIPPING, FEATURE_SUBBLOCKS, FEATURE_ENDS, common_ray.glsl, march_strides.glsl. Gives
+// Needs FEATURE_SKIPPING, FEATURE_ENDS, common_ray.glsl, march_strides.glsl. Gives
 // beginSkipping(ray), isOccupied(p), and nextOccupied(ray, i, n, p, left, iterations) or, for segments that are given
 // by their ends, nextShown(ray, i, left, iterations); for those that may hold isosurfaces
 // nextNotClear(ray, i, left, iterations), isNearSurface(a, b).
@@ -38,37 +38,10 @@ int blockBit(ivec3 voxel) {
 // Of an occupied box: whether the block can show anything.
 bool isOccupiedBlock(uvec2 texel, int bit) { return ((bit < 32 ? texel.x : texel.y) >> (bit & 31) & 1u) != 0u; }
 
-#if FEATURE_SUBBLOCKS
-layout(std430, binding = 5) readonly buffer Places { uint uPlaces[]; };       // see render/engines/gpu/fine_mask.h
-layout(std430, binding = 6) readonly buffer SubBlocks { uint uSubBlocks[]; };
-uniform ivec3 uSkippingGrid;
-
-const vec3 kSubBlocksPerVoxel = vec3(2.0, 2.0, 4.0);
-
-ivec3 subBlockAt(vec3 p, ivec3 voxel) { // p may lie on the volume's far side
-    return clamp(ivec3(floor(p * kSubBlocksPerVoxel)), voxel * ivec3(2, 2, 4), voxel * ivec3(2, 2, 4) + ivec3(1, 1, 3));
-}
-// Of an occupied block of a cell.
-bool isOccupiedSubBlock(uvec2 texel, int bit, ivec3 voxel, ivec3 subBlock) {
-    ivec3 cell = voxel >> 3;
-    uint place = uPlaces[1 + (cell.z * uSkippingGrid.y + cell.y) * uSkippingGrid.x + cell.x];
-    uvec2 below = texel & uvec2(bit < 32 ? (1u << bit) - 1u : 0xFFFFFFFFu, bit < 32 ? 0u : (1u << (bit - 32)) - 1u);
-    uint slot = max(place, 1u) - 1u + uint(bitCount(below.x) + bitCount(below.y));
-    ivec3 inside = subBlock & ivec3(3, 3, 7);
-    uint word = uSubBlocks[4u * slot + uint(inside.z >> 1)];
-    return place == 0u || (word >> (inside.x | inside.y << 2 | (inside.z & 1) << 4) & 1u) != 0u;
-}
-#endif
-
 bool isOccupied(vec3 p) {
     ivec3 voxel = voxelAt(p);
     uvec2 texel = skippingTexel(voxel);
-    int bit = blockBit(voxel);
-    bool occupied = isOccupiedBox(texel) && isOccupiedBlock(texel, bit);
-#if FEATURE_SUBBLOCKS
-    occupied = occupied && isOccupiedSubBlock(texel, bit, voxel, subBlockAt(p, voxel));
-#endif
-    return occupied;
+    return isOccupiedBox(texel) && isOccupiedBlock(texel, blockBit(voxel));
 }
 
 // The empty box around p, as far as a ray may leap: number and edge of the smallest box there, and how many of them
@@ -83,17 +56,7 @@ bool emptyBoxAt(vec3 p, out vec3 box, out vec3 edge, out int reach) {
         box = vec3(voxel >> (uSkippingShift - 2));
         edge *= 0.25;
         reach = 1;
-        int bit = blockBit(voxel);
-        if (isOccupiedBlock(texel, bit)) {
-#if FEATURE_SUBBLOCKS
-            ivec3 subBlock = subBlockAt(p, voxel);
-            box = vec3(subBlock);
-            edge = 1.0 / kSubBlocksPerVoxel;
-            if (isOccupiedSubBlock(texel, bit, voxel, subBlock)) return false;
-#else
-            return false;
-#endif
-        }
+        if (isOccupiedBlock(texel, blockBit(voxel))) return false;
     }
     return true;
 }

@@ -1,18 +1,16 @@
 // sampler_atlas.glsl: texels of the atlas and stored values; nothing here knows how samples are blended.
-// Needs FEATURE_BRICKED, FEATURE_HARDWARE, FEATURE_NORMALISED, FEATURE_COUNTING. Gives storedFromTexel,
+// Needs FEATURE_HARDWARE, FEATURE_NORMALISED, FEATURE_COUNTING. Gives storedFromTexel,
 // storedFromFiltered, gTurns, brickEntry(brick), slotOrigin(entry, shift), trilinearOverBricks, trilinearInSlot.
 
-uniform sampler3D uVoxels; // atlas pages, or the whole level
+uniform sampler3D uVoxels; // atlas pages
 #if FEATURE_NORMALISED
 uniform float uStoredBias; // stored value = 65535 * texel + bias, exactly
 #endif
 #if FEATURE_HARDWARE
 uniform vec3 uTexelSize; // 1 / extent of uVoxels
 #endif
-#if FEATURE_BRICKED
 uniform usampler3D uIndex; // one texel per brick: see render/engines/gpu/atlas.h
 const uint kEntryValue = 0x80000000u;
-#endif
 
 #if FEATURE_COUNTING
 uint gFetches = 0u;
@@ -43,7 +41,6 @@ float storedFromFiltered(float texel) {
 #endif
 }
 
-#if FEATURE_BRICKED
 #if FEATURE_PASSES
 // Bricks may be absent. A sample that needs one is not taken; its ray names all bricks that the sample needs, and
 // waits. A brick keeps the first of the rays that named it, so that the host can serve at least one ray wholly.
@@ -71,7 +68,6 @@ ivec3 slotOrigin(uvec2 entry, int shift) {
     ivec3 slot = ivec3(entry.y & 31u, (entry.y >> 5) & 31u, (entry.y >> 10) & 31u);
     return page * 32 + (slot << shift);
 }
-#endif
 
 float mixCorners(float v000, float v100, float v010, float v110, float v001, float v101, float v011, float v111,
                  vec3 f) {
@@ -90,7 +86,7 @@ float texelValue(ivec3 at) {
     return storedFromTexel(texelFetch(uVoxels, at, 0).r);
 }
 
-// Between texels of one slot, or of a whole level.
+// Between texels of one slot.
 float trilinearInSlot(ivec3 low, ivec3 high, vec3 f) {
     return mixCorners(texelValue(low), texelValue(ivec3(high.x, low.yz)), texelValue(ivec3(low.x, high.y, low.z)),
                       texelValue(ivec3(high.xy, low.z)), texelValue(ivec3(low.xy, high.z)),
@@ -98,7 +94,6 @@ float trilinearInSlot(ivec3 low, ivec3 high, vec3 f) {
                       texelValue(high), f);
 }
 
-#if FEATURE_BRICKED
 // shift: log2 of the samples per brick edge
 float latticeValue(ivec3 i, int shift) {
     COUNT_FETCHES(1u);
@@ -116,4 +111,3 @@ float trilinearOverBricks(ivec3 low, ivec3 high, vec3 f, int shift) {
                       latticeValue(ivec3(high.x, low.y, high.z), shift),
                       latticeValue(ivec3(low.x, high.yz), shift), latticeValue(high, shift), f);
 }
-#endif

@@ -12,11 +12,9 @@
 uniform ivec3 uLevelExtent;     // samples
 uniform float uSamplesPerVoxel; // 2^-level
 uniform float uVoxelsPerSample; // 2^level
-#if FEATURE_BRICKED
 uniform int uBrickShift;        // log2 of the samples per brick edge: 5 - level
-#endif
 
-#if FEATURE_HARDWARE && FEATURE_BRICKED
+#if FEATURE_HARDWARE
 // at: lattice coordinates, between samples of this one brick.
 float filteredInBrick(ivec3 brick, vec3 at) {
     COUNT_FETCHES(1u);
@@ -32,7 +30,7 @@ float fieldValue(vec3 p) {
     at = clamp(at, vec3(0.0), vec3(uLevelExtent - 1));
     ivec3 low = ivec3(at); // not negative, so this is floor
     ivec3 high = min(low + 1, uLevelExtent - 1);
-#if FEATURE_HARDWARE && FEATURE_BRICKED
+#if FEATURE_HARDWARE
     // One filtered fetch per brick that holds a part of the eight samples: one almost everywhere, two across a
     // face. In the axes that cross, the fetch sits on the outermost sample, so the filter never leaves the slot.
     ivec3 brick = low >> uBrickShift;
@@ -50,16 +48,9 @@ float fieldValue(vec3 p) {
         corner = (corner - mask) & mask; // the next subset of the axes that cross
     } while (corner != 0);
     return value;
-#elif FEATURE_HARDWARE
-    COUNT_FETCHES(1u);
-    return storedFromFiltered(textureLod(uVoxels, (at + 0.5) * uTexelSize, 0.0).r);
 #else
     precise vec3 f = at - vec3(low);
-#if FEATURE_BRICKED
     return trilinearOverBricks(low, high, f, uBrickShift);
-#else
-    return trilinearInSlot(low, high, f);
-#endif
 #endif
 }
 

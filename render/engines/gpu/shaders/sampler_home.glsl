@@ -3,7 +3,6 @@
 // mode. Needs sampler_field.glsl. Gives enterHome(p), leaveHome(), inHome(p), homeValue(p),
 // homePitch(); for strides gHomeStride, gStartLow, gStartHigh; for counting gHomeNumber.
 
-#if FEATURE_BRICKED
 const float kFar = 1e9;
 vec3 gHomeLow = vec3(kFar), gHomeHigh = vec3(-kFar); // voxels: between them no other brick has weight
 float gHomeScale, gHomeValue;                        // texel = position * scale + offset; or all one value
@@ -104,12 +103,6 @@ float homeValue(vec3 p) {
     return trilinearInSlot(gHomeOrigin + low, gHomeOrigin + min(low + 1, gHomeLast), f);
 #endif
 }
-#else
-void enterHome(vec3 position) {}
-void leaveHome() {}
-bool inHome(vec3 p) { return true; }
-float homeValue(vec3 p) { return fieldValue(p); }
-#endif
 
 #if FEATURE_MIXED
 float homePitch() { return gHomePitch; }

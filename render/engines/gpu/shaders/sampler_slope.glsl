@@ -1,6 +1,6 @@
 // sampler_slope.glsl: the derivative of the field itself: of trilinear interpolation, and of the blends between
-// bricks of mixed levels; twin of the "slopes" of render/contract/sampler.h. Needs sampler_home.glsl, FEATURE_BRICKED,
-// FEATURE_MIXED. Gives fieldSlope(p), and homeSlope(p) where inHome(p): stored units per voxel.
+// bricks of mixed levels; twin of the "slopes" of render/contract/sampler.h. Needs sampler_home.glsl, FEATURE_MIXED.
+// Gives fieldSlope(p), and homeSlope(p) where inHome(p): stored units per voxel.
 
 // xyz: derivative along the lattice's axes, per sample; w: the value.
 vec4 slopeOfCorners(float v000, float v100, float v010, float v110, float v001, float v101, float v011,
@@ -26,7 +26,7 @@ vec4 slopeOfCorners(float v000, float v100, float v010, float v110, float v001, 
     return vec4(dx, dy, dz, v);
 }
 
-// Between texels of one slot, or of a whole level.
+// Between texels of one slot.
 vec4 slopeInSlot(ivec3 low, ivec3 high, vec3 f) {
     return slopeOfCorners(texelValue(low), texelValue(ivec3(high.x, low.yz)),
                           texelValue(ivec3(low.x, high.y, low.z)), texelValue(ivec3(high.xy, low.z)),
@@ -34,7 +34,6 @@ vec4 slopeInSlot(ivec3 low, ivec3 high, vec3 f) {
                           texelValue(ivec3(low.x, high.yz)), texelValue(high), f);
 }
 
-#if FEATURE_BRICKED
 // Between samples of one level, whichever bricks they are in. shift: log2 of the samples per brick edge
 vec4 slopeOverBricks(ivec3 low, ivec3 high, vec3 f, int shift) {
     return slopeOfCorners(latticeValue(low, shift), latticeValue(ivec3(high.x, low.yz), shift),
@@ -44,7 +43,6 @@ vec4 slopeOverBricks(ivec3 low, ivec3 high, vec3 f, int shift) {
                           latticeValue(ivec3(high.x, low.y, high.z), shift),
                           latticeValue(ivec3(low.x, high.yz), shift), latticeValue(high, shift), f);
 }
-#endif
 
 // Beyond the outermost samples the field is constant along that axis.
 vec4 perVoxel(vec4 slope, vec3 at, vec3 inside, float samplesPerVoxel) {
@@ -115,15 +113,10 @@ vec3 fieldSlope(vec3 p) {
     ivec3 low = ivec3(inside);
     ivec3 high = min(low + 1, uLevelExtent - 1);
     precise vec3 f = inside - vec3(low);
-#if FEATURE_BRICKED
     return perVoxel(slopeOverBricks(low, high, f, uBrickShift), at, inside, uSamplesPerVoxel).xyz;
-#else
-    return perVoxel(slopeInSlot(low, high, f), at, inside, uSamplesPerVoxel).xyz;
-#endif
 }
 #endif
 
-#if FEATURE_BRICKED
 vec3 homeSlope(vec3 p) {
     if (gHomeIsValue) return vec3(0.0);
 #if FEATURE_HARDWARE
@@ -144,6 +137,3 @@ vec3 homeSlope(vec3 p) {
                     gHomeScale).xyz;
 #endif
 }
-#else
-vec3 homeSlope(vec3 p) { return fieldSlope(p); }
-#endif
