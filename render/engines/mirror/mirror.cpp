@@ -11,13 +11,13 @@ namespace tessera {
 
 MirrorInput mirrorInput(const ScenePlan& scene, bool skipping) {
     MirrorInput input;
-    input.cache = scene.cache.get();
+    input.cache = scene.volume.cache.get();
     input.info = &scene.info();
-    input.selection = &scene.selection;
-    input.levels = scene.mixed() ? &scene.levels : nullptr;
-    input.optics = &scene.optics;
-    input.occupancy = skipping ? &scene.occupancy : nullptr;
-    input.nearSurfaces = skipping && scene.mapsNearSurfaces ? &scene.nearSurfaces : nullptr;
+    input.selection = &scene.volume.selection;
+    input.levels = scene.volume.mixed() ? &scene.volume.levels : nullptr;
+    input.optics = &scene.volume.optics;
+    input.occupancy = skipping ? &scene.volume.occupancy : nullptr;
+    input.nearSurfaces = skipping && scene.volume.mapsSurfaces ? &scene.volume.surfaceOccupancy : nullptr;
     input.strides = scene.strides();
     return input;
 }
