@@ -4,6 +4,7 @@
 #include "core/error.h"
 
 #include <cmath>
+#include <cstring>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
@@ -80,6 +81,20 @@ glm::dmat4 patientFromVoxelOf(const glm::dvec3& firstCentreMm, const glm::dvec3&
 
 glm::dvec3 firstVoxelCentreMm(const VolumeInfo& info) {
     return glm::dvec3(info.patientFromVoxel * glm::dvec4(0.5, 0.5, 0.5, 1));
+}
+
+void storeFill(const VolumeInfo& info, std::byte* out) {
+    const auto put = [&](auto value) { std::memcpy(out, &value, sizeof value); };
+    switch (info.type) {
+    case ValueType::u8:
+        return put(static_cast<std::uint8_t>(info.fillStored));
+    case ValueType::i16:
+        return put(static_cast<std::int16_t>(info.fillStored));
+    case ValueType::u16:
+        return put(static_cast<std::uint16_t>(info.fillStored));
+    case ValueType::f32:
+        return put(static_cast<float>(info.fillStored));
+    }
 }
 
 } // namespace tessera

@@ -92,4 +92,7 @@ glm::dmat4 patientFromVoxelOf(const glm::dvec3& firstCentreMm, const glm::dvec3&
 /// Position of the centre of voxel (0,0,0) in patient space, mm.
 glm::dvec3 firstVoxelCentreMm(const VolumeInfo& info);
 
+/// Writes the fill value once, as stored: bytesPerValue() bytes.
+void storeFill(const VolumeInfo& info, std::byte* out);
+
 } // namespace tessera

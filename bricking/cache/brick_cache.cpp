@@ -47,8 +47,8 @@ struct Wish {
 } // namespace
 
 struct BrickCache::State : std::enable_shared_from_this<State> {
-    State(const StoreReader& storeRead, Ledger& ram, std::size_t budgetBytes, std::size_t chunk)
-        : store(storeRead), chunkBytes(chunk), capacity(budgetBytes / chunk),
+    State(const ChunkSource& read, Ledger& ram, std::size_t budgetBytes, std::size_t chunk)
+        : source(read), chunkBytes(chunk), capacity(budgetBytes / chunk),
           charge(ram.charge(budgetBytes, "the cache of chunks")) {}
 
     ChunkPointer pin(const ChunkKey& key, Entry& entry);
@@ -63,7 +63,7 @@ struct BrickCache::State : std::enable_shared_from_this<State> {
     void load(const ChunkKey& key);
     std::unique_ptr<Chunk> decode(const ChunkKey& key) const;
 
-    const StoreReader& store;
+    const ChunkSource& source;
     const std::size_t chunkBytes, capacity; // capacity in chunks
     std::size_t loaders = 0;
     const Charge charge;
@@ -106,7 +106,7 @@ void BrickCache::State::unpin(const ChunkKey& key) {
 /// A future for what is on its way, or the resident chunk in `resident` and no future.
 ChunkFuture BrickCache::State::ask(const ChunkKey& key, ChunkPointer& resident) {
     const glm::ivec3 grid = key.level >= 0 && key.level < kLevelCount
-                                ? chunkGrid(store.info().extentVoxels, key.level)
+                                ? chunkGrid(source.info().extentVoxels, key.level)
                                 : glm::ivec3(0);
     TESSERA_CHECK(key.i >= 0 && key.j >= 0 && key.k >= 0 && key.i < grid.x && key.j < grid.y &&
                   key.k < grid.z);
@@ -201,7 +201,7 @@ std::unique_ptr<Chunk> BrickCache::State::decode(const ChunkKey& key) const {
     auto chunk = std::make_unique<Chunk>();
     chunk->bytes = std::make_unique_for_overwrite<std::byte[]>(chunkBytes);
     chunk->size = chunkBytes;
-    store.readChunk(key, {chunk->bytes.get(), chunkBytes});
+    source.readChunk(key, {chunk->bytes.get(), chunkBytes});
     return chunk;
 }
 
@@ -247,12 +247,12 @@ void BrickCache::State::load(const ChunkKey& key) {
     }
 }
 
-BrickCache::BrickCache(const StoreReader& store, Ledger& ram, std::size_t budgetBytes, int threads) {
-    if (budgetBytes < floorBytes(store.info(), threads))
+BrickCache::BrickCache(const ChunkSource& source, Ledger& ram, std::size_t budgetBytes, int threads) {
+    if (budgetBytes < floorBytes(source.info(), threads))
         throw InputError("the cache of chunks needs at least " +
-                         formatBytes(floorBytes(store.info(), threads)) + ", but was given " +
+                         formatBytes(floorBytes(source.info(), threads)) + ", but was given " +
                          formatBytes(budgetBytes) + "; raise " + ram.option());
-    state_ = std::make_shared<State>(store, ram, budgetBytes, store.chunkBytes());
+    state_ = std::make_shared<State>(source, ram, budgetBytes, source.chunkBytes());
     state_->loaders = loaderCount(threads);
     for (std::size_t i = 0; i < loaderCount(threads); ++i)
         loaders_.emplace_back([state = state_.get()] { state->loaderLoop(); });

@@ -9,7 +9,7 @@
 // room: it takes the bytes of one chunk before it is decoded. See bricking/README.md for who may move what.
 #pragma once
 
-#include "bricking/store/store_reader.h"
+#include "bricking/cache/chunk_source.h"
 #include "core/brick.h"
 #include "core/budget.h"
 
@@ -39,8 +39,8 @@ class BrickCache {
     ///                     no chunk is ever refused later; at least floorBytes(), else InputError naming the
     ///                     floor
     /// @param threads  that decode; 0: all processors
-    /// store must outlive the cache; ram must outlive every pointer as well.
-    BrickCache(const StoreReader& store, Ledger& ram, std::size_t budgetBytes, int threads);
+    /// source must outlive the cache; ram must outlive every pointer as well.
+    BrickCache(const ChunkSource& source, Ledger& ram, std::size_t budgetBytes, int threads);
     /// Drops queued work (its futures throw Error) and waits for what is being decoded. Pointers stay valid.
     ~BrickCache();
     BrickCache(const BrickCache&) = delete;

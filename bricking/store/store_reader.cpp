@@ -120,10 +120,6 @@ const VolumeInfo& StoreReader::info() const {
     return state_->metadata.info;
 }
 
-std::size_t StoreReader::chunkBytes() const {
-    return cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info().type);
-}
-
 void StoreReader::readChunk(const ChunkKey& key, std::span<std::byte> out) const {
     TESSERA_CHECK(key.level >= 0 && key.level < kLevelCount && out.size() == chunkBytes());
     const glm::ivec3 grid = chunkGrid(info().extentVoxels, key.level);

@@ -1,6 +1,7 @@
 // bricking/store/store_reader.h: reads chunks of a store: an OME-Zarr 0.5 group, sharded, checksummed.
 #pragma once
 
+#include "bricking/cache/chunk_source.h"
 #include "core/brick.h"
 #include "core/budget.h"
 #include "core/volume.h"
@@ -13,25 +14,23 @@
 
 namespace tessera {
 
-class StoreReader {
+class StoreReader : public ChunkSource {
   public:
     /// Reads and checks all metadata; no voxels. Shard indices are read on first use and checked. Room for
     /// them and for decoding is charged to ram at once, at most a quarter of what is free there but at least
     /// readerFloorBytes(); with less room shards are opened more often. ram must outlive the reader.
     /// Throws InputError naming the file for anything missing, unreadable or inconsistent.
     StoreReader(const std::filesystem::path& path, Ledger& ram);
-    ~StoreReader();
+    ~StoreReader() override;
     StoreReader(const StoreReader&) = delete;
     StoreReader& operator=(const StoreReader&) = delete;
 
     const std::filesystem::path& path() const;
-    const VolumeInfo& info() const;
-    /// Bytes of one decoded chunk: kChunkExtent^3 * bytesPerValue.
-    std::size_t chunkBytes() const;
+    const VolumeInfo& info() const override;
     /// Decodes one chunk: [z][y][x] of kChunkExtent^3 stored values; beyond the array's edge the fill value.
     /// Thread-safe. out.size() == chunkBytes(). A chunk that the store leaves out is all fill.
     /// Throws InputError naming shard and chunk when a checksum fails or an index lies.
-    void readChunk(const ChunkKey& key, std::span<std::byte> out) const;
+    void readChunk(const ChunkKey& key, std::span<std::byte> out) const override;
     /// Identity of the content: hex digest over metadata and shard indices (whose entries hold the chunks'
     /// places and sizes; the chunks' own CRCs stand in for their bytes).
     std::string contentHash() const;

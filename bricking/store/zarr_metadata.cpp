@@ -362,18 +362,4 @@ std::string contentHashOf(const StoreMetadata& metadata) {
     return text;
 }
 
-void storeFill(const VolumeInfo& info, std::byte* out) {
-    const auto put = [&](auto value) { std::memcpy(out, &value, sizeof value); };
-    switch (info.type) {
-    case ValueType::u8:
-        return put(static_cast<std::uint8_t>(info.fillStored));
-    case ValueType::i16:
-        return put(static_cast<std::int16_t>(info.fillStored));
-    case ValueType::u16:
-        return put(static_cast<std::uint16_t>(info.fillStored));
-    case ValueType::f32:
-        return put(static_cast<float>(info.fillStored));
-    }
-}
-
 } // namespace tessera

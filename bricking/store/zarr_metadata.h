@@ -51,7 +51,4 @@ bool isGroupOfOurs(std::string_view text);
 /// 16 hex digits over the canonical group document, which holds the CRCs of all shards and chunks.
 std::string contentHashOf(const StoreMetadata& metadata);
 
-/// Writes fillStored as one value of type into out (bytesPerValue bytes).
-void storeFill(const VolumeInfo& info, std::byte* out);
-
 } // namespace tessera

@@ -1,0 +1,42 @@
+// bricking/cache/chunk_source.h: what the cache reads chunks from: a volume with its levels, in boxes of
+// kChunkExtent^3 samples. Our stores are such sources (store/store_reader.h); foreign and remote ones come in
+// the same way, whatever the size of their own chunks (RechunkedSource).
+#pragma once
+
+#include "core/brick.h"
+#include "core/volume.h"
+
+#include <cstddef>
+#include <glm/vec3.hpp>
+#include <span>
+
+namespace tessera {
+
+class ChunkSource {
+  public:
+    virtual ~ChunkSource() = default;
+    virtual const VolumeInfo& info() const = 0;
+    /// Gives one chunk: [z][y][x] of kChunkExtent^3 stored values; beyond the level's edge the fill value.
+    /// Thread-safe. out.size() == chunkBytes(). Throws InputError that names what cannot be read.
+    virtual void readChunk(const ChunkKey& key, std::span<std::byte> out) const = 0;
+    /// Bytes of one chunk: kChunkExtent^3 * bytesPerValue.
+    std::size_t chunkBytes() const {
+        return cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info().type);
+    }
+};
+
+/// A source whose own chunks have another size: every chunk that is asked for is put together from those that
+/// it meets.
+class RechunkedSource : public ChunkSource {
+  public:
+    void readChunk(const ChunkKey& key, std::span<std::byte> out) const final;
+
+  protected:
+    /// Samples of one of its own chunks along each axis, at least 1.
+    virtual glm::ivec3 ownExtent(int level) const = 0;
+    /// Gives one of its own chunks: [z][y][x] of ownExtent() stored values; what lies beyond the level's edge
+    /// is not used. Thread-safe.
+    virtual void readOwn(int level, const glm::ivec3& chunk, std::span<std::byte> out) const = 0;
+};
+
+} // namespace tessera
