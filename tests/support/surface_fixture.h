@@ -75,12 +75,12 @@ inline Drawn draw(Prepared& prepared, std::uint32_t without = 0, const MarchSlic
     const SceneField field(p, atlas, gpu);
     if (refine)
         refineSkipping(march.skippingMap(), p.occupancy, p.table, p.optics, features, p.info(), field.source,
-                       gpu, nullptr);
+                       gpu);
     if (p.mapsNearSurfaces && (features & kFeatureSkipping) != 0) {
         march.setNearSurfaces(p.nearSurfaces);
         if (refine)
             refineSkipping(march.nearSurfacesMap(), p.nearSurfaces, p.surfaceTable, p.optics, features,
-                           p.info(), field.source, gpu, nullptr);
+                           p.info(), field.source, gpu);
     }
     march.run(field.source, slicing, out.work);
     out.image = march.image();
