@@ -11,7 +11,6 @@
 #include <array>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <iostream>
 #include <map>
 #include <random>
 
@@ -80,9 +79,8 @@ std::vector<std::uint32_t> coveringCombinations() {
 TEST(Features, ProgramsOfAllTriplesCompileAndOmitWhatTheyDoNotNeed) {
     const GlContext context({"software"});
     const std::vector<std::uint32_t> rows = coveringCombinations();
-    std::cout << rows.size() << " programs of " << allowedCombinations().size() << " combinations\n";
-    EXPECT_EQ(allowedCombinations().size(), 1u);
-    EXPECT_EQ(rows.size(), 1u);
+    EXPECT_EQ(allowedCombinations().size(), 16640u);
+    EXPECT_EQ(rows.size(), 46u);
     for (const std::uint32_t f : rows) {
         const GlProgram program = marchComposition(f).program("march.comp");
         EXPECT_EQ(program.hasUniform("uPhong"), (f & kFeatureShading) != 0) << f;
