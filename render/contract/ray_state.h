@@ -40,6 +40,11 @@ constexpr std::size_t kDrawnCounterBytes = 7 * sizeof(std::uint32_t);
 inline std::size_t rayStateBytes(const glm::ivec2& imageSize) {
     return (kRayColourBytes + kRayNextBytes) * rayCount(imageSize) + kDrawnCounterBytes;
 }
+/// Of every brick: what rays that count saw of it (SeenBrick).
+constexpr std::size_t kSeenBytes = 2 * sizeof(std::uint32_t);
+inline std::size_t seenBytes(const glm::ivec3& bricks) {
+    return kSeenBytes * cellCount(bricks);
+}
 /// What rays take besides that wait for bricks.
 inline std::size_t wantedBytes(const glm::ivec3& bricks) {
     return kWantedBytes * cellCount(bricks);

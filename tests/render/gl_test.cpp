@@ -1,12 +1,9 @@
-// GL without a picture: shader composition and its line numbers, every legal feature combination compiles and
-// leaves out what it does not need, page allocation.
+// GL without a picture: shader composition and its line numbers, page allocation.
 #include "core/error.h"
-#include "render/engines/gpu/features.h"
 #include "render/engines/gpu/gl/context.h"
 #include "render/engines/gpu/gl/program.h"
 #include "render/residency/page_allocator.h"
 
-#include <bit>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
@@ -31,39 +28,32 @@ TEST(ShaderComposition, IncludesOnceAndMapsLogLinesToFiles) {
     EXPECT_THROW(composeShader(files, "none.comp", ""), Error);
 }
 
-TEST(Program, EveryFeatureCombinationCompilesAndOmitsWhatItDoesNotNeed) {
-    const GlContext context({"software"});
-    for (std::uint32_t f = 0; f <= kAllFeatures; ++f) {
-        // What replaces one formula by another meets a part of the other combinations: one in 128.
-        const std::uint32_t integrator = f & kIntegratorFeatures, gradient = f & kGradientFeatures;
-        if (integrator != 0 && (f & kFeatureVisibility) != 0)
-            continue;
-        if (std::popcount(gradient) > 1 || (integrator & (kFeatureLinear | kFeaturePreintegrated)) ==
-                                               (kFeatureLinear | kFeaturePreintegrated))
-            continue;
-        const std::uint32_t surfaces = f & (kFeatureSurfaces | kFeatureHits);
-        if (surfaces == kFeatureHits || (surfaces != 0 && (f & kFeatureVisibility) != 0))
-            continue;
-        if ((integrator | gradient | surfaces) != 0 && (f * 2654435761u) >> 25 != 0)
-            continue;
-        const GlProgram program("march.comp", featureDefines(f));
-        ASSERT_EQ(program.hasUniform("uPhong"), (f & kFeatureShading) != 0) << f;
-        ASSERT_EQ(program.hasUniform("uSkipping"), (f & kFeatureSkipping) != 0) << f;
-        ASSERT_EQ(program.hasUniform("uIsovalues"), (f & kFeatureSurfaces) != 0) << f;
-        ASSERT_EQ(program.hasUniform("uCorners"), (f & kFeatureMixed) != 0) << f;
-        ASSERT_EQ(program.hasUniform("uTermination"), (f & kFeatureTermination) != 0) << f;
-        ASSERT_EQ(program.hasUniform("uStoredBias"), (f & kFeatureNormalised) != 0) << f;
-    }
-    EXPECT_TRUE(context.errors().empty());
+TEST(ShaderComposition, EveryFeatureIsDefinedAsZeroOrOne) {
+    const EmbeddedFiles files = {{"main.comp", "#if FEATURE_FOG && !FEATURE_MIST\n#endif\n"}};
+    EXPECT_NO_THROW(composeShader(files, "main.comp", "#define FEATURE_FOG 1\n#define FEATURE_MIST 0\n"));
+    const auto refusal = [&](const std::string& defines) -> std::string {
+        try {
+            composeShader(files, "main.comp", defines);
+        } catch (const Error& e) {
+            return e.what();
+        }
+        return {};
+    };
+    EXPECT_THAT(refusal("#define FEATURE_FOG 1\n"),
+                testing::AllOf(HasSubstr("main.comp"), HasSubstr("FEATURE_MIST"), HasSubstr("nobody")));
+    EXPECT_THAT(refusal("#define FEATURE_FOG 1\n#define FEATURE_MIST broken\n"), HasSubstr("broken"));
 }
 
 TEST(Program, FailureNamesFileLineAndDefines) {
     const GlContext context({"software"});
+    const EmbeddedFiles files = {{"main.comp", "#include \"a.glsl\"\nvoid main() {}\n"},
+                                 {"a.glsl", "\n\nint broken = ;\n"}};
     try {
-        const GlProgram program("march.comp", "#define FEATURE_SHADING 1\n#define FEATURE_MIXED broken\n");
-        FAIL() << "compiled without its features";
+        const GlProgram program("main.comp", "#define X 1\n", files);
+        FAIL() << "compiled";
     } catch (const Error& e) {
-        EXPECT_THAT(e.what(), testing::AllOf(HasSubstr("march.comp"), HasSubstr("FEATURE_MIXED broken")));
+        EXPECT_THAT(e.what(),
+                    testing::AllOf(HasSubstr("main.comp"), HasSubstr("a.glsl:3"), HasSubstr("#define X 1")));
     }
 }
 

@@ -153,10 +153,9 @@ TEST(Isosurfaces, CostNothingWhereThereAreNone) {
     scene.surfaces.clear();
     Prepared plain("torso", scene);
     EXPECT_EQ(without.p.volume.table.entries.size(), plain.p.volume.table.entries.size());
-    const GlProgram program("march.comp", featureDefines(marchFeatures(plain.p, true)));
+    const GlProgram program = marchComposition(marchFeatures(plain.p, true)).program("march.comp");
     EXPECT_FALSE(program.hasUniform("uIsovalues"));
-    EXPECT_TRUE(
-        GlProgram("march.comp", featureDefines(marchFeatures(with.p, true))).hasUniform("uIsovalues"));
+    EXPECT_TRUE(marchComposition(marchFeatures(with.p, true)).program("march.comp").hasUniform("uIsovalues"));
     EXPECT_TRUE(bitEqual(marchOn(without, marchFeatures(without.p, true)).image,
                          marchOn(plain, marchFeatures(plain.p, true)).image));
 }

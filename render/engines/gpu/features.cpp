@@ -3,27 +3,27 @@
 
 namespace tessera {
 
+const std::vector<FeatureModule>& featureModules() {
+    static const std::vector<FeatureModule> modules = [] {
+        std::vector<FeatureModule> all = {
+#define TESSERA_FEATURE(Name, name) features::name(),
+            TESSERA_FEATURES(TESSERA_FEATURE)
+#undef TESSERA_FEATURE
+        };
+        for (std::size_t i = 0; i < all.size(); ++i)
+            all[i].bit = 1u << i;
+        return all;
+    }();
+    return modules;
+}
+
 const std::vector<FeatureName>& featureNames() {
-    static const std::vector<FeatureName> names = {
-        {kFeatureShading, "FEATURE_SHADING", "Phong shading with a head light"},
-        {kFeatureSkipping, "FEATURE_SKIPPING", "empty-space skipping"},
-        {kFeatureHardware, "FEATURE_HARDWARE", "hardware-filtered fetches"},
-        {kFeatureNormalised, "FEATURE_NORMALISED", "16-bit voxels"},
-        {kFeatureTermination, "FEATURE_TERMINATION", "early ray termination"},
-        {kFeatureCounting, "FEATURE_COUNTING", "work counters"},
-        {kFeatureMixed, "FEATURE_MIXED", "interblock interpolation"},
-        {kFeaturePasses, "FEATURE_PASSES", "several passes"},
-        {kFeatureVisibility, "FEATURE_VISIBILITY", "counting of what is seen"},
-        {kFeatureLinear, "FEATURE_LINEAR", "segments of linear colour"},
-        {kFeaturePreintegrated, "FEATURE_PREINTEGRATED", "pre-integrated segments"},
-        {kFeatureSeenColours, "FEATURE_SEENCOLOURS", "pre-integrated colours with attenuation"},
-        {kFeatureForwardGradient, "FEATURE_FORWARD_GRADIENT", "gradients by forward differences"},
-        {kFeatureSobelGradient, "FEATURE_SOBEL_GRADIENT", "gradients by smoothed differences (Sobel)"},
-        {kFeatureAnalyticGradient, "FEATURE_ANALYTIC_GRADIENT", "gradients of the interpolation itself"},
-        {kFeatureSurfaces, "FEATURE_SURFACES", "isosurfaces"},
-        {kFeatureHits, "FEATURE_HITS", "what rays hit first"},
-        {kFeatureHalfCentralGradient, "FEATURE_HALF_CENTRAL_GRADIENT", "gradients over one pitch"},
-    };
+    static const std::vector<FeatureName> names = [] {
+        std::vector<FeatureName> all;
+        for (const FeatureModule& m : featureModules())
+            all.push_back({static_cast<Feature>(m.bit), m.define, m.meaning});
+        return all;
+    }();
     return names;
 }
 
@@ -56,10 +56,10 @@ std::uint32_t gradientFeature(Gradient gradient) {
     return 0;
 }
 
-std::string featureDefines(std::uint32_t features) {
+std::string featureDefines(std::uint32_t features, const std::vector<FeatureModule>& modules) {
     std::string text;
-    for (const FeatureName& f : featureNames())
-        text += std::string("#define ") + f.define + ((features & f.bit) ? " 1\n" : " 0\n");
+    for (const FeatureModule& m : modules)
+        text += std::string("#define ") + m.define + ((features & m.bit) ? " 1\n" : " 0\n");
     return text;
 }
 

@@ -2,7 +2,7 @@
 #include "render/engines/gpu/fine_mask.h"
 
 #include "core/error.h"
-#include "render/engines/gpu/gl/program.h"
+#include "render/engines/gpu/composition.h"
 
 #include <algorithm>
 #include <span>
@@ -57,7 +57,9 @@ std::size_t refineSkipping(const GlTexture3d& map, const Occupancy& occupancy, c
     TESSERA_CHECK(occupancy.scale() == MapScale::cells && source.atlas);
     // Exact fetches, whatever the march does: filtered ones are for positions, not for samples.
     const std::uint32_t own = features & kFeatureNormalised;
-    const GlProgram program("skipping_masks.comp", featureDefines(own));
+    const Composition composition(
+        {{"RUNS", "the transfer function's zeros"}, {"CELLS", "the cells to refine"}}, own);
+    const GlProgram program = composition.program("skipping_masks.comp");
     FieldSource plain;
     plain.atlas = source.atlas;
     bindField(program, own, info, plain);
@@ -70,14 +72,14 @@ std::size_t refineSkipping(const GlTexture3d& map, const Occupancy& occupancy, c
     const std::vector<int> runsOfZeros = zeroRuns(table);
     const GlBuffer runs(runsOfZeros.size() * sizeof(int), std::as_bytes(std::span(runsOfZeros)), gpu,
                         "the transfer function's zeros");
-    runs.bind(0);
+    runs.bind(composition.binding("RUNS"));
     map.bindImage(0, GL_RG32UI);
     program.use();
     const std::vector<std::uint32_t> cells = plainCells(occupancy);
     for (std::size_t first = 0; first < cells.size(); first += kCellsAtATime) {
         const auto some = std::span(cells).subspan(first, std::min(kCellsAtATime, cells.size() - first));
         const GlBuffer list(some.size_bytes(), std::as_bytes(some), gpu, "the cells to refine");
-        list.bind(1);
+        list.bind(composition.binding("CELLS"));
         glDispatchCompute(static_cast<GLuint>(some.size()), 1, 1);
         glMemoryBarrier(GL_ALL_BARRIER_BITS);
         glFinish(); // the list goes

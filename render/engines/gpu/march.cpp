@@ -31,6 +31,18 @@ std::uint32_t withOptics(std::uint32_t features, const Optics& optics) {
 
 } // namespace
 
+Composition marchComposition(std::uint32_t features) {
+    static const std::vector<StorageBuffer> own = {
+        {"TABLE", "the transfer function's tables"},
+        {"COLOUR", "the picture",
+         [](const glm::ivec2& image, const glm::ivec3&) { return kRayColourBytes * rayCount(image); }},
+        {"NEXT", "the rays' state",
+         [](const glm::ivec2& image, const glm::ivec3&) { return kRayNextBytes * rayCount(image); }},
+        {"WORK", "the work counters",
+         [](const glm::ivec2&, const glm::ivec3&) { return kDrawnCounterBytes; }}};
+    return Composition(own, features);
+}
+
 void setRayUniforms(const GlProgram& program, const RayFrame<double>& frame) {
     const RayFrame<float> f = cast<float>(frame);
     program.set("uCentre", f.centre);
@@ -47,38 +59,23 @@ void setRayUniforms(const GlProgram& program, const RayFrame<double>& frame) {
 March::March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
              const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu)
     : size_(glm::ivec2(frame.imageSize)), features_(withOptics(features, optics)), info_(info), gpu_(gpu),
-      program_("march.comp", featureDefines(features_)), occupancy_(occupancy) {
+      occupancy_(occupancy) {
     TESSERA_CHECK((occupancy != nullptr) == ((features & kFeatureSkipping) != 0));
-    const glm::ivec3 bricks = brickGrid(info.extentVoxels);
-    allocateState();
-    work_ = GlBuffer(sizeof(GpuWork), {}, gpu, "the work counters");
-    if (features & kFeaturePasses) {
-        wanted_ = GlBuffer(wantedBytes(bricks), {}, gpu, "the bricks that rays wait for");
-        takeWanted();
-    }
-    if (features & kFeatureVisibility)
-        seen_ = GlBuffer(sizeof(SeenBrick) * cellCount(bricks), {}, gpu, "what is seen of bricks");
-    if (occupancy) {
+    compose();
+    if (occupancy)
         skipping_ = GlTexture3d(GL_RG32UI, occupancy->grid(), sizeof(SkippingTexel), GL_NEAREST, gpu,
                                 "the map of empty space");
-        setSkippingUniforms(program_, *occupancy);
-    }
     setFunction(optics);
     restart(frame, strides, occupancy);
 }
 
-void March::allocateState() {
-    const std::size_t rays = rayCount(size_);
-    colour_ = {}; // first, so that two are never charged
-    next_ = {};
-    lastBrick_ = {};
-    hits_ = {};
-    colour_ = GlBuffer(kRayColourBytes * rays, {}, gpu_, "the picture");
-    next_ = GlBuffer(kRayNextBytes * rays, {}, gpu_, "the rays' state");
-    if (features_ & kFeatureVisibility)
-        lastBrick_ = GlBuffer(kRayLastBrickBytes * rays, {}, gpu_, "what is seen of bricks");
-    if (features_ & kFeatureHits)
-        hits_ = GlBuffer(sizeof(SurfaceHit) * rays, {}, gpu_, "what rays hit first");
+void March::compose() {
+    const Composition composition = marchComposition(features_);
+    program_ = composition.program("march.comp");
+    compiled_ = false;
+    buffers_.fit(composition, size_, brickGrid(info_.extentVoxels), gpu_);
+    if (occupancy_)
+        setSkippingUniforms(program_, *occupancy_);
 }
 
 void March::setFunction(const Optics& optics) {
@@ -90,22 +87,14 @@ void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
         TESSERA_CHECK(((features ^ features_) &
                        (kFeatureSkipping | kFeaturePasses | kFeatureVisibility | kFeatureHits)) == 0);
         features_ = features;
-        program_ = GlProgram("march.comp", featureDefines(features_));
-        compiled_ = false;
-        if (occupancy_)
-            setSkippingUniforms(program_, *occupancy_);
+        compose();
     }
-    const auto replace = [&](GlBuffer& buffer, const std::vector<glm::vec4>& numbers) {
-        buffer = {}; // first, so that two are never charged
-        buffer = GlBuffer(numbers.size() * sizeof(glm::vec4), std::as_bytes(std::span(numbers)), gpu_,
-                          "the transfer function's tables");
-    };
-    replace(table_, optics.table);
+    buffers_.setContent("TABLE", std::as_bytes(std::span(optics.table)), gpu_);
     if (features_ & kFeaturePreintegrated) {
         std::vector<glm::vec4> sums = optics.bins;
         sums.insert(sums.end(), optics.sums.begin(), optics.sums.end());
         sums.insert(sums.end(), optics.seen.colours().begin(), optics.seen.colours().end());
-        replace(sums_, sums);
+        buffers_.setContent("SUMS", std::as_bytes(std::span(sums)), gpu_);
     }
     program_.set("uSeenScale", optics.seenScale);
     program_.set("uSumsStart", static_cast<int>(optics.bins.size()));
@@ -131,7 +120,7 @@ void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
 void March::restart(const RayFrame<double>& frame, const Strides& strides, const Occupancy* changed) {
     if (const glm::ivec2 size(frame.imageSize); size != size_) {
         size_ = size;
-        allocateState();
+        buffers_.fit(marchComposition(features_), size_, brickGrid(info_.extentVoxels), gpu_);
     }
     maxCount_ = static_cast<int>(std::ceil(glm::length(frame.extent) / frame.segmentVoxels)) + 2;
     if (changed) {
@@ -143,14 +132,7 @@ void March::restart(const RayFrame<double>& frame, const Strides& strides, const
     program_.set("uStride", strides.uniformSegments);
     program_.set("uStepVoxels", static_cast<float>(strides.segmentVoxels));
     program_.set("uNaive", strides.sampling == Sampling::naive ? 1 : 0);
-    colour_.clear();
-    next_.clear();
-    if (features_ & kFeatureHits)
-        hits_.clear();
-    if (features_ & kFeatureVisibility) {
-        seen_.clear();
-        lastBrick_.fill(UINT32_MAX);
-    }
+    buffers_.begin();
     tile_ = glm::ivec2(0);
 }
 
@@ -163,22 +145,22 @@ void March::setNearSurfaces(const Occupancy& nearSurfaces) {
 }
 
 std::vector<SurfaceHit> March::hits() const {
-    static_assert(sizeof(SurfaceHit) == 2 * sizeof(glm::vec4), "two vec4 in march.comp");
-    std::vector<SurfaceHit> hits(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y));
-    hits_.read(0, std::as_writable_bytes(std::span(hits)));
+    std::vector<SurfaceHit> hits(rayCount(size_));
+    buffers_["HITS"].read(0, std::as_writable_bytes(std::span(hits)));
     return hits;
 }
 
 std::vector<SeenBrick> March::seen() const {
     std::vector<SeenBrick> seen(cellCount(brickGrid(info_.extentVoxels)));
-    seen_.read(0, std::as_writable_bytes(std::span(seen)));
+    buffers_["SEEN"].read(0, std::as_writable_bytes(std::span(seen)));
     return seen;
 }
 
 std::vector<std::uint32_t> March::takeWanted() {
     std::vector<std::uint32_t> wanted(cellCount(brickGrid(info_.extentVoxels)));
-    wanted_.read(0, std::as_writable_bytes(std::span(wanted)));
-    wanted_.fill(UINT32_MAX);
+    GlBuffer& buffer = buffers_["WANTED"];
+    buffer.read(0, std::as_writable_bytes(std::span(wanted)));
+    buffer.fill(UINT32_MAX);
     return wanted;
 }
 
@@ -190,24 +172,12 @@ bool March::runUntil(const FieldSource& source, const Slicing& slicing, Clock::t
         (nearSurfaces_.bytes() > 0 ? nearSurfaces_ : skipping_).bind(kNearSurfacesUnit);
         program_.set("uNearSurfaces", static_cast<int>(kNearSurfacesUnit));
     }
-    if (features_ & kFeatureHits)
-        hits_.bind(5);
-    table_.bind(0);
-    colour_.bind(1);
-    next_.bind(2);
-    work_.bind(3);
-    if (features_ & kFeaturePasses)
-        wanted_.bind(4);
-    if (features_ & kFeatureVisibility) {
-        seen_.bind(5);
-        lastBrick_.bind(6);
-    }
-    if (features_ & kFeaturePreintegrated)
-        sums_.bind(7);
+    buffers_.bind();
+    GlBuffer& counters = buffers_["WORK"];
     program_.use();
 
     const auto dispatch = [&](const glm::ivec2& origin, const glm::ivec2& end, int iterations) {
-        work_.clear();
+        counters.clear();
         program_.set("uTileOrigin", origin);
         program_.set("uTileEnd", end);
         program_.set("uMaxIterations", iterations);
@@ -218,7 +188,7 @@ bool March::runUntil(const FieldSource& source, const Slicing& slicing, Clock::t
         glFinish();
         const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
         GpuWork counted{};
-        work_.read(0, std::as_writable_bytes(std::span(&counted, 1)));
+        counters.read(0, std::as_writable_bytes(std::span(&counted, 1)));
         work += Work{counted.iterations, counted.segments, counted.samples, counted.fetches, counted.blended};
         return std::pair(ms, counted);
     };
@@ -287,7 +257,7 @@ std::size_t March::run(const FieldSource& source, const Slicing& slicing, Work& 
 
 Image March::image() const {
     Image image(size_);
-    colour_.read(0, std::as_writable_bytes(std::span(image.pixels)));
+    buffers_["COLOUR"].read(0, std::as_writable_bytes(std::span(image.pixels)));
     return image;
 }
 
@@ -295,10 +265,11 @@ std::vector<SegmentedRay<float>> gpuRays(const RayFrame<double>& frame, Ledger& 
     constexpr std::size_t kFloats = 12; // per ray, rays.comp
     const glm::ivec2 size(frame.imageSize);
     const std::size_t pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
-    const GlProgram program("rays.comp", "");
+    const Composition composition({{"RAYS", "the rays"}}, 0);
+    const GlProgram program = composition.program("rays.comp");
     setRayUniforms(program, frame);
     GlBuffer buffer(4 * kFloats * pixels, {}, gpu, "the rays");
-    buffer.bind(1);
+    buffer.bind(composition.binding("RAYS"));
     program.use();
     glDispatchCompute(static_cast<GLuint>((size.x + kGroup - 1) / kGroup),
                       static_cast<GLuint>((size.y + kGroup - 1) / kGroup), 1);

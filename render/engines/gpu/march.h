@@ -20,12 +20,16 @@
 #include "render/engines/gpu/gl/program.h"
 #include "render/engines/gpu/pace.h"
 #include "render/engines/gpu/skipping_binding.h"
+#include "render/engines/gpu/storage_buffers.h"
 
 #include <chrono>
 #include <glm/vec2.hpp>
 #include <vector>
 
 namespace tessera {
+
+/// The march's program, of features that go together (else it throws Error).
+Composition marchComposition(std::uint32_t features);
 
 class March {
   public:
@@ -69,7 +73,7 @@ class March {
     const GlProgram& program() const { return program_; }
 
   private:
-    void allocateState();
+    void compose();
 
     glm::ivec2 size_;
     std::uint32_t features_;
@@ -83,7 +87,7 @@ class March {
     Pace pace_;
     GlProgram program_;
     const Occupancy* occupancy_ = nullptr; // that this was made with
-    GlBuffer table_, sums_, colour_, next_, work_, wanted_, seen_, lastBrick_, hits_;
+    StorageBuffers buffers_;
     GlTexture3d skipping_, nearSurfaces_;
     std::uint64_t skippingVersion_ = 0; // of the occupancy that the texture holds; 0: none
 };

@@ -1,9 +1,8 @@
 // render/engines/gpu/probe.cpp: see probe.h.
 #include "render/engines/gpu/probe.h"
 
-#include "render/engines/gpu/features.h"
+#include "render/engines/gpu/composition.h"
 #include "render/engines/gpu/gl/objects.h"
-#include "render/engines/gpu/gl/program.h"
 
 #include <span>
 
@@ -15,11 +14,12 @@ std::vector<glm::vec4> probeField(const std::vector<glm::vec3>& positions, std::
     probes.reserve(positions.size());
     for (const glm::vec3& p : positions)
         probes.emplace_back(p, 0.0f);
-    const GlProgram program("probe.comp", featureDefines(features));
+    const Composition composition({{"PROBES", "the probes"}}, features);
+    const GlProgram program = composition.program("probe.comp");
     GlBuffer buffer(probes.size() * sizeof(glm::vec4), std::as_bytes(std::span(probes)), gpu, "the probes");
     bindField(program, features, info, source);
     program.set("uCount", static_cast<int>(probes.size()));
-    buffer.bind(1);
+    buffer.bind(composition.binding("PROBES"));
     program.use();
     glDispatchCompute(static_cast<GLuint>((probes.size() + 63) / 64), 1, 1);
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);

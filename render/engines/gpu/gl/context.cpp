@@ -101,6 +101,11 @@ std::vector<GlDevice> listGlDevices() {
     return out;
 }
 
+bool isSoftwareRenderer(std::string_view renderer) {
+    return renderer.find("llvmpipe") != std::string_view::npos ||
+           renderer.find("softpipe") != std::string_view::npos;
+}
+
 GlContext::GlContext(const GlDeviceChoice& choice) {
     for (EGLDisplay display : candidates(choice.text)) {
         display_ = display;
@@ -113,8 +118,7 @@ GlContext::GlContext(const GlDeviceChoice& choice) {
                     "; install libegl1 and libgl1-mesa-dri for software rendering");
     renderer_ = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
     version_ = reinterpret_cast<const char*>(glGetString(GL_VERSION));
-    software_ =
-        renderer_.find("llvmpipe") != std::string::npos || renderer_.find("softpipe") != std::string::npos;
+    software_ = isSoftwareRenderer(renderer_);
     glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &max3dTextureSize_);
     GLint64 block = 0;
     glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &block);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace tessera {
@@ -22,6 +23,9 @@ struct GlDevice {
 };
 /// EGL devices of this machine; empty where EGL cannot list them.
 std::vector<GlDevice> listGlDevices();
+
+/// Of a GL_RENDERER: Mesa's llvmpipe or softpipe.
+bool isSoftwareRenderer(std::string_view renderer);
 
 class GlContext {
   public:

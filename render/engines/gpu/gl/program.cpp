@@ -4,8 +4,10 @@
 #include "core/error.h"
 
 #include <algorithm>
+#include <cctype>
 #include <glm/gtc/type_ptr.hpp>
 #include <regex>
+#include <set>
 #include <sstream>
 
 namespace tessera {
@@ -35,6 +37,36 @@ void append(const EmbeddedFiles& files, const std::string& name, ComposedShader&
     }
 }
 
+/// The words of a text that begin with FEATURE_.
+std::set<std::string_view> featureWords(std::string_view text) {
+    constexpr std::string_view kPrefix = "FEATURE_";
+    const auto isPart = [](char c) { return c == '_' || std::isalnum(static_cast<unsigned char>(c)); };
+    std::set<std::string_view> words;
+    for (std::size_t at = text.find(kPrefix); at != std::string_view::npos; at = text.find(kPrefix, at + 1)) {
+        std::size_t end = at;
+        while (end < text.size() && isPart(text[end]))
+            ++end;
+        if (at == 0 || !isPart(text[at - 1]))
+            words.insert(text.substr(at, end - at));
+    }
+    return words;
+}
+
+void checkFeatures(const std::string& main, const std::string& defines, const std::string& text) {
+    for (const std::string_view word : featureWords(text)) {
+        const std::string define = "#define " + std::string(word) + " ";
+        if (text.find(define) == std::string::npos)
+            throw Error("shader " + main + " asks for " + std::string(word) + ", which nobody defines:\n" +
+                        defines);
+        if (const std::size_t at = defines.find(define); at != std::string::npos) {
+            const std::size_t from = at + define.size();
+            const std::string value = defines.substr(from, defines.find('\n', from) - from);
+            if (value != "0" && value != "1")
+                throw Error("shader " + main + ": " + std::string(word) + " is neither 0 nor 1 but " + value);
+        }
+    }
+}
+
 } // namespace
 
 ComposedShader composeShader(const EmbeddedFiles& files, const std::string& main,
@@ -42,6 +74,7 @@ ComposedShader composeShader(const EmbeddedFiles& files, const std::string& main
     ComposedShader out;
     out.text = "#version 450 core\n" + defines;
     append(files, main, out);
+    checkFeatures(main, defines, out.text);
     return out;
 }
 
@@ -62,8 +95,8 @@ std::string mapShaderLog(const std::string& log, const std::vector<std::string>&
     return out;
 }
 
-GlProgram::GlProgram(const std::string& main, const std::string& defines) {
-    const ComposedShader composed = composeShader(render::embeddedFiles(), main, defines);
+GlProgram::GlProgram(const std::string& main, const std::string& defines, const EmbeddedFiles& files) {
+    const ComposedShader composed = composeShader(files, main, defines);
     const GLuint shader = glCreateShader(GL_COMPUTE_SHADER);
     const char* text = composed.text.c_str();
     glShaderSource(shader, 1, &text, nullptr);

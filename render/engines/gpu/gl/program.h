@@ -18,7 +18,7 @@
 namespace tessera {
 
 namespace render {
-const EmbeddedFiles& embeddedFiles(); // render/shaders/*.glsl, *.comp
+const EmbeddedFiles& embeddedFiles(); // shaders/*.glsl, *.comp
 }
 
 /// One shader ready to compile, and which file each source-string number of a driver's message means.
@@ -26,7 +26,8 @@ struct ComposedShader {
     std::string text;
     std::vector<std::string> files;
 };
-/// Throws Error for a missing file or an include cycle.
+/// Throws Error for a missing file, for a FEATURE_... that the text asks for and nobody defines, and for one
+/// that is defined as anything but 0 or 1 by defines: a misspelt one is an error, not "off".
 ComposedShader composeShader(const EmbeddedFiles& files, const std::string& main, const std::string& defines);
 /// Replaces the leading "n:line" or "n(line)" of each line of a driver's log by "file:line".
 std::string mapShaderLog(const std::string& log, const std::vector<std::string>& files);
@@ -35,7 +36,8 @@ class GlProgram {
   public:
     GlProgram() = default;
     /// Compiles and links. Throws Error with file, line and the defines on failure.
-    GlProgram(const std::string& main, const std::string& defines);
+    GlProgram(const std::string& main, const std::string& defines,
+              const EmbeddedFiles& files = render::embeddedFiles());
     GlProgram(GlProgram&& other) noexcept { std::swap(name_, other.name_); }
     GlProgram& operator=(GlProgram&& other) noexcept {
         std::swap(name_, other.name_);

@@ -4,7 +4,6 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-#include "common_features.glsl"
 #include "common_ray.glsl"
 #include "sampler_field.glsl"
 #include "march_optics.glsl"
@@ -16,15 +15,15 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "march_surface.glsl"
 #endif
 
-layout(std430, binding = 1) buffer RayColour { vec4 uColour[]; }; // rgb premultiplied, alpha
-layout(std430, binding = 2) buffer RayNext { int uNext[]; };      // next segment; -1: finished
-layout(std430, binding = 3) buffer Work { uint uUnfinished, uIterations, uSegments, uSamples, uFetches, uBlended, uWaiting; };
+layout(std430, binding = BINDING_COLOUR) buffer RayColour { vec4 uColour[]; }; // rgb premultiplied, alpha
+layout(std430, binding = BINDING_NEXT) buffer RayNext { int uNext[]; };      // next segment; -1: finished
+layout(std430, binding = BINDING_WORK) buffer Work { uint uUnfinished, uIterations, uSegments, uSamples, uFetches, uBlended, uWaiting; };
 #if FEATURE_VISIBILITY
-layout(std430, binding = 5) buffer Seen { uint uSeen[]; };           // per brick: light in 1/256 of a ray's, and rays
-layout(std430, binding = 6) buffer LastBrick { int uLastBrick[]; };  // per ray: number of the brick counted last
+layout(std430, binding = BINDING_SEEN) buffer Seen { uint uSeen[]; };           // per brick: light in 1/256 of a ray's, and rays
+layout(std430, binding = BINDING_LAST_BRICK) buffer LastBrick { int uLastBrick[]; };  // per ray: number of the brick counted last
 #endif
 #if FEATURE_HITS
-layout(std430, binding = 5) buffer Hits { vec4 uHits[]; };           // two a ray: SurfaceHit of render/engines/mirror/mirror_input.h
+layout(std430, binding = BINDING_HITS) buffer Hits { vec4 uHits[]; };           // two a ray: SurfaceHit of render/contract/ray_state.h
 #endif
 uniform ivec2 uTileOrigin, uTileEnd;
 uniform int uMaxIterations;
@@ -67,8 +66,8 @@ void main() {
 #else
     const SegmentEnd front = SegmentEnd(0.0); // not read
 #endif
-    while (i < ray.count && left > 0 && gTurns < kMostTurns) {
-        ++gTurns;
+    while (i < ray.count && left > 0 && TURNS_LEFT) {
+        TURN;
         float extinction = 0.0;
         SegmentEnd back; // the stride's, or its middle where that alone counts
         bool shows = false; // something can show there
@@ -78,12 +77,12 @@ void main() {
         // Three loops, one in another: all rays of a group look on in their bricks until each needs another
         // brick or a blend; then those that do get it; and once every ray has a sample that shows, all shade.
         // Fewer loops would do the rare work of few lanes while the others wait, at every sample.
-        while (i < ray.count && left > 0 && gTurns < kMostTurns) {
-            ++gTurns;
+        while (i < ray.count && left > 0 && TURNS_LEFT) {
+            TURN;
             bool within = true;
-            while (i < ray.count && left > 0 && gTurns < kMostTurns) {
+            while (i < ray.count && left > 0 && TURNS_LEFT) {
                 --left;
-                ++gTurns;
+                TURN;
                 ++iterations;
                 n = homeStride(i);
                 length = strideLength(ray, i, n);

@@ -3,7 +3,7 @@
 // Needs FEATURE_SHADING, FEATURE_HITS, common_ray.glsl. Gives tablePlace(stored), extinctionAt(place), colourAt(place),
 // opacityOf(depth), shade(...).
 
-layout(std430, binding = 0) readonly buffer TransferTable { vec4 uTable[]; }; // rgb colour, a extinction per mm
+layout(std430, binding = BINDING_TABLE) readonly buffer TransferTable { vec4 uTable[]; }; // rgb colour, a extinction per mm
 uniform float uTableScale, uTableOffset; // entry = stored value * scale + offset
 uniform int uTableLast;
 

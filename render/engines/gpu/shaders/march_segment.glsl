@@ -31,7 +31,7 @@ float onTable(float place) { return clamp(place, 0.0, float(uTableLast)); }
 
 #if FEATURE_PREINTEGRATED
 // extinctionBins() of preintegration.h, then its colourSums() or its SeenColours.
-layout(std430, binding = 7) readonly buffer TableSums { vec4 uSums[]; };
+layout(std430, binding = BINDING_SUMS) readonly buffer TableSums { vec4 uSums[]; };
 uniform int uSumsStart; // of what comes after the bins
 
 SegmentEnd endOf(float stored) {

@@ -81,9 +81,9 @@ int nextOccupied(Ray ray, int i, int n, vec3 p, inout int left, inout uint itera
         float beyond = ceil(leaves(box, edge, reach) - 0.5);
         if (!(beyond < float(ray.count))) return ray.count;
         i = max(i + n, strideStart(ray, max(int(beyond), 0)));
-        if (left <= 0 || gTurns >= kMostTurns || i >= ray.count) return i;
+        if (left <= 0 || !TURNS_LEFT || i >= ray.count) return i;
         --left;
-        ++gTurns;
+        TURN;
         ++iterations;
         n = strideAt(ray, i);
         p = stridePosition(ray, i, strideLength(ray, i, n));
@@ -109,9 +109,9 @@ int nextShown(Ray ray, int i, inout int left, inout uint iterations) {
         bool touches = all(lessThanEqual(box * edge, high)) && all(lessThanEqual(low, (box + 1.0) * edge));
         if (!isEmpty || !touches) return i;
         i += n;
-        if (left <= 0 || gTurns >= kMostTurns || i >= ray.count) return i;
+        if (left <= 0 || !TURNS_LEFT || i >= ray.count) return i;
         --left;
-        ++gTurns;
+        TURN;
         ++iterations;
     }
     return i;
@@ -133,7 +133,7 @@ bool isClear(usampler3D map, vec3 a, vec3 b) {
     int corner = 0;
     bool clear = true;
     do {
-        ++gTurns;
+        TURN;
         ivec3 block = first + (ivec3(corner, corner >> 1, corner >> 2) & 1);
         uvec2 texel = texelFetch(map, block >> 2, 0).xy;
         clear = clear && !(isOccupiedBox(texel) && isOccupiedBlock(texel, blockBit(block << shift)));
@@ -155,9 +155,9 @@ int nextNotClear(Ray ray, int i, inout int left, inout uint iterations) {
         int n = strideAt(ray, i);
         if (!isClear(uSkipping, segmentStart(ray, i), strideEnd(ray, i, strideLength(ray, i, n)))) return i;
         i += n;
-        if (left <= 0 || gTurns >= kMostTurns || i >= ray.count) return i;
+        if (left <= 0 || !TURNS_LEFT || i >= ray.count) return i;
         --left;
-        ++gTurns;
+        TURN;
         ++iterations;
     }
     return i;

@@ -12,7 +12,7 @@ int strideExponent(uvec2 corner, Place place) {
     float reach = max(halfSample(min(codeOf(corner, place.home), 5u)), uSegmentVoxels * float(1 << k));
     bvec3 isNear = lessThan(abs(place.offset), vec3(reach));
     int near = int(isNear.x) | int(isNear.y) << 1 | int(isNear.z) << 2;
-    gTurns += 7;
+    TURNS(7);
     for (int other = 1; other < 8; ++other)
         if ((other & ~near) == 0) k = min(k, int(codeOf(corner, place.home ^ other)));
     return k;
@@ -30,7 +30,7 @@ int strideStart(Ray ray, int i) {
     // A stride never reaches into a brick that is finer than itself, unless it looks at no neighbours.
     int k = uNaive != 0 ? uMostStride : min(uMostStride, int(codeOf(cornerTexel(place.corner), place.home)));
     for (; k > 0; --k) {
-        ++gTurns;
+        TURN;
         int start = i & ~((1 << k) - 1);
         if (start + strideAt(ray, start) > i) return start;
     }

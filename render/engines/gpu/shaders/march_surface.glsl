@@ -11,13 +11,10 @@ uniform float uSurfaceOpacities[kMostSurfaces];
 
 uniform int uVolumeShows; // 0: the transfer function shows nothing
 
-// From the brick at hand where no other has weight; a loop, not a branch: see sampler_gradient.glsl.
+// From the brick at hand where no other has weight.
 float valueAt(vec3 p) {
     float value = homeValue(p);
-    for (int outside = int(!inHome(p)); outside != 0; outside &= outside - 1) {
-        ++gTurns;
-        value = fieldValue(p);
-    }
+    ONCE (!inHome(p)) value = fieldValue(p);
     return value;
 }
 
@@ -67,7 +64,7 @@ bool mayCross(Cubic f, float v1) {
     float slack = kSlack * max(abs(low), abs(high));
     bool may = !(low <= high); // no numbers
     for (int surface = 0; surface < uSurfaces; ++surface) {
-        ++gTurns;
+        TURN;
         float isovalue = uIsovalues[surface];
         may = may || (low - slack <= isovalue && isovalue <= high + slack);
     }
@@ -113,7 +110,7 @@ float bracketedRoot(Cubic f, float isovalue, float a, float b, float fa, float f
     precise float pull = 0.2 / (b - a);
     float reach = 1.0;
     for (int turn = 0; turn < kRootTurns; ++turn) {
-        ++gTurns;
+        TURN;
         precise float width = b - a;
         if (!(width > 2.0 * kRootTolerance)) break;
         precise float middle = a + 0.5 * width;
@@ -150,7 +147,7 @@ const float kPlaneMargin = 1.0 / 2048.0; // voxels
 float nextPlane(vec3 start, vec3 step, float w, float pitch) {
     float next = kMaxFloat;
     precise float least = w + kPlaneMargin / uSegmentVoxels;
-    gTurns += 3;
+    TURNS(3);
     for (int axis = 0; axis < 3; ++axis) {
         float d = step[axis];
         if (d == 0.0) continue;

@@ -32,12 +32,12 @@ float b = 0.0;
 float va = 0.0;
 float vb = 0.0;
 #if FEATURE_PASSES
-#define TURNS_LEFT (gNaming || gTurns < kMostTurns) // a stride that is taken again is taken to its end
+#define GOES_ON (gNaming || TURNS_LEFT) // a stride that is taken again is taken to its end
 #else
-#define TURNS_LEFT (gTurns < kMostTurns)
+#define GOES_ON TURNS_LEFT
 #endif
-while (solving || (i < ray.count && left > 0 && TURNS_LEFT)) {
-    ++gTurns;
+while (solving || (i < ray.count && left > 0 && GOES_ON)) {
+    TURN;
     int met = -1;            // number of the surface to add
     float at = 0.0;          // where it is, or where the stride ends
     float extinction = 0.0;  // of the volume before it, from from to at
@@ -47,12 +47,12 @@ while (solving || (i < ray.count && left > 0 && TURNS_LEFT)) {
     float valueTo = 0.0;
     bool adds = false;
     bool ended = false; // the stride, with what is added
-    while (!adds && (solving || (i < ray.count && left > 0 && TURNS_LEFT))) {
-        ++gTurns;
+    while (!adds && (solving || (i < ray.count && left > 0 && GOES_ON))) {
+        TURN;
         // Strides in which nothing shows, until each ray has one that does or is near surfaces.
-        while (!solving && !adds && i < ray.count && left > 0 && TURNS_LEFT) {
+        while (!solving && !adds && i < ray.count && left > 0 && GOES_ON) {
             --left;
-            ++gTurns;
+            TURN;
             ++iterations;
             int next = nextNotClear(ray, i, left, iterations);
             if (next > i) {
@@ -64,10 +64,7 @@ while (solving || (i < ray.count && left > 0 && TURNS_LEFT)) {
             length = strideLength(ray, i, n);
             start = segmentStart(ray, i);
             vec3 end = strideEnd(ray, i, length);
-            for (int outside = int(!inHome(start)); outside != 0; outside &= outside - 1) {
-                ++gTurns;
-                enterHome(start);
-            }
+            ONCE (!inHome(start)) enterHome(start);
             solving = isNearSurface(start, end);
 #if FEATURE_ENDS
             needs = true;
@@ -75,10 +72,7 @@ while (solving || (i < ray.count && left > 0 && TURNS_LEFT)) {
             needs = solving;
 #endif
             samples = needs ? (known ? 1u : 2u) : 0u;
-            for (int missing = int(needs && !known); missing != 0; missing &= missing - 1) {
-                ++gTurns;
-                front = valueAt(start);
-            }
+            ONCE (needs && !known) front = valueAt(start);
             before = sum;
             from = 0.0;
             valueFrom = front;
@@ -115,13 +109,10 @@ while (solving || (i < ray.count && left > 0 && TURNS_LEFT)) {
         // Pieces that no surface can cross, until each ray has one that may be crossed, or is at its stride's end.
         bool found = false;
         while (solving && !inPiece && nextW < length) {
-            ++gTurns;
+            TURN;
             w = nextW;
             precise vec3 p = start + w * ray.step;
-            for (int outside = int(!inHome(p)); outside != 0; outside &= outside - 1) {
-                ++gTurns;
-                enterHome(p);
-            }
+            ONCE (!inHome(p)) enterHome(p);
             nextW = min(nextPlane(start, ray.step, w, homePitch()), length);
             precise float piece = nextW - w;
             precise vec3 p1 = start + (w + piece * (1.0 / 3.0)) * ray.step;
@@ -130,7 +121,7 @@ while (solving || (i < ray.count && left > 0 && TURNS_LEFT)) {
             va = vNext;
             float v1 = 0.0;
             float v2 = 0.0;
-            gTurns += 4;
+            TURNS(4);
             for (int k = 0; k < 3; ++k) { // one place in the program, not three
                 float v = valueAt(k == 0 ? p1 : k == 1 ? p2 : p3);
                 if (k == 0) v1 = v;
@@ -142,8 +133,7 @@ while (solving || (i < ray.count && left > 0 && TURNS_LEFT)) {
             inPiece = mayCross(f, vNext);
             found = inPiece;
         }
-        for (int once = int(found); once != 0; once &= once - 1) {
-            ++gTurns;
+        ONCE (found) {
             parts = monotoneParts(f);
             part = 0;
             surface = 0;
@@ -154,13 +144,12 @@ while (solving || (i < ray.count && left > 0 && TURNS_LEFT)) {
         // The next crossing of the piece: the surfaces between the values at its parts' ends, in the order in which
         // the ray meets them.
         while (inPiece && met < 0) {
-            ++gTurns;
+            TURN;
             int number = vb > va ? surface : uSurfaces - 1 - surface;
             float isovalue = uIsovalues[number];
             if ((va < isovalue) != (vb < isovalue)) met = number;
             ++surface;
-            for (int spent = int(met < 0 && surface >= uSurfaces); spent != 0; spent &= spent - 1) {
-                ++gTurns;
+            ONCE (met < 0 && surface >= uSurfaces) {
                 ++part;
                 surface = 0;
                 a = b;
@@ -171,8 +160,7 @@ while (solving || (i < ray.count && left > 0 && TURNS_LEFT)) {
                 inPiece = part < parts.count;
             }
         }
-        for (int crossed = int(met >= 0); crossed != 0; crossed &= crossed - 1) {
-            ++gTurns;
+        ONCE (met >= 0) {
             precise float fa = va - uIsovalues[met];
             precise float fb = vb - uIsovalues[met];
             precise float piece = nextW - w;
@@ -181,8 +169,7 @@ while (solving || (i < ray.count && left > 0 && TURNS_LEFT)) {
         }
         // What of the volume is before it, or is left of the stride.
         bool isLast = solving && !inPiece && met < 0 && !(nextW < length);
-        for (int comes = int(isLast || met >= 0); comes != 0; comes &= comes - 1) {
-            ++gTurns;
+        ONCE (isLast || met >= 0) {
             if (isLast) at = length;
             valueTo = isLast ? back : uIsovalues[max(met, 0)];
             precise float extent = at - from;
@@ -194,8 +181,7 @@ while (solving || (i < ray.count && left > 0 && TURNS_LEFT)) {
             partBack = endOf(valueTo);
 #else
             float value = 0.0;
-            for (int samplesIt = int(shows); samplesIt != 0; samplesIt &= samplesIt - 1) {
-                ++gTurns;
+            ONCE (shows) {
                 value = valueAt(middle);
                 ++samples;
             }
@@ -229,7 +215,7 @@ while (solving || (i < ray.count && left > 0 && TURNS_LEFT)) {
     addsVolume = addsVolume || gNaming; // then also the gradient's bricks are named
 #endif
     for (int todo = int(addsVolume) | int(met >= 0) << 1; todo != 0 && !done; todo &= todo - 1) {
-        ++gTurns;
+        TURN;
         bool isVolume = (todo & 1) != 0;
         precise vec3 p = start + at * ray.step;
         if (isVolume) p = middle;

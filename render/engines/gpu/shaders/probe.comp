@@ -2,10 +2,9 @@
 
 layout(local_size_x = 64) in;
 
-#include "common_features.glsl"
 #include "sampler_field.glsl"
 
-layout(std430, binding = 1) buffer Probes { vec4 uProbes[]; }; // in: position (voxels); out: gradient, value
+layout(std430, binding = BINDING_PROBES) buffer Probes { vec4 uProbes[]; }; // in: position (voxels); out: gradient, value
 uniform int uCount;
 
 void main() {

@@ -4,7 +4,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "common_ray.glsl"
 
-layout(std430, binding = 1) writeonly buffer Rays { float uRays[]; }; // 12 floats a ray
+layout(std430, binding = BINDING_RAYS) writeonly buffer Rays { float uRays[]; }; // 12 floats a ray
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);

@@ -1,6 +1,8 @@
 // sampler_atlas.glsl: texels of the atlas and stored values; nothing here knows how samples are blended.
-// Needs FEATURE_HARDWARE, FEATURE_NORMALISED, FEATURE_COUNTING. Gives storedFromTexel,
-// storedFromFiltered, gTurns, brickEntry(brick), slotOrigin(entry, shift), trilinearOverBricks, trilinearInSlot.
+// Needs FEATURE_HARDWARE, FEATURE_NORMALISED, FEATURE_COUNTING, FEATURE_PASSES. Gives storedFromTexel,
+// storedFromFiltered, brickEntry(brick), slotOrigin(entry, shift), trilinearOverBricks, trilinearInSlot.
+
+#include "common_turns.glsl"
 
 uniform sampler3D uVoxels; // atlas pages
 #if FEATURE_NORMALISED
@@ -9,7 +11,7 @@ uniform float uStoredBias; // stored value = 65535 * texel + bias, exactly
 #if FEATURE_HARDWARE
 uniform vec3 uTexelSize; // 1 / extent of uVoxels
 #endif
-uniform usampler3D uIndex; // one texel per brick: see render/engines/gpu/atlas.h
+uniform usampler3D uIndex; // one texel per brick: see render/residency/brick_residency.h
 const uint kEntryValue = 0x80000000u;
 
 #if FEATURE_COUNTING
@@ -18,12 +20,6 @@ uint gFetches = 0u;
 #else
 #define COUNT_FETCHES(n)
 #endif
-
-// llvmpipe ends every loop, without a word, after 65535 turns of all loops of the invocations that it runs side
-// by side, up to 16. A ray counts its turns, also those of short loops that a compiler may or may not unroll, and
-// goes on in another dispatch when its share is spent; the rest of the share is what one more sample can take.
-int gTurns = 0;
-const int kMostTurns = 65535 / 16 - 400 - 400 * FEATURE_SOBEL_GRADIENT - 1600 * FEATURE_SURFACES;
 
 float storedFromTexel(float texel) {
 #if FEATURE_NORMALISED
@@ -45,7 +41,7 @@ float storedFromFiltered(float texel) {
 // Bricks may be absent. A sample that needs one is not taken; its ray names all bricks that the sample needs, and
 // waits. A brick keeps the first of the rays that named it, so that the host can serve at least one ray wholly.
 const uint kEntryAbsent = 0x40000000u;
-layout(std430, binding = 4) buffer Wanted { uint uWanted[]; }; // per brick: number of the first ray, or all ones
+layout(std430, binding = BINDING_WANTED) buffer Wanted { uint uWanted[]; }; // per brick: number of the first ray, or all ones
 bool gMissing = false; // the sample at hand needs an absent brick
 bool gNaming = false;
 uint gRayNumber = 0u;

@@ -40,7 +40,7 @@ float fieldValue(vec3 p) {
     int corner = 0;
     float value = 0.0;
     do {
-        ++gTurns;
+        TURN;
         ivec3 side = ivec3(corner, corner >> 1, corner >> 2) & 1;
         vec3 weights = mix(vec3(1.0), mix(1.0 - f, f, vec3(side)), vec3(crosses));
         value += weights.x * weights.y * weights.z *

@@ -13,21 +13,14 @@ const uint kGradientValues = 1u; // the samples of one
 
 vec3 fieldGradient(vec3 p) {
     vec3 slope = homeSlope(p);
-    for (int outside = int(!inHome(p)); outside != 0; outside &= outside - 1) {
-        ++gTurns;
-        slope = fieldSlope(p);
-    }
+    ONCE (!inHome(p)) slope = fieldSlope(p);
     return slope;
 }
 #elif FEATURE_FORWARD_GRADIENT || FEATURE_SOBEL_GRADIENT
-// From the brick at hand where no other has weight. A loop, not a branch: a compiler for SIMD lanes runs both
-// sides of a branch, but a loop only as long as a lane needs it.
+// From the brick at hand where no other has weight.
 float valueNear(vec3 p) {
     float value = homeValue(p);
-    for (int outside = int(!inHome(p)); outside != 0; outside &= outside - 1) {
-        ++gTurns;
-        value = fieldValue(p);
-    }
+    ONCE (!inHome(p)) value = fieldValue(p);
     return value;
 }
 
@@ -38,7 +31,7 @@ vec3 fieldGradient(vec3 p) {
     precise float h = 0.5 * (inHome(p) ? homePitch() : localPitch(p));
     float here = valueNear(p);
     vec3 ahead;
-    gTurns += 3;
+    TURNS(3);
     for (int axis = 0; axis < 3; ++axis) {
         vec3 offset = vec3(0.0);
         offset[axis] = h;
@@ -56,7 +49,7 @@ vec3 fieldGradient(vec3 p) {
     float here = valueNear(p);
     precise vec3 sum = vec3(0.0);
     for (int n = 0; n < 27; ++n) {
-        ++gTurns;
+        TURN;
         vec3 side = vec3(ivec3(n % 3, n / 3 % 3, n / 9) - 1);
         precise vec3 at = p + h * side;
         precise float difference = valueNear(at) - here; // exactly 0 where all are the same
@@ -93,9 +86,9 @@ vec3 fieldGradient(vec3 p) {
         behind[axis] = homeValue(down);
         outside |= int(!inHome(up)) << axis | int(!inHome(down)) << (axis + 3);
     }
-    gTurns += 3;
+    TURNS(3);
     for (; outside != 0; outside &= outside - 1) {
-        ++gTurns;
+        TURN;
         int turn = findLSB(outside);
         bvec3 axis = equal(ivec3(turn >= 3 ? turn - 3 : turn), ivec3(0, 1, 2));
         precise vec3 at = p + mix(vec3(0.0), vec3(turn < 3 ? h : -h), axis);

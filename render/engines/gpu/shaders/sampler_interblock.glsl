@@ -40,7 +40,7 @@ uvec2 cornerTexel(ivec3 corner) { return texelFetch(uCorners, corner, 0).xy; }
 
 int nearAxes(uvec2 corner, vec3 offset) {
     int near = 0;
-    gTurns += 3;
+    TURNS(3);
     for (int axis = 0; axis < 3; ++axis) {
         uint reach = (corner.y >> (4 * axis)) & 15u;
         if (reach != kNoReach && abs(offset[axis]) < halfSample(reach)) near |= 1 << axis;
@@ -136,7 +136,7 @@ float fieldValue(vec3 position) {
     precise float weights = 0.0;
     int subset = 0;
     do { // the home brick, then every brick across some of the near axes
-        ++gTurns;
+        TURN;
         int n = place.home ^ subset;
         float weight = cornerWeight(corner, n, near, place.offset);
         if (weight > 0.0) {
@@ -159,7 +159,7 @@ float localPitch(vec3 position) {
     precise float weights = 0.0;
     int subset = 0;
     do {
-        ++gTurns;
+        TURN;
         int n = place.home ^ subset;
         float weight = cornerWeight(corner, n, near, place.offset);
         uint code = codeOf(corner, n);

@@ -86,7 +86,7 @@ vec3 fieldSlope(vec3 position) {
     float home = 0.0;
     int subset = 0;
     do {
-        ++gTurns;
+        TURN;
         int n = place.home ^ subset;
         vec3 edgeSlopes;
         precise vec3 edge = edgeWeights(corner, n, near, place.offset, edgeSlopes);

@@ -4,12 +4,11 @@
 
 layout(local_size_x = 64) in;
 
-#include "common_features.glsl"
 #include "sampler_atlas.glsl"
 
 layout(rg32ui, binding = 0) writeonly uniform uimage3D uMap;
-layout(std430, binding = 0) readonly buffer Runs { int uRuns[]; };    // see zeroRuns() in render/engines/gpu/fine_mask.cpp
-layout(std430, binding = 1) readonly buffer Cells { uint uCells[]; }; // numbers in the grid
+layout(std430, binding = BINDING_RUNS) readonly buffer Runs { int uRuns[]; };    // see zeroRuns() in render/engines/gpu/fine_mask.cpp
+layout(std430, binding = BINDING_CELLS) readonly buffer Cells { uint uCells[]; }; // numbers in the grid
 uniform ivec3 uExtentVoxels, uGrid;
 uniform float uTableScale, uTableOffset;
 uniform int uTableLast;

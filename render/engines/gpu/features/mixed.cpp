@@ -1,0 +1,11 @@
+// render/engines/gpu/features/mixed.cpp: bricks of several levels: interblock interpolation, strides by
+// level.
+#include "render/engines/gpu/features.h"
+
+namespace tessera::features {
+
+FeatureModule mixed() {
+    return {.define = "FEATURE_MIXED", .meaning = "interblock interpolation"};
+}
+
+} // namespace tessera::features

@@ -1,0 +1,10 @@
+// render/engines/gpu/features/normalised.cpp: texels of 16 bits; else 32-bit floats.
+#include "render/engines/gpu/features.h"
+
+namespace tessera::features {
+
+FeatureModule normalised() {
+    return {.define = "FEATURE_NORMALISED", .meaning = "16-bit voxels"};
+}
+
+} // namespace tessera::features

@@ -1,0 +1,13 @@
+// render/engines/gpu/features/preintegrated.cpp: means over the values between a segment's ends, from tables
+// of sums.
+#include "render/engines/gpu/features.h"
+
+namespace tessera::features {
+
+FeatureModule preintegrated() {
+    return {.define = "FEATURE_PREINTEGRATED",
+            .meaning = "pre-integrated segments",
+            .buffers = {{"SUMS", "the transfer function's tables"}}};
+}
+
+} // namespace tessera::features

@@ -1,0 +1,12 @@
+// render/engines/gpu/features/sobel_gradient.cpp: a gradient from 27 values.
+#include "render/engines/gpu/features.h"
+
+namespace tessera::features {
+
+FeatureModule sobelGradient() {
+    return {.define = "FEATURE_SOBEL_GRADIENT",
+            .meaning = "gradients by smoothed differences (Sobel)",
+            .excludes = kGradientFeatures & ~kFeatureSobelGradient};
+}
+
+} // namespace tessera::features

@@ -1,0 +1,10 @@
+// render/engines/gpu/features/surfaces.cpp: isosurfaces, where rays meet them. March sets it by its optics.
+#include "render/engines/gpu/features.h"
+
+namespace tessera::features {
+
+FeatureModule surfaces() {
+    return {.define = "FEATURE_SURFACES", .meaning = "isosurfaces", .excludes = kFeatureVisibility};
+}
+
+} // namespace tessera::features

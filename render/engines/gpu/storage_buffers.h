@@ -1,0 +1,41 @@
+// render/engines/gpu/storage_buffers.h: the storage buffers of a program on the device: allocated, filled and
+// bound as its composition says.
+#pragma once
+
+#include "core/budget.h"
+#include "render/engines/gpu/composition.h"
+#include "render/engines/gpu/gl/objects.h"
+
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace tessera {
+
+class StorageBuffers {
+  public:
+    /// Those of a composition for such a picture. What is as it has to be stays, with what it holds; the
+    /// others go first, so that two are never charged.
+    void fit(const Composition& composition, const glm::ivec2& imageSize, const glm::ivec3& bricks,
+             Ledger& gpu);
+    /// Of one that is as long as its content.
+    void setContent(std::string_view name, std::span<const std::byte> content, Ledger& gpu);
+    /// Every buffer without a content as it is when rays begin.
+    void begin();
+    void bind() const;
+
+    bool has(std::string_view name) const { return held_.find(name) != held_.end(); }
+    const GlBuffer& operator[](std::string_view name) const;
+    GlBuffer& operator[](std::string_view name);
+
+  private:
+    struct Held {
+        StorageBuffer what;
+        GLuint binding = 0;
+        GlBuffer buffer;
+    };
+    std::map<std::string, Held, std::less<>> held_;
+};
+
+} // namespace tessera

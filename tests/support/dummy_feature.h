@@ -1,0 +1,32 @@
+// tests/support/dummy_feature.h: a feature that marks pixels, as an example of how one is added: all that it
+// is stands here, and a line among the modules brings it into a program.
+#pragma once
+
+#include "render/contract/ray_state.h"
+#include "render/engines/gpu/features.h"
+
+namespace tessera::test {
+
+constexpr std::uint32_t kFeatureDummy = 1u << features::kCount;
+constexpr std::size_t kRayMarkBytes = sizeof(std::uint32_t);
+
+inline FeatureModule dummyFeature() {
+    return {.define = "FEATURE_DUMMY",
+            .meaning = "marks of pixels",
+            .needs = kFeatureCounting,
+            .excludes = kFeaturePasses,
+            .buffers = {{"MARKS", "the marks of pixels",
+                         [](const glm::ivec2& image, const glm::ivec3&) {
+                             return kRayMarkBytes * rayCount(image);
+                         },
+                         7}},
+            .bit = kFeatureDummy};
+}
+
+inline std::vector<FeatureModule> modulesWithDummy() {
+    std::vector<FeatureModule> modules = featureModules();
+    modules.push_back(dummyFeature());
+    return modules;
+}
+
+} // namespace tessera::test
