@@ -146,7 +146,8 @@ TEST(Features, AMarchTakesTheBytesThatItsModulesSay) {
         for (const auto& [feature, bytes] : more) {
             Ledger& gpu = prepared.budgets.gpu;
             const std::size_t before = gpu.usedBytes();
-            const March march(base | feature, p.view.frame, p.info(), p.strides(), p.volume.optics, nullptr, gpu);
+            const March march(base | feature, p.view.frame, p.info(), p.strides(), p.volume.optics, nullptr,
+                              gpu);
             const std::size_t stated = marchComposition(base | feature).bytes(p.view.imageSize, bricks);
             EXPECT_EQ(stated, rayStateBytes(p.view.imageSize) + bytes) << feature;
             EXPECT_EQ(gpu.usedBytes() - before, stated + p.volume.optics.table.size() * sizeof(glm::vec4))
@@ -220,24 +221,23 @@ Slicing smallDispatches() {
 Image inPasses(Prepared& prepared, std::uint32_t features) {
     ScenePlan& p = prepared.p;
     Work work;
-    March march(features | kFeaturePasses, p.view.frame, p.info(), p.strides(), p.volume.optics, &p.volume.occupancy,
-                prepared.budgets.gpu);
-    Atlas atlas(p.info(), p.volume.selection, pagesFor(p.volume.selection.counts), TextureLimits{}, prepared.budgets.gpu,
-                prepared.budgets.ram);
-    const SceneField field(p, atlas, prepared.budgets.gpu);
-    atlas.bricks.publish();
+    GpuEngine engine(prepared.budgets.gpu, prepared.budgets.ram);
+    ScenePlan* const volumes[] = {&p};
+    engine.open(volumes, pagesFor(p.volume.selection.counts));
+    GpuCaster caster(p, engine, features | kFeaturePasses, prepared.budgets.gpu);
     int passes = 0;
-    while (march.run(field.source, smallDispatches(), work) > 0) {
-        const std::vector<std::uint32_t> wanted = march.takeWanted();
+    while (caster.draw(smallDispatches(), RayCaster::Clock::time_point::max(), work) &&
+           caster.waiting() > 0) {
+        const std::vector<std::uint32_t> wanted = caster.takeWanted();
         std::vector<std::size_t> bricks;
         for (std::size_t b = 0; b < wanted.size(); ++b)
             if (wanted[b] != UINT32_MAX)
                 bricks.push_back(b);
-        atlas.bricks.serve(bricks, *p.volume.cache, work);
+        engine.bricks()->serve(bricks, *p.volume.cache, work);
         ++passes;
     }
     EXPECT_GT(passes, 2);
-    return march.image();
+    return caster.image();
 }
 
 TEST(Features, IdiomsForLlvmpipeChangeNoBit) {
