@@ -85,7 +85,7 @@ template <typename Real> struct CornerPlace {
     glm::ivec3 corner{0};
     glm::vec<3, Real> p{0};      // voxels
     glm::vec<3, Real> offset{0}; // voxels from the corner, within half a brick inside the volume
-    int home = 0;                // number of the brick that p lies in
+    int current = 0;             // number of the brick that p lies in
 };
 template <typename Real>
 CornerPlace<Real> cornerPlace(const glm::vec<3, Real>& position, const glm::vec<3, Real>& extentVoxels,
@@ -100,7 +100,7 @@ CornerPlace<Real> cornerPlace(const glm::vec<3, Real>& position, const glm::vec<
             inside < Real(kBrickExtent / 2); // nearer to its lower corner: it is the upper brick there
         place.corner[axis] = brick + (lower ? 0 : 1);
         place.offset[axis] = lower ? inside : inside - Real(kBrickExtent);
-        place.home |= (lower ? 1 : 0) << axis;
+        place.current |= (lower ? 1 : 0) << axis;
     }
     return place;
 }
@@ -160,12 +160,12 @@ glm::vec<3, Real> cornerWeightSlope(const BrickCorner& corner, int brick, int ne
 template <typename Real>
 int strideExponent(const BrickCorner& corner, const CornerPlace<Real>& place, Sampling sampling,
                    Real segmentVoxels, int most) {
-    const std::uint32_t home = corner.code(place.home);
-    int k = std::min(static_cast<int>(home), most); // an empty brick counts as coarser than all
+    const std::uint32_t current = corner.code(place.current);
+    int k = std::min(static_cast<int>(current), most); // an empty brick counts as coarser than all
     if (sampling == Sampling::naive || k <= corner.finestLevel())
         return k;
     // Where a finer brick can have weight under any edge function, or where the stride itself can reach it.
-    const Real reach = glm::max(halfSample<Real>(std::min(home, std::uint32_t{kLevelCount - 1})),
+    const Real reach = glm::max(halfSample<Real>(std::min(current, std::uint32_t{kLevelCount - 1})),
                                 segmentVoxels * static_cast<Real>(1 << k));
     int near = 0;
     for (int axis = 0; axis < 3; ++axis)
@@ -173,7 +173,7 @@ int strideExponent(const BrickCorner& corner, const CornerPlace<Real>& place, Sa
             near |= 1 << axis;
     for (int other = 1; other < 8; ++other)
         if ((other & ~near) == 0)
-            k = std::min(k, static_cast<int>(corner.code(place.home ^ other)));
+            k = std::min(k, static_cast<int>(corner.code(place.current ^ other)));
     return k;
 }
 

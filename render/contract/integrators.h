@@ -106,10 +106,10 @@ glm::vec<3, Real> meanColour(const Optics& o, const SegmentEnd<Real>& front, con
 
 /// From the table of colours that are seen of segments of 2^k lattice segments, bilinear.
 template <typename Real>
-glm::vec<3, Real> seenColour(const Optics& o, Real front, Real back, int strideSegments) {
-    const int edge = SeenColours::kEdge, layer = std::countr_zero(static_cast<unsigned>(strideSegments));
+glm::vec<3, Real> preintegratedColour(const Optics& o, Real front, Real back, int strideSegments) {
+    const int edge = Preintegration2d::kEdge, layer = std::countr_zero(static_cast<unsigned>(strideSegments));
     const Real last = static_cast<Real>(static_cast<int>(o.table.size()) - 1);
-    const Real scale = static_cast<Real>(o.seenScale);
+    const Real scale = static_cast<Real>(o.preintegrationScale);
     const Real x = std::clamp(front, Real(0), last) * scale, y = std::clamp(back, Real(0), last) * scale;
     const int i = std::min(static_cast<int>(x), edge - 2), j = std::min(static_cast<int>(y), edge - 2);
     const Real fx = x - static_cast<Real>(i), fy = y - static_cast<Real>(j);
@@ -165,7 +165,7 @@ glm::vec<3, Real> segmentColour(const Optics& o, const SegmentEnd<Real>& front, 
     case Integrator::preintegrated:
         return meanColour(o, front, back);
     case Integrator::preintegrated2d:
-        return seenColour(o, front.place, back.place, strideSegments);
+        return preintegratedColour(o, front.place, back.place, strideSegments);
     default:
         return Vec(entryAt(o, back.place));
     }

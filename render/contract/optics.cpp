@@ -48,16 +48,17 @@ std::vector<SurfaceLook> surfaceLooks(const std::vector<Isosurface>& surfaces, c
     return looks;
 }
 
-void prepareSeenColours(Optics& o, double segmentMm, int firstLayer, int layers) {
+void preparePreintegration2d(Optics& o, double segmentMm, int firstLayer, int layers) {
     if (o.integrator != Integrator::preintegrated2d) {
-        o.seen = SeenColours();
+        o.seen = Preintegration2d();
         return;
     }
-    o.seenScale = static_cast<float>(SeenColours::kEdge - 1) / static_cast<float>(o.table.size() - 1);
+    o.preintegrationScale =
+        static_cast<float>(Preintegration2d::kEdge - 1) / static_cast<float>(o.table.size() - 1);
     if (o.seen.length() == segmentMm && o.seen.firstLayer() == firstLayer && o.seen.layers() == layers)
         o.seen.update(o.table);
     else
-        o.seen = SeenColours(o.table, segmentMm, firstLayer, layers);
+        o.seen = Preintegration2d(o.table, segmentMm, firstLayer, layers);
 }
 
 } // namespace tessera

@@ -42,8 +42,8 @@ struct Optics {
     Integrator integrator = Integrator::midpoint; // never automatic
     std::vector<glm::vec4> bins;                  // of the pre-integrated ones: extinctionBins()
     std::vector<glm::vec4> sums;                  // of preintegrated: colourSums()
-    SeenColours seen;                             // of preintegrated2d
-    float seenScale = 0;                          // its places per entry
+    Preintegration2d seen;                        // of preintegrated2d
+    float preintegrationScale = 0;                // its places per entry
 
     std::vector<SurfaceLook> surfaces; // by isovalue, ascending
     bool volumeShows = true;           // the table has an extinction
@@ -56,13 +56,15 @@ struct Optics {
 
 Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shading& shading,
                   double terminationTransmittance, Integrator integrator = Integrator::midpoint);
-/// Takes an integrator, not automatic, with what it needs of the table besides seen colours.
+/// Takes an integrator, not automatic, with what it needs of the table besides two-dimensional
+/// pre-integration.
 void setIntegrator(Optics& optics, Integrator integrator);
 /// Sorted as Optics has them; those that are wholly transparent are left out.
 std::vector<SurfaceLook> surfaceLooks(const std::vector<Isosurface>& surfaces, const VolumeInfo& info);
-/// preintegrated2d: makes the table of seen colours, or mends it where only entries differ from those it was
-/// made of. @param segmentMm  a typical segment; layers for strides of 2^firstLayer segments and the next
-void prepareSeenColours(Optics& optics, double segmentMm, int firstLayer, int layers);
+/// preintegrated2d: makes the table of two-dimensional pre-integration, or mends it where only entries differ
+/// from those it was made of. @param segmentMm  a typical segment; layers for strides of 2^firstLayer
+/// segments and the next
+void preparePreintegration2d(Optics& optics, double segmentMm, int firstLayer, int layers);
 
 template <typename Real> glm::vec<4, Real> lookUp(const Optics& o, Real stored) {
     const int last = static_cast<int>(o.table.size()) - 1;

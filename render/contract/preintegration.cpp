@@ -101,7 +101,7 @@ glm::dvec3 TableIntegral::colour(double place) const {
     return glm::dvec3(entryAt(table_, bin, place - static_cast<double>(bin)));
 }
 
-glm::dvec3 seenColour(const TableIntegral& integral, double front, double back, double length) {
+glm::dvec3 preintegratedColour(const TableIntegral& integral, double front, double back, double length) {
     if (front == back)
         return integral.colour(front);
     const glm::dvec4 atFront = integral.upTo(front), atBack = integral.upTo(back);
@@ -130,13 +130,14 @@ glm::dvec3 seenColour(const TableIntegral& integral, double front, double back, 
     return glm::clamp(sum / static_cast<double>(kSlices), glm::dvec3(0), glm::dvec3(1));
 }
 
-SeenColours::SeenColours(const std::vector<glm::vec4>& table, double length, int firstLayer, int layers)
+Preintegration2d::Preintegration2d(const std::vector<glm::vec4>& table, double length, int firstLayer,
+                                   int layers)
     : length_(length), firstLayer_(firstLayer), layers_(layers) {
     TESSERA_CHECK(layers > 0 && table.size() >= 2);
     update(table);
 }
 
-std::size_t SeenColours::update(const std::vector<glm::vec4>& table) {
+std::size_t Preintegration2d::update(const std::vector<glm::vec4>& table) {
     // Places between which something changed: a bin is another's where one of its entries is.
     double lowest = 0, highest = static_cast<double>(table.size() - 1);
     if (table.size() == table_.size()) {
@@ -161,7 +162,7 @@ std::size_t SeenColours::update(const std::vector<glm::vec4>& table) {
             if (std::max(front, back) < lowest || std::min(front, back) > highest)
                 continue;
             colours_[row * kEdge + static_cast<std::size_t>(i)] =
-                glm::vec4(glm::vec3(seenColour(integral, front, back, length)), 0);
+                glm::vec4(glm::vec3(preintegratedColour(integral, front, back, length)), 0);
             ++computed[row];
         }
     });

@@ -26,14 +26,14 @@ std::vector<glm::vec4> colourSums(const std::vector<glm::vec4>& table);
 /// The mean colour that is seen of a segment along which the value goes linearly from one place to another:
 /// C / alpha with the attenuation inside the segment, of segments of a few lengths. Where nothing is seen,
 /// the limit for no extinction.
-class SeenColours {
+class Preintegration2d {
   public:
     static constexpr int kEdge = 256; // places per axis, evenly over the table
 
     /// No table.
-    SeenColours() = default;
+    Preintegration2d() = default;
     /// @param length  of a segment, in the unit of 1 / extinction; layer k is for 2^k of these
-    SeenColours(const std::vector<glm::vec4>& table, double length, int firstLayer, int layers);
+    Preintegration2d(const std::vector<glm::vec4>& table, double length, int firstLayer, int layers);
 
     /// The same for another table. Where it has the size of the one before, only pairs of places are computed
     /// between which entries changed; the result is the same but for rounding. Returns how many, of all
@@ -72,6 +72,6 @@ class TableIntegral {
 
 /// The mean colour that is seen of a segment along which the value goes linearly from one place of the table
 /// to another.
-glm::dvec3 seenColour(const TableIntegral& integral, double front, double back, double length);
+glm::dvec3 preintegratedColour(const TableIntegral& integral, double front, double back, double length);
 
 } // namespace tessera

@@ -205,8 +205,8 @@ Real interblockValue(Samples& samples, const glm::vec<3, Real>& position) {
     const int near = nearAxes(corner, place.offset);
     Real sum(0), weights(0);
     int subset = 0;
-    do { // the home brick, then every brick across some of the near axes
-        const int n = place.home ^ subset;
+    do { // the current brick, then every brick across some of the near axes
+        const int n = place.current ^ subset;
         const Real weight = cornerWeight(corner, n, near, place.offset, map.edgeFunction, map.finest);
         if (weight > Real(0)) {
             const glm::ivec3 brick = place.corner - 1 + glm::ivec3(n & 1, (n >> 1) & 1, n >> 2);
@@ -229,7 +229,7 @@ Real interblockPitch(Samples& samples, const glm::vec<3, Real>& position) {
     Real sum(0), weights(0);
     int subset = 0;
     do {
-        const int n = place.home ^ subset;
+        const int n = place.current ^ subset;
         const Real weight = cornerWeight(corner, n, near, place.offset, map.edgeFunction, map.finest);
         const std::uint32_t code = corner.code(n);
         sum = sum + weight * static_cast<Real>(1 << (code == BrickCorner::kEmpty ? map.finest : code));
@@ -264,20 +264,20 @@ glm::vec<3, Real> interblockSlope(Samples& samples, const glm::vec<3, Real>& pos
         return fieldSlope(level, place.p, Real(1) / static_cast<Real>(1 << level.level)).slope;
     }
     const int near = nearAxes(corner, place.offset);
-    // The value is sum / weights; values count from the home brick's, so that equal ones have no slope at
+    // The value is sum / weights; values count from the current brick's, so that equal ones have no slope at
     // all.
-    Real sum(0), weights(0), home(0);
+    Real sum(0), weights(0), current(0);
     glm::vec<3, Real> sumSlope(0), weightsSlope(0);
     int subset = 0;
     do {
-        const int n = place.home ^ subset;
+        const int n = place.current ^ subset;
         const Real weight = cornerWeight(corner, n, near, place.offset, map.edgeFunction, map.finest);
         if (weight > Real(0)) {
             const glm::ivec3 at = place.corner - 1 + glm::ivec3(n & 1, (n >> 1) & 1, n >> 2);
             const Slope<Real> brick = brickSlope(samples, at, corner.code(n), place.p);
             if (subset == 0)
-                home = brick.value;
-            const Real value = brick.value - home;
+                current = brick.value;
+            const Real value = brick.value - current;
             const glm::vec<3, Real> weightSlope =
                 cornerWeightSlope(corner, n, near, place.offset, map.edgeFunction, map.finest);
             sum = sum + weight * value;

@@ -40,7 +40,7 @@ template <typename Real> int strideStart(const Strides& strides, const Segmented
     if (strides.sampling !=
         Sampling::naive) { // a stride never reaches into a brick that is finer than itself
         const auto place = cornerPlace(segmentStart(ray, i), glm::vec<3, Real>(map.extentVoxels), map.bricks);
-        k = std::min(k, static_cast<int>(map.at(place.corner).code(place.home)));
+        k = std::min(k, static_cast<int>(map.at(place.corner).code(place.current)));
     }
     for (; k > 0; --k) {
         const int start = i & ~((1 << k) - 1);

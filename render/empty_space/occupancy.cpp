@@ -72,7 +72,7 @@ bool Occupancy::follow(const OccupancyInput& input, bool functionChanged, int th
     finest_ = static_cast<std::uint32_t>(input.selection.finest());
     edgeFunction_ = input.edgeFunction;
     if (functionChanged)
-        shown_ = ShownValues(input.table);
+        shown_ = ShownRanges(input.table);
     const std::vector<std::size_t> changed = prove(input, stale, threads);
     ChangedSlices slices;
     if (first) {
@@ -111,7 +111,7 @@ std::vector<std::size_t> Occupancy::staleBricks(const OccupancyInput& input, boo
         if (input.selection.levels[b] != levels_[b])
             forEachAround(gridPosition(b, bricks_), bricks_, [&](std::size_t near) { stale[near] = 1; });
     if (!all && functionChanged) {
-        const std::vector<ValueRange> ranges = ShownValues(input.table).differences(shown_);
+        const std::vector<ValueRange> ranges = ShownRanges(input.table).differences(shown_);
         for (std::size_t b = 0; b < stale.size() && !ranges.empty(); ++b) {
             const double x =
                 input.info.rescaleSlope * static_cast<double>(wide_[b].x) + input.info.rescaleIntercept;

@@ -11,7 +11,7 @@
 #include "render/contract/strides.h"
 #include "render/empty_space/brick_proof.h"
 #include "render/empty_space/distance_map.h"
-#include "render/empty_space/shown_values.h"
+#include "render/empty_space/shown_ranges.h"
 
 #include <cmath>
 #include <cstdint>
@@ -75,7 +75,7 @@ class Occupancy {
     EdgeFunction edgeFunction_ = EdgeFunction::minimum;
     std::vector<std::uint64_t> masks_, plain_; // plain_: of bricks with occupied cells
     std::vector<SkippingTexel> map_;
-    ShownValues shown_;
+    ShownRanges shown_;
     std::uint64_t version_ = 0;
     ChangedSlices changed_; // by the last change
     Charge charge_;

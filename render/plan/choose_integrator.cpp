@@ -71,7 +71,7 @@ double midpointRampError(const TransferTable& table, double change, double lowes
     return std::sqrt(squares) / whole;
 }
 
-double seenColourDifference(const TransferTable& table, double change, double segmentMm) {
+double attenuationDifference(const TransferTable& table, double change, double segmentMm) {
     Optics o;
     o.table = table.entries;
     setIntegrator(o, Integrator::preintegrated);
@@ -86,8 +86,8 @@ double seenColourDifference(const TransferTable& table, double change, double se
         for (const bool rises : {true, false}) {
             const auto front = endOf(o, rises ? low : low + step), back = endOf(o, rises ? low + step : low);
             const double alpha = opacityOf(segmentExtinction(o, front, back) * segmentMm);
-            const glm::dvec3 difference =
-                seenColour(integral, front.place, back.place, segmentMm) - meanColour(o, front, back);
+            const glm::dvec3 difference = preintegratedColour(integral, front.place, back.place, segmentMm) -
+                                          meanColour(o, front, back);
             for (int c = 0; c < 3; ++c)
                 largest = std::max(largest, alpha * std::abs(difference[c]));
         }

@@ -24,7 +24,7 @@ double midpointRampError(const TransferTable& table, double change, double lowes
 
 /// The largest difference in premultiplied colour, over the same rise and fall, that attenuation inside
 /// segments makes. @param segmentMm  length of a segment
-double seenColourDifference(const TransferTable& table, double change, double segmentMm);
+double attenuationDifference(const TransferTable& table, double change, double segmentMm);
 
 /// For a step in voxels: the midpoint rule misses features; or there is no doubt that it does not.
 bool isSharp(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,

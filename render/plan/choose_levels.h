@@ -27,7 +27,7 @@ struct ChosenLevels {
     std::size_t atlasPages = 0; // of the atlas; fewer than the selection's where it takes several passes
     bool predicted = false;     // false: no statistics of errors in this budget of RAM, or one level for all
     PredictedError error;       // where predicted
-    /// Where it pays to count what is seen and to choose again (ScenePlan::chooseBySight()).
+    /// Where it pays to count what is seen and to choose again (ScenePlan::chooseByVisibility()).
     std::unique_ptr<LevelChooser> chooser;
 };
 

@@ -54,13 +54,13 @@ std::size_t MemoryPlan::ramBytes() const {
 std::size_t tableRamBytes(std::size_t entries, Integrator integrator) {
     const bool sums = integrator == Integrator::preintegrated || integrator == Integrator::preintegrated2d;
     const std::size_t colours =
-        integrator == Integrator::preintegrated2d ? 2 * SeenColours::bytes(kLevelCount) : 0;
+        integrator == Integrator::preintegrated2d ? 2 * Preintegration2d::bytes(kLevelCount) : 0;
     return entries * (2 * sizeof(glm::vec4) + sizeof(int)) + (sums ? sumsBytes(entries) : 0) + colours;
 }
 
 std::size_t integratorGpuBytes(std::size_t entries, Integrator integrator) {
     return (integrator != Integrator::midpoint ? sumsBytes(entries) : 0) +
-           (integrator == Integrator::preintegrated2d ? SeenColours::bytes(kLevelCount) : 0);
+           (integrator == Integrator::preintegrated2d ? Preintegration2d::bytes(kLevelCount) : 0);
 }
 
 std::size_t tableGpuBytes(std::size_t entries, Integrator integrator) {

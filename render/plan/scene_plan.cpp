@@ -29,7 +29,7 @@ void checkIntegrator(const Quality& quality) {
 /// An integrator that is not asked for by name takes tables only where they are a small part of what is free.
 constexpr std::size_t kPartsForTables = 16;
 /// What the eye cannot see in a segment's colour.
-constexpr double kSeenColourMatters = 1.0 / 255;
+constexpr double kAttenuationMatters = 1.0 / 255;
 
 } // namespace
 
@@ -54,7 +54,7 @@ void ScenePlan::setFunction(const TransferFunction& f, const Scene& scene, Ledge
     const Integrator integrator =
         scene.quality.integrator == Integrator::automatic ? automaticIntegrator() : scene.quality.integrator;
     chargeTables(integrator, ram);
-    SeenColours seen = std::move(volume.optics.seen); // may serve on
+    Preintegration2d seen = std::move(volume.optics.seen); // may serve on
     volume.optics =
         makeOptics(volume.table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
     volume.optics.seen = std::move(seen);
@@ -74,7 +74,7 @@ Integrator ScenePlan::preintegration() const {
         view.quality.stepVoxels * typicalChangePerVoxel(volume.statistics, volume.table, info());
     const double length = view.quality.stepVoxels * typicalVoxelMm(info());
     return mayTake == Integrator::preintegrated2d &&
-                   seenColourDifference(volume.table, change, length) > kSeenColourMatters
+                   attenuationDifference(volume.table, change, length) > kAttenuationMatters
                ? Integrator::preintegrated2d
                : Integrator::preintegrated;
 }
@@ -133,8 +133,8 @@ void ScenePlan::prepareSegments() {
     const int longest = volume.mixed() ? volume.levels.mostStride
                                        : std::countr_zero(static_cast<unsigned>(s.uniformSegments));
     const int first = volume.mixed() ? 0 : longest;
-    prepareSeenColours(volume.optics, view.quality.stepVoxels * typicalVoxelMm(info()), first,
-                       longest - first + 1);
+    preparePreintegration2d(volume.optics, view.quality.stepVoxels * typicalVoxelMm(info()), first,
+                            longest - first + 1);
 }
 
 void ScenePlan::setSelection(Selection chosen, Ledger& ram) {

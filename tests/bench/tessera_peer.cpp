@@ -48,7 +48,7 @@ Optics TesseraScene::optics(Integrator integrator, double stepVoxels) const {
     Optics optics = makeOptics(p.volume.table, p.info(), scene_.shading,
                                scene_.quality.terminationTransmittance, integrator);
     const double voxelMm = std::cbrt(std::abs(glm::determinant(glm::dmat3(p.info().patientFromVoxel))));
-    prepareSeenColours(optics, stepVoxels * voxelMm, 0, 1);
+    preparePreintegration2d(optics, stepVoxels * voxelMm, 0, 1);
     return optics;
 }
 

@@ -50,7 +50,7 @@ RenderResult rendered(const Scene& scene, RenderOptions options,
 std::size_t leastGpuBytes(Scene scene) {
     if (scene.quality.integrator == Integrator::preintegrated2d) { // its tables would be made at every try
         scene.quality.integrator = Integrator::preintegrated;
-        return leastGpuBytes(scene) + SeenColours::bytes(kLevelCount);
+        return leastGpuBytes(scene) + Preintegration2d::bytes(kLevelCount);
     }
     std::size_t refused = 1, accepted = std::size_t{1} << 28;
     while (accepted - refused > accepted / 1000) {

@@ -202,8 +202,8 @@ class ExtremeRun {
         // A rule of first order is off by as much as halving changes it, one of second order by a third of
         // that; pictures of few pixels are given half of it more. The table is off by its own known error, in
         // depth at most the same share of the longest ray's.
-        // A table of seen colours is bilinear between 256 x 256 places; these functions' colours bend little
-        // there.
+        // A table of two-dimensional pre-integration is bilinear between 256 x 256 places; these functions'
+        // colours bend little there.
         const double ownError = p.volume.table.relativeError +
                                 (p.volume.optics.integrator == Integrator::preintegrated2d ? 1e-4 : 1e-6);
         const double n = 4.0 * static_cast<double>(truth.size());

@@ -121,9 +121,10 @@ TEST(Features, WhatDoesNotGoTogetherIsRefused) {
     EXPECT_THAT(refusal(kFeatureSurfaces | kFeatureVisibility), HasSubstr("does not go with"));
     EXPECT_THAT(refusal(kFeatureVisibility | kFeatureLinear), HasSubstr("does not go with FEATURE_LINEAR"));
     EXPECT_THAT(refusal(kFeatureLinear | kFeaturePreintegrated), HasSubstr("does not go with"));
-    EXPECT_THAT(refusal(kFeatureSeenColours), HasSubstr("needs FEATURE_PREINTEGRATED"));
+    EXPECT_THAT(refusal(kFeaturePreintegration2d), HasSubstr("needs FEATURE_PREINTEGRATED"));
     EXPECT_THAT(refusal(kFeatureSobelGradient | kFeatureForwardGradient), HasSubstr("does not go with"));
-    EXPECT_EQ(refusal(kFeatureHits | kFeatureSurfaces | kFeaturePreintegrated | kFeatureSeenColours), "");
+    EXPECT_EQ(refusal(kFeatureHits | kFeatureSurfaces | kFeaturePreintegrated | kFeaturePreintegration2d),
+              "");
 }
 
 TEST(Features, AMarchTakesTheBytesThatItsModulesSay) {

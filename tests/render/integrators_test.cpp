@@ -109,7 +109,7 @@ TEST(Preintegration, EveryValueHasAPlace) {
     for (const Integrator integrator :
          {Integrator::linear, Integrator::preintegrated, Integrator::preintegrated2d}) {
         Optics o = opticsOf(mixedTable(), integrator);
-        prepareSeenColours(o, 0.5, 0, 1);
+        preparePreintegration2d(o, 0.5, 0, 1);
         const float values[] = {NAN, INFINITY, -INFINITY, 3e38f, -3e38f, 0, 1e-42f};
         for (const float a : values)
             for (const float b : values) {
@@ -126,7 +126,7 @@ TEST(Preintegration, EveryValueHasAPlace) {
 }
 
 // With attenuation inside the segment, against the integral itself: slices weigh a 32nd each.
-TEST(Preintegration, SeenColourIsThatOfTheIntegral) {
+TEST(Preintegration, ColourIsThatOfTheIntegral) {
     const TransferTable table = mixedTable();
     const TableIntegral integral(table.entries);
     const double last = static_cast<double>(table.entries.size() - 1);
@@ -152,7 +152,7 @@ TEST(Preintegration, SeenColourIsThatOfTheIntegral) {
                 });
             if (exact.alpha() < 1e-6)
                 continue;
-            const glm::dvec3 seen = seenColour(integral, a, b, length);
+            const glm::dvec3 seen = preintegratedColour(integral, a, b, length);
             for (int c = 0; c < 3; ++c)
                 EXPECT_NEAR(seen[c], exact.colour()[c] / exact.alpha(), 0.01)
                     << a << " to " << b << ", " << length;
@@ -165,12 +165,12 @@ TEST(Preintegration, AnEditComputesOnlyWhatItChanges) {
     const std::size_t from = edited.size() / 2, to = from + edited.size() / 20;
     for (std::size_t i = from; i < to; ++i)
         edited[i].a *= 0.5f;
-    SeenColours mended(before.entries, 0.7, 1, 2);
-    const std::size_t all = static_cast<std::size_t>(2 * SeenColours::kEdge * SeenColours::kEdge);
+    Preintegration2d mended(before.entries, 0.7, 1, 2);
+    const std::size_t all = static_cast<std::size_t>(2 * Preintegration2d::kEdge * Preintegration2d::kEdge);
     const std::size_t pairs = mended.update(edited);
     EXPECT_GT(pairs, 0u);
     EXPECT_LT(pairs, all * 6 / 10); // half of all pairs have both places on one side of the middle
-    const SeenColours anew(edited, 0.7, 1, 2);
+    const Preintegration2d anew(edited, 0.7, 1, 2);
     for (std::size_t i = 0; i < anew.colours().size(); ++i)
         for (int c = 0; c < 3; ++c)
             ASSERT_NEAR(mended.colours()[i][c], anew.colours()[i][c], 1e-5f) << i;

@@ -138,7 +138,7 @@ TEST(DistanceMap, MendedIsWhatFillingAnewGives) {
 
 // Where two functions are said not to differ, they say the same of every range of values; and they are not
 // always said to differ.
-TEST(ShownValues, OutsideOfDifferencesBothTablesSayTheSame) {
+TEST(ShownRanges, OutsideOfDifferencesBothTablesSayTheSame) {
     std::mt19937 random(17);
     std::uniform_real_distribution<double> value(-50, 1050);
     int same = 0, different = 0;
@@ -158,7 +158,7 @@ TEST(ShownValues, OutsideOfDifferencesBothTablesSayTheSame) {
             return makeTable(TransferFunction::fromOpacity(p, {}, 1));
         };
         const TransferTable one = table(points), other = table(edited);
-        const std::vector<ValueRange> ranges = ShownValues(one).differences(ShownValues(other));
+        const std::vector<ValueRange> ranges = ShownRanges(one).differences(ShownRanges(other));
         for (int i = 0; i < 300; ++i) {
             const double a = value(random), b = i % 3 == 0 ? value(random) : a + value(random) / 100;
             const ValueRange range{std::min(a, b), std::max(a, b)};

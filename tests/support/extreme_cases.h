@@ -138,7 +138,8 @@ inline std::vector<ExtremeCase> pairwiseCases() {
         cases.push_back({std::move(row)});
     return cases;
 }
-/// Tables of seen colours take half a second each: one in five of the random cases that draw one keeps it.
+/// Tables of two-dimensional pre-integration take half a second each: one in five of the random cases that
+/// draw one keeps it.
 inline std::vector<ExtremeCase> randomCases(int count, unsigned seed) {
     std::mt19937 random(seed);
     const std::vector<int> levels = levelCounts();
@@ -403,8 +404,8 @@ inline Scene sceneOf(const ExtremeCase& c, const ExtremeVolume& volume) {
         !(s.mixed && s.integrator == Integrator::midpoint))
         scene.quality.edgeFunction = EdgeFunction::minimum;
     scene.quality.sampling = static_cast<Sampling>(c[kSampling]);
-    // Long strides have tables of seen colours of their own, a tenth of a second each: one case in six makes
-    // them.
+    // Long strides have tables of two-dimensional pre-integration of their own, a tenth of a second each: one
+    // case in six makes them.
     if (s.mixed && s.integrator == Integrator::preintegrated2d && c[kVariant] != 0)
         scene.quality.sampling = Sampling::full;
     return scene;

@@ -33,7 +33,7 @@ inline Optics lineOptics(const TransferTable& table, Integrator integrator, doub
     Shading off;
     off.on = false;
     Optics optics = makeOptics(table, info, off, 0, integrator);
-    prepareSeenColours(optics, segment, 0, 1);
+    preparePreintegration2d(optics, segment, 0, 1);
     return optics;
 }
 

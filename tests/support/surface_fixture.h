@@ -77,7 +77,7 @@ inline Drawn draw(Prepared& prepared, std::uint32_t without = 0, const Slicing& 
     if (refine)
         refined(caster.march().skippingMap(), p.volume.occupancy, p.volume.table);
     if (refine && p.volume.mapsSurfaces && (features & kFeatureSkipping) != 0)
-        refined(caster.march().nearSurfacesMap(), p.volume.surfaceOccupancy, p.volume.surfaceTable);
+        refined(caster.march().surfaceMap(), p.volume.surfaceOccupancy, p.volume.surfaceTable);
     drawToTheEnd(caster, device.engine, p, slicing, out.work);
     out.image = caster.image();
     out.hits = caster.hits();

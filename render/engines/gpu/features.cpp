@@ -34,7 +34,7 @@ std::uint32_t integratorFeatures(Integrator integrator) {
     case Integrator::preintegrated:
         return kFeaturePreintegrated;
     case Integrator::preintegrated2d:
-        return kFeaturePreintegrated | kFeatureSeenColours;
+        return kFeaturePreintegrated | kFeaturePreintegration2d;
     default:
         return 0;
     }

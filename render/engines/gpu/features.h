@@ -25,7 +25,7 @@
     FEATURE(Visibility, visibility)                                                                          \
     FEATURE(Linear, linear)                                                                                  \
     FEATURE(Preintegrated, preintegrated)                                                                    \
-    FEATURE(SeenColours, seenColours)                                                                        \
+    FEATURE(Preintegration2d, preintegration2d)                                                              \
     FEATURE(ForwardGradient, forwardGradient)                                                                \
     FEATURE(SobelGradient, sobelGradient)                                                                    \
     FEATURE(AnalyticGradient, analyticGradient)                                                              \
@@ -54,7 +54,8 @@ enum Feature : std::uint32_t {
 #undef TESSERA_FEATURE
 };
 constexpr std::uint32_t kAllFeatures = (1u << features::kCount) - 1;
-constexpr std::uint32_t kIntegratorFeatures = kFeatureLinear | kFeaturePreintegrated | kFeatureSeenColours;
+constexpr std::uint32_t kIntegratorFeatures =
+    kFeatureLinear | kFeaturePreintegrated | kFeaturePreintegration2d;
 
 /// Of an integrator that is not automatic.
 std::uint32_t integratorFeatures(Integrator integrator);

@@ -16,7 +16,7 @@
 namespace tessera {
 
 constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kSkippingUnit = 2, kCornerUnit = 3, kFactsUnit = 4,
-                 kNearSurfacesUnit = 5;
+                 kSurfaceMapUnit = 5;
 
 /// The level map as the shaders read it.
 struct LevelTextures {

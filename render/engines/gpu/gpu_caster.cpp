@@ -27,7 +27,7 @@ GpuCaster::GpuCaster(const ScenePlan& scene, const GpuEngine& engine, std::uint3
       march_(features, scene.view.frame, scene.info(), scene.strides(), scene.volume.optics,
              (features & kFeatureSkipping) ? &scene.volume.occupancy : nullptr, gpu) {
     if ((features & kFeatureSkipping) && scene.volume.mapsSurfaces)
-        march_.setNearSurfaces(scene.volume.surfaceOccupancy);
+        march_.setSurfaceMap(scene.volume.surfaceOccupancy);
 }
 
 void GpuCaster::begin(const Rays& rays) {
@@ -66,7 +66,7 @@ std::size_t GpuCaster::refine() {
                               gpu_);
     };
     if (volume.mapsSurfaces)
-        refined(march_.nearSurfacesMap(), volume.surfaceOccupancy, volume.surfaceTable);
+        refined(march_.surfaceMap(), volume.surfaceOccupancy, volume.surfaceTable);
     return refined(march_.skippingMap(), volume.occupancy, volume.table);
 }
 

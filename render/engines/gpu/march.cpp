@@ -96,10 +96,10 @@ void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
         sums.insert(sums.end(), optics.seen.colours().begin(), optics.seen.colours().end());
         buffers_.setContent("SUMS", std::as_bytes(std::span(sums)), gpu_);
     }
-    program_.set("uSeenScale", optics.seenScale);
+    program_.set("uPreintegrationScale", optics.preintegrationScale);
     program_.set("uSumsStart", static_cast<int>(optics.bins.size()));
-    program_.set("uSeenEdge", SeenColours::kEdge);
-    program_.set("uSeenFirstLayer", optics.seen.firstLayer());
+    program_.set("uPreintegrationEdge", Preintegration2d::kEdge);
+    program_.set("uPreintegrationFirstLayer", optics.seen.firstLayer());
     program_.set("uSurfaces", static_cast<int>(optics.surfaces.size()));
     program_.set("uVolumeShows", optics.volumeShows ? 1 : 0);
     for (std::size_t i = 0; i < optics.surfaces.size(); ++i) {
@@ -136,12 +136,12 @@ void March::restart(const RayFrame<double>& frame, const Strides& strides, const
     tile_ = glm::ivec2(0);
 }
 
-void March::setNearSurfaces(const Occupancy& nearSurfaces) {
-    TESSERA_CHECK(occupancy_ && nearSurfaces.grid() == occupancy_->grid());
-    if (nearSurfaces_.bytes() == 0)
-        nearSurfaces_ = GlTexture3d(GL_RG32UI, nearSurfaces.grid(), sizeof(SkippingTexel), GL_NEAREST, gpu_,
-                                    "the map of isosurfaces");
-    uploadSkipping(nearSurfaces_, nearSurfaces, {0, nearSurfaces.grid().z});
+void March::setSurfaceMap(const Occupancy& surfaceOccupancy) {
+    TESSERA_CHECK(occupancy_ && surfaceOccupancy.grid() == occupancy_->grid());
+    if (surfaceMap_.bytes() == 0)
+        surfaceMap_ = GlTexture3d(GL_RG32UI, surfaceOccupancy.grid(), sizeof(SkippingTexel), GL_NEAREST, gpu_,
+                                  "the map of isosurfaces");
+    uploadSkipping(surfaceMap_, surfaceOccupancy, {0, surfaceOccupancy.grid().z});
 }
 
 std::vector<SurfaceHit> March::hits() const {
@@ -169,8 +169,8 @@ bool March::runUntil(const FieldSource& source, const Slicing& slicing, Clock::t
     bindField(program_, features_, info_, source);
     if (features_ & kFeatureSkipping) {
         skipping_.bind(kSkippingUnit);
-        (nearSurfaces_.bytes() > 0 ? nearSurfaces_ : skipping_).bind(kNearSurfacesUnit);
-        program_.set("uNearSurfaces", static_cast<int>(kNearSurfacesUnit));
+        (surfaceMap_.bytes() > 0 ? surfaceMap_ : skipping_).bind(kSurfaceMapUnit);
+        program_.set("uSurfaceMap", static_cast<int>(kSurfaceMapUnit));
     }
     buffers_.bind();
     GlBuffer& counters = buffers_["WORK"];

@@ -62,10 +62,10 @@ class March {
     std::vector<std::uint32_t> takeWanted();
     /// The map of empty space on the device; with kFeatureSkipping only.
     const GlTexture3d& skippingMap() const { return skipping_; }
-    /// With isosurfaces: what they alone show (ScenePlan::nearSurfaces), so that rays solve for them only
+    /// With isosurfaces: what they alone show (ScenePlan::surfaceOccupancy), so that rays solve for them only
     /// near them. Before run(), and again where it changed; without it rays do wherever anything shows.
-    void setNearSurfaces(const Occupancy& nearSurfaces);
-    const GlTexture3d& nearSurfacesMap() const { return nearSurfaces_; }
+    void setSurfaceMap(const Occupancy& surfaceOccupancy);
+    const GlTexture3d& surfaceMap() const { return surfaceMap_; }
     /// kFeatureHits: of every ray, row by row.
     std::vector<SurfaceHit> hits() const;
     /// The picture; charged by the caller.
@@ -88,7 +88,7 @@ class March {
     GlProgram program_;
     const Occupancy* occupancy_ = nullptr; // that this was made with
     StorageBuffers buffers_;
-    GlTexture3d skipping_, nearSurfaces_;
+    GlTexture3d skipping_, surfaceMap_;
     std::uint64_t skippingVersion_ = 0; // of the occupancy that the texture holds; 0: none
 };
 

@@ -17,7 +17,7 @@ MirrorInput mirrorInput(const ScenePlan& scene, bool skipping) {
     input.levels = scene.volume.mixed() ? &scene.volume.levels : nullptr;
     input.optics = &scene.volume.optics;
     input.occupancy = skipping ? &scene.volume.occupancy : nullptr;
-    input.nearSurfaces = skipping && scene.volume.mapsSurfaces ? &scene.volume.surfaceOccupancy : nullptr;
+    input.surfaceOccupancy = skipping && scene.volume.mapsSurfaces ? &scene.volume.surfaceOccupancy : nullptr;
     input.strides = scene.strides();
     return input;
 }
@@ -43,7 +43,7 @@ template <typename Real> struct MixedField {
     Real pitch(const glm::vec<3, Real>& p) {
         const LevelMap& map = samples.map();
         const auto place = cornerPlace(p, glm::vec<3, Real>(map.extentVoxels), map.bricks);
-        const std::uint32_t code = map.at(place.corner).code(place.home);
+        const std::uint32_t code = map.at(place.corner).code(place.current);
         return static_cast<Real>(1 << (code == BrickCorner::kEmpty ? map.finest : code));
     }
     glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) { return interblockGradient(samples, p, kind); }

@@ -18,8 +18,8 @@ struct MirrorInput {
     const Selection* selection = nullptr;
     const LevelMap* levels = nullptr; // null: the selection has one level
     const Optics* optics = nullptr;
-    const Occupancy* occupancy = nullptr;    // null: no skipping
-    const Occupancy* nearSurfaces = nullptr; // what the surfaces alone show; null: the same as occupancy
+    const Occupancy* occupancy = nullptr;        // null: no skipping
+    const Occupancy* surfaceOccupancy = nullptr; // what the surfaces alone show; null: the same as occupancy
     Strides strides;
     ShareDone progress = {}; // of a picture's rays
 };

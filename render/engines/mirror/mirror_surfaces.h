@@ -48,7 +48,7 @@ glm::vec<4, Real> mirrorRayWithSurfaces(const SegmentedRay<Real>& ray, Field& fi
     using Vec = glm::vec<3, Real>;
     const Optics& optics = *input.optics;
     const bool ends = needsEnds(optics.integrator);
-    const Occupancy* near = input.nearSurfaces ? input.nearSurfaces : input.occupancy;
+    const Occupancy* near = input.surfaceOccupancy ? input.surfaceOccupancy : input.occupancy;
     std::vector<Real> isovalues;
     for (const SurfaceLook& s : optics.surfaces)
         isovalues.push_back(static_cast<Real>(s.isovalue));

@@ -34,7 +34,7 @@ Optics slab(double depth, Integrator integrator) {
     table.entriesPerValue = 1;
     table.entries = {glm::vec4(glm::vec3(kFirst), extinction), glm::vec4(glm::vec3(kLast), extinction)};
     Optics o = makeOptics(table, VolumeInfo{}, Shading{.on = false}, 0, integrator);
-    prepareSeenColours(o, 1.0 / kStiffSegments, 0, 1);
+    preparePreintegration2d(o, 1.0 / kStiffSegments, 0, 1);
     return o;
 }
 

@@ -119,7 +119,7 @@ class Runner {
   private:
     struct OnDevice {
         Detail detail;
-        bool seenColours;                   // leaves room for the tables of preintegrated2d
+        bool preintegration2d;              // leaves room for the tables of preintegrated2d
         std::unique_ptr<DeviceScene> scene; // null: refused
     };
     struct Drawer {
@@ -143,15 +143,15 @@ class Runner {
     DeviceScene* sceneOf(const Setting& setting) {
         // Large tables leave less room for bricks, where the bricks take all there is.
         constexpr std::size_t kAmple = std::size_t{64} << 20;
-        const bool seenColours = setting.integrator == Integrator::preintegrated2d &&
-                                 details_.front().scene->gpuFreeBytes() < kAmple;
+        const bool preintegration2d = setting.integrator == Integrator::preintegrated2d &&
+                                      details_.front().scene->gpuFreeBytes() < kAmple;
         for (const OnDevice& known : details_)
-            if (known.detail == setting.detail && known.seenColours == seenColours)
+            if (known.detail == setting.detail && known.preintegration2d == preintegration2d)
                 return known.scene.get();
-        OnDevice made{setting.detail, seenColours, nullptr};
+        OnDevice made{setting.detail, preintegration2d, nullptr};
         try {
             Scene scene = out_.scene.scene;
-            if (seenColours)
+            if (preintegration2d)
                 scene.quality.integrator = setting.integrator;
             const int share = setting.detail.memoryShare;
             made.scene = makeScene(scene, setting.detail,

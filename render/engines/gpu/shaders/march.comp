@@ -84,18 +84,18 @@ void main() {
                 --left;
                 TURN;
                 ++iterations;
-                n = homeStride(i);
+                n = currentBrickStride(i);
                 length = strideLength(ray, i, n);
 #if FEATURE_ENDS
                 p = strideEnd(ray, i, length);
                 shows = isOccupied(p);
-                within = known && (frontShows || shows) && inHome(p) && startsInHome(ray, i);
+                within = known && (frontShows || shows) && inCurrentBrick(p) && startsInCurrentBrick(ray, i);
 #else
                 p = stridePosition(ray, i, length);
-                within = inHome(p) && startsInHome(ray, i) && isOccupied(p);
+                within = inCurrentBrick(p) && startsInCurrentBrick(ray, i) && isOccupied(p);
 #endif
                 if (!within) break;
-                back = endOf(homeValue(p));
+                back = endOf(currentBrickValue(p));
                 extinction = segmentExtinction(front, back);
                 if (extinction > 0.0) break;
                 ++segments;
@@ -128,10 +128,10 @@ void main() {
                 continue;
             }
 #endif
-            enterHome(p);
+            enterBrick(p);
 #if FEATURE_VISIBILITY
-            if (gHomeNumber != lastBrick) {
-                lastBrick = gHomeNumber;
+            if (gBrickNumber != lastBrick) {
+                lastBrick = gBrickNumber;
                 atomicAdd(uSeen[2 * lastBrick], uint((1.0 - sum.a) * 256.0 + 0.5));
                 atomicAdd(uSeen[2 * lastBrick + 1], 1u);
             }
@@ -169,7 +169,7 @@ void main() {
         if (gMissing) { // take the same sample again, naming all that it needs
             gMissing = false;
             gNaming = true;
-            leaveHome();
+            leaveBrick();
             left = max(left, 1);
 #if FEATURE_ENDS
             known = false;

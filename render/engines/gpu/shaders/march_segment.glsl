@@ -1,6 +1,6 @@
 // march_segment.glsl: what a segment of a ray adds, from the values at its two ends or at its middle alone, as places
 // (units of the table's entries); twin of render/contract/integrators.h, operation by operation.
-// Needs FEATURE_LINEAR, FEATURE_PREINTEGRATED, FEATURE_SEENCOLOURS, march_optics.glsl. Gives FEATURE_ENDS, SegmentEnd,
+// Needs FEATURE_LINEAR, FEATURE_PREINTEGRATED, FEATURE_PREINTEGRATION_2D, march_optics.glsl. Gives FEATURE_ENDS, SegmentEnd,
 // endOf(stored), segmentExtinction(front, back), segmentColour(front, back, depth, alpha, n).
 
 #define FEATURE_ENDS (FEATURE_LINEAR || FEATURE_PREINTEGRATED)
@@ -30,7 +30,7 @@ float placeOf(float stored) {
 float onTable(float place) { return clamp(place, 0.0, float(uTableLast)); }
 
 #if FEATURE_PREINTEGRATED
-// extinctionBins() of preintegration.h, then its colourSums() or its SeenColours.
+// extinctionBins() of preintegration.h, then its colourSums() or its Preintegration2d.
 layout(std430, binding = BINDING_SUMS) readonly buffer TableSums { vec4 uSums[]; };
 uniform int uSumsStart; // of what comes after the bins
 
@@ -65,22 +65,22 @@ float segmentExtinction(SegmentEnd front, SegmentEnd back) {
     return low.bin == high.bin ? inside : mean;
 }
 
-#if FEATURE_SEENCOLOURS
-uniform float uSeenScale; // places of the table of colours per entry of the other
-uniform int uSeenEdge, uSeenFirstLayer;
+#if FEATURE_PREINTEGRATION_2D
+uniform float uPreintegrationScale; // places of the table of colours per entry of the other
+uniform int uPreintegrationEdge, uPreintegrationFirstLayer;
 
 vec3 segmentColour(SegmentEnd front, SegmentEnd back, float depth, float alpha, int n) {
-    precise float x = onTable(front.place) * uSeenScale;
-    precise float y = onTable(back.place) * uSeenScale;
-    int i = min(int(x), uSeenEdge - 2);
-    int j = min(int(y), uSeenEdge - 2);
+    precise float x = onTable(front.place) * uPreintegrationScale;
+    precise float y = onTable(back.place) * uPreintegrationScale;
+    int i = min(int(x), uPreintegrationEdge - 2);
+    int j = min(int(y), uPreintegrationEdge - 2);
     precise float fx = x - float(i);
     precise float fy = y - float(j);
-    int at = uSumsStart + ((findLSB(n) - uSeenFirstLayer) * uSeenEdge + j) * uSeenEdge + i;
+    int at = uSumsStart + ((findLSB(n) - uPreintegrationFirstLayer) * uPreintegrationEdge + j) * uPreintegrationEdge + i;
     vec3 c00 = uSums[at].rgb;
-    vec3 c01 = uSums[at + uSeenEdge].rgb;
+    vec3 c01 = uSums[at + uPreintegrationEdge].rgb;
     precise vec3 near = c00 + fx * (uSums[at + 1].rgb - c00);
-    precise vec3 far = c01 + fx * (uSums[at + uSeenEdge + 1].rgb - c01);
+    precise vec3 far = c01 + fx * (uSums[at + uPreintegrationEdge + 1].rgb - c01);
     precise vec3 colour = near + fy * (far - near);
     return colour;
 }

@@ -2,7 +2,7 @@
 // Needs FEATURE_SKIPPING, FEATURE_ENDS, common_ray.glsl, march_strides.glsl. Gives
 // beginSkipping(ray), isOccupied(p), and nextOccupied(ray, i, n, p, left, iterations) or, for segments that are given
 // by their ends, nextShown(ray, i, left, iterations); for those that may hold isosurfaces
-// nextNotClear(ray, i, left, iterations), isNearSurface(a, b).
+// nextNotClear(ray, i, left, iterations), mayHoldSurface(a, b).
 
 #if FEATURE_SKIPPING
 uniform usampler3D uSkipping; // two words a texel: see render/empty_space/distance_map.h
@@ -119,7 +119,7 @@ int nextShown(Ray ray, int i, inout int left, inout uint iterations) {
 #endif
 
 #if FEATURE_SURFACES
-uniform usampler3D uNearSurfaces; // what the surfaces alone show; in shape as uSkipping
+uniform usampler3D uSurfaceMap; // what the surfaces alone show; in shape as uSkipping
 
 // Whether everything between two places is proven empty; twin of isClear() in render/empty_space/occupancy.h.
 bool isClear(usampler3D map, vec3 a, vec3 b) {
@@ -141,7 +141,7 @@ bool isClear(usampler3D map, vec3 a, vec3 b) {
     } while (corner != 0 && clear);
     return clear;
 }
-bool isNearSurface(vec3 a, vec3 b) { return !isClear(uNearSurfaces, a, b); }
+bool mayHoldSurface(vec3 a, vec3 b) { return !isClear(uSurfaceMap, a, b); }
 
 // For rays that look for surfaces, which can lie anywhere in a stride; twin of nextNotClear() in render/empty_space/occupancy.h.
 int nextNotClear(Ray ray, int i, inout int left, inout uint iterations) {
@@ -169,5 +169,5 @@ bool isOccupied(vec3 p) { return true; }
 int nextOccupied(Ray ray, int i, int n, vec3 p, inout int left, inout uint iterations) { return i; }
 int nextShown(Ray ray, int i, inout int left, inout uint iterations) { return i; }
 int nextNotClear(Ray ray, int i, inout int left, inout uint iterations) { return i; }
-bool isNearSurface(vec3 a, vec3 b) { return true; }
+bool mayHoldSurface(vec3 a, vec3 b) { return true; }
 #endif

@@ -1,6 +1,6 @@
 // march_surface.glsl: where a ray meets isosurfaces (docs/sampling.md, "Isosurfaces"): the cubic of a cell, where it
 // turns, the places of its crossings; twin of render/contract/cell_roots.h and of nextPlane() in render/engines/mirror/mirror_surfaces.h.
-// Needs common_ray.glsl, sampler_home.glsl. Gives Cubic, cubicThrough, cubicAt, Parts, monotoneParts,
+// Needs common_ray.glsl, sampler_current_brick.glsl. Gives Cubic, cubicThrough, cubicAt, Parts, monotoneParts,
 // bracketedRoot, nextPlane(start, step, w, pitch), valueAt(p), unitNormal(gradient, direction), and the uniforms.
 
 const int kMostSurfaces = 8;
@@ -13,8 +13,8 @@ uniform int uVolumeShows; // 0: the transfer function shows nothing
 
 // From the brick at hand where no other has weight.
 float valueAt(vec3 p) {
-    float value = homeValue(p);
-    ONCE (!inHome(p)) value = fieldValue(p);
+    float value = currentBrickValue(p);
+    ONCE (!inCurrentBrick(p)) value = fieldValue(p);
     return value;
 }
 

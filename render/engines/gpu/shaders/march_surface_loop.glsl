@@ -64,8 +64,8 @@ while (solving || (i < ray.count && left > 0 && GOES_ON)) {
             length = strideLength(ray, i, n);
             start = segmentStart(ray, i);
             vec3 end = strideEnd(ray, i, length);
-            ONCE (!inHome(start)) enterHome(start);
-            solving = isNearSurface(start, end);
+            ONCE (!inCurrentBrick(start)) enterBrick(start);
+            solving = mayHoldSurface(start, end);
 #if FEATURE_ENDS
             needs = true;
 #else
@@ -112,8 +112,8 @@ while (solving || (i < ray.count && left > 0 && GOES_ON)) {
             TURN;
             w = nextW;
             precise vec3 p = start + w * ray.step;
-            ONCE (!inHome(p)) enterHome(p);
-            nextW = min(nextPlane(start, ray.step, w, homePitch()), length);
+            ONCE (!inCurrentBrick(p)) enterBrick(p);
+            nextW = min(nextPlane(start, ray.step, w, currentBrickPitch()), length);
             precise float piece = nextW - w;
             precise vec3 p1 = start + (w + piece * (1.0 / 3.0)) * ray.step;
             precise vec3 p2 = start + (w + piece * (2.0 / 3.0)) * ray.step;
@@ -264,7 +264,7 @@ while (solving || (i < ray.count && left > 0 && GOES_ON)) {
         sum = before;
         gMissing = false;
         gNaming = true;
-        leaveHome();
+        leaveBrick();
         known = false;
         solving = false;
         inPiece = false;

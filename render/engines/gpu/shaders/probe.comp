@@ -12,6 +12,6 @@ void main() {
     if (i >= uCount) return;
     vec3 p = uProbes[i].xyz;
     // Every other one as the march does it, which is in a brick and stays there where no other has weight.
-    if ((i & 1) != 0) enterHome(p);
-    uProbes[i] = vec4(fieldGradient(p), inHome(p) ? homeValue(p) : fieldValue(p));
+    if ((i & 1) != 0) enterBrick(p);
+    uProbes[i] = vec4(fieldGradient(p), inCurrentBrick(p) ? currentBrickValue(p) : fieldValue(p));
 }

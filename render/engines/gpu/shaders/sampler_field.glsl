@@ -2,7 +2,7 @@
 // gradient; twin of render/contract/sampler.h. Bricks of mixed levels are in sampler_interblock.glsl; where all share one
 // level, the field is plain trilinear interpolation on that level's lattice, empty bricks reading as their mean.
 // Needs FEATURE_MIXED and those of sampler_atlas.glsl. Gives fieldValue(p); p in level-0
-// voxels, values as stored; and what sampler_home.glsl and sampler_gradient.glsl give.
+// voxels, values as stored; and what sampler_current_brick.glsl and sampler_gradient.glsl give.
 
 #include "sampler_atlas.glsl"
 #if FEATURE_MIXED
@@ -57,6 +57,6 @@ float fieldValue(vec3 p) {
 float localPitch(vec3 p) { return uVoxelsPerSample; }
 #endif
 
-#include "sampler_home.glsl"
+#include "sampler_current_brick.glsl"
 
 #include "sampler_gradient.glsl"

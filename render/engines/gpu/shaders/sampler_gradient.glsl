@@ -1,7 +1,7 @@
 // sampler_gradient.glsl: gradients of the field (docs/sampling.md, "Value"), as FEATURE_FORWARD_GRADIENT,
 // FEATURE_SOBEL_GRADIENT, FEATURE_ANALYTIC_GRADIENT, FEATURE_HALF_CENTRAL_GRADIENT say, else by central
 // differences over a pitch to either side; twin of render/contract/sampler.h.
-// Needs sampler_home.glsl. Gives fieldGradient(p): p in level-0 voxels, stored units per voxel; and
+// Needs sampler_current_brick.glsl. Gives fieldGradient(p): p in level-0 voxels, stored units per voxel; and
 // kGradientValues, how many values of the field it takes.
 
 const float kMostReach = 16.0; // voxels: no difference reaches further to a side, so the 27 bricks around suffice
@@ -12,15 +12,15 @@ const float kMostReach = 16.0; // voxels: no difference reaches further to a sid
 const uint kGradientValues = 1u; // the samples of one
 
 vec3 fieldGradient(vec3 p) {
-    vec3 slope = homeSlope(p);
-    ONCE (!inHome(p)) slope = fieldSlope(p);
+    vec3 slope = currentBrickSlope(p);
+    ONCE (!inCurrentBrick(p)) slope = fieldSlope(p);
     return slope;
 }
 #elif FEATURE_FORWARD_GRADIENT || FEATURE_SOBEL_GRADIENT
 // From the brick at hand where no other has weight.
 float valueNear(vec3 p) {
-    float value = homeValue(p);
-    ONCE (!inHome(p)) value = fieldValue(p);
+    float value = currentBrickValue(p);
+    ONCE (!inCurrentBrick(p)) value = fieldValue(p);
     return value;
 }
 
@@ -28,7 +28,7 @@ float valueNear(vec3 p) {
 const uint kGradientValues = 4u;
 
 vec3 fieldGradient(vec3 p) {
-    precise float h = 0.5 * (inHome(p) ? homePitch() : localPitch(p));
+    precise float h = 0.5 * (inCurrentBrick(p) ? currentBrickPitch() : localPitch(p));
     float here = valueNear(p);
     vec3 ahead;
     TURNS(3);
@@ -45,7 +45,7 @@ vec3 fieldGradient(vec3 p) {
 const uint kGradientValues = 27u;
 
 vec3 fieldGradient(vec3 p) {
-    precise float h = min(inHome(p) ? homePitch() : localPitch(p), kMostReach);
+    precise float h = min(inCurrentBrick(p) ? currentBrickPitch() : localPitch(p), kMostReach);
     float here = valueNear(p);
     precise vec3 sum = vec3(0.0);
     for (int n = 0; n < 27; ++n) {
@@ -66,7 +66,7 @@ const uint kGradientValues = 6u;
 
 // Central differences of this very field.
 vec3 fieldGradient(vec3 p) {
-    precise float pitch = inHome(p) ? homePitch() : localPitch(p);
+    precise float pitch = inCurrentBrick(p) ? currentBrickPitch() : localPitch(p);
 #if FEATURE_HALF_CENTRAL_GRADIENT
     precise float h = 0.5 * pitch;
 #else
@@ -82,9 +82,9 @@ vec3 fieldGradient(vec3 p) {
         offset[axis] = h;
         precise vec3 up = p + offset;
         precise vec3 down = p - offset;
-        ahead[axis] = homeValue(up);
-        behind[axis] = homeValue(down);
-        outside |= int(!inHome(up)) << axis | int(!inHome(down)) << (axis + 3);
+        ahead[axis] = currentBrickValue(up);
+        behind[axis] = currentBrickValue(down);
+        outside |= int(!inCurrentBrick(up)) << axis | int(!inCurrentBrick(down)) << (axis + 3);
     }
     TURNS(3);
     for (; outside != 0; outside &= outside - 1) {

@@ -20,7 +20,7 @@ float halfSample(uint level) { return uintBitsToFloat((126u + level) << 23); }
 struct Place {
     ivec3 corner;
     vec3 p, offset; // voxels
-    int home;
+    int current;
 };
 
 Place placeOf(vec3 position) {
@@ -32,7 +32,7 @@ Place placeOf(vec3 position) {
     place.corner = brick + 1 - ivec3(lower);
     place.offset = inside - 32.0 * (1.0 - vec3(lower));
     ivec3 bits = ivec3(lower);
-    place.home = bits.x | bits.y << 1 | bits.z << 2;
+    place.current = bits.x | bits.y << 1 | bits.z << 2;
     return place;
 }
 
@@ -135,9 +135,9 @@ float fieldValue(vec3 position) {
     precise float sum = 0.0;
     precise float weights = 0.0;
     int subset = 0;
-    do { // the home brick, then every brick across some of the near axes
+    do { // the current brick, then every brick across some of the near axes
         TURN;
-        int n = place.home ^ subset;
+        int n = place.current ^ subset;
         float weight = cornerWeight(corner, n, near, place.offset);
         if (weight > 0.0) {
             sum = sum + weight * brickValue(brickOf(place.corner, n), codeOf(corner, n), place.p);
@@ -160,7 +160,7 @@ float localPitch(vec3 position) {
     int subset = 0;
     do {
         TURN;
-        int n = place.home ^ subset;
+        int n = place.current ^ subset;
         float weight = cornerWeight(corner, n, near, place.offset);
         uint code = codeOf(corner, n);
         sum = sum + weight * float(1 << (code == kCodeEmpty ? uint(uFinest) : code));

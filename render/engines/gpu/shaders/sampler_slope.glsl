@@ -1,6 +1,6 @@
 // sampler_slope.glsl: the derivative of the field itself: of trilinear interpolation, and of the blends between
-// bricks of mixed levels; twin of the "slopes" of render/contract/sampler.h. Needs sampler_home.glsl, FEATURE_MIXED.
-// Gives fieldSlope(p), and homeSlope(p) where inHome(p): stored units per voxel.
+// bricks of mixed levels; twin of the "slopes" of render/contract/sampler.h. Needs sampler_current_brick.glsl, FEATURE_MIXED.
+// Gives fieldSlope(p), and currentBrickSlope(p) where inCurrentBrick(p): stored units per voxel.
 
 // xyz: derivative along the lattice's axes, per sample; w: the value.
 vec4 slopeOfCorners(float v000, float v100, float v010, float v110, float v001, float v101, float v011,
@@ -78,23 +78,23 @@ vec3 fieldSlope(vec3 position) {
                         samplesPerVoxel(level)).xyz;
     }
     int near = nearAxes(corner, place.offset);
-    // The value is sum / weights; values count from the home brick's, so that equal ones have no slope at all.
+    // The value is sum / weights; values count from the current brick's, so that equal ones have no slope at all.
     precise float sum = 0.0;
     precise float weights = 0.0;
     precise vec3 sumSlope = vec3(0.0);
     precise vec3 weightsSlope = vec3(0.0);
-    float home = 0.0;
+    float current = 0.0;
     int subset = 0;
     do {
         TURN;
-        int n = place.home ^ subset;
+        int n = place.current ^ subset;
         vec3 edgeSlopes;
         precise vec3 edge = edgeWeights(corner, n, near, place.offset, edgeSlopes);
         precise float weight = edge.x * edge.y * edge.z;
         if (codeOf(corner, n) != kCodeOutside && weight > 0.0) {
             vec4 brick = brickSlope(brickOf(place.corner, n), codeOf(corner, n), place.p);
-            if (subset == 0) home = brick.w;
-            precise float value = brick.w - home;
+            if (subset == 0) current = brick.w;
+            precise float value = brick.w - current;
             precise vec3 weightSlope = edgeSlopes * (edge.yzx * edge.zxy);
             sum = sum + weight * value;
             sumSlope = sumSlope + (weightSlope * value + weight * brick.xyz);
@@ -117,23 +117,23 @@ vec3 fieldSlope(vec3 p) {
 }
 #endif
 
-vec3 homeSlope(vec3 p) {
-    if (gHomeIsValue) return vec3(0.0);
+vec3 currentBrickSlope(vec3 p) {
+    if (gBrickIsValue) return vec3(0.0);
 #if FEATURE_HARDWARE
-    precise vec3 at = p * gHomeScale + gHomeOffset - 0.5; // from the atlas' own first texel
+    precise vec3 at = p * gBrickScale + gBrickOffset - 0.5; // from the atlas' own first texel
     vec3 inside = clamp(at, gFirstTexel - 0.5, gLastTexel - 0.5);
     ivec3 last = ivec3(gLastTexel);
     ivec3 low = ivec3(inside);
 #else
-    precise vec3 at = p * gHomeScale - vec3(gHomeFirst) - 0.5;
-    vec3 inside = clamp(at, vec3(0.0), vec3(gHomeLast));
+    precise vec3 at = p * gBrickScale - vec3(gBrickFirst) - 0.5;
+    vec3 inside = clamp(at, vec3(0.0), vec3(gBrickLast));
     ivec3 low = ivec3(inside);
 #endif
     precise vec3 f = inside - vec3(low);
 #if FEATURE_HARDWARE
-    return perVoxel(slopeInSlot(low, min(low + 1, last), f), at, inside, gHomeScale).xyz;
+    return perVoxel(slopeInSlot(low, min(low + 1, last), f), at, inside, gBrickScale).xyz;
 #else
-    return perVoxel(slopeInSlot(gHomeOrigin + low, gHomeOrigin + min(low + 1, gHomeLast), f), at, inside,
-                    gHomeScale).xyz;
+    return perVoxel(slopeInSlot(gBrickOrigin + low, gBrickOrigin + min(low + 1, gBrickLast), f), at, inside,
+                    gBrickScale).xyz;
 #endif
 }

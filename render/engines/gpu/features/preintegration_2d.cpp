@@ -1,11 +1,11 @@
-// render/engines/gpu/features/seen_colours.cpp: colours of a segment with the attenuation inside it, from a
-// table.
+// render/engines/gpu/features/preintegration_2d.cpp: colours of a segment with the attenuation inside it,
+// from a table.
 #include "render/engines/gpu/features.h"
 
 namespace tessera::features {
 
-FeatureModule seenColours() {
-    return {.define = "FEATURE_SEENCOLOURS",
+FeatureModule preintegration2d() {
+    return {.define = "FEATURE_PREINTEGRATION_2D",
             .meaning = "pre-integrated colours with attenuation",
             .needs = kFeaturePreintegrated};
 }

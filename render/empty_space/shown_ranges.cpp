@@ -1,5 +1,5 @@
-// render/empty_space/shown_values.cpp: see shown_values.h.
-#include "render/empty_space/shown_values.h"
+// render/empty_space/shown_ranges.cpp: see shown_ranges.h.
+#include "render/empty_space/shown_ranges.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ constexpr double kReach = 3;             // entries: emptyOver() looks at those 
 
 } // namespace
 
-ShownValues::ShownValues(const TransferTable& table)
+ShownRanges::ShownRanges(const TransferTable& table)
     : firstValue_(static_cast<double>(table.firstValue)),
       entriesPerValue_(static_cast<double>(table.entriesPerValue)), entries_(table.entries.size()) {
     const auto valueAt = [&](double entry) { return firstValue_ + entry / entriesPerValue_; };
@@ -31,12 +31,12 @@ ShownValues::ShownValues(const TransferTable& table)
     }
 }
 
-bool ShownValues::shows(double value) const {
+bool ShownRanges::shows(double value) const {
     return std::any_of(shown_.begin(), shown_.end(),
                        [&](const ValueRange& r) { return value > r.lowest && value < r.highest; });
 }
 
-std::vector<double> ShownValues::ends() const {
+std::vector<double> ShownRanges::ends() const {
     std::vector<double> ends;
     for (const ValueRange& r : shown_)
         for (const double end : {r.lowest, r.highest})
@@ -45,7 +45,7 @@ std::vector<double> ShownValues::ends() const {
     return ends;
 }
 
-std::vector<ValueRange> ShownValues::differences(const ShownValues& other) const {
+std::vector<ValueRange> ShownRanges::differences(const ShownRanges& other) const {
     if (tooMany_ || other.tooMany_ || entries_ == 0 || other.entries_ == 0)
         return {{-kInfinity, kInfinity}};
     std::vector<double> ends = this->ends();

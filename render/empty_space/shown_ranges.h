@@ -1,4 +1,4 @@
-// render/empty_space/shown_values.h: which values a transfer function shows, and where two functions can
+// render/empty_space/shown_ranges.h: which values a transfer function shows, and where two functions can
 // differ in that: after an edit only what holds such values needs another proof of emptiness.
 #pragma once
 
@@ -14,14 +14,14 @@ struct ValueRange {
     bool meets(const ValueRange& other) const { return lowest <= other.highest && other.lowest <= highest; }
 };
 
-class ShownValues {
+class ShownRanges {
   public:
-    ShownValues() = default;
-    explicit ShownValues(const TransferTable& table);
+    ShownRanges() = default;
+    explicit ShownRanges(const TransferTable& table);
 
     /// Ranges outside of which TransferTable::emptyOver() says the same of both tables: of every range of
     /// values that meets none of them.
-    std::vector<ValueRange> differences(const ShownValues& other) const;
+    std::vector<ValueRange> differences(const ShownRanges& other) const;
 
   private:
     bool shows(double value) const;
