@@ -6,7 +6,6 @@
 #include "render/engines/gpu/atlas_plane.h"
 #include "render/engines/gpu/field_binding.h"
 #include "render/engines/gpu/gl/context.h"
-#include "render/engines/gpu/march.h"
 
 #include <cstdint>
 #include <memory>
