@@ -10,7 +10,8 @@ const int kMostTurns = 65535 / 16 - 400 - 400 * FEATURE_SOBEL_GRADIENT - 1600 * 
 #define TURN ++gTurns
 #define TURNS(n) gTurns += n
 #define TURNS_LEFT (gTurns < kMostTurns)
-// It runs both sides of a branch for all lanes, but a loop only as long as a lane needs it.
+// It runs both sides of a branch for all lanes, but a loop only as long as a lane needs it. Neither break nor continue
+// may stand in what follows ONCE: they would mean another loop elsewhere.
 #define ONCE(condition) for (int once = int(condition); once != 0; once &= once - 1, ++gTurns)
 #else
 #define TURN
