@@ -264,13 +264,14 @@ TEST(Features, IdiomsForLlvmpipeChangeNoBit) {
     };
     const auto all = [&] {
         Pictures out;
-        for (const Gradient kind : {Gradient::central, Gradient::sobel, Gradient::analytic})
-            for (Prepared* prepared : {&uniform, &mixed})
-                out.images.push_back(
-                    marchOn(*prepared, lit | gradientFeature(kind), smallDispatches()).image);
+        const std::pair<Prepared*, Gradient> lightings[] = {{&uniform, Gradient::central},
+                                                            {&uniform, Gradient::sobel},
+                                                            {&mixed, Gradient::central},
+                                                            {&mixed, Gradient::analytic}};
+        for (const auto& [prepared, kind] : lightings)
+            out.images.push_back(marchOn(*prepared, lit | gradientFeature(kind), smallDispatches()).image);
         const std::uint32_t texels =
             texelFormat(info.type).normalised ? std::uint32_t{kFeatureNormalised} : 0u;
-        out.images.push_back(inPasses(uniform, lit | texels));
         out.images.push_back(inPasses(mixed, lit | texels | kFeatureMixed));
         Drawn drawn = draw(surfaces, 0, smallDispatches());
         out.images.push_back(std::move(drawn.image));

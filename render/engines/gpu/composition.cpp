@@ -39,8 +39,10 @@ Composition::Composition(std::vector<StorageBuffer> own, std::uint32_t features,
     if (const std::string why = featureConflict(features, modules); !why.empty())
         throw Error("features of the march: " + why);
     for (const FeatureModule& m : modules)
-        if (features & m.bit)
+        if (features & m.bit) {
             buffers_.insert(buffers_.end(), m.buffers.begin(), m.buffers.end());
+            turns_ += m.turns;
+        }
 }
 
 GLuint Composition::binding(std::string_view buffer) const {
@@ -61,6 +63,7 @@ std::string Composition::defines() const {
     std::string text = features_;
     for (const StorageBuffer& b : buffers_)
         text += "#define BINDING_" + std::string(b.name) + " " + std::to_string(binding(b.name)) + "\n";
+    text += "#define SAMPLE_TURNS " + std::to_string(turns_) + "\n";
     return text + "#define DRIVER_LLVMPIPE " + (isForLlvmpipe() ? "1\n" : "0\n");
 }
 

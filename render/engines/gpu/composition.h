@@ -40,6 +40,7 @@ class Composition {
   private:
     std::vector<StorageBuffer> buffers_;
     std::string features_; // their defines
+    int turns_ = 0;        // that they may take
 };
 
 /// For tests: while it lives, programs are composed as for llvmpipe, or as for a GPU, whatever device is

@@ -25,6 +25,7 @@ struct FeatureModule {
     std::uint32_t needs = 0;    // bits, all of which it goes with
     std::uint32_t excludes = 0; // bits, none of which it goes with; one of two says so
     std::vector<StorageBuffer> buffers = {};
+    int turns = 0;         // of loops that one more sample may take for it (shaders/common_turns.glsl)
     std::uint32_t bit = 0; // of TESSERA_FEATURES: given by featureModules()
 };
 

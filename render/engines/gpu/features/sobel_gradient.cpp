@@ -6,7 +6,8 @@ namespace tessera::features {
 FeatureModule sobelGradient() {
     return {.define = "FEATURE_SOBEL_GRADIENT",
             .meaning = "gradients by smoothed differences (Sobel)",
-            .excludes = kGradientFeatures & ~kFeatureSobelGradient};
+            .excludes = kGradientFeatures & ~kFeatureSobelGradient,
+            .turns = 400};
 }
 
 } // namespace tessera::features

@@ -4,7 +4,10 @@
 namespace tessera::features {
 
 FeatureModule surfaces() {
-    return {.define = "FEATURE_SURFACES", .meaning = "isosurfaces", .excludes = kFeatureVisibility};
+    return {.define = "FEATURE_SURFACES",
+            .meaning = "isosurfaces",
+            .excludes = kFeatureVisibility,
+            .turns = 1600};
 }
 
 } // namespace tessera::features
