@@ -27,7 +27,8 @@ struct DicomImage {
     std::vector<std::uint16_t> pixels; // [frame][y][x], raw words
     int bitsAllocated = 16, bitsStored = 16, pixelRepresentation = 1;
     std::optional<std::string> slope = "1", intercept = "-1024";
-    std::optional<int> padding;
+    std::optional<int> padding, paddingLimit;
+    std::optional<std::string> betweenSlices; // SpacingBetweenSlices
     std::optional<glm::dvec3> position = glm::dvec3(0);
     std::vector<glm::dvec3> framePositions; // multi-frame only
     glm::dvec3 rowDirection{1, 0, 0}, columnDirection{0, 1, 0};
@@ -145,6 +146,8 @@ inline std::string dicomBytes(const DicomImage& image) {
     d.element(0x10, 0x4000, "LT", kPlanted[10]);
     d.element(0x18, 0x50, "DS", "1.5");
     d.element(0x18, 0x60, "DS", "120");
+    if (image.betweenSlices)
+        d.element(0x18, 0x88, "DS", *image.betweenSlices);
     d.element(0x18, 0x1210, "SH", "B30f");
     d.element(0x20, 0xd, "UI", kPlanted[6]);
     d.element(0x20, 0xe, "UI", kPlanted[6] + ".7." + image.series);
@@ -182,6 +185,8 @@ inline std::string dicomBytes(const DicomImage& image) {
         d.number(0x28, 0x107, *image.largestPixel, image.pixelRepresentation ? "SS" : "US");
     if (image.padding)
         d.number(0x28, 0x120, *image.padding, image.pixelRepresentation ? "SS" : "US");
+    if (image.paddingLimit)
+        d.number(0x28, 0x121, *image.paddingLimit, image.pixelRepresentation ? "SS" : "US");
     if (image.intercept)
         d.element(0x28, 0x1052, "DS", *image.intercept);
     if (image.slope)

@@ -4,6 +4,7 @@ caught it. README.md beside this file tells how a mutant is written. The working
 happens in a copy (--build), which is brought up to date at every start and kept, with its build, between runs.
 Exit status: 0 where all were caught, 1 where some survived or did not build, 2 where a mutant is stale."""
 import argparse
+import fcntl
 import fnmatch
 import os
 import re
@@ -145,6 +146,12 @@ class Copy:
 
     def update(self):
         """Makes the copy equal to the working tree; files that are equal keep their time."""
+        self.root.mkdir(parents=True, exist_ok=True)
+        self.lock = open(self.root.parent / (self.root.name + ".lock"), "w")
+        try:
+            fcntl.flock(self.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            sys.exit(f"another run works in {self.root}")
         listed = subprocess.run(["git", "-C", ROOT, "ls-files", "-co", "--exclude-standard", "-z"], check=True,
                                 capture_output=True, text=True).stdout.split("\0")
         wanted = {name for name in listed if name and (ROOT / name).is_file()}
@@ -323,5 +330,6 @@ def main():
 
 
 if __name__ == "__main__":
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for number in (signal.SIGINT, signal.SIGTERM):  # a shell's background jobs ignore the first
+        signal.signal(number, signal.default_int_handler)
     sys.exit(main())
