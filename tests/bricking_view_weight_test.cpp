@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <glm/matrix.hpp>
+#include <glm/trigonometric.hpp>
 #include <gtest/gtest.h>
 #include <limits>
 
@@ -124,6 +125,22 @@ TEST(ViewWeights, FinestLevelIsWhatAPixelShows) {
         EXPECT_EQ(w.finest[static_cast<std::size_t>(i)],
                   std::max(0, static_cast<int>(std::floor(std::log2(across)))))
             << i;
+    }
+    // At the edge of a wide view: 400 mm away a pixel is 11 mm in the middle and 5 mm where it is 64 degrees
+    // off.
+    VolumeInfo wide = plainInfo({32, 1600, 32}, ValueType::i16);
+    wide.patientFromVoxel = info.patientFromVoxel;
+    Camera across;
+    across.position = {-400, 800, 16};
+    across.focalPoint = {0, 800, 16};
+    across.viewAngle = 140;
+    const ViewWeights row = viewWeights(across, wide, {200, 200});
+    for (int j = 0; j < 50; ++j) {
+        const double aside = std::max(std::abs(32 * j - 800), std::abs(32 * j + 32 - 800));
+        const double tangent = std::hypot(aside, 16) / 400; // of the corner that is farthest from the middle
+        const double pixel = 400 * std::tan(glm::radians(70.0)) / 100 / std::sqrt(1 + tangent * tangent);
+        EXPECT_EQ(row.finest[static_cast<std::size_t>(j)], static_cast<int>(std::floor(std::log2(pixel))))
+            << j;
     }
     // Inside, all that is beside or behind is as fine as it can be.
     Camera inside = ahead;
