@@ -300,6 +300,16 @@ TEST(Preset, ValuesThatLookLikeHuAreTaken) {
     EXPECT_FALSE(looksLikeHu({-1024, 3071, false, 1, {}}));
 }
 
+// Quantiles lie within bins: of an object whose values are all in the last of four, half are above its
+// middle.
+TEST(Preset, AutoFindsItsQuantilesWithinBins) {
+    const TransferFunction function = presetFunction("auto", {0, 400, false, 1, {100, 0, 0, 300}});
+    ASSERT_EQ(function.opacityPoints().size(), 5u);
+    EXPECT_DOUBLE_EQ(function.opacityPoints()[0].value, 100);
+    EXPECT_DOUBLE_EQ(function.opacityPoints()[2].value, 350);
+    EXPECT_DOUBLE_EQ(function.opacityPoints()[4].value, 398);
+}
+
 TEST(Preset, AutoLeavesTheBackgroundOutAndShowsTheRest) {
     ValueSummary values{0, 255, false, 0.5, std::vector<double>(64)};
     for (int i = 0; i < 64; ++i) // noise around 0, then an object around bin 30
