@@ -38,6 +38,7 @@ struct DicomImage {
     std::string storageClass = "1.2.840.10008.5.1.4.1.1.2";
     std::string syntax = "1.2.840.10008.1.2.1"; // of the pixels; another one goes with fragments
     std::vector<std::string> fragments;         // compressed: instead of pixels
+    std::vector<std::uint32_t> fragmentOffsets; // of the frames, from the first fragment's item
     std::optional<int> largestPixel, highBit;
     bool modalityTable = false; // a ModalityLUTSequence
     std::string patientSuffix, frameOfReference;
@@ -54,10 +55,13 @@ struct DicomImage {
 class DicomBytes {
   public:
     void u16(unsigned v) {
-        bytes_ += static_cast<char>(v & 255);
-        bytes_ += static_cast<char>(v >> 8 & 255);
+        bytes_ += static_cast<char>((bigEndian ? v >> 8 : v) & 255);
+        bytes_ += static_cast<char>((bigEndian ? v : v >> 8) & 255);
     }
-    void u32(std::size_t v) { u16(v & 0xffff), u16(v >> 16 & 0xffff); }
+    void u32(std::size_t v) {
+        u16((bigEndian ? v >> 16 : v) & 0xffff);
+        u16((bigEndian ? v : v >> 16) & 0xffff);
+    }
     void element(unsigned group, unsigned tag, const char* vr, std::string value) {
         const bool longForm = std::string("OB OW SQ").find(vr) != std::string::npos;
         if (value.size() % 2)
@@ -75,18 +79,22 @@ class DicomBytes {
             u16(static_cast<unsigned>(value.size()));
         bytes_ += value;
     }
-    /// Compressed pixels: an empty table of offsets, then a fragment an item.
-    void encapsulated(const std::vector<std::string>& fragments) {
+    /// Compressed pixels: the table of offsets, which may be empty, then a fragment an item.
+    void encapsulated(const std::vector<std::string>& fragments, const std::vector<std::uint32_t>& offsets) {
         u16(0x7fe0), u16(0x10);
         bytes_ += "OB";
         u16(0), u32(0xffffffff);
-        bytes_ += item("");
+        DicomBytes table;
+        for (const std::uint32_t offset : offsets)
+            table.u32(offset);
+        bytes_ += item(table.bytes());
         for (const std::string& fragment : fragments)
             bytes_ += item(fragment + (fragment.size() % 2 ? std::string(1, '\0') : ""));
         u16(0xfffe), u16(0xe0dd), u32(0);
     }
     void number(unsigned group, unsigned tag, int value, const char* vr = "US") {
         DicomBytes b;
+        b.bigEndian = bigEndian;
         b.u16(static_cast<unsigned>(value) & 0xffff);
         element(group, tag, vr, b.bytes_);
     }
@@ -98,7 +106,7 @@ class DicomBytes {
     }
     const std::string& bytes() const { return bytes_; }
     std::string bytes_;
-    bool implicitVr = false;
+    bool implicitVr = false, bigEndian = false;
 };
 
 inline std::string decimals(std::initializer_list<double> values) {
@@ -119,6 +127,7 @@ inline std::string dicomBytes(const DicomImage& image) {
     const std::string uid = kPlanted[6] + "." + image.series + "." + std::to_string(++instance);
     DicomBytes meta, d;
     d.implicitVr = image.implicitVr;
+    d.bigEndian = image.syntax == "1.2.840.10008.1.2.2"; // of the data set; the meta group is always little
     meta.element(0x2, 0x2, "UI", image.storageClass);
     meta.element(0x2, 0x3, "UI", uid);
     meta.element(0x2, 0x10, "UI", image.syntax);
@@ -212,9 +221,10 @@ inline std::string dicomBytes(const DicomImage& image) {
         d.element(0x5200, 0x9230, "SQ", items);
     }
     if (!image.fragments.empty()) {
-        d.encapsulated(image.fragments);
+        d.encapsulated(image.fragments, image.fragmentOffsets);
     } else if (image.withPixels) {
         DicomBytes words;
+        words.bigEndian = d.bigEndian;
         for (const std::uint16_t word : image.pixels)
             words.u16(word);
         d.element(0x7fe0, 0x10, "OW", words.bytes());

@@ -107,6 +107,35 @@ TEST_F(Streams, FragmentsOfOneFrameAreOneStream) {
     EXPECT_EQ(read(cut), hu(words_));
 }
 
+// Two frames, each in fragments: where they begin, only the table of offsets tells.
+TEST_F(Streams, AFrameBeginsWhereTheTableOfOffsetsSays) {
+    const std::vector<std::uint16_t> back(words_.rbegin(), words_.rend());
+    const std::string other = encodeRle(back);
+    DicomImage two = image(kRle, "");
+    two.storageClass = "1.2.840.10008.5.1.4.1.1.2.1";
+    two.frames = 2;
+    two.framePositions = {{0, 0, 0}, {0, 0, 1}};
+    two.fragments = {rle_.substr(0, 100), rle_.substr(100), other.substr(0, 200), other.substr(200, 50),
+                     other.substr(250)};
+    constexpr std::uint32_t kItemHeader = 8;
+    two.fragmentOffsets = {0, 2 * kItemHeader + static_cast<std::uint32_t>((rle_.size() + 1) / 2 * 2)};
+    std::vector<std::int16_t> expected = hu(words_);
+    const std::vector<std::int16_t> second = hu(back);
+    expected.insert(expected.end(), second.begin(), second.end());
+    EXPECT_EQ(read(two), expected);
+    two.fragmentOffsets[1] += 2;
+    EXPECT_THAT(refused(two), HasSubstr("table of offsets"));
+}
+
+TEST_F(Streams, PlainWordsOfEitherByteOrder) {
+    for (const char* syntax : {"1.2.840.10008.1.2.1", "1.2.840.10008.1.2.2"}) {
+        DicomImage plain = image(syntax, "");
+        plain.fragments.clear();
+        plain.pixels = words_;
+        EXPECT_EQ(read(plain), hu(words_)) << syntax;
+    }
+}
+
 TEST_F(Streams, SignedWordsWithMaskedOrExtendedSign) {
     std::vector<std::uint16_t> masked, extended;
     std::vector<std::int16_t> expected;
@@ -377,8 +406,9 @@ TEST_F(Streams, DeflatedDataSetsWithAndWithoutATrailer) {
 
 // An element out of order in one slice is damage, in all slices a writer's habit.
 TEST_F(Streams, IrregularHeadersAreJudgedByTheSeries) {
-    const auto save = [&](int odd) {
-        for (int z = 0; z < 5; ++z) {
+    const auto save = [&](int odd, int slices = 5) {
+        std::filesystem::remove_all(folder_ / "series");
+        for (int z = 0; z < slices; ++z) {
             DicomImage slice = image("1.2.840.10008.1.2.1", "");
             slice.fragments.clear();
             slice.pixels = words_;
@@ -394,6 +424,7 @@ TEST_F(Streams, IrregularHeadersAreJudgedByTheSeries) {
     EXPECT_THAT(openSource(save(0), {})->notes(), IsEmpty());
     EXPECT_THAT(refusalOfOpening(save(1)), HasSubstr("IM0: expected a header without fault"));
     EXPECT_THAT(refusalOfOpening(save(2)), HasSubstr("(0018,0010)"));
+    EXPECT_THAT(refusalOfOpening(save(2, 4)), HasSubstr("as most slices of its series have")) << "just half";
     const auto habit = openSource(save(5), {});
     ASSERT_EQ(habit->notes().size(), 1u);
     EXPECT_THAT(habit->notes().front(), HasSubstr("irregular headers"));
