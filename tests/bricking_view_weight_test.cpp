@@ -112,6 +112,12 @@ TEST(ViewWeights, FinestLevelIsWhatAPixelShows) {
     for (const std::uint8_t level : viewWeights(parallel, info, {100, 100}).finest)
         EXPECT_EQ(level, 5);
 
+    VolumeInfo thick = info; // what a pixel shows is judged by the longest edge of a voxel
+    thick.patientFromVoxel[2] *= 4;
+    parallel.parallelScale = 400; // 8 mm a pixel, 4 mm slices
+    for (const std::uint8_t level : viewWeights(parallel, thick, {100, 100}).finest)
+        EXPECT_EQ(level, 1);
+
     // Looking along x from the front face: a pixel grows with the distance; 2 tan(45) / 200 mm per mm.
     Camera ahead;
     ahead.position = {-100, 16, 16};

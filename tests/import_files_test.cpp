@@ -173,6 +173,22 @@ TEST(ImportNifti, CountsComeThroughTheTurningToLps) {
     EXPECT_EQ(source->info().clampedVoxels, 24u);
 }
 
+// Voxels begin where the header says, behind its extensions; a second reading, for the lowest value, too.
+TEST(ImportNifti, ExtensionsAreNoVoxels) {
+    const ScratchFolder folder;
+    NiftiImage image;
+    image.extent = {3, 1, 1};
+    image.datatype = 16;
+    image.srow = kLps;
+    image.voxels = std::string(32, '\xf0') + voxelBytes<float>({std::nanf(""), -3, 5});
+    std::string bytes = niftiBytes(image);
+    put(bytes, 108, 384.f);
+    writeFile(folder / "a.nii", bytes);
+    writeFile(folder / "a.nii.gz", gzip(bytes));
+    for (const char* name : {"a.nii", "a.nii.gz"})
+        EXPECT_EQ(readAll<float>(*openSource(folder / name, {})), (std::vector<float>{-3, -3, 5})) << name;
+}
+
 TEST(ImportNifti, TrailingBytesAreTolerated) {
     const ScratchFolder folder;
     NiftiImage image;
