@@ -162,6 +162,16 @@ TEST(Store, ChunksOfNothingButFillAreNotWritten) {
     EXPECT_EQ(readLevel(StoreReader(scratch / "air.zarr", ram), 0), std::vector<double>(70 * 40 * 40, -1000));
 }
 
+// Shards begin anew: two that hold the same are the same, byte for byte.
+TEST(Store, AShardKeepsNothingOfTheOneBefore) {
+    ScratchFolder scratch;
+    HashSource source(plainInfo({5, 2, 1024}, ValueType::u8), [](int x, int y, int z) {
+        return static_cast<double>(mixed(static_cast<std::uint64_t>(x + 8 * y + 64 * (z % 512))) & 0xFF);
+    });
+    import(scratch / "v.zarr", source);
+    EXPECT_TRUE(fileText(scratch / "v.zarr/0/c/0/0/0") == fileText(scratch / "v.zarr/0/c/1/0/0"));
+}
+
 TEST(Crc32c, KnownValuesAndPieces) {
     const std::string text = "123456789";
     const auto bytes = std::as_bytes(std::span(text));

@@ -249,7 +249,7 @@ class Copy:
         return "" if done.returncode == 0 else failed.group(1) if failed else "ctest"
 
 
-def judge(copy, mutant, everything):
+def judge(copy, mutant, nearest, everything):
     """Plants one mutant; returns the verdict and who gave it."""
     try:
         copy.plant(mutant)
@@ -257,7 +257,7 @@ def judge(copy, mutant, everything):
         if text := copy.make(programs):
             error = re.search(r"^.*error:.*$", text, re.M)
             return "no build", error.group(0) if error else text[-200:]
-        wide = [(program, "*") for program in programs if (program, "*") not in mutant.tests]
+        wide = [(program, "*") for program in programs if (program, "*") not in mutant.tests and not nearest]
         for program, tests in mutant.tests + wide:
             if by := copy.test(program, tests):
                 return "caught", by
@@ -277,6 +277,8 @@ def arguments():
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="of builds (default: all processors)")
     parser.add_argument("--timeout", type=float, default=240,
                         help="seconds after which a test program hangs, which counts as caught (default: 240)")
+    parser.add_argument("--nearest", action="store_true",
+                        help="only the tests that a mutant names, not the rest of their programs")
     parser.add_argument("--all-tests", action="store_true",
                         help="for a mutant that its nearest test programs let pass: all tests (slow)")
     parser.add_argument("--list", action="store_true", help="list the mutants and stop")
@@ -324,7 +326,7 @@ def main():
     try:
         for m in chosen:
             started = time.time()
-            verdict, by = judge(copy, m, options.all_tests)
+            verdict, by = judge(copy, m, options.nearest, options.all_tests)
             results.append((m, verdict))
             print(f"{verdict:9} {time.time() - started:5.0f} s  {m.room:11} {m.name:44} {by}", flush=True)
     except KeyboardInterrupt:
