@@ -72,6 +72,54 @@ TEST(Import, WhatCannotBeStoredIsRefused) {
     EXPECT_EQ(entriesIn(scratch.path()), 0u);
 }
 
+// Some things are known only when the last slice has been read: the store tells them all the same.
+TEST(Import, WhatASourceFindsOutWhileItIsReadIsKept) {
+    class Learning final : public HashSource {
+      public:
+        using HashSource::HashSource;
+        const VolumeInfo& info() const override { return learnt_; }
+        void readSlices(int count, std::span<std::byte> out) override {
+            HashSource::readSlices(count, out);
+            learnt_.lossy = true;
+            learnt_.nonFiniteVoxels += 2;
+            learnt_.clampedVoxels += 5;
+            learnt_.absentStored = -7;
+        }
+
+      private:
+        VolumeInfo learnt_ = HashSource::info();
+    };
+    ScratchFolder scratch;
+    Learning source(plainInfo({4, 3, 40}, ValueType::i16)); // two slabs
+    import(scratch / "v.zarr", source);
+    Ledger ram("RAM", "--ram", kPlenty);
+    const VolumeInfo info = StoreReader(scratch / "v.zarr", ram).info();
+    EXPECT_TRUE(info.lossy);
+    EXPECT_EQ(info.nonFiniteVoxels, 4u);
+    EXPECT_EQ(info.clampedVoxels, 10u);
+    EXPECT_EQ(info.absentStored, -7);
+}
+
+TEST(Import, AUnitIsGivenWhereThereIsNoneAndNeverReplaced) {
+    ScratchFolder scratch;
+    Ledger ram("RAM", "--ram", kPlenty);
+    ImportOptions options;
+    options.durable = false;
+    options.unit = "HU";
+    for (const char* unit : {"", "HU", "mm"}) {
+        VolumeInfo info = plainInfo({4, 3, 2}, ValueType::i16);
+        info.unit = unit;
+        HashSource source(info);
+        const fs::path store = scratch / (std::string("v") + unit + ".zarr");
+        if (std::string(unit) == "mm") {
+            EXPECT_THROW(importToStore(source, store, ram, options), InputError);
+            continue;
+        }
+        importToStore(source, store, ram, options);
+        EXPECT_EQ(StoreReader(store, ram).info().unit, "HU");
+    }
+}
+
 TEST(Import, KeepsItsBudgetAndNamesTheFloor) {
     for (const glm::ivec3& extent : {glm::ivec3(1, 1, 1), glm::ivec3(70, 90, 130), glm::ivec3(600, 20, 5)})
         for (const ValueType type : {ValueType::u8, ValueType::f32})

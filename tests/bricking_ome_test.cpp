@@ -75,6 +75,18 @@ TEST(OmeMetadata, TheWindowShowsSoftTissue) {
     }
 }
 
+// Without a unit all there is: extremes in the last column, row and slice are part of it.
+TEST(OmeMetadata, TheWindowHoldsEveryValue) {
+    const ScratchFolder scratch;
+    HashSource source(plainBox(), [](int x, int y, int z) {
+        return x == 39 && y == 17 && z == 9 ? -700 : x == 20 && y == 35 && z == 69 ? 900 : 1;
+    });
+    import(scratch / "v.zarr", source);
+    const Json document = parseJson(fileText(scratch / "v.zarr/zarr.json"), "zarr.json");
+    const Json& channel = document.at("attributes").at("ome").at("omero").at("channels").at(0);
+    EXPECT_EQ(channel.at("window"), Json({{"min", -700}, {"max", 900}, {"start", -700.0}, {"end", 900.0}}));
+}
+
 // A bit of the first of several chunks of one shard, none of which changes its length by it.
 TEST(ContentHash, TellsEveryBit) {
     const ScratchFolder scratch;
