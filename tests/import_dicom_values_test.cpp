@@ -85,7 +85,7 @@ TEST_F(DicomValues, TheTypeHoldsTheLastValueThatTheHeadersAllow) {
         image.pixels[0] = 65535;
         write(image);
     }
-    EXPECT_EQ(open()->info().type, ValueType::u16);
+    ASSERT_EQ(open()->info().type, ValueType::u16);
     EXPECT_EQ(readAll<std::uint16_t>(*open())[12], 65535);
     for (int n = 0; n < 2; ++n) { // half as many: all are values of int16
         DicomImage image = mrAt(n);
@@ -94,7 +94,7 @@ TEST_F(DicomValues, TheTypeHoldsTheLastValueThatTheHeadersAllow) {
         image.pixels[0] = 32767;
         writeDicom(folder / std::to_string(n), image);
     }
-    EXPECT_EQ(open()->info().type, ValueType::i16);
+    ASSERT_EQ(open()->info().type, ValueType::i16);
     EXPECT_EQ(readAll<std::int16_t>(*open())[12], 32767);
 }
 
