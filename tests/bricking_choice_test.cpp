@@ -49,18 +49,21 @@ TEST(CullBricks, ANegativeSlopeTurnsTheRangeOver) {
     VolumeInfo info = unitInfo({128, 32, 32});
     info.rescaleSlope = -1;
     info.rescaleIntercept = 255;
+    statistics.brickMin[3] = 50; // 205 to 202, a few of the table's entries
+    statistics.brickMax[3] = 53;
     EXPECT_EQ(shown(cullBricks(statistics, whiteAbove150(1), info, 0, Culling::unlit)),
-              (std::vector<int>{1, 0, 0, 0}));
+              (std::vector<int>{1, 0, 0, 1}));
 }
 
 TEST(SelectOneLevel, LeavesRoomForWhatTheSceneTakesBesides) {
     const Statistics statistics = statisticsOf({200, 200, 200, 0});
-    const PackedBytes packed = [](const auto& counts) { // 32 KiB a brick, an eighth of it for each level coarser
-        std::size_t bytes = 0, one = 1 << 15;
-        for (std::size_t level = 0; level < kLevelCount; ++level, one /= 8)
-            bytes += counts[level] * one;
-        return bytes;
-    };
+    const PackedBytes packed =
+        [](const auto& counts) { // 32 KiB a brick, an eighth of it for each level coarser
+            std::size_t bytes = 0, one = 1 << 15;
+            for (std::size_t level = 0; level < kLevelCount; ++level, one /= 8)
+                bytes += counts[level] * one;
+            return bytes;
+        };
     const auto levelWithin = [&](std::size_t available, std::size_t fixed) {
         const Selection s = selectOneLevel(statistics, whiteAbove150(1), unitInfo({128, 32, 32}), available,
                                            packed, Culling::unlit, "--gpu-memory", fixed);

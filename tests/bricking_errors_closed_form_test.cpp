@@ -46,6 +46,22 @@ TEST(Transmittance, IsTheWeightedMeanOfTheRays) {
     EXPECT_NEAR(static_cast<double>(e.transmittances[0]), (15 + std::exp(-32 * extinction)) / 16, 1e-4);
 }
 
+// In the dark L* is a straight line: 24389/27 times a luminance of four thousandths, which coarser levels
+// lose.
+TEST(PredictErrors, OfDarkColoursAreStraight) {
+    BrickRayPart part;
+    part.lo = 0;
+    part.hi = 255;
+    for (int ray = 0; ray < kRaysPerPart; ++ray)
+        for (int sample = 0; sample < 16; ++sample)
+            part.codes[codeAt(ray, 0, sample)] = 255;
+    const double luminance = 0.004, extinction = -std::log1p(-luminance) / 32;
+    const TransferTable table = makeTable(
+        TransferFunction::fromExtinction({{0, 0}, {100, 0}, {200, extinction}, {255, extinction}}, {}));
+    const LevelErrors e = rayErrors(raysOfPart(part), {1}, table, test::unitInfo({32, 32, 32}));
+    EXPECT_NEAR(static_cast<double>(e.errors[0][1]), 24389.0 / 27 * luminance, 0.01);
+}
+
 // Samples between those that are kept of a coarse level are interpolated to the nearest code: a finest level
 // that has just these is matched without error.
 TEST(PredictErrors, AreNothingWhereTheFinestLevelIsWhatIsInterpolated) {

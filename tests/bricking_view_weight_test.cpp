@@ -118,6 +118,16 @@ TEST(ViewWeights, FinestLevelIsWhatAPixelShows) {
     for (const std::uint8_t level : viewWeights(parallel, thick, {100, 100}).finest)
         EXPECT_EQ(level, 1);
 
+    // Beside a picture that a brick fills exactly: what is blended into it, half a brick wide, counts a
+    // quarter.
+    parallel.parallelScale = 16;
+    parallel.focalPoint.x = parallel.position.x = 32 + 16;
+    const ViewWeights one = viewWeights(parallel, info, {64, 64});
+    EXPECT_NEAR(one.area[1], 64 * 64, 1);
+    for (const std::size_t beside : {0u, 2u})
+        EXPECT_NEAR(one.area[beside], 0.25 * 0.5 * 64 * 64, 1);
+    EXPECT_EQ(one.area[3], 0);
+
     // Looking along x from the front face: a pixel grows with the distance; 2 tan(45) / 200 mm per mm.
     Camera ahead;
     ahead.position = {-100, 16, 16};

@@ -11,6 +11,7 @@
 namespace tessera::test {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -235,6 +236,21 @@ TEST_F(Streams, LossyOvershootIsClampedCountedAndSaid) {
     const auto shifted = encodeJpegLossless(words_, kColumns, kRows, 1, 2);
     EXPECT_LE(largestDifference(read(image(kLossless, shifted)), hu(words_)), 3);
     EXPECT_TRUE(source_->info().lossy);
+}
+
+// Values far outside the tags are no overshoot: the tags are wrong, and nothing is cut off.
+TEST_F(Streams, ALossyStreamOfAnotherSignIsReadAsItIs) {
+    std::vector<std::int32_t> values = asNumbers(words_);
+    for (std::int32_t& value : values)
+        value -= 3000;
+    DicomImage lossy =
+        image(k2000Lossy, encodeJpeg2000(values, kColumns, kRows,
+                                         {.bits = 13, .isSigned = true, .reversible = false, .ratio = 3}));
+    lossy.intercept = "0";
+    const std::vector<std::int16_t> found = read(lossy), expected(values.begin(), values.end());
+    EXPECT_LE(largestDifference(found, expected), 500); // the least is -3000
+    EXPECT_EQ(source_->info().clampedVoxels, 0u);
+    EXPECT_THAT(source_->notes(), ElementsAre(HasSubstr("the compressed stream says signed 13 bits")));
 }
 
 TEST_F(Streams, EightBitBaselineJpeg) {
