@@ -54,6 +54,15 @@ TEST_F(Manifest, HoldsTheCameraThatDrew) {
     EXPECT_EQ(ofScene(camera.dump())["scene"]["camera"], camera);
 }
 
+// Files are named after patients: the volume is named by what it holds.
+TEST_F(Manifest, NamesTheVolumeByItsContent) {
+    fs::rename(folder_ / "s.zarr", folder_ / "doe-jane.zarr");
+    const json manifest = of("doe-jane.zarr --preset auto --size 8x8");
+    EXPECT_EQ(manifest["scene"]["volumes"][0]["path"],
+              "content-" + manifest["store"]["contentHash"].get<std::string>() + ".zarr");
+    EXPECT_EQ(manifest.dump().find("doe-jane"), std::string::npos);
+}
+
 TEST_F(Manifest, OptionsStandInIt) {
     const std::string picture = "s.zarr --preset auto --size 24x16 ";
     const json plain = of(picture);

@@ -143,11 +143,16 @@ class Copy:
         self.patience = {}  # seconds for tests whose time without a mutant is known
         self.env = dict(os.environ, CCACHE_BASEDIR=str(folder), CCACHE_NOHASHDIR="1",
                         CCACHE_SLOPPINESS="pch_defines,time_macros", TMPDIR=str(folder / "build" / "tmp"))
+        # Tests of real scans look beside the sources, where the copy has nothing.
+        self.env.setdefault("TESSERA_TEST_DATA", str(ROOT.parent / "shared" / "data"))
 
     def update(self):
         """Makes the copy equal to the working tree; files that are equal keep their time."""
-        self.root.mkdir(parents=True, exist_ok=True)
-        self.lock = open(self.root.parent / (self.root.name + ".lock"), "w")
+        mark = self.root / "build" / "lock"  # what is in a folder without it is not ours to remove
+        if self.root.exists() and any(self.root.iterdir()) and not mark.exists():
+            sys.exit(f"{self.root}: expected a new folder or the copy of an earlier run, found something else")
+        self.build.mkdir(parents=True, exist_ok=True)
+        self.lock = open(mark, "w")
         try:
             fcntl.flock(self.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
@@ -165,9 +170,6 @@ class Copy:
             name = path.relative_to(self.root)
             if name.parts[0] != "build" and path.is_file() and str(name) not in wanted:
                 path.unlink()
-        data = self.root.parent / "shared"  # tests of real scans look beside the sources
-        if (ROOT.parent / "shared").exists() and not os.path.lexists(data):
-            data.symlink_to((ROOT.parent / "shared").resolve())
         if not (self.build / "build.ninja").exists():
             ccache = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []
             subprocess.run(["cmake", "--preset", "release", "-DTESSERA_WITH_BENCHMARKS=OFF", *ccache], check=True,
@@ -207,7 +209,8 @@ class Copy:
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)  # its own group: what it started goes with it
-                process.communicate()
+                process.wait()
+            process.stdout.close()
 
     def run_tests(self, program, tests, timeout=None):
         """Runs tests; returns who failed, or "" where all passed, and the output."""
@@ -270,8 +273,8 @@ def judge(copy, mutant, nearest, everything):
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--build", type=Path, default=ROOT / "build" / "mutants" / "copy",
-                        help="folder of the copy and its build, kept between runs (default: build/mutants/copy)")
+    parser.add_argument("--build", type=Path, default=ROOT / "build" / "mutants",
+                        help="folder of the copy and its build, kept between runs (default: build/mutants)")
     parser.add_argument("--room", action="append", help="only the mutants of ROOM.txt; may be repeated")
     parser.add_argument("--only", action="append", help="only mutants of this name, or pattern; may be repeated")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="of builds (default: all processors)")
@@ -290,9 +293,9 @@ def main():
     options = arguments()
     try:
         mutants, before = read_mutants()
+        problems = check(mutants)
     except Stale as stale:
-        sys.exit(f"{stale}")
-    problems = check(mutants)
+        problems = [str(stale)]
     if problems:
         print("\n".join(problems), file=sys.stderr)
         return 2
