@@ -119,12 +119,6 @@ TEST_F(Program, ValuesThatMeanNothingAreRefusedByEveryOption) {
             }
 }
 
-TEST_F(Program, NumbersWithMoreBehindThemAreRefused) {
-    makeSphere();
-    for (const char* option : {"--series 2x", "--phase 1.5", "--step 0.5mm", "--max-error 2,5"})
-        expectRefused(std::string("render s.zarr -o a.png ") + option, {std::string(option).substr(0, 6)});
-}
-
 TEST_F(Program, ValuesThatMeanSomethingAreTaken) {
     makeSphere();
     const std::string render = "render s.zarr -q -o a.png --preset auto --engine mirror --size 8x8 ";
