@@ -100,6 +100,13 @@ TEST(ImageErrors, AreOverWhatTheTruthShows) {
     EXPECT_EQ(lit.maxAbs, 0.5);
 }
 
+// An error that 8 bits do not show is none of those above 1/255, though it is above 1/256.
+TEST(ImageErrors, OfAStepAreCountedFromTheStepOn) {
+    const Image truth = flat({4, 4}, glm::vec4(0.25f));
+    EXPECT_EQ(measureError(flat({4, 4}, glm::vec4(0.25f + 0.00391f)), truth).fracAbove1Of255, 0);
+    EXPECT_EQ(measureError(flat({4, 4}, glm::vec4(0.25f + 0.00393f)), truth).fracAbove1Of255, 1);
+}
+
 // One bad pixel in a hundred is beyond the 99th percentile, two are not.
 TEST(ImageErrors, PercentilesLeaveOutWhatIsBeyondThem) {
     const Image truth = flat({10, 10}, {0.25f, 0.25f, 0.25f, 1});

@@ -231,6 +231,17 @@ TEST(Scene, SchemaAndParserKnowTheSameKeys) {
     EXPECT_EQ(schema["$defs"]["fittedCamera"]["properties"]["fit"]["enum"], json(fitNames()));
 }
 
+TEST(Shading, OfAllThreeKindsOfLightIsTheBrightest) {
+    Shading shading;
+    shading.on = true;
+    shading.ambient = 0.25, shading.diffuse = 0.75, shading.specular = 0.5;
+    EXPECT_EQ(brightest(shading), 1.5);
+    shading.diffuse = 0.125;
+    EXPECT_EQ(brightest(shading), 1) << "colours come unlit where nothing can be shaded";
+    shading.diffuse = 0.75, shading.on = false;
+    EXPECT_EQ(brightest(shading), 1);
+}
+
 TEST(NearestName, IsTheOneThatWasMeant) {
     EXPECT_EQ(editDistance("kitten", "sitting"), 3u);
     EXPECT_EQ(editDistance("", "abc"), 3u);
@@ -310,6 +321,12 @@ TEST(Preset, AutoFindsItsQuantilesWithinBins) {
     EXPECT_DOUBLE_EQ(function.opacityPoints()[0].value, 100);
     EXPECT_DOUBLE_EQ(function.opacityPoints()[2].value, 350);
     EXPECT_DOUBLE_EQ(function.opacityPoints()[4].value, 398);
+    // Of an object of nearly one value, a fiftieth of the range is kept between middle and end.
+    ValueSummary narrow{0, 400, false, 1, std::vector<double>(200)};
+    narrow.histogram[0] = 100, narrow.histogram[150] = 50;
+    const auto points = presetFunction("auto", narrow).opacityPoints();
+    EXPECT_DOUBLE_EQ(points[2].value, 301);
+    EXPECT_DOUBLE_EQ(points[4].value, 301 + 8);
 }
 
 TEST(Preset, AutoLeavesTheBackgroundOutAndShowsTheRest) {

@@ -304,6 +304,11 @@ TEST_F(Folder, PhasesBecomeAChoice) {
     // Every slice at its own time: at each place the first, second and third.
     const auto time = [](int n, int p) { return "10150" + std::to_string(p) + "." + std::to_string(10 + n); };
     expectPhases("3: time 3", [&](DicomImage& i, int n, int p) { i.acquisitionTime = time(n, p); });
+    // Numbers that go on from place to place are no phases.
+    expectPhases("3: time 3", [&](DicomImage& i, int n, int p) {
+        i.acquisition = 3 * n + p;
+        i.acquisitionTime = time(n, p);
+    });
     // At every second place the files stand in the other order.
     expectPhases("3: time 3", [&](DicomImage& i, int n, int p) {
         i.acquisitionTime = time(n, n % 2 ? 2 - p : p);
@@ -400,8 +405,9 @@ TEST_F(Folder, RoundedPositionsOfAnEvenStackAreEven) {
     const auto write = [&](double gap, double unit, int count, double shift) {
         for (int n = 0; n < count; ++n) {
             DicomImage image = imageAt(n);
-            image.position =
-                glm::dvec3(-1.25, 2.5, std::round((gap * n + (n == 7 ? shift : 0)) / unit) * unit);
+            // The other coordinates are no finer: the decimals of all three tell how positions are rounded.
+            image.position = glm::dvec3(unit < 0.1 ? -1.25 : -1.5, 2.5,
+                                        std::round((gap * n + (n == 7 ? shift : 0)) / unit) * unit);
             writeDicom(folder / nameOf(41 + n), image);
         }
     };

@@ -122,6 +122,15 @@ TEST_F(Manifest, InfoTellsPhysicalValuesAndPlacesOfATurnedVolume) {
     EXPECT_EQ(info["patientFromVoxel"][3], json({0.0, 0.0, 0.0, 1.0}));
 }
 
+// A slice is a line from its side, and refused; a single row of voxels is no better from anywhere.
+TEST_F(Manifest, ARowOfVoxelsIsDrawnFromEverySide) {
+    write("r.raw", "0123456789");
+    write("r.json", R"({"data":"r.raw","type":"uint8","extent":[1,1,10],"spacing":[1,1,1]})");
+    for (const char* view : {"anterior", "left", "superior"})
+        EXPECT_EQ(of(std::string("r.json --size 8x8 --view ") + view)["store"]["extentVoxels"],
+                  json({1, 1, 10}));
+}
+
 TEST_F(Manifest, AbsentVoxelsAreToldAsPhysicalValues) {
     NiftiImage image;
     image.extent = {2, 2, 2};
