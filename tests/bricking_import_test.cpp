@@ -66,6 +66,9 @@ TEST(Import, WhatCannotBeStoredIsRefused) {
     refused([](VolumeInfo& info) { info.extentVoxels.y = 0; });
     refused([](VolumeInfo& info) { info.fillStored = 300; });
     refused([](VolumeInfo& info) { info.fillStored = 0.5; });
+    refused([](VolumeInfo& info) { info.type = ValueType::u16, info.fillStored = 65536; });
+    refused([](VolumeInfo& info) { info.type = ValueType::i16, info.fillStored = -32769; });
+    refused([](VolumeInfo& info) { info.type = ValueType::f32, info.fillStored = 0.1; });
     refused([](VolumeInfo& info) { info.patientFromVoxel[2] = info.patientFromVoxel[1]; });
     refused([](VolumeInfo& info) { info.rescaleSlope = 0; });
     refused([](VolumeInfo& info) { info.acquisition.tubeVoltageKv = NAN; });
