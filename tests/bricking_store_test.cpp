@@ -137,11 +137,11 @@ TEST(StoreMetadata, TheSameVolumeGivesTheSameBytesWhateverTheThreads) {
 TEST(StoreMetadata, TextsAreCutToPlainAscii) {
     ScratchFolder scratch;
     VolumeInfo info = plainInfo({2, 2, 2}, ValueType::u8);
-    info.acquisition.kernel = std::string("B\xff\x7f") + std::string(200, 'x');
+    info.acquisition.kernel = std::string("B\xff\n\x7f") + std::string(200, 'x');
     HashSource source(info);
     import(scratch / "v.zarr", source);
     Ledger ram("RAM", "--ram", kPlenty);
-    EXPECT_EQ(StoreReader(scratch / "v.zarr", ram).info().acquisition.kernel, "B??" + std::string(61, 'x'));
+    EXPECT_EQ(StoreReader(scratch / "v.zarr", ram).info().acquisition.kernel, "B???" + std::string(60, 'x'));
 }
 
 TEST(Store, ChunksOfNothingButFillAreNotWritten) {
