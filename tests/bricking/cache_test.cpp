@@ -242,6 +242,55 @@ TEST_F(Cache, WantedChunksComeThoughTheyDoNotFitTogether) {
     EXPECT_LT(std::chrono::steady_clock::now(), deadline);
 }
 
+// Of ten chunks' room two are the loaders', and of the rest at most half are loaded ahead.
+TEST_F(Cache, WhatIsWantedLeavesRoomForRequests) {
+    BrickCache cache(store, ram, 10 * chunk, 2);
+    cache.want(allKeys());
+    const auto deadline = std::chrono::steady_clock::now() + 20s;
+    while (cache.counters().heldBytes < 4 * chunk && std::chrono::steady_clock::now() < deadline)
+        std::this_thread::sleep_for(1ms);
+    std::this_thread::sleep_for(30ms);
+    EXPECT_EQ(cache.counters().heldBytes, 4 * chunk);
+}
+
+TEST_F(Cache, RequestsGoBeforeWhatIsWanted) {
+    BrickCache cache(store, ram, 9 * chunk, 1);
+    std::vector<ChunkPointer> pinned;
+    for (int i = 0; i < 9; ++i)
+        pinned.push_back(cache.get({0, i % 5, i / 5, 0}));
+    cache.want(std::vector{ChunkKey{0, 0, 2, 0}, ChunkKey{0, 1, 2, 0}});
+    const auto asked = cache.request(std::vector{ChunkKey{0, 2, 2, 0}});
+    pinned.pop_back(); // room for one
+    ASSERT_EQ(asked.front().wait_for(20s), std::future_status::ready);
+    EXPECT_TRUE(right({0, 2, 2, 0}, asked.front().get()));
+}
+
+TEST_F(Cache, AWantedChunkThatFailsIsToldAndMayBeTriedAgain) {
+    ScratchFolder scratch;
+    fs::copy(*folder_ / "v.zarr", scratch / "v.zarr", fs::copy_options::recursive);
+    const fs::path shard = scratch / "v.zarr/0/c/0/0/0";
+    const std::string text = fileText(shard);
+    std::string damaged = text;
+    damaged[40] = static_cast<char>(damaged[40] ^ 1); // chunk (0,0,0) stands first
+    setFileText(shard, damaged);
+    const StoreReader bad(scratch / "v.zarr", ram);
+    BrickCache cache(bad, ram, 10 * chunk, 2);
+    const std::vector<ChunkKey> key = {{0, 0, 0, 0}};
+    for (int again = 0; again < 2; ++again) { // taken; then left where it is
+        cache.want(key);
+        const auto deadline = std::chrono::steady_clock::now() + 20s;
+        cache.waitForWanted(deadline);
+        ASSERT_LT(std::chrono::steady_clock::now(), deadline) << "nobody tells that it failed";
+        if (again == 0) {
+            EXPECT_THROW(cache.take(key.front()), InputError);
+            EXPECT_FALSE(cache.take(key.front())) << "told once";
+        }
+    }
+    std::ofstream(shard, std::ios::binary | std::ios::in).write(text.data(), 64); // repaired in place
+    cache.want(key);
+    EXPECT_EQ(takeAll(cache, key, [&](const auto& k, const auto& found) { return right(k, found); }), 1);
+}
+
 TEST_F(Cache, ANewListTakesTheOldOnesPlaceWhileOthersWork) {
     BrickCache cache(store, ram, 20 * chunk, 2);
     const std::vector<ChunkKey> keys = allKeys();

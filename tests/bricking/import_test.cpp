@@ -66,10 +66,61 @@ TEST(Import, WhatCannotBeStoredIsRefused) {
     refused([](VolumeInfo& info) { info.extentVoxels.y = 0; });
     refused([](VolumeInfo& info) { info.fillStored = 300; });
     refused([](VolumeInfo& info) { info.fillStored = 0.5; });
+    refused([](VolumeInfo& info) { info.type = ValueType::u16, info.fillStored = 65536; });
+    refused([](VolumeInfo& info) { info.type = ValueType::i16, info.fillStored = -32769; });
+    refused([](VolumeInfo& info) { info.type = ValueType::f32, info.fillStored = 0.1; });
     refused([](VolumeInfo& info) { info.patientFromVoxel[2] = info.patientFromVoxel[1]; });
     refused([](VolumeInfo& info) { info.rescaleSlope = 0; });
     refused([](VolumeInfo& info) { info.acquisition.tubeVoltageKv = NAN; });
     EXPECT_EQ(entriesIn(scratch.path()), 0u);
+}
+
+// Some things are known only when the last slice has been read: the store tells them all the same.
+TEST(Import, WhatASourceFindsOutWhileItIsReadIsKept) {
+    class Learning final : public HashSource {
+      public:
+        using HashSource::HashSource;
+        const VolumeInfo& info() const override { return learnt_; }
+        void readSlices(int count, std::span<std::byte> out) override {
+            HashSource::readSlices(count, out);
+            learnt_.lossy = true;
+            learnt_.nonFiniteVoxels += 2;
+            learnt_.clampedVoxels += 5;
+            learnt_.absentStored = -7;
+        }
+
+      private:
+        VolumeInfo learnt_ = HashSource::info();
+    };
+    ScratchFolder scratch;
+    Learning source(plainInfo({4, 3, 40}, ValueType::i16)); // two slabs
+    import(scratch / "v.zarr", source);
+    Ledger ram("RAM", "--ram", kPlenty);
+    const VolumeInfo info = StoreReader(scratch / "v.zarr", ram).info();
+    EXPECT_TRUE(info.lossy);
+    EXPECT_EQ(info.nonFiniteVoxels, 4u);
+    EXPECT_EQ(info.clampedVoxels, 10u);
+    EXPECT_EQ(info.absentStored, -7);
+}
+
+TEST(Import, AUnitIsGivenWhereThereIsNoneAndNeverReplaced) {
+    ScratchFolder scratch;
+    Ledger ram("RAM", "--ram", kPlenty);
+    ImportOptions options;
+    options.durable = false;
+    options.unit = "HU";
+    for (const char* unit : {"", "HU", "mm"}) {
+        VolumeInfo info = plainInfo({4, 3, 2}, ValueType::i16);
+        info.unit = unit;
+        HashSource source(info);
+        const fs::path store = scratch / (std::string("v") + unit + ".zarr");
+        if (std::string(unit) == "mm") {
+            EXPECT_THROW(importToStore(source, store, ram, options), InputError);
+            continue;
+        }
+        importToStore(source, store, ram, options);
+        EXPECT_EQ(StoreReader(store, ram).info().unit, "HU");
+    }
 }
 
 TEST(Import, KeepsItsBudgetAndNamesTheFloor) {

@@ -135,6 +135,43 @@ TEST(StoreStatistics, OfVersion4BoundTheWiderRanges) {
 }
 
 /// Every stored ray must be a row of the brick, sampled at the documented places at every level.
+// Statistics are a cache, and another store's are none: of equal size, they would be believed.
+TEST(StoreStatistics, OfAnotherStoreAreNotBelieved) {
+    const ScratchFolder scratch;
+    Ledger ram("RAM", "--ram", kPlenty);
+    for (const int top : {100, 200}) {
+        HashSource source(plainInfo({40, 40, 40}, ValueType::u8),
+                          [top](int x, int y, int z) { return x + y + z == 60 ? top : 7; });
+        import(scratch / std::to_string(top), source);
+    }
+    fs::remove_all(scratch / "200/stats");
+    fs::copy(scratch / "100/stats", scratch / "200/stats", fs::copy_options::recursive);
+    const Statistics found = loadStatistics(StoreReader(scratch / "200", ram), ram, 1);
+    EXPECT_EQ(found.highest, 200);
+    EXPECT_GT(found.histogram.back(), 100u);
+}
+
+// Longer than a chunk of 64 cells, and than 32 samples of the coarsest level: all of it is read from disk,
+// for the voxels are gone.
+TEST(StoreStatistics, OfLongVolumesAreReadWhole) {
+    for (const glm::ivec3& n : {glm::ivec3(1100, 3, 2), glm::ivec3(3, 1100, 2), glm::ivec3(3, 2, 1100)}) {
+        const ScratchFolder scratch;
+        HashSource source(plainInfo(n, ValueType::i16), [](int x, int y, int z) { return x + y + z - 500; });
+        import(scratch / "v", source);
+        Ledger ram("RAM", "--ram", kPlenty);
+        const StoreReader store(scratch / "v", ram);
+        const std::vector<double> coarsest = readLevel(store, 5);
+        fs::remove_all(scratch / "v/0/c");
+        const Statistics found = loadStatistics(store, ram, 1);
+        EXPECT_TRUE(
+            std::equal(coarsest.begin(), coarsest.end(), found.brickMean.begin(), found.brickMean.end()));
+        const std::size_t last = found.cellMax.size() - 1;
+        EXPECT_EQ(found.cellMax[last], 1099 + 3 - 500);
+        EXPECT_EQ(found.cellMin[last], 1096 - 1 - 500); // the last four, and the one before
+        EXPECT_EQ(found.highest, found.cellMax[last]);
+    }
+}
+
 TEST(RayStatistics, AreRowsOfTheBrickAtEveryLevel) {
     for (const ValueType type : {ValueType::i16, ValueType::f32}) {
         ScratchFolder scratch;

@@ -171,6 +171,22 @@ TEST_F(DamagedStore, LinksFifosAndMissingPartsAreRefused) {
     EXPECT_THROW(StoreReader(scratch / "nowhere.zarr", ram), InputError);
 }
 
+// Values that nothing else holds a copy of: what is shown would be another volume, sound in itself.
+TEST_F(DamagedStore, AnEditedNumberIsRefused) {
+    const std::string text = fileText(path / "zarr.json");
+    for (const char* key : {"\"intercept\": ", "\"slope\": ", "\"tubeVoltageKv\": "}) {
+        const std::size_t at = text.find(key);
+        ASSERT_NE(at, std::string::npos) << key;
+        std::string edited = text;
+        edited[at + std::string(key).size()] = '3';
+        ASSERT_NE(edited, text);
+        setFileText(path / "zarr.json", edited);
+        EXPECT_THAT([&] { readAll(); },
+                    ThrowsMessage<InputError>(AllOf(HasSubstr("zarr.json"), HasSubstr("edited"))))
+            << key;
+    }
+}
+
 TEST_F(DamagedStore, AnEditedLevelIsRefusedWithTheKey) {
     std::string text = fileText(path / "2/zarr.json");
     text.replace(text.find("bitshuffle"), 10, "noshuffle");

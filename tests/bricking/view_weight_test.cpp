@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <glm/matrix.hpp>
+#include <glm/trigonometric.hpp>
 #include <gtest/gtest.h>
 #include <limits>
 
@@ -111,6 +112,22 @@ TEST(ViewWeights, FinestLevelIsWhatAPixelShows) {
     for (const std::uint8_t level : viewWeights(parallel, info, {100, 100}).finest)
         EXPECT_EQ(level, 5);
 
+    VolumeInfo thick = info; // what a pixel shows is judged by the longest edge of a voxel
+    thick.patientFromVoxel[2] *= 4;
+    parallel.parallelScale = 400; // 8 mm a pixel, 4 mm slices
+    for (const std::uint8_t level : viewWeights(parallel, thick, {100, 100}).finest)
+        EXPECT_EQ(level, 1);
+
+    // Beside a picture that a brick fills exactly: what is blended into it, half a brick wide, counts a
+    // quarter.
+    parallel.parallelScale = 16;
+    parallel.focalPoint.x = parallel.position.x = 32 + 16;
+    const ViewWeights one = viewWeights(parallel, info, {64, 64});
+    EXPECT_NEAR(one.area[1], 64 * 64, 1);
+    for (const std::size_t beside : {0u, 2u})
+        EXPECT_NEAR(one.area[beside], 0.25 * 0.5 * 64 * 64, 1);
+    EXPECT_EQ(one.area[3], 0);
+
     // Looking along x from the front face: a pixel grows with the distance; 2 tan(45) / 200 mm per mm.
     Camera ahead;
     ahead.position = {-100, 16, 16};
@@ -124,6 +141,22 @@ TEST(ViewWeights, FinestLevelIsWhatAPixelShows) {
         EXPECT_EQ(w.finest[static_cast<std::size_t>(i)],
                   std::max(0, static_cast<int>(std::floor(std::log2(across)))))
             << i;
+    }
+    // At the edge of a wide view: 400 mm away a pixel is 11 mm in the middle and 5 mm where it is 64 degrees
+    // off.
+    VolumeInfo wide = plainInfo({32, 1600, 32}, ValueType::i16);
+    wide.patientFromVoxel = info.patientFromVoxel;
+    Camera across;
+    across.position = {-400, 800, 16};
+    across.focalPoint = {0, 800, 16};
+    across.viewAngle = 140;
+    const ViewWeights row = viewWeights(across, wide, {200, 200});
+    for (int j = 0; j < 50; ++j) {
+        const double aside = std::max(std::abs(32 * j - 800), std::abs(32 * j + 32 - 800));
+        const double tangent = std::hypot(aside, 16) / 400; // of the corner that is farthest from the middle
+        const double pixel = 400 * std::tan(glm::radians(70.0)) / 100 / std::sqrt(1 + tangent * tangent);
+        EXPECT_EQ(row.finest[static_cast<std::size_t>(j)], static_cast<int>(std::floor(std::log2(pixel))))
+            << j;
     }
     // Inside, all that is beside or behind is as fine as it can be.
     Camera inside = ahead;

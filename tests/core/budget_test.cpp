@@ -5,9 +5,11 @@
 #include "core/error.h"
 #include "core/threads.h"
 
+#include <algorithm>
 #include <atomic>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <mutex>
 #include <stdexcept>
 #include <vector>
 
@@ -60,6 +62,8 @@ TEST(Bytes, Parses) {
     EXPECT_EQ(parseBytes("512MiB", "--ram"), std::size_t{512} << 20);
     EXPECT_EQ(parseBytes("1.5 GiB", "--ram"), std::size_t{3} << 29);
     EXPECT_EQ(parseBytes("65536", "--ram"), 65536u);
+    EXPECT_EQ(parseBytes("3KiB", "--ram"), std::size_t{3} << 10);
+    EXPECT_EQ(parseBytes("2TiB", "--ram"), std::size_t{2} << 40);
     for (const char* bad : {"", "0", "-1MiB", "12MB", "MiB", "nan", "inf", "1e30GiB", "1 2"})
         EXPECT_THROW(parseBytes(bad, "--ram"), InputError) << bad;
     EXPECT_EQ(formatBytes(std::size_t{512} << 20), "512 MiB");
@@ -77,6 +81,19 @@ TEST(Threads, FirstExceptionReachesTheCaller) {
                  std::runtime_error);
 }
 
+TEST(Threads, SharesReachOne) {
+    std::mutex mutex;
+    std::vector<double> shares;
+    parallelFor(
+        8, 3, [](std::size_t) {},
+        [&](double share) {
+            const std::lock_guard lock(mutex);
+            shares.push_back(share);
+        });
+    std::sort(shares.begin(), shares.end());
+    EXPECT_EQ(shares, (std::vector<double>{0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1}));
+}
+
 TEST(Colour, KnownValues) {
     EXPECT_NEAR(srgbFromLinear(0.5), 0.735357, 1e-6);
     for (double x = 0; x <= 1; x += 0.01)
@@ -87,6 +104,8 @@ TEST(Colour, KnownValues) {
     EXPECT_NEAR(red.x, 53.24, 0.01); // CIE L*u*v* of the sRGB red primary, D65
     EXPECT_NEAR(red.y, 175.01, 0.05);
     EXPECT_NEAR(red.z, 37.75, 0.05);
+    EXPECT_NEAR(luvFromLinear(glm::dvec3(0.001)).x, 0.9033, 1e-4); // CIE 15: 24389/27 Y where that is dark
+    EXPECT_NEAR(luvFromLinear(glm::dvec3(0.01)).x, 8.9914, 1e-4);
 }
 
 } // namespace

@@ -130,6 +130,34 @@ TEST(Camera, RayBasesStayNearTheVolumeFromAMillionMillimetres) {
     }
 }
 
+// The ray of a pixel passes where project() says that the pixel is: from the left edge, 0, to the right, the
+// size.
+TEST(Camera, RaysOfPixelsFillThePicture) {
+    const VolumeInfo info = ctVolume();
+    const glm::ivec2 size(30, 20);
+    for (const Projection projection : {Projection::perspective, Projection::parallel}) {
+        const RayPlane plane = rayPlane(fitCamera(info, View::left, projection, size), info, size);
+        for (const glm::dvec2 pixel : {glm::dvec2(0, 0), glm::dvec2(0.5, 19.5), glm::dvec2(30, 20)}) {
+            const PatientRay ray = pixelRay(plane, pixel, size);
+            for (const double t : {0.0, 40.0})
+                EXPECT_LT(glm::length(project(plane, ray.base + t * ray.direction, size) - pixel), 1e-9)
+                    << pixel.x << " " << t;
+        }
+    }
+}
+
+TEST(Camera, ThePlaneIsInFrontOfAnEyeWithinTheVolumeOrBeyond) {
+    const VolumeInfo info = ctVolume();
+    for (const double y : {-30.0, 0.0, 30.0, 500.0}) { // looking towards +y
+        Camera camera;
+        camera.position = {0, y, 100};
+        camera.focalPoint = {0, y + 1, 100};
+        const RayPlane plane = rayPlane(camera, info, {64, 64});
+        EXPECT_GT(glm::dot(plane.toCentre, plane.forward), 10) << y;
+        EXPECT_GT(pixelRay(plane, {10, 10}, {64, 64}).direction.y, 0) << y;
+    }
+}
+
 TEST(Camera, RefusesWhatCannotBeDrawn) {
     Camera camera;
     camera.focalPoint = camera.position;
@@ -137,6 +165,9 @@ TEST(Camera, RefusesWhatCannotBeDrawn) {
     camera = Camera{};
     camera.viewUp = {0, 1, 0}; // along the direction of view
     EXPECT_THROW(camera.validate("scene.json"), InputError);
+    camera = Camera{};
+    camera.viewUp = {0, 0, 1e-12}; // short, but a direction
+    EXPECT_NO_THROW(camera.validate("scene.json"));
     camera = Camera{};
     camera.viewAngle = 180;
     EXPECT_THROW(camera.validate("scene.json"), InputError);

@@ -100,6 +100,39 @@ TEST(ImageErrors, AreOverWhatTheTruthShows) {
     EXPECT_EQ(lit.maxAbs, 0.5);
 }
 
+// An error that 8 bits do not show is none of those above 1/255, though it is above 1/256.
+TEST(ImageErrors, OfAStepAreCountedFromTheStepOn) {
+    const Image truth = flat({4, 4}, glm::vec4(0.25f));
+    EXPECT_EQ(measureError(flat({4, 4}, glm::vec4(0.25f + 0.00391f)), truth).fracAbove1Of255, 0);
+    EXPECT_EQ(measureError(flat({4, 4}, glm::vec4(0.25f + 0.00393f)), truth).fracAbove1Of255, 1);
+}
+
+// One bad pixel in a hundred is beyond the 99th percentile, two are not.
+TEST(ImageErrors, PercentilesLeaveOutWhatIsBeyondThem) {
+    const Image truth = flat({10, 10}, {0.25f, 0.25f, 0.25f, 1});
+    Image image = truth;
+    image.at(4, 7) = {0.75f, 0.75f, 0.75f, 1};
+    EXPECT_EQ(measureError(image, truth).luvP99, 0);
+    EXPECT_GT(measureError(image, truth).luvMean, 0);
+    image.at(5, 7) = {0.75f, 0.75f, 0.75f, 1};
+    EXPECT_GT(measureError(image, truth).luvP99, 10);
+}
+
+// Similarity has no favourite axis: turned over its diagonal, a pair is as alike as before.
+TEST(ImageErrors, SimilarityIsTheSameAlongBothAxes) {
+    const auto turned = [](const Image& image) {
+        Image out(glm::ivec2(image.size.y, image.size.x));
+        for (int y = 0; y < image.size.y; ++y)
+            for (int x = 0; x < image.size.x; ++x)
+                out.at(y, x) = image.at(x, y);
+        return out;
+    };
+    const Image a = wavy(0), b = wavy(0.4f);
+    const double ssim = measureError(a, b).ssim;
+    EXPECT_LT(ssim, 0.99);
+    EXPECT_NEAR(measureError(turned(a), turned(b)).ssim, ssim, 1e-12);
+}
+
 TEST(ImageErrors, CountWhatIsNotFinite) {
     Image image = wavy(0);
     const Image truth = image;

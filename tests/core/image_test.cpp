@@ -1,10 +1,22 @@
-// Pictures' grids of fewer pixels.
+// Pictures before a background, and their grids of fewer pixels.
 #include "core/image.h"
 
 #include <gtest/gtest.h>
 
 namespace tessera {
 namespace {
+
+// Pictures are premultiplied: what light they have stays, and the background comes through the rest.
+TEST(OverBackground, ComesThroughWhatIsLeft) {
+    Image image(glm::ivec2(3, 1));
+    image.at(0, 0) = glm::vec4(0);
+    image.at(1, 0) = {0.25f, 0, 0.5f, 0.5f};
+    image.at(2, 0) = {0.25f, 0, 0.5f, 1};
+    const Image out = overBackground(image, {1, 0.5f, 0});
+    EXPECT_EQ(out.at(0, 0), glm::vec4(1, 0.5f, 0, 1));
+    EXPECT_EQ(out.at(1, 0), glm::vec4(0.75f, 0.25f, 0.5f, 1));
+    EXPECT_EQ(out.at(2, 0), glm::vec4(0.25f, 0, 0.5f, 1));
+}
 
 TEST(Thinned, TakesTheMiddleOfEveryStride) {
     Image image(glm::ivec2(7, 6));

@@ -26,6 +26,23 @@ TEST(PrintableText, KeepsWordsAndEscapesWhatATerminalObeys) {
     EXPECT_EQ(printable(""), "");
 }
 
+// Marks, embeddings, overrides, isolates and separators of lines, each from its first to its last.
+TEST(PrintableText, EscapesAllThatMovesText) {
+    const auto utf8 = [](unsigned code) {
+        std::string text;
+        if (code >= 0x800)
+            text = {static_cast<char>(0xe0 | code >> 12), static_cast<char>(0x80 | (code >> 6 & 0x3f))};
+        else
+            text = {static_cast<char>(0xc0 | code >> 6)};
+        return text + static_cast<char>(0x80 | (code & 0x3f));
+    };
+    for (unsigned code = 0xa0; code < 0xd800; ++code) {
+        const bool moves = code == 0x61c || code == 0x200e || code == 0x200f ||
+                           (code >= 0x2028 && code <= 0x202e) || (code >= 0x2066 && code <= 0x2069);
+        EXPECT_EQ(printable(utf8(code)) == utf8(code), !moves) << code;
+    }
+}
+
 TEST(PrintableText, EscapesWhatIsNoUtf8) {
     EXPECT_EQ(printable("\x9b"
                         "2J"),

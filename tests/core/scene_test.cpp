@@ -231,9 +231,22 @@ TEST(Scene, SchemaAndParserKnowTheSameKeys) {
     EXPECT_EQ(schema["$defs"]["fittedCamera"]["properties"]["fit"]["enum"], json(fitNames()));
 }
 
+TEST(Shading, OfAllThreeKindsOfLightIsTheBrightest) {
+    Shading shading;
+    shading.on = true;
+    shading.ambient = 0.25, shading.diffuse = 0.75, shading.specular = 0.5;
+    EXPECT_EQ(brightest(shading), 1.5);
+    shading.diffuse = 0.125;
+    EXPECT_EQ(brightest(shading), 1) << "colours come unlit where nothing can be shaded";
+    shading.diffuse = 0.75, shading.on = false;
+    EXPECT_EQ(brightest(shading), 1);
+}
+
 TEST(NearestName, IsTheOneThatWasMeant) {
     EXPECT_EQ(editDistance("kitten", "sitting"), 3u);
     EXPECT_EQ(editDistance("", "abc"), 3u);
+    EXPECT_EQ(editDistance("abc", ""), 3u);
+    EXPECT_EQ(editDistance("overview", "view"), 4u);
     EXPECT_EQ(editDistance("View", "view"), 0u);
     EXPECT_EQ(nearestName("bne", {"auto", "bone", "lung"}), "bone");
     EXPECT_EQ(nearestName("x", {}), "");
@@ -298,6 +311,22 @@ TEST(Preset, ValuesThatLookLikeHuAreTaken) {
     EXPECT_FALSE(looksLikeHu(summary(-32768, 32767, {{-32000, 60}, {-1000, 5}, {20000, 35}})));
     EXPECT_FALSE(looksLikeHu({-1000, -1000, false, 1, std::vector<double>(64, 1)}));
     EXPECT_FALSE(looksLikeHu({-1024, 3071, false, 1, {}}));
+}
+
+// Quantiles lie within bins: of an object whose values are all in the last of four, half are above its
+// middle.
+TEST(Preset, AutoFindsItsQuantilesWithinBins) {
+    const TransferFunction function = presetFunction("auto", {0, 400, false, 1, {100, 0, 0, 300}});
+    ASSERT_EQ(function.opacityPoints().size(), 5u);
+    EXPECT_DOUBLE_EQ(function.opacityPoints()[0].value, 100);
+    EXPECT_DOUBLE_EQ(function.opacityPoints()[2].value, 350);
+    EXPECT_DOUBLE_EQ(function.opacityPoints()[4].value, 398);
+    // Of an object of nearly one value, a fiftieth of the range is kept between middle and end.
+    ValueSummary narrow{0, 400, false, 1, std::vector<double>(200)};
+    narrow.histogram[0] = 100, narrow.histogram[150] = 50;
+    const auto points = presetFunction("auto", narrow).opacityPoints();
+    EXPECT_DOUBLE_EQ(points[2].value, 301);
+    EXPECT_DOUBLE_EQ(points[4].value, 301 + 8);
 }
 
 TEST(Preset, AutoLeavesTheBackgroundOutAndShowsTheRest) {

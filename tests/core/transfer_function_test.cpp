@@ -84,6 +84,32 @@ TEST(TransferTable, SizeFollowsTheSharpestFeature) {
     EXPECT_LT(broad.relativeError, 1e-6);
 }
 
+// What lies below the first of two points of one value is not what lies above.
+TEST(TransferTable, AStepAtTheFirstPointHasBothSides) {
+    const auto table = makeTable(TransferFunction::fromExtinction({{0, 0}, {0, 1}, {10, 1}}, {}));
+    EXPECT_EQ(table.entries.front().a, 0);
+    EXPECT_EQ(table.entries[1].a, 1);
+    EXPECT_TRUE(table.emptyOver(-5, -1));
+    EXPECT_FALSE(table.emptyOver(0, 10));
+}
+
+// Surfaces show where the function shows nothing, and only there, at the lowest value of all too.
+TEST(TransferTable, SurfacesAreNoEmptiness) {
+    for (const bool withFunction : {false, true}) {
+        const TransferFunction function =
+            withFunction ? TransferFunction::fromExtinction({{100, 0}, {300, 0}}, {}) : TransferFunction();
+        const TransferTable table = makeTable(function, {{.value = 200}, {.value = 100}});
+        EXPECT_FALSE(table.emptyOver(90, 110));
+        EXPECT_FALSE(table.emptyOver(195, 201));
+        EXPECT_TRUE(table.emptyOver(120, 180));
+        EXPECT_TRUE(table.emptyOver(-900, 50)) << "below all surfaces there is none";
+        EXPECT_TRUE(table.emptyOver(250, 900));
+        const TransferTable only = table.ofSurfaces();
+        EXPECT_FALSE(only.emptyOver(90, 110));
+        EXPECT_TRUE(only.emptyOver(120, 180));
+    }
+}
+
 TEST(TransferTable, EmptinessRespectsGapsAndIsConservative) {
     const auto table = makeTable(TransferFunction::fromExtinction(
         {{-1000, 0}, {-500, 0}, {-400, 1}, {-300, 0}, {100, 0}, {200, 1}, {300, 1}}, {}));

@@ -98,6 +98,7 @@ TEST_F(DicomFolder, MissingSlicesAreNamed) {
     const auto values = readAll<std::int16_t>(*open({.resampleZ = true}));
     ASSERT_EQ(values.size(), 12u * 9);
     EXPECT_EQ(firstOf(values, 3), 2333); // a third of the way from 2000 to 3000
+    EXPECT_EQ(firstOf(values, 4), 2667); // two thirds: rounded, not cut off
     EXPECT_EQ(firstOf(values, 8), 6000);
 }
 
@@ -114,13 +115,15 @@ TEST_F(DicomFolder, JitterBelowOnePercentIsAcceptedAndAboveIsNot) {
 }
 
 TEST_F(DicomFolder, SmallDeviationsThatAddUpAreRefused) {
-    std::vector<double> zs = {0};
-    for (int n = 0; n < 200; ++n)
-        zs.push_back(zs.back() + (n < 100 ? 1.004 : 0.996) * 2);
-    for (std::size_t n = 0; n < zs.size(); ++n)
-        writeDicom(folder / std::to_string(n), imageAt(0, zs[n]));
-    EXPECT_THAT(refused(), HasSubstr("from its place"));
-    EXPECT_EQ(open({.resampleZ = true})->info().extentVoxels.z, 202); // at the smallest gap
+    for (const double sign : {1.0, -1.0}) { // slices that lie behind their places, and before them
+        std::vector<double> zs = {0};
+        for (int n = 0; n < 200; ++n)
+            zs.push_back(zs.back() + (1 + sign * (n < 100 ? 0.004 : -0.004)) * 2);
+        for (std::size_t n = 0; n < zs.size(); ++n)
+            writeDicom(folder / std::to_string(n), imageAt(0, zs[n]));
+        EXPECT_THAT(refused(), HasSubstr("from its place"));
+        EXPECT_EQ(open({.resampleZ = true})->info().extentVoxels.z, 202); // at the smallest gap
+    }
 }
 
 TEST_F(DicomFolder, AVeryCloseSliceDoesNotBlowTheVolumeUp) {

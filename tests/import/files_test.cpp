@@ -1,7 +1,9 @@
 // tests/import/files_test.cpp: NIfTI and raw files: types, scaling, byte orders, units, and every lie refused
 // with the file named, before anything of its size is allocated.
+#include "bricking/import/files/nifti.h"
 #include "tests/support/import_test_tools.h"
 
+#include <glm/geometric.hpp>
 #include <gmock/gmock.h>
 #include <limits>
 #include <random>
@@ -128,6 +130,65 @@ TEST(ImportNifti, QformAndUnits) {
               (std::array{true, true, false}));
 }
 
+// The unit of time stands in the same byte, in its higher bits.
+TEST(ImportNifti, LengthsAreReadBesideAUnitOfTime) {
+    NiftiImage image;
+    image.srow = {-1, 0, 0, 7, 0, -1, 0, 0, 0, 0, 1, 0};
+    std::string bytes = niftiBytes(image);
+    constexpr int kSeconds = 8, kMicroseconds = 24;
+    for (const auto& [units, mm] : std::vector<std::pair<int, double>>{
+             {1, 1000}, {1 | kSeconds, 1000}, {2 | kSeconds, 1}, {3, 1e-3}, {3 | kMicroseconds, 1e-3}}) {
+        bytes[123] = static_cast<char>(units);
+        const VolumeInfo info = parseNiftiHeader(std::as_bytes(std::span(bytes)), "a.nii").info;
+        EXPECT_EQ(info.spacingMm(), glm::dvec3(mm)) << units;
+        EXPECT_NEAR(firstVoxelCentreMm(info).x, -7 * mm, 1e-9 * mm) << units;
+    }
+}
+
+// Both are there: the sform is meant. The qform turns by 60 degrees about z, in RAS.
+TEST(ImportNifti, AnObliqueQformTurnsTheRightWayAndGivesWayToAnSform) {
+    NiftiImage image;
+    std::string bytes = niftiBytes(image);
+    put<std::int16_t>(bytes, 252, 1);
+    put(bytes, 264, 0.5f); // sin(30 degrees)
+    const auto stepX = [&] {
+        return glm::dvec3(
+            parseNiftiHeader(std::as_bytes(std::span(bytes)), "a.nii").info.patientFromVoxel[0]);
+    };
+    EXPECT_EQ(stepX(), glm::dvec3(-1, 0, 0));
+    put<std::int16_t>(bytes, 254, 0); // no sform
+    EXPECT_LT(glm::length(stepX() - glm::dvec3(-0.5, -std::sqrt(0.75), 0)), 1e-6);
+}
+
+// What is counted while a volume is read is told of one that is turned around, too.
+TEST(ImportNifti, CountsComeThroughTheTurningToLps) {
+    const ScratchFolder folder;
+    NiftiImage image;
+    image.datatype = 64;
+    image.voxels = voxelBytes(std::vector<double>(24, 1e300));
+    writeFile(folder / "a.nii", niftiBytes(image));
+    const auto source = openSource(folder / "a.nii", {});
+    readAll<float>(*source);
+    EXPECT_EQ(source->info().originalOrder.flipped, (std::array{true, true, false}));
+    EXPECT_EQ(source->info().clampedVoxels, 24u);
+}
+
+// Voxels begin where the header says, behind its extensions; a second reading, for the lowest value, too.
+TEST(ImportNifti, ExtensionsAreNoVoxels) {
+    const ScratchFolder folder;
+    NiftiImage image;
+    image.extent = {3, 1, 1};
+    image.datatype = 16;
+    image.srow = kLps;
+    image.voxels = std::string(32, '\xf0') + voxelBytes<float>({std::nanf(""), -3, 5});
+    std::string bytes = niftiBytes(image);
+    put(bytes, 108, 384.f);
+    writeFile(folder / "a.nii", bytes);
+    writeFile(folder / "a.nii.gz", gzip(bytes));
+    for (const char* name : {"a.nii", "a.nii.gz"})
+        EXPECT_EQ(readAll<float>(*openSource(folder / name, {})), (std::vector<float>{-3, -3, 5})) << name;
+}
+
 TEST(ImportNifti, TrailingBytesAreTolerated) {
     const ScratchFolder folder;
     NiftiImage image;
@@ -169,6 +230,7 @@ TEST(ImportNifti, HeadersThatContradictTheFileAreRefused) {
     expect([](NiftiImage& i) { i.extent[1] = 8; }, "rows");
     expect([](NiftiImage& i) { i.extent[2] = 9; }, "found 144 bytes more, 9 rows");
     expect([](NiftiImage& i) { i.voxels += i.voxels; }, "90 rows"); // two volumes
+    expect([](NiftiImage& i) { i.voxels += std::string(2 * 8, '\1'); }, "found 16 bytes more, 1 rows");
     std::string early = niftiBytes(sound);
     put(early, 108, 351.f);
     writeFile(folder / "a.nii", early);
@@ -190,6 +252,12 @@ TEST(ImportNifti, WholeNumbersThatFloatCannotHoldAreCounted) {
         ASSERT_EQ(source->notes().size(), 1u);
         EXPECT_THAT(source->notes().front(), HasSubstr("1 whole numbers beyond 2^24"));
     }
+    image.datatype = 8;
+    image.voxels = voxelBytes<std::int32_t>({(1 << 24) + 1, (1 << 24) + 2, -(1 << 24) - 1});
+    writeFile(folder / "a.nii", niftiBytes(image));
+    const auto source = openSource(folder / "a.nii", {});
+    readAll<float>(*source);
+    EXPECT_THAT(source->notes(), testing::ElementsAre(HasSubstr("2 whole numbers beyond 2^24")));
 }
 
 TEST(ImportNifti, EveryTruncationIsRefusedWithTheFileNamed) {
@@ -300,6 +368,17 @@ TEST_F(RawFile, OffsetEndianRescaleAndUnit) {
     EXPECT_EQ(source->info().rescaleIntercept, -24);
     EXPECT_EQ(source->info().unit, "HU");
     EXPECT_EQ(source->info().fillStored, -500); // -1024 HU
+}
+
+// Air fills what lies beyond where the type has a number for it.
+TEST_F(RawFile, TheFillIsAirWhereTheTypeHoldsIt) {
+    writeFile(folder / "a.raw", std::string(6, '\0'));
+    for (const auto& [intercept, fill] :
+         std::vector<std::pair<int, int>>{{-1024, 0}, {-1279, 255}, {-1280, 0}}) {
+        write(",\"unit\":\"HU\",\"rescaleIntercept\":" + std::to_string(intercept), "[3,2,1]", "[1,1,1]",
+              "\"uint8\"");
+        EXPECT_EQ(openSource(folder / "a.json", {})->info().fillStored, fill) << intercept;
+    }
 }
 
 TEST_F(RawFile, LyingSidecarsAreRefused) {

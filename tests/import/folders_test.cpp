@@ -208,8 +208,9 @@ TEST_F(Folder, ScoutsReportsAndCapturesNeverCompete) {
     capture.samplesPerPixel = 3;
     capture.pixels.assign(36, 0);
     writeDicom(folder / "capture", capture);
-    DicomImage alone = imageAt(7, "6"); // one slice of a bolus tracking
-    writeDicom(folder / "one", alone);
+    writeDicom(folder / "one", imageAt(7, "6")); // one slice of a bolus tracking
+    for (const int n : {3, 4})                   // two, as some planning scans have
+        writeDicom(folder / ("two" + std::to_string(n)), imageAt(n, "7"));
     EXPECT_EQ(slices(), kSlices);
     const std::string shown = table();
     EXPECT_THAT(
@@ -303,6 +304,16 @@ TEST_F(Folder, PhasesBecomeAChoice) {
     // Every slice at its own time: at each place the first, second and third.
     const auto time = [](int n, int p) { return "10150" + std::to_string(p) + "." + std::to_string(10 + n); };
     expectPhases("3: time 3", [&](DicomImage& i, int n, int p) { i.acquisitionTime = time(n, p); });
+    // Numbers that go on from place to place are no phases.
+    expectPhases("3: time 3", [&](DicomImage& i, int n, int p) {
+        i.acquisition = 3 * n + p;
+        i.acquisitionTime = time(n, p);
+    });
+    // At every second place the files stand in the other order.
+    expectPhases("3: time 3", [&](DicomImage& i, int n, int p) {
+        i.acquisitionTime = time(n, n % 2 ? 2 - p : p);
+        i.pixels.assign(12, static_cast<std::uint16_t>(1024 + 100 * (n % 2 ? 2 - p : p) + n));
+    });
     expectPhases("3: time 3", [&](DicomImage& i, int n, int p) { i.contentTime = time(n, p); });
     writeSeries();
     EXPECT_THAT(refused({.phase = 1}), HasSubstr("one picture at each place"));
@@ -394,8 +405,9 @@ TEST_F(Folder, RoundedPositionsOfAnEvenStackAreEven) {
     const auto write = [&](double gap, double unit, int count, double shift) {
         for (int n = 0; n < count; ++n) {
             DicomImage image = imageAt(n);
-            image.position =
-                glm::dvec3(-1.25, 2.5, std::round((gap * n + (n == 7 ? shift : 0)) / unit) * unit);
+            // The other coordinates are no finer: the decimals of all three tell how positions are rounded.
+            image.position = glm::dvec3(unit < 0.1 ? -1.25 : -1.5, 2.5,
+                                        std::round((gap * n + (n == 7 ? shift : 0)) / unit) * unit);
             writeDicom(folder / nameOf(41 + n), image);
         }
     };

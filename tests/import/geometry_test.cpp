@@ -163,6 +163,8 @@ TEST(ImportGeometry, SidecarFieldsThatLieAreNamed) {
         return refusalOfOpening(folder / "a.json");
     };
     EXPECT_THAT(refused("[1,1e30,1]", ""), HasSubstr("\"spacing\""));
+    EXPECT_THAT(refused("[1,1,2e6]", ""), HasSubstr("\"spacing\""));
+    EXPECT_THAT(refused("[1e-7,1,1]", ""), HasSubstr("\"spacing\""));
     EXPECT_THAT(refused("[1,1,1]", R"(,"origin":[0,1e30,0])"), HasSubstr("\"origin\""));
     EXPECT_THAT(refused("[1,1,1]", R"(,"direction":[1,0.866025,0, 0,0.5,0, 0,0,1])"),
                 AllOf(HasSubstr("\"direction\""), HasSubstr("60 degrees")));

@@ -11,6 +11,7 @@
 namespace tessera::test {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -105,6 +106,35 @@ TEST_F(Streams, FragmentsOfOneFrameAreOneStream) {
     DicomImage cut = image(kLs, "");
     cut.fragments = {ls_.substr(0, 100), ls_.substr(100, 256), ls_.substr(356)};
     EXPECT_EQ(read(cut), hu(words_));
+}
+
+// Two frames, each in fragments: where they begin, only the table of offsets tells.
+TEST_F(Streams, AFrameBeginsWhereTheTableOfOffsetsSays) {
+    const std::vector<std::uint16_t> back(words_.rbegin(), words_.rend());
+    const std::string other = encodeRle(back);
+    DicomImage two = image(kRle, "");
+    two.storageClass = "1.2.840.10008.5.1.4.1.1.2.1";
+    two.frames = 2;
+    two.framePositions = {{0, 0, 0}, {0, 0, 1}};
+    two.fragments = {rle_.substr(0, 100), rle_.substr(100), other.substr(0, 200), other.substr(200, 50),
+                     other.substr(250)};
+    constexpr std::uint32_t kItemHeader = 8;
+    two.fragmentOffsets = {0, 2 * kItemHeader + static_cast<std::uint32_t>((rle_.size() + 1) / 2 * 2)};
+    std::vector<std::int16_t> expected = hu(words_);
+    const std::vector<std::int16_t> second = hu(back);
+    expected.insert(expected.end(), second.begin(), second.end());
+    EXPECT_EQ(read(two), expected);
+    two.fragmentOffsets[1] += 2;
+    EXPECT_THAT(refused(two), HasSubstr("table of offsets"));
+}
+
+TEST_F(Streams, PlainWordsOfEitherByteOrder) {
+    for (const char* syntax : {"1.2.840.10008.1.2.1", "1.2.840.10008.1.2.2"}) {
+        DicomImage plain = image(syntax, "");
+        plain.fragments.clear();
+        plain.pixels = words_;
+        EXPECT_EQ(read(plain), hu(words_)) << syntax;
+    }
 }
 
 TEST_F(Streams, SignedWordsWithMaskedOrExtendedSign) {
@@ -206,6 +236,21 @@ TEST_F(Streams, LossyOvershootIsClampedCountedAndSaid) {
     const auto shifted = encodeJpegLossless(words_, kColumns, kRows, 1, 2);
     EXPECT_LE(largestDifference(read(image(kLossless, shifted)), hu(words_)), 3);
     EXPECT_TRUE(source_->info().lossy);
+}
+
+// Values far outside the tags are no overshoot: the tags are wrong, and nothing is cut off.
+TEST_F(Streams, ALossyStreamOfAnotherSignIsReadAsItIs) {
+    std::vector<std::int32_t> values = asNumbers(words_);
+    for (std::int32_t& value : values)
+        value -= 3000;
+    DicomImage lossy =
+        image(k2000Lossy, encodeJpeg2000(values, kColumns, kRows,
+                                         {.bits = 13, .isSigned = true, .reversible = false, .ratio = 3}));
+    lossy.intercept = "0";
+    const std::vector<std::int16_t> found = read(lossy), expected(values.begin(), values.end());
+    EXPECT_LE(largestDifference(found, expected), 500); // the least is -3000
+    EXPECT_EQ(source_->info().clampedVoxels, 0u);
+    EXPECT_THAT(source_->notes(), ElementsAre(HasSubstr("the compressed stream says signed 13 bits")));
 }
 
 TEST_F(Streams, EightBitBaselineJpeg) {
@@ -377,8 +422,9 @@ TEST_F(Streams, DeflatedDataSetsWithAndWithoutATrailer) {
 
 // An element out of order in one slice is damage, in all slices a writer's habit.
 TEST_F(Streams, IrregularHeadersAreJudgedByTheSeries) {
-    const auto save = [&](int odd) {
-        for (int z = 0; z < 5; ++z) {
+    const auto save = [&](int odd, int slices = 5) {
+        std::filesystem::remove_all(folder_ / "series");
+        for (int z = 0; z < slices; ++z) {
             DicomImage slice = image("1.2.840.10008.1.2.1", "");
             slice.fragments.clear();
             slice.pixels = words_;
@@ -394,6 +440,7 @@ TEST_F(Streams, IrregularHeadersAreJudgedByTheSeries) {
     EXPECT_THAT(openSource(save(0), {})->notes(), IsEmpty());
     EXPECT_THAT(refusalOfOpening(save(1)), HasSubstr("IM0: expected a header without fault"));
     EXPECT_THAT(refusalOfOpening(save(2)), HasSubstr("(0018,0010)"));
+    EXPECT_THAT(refusalOfOpening(save(2, 4)), HasSubstr("as most slices of its series have")) << "just half";
     const auto habit = openSource(save(5), {});
     ASSERT_EQ(habit->notes().size(), 1u);
     EXPECT_THAT(habit->notes().front(), HasSubstr("irregular headers"));

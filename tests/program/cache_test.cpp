@@ -1,7 +1,10 @@
 // tests/program/cache_test.cpp: source files that are rendered straight away are imported once, whoever asks,
 // and again when anything about them or about the import has changed.
+#include "core/error.h"
 #include "tests/support/program_fixture.h"
+#include "viewer/input/import_cache.h"
 
+#include <chrono>
 #include <fcntl.h>
 #include <nlohmann/json.hpp>
 #include <sys/file.h>
@@ -178,6 +181,41 @@ TEST_F(ImportCache, HasABoundAndNothingInUseGoes) {
     ::setenv("TESSERA_CACHE_SIZE", "a lot", 1);
     expectRefused("render x.json -o a.png", {"TESSERA_CACHE_SIZE"});
     ::unsetenv("TESSERA_CACHE_SIZE");
+}
+
+// What was used last stays, though it was made first.
+TEST_F(ImportCache, TheLeastRecentlyUsedGoesFirst) {
+    makeSource("w", 60);
+    ASSERT_EQ(render("v").exitCode, 0);
+    ASSERT_EQ(render("w").exitCode, 0);
+    const auto age = [&](int hours) { // of the entries' last use, as seen now
+        for (const fs::path& lock : entries(".lock"))
+            fs::last_write_time(lock, fs::file_time_type::clock::now() - std::chrono::hours(hours));
+    };
+    age(5);
+    EXPECT_THAT(render("v").problems, reused);
+    const std::uint64_t one = nlohmann::json::parse(run("cache list --json").out)[0]["bytes"];
+    ASSERT_EQ(::setenv("TESSERA_CACHE_SIZE", std::to_string(5 * one / 2).c_str(), 1), 0);
+    makeSource("x", 70);
+    ASSERT_EQ(render("x").exitCode, 0);
+    ::unsetenv("TESSERA_CACHE_SIZE");
+    EXPECT_EQ(entries().size(), 2u);
+    EXPECT_THAT(render("v").problems, reused);
+    EXPECT_THAT(render("w").problems, Not(reused));
+}
+
+// A folder that is still being copied: its import would be kept as if it were whole.
+TEST_F(ImportCache, FilesThatChangeWhileTheyAreImportedAreRefused) {
+    ::setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
+    CommonOptions common;
+    common.progress = std::make_shared<Progress>();
+    const auto makeAndTouch = [&](const fs::path& store, bool) {
+        ASSERT_EQ(run("phantom sphere --size 8x8x8 -o " + store.string()).exitCode, 0);
+        makeSource("v", 41);
+    };
+    EXPECT_THROW(cachedStore(folder_ / "v.json", {}, common, makeAndTouch), InputError);
+    EXPECT_TRUE(entries().empty());
+    ::unsetenv("XDG_CACHE_HOME");
 }
 
 TEST_F(ImportCache, IsListedAndCleared) {

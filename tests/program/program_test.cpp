@@ -108,7 +108,8 @@ TEST_F(Program, PhantomsAreMadeAndNeverReplacedUnasked) {
     expectRefused("phantom ramp --size 8x8x8 -o mine.zarr --force", {"mine.zarr", "store"});
     EXPECT_TRUE(exists("mine.zarr/letter.txt"));
     expectRefused("phantom ramq --size 8x8x8 -o t.zarr", {"ramp"});
-    for (const char* size : {"8x8", "8x8x0", "8x8x8x8", "8x8x", "-8x8x8", "8x8x99999999999", "axbxc", "''"})
+    for (const char* size :
+         {"8x8", "8x8x0", "8x8x8x8", "8x8x", "8x8x8x", "-8x8x8", "8x8x99999999999", "axbxc", "''"})
         expectRefused(std::string("phantom ramp -o t.zarr --size ") + size, {"--size"});
     expectRefused("phantom ramp --size 8x8x8 -o t.zip", {".zarr"});
     expectRefused("phantom ramp --size 8x8x8 -o t.zarr --ram lots", {"--ram", "lots"});

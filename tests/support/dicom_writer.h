@@ -27,7 +27,8 @@ struct DicomImage {
     std::vector<std::uint16_t> pixels; // [frame][y][x], raw words
     int bitsAllocated = 16, bitsStored = 16, pixelRepresentation = 1;
     std::optional<std::string> slope = "1", intercept = "-1024";
-    std::optional<int> padding;
+    std::optional<int> padding, paddingLimit;
+    std::optional<std::string> betweenSlices; // SpacingBetweenSlices
     std::optional<glm::dvec3> position = glm::dvec3(0);
     std::vector<glm::dvec3> framePositions; // multi-frame only
     glm::dvec3 rowDirection{1, 0, 0}, columnDirection{0, 1, 0};
@@ -37,6 +38,7 @@ struct DicomImage {
     std::string storageClass = "1.2.840.10008.5.1.4.1.1.2";
     std::string syntax = "1.2.840.10008.1.2.1"; // of the pixels; another one goes with fragments
     std::vector<std::string> fragments;         // compressed: instead of pixels
+    std::vector<std::uint32_t> fragmentOffsets; // of the frames, from the first fragment's item
     std::optional<int> largestPixel, highBit;
     bool modalityTable = false; // a ModalityLUTSequence
     std::string patientSuffix, frameOfReference;
@@ -53,10 +55,13 @@ struct DicomImage {
 class DicomBytes {
   public:
     void u16(unsigned v) {
-        bytes_ += static_cast<char>(v & 255);
-        bytes_ += static_cast<char>(v >> 8 & 255);
+        bytes_ += static_cast<char>((bigEndian ? v >> 8 : v) & 255);
+        bytes_ += static_cast<char>((bigEndian ? v : v >> 8) & 255);
     }
-    void u32(std::size_t v) { u16(v & 0xffff), u16(v >> 16 & 0xffff); }
+    void u32(std::size_t v) {
+        u16((bigEndian ? v >> 16 : v) & 0xffff);
+        u16((bigEndian ? v : v >> 16) & 0xffff);
+    }
     void element(unsigned group, unsigned tag, const char* vr, std::string value) {
         const bool longForm = std::string("OB OW SQ").find(vr) != std::string::npos;
         if (value.size() % 2)
@@ -74,18 +79,22 @@ class DicomBytes {
             u16(static_cast<unsigned>(value.size()));
         bytes_ += value;
     }
-    /// Compressed pixels: an empty table of offsets, then a fragment an item.
-    void encapsulated(const std::vector<std::string>& fragments) {
+    /// Compressed pixels: the table of offsets, which may be empty, then a fragment an item.
+    void encapsulated(const std::vector<std::string>& fragments, const std::vector<std::uint32_t>& offsets) {
         u16(0x7fe0), u16(0x10);
         bytes_ += "OB";
         u16(0), u32(0xffffffff);
-        bytes_ += item("");
+        DicomBytes table;
+        for (const std::uint32_t offset : offsets)
+            table.u32(offset);
+        bytes_ += item(table.bytes());
         for (const std::string& fragment : fragments)
             bytes_ += item(fragment + (fragment.size() % 2 ? std::string(1, '\0') : ""));
         u16(0xfffe), u16(0xe0dd), u32(0);
     }
     void number(unsigned group, unsigned tag, int value, const char* vr = "US") {
         DicomBytes b;
+        b.bigEndian = bigEndian;
         b.u16(static_cast<unsigned>(value) & 0xffff);
         element(group, tag, vr, b.bytes_);
     }
@@ -97,7 +106,7 @@ class DicomBytes {
     }
     const std::string& bytes() const { return bytes_; }
     std::string bytes_;
-    bool implicitVr = false;
+    bool implicitVr = false, bigEndian = false;
 };
 
 inline std::string decimals(std::initializer_list<double> values) {
@@ -118,6 +127,7 @@ inline std::string dicomBytes(const DicomImage& image) {
     const std::string uid = kPlanted[6] + "." + image.series + "." + std::to_string(++instance);
     DicomBytes meta, d;
     d.implicitVr = image.implicitVr;
+    d.bigEndian = image.syntax == "1.2.840.10008.1.2.2"; // of the data set; the meta group is always little
     meta.element(0x2, 0x2, "UI", image.storageClass);
     meta.element(0x2, 0x3, "UI", uid);
     meta.element(0x2, 0x10, "UI", image.syntax);
@@ -145,6 +155,8 @@ inline std::string dicomBytes(const DicomImage& image) {
     d.element(0x10, 0x4000, "LT", kPlanted[10]);
     d.element(0x18, 0x50, "DS", "1.5");
     d.element(0x18, 0x60, "DS", "120");
+    if (image.betweenSlices)
+        d.element(0x18, 0x88, "DS", *image.betweenSlices);
     d.element(0x18, 0x1210, "SH", "B30f");
     d.element(0x20, 0xd, "UI", kPlanted[6]);
     d.element(0x20, 0xe, "UI", kPlanted[6] + ".7." + image.series);
@@ -182,6 +194,8 @@ inline std::string dicomBytes(const DicomImage& image) {
         d.number(0x28, 0x107, *image.largestPixel, image.pixelRepresentation ? "SS" : "US");
     if (image.padding)
         d.number(0x28, 0x120, *image.padding, image.pixelRepresentation ? "SS" : "US");
+    if (image.paddingLimit)
+        d.number(0x28, 0x121, *image.paddingLimit, image.pixelRepresentation ? "SS" : "US");
     if (image.intercept)
         d.element(0x28, 0x1052, "DS", *image.intercept);
     if (image.slope)
@@ -207,9 +221,10 @@ inline std::string dicomBytes(const DicomImage& image) {
         d.element(0x5200, 0x9230, "SQ", items);
     }
     if (!image.fragments.empty()) {
-        d.encapsulated(image.fragments);
+        d.encapsulated(image.fragments, image.fragmentOffsets);
     } else if (image.withPixels) {
         DicomBytes words;
+        words.bigEndian = d.bigEndian;
         for (const std::uint16_t word : image.pixels)
             words.u16(word);
         d.element(0x7fe0, 0x10, "OW", words.bytes());

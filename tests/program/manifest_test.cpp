@@ -1,0 +1,162 @@
+// tests/program/manifest_test.cpp: what options and scenes become, as the manifest of the picture tells it,
+// and what `info` tells of volumes whose numbers are not the plain ones: a negative slope, a turned affine.
+#include "tests/support/program_fixture.h"
+#if TESSERA_WITH_IMPORT
+#include "tests/support/import_test_tools.h"
+#endif
+
+#include <nlohmann/json.hpp>
+
+namespace tessera::test {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+class Manifest : public Program {
+  protected:
+    void SetUp() override { makeSphere(); }
+    /// The manifest of a small picture. @param input  and further options
+    json of(const std::string& input) {
+        const Outcome outcome = run("render " + input + " -o a.png --engine mirror --no-check --json -q");
+        EXPECT_EQ(outcome.exitCode, 0) << input << "\n" << outcome.problems;
+        return json::parse(outcome.out);
+    }
+    /// Of a scene with that camera, with further options.
+    json ofScene(const std::string& camera, const std::string& options = "") {
+        write("scene.json", R"({"tesseraScene":1,"volumes":[{"path":"s.zarr","transferFunction":"auto"}],)"
+                            R"("image":{"size":[24,16]},"camera":)" +
+                                camera + "}");
+        return of("scene.json " + options);
+    }
+};
+
+TEST_F(Manifest, AnotherViewKeepsProjectionAndFit) {
+    const json parallel =
+        ofScene(R"({"view":"anterior","fit":"volume","parallelProjection":true})", "--view left");
+    EXPECT_EQ(parallel["scene"]["camera"]["parallelProjection"], true);
+    EXPECT_EQ(parallel["scene"]["camera"],
+              ofScene(R"({"view":"left","fit":"volume","parallelProjection":true})")["scene"]["camera"]);
+    EXPECT_NE(parallel["scene"]["camera"],
+              ofScene(R"({"view":"left","fit":"shown","parallelProjection":true})")["scene"]["camera"]);
+}
+
+TEST_F(Manifest, AProjectionIsTakenWithAViewAndWithACamera) {
+    for (const char* camera : {R"({"view":"left"})", R"({"position":[0,-300,0],"focalPoint":[0,0,0]})"}) {
+        EXPECT_EQ(ofScene(camera)["scene"]["camera"]["parallelProjection"], false);
+        EXPECT_EQ(ofScene(camera, "--projection parallel")["scene"]["camera"]["parallelProjection"], true);
+    }
+}
+
+TEST_F(Manifest, HoldsTheCameraThatDrew) {
+    const json camera = ofScene(R"({"view":"left"})")["scene"]["camera"];
+    EXPECT_FALSE(camera.contains("view")) << "a later version could frame it in another way";
+    EXPECT_EQ(ofScene(camera.dump())["scene"]["camera"], camera);
+}
+
+// Files are named after patients: the volume is named by what it holds.
+TEST_F(Manifest, NamesTheVolumeByItsContent) {
+    fs::rename(folder_ / "s.zarr", folder_ / "doe-jane.zarr");
+    const json manifest = of("doe-jane.zarr --preset auto --size 8x8");
+    EXPECT_EQ(manifest["scene"]["volumes"][0]["path"],
+              "content-" + manifest["store"]["contentHash"].get<std::string>() + ".zarr");
+    EXPECT_EQ(manifest.dump().find("doe-jane"), std::string::npos);
+}
+
+TEST_F(Manifest, OptionsStandInIt) {
+    const std::string picture = "s.zarr --preset auto --size 24x16 ";
+    const json plain = of(picture);
+    EXPECT_EQ(plain["scene"]["image"]["size"], json({24, 16}));
+    EXPECT_FALSE(plain["scene"]["quality"].contains("stepVoxels"));
+    EXPECT_FALSE(plain["scene"]["quality"].contains("maxError"));
+    const json step = of(picture + "--step 16"); // the largest
+    EXPECT_EQ(step["scene"]["quality"]["stepVoxels"], 16);
+    EXPECT_EQ(step["segments"]["stepVoxels"], 16);
+    EXPECT_EQ(of(picture + "--max-error 0")["scene"]["quality"]["maxError"], 0);
+    const json surface = of(picture + "--isosurface 10:#ff0000:0.25 --isosurface 20");
+    ASSERT_EQ(surface["scene"]["isosurfaces"].size(), 2u);
+    EXPECT_EQ(surface["scene"]["isosurfaces"][0],
+              (json{{"value", 10.0}, {"rgb", {1.0, 0.0, 0.0}}, {"opacity", 0.25}}));
+    EXPECT_EQ(surface["scene"]["isosurfaces"][1]["opacity"], 1);
+    expectRefused("render " + picture + "-o a.png --isosurface 10:#ff0000:1.5", {"--isosurface", "0 to 1"});
+    const json budgets = of(picture + "--ram 300MiB --gpu-memory 200MiB")["budgets"];
+    EXPECT_EQ(budgets["ram"]["limitBytes"], 300 << 20);
+    EXPECT_EQ(budgets["gpuMemory"]["limitBytes"], 200 << 20);
+}
+
+#if TESSERA_WITH_IMPORT
+TEST_F(Manifest, TheUnitDecidesTheFunction) {
+    NiftiImage image;
+    image.extent = {8, 8, 8};
+    image.voxels = std::string(2 * 8 * 8 * 8, '\1');
+    writeFile(folder_ / "ct.nii", niftiBytes(image));
+    const auto function = [&](const std::string& options) {
+        return of("ct.nii --size 8x8 " + options)["scene"]["volumes"][0]["transferFunction"];
+    };
+    EXPECT_EQ(function(""), "auto");
+    EXPECT_EQ(function("--unit HU"), "bone");
+}
+
+// -2 * stored + 100, turned a quarter about z, 2 x 3 x 5 mm.
+TEST_F(Manifest, InfoTellsPhysicalValuesAndPlacesOfATurnedVolume) {
+    std::string voxels;
+    for (int i = 0; i < 4 * 6 * 3; ++i)
+        voxels += static_cast<char>(i);
+    write("v.raw", voxels);
+    write("v.json", R"({"data":"v.raw","extent":[4,6,3],"type":"uint8","spacing":[2,3,5],"origin":[7,8,9],
+                        "direction":[0.6,-0.8,0, 0.8,0.6,0, 0,0,1],"rescaleSlope":-2,"rescaleIntercept":100})");
+    ASSERT_EQ(run("import v.json v.zarr").exitCode, 0);
+    const json info = json::parse(run("info v.zarr --json").out);
+    EXPECT_EQ(info["lowest"], 100 - 2 * 71);
+    EXPECT_EQ(info["highest"], 100);
+    const std::string text = run("info v.zarr").out;
+    EXPECT_THAT(text, HasSubstr("-42 to 100"));
+    EXPECT_EQ(info["fieldOfViewMm"][2], 15);
+    EXPECT_THAT(text, HasSubstr(" x 15 mm")) << "from the first voxel's edge to the last one's";
+    const glm::dvec3 step(2 * 0.6, 2 * 0.8, 0), down(-3 * 0.8, 3 * 0.6, 0); // of the file's x and y
+    const int x = info["originalOrder"]["sourceAxis"][0].get<int>();
+    const bool flipped = info["originalOrder"]["flipped"][0].get<bool>();
+    const glm::dvec3 first = (flipped ? -1.0 : 1.0) * (x == 0 ? step : down);
+    for (int row = 0; row < 3; ++row)
+        EXPECT_NEAR(info["patientFromVoxel"][row][0].get<double>(), first[row], 1e-12);
+    EXPECT_EQ(info["patientFromVoxel"][3], json({0.0, 0.0, 0.0, 1.0}));
+}
+
+// A slice is a line from its side, and refused; a single row of voxels is no better from anywhere.
+TEST_F(Manifest, ARowOfVoxelsIsDrawnFromEverySide) {
+    write("r.raw", "0123456789");
+    write("r.json", R"({"data":"r.raw","type":"uint8","extent":[1,1,10],"spacing":[1,1,1]})");
+    for (const char* view : {"anterior", "left", "superior"})
+        EXPECT_EQ(of(std::string("r.json --size 8x8 --view ") + view)["store"]["extentVoxels"],
+                  json({1, 1, 10}));
+}
+
+TEST_F(Manifest, AbsentVoxelsAreToldAsPhysicalValues) {
+    NiftiImage image;
+    image.extent = {2, 2, 2};
+    image.datatype = 16;
+    image.slope = 2, image.intercept = 10;
+    for (const float value : {std::nanf(""), 1.f, 2.f, 3.f, 4.f, 5.f, 6.f, 7.f})
+        image.voxels.append(reinterpret_cast<const char*>(&value), sizeof value);
+    writeFile(folder_ / "m.nii", niftiBytes(image));
+    EXPECT_THAT(run("import m.nii m.zarr").problems, HasSubstr("stored as the lowest value, 12"));
+}
+
+TEST_F(Manifest, TheLargestVolumeIsListedFirst) {
+    fs::create_directory(folder_ / "scans");
+    for (const int n : {2, 4, 3}) {
+        const std::string name = "scans/" + std::to_string(n);
+        write(name + ".raw", std::string(static_cast<std::size_t>(n * n * n), '\1'));
+        const std::string extent = std::to_string(n) + "," + std::to_string(n) + "," + std::to_string(n);
+        write(name + ".json", "{\"data\":\"" + std::to_string(n) + ".raw\",\"type\":\"uint8\",\"extent\":[" +
+                                  extent + "],\"spacing\":[1,1,1]}");
+    }
+    const json listed = json::parse(run("info scans --json").out);
+    ASSERT_EQ(listed["volumes"].size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i)
+        EXPECT_EQ(listed["volumes"][i]["extentVoxels"][0], 4 - static_cast<int>(i));
+}
+#endif
+
+} // namespace
+} // namespace tessera::test
