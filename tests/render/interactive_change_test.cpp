@@ -7,7 +7,9 @@
 
 #include <functional>
 #include <gtest/gtest.h>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace tessera {
@@ -17,28 +19,29 @@ using namespace tessera::test;
 using std::chrono::microseconds;
 using Clock = InteractiveRenderer::Clock;
 
-constexpr glm::ivec2 kSize(40, 32);
+constexpr glm::ivec2 kSize(28, 24);
 constexpr std::size_t kAmple = std::size_t{1} << 30;
 
-TransferFunction preset(const std::string& name) {
+enum Function { kSoft, kLittle, kSpike };
+TransferFunction functionOf(Function function) {
     ValueSummary values;
     values.isHu = true;
-    return presetFunction(name, values);
-}
-/// Of little that shows: the densest bone alone.
-TransferFunction little() {
-    return TransferFunction::fromOpacity({{700, 0}, {900, 0.9}}, {{700, {1, 0.3, 0.1}}}, 1);
-}
-/// A spike that the midpoint rule would step over.
-TransferFunction spike() {
-    return TransferFunction::fromOpacity({{39, 0}, {40, 0.9}, {41, 0}}, {{40, {0.2, 1, 0.4}}}, 1);
+    switch (function) {
+    case kLittle: // dense bone alone
+        return TransferFunction::fromOpacity({{300, 0}, {500, 0.9}}, {{300, {1, 0.3, 0.1}}}, 1);
+    case kSpike: // which the midpoint rule would step over
+        return TransferFunction::fromOpacity({{39, 0}, {40, 0.9}, {41, 0}}, {{40, {0.2, 1, 0.4}}}, 1);
+    case kSoft:
+        break;
+    }
+    return presetFunction("soft-tissue", values);
 }
 
 struct Change {
     const char* name;
     std::function<void(InteractiveRenderer&)> make;
     int camera; // as it is afterwards
-    TransferFunction function;
+    Function function;
 };
 
 /// One dispatch or a little more of the picture that is due.
@@ -51,52 +54,46 @@ void begin(InteractiveRenderer& renderer) {
 std::vector<Change> changes(const VolumeInfo& info) {
     const auto camera = [info](int number) { return cameraNumber(number, info, kSize); };
     return {
-        {"nothing", [](auto&) {}, 0, preset("soft-tissue")},
-        {"camera", [=](auto& r) { r.setCamera(camera(1)); }, 1, preset("soft-tissue")},
-        {"a function of less", [](auto& r) { r.setFunction(little()); }, 1, little()},
-        {"a function of more", [](auto& r) { r.setFunction(preset("soft-tissue")); }, 1,
-         preset("soft-tissue")},
+        {"nothing", [](auto&) {}, 0, kSoft},
+        {"camera", [=](auto& r) { r.setCamera(camera(1)); }, 1, kSoft},
+        {"a function of less", [](auto& r) { r.setFunction(functionOf(kLittle)); }, 1, kLittle},
+        {"a function of more", [](auto& r) { r.setFunction(functionOf(kSoft)); }, 1, kSoft},
         {"both in one step",
          [=](auto& r) {
              r.setCamera(camera(2));
-             r.setFunction(preset("bone"));
+             r.setFunction(functionOf(kSpike));
          },
-         2, preset("bone")},
-        {"both, the function first",
+         2, kSpike},
+        {"both, the function first, and two functions",
          [=](auto& r) {
-             r.setFunction(spike());
+             r.setFunction(functionOf(kLittle));
+             r.setFunction(functionOf(kSoft));
              r.setCamera(camera(0));
          },
-         0, spike()},
-        {"two functions in one step",
-         [](auto& r) {
-             r.setFunction(little());
-             r.setFunction(preset("bone"));
-         },
-         0, preset("bone")},
+         0, kSoft},
         {"a function while a picture is in the works",
          [=](auto& r) {
              r.setCamera(camera(1));
              begin(r);
-             r.setFunction(little());
+             r.setFunction(functionOf(kLittle));
          },
-         1, little()},
+         1, kLittle},
         {"a camera while a picture is in the works, which is dropped",
          [=](auto& r) {
-             r.setFunction(preset("soft-tissue"));
+             r.setFunction(functionOf(kSoft));
              begin(r);
              r.setCamera(camera(0));
              r.cancel();
              begin(r);
          },
-         0, preset("soft-tissue")},
+         0, kSoft},
         {"a picture that is dropped and nothing else",
          [=](auto& r) {
-             r.setCamera(camera(2));
+             r.setCamera(camera(1));
              begin(r);
              r.cancel();
          },
-         2, preset("soft-tissue")},
+         1, kSoft},
     };
 }
 
@@ -108,9 +105,7 @@ struct Case {
 class InteractiveChange : public testing::TestWithParam<Case> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, InteractiveChange,
                          testing::Values(Case{"lit", true, false, Integrator::automatic},
-                                         Case{"unlit", false, false, Integrator::midpoint},
-                                         Case{"surfaces", true, true, Integrator::preintegrated},
-                                         Case{"surfacesUnlit", false, true, Integrator::automatic}),
+                                         Case{"surfacesUnlit", false, true, Integrator::midpoint}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 // Memory is ample, so that no view before has a say in the levels.
@@ -133,36 +128,39 @@ TEST_P(InteractiveChange, ComesToWhatAFreshOneComesTo) {
             pictures.push_back(session.renderer.picture());
         }
     }
+    std::map<std::pair<int, Function>, Image> fresh;
     for (std::size_t i = 0; i < all.size(); ++i) {
         SCOPED_TRACE(all[i].name);
-        scene.camera = cameraNumber(all[i].camera, info, kSize);
-        scene.volumes[0].transferFunction = all[i].function;
-        {
-            Session fresh(scene, kAmple);
-            fresh.converge();
-            EXPECT_FALSE(isBlank(pictures[i]));
-            EXPECT_TRUE(bitEqual(pictures[i], fresh.renderer.picture()))
-                << compare(pictures[i], fresh.renderer.picture()).maxAbs;
-        }
-        if (i % 3 == 2) { // the still reads one level as such: rounding is another
-            Ledger ram("RAM", "--ram", kRam), gpu("GPU memory", "--gpu-memory", kAmple);
-            const StoreReader reader(storePath("torso"), ram);
-            RenderOptions options;
-            options.device.text = "software";
-            const Image still = renderScene(scene, reader, ram, gpu, options).image;
-            EXPECT_LE(compare(pictures[i], still).luvMean, 1e-3);
-        }
+        EXPECT_FALSE(isBlank(pictures[i]));
         if (i > 0) {
             EXPECT_FALSE(bitEqual(pictures[i], pictures[i - 1]));
         }
+        Image& mine = fresh[{all[i].camera, all[i].function}];
+        if (mine.pixels.empty()) {
+            scene.camera = cameraNumber(all[i].camera, info, kSize);
+            scene.volumes[0].transferFunction = functionOf(all[i].function);
+            Session session(scene, kAmple);
+            session.converge();
+            mine = session.renderer.picture();
+        }
+        EXPECT_TRUE(bitEqual(pictures[i], mine)) << compare(pictures[i], mine).maxAbs;
     }
+    // The still of the last one; it reads one level as such, so that it differs by rounding.
+    Ledger ram("RAM", "--ram", kRam), gpu("GPU memory", "--gpu-memory", kAmple);
+    const StoreReader reader(storePath("torso"), ram);
+    RenderOptions options;
+    options.device.text = "software";
+    scene.camera = cameraNumber(all.back().camera, info, kSize);
+    scene.volumes[0].transferFunction = functionOf(all.back().function);
+    const Image still = renderScene(scene, reader, ram, gpu, options).image;
+    EXPECT_LE(compare(pictures.back(), still).luvMean, 1e-3);
 }
 
 // Memory is short, and no page is kept free. A function is drawn with levels that nothing before has a say
 // in; another camera alone with levels that what was seen before has, so that its picture may differ a
 // little, until a function comes again.
 TEST(InteractiveChanges, ComeToTheSameLevelsWhereMemoryIsShort) {
-    Scene scene = interactiveScene("soft-tissue", 0, {64, 64});
+    Scene scene = interactiveScene("soft-tissue", 0, {48, 48});
     InteractiveOptions options;
     options.spareShare = 0;
     const std::size_t budget = gpuBytesFor(scene, 40);
@@ -176,29 +174,29 @@ TEST(InteractiveChanges, ComeToTheSameLevelsWhereMemoryIsShort) {
         return State{session.renderer.picture(), session.renderer.resident().levels};
     };
     std::vector<State> states;
-    const TransferFunction soft = preset("soft-tissue");
+    const TransferFunction soft = functionOf(kSoft);
     VolumeInfo info;
     {
         Session session(scene, budget, options);
         info = session.reader.info();
         states.push_back(stateOf(session));
-        session.renderer.setFunction(preset("skin"));
+        session.renderer.setFunction(functionOf(kLittle));
         session.converge();
         session.renderer.setFunction(soft);
         states.push_back(stateOf(session));
-        session.renderer.setCamera(cameraNumber(1, info, {64, 64}));
+        session.renderer.setCamera(cameraNumber(1, info, {48, 48}));
         session.renderer.setFunction(soft); // the same: what was seen is forgotten
         states.push_back(stateOf(session));
-        session.renderer.setCamera(cameraNumber(0, info, {64, 64}));
+        session.renderer.setCamera(cameraNumber(0, info, {48, 48}));
         states.push_back(stateOf(session));
     }
     State fresh[2];
     for (int camera = 0; camera < 2; ++camera) {
-        scene.camera = cameraNumber(camera, info, {64, 64});
+        scene.camera = cameraNumber(camera, info, {48, 48});
         Session session(scene, budget, options);
         fresh[camera] = stateOf(session);
     }
-    for (const auto& [state, camera] : {std::pair(0, 0), {1, 0}, {2, 1}}) {
+    for (const auto& [state, camera] : {std::pair(0, 0), std::pair(1, 0), std::pair(2, 1)}) {
         const auto& mine = states[static_cast<std::size_t>(state)];
         EXPECT_EQ(mine.levels, fresh[camera].levels) << state;
         EXPECT_TRUE(bitEqual(mine.picture, fresh[camera].picture)) << state;
