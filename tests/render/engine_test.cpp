@@ -113,7 +113,7 @@ class LengthEngine : public Engine {
         Image picture_;
         int row_ = 0;
     };
-    About about() const override { return {"none"}; }
+    About about() const override { return {"none", "", false}; }
     void open(std::span<ScenePlan* const> volumes, std::size_t) override { opened = volumes.size(); }
     std::unique_ptr<RayCaster> caster(const CasterOptions&, Ledger&) override {
         return std::make_unique<Caster>();
