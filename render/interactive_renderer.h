@@ -27,7 +27,8 @@ struct InteractiveOptions {
     std::size_t uploadBytes = std::size_t{16} << 20; // of bricks that move between two pictures, at most
     double dispatchMs = 20;                          // that a dispatch aims at
     /// Share of the atlas that is kept free, so that bricks can move without making room first. With 0 the
-    /// levels that it comes to are those of renderScene().
+    /// levels that a first view comes to, or a new function, are those of renderScene() with as many pages;
+    /// after another camera alone, what was seen before has a say where memory is short.
     double spareShare = 1.0 / 16;
     /// That a first picture waits for coarse levels, lest it be one of the bricks' means.
     std::chrono::milliseconds firstPatience{2000};

@@ -1,5 +1,6 @@
 // render/plan/picture_check.h: how wrong a picture is, from itself: some of its pixels drawn again with other
-// steps and with exact fetches. Estimates, each cause apart; docs/accuracy.md compares them with the truth.
+// steps and with exact fetches. Estimates, each cause apart: against better pictures of the same renderer,
+// not against the truth.
 #pragma once
 
 #include "core/image.h"

@@ -31,7 +31,7 @@ std::vector<Move> movesTo(const Selection& resident, const Selection& wanted, st
             moves.push_back({brick, to});
         } else if (from < to) {
             coarser.push_back({brick, to});
-        } else if (from == kMean && to < coarse) {
+        } else if (from == kMean && to < coarse && coarse < kMean) {
             toCoarse.push_back({brick, static_cast<std::uint8_t>(coarse)});
         } else {
             rest.push_back({brick, to});

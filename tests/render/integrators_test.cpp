@@ -197,8 +197,8 @@ TEST(PictureCheck, TheGridsRaysAreThePictures) {
     info.extentVoxels = {64, 50, 40};
     info.patientFromVoxel = patientFromVoxelOf({-3, 5, 7}, {0.5, 0, 0}, {0, 0.9, 0}, {0, 0.6, 2});
     for (const Projection projection : {Projection::perspective, Projection::parallel})
-        for (const glm::ivec2& size :
-             {glm::ivec2(512, 300), glm::ivec2(97, 240), glm::ivec2(20, 7), glm::ivec2(1, 1)}) {
+        for (const glm::ivec2& size : {glm::ivec2(512, 300), glm::ivec2(97, 240), glm::ivec2(20, 7),
+                                       glm::ivec2(190, 90), glm::ivec2(1, 1)}) {
             const Camera camera = fitCamera(info, View::left, projection, size);
             const RayFrame<double> frame = rayFrame(camera, info, size, 0.5);
             const PixelGrid grid(size);

@@ -3,10 +3,8 @@
 // always comes to an end.
 #include "core/image_metrics.h"
 #include "core/scratch_folder.h"
-#include "render/engines/gpu/gpu_engine.h"
-#include "render/interactive_renderer.h"
 #include "render/renderer.h"
-#include "tests/support/scene_fixture.h"
+#include "tests/support/interactive_fixture.h"
 
 #include <fstream>
 #include <gmock/gmock.h>
@@ -21,67 +19,6 @@ using namespace tessera::test;
 using std::chrono::milliseconds;
 using Clock = InteractiveRenderer::Clock;
 
-constexpr std::size_t kRam = std::size_t{256} << 20;
-
-Scene torsoScene(const std::string& preset, int camera, const glm::ivec2& size = {64, 64}) {
-    Ledger ram("RAM", "--ram", std::size_t{64} << 20);
-    Scene scene = sceneOn(StoreReader(storePath("torso"), ram).info(), preset, camera, size);
-    scene.quality.terminationTransmittance = 1e-3;
-    return scene;
-}
-
-/// A renderer with all that it stands on.
-struct Session {
-    explicit Session(const Scene& scene, std::size_t gpuBytes, InteractiveOptions options = {},
-                     const std::filesystem::path& store = storePath("torso"))
-        : ram("RAM", "--ram", kRam), gpu("GPU memory", "--gpu-memory", gpuBytes), reader(store, ram),
-          context({"software"}), engine(context, gpu, ram),
-          renderer(scene, reader, engine, ram, gpu, options) {}
-
-    void checkStep() {
-        EXPECT_LE(gpu.usedBytes(), gpu.limitBytes());
-        EXPECT_LE(ram.usedBytes(), ram.limitBytes());
-        const Selection& s = renderer.resident();
-        EXPECT_LE(pagesFor(s.counts), renderer.atlasPages());
-        // What rays are told is what the atlas holds.
-        std::array<std::size_t, kLevelCount + 1> counts{};
-        for (std::size_t b = 0; b < s.levels.size(); ++b) {
-            ++counts[s.levels[b]];
-            const std::optional<int> held = renderer.bricks().residentLevel(b);
-            ASSERT_EQ(held.has_value(), s.levels[b] < kLevelCount - 1) << b;
-            ASSERT_TRUE(!held || *held == s.levels[b]) << b;
-        }
-        EXPECT_EQ(counts, s.counts);
-    }
-    /// Pictures until it has converged; at most so many calls.
-    int converge(milliseconds each = milliseconds(200), int most = 500) {
-        int calls = 0;
-        for (bool converged = false; !converged; ++calls) {
-            if (calls >= most) {
-                ADD_FAILURE() << "no end after " << calls << " calls";
-                break;
-            }
-            converged = renderer.advance(Clock::now() + each).converged;
-            checkStep();
-        }
-        return calls;
-    }
-    Ledger ram, gpu;
-    StoreReader reader;
-    GlContext context;
-    GpuEngine engine;
-    InteractiveRenderer renderer;
-};
-
-/// GPU memory of a scene for so many pages besides its pictures and tables.
-std::size_t gpuBytesFor(const Scene& scene, std::size_t pages) {
-    Session probe(scene, std::size_t{1} << 30);
-    return probe.gpu.usedBytes() -
-           atlasBytes(probe.renderer.atlasPages(), ValueType::i16,
-                      {probe.context.max3dTextureSize(), probe.context.maxTextureBytes()}) +
-           atlasBytes(pages, ValueType::i16, TextureLimits{}) + (std::size_t{3} << 20);
-}
-
 Image still(const Scene& scene, std::size_t gpuBytes, Selection* levels = nullptr) {
     Ledger ram("RAM", "--ram", kRam), gpu("GPU memory", "--gpu-memory", gpuBytes);
     const StoreReader reader(storePath("torso"), ram);
@@ -94,7 +31,7 @@ Image still(const Scene& scene, std::size_t gpuBytes, Selection* levels = nullpt
 }
 
 TEST(Interactive, ComesToTheStillsLevelsAndPicture) {
-    const Scene scene = torsoScene("bone", 0);
+    const Scene scene = interactiveScene("bone", 0);
     // Ample memory: the finest that a pixel shows. It has one level here, which the still reads as such and a
     // renderer whose levels may change as mixed: pictures differ by rounding.
     Session ample(scene, std::size_t{1} << 30);
@@ -111,7 +48,7 @@ TEST(Interactive, ComesToTheStillsLevelsAndPicture) {
 // map of what is near surfaces.
 TEST(Interactive, DrawsIsosurfacesAsTheStillDoes) {
     const std::size_t budget = std::size_t{1} << 30;
-    Scene scene = torsoScene("bone", 0, {32, 32});
+    Scene scene = interactiveScene("bone", 0, {32, 32});
     scene.surfaces = {{-300, {0.9, 0.6, 0.5}, 0.3}, {250, {0.95, 0.9, 0.8}, 1}};
     scene.volumes[0].transferFunction = TransferFunction::fromExtinction({}, {});
     ValueSummary values;
@@ -142,7 +79,7 @@ TEST(Interactive, DrawsIsosurfacesAsTheStillDoes) {
 // Any number of loaders, any deadline, any upload size: the levels and the picture that it comes to are the
 // same.
 TEST(Interactive, ArrivalOrderDoesNotMatter) {
-    const Scene scene = torsoScene("soft-tissue", 0);
+    const Scene scene = interactiveScene("soft-tissue", 0);
     const std::size_t budget = gpuBytesFor(scene, 60);
     Image first;
     for (const auto& [threads, each, upload] :
@@ -166,7 +103,7 @@ TEST(Interactive, ArrivalOrderDoesNotMatter) {
 
 // With no page to spare, levels are those of the still, and the picture is too.
 TEST(Interactive, WithTheSamePagesItIsTheStill) {
-    const Scene scene = torsoScene("soft-tissue", 0);
+    const Scene scene = interactiveScene("soft-tissue", 0);
     InteractiveOptions options;
     options.spareShare = 0;
     Session session(scene, gpuBytesFor(scene, 40), options);
@@ -191,7 +128,7 @@ TEST(Interactive, WithTheSamePagesItIsTheStill) {
 }
 
 TEST(Interactive, FirstPictureIsWholeAndPicturesGetBetter) {
-    const Scene scene = torsoScene("bone", 0, {96, 96});
+    const Scene scene = interactiveScene("bone", 0, {96, 96});
     InteractiveOptions options;
     options.uploadBytes = std::size_t{1} << 18;
     options.firstPatience = std::chrono::hours(1); // whatever else this machine does
@@ -212,7 +149,7 @@ TEST(Interactive, FirstPictureIsWholeAndPicturesGetBetter) {
 // Random cameras, functions, paths, deadlines and cancels on a budget of few pages: after every step the
 // ledgers hold, what is resident fits and is what rays are told; and it comes to the levels that it wants.
 TEST(Interactive, AnyStepsKeepTheBudgetAndComeToAnEnd) {
-    const Scene scene = torsoScene("soft-tissue", 0, {32, 32});
+    const Scene scene = interactiveScene("soft-tissue", 0, {32, 32});
     for (const std::size_t pages : {3u, 12u, 40u}) {
         SCOPED_TRACE(pages);
         Session session(scene, gpuBytesFor(scene, pages));
@@ -253,7 +190,7 @@ TEST(Interactive, AnyStepsKeepTheBudgetAndComeToAnEnd) {
 
 // What the path comes to next is in RAM before it is there, and the pictures are the same.
 TEST(Interactive, ThePathsNextBricksAreLoadedAhead) {
-    const Scene scene = torsoScene("soft-tissue", 2);
+    const Scene scene = interactiveScene("soft-tissue", 2);
     const std::size_t budget = gpuBytesFor(scene, 60);
     std::uint64_t misses[2];
     Image pictures[2];
@@ -296,7 +233,7 @@ TEST(Interactive, ADamagedChunkIsToldOfOnce) {
         file.seekp(middle);
         file.put(static_cast<char>(byte ^ 0x20));
     }
-    const Scene scene = torsoScene("soft-tissue", 0);
+    const Scene scene = interactiveScene("soft-tissue", 0);
     Session session(scene, std::size_t{1} << 30, {}, scratch / "torso.zarr");
     int told = 0;
     bool converged = false;
@@ -314,7 +251,7 @@ TEST(Interactive, ADamagedChunkIsToldOfOnce) {
 }
 
 TEST(Interactive, DeadlinesAreKeptAndWorkGoesOn) {
-    const Scene scene = torsoScene("soft-tissue", 0, {160, 160});
+    const Scene scene = interactiveScene("soft-tissue", 0, {160, 160});
     InteractiveOptions options;
     options.dispatchMs = 2;
     Session session(scene, std::size_t{1} << 30, options);

@@ -3,7 +3,7 @@
 // the contract's rows hold on pictures of mixed levels, outside and inside the volume.
 #include "core/image_metrics.h"
 #include "render/engines/gpu/probe.h"
-#include "tests/support/scene_fixture.h"
+#include "tests/support/mixed_fixture.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,55 +14,6 @@ namespace tessera {
 namespace {
 
 using namespace tessera::test;
-
-/// Random levels, every eighth brick empty whatever it shows: the field does not ask why a brick is empty.
-Selection randomLevels(const Selection& like, unsigned seed, bool withEmpty) {
-    std::mt19937 random(seed);
-    std::uniform_int_distribution<int> level(0, kLevelCount - 1), eighth(0, 7);
-    Selection s = like;
-    s.counts = {};
-    for (std::uint8_t& mine : s.levels) {
-        if (mine != Selection::kEmpty || !withEmpty)
-            mine = static_cast<std::uint8_t>(withEmpty && eighth(random) == 0 ? int{Selection::kEmpty}
-                                                                              : level(random));
-        ++s.counts[mine];
-    }
-    return s;
-}
-
-/// Random levels that keep what is proven empty, for pictures.
-Selection randomShownLevels(const Selection& like, unsigned seed) {
-    std::mt19937 random(seed);
-    std::uniform_int_distribution<int> level(0, kLevelCount - 1);
-    Selection s = like;
-    s.counts = {};
-    for (std::uint8_t& mine : s.levels) {
-        if (mine != Selection::kEmpty)
-            mine = static_cast<std::uint8_t>(level(random));
-        ++s.counts[mine];
-    }
-    return s;
-}
-
-constexpr EdgeFunction kEdgeFunctions[] = {EdgeFunction::nearest, EdgeFunction::minimum, EdgeFunction::split,
-                                           EdgeFunction::maximum};
-
-struct MixedScene {
-    MixedScene(const std::string& store, const std::string& preset, int camera, EdgeFunction edge,
-               Sampling sampling = Sampling::limited, glm::ivec2 size = {32, 32},
-               Integrator integrator = Integrator::midpoint) {
-        Ledger ram("RAM", "--ram", std::size_t{64} << 20);
-        const VolumeInfo info = StoreReader(storePath(store), ram).info();
-        Scene scene = sceneOn(info, preset, camera, size);
-        scene.quality.edgeFunction = edge;
-        scene.quality.sampling = sampling;
-        scene.quality.integrator = integrator;
-        prepared = std::make_unique<Prepared>(store, scene);
-    }
-    ScenePlan& p() { return prepared->p; }
-    void choose(Selection s) { p().setSelection(std::move(s), prepared->budgets.ram); }
-    std::unique_ptr<Prepared> prepared;
-};
 
 /// Where formulas change: on and beside brick faces, at the ends of blends, at the border and beyond it.
 std::vector<glm::vec3> tellingPositions(const glm::ivec3& extent, int count) {

@@ -223,6 +223,7 @@ TEST(Occupancy, AnySequenceOfChangesGivesWhatAFreshOneHolds) {
         for (const MapScale scale : {MapScale::cells, MapScale::bricks}) {
             Occupancy followed(input(), scale, budgets.ram, 2);
             int changes = 0;
+            std::vector<TransferTable> tables = {table};
             for (int step = 0; step < 60; ++step) {
                 const int kind = static_cast<int>(random() % 8);
                 bool changed = false;
@@ -230,7 +231,11 @@ TEST(Occupancy, AnySequenceOfChangesGivesWhatAFreshOneHolds) {
                 const std::vector<SkippingTexel> mapBefore = followed.map();
                 const std::vector<bool> plainBefore = plainBits(followed);
                 if (kind == 0) {
-                    table = makeTable(randomFunction(random, statistics.lowest, statistics.highest));
+                    if (tables.size() > 1 && random() % 2 == 0) // back to one that was there before
+                        table = tables[random() % 2 == 0 ? 0 : tables.size() - 2];
+                    else
+                        table = makeTable(randomFunction(random, statistics.lowest, statistics.highest));
+                    tables.push_back(table);
                     changed = followed.functionChanged(input(), 2);
                 } else {
                     if (kind == 1)

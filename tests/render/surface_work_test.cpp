@@ -94,7 +94,7 @@ TEST(Isosurfaces, MarchEqualsTheMirror) {
                 }
                 unlike += drawn.hits[i] == singleHits[i] ? 0 : 1;
             }
-            EXPECT_LE(marchWorst, 4 * floatWorst);
+            EXPECT_LE(marchWorst, 1e-5); // a ray that all but touches makes floatWorst any size
             EXPECT_EQ(unlike, 0);
             RecordProperty("camera" + std::to_string(camera) + (volume ? "volume" : ""),
                            std::to_string(marchWorst) + " against " + std::to_string(floatWorst));

@@ -442,8 +442,10 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
                             " (default: central)");
     command->add_flag("--no-shading", a->noShading, "colours as the transfer function has them");
     command->add_flag("--no-skipping", a->noSkipping, "sample empty space too; the picture is the same");
-    command->add_flag("--no-check", a->noCheck,
-                      "do not draw some pixels again to estimate the picture's errors");
+    command->add_flag(
+        "--no-check", a->noCheck,
+        "draw no pixels again: the picture's errors are not estimated, and where no step is named "
+        "it is 0.5, not the longest that is good enough: the picture changes");
     command->add_option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
     command->add_option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command->add_option("--gl-device", a->device, "auto, software, or a device's number")

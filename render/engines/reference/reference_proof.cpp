@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
 
@@ -159,6 +160,25 @@ double largestDifference(const std::vector<glm::dvec4>& a, const std::vector<glm
     return largest;
 }
 
+bool showsNothing(const TransferFunction& function) {
+    return std::all_of(function.opacityPoints().begin(), function.opacityPoints().end(),
+                       [](const OpacityPoint& p) { return p.opacity == 0; });
+}
+
+/// Half seen through from end to end of the volume, its colour another one on every side of every surface.
+TransferFunction fogAround(const std::vector<Isosurface>& surfaces, const VolumeInfo& info) {
+    double lowest = surfaces.front().value, highest = lowest;
+    for (const Isosurface& surface : surfaces) {
+        lowest = std::min(lowest, surface.value);
+        highest = std::max(highest, surface.value);
+    }
+    const double around = std::max(highest - lowest, std::abs(info.rescaleSlope));
+    const glm::dvec3 diagonalMm = glm::dmat3(info.patientFromVoxel) * glm::dvec3(info.extentVoxels);
+    return TransferFunction::fromExtinction(
+        {{0, std::numbers::ln2 / glm::length(diagonalMm)}},
+        {{lowest - around, {0, 0.3, 1}}, {highest + around, {1, 0.1, 0}}});
+}
+
 } // namespace
 
 std::vector<ClosedFormError> closedFormErrors() {
@@ -166,7 +186,14 @@ std::vector<ClosedFormError> closedFormErrors() {
             stepFunction(), linearTimesLinear(), boundaryLayer(), surfaceInMedium()};
 }
 
-RayProof proveOnRays(const ReferenceInput& input, const std::vector<ReferenceRay>& rays, int threads) {
+RayProof proveOnRays(const ReferenceInput& scene, const std::vector<ReferenceRay>& rays, int threads) {
+    ReferenceInput input = scene;
+    TransferFunction fog;
+    if (!scene.surfaces.empty() && showsNothing(*scene.function)) {
+        fog = fogAround(scene.surfaces, *scene.info);
+        input.function = &fog;
+        input.shading.on = false;
+    }
     RayProof proof;
     proof.rays = rays.size();
     const std::vector<glm::dvec4> once = renderReference(input, rays, threads);

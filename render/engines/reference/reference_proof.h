@@ -1,6 +1,7 @@
 // render/engines/reference/reference_proof.h: what shows that the reference is right, as numbers that every
-// report of errors prints (NUMERICS C2): closed forms; the same rays with half the panels; and a second
-// integrator that shares no code with the first, on the same rays.
+// report of errors prints (NUMERICS C2): closed forms; the same rays with twice the panels; and a second
+// integrator on the same rays, which shares samples and transfer function with the first, but neither its
+// interpolation, nor how it cuts rays, nor its quadrature.
 #pragma once
 
 #include "render/engines/reference/reference.h"
@@ -35,8 +36,9 @@ struct RayProof {
     double error() const { return halving > independent ? halving : independent; }
 };
 /// The second integrator knows no light, so it is compared with the scene unlit; halving is of the scene as
-/// it is.
-RayProof proveOnRays(const ReferenceInput& input, const std::vector<ReferenceRay>& rays, int threads);
+/// it is. Surfaces of which the volume shows nothing come to the same colour wherever they lie, and need no
+/// panels: both numbers are then of these surfaces in a thin fog, unlit, whose colour follows the value.
+RayProof proveOnRays(const ReferenceInput& scene, const std::vector<ReferenceRay>& rays, int threads);
 
 /// At most `count` of the rays, spread evenly over them.
 std::vector<ReferenceRay> sampledRays(const std::vector<ReferenceRay>& rays, std::size_t count);

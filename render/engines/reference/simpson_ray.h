@@ -1,6 +1,7 @@
 // render/engines/reference/simpson_ray.h: the second integrator of the proof (reference_proof.h): one ray
 // through the field by adaptive Simpson, from panels of 1/64 voxel on, cut where the field meets a point of
-// the function or an isosurface. It shares no code with the reference and knows no light.
+// the function or an isosurface. It reads samples and function as the reference does (LatticeReader,
+// TransferFunction); interpolation, cuts, crossings and quadrature are its own. It knows no light.
 #pragma once
 
 #include "render/contract/lattice.h"

@@ -1,0 +1,209 @@
+// tests/render/interactive_change_test.cpp: after a camera, a function or both are set, or a picture is
+// dropped, what an interactive renderer comes to is the picture of a fresh one, bit for bit, and the still's.
+#include "core/image_metrics.h"
+#include "core/preset.h"
+#include "render/renderer.h"
+#include "tests/support/interactive_fixture.h"
+
+#include <functional>
+#include <gtest/gtest.h>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+using namespace tessera::test;
+using std::chrono::microseconds;
+using Clock = InteractiveRenderer::Clock;
+
+constexpr glm::ivec2 kSize(28, 24);
+constexpr std::size_t kAmple = std::size_t{1} << 30;
+
+enum Function { kSoft, kLittle, kSpike };
+TransferFunction functionOf(Function function) {
+    ValueSummary values;
+    values.isHu = true;
+    switch (function) {
+    case kLittle: // dense bone alone
+        return TransferFunction::fromOpacity({{300, 0}, {500, 0.9}}, {{300, {1, 0.3, 0.1}}}, 1);
+    case kSpike: // which the midpoint rule would step over
+        return TransferFunction::fromOpacity({{39, 0}, {40, 0.9}, {41, 0}}, {{40, {0.2, 1, 0.4}}}, 1);
+    case kSoft:
+        break;
+    }
+    return presetFunction("soft-tissue", values);
+}
+
+struct Change {
+    const char* name;
+    std::function<void(InteractiveRenderer&)> make;
+    int camera; // as it is afterwards
+    Function function;
+};
+
+/// One dispatch or a little more of the picture that is due.
+void begin(InteractiveRenderer& renderer) {
+    for (int n = 0; n < 3; ++n)
+        renderer.advance(Clock::now() + microseconds(1));
+}
+
+/// Cameras and functions, one after the other, in every way to set them. What shows becomes less and more.
+std::vector<Change> changes(const VolumeInfo& info) {
+    const auto camera = [info](int number) { return cameraNumber(number, info, kSize); };
+    return {
+        {"nothing", [](auto&) {}, 0, kSoft},
+        {"camera", [=](auto& r) { r.setCamera(camera(1)); }, 1, kSoft},
+        {"a function of less", [](auto& r) { r.setFunction(functionOf(kLittle)); }, 1, kLittle},
+        {"a function of more", [](auto& r) { r.setFunction(functionOf(kSoft)); }, 1, kSoft},
+        {"both in one step",
+         [=](auto& r) {
+             r.setCamera(camera(2));
+             r.setFunction(functionOf(kSpike));
+         },
+         2, kSpike},
+        {"both, the function first, and two functions",
+         [=](auto& r) {
+             r.setFunction(functionOf(kLittle));
+             r.setFunction(functionOf(kSoft));
+             r.setCamera(camera(0));
+         },
+         0, kSoft},
+        {"a function while a picture is in the works",
+         [=](auto& r) {
+             r.setCamera(camera(1));
+             begin(r);
+             r.setFunction(functionOf(kLittle));
+         },
+         1, kLittle},
+        {"a camera while a picture is in the works, which is dropped",
+         [=](auto& r) {
+             r.setFunction(functionOf(kSoft));
+             begin(r);
+             r.setCamera(camera(0));
+             r.cancel();
+             begin(r);
+         },
+         0, kSoft},
+        {"a picture that is dropped and nothing else",
+         [=](auto& r) {
+             r.setCamera(camera(1));
+             begin(r);
+             r.cancel();
+         },
+         1, kSoft},
+    };
+}
+
+struct Case {
+    const char* name;
+    bool lit, surfaces;
+    Integrator integrator;
+};
+class InteractiveChange : public testing::TestWithParam<Case> {};
+INSTANTIATE_TEST_SUITE_P(Scenes, InteractiveChange,
+                         testing::Values(Case{"lit", true, false, Integrator::automatic},
+                                         Case{"surfacesUnlit", false, true, Integrator::midpoint}),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+// Memory is ample, so that no view before has a say in the levels.
+TEST_P(InteractiveChange, ComesToWhatAFreshOneComesTo) {
+    Scene scene = interactiveScene("soft-tissue", 0, kSize);
+    scene.shading.on = GetParam().lit;
+    scene.quality.integrator = GetParam().integrator;
+    if (GetParam().surfaces)
+        scene.surfaces = {{-300, {0.9, 0.6, 0.5}, 0.3}, {250, {0.95, 0.9, 0.8}, 1}};
+    std::vector<Change> all;
+    std::vector<Image> pictures;
+    VolumeInfo info;
+    {
+        Session session(scene, kAmple); // the next one has a context of its own, which must not come between
+        info = session.reader.info();
+        all = changes(info);
+        for (const Change& change : all) {
+            change.make(session.renderer);
+            session.converge();
+            pictures.push_back(session.renderer.picture());
+        }
+    }
+    std::map<std::pair<int, Function>, Image> fresh;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        SCOPED_TRACE(all[i].name);
+        EXPECT_FALSE(isBlank(pictures[i]));
+        if (i > 0) {
+            EXPECT_FALSE(bitEqual(pictures[i], pictures[i - 1]));
+        }
+        Image& mine = fresh[{all[i].camera, all[i].function}];
+        if (mine.pixels.empty()) {
+            scene.camera = cameraNumber(all[i].camera, info, kSize);
+            scene.volumes[0].transferFunction = functionOf(all[i].function);
+            Session session(scene, kAmple);
+            session.converge();
+            mine = session.renderer.picture();
+        }
+        EXPECT_TRUE(bitEqual(pictures[i], mine)) << compare(pictures[i], mine).maxAbs;
+    }
+    // The still of the last one; it reads one level as such, so that it differs by rounding.
+    Ledger ram("RAM", "--ram", kRam), gpu("GPU memory", "--gpu-memory", kAmple);
+    const StoreReader reader(storePath("torso"), ram);
+    RenderOptions options;
+    options.device.text = "software";
+    scene.camera = cameraNumber(all.back().camera, info, kSize);
+    scene.volumes[0].transferFunction = functionOf(all.back().function);
+    const Image still = renderScene(scene, reader, ram, gpu, options).image;
+    EXPECT_LE(compare(pictures.back(), still).luvMean, 1e-3);
+}
+
+// Memory is short, and no page is kept free. A function is drawn with levels that nothing before has a say
+// in; another camera alone with levels that what was seen before has, so that its picture may differ a
+// little, until a function comes again.
+TEST(InteractiveChanges, ComeToTheSameLevelsWhereMemoryIsShort) {
+    Scene scene = interactiveScene("soft-tissue", 0, {48, 48});
+    InteractiveOptions options;
+    options.spareShare = 0;
+    const std::size_t budget = gpuBytesFor(scene, 40);
+    struct State {
+        Image picture;
+        std::vector<std::uint8_t> levels;
+    };
+    const auto stateOf = [](Session& session) {
+        session.converge();
+        EXPECT_GT(session.renderer.predictedError().mean, 0) << "the budget must be short";
+        return State{session.renderer.picture(), session.renderer.resident().levels};
+    };
+    std::vector<State> states;
+    const TransferFunction soft = functionOf(kSoft);
+    VolumeInfo info;
+    {
+        Session session(scene, budget, options);
+        info = session.reader.info();
+        states.push_back(stateOf(session));
+        session.renderer.setFunction(functionOf(kLittle));
+        session.converge();
+        session.renderer.setFunction(soft);
+        states.push_back(stateOf(session));
+        session.renderer.setCamera(cameraNumber(1, info, {48, 48}));
+        session.renderer.setFunction(soft); // the same: what was seen is forgotten
+        states.push_back(stateOf(session));
+        session.renderer.setCamera(cameraNumber(0, info, {48, 48}));
+        states.push_back(stateOf(session));
+    }
+    State fresh[2];
+    for (int camera = 0; camera < 2; ++camera) {
+        scene.camera = cameraNumber(camera, info, {48, 48});
+        Session session(scene, budget, options);
+        fresh[camera] = stateOf(session);
+    }
+    for (const auto& [state, camera] : {std::pair(0, 0), std::pair(1, 0), std::pair(2, 1)}) {
+        const auto& mine = states[static_cast<std::size_t>(state)];
+        EXPECT_EQ(mine.levels, fresh[camera].levels) << state;
+        EXPECT_TRUE(bitEqual(mine.picture, fresh[camera].picture)) << state;
+    }
+    EXPECT_LE(compare(states[3].picture, fresh[0].picture).luvMean, 0.3);
+    EXPECT_FALSE(bitEqual(states[3].picture, states[2].picture));
+}
+
+} // namespace
+} // namespace tessera

@@ -1,0 +1,79 @@
+// tests/support/interactive_fixture.h: an interactive renderer with all that it stands on, which checks
+// itself after every step.
+#pragma once
+
+#include "render/engines/gpu/gpu_engine.h"
+#include "render/interactive_renderer.h"
+#include "tests/support/scene_fixture.h"
+
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <gtest/gtest.h>
+#include <optional>
+#include <string>
+
+namespace tessera::test {
+
+inline constexpr std::size_t kRam = std::size_t{256} << 20;
+
+inline Scene interactiveScene(const std::string& preset, int camera, const glm::ivec2& size = {64, 64}) {
+    Ledger ram("RAM", "--ram", std::size_t{64} << 20);
+    Scene scene = sceneOn(StoreReader(storePath("torso"), ram).info(), preset, camera, size);
+    scene.quality.terminationTransmittance = 1e-3;
+    return scene;
+}
+
+/// A renderer with all that it stands on.
+struct Session {
+    explicit Session(const Scene& scene, std::size_t gpuBytes, InteractiveOptions options = {},
+                     const std::filesystem::path& store = storePath("torso"))
+        : ram("RAM", "--ram", kRam), gpu("GPU memory", "--gpu-memory", gpuBytes), reader(store, ram),
+          context({"software"}), engine(context, gpu, ram),
+          renderer(scene, reader, engine, ram, gpu, options) {}
+
+    void checkStep() {
+        EXPECT_LE(gpu.usedBytes(), gpu.limitBytes());
+        EXPECT_LE(ram.usedBytes(), ram.limitBytes());
+        const Selection& s = renderer.resident();
+        EXPECT_LE(pagesFor(s.counts), renderer.atlasPages());
+        // What rays are told is what the atlas holds.
+        std::array<std::size_t, kLevelCount + 1> counts{};
+        for (std::size_t b = 0; b < s.levels.size(); ++b) {
+            ++counts[s.levels[b]];
+            const std::optional<int> held = renderer.bricks().residentLevel(b);
+            ASSERT_EQ(held.has_value(), s.levels[b] < kLevelCount - 1) << b;
+            ASSERT_TRUE(!held || *held == s.levels[b]) << b;
+        }
+        EXPECT_EQ(counts, s.counts);
+    }
+    /// Pictures until it has converged; at most so many calls.
+    int converge(std::chrono::milliseconds each = std::chrono::milliseconds(200), int most = 500) {
+        int calls = 0;
+        for (bool converged = false; !converged; ++calls) {
+            if (calls >= most) {
+                ADD_FAILURE() << "no end after " << calls << " calls";
+                break;
+            }
+            converged = renderer.advance(InteractiveRenderer::Clock::now() + each).converged;
+            checkStep();
+        }
+        return calls;
+    }
+    Ledger ram, gpu;
+    StoreReader reader;
+    GlContext context;
+    GpuEngine engine;
+    InteractiveRenderer renderer;
+};
+
+/// GPU memory of a scene for so many pages besides its pictures and tables.
+inline std::size_t gpuBytesFor(const Scene& scene, std::size_t pages) {
+    Session probe(scene, std::size_t{1} << 30);
+    return probe.gpu.usedBytes() -
+           atlasBytes(probe.renderer.atlasPages(), ValueType::i16,
+                      {probe.context.max3dTextureSize(), probe.context.maxTextureBytes()}) +
+           atlasBytes(pages, ValueType::i16, TextureLimits{}) + (std::size_t{3} << 20);
+}
+
+} // namespace tessera::test
