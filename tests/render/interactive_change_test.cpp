@@ -165,15 +165,18 @@ TEST(InteractiveChanges, AFunctionIsMappedWhereNoLevelChanges) {
     const StoreReader reader(store, probe);
     const Statistics statistics = loadStatistics(reader, probe, 1);
     const double low = statistics.lowest, range = static_cast<double>(statistics.highest) - low;
-    const auto band = [&](double from, double to) {
-        const auto value = [&](double share) {
-            return reader.info().rescaleSlope * (low + share * range) + reader.info().rescaleIntercept;
-        };
-        return TransferFunction::fromOpacity(
-            {{value(from), 0}, {value(0.5 * (from + to)), 0.9}, {value(to), 0}},
-            {{value(from), {1, 0.5, 0.2}}}, 4);
+    // Two bands each, because a brick of this store has values of one half of the range only.
+    const auto bands = [&](double first, double second) {
+        std::vector<OpacityPoint> points;
+        for (const double share : {first, second})
+            for (const auto& [beside, opacity] :
+                 {std::pair(-0.05, 0.0), std::pair(0.0, 0.9), std::pair(0.05, 0.0)})
+                points.push_back({reader.info().rescaleSlope * (low + (share + beside) * range) +
+                                      reader.info().rescaleIntercept,
+                                  opacity});
+        return TransferFunction::fromOpacity(points, {{points[0].value, {1, 0.5, 0.2}}}, 4);
     };
-    const TransferFunction functions[] = {band(0.05, 0.15), band(0.85, 0.95), band(0.05, 0.15)};
+    const TransferFunction functions[] = {bands(0.1, 0.9), bands(0.3, 0.7), bands(0.1, 0.9)};
     Scene scene = sceneOn(reader.info(), "auto", 0, kSize);
     scene.volumes[0].transferFunction = functions[0];
     std::vector<Image> pictures;
