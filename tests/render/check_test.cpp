@@ -87,32 +87,6 @@ TEST(AutomaticStep, IsTheLongestThatIsGoodEnough) {
     EXPECT_TRUE(bitEqual(drawn(scene).image, r.image));
 }
 
-// Where levels mix, the picture of a step that was chosen is that of the step named, strides included.
-TEST(AutomaticStep, IsAsIfItWereNamedWhereLevelsMix) {
-    Scene scene = sceneOf("torso", "soft-tissue", false);
-    scene.quality.automaticStep = true;
-    const auto small = [&](double step) {
-        if (step > 0) {
-            scene.quality.automaticStep = false;
-            scene.quality.stepVoxels = step;
-        }
-        Ledger ram("RAM", "--ram", std::size_t{1} << 30), gpu("GPU memory", "--gpu-memory", 3 << 20);
-        const StoreReader reader(scene.volumes[0].path, ram);
-        RenderOptions options;
-        options.device.text = "software";
-        options.checking = true;
-        return renderScene(scene, reader, ram, gpu, options);
-    };
-    scene.quality.stepVoxels = 4; // strides of whole bricks' halves are no choice for the step that is taken
-    const RenderResult chosen = small(0);
-    EXPECT_GT(chosen.bricksOfLevel[1] + chosen.bricksOfLevel[2] + chosen.bricksOfLevel[3], 20u);
-    EXPECT_LT(chosen.stepVoxels, 4);
-    const RenderResult named = small(chosen.stepVoxels);
-    EXPECT_EQ(chosen.bricksOfLevel, named.bricksOfLevel);
-    EXPECT_TRUE(bitEqual(chosen.image, named.image));
-    EXPECT_EQ(chosen.work.segments, named.work.segments);
-}
-
 // An error to stay below: what levels leave of it goes to the step, and a sharp function is pre-integrated.
 TEST(MaxError, ChoosesStepAndIntegrator) {
     Scene scene = sceneOf("torso", "bone", false);

@@ -159,6 +159,33 @@ TEST(Preintegration, ColourIsThatOfTheIntegral) {
         }
 }
 
+// Strides of 2^k segments take the layer of their own length.
+TEST(Preintegration, SeenColoursAreThoseOfTheStridesLength) {
+    Optics o;
+    o.table =
+        makeTable(TransferFunction::fromExtinction({{0, 0.2}, {100, 3}}, {{0, {1, 0, 0}}, {100, {0, 0, 1}}}))
+            .entries;
+    setIntegrator(o, Integrator::preintegrated2d);
+    preparePreintegration2d(o, 0.7, 0, 3);
+    const TableIntegral integral(o.table);
+    const double last = static_cast<double>(o.table.size() - 1);
+    for (const int n : {1, 2, 4}) {
+        const glm::dvec3 exact = preintegratedColour(integral, 0.0, last, 0.7 * n),
+                         taken = preintegratedColour(o, 0.0, last, n);
+        for (int c = 0; c < 3; ++c)
+            EXPECT_NEAR(taken[c], exact[c], 1e-5) << n;
+    }
+    EXPECT_GT(preintegratedColour(o, 0.0, last, 4).r, preintegratedColour(o, 0.0, last, 1).r + 0.05);
+}
+
+// 1 - exp(-x) as the shader has it, from the thinnest segment to the densest.
+TEST(Opacity, IsRightAtEveryDepth) {
+    for (double x = 1e-9; x < 60; x *= 1.07) {
+        const double exact = -std::expm1(-static_cast<double>(static_cast<float>(x)));
+        ASSERT_NEAR(static_cast<double>(opacityOf(static_cast<float>(x))), exact, 4e-7 * exact) << x;
+    }
+}
+
 TEST(Preintegration, AnEditComputesOnlyWhatItChanges) {
     const TransferTable before = mixedTable();
     std::vector<glm::vec4> edited = before.entries;

@@ -1,5 +1,6 @@
 // tests/render/interactive_change_test.cpp: after a camera, a function or both are set, or a picture is
 // dropped, what an interactive renderer comes to is the picture of a fresh one, bit for bit, and the still's.
+#include "bricking/statistics/statistics.h"
 #include "core/image_metrics.h"
 #include "core/preset.h"
 #include "render/renderer.h"
@@ -89,11 +90,11 @@ std::vector<Change> changes(const VolumeInfo& info) {
          0, kSoft},
         {"a picture that is dropped and nothing else",
          [=](auto& r) {
-             r.setCamera(camera(1));
+             r.setCamera(camera(2));
              begin(r);
              r.cancel();
          },
-         1, kSoft},
+         2, kSoft},
     };
 }
 
@@ -154,6 +155,50 @@ TEST_P(InteractiveChange, ComesToWhatAFreshOneComesTo) {
     scene.volumes[0].transferFunction = functionOf(all.back().function);
     const Image still = renderScene(scene, reader, ram, gpu, options).image;
     EXPECT_LE(compare(pictures.back(), still).luvMean, 1e-3);
+}
+
+// Every brick shows something under either function and keeps its level: nothing but the function itself
+// tells that rays may no longer leap where they did.
+TEST(InteractiveChanges, AFunctionIsMappedWhereNoLevelChanges) {
+    Ledger probe("RAM", "--ram", std::size_t{64} << 20);
+    const std::filesystem::path store = storePath("marschner-lobb");
+    const StoreReader reader(store, probe);
+    const Statistics statistics = loadStatistics(reader, probe, 1);
+    const double low = statistics.lowest, range = static_cast<double>(statistics.highest) - low;
+    // Two bands each, because a brick of this store has values of one half of the range only.
+    const auto bands = [&](double first, double second) {
+        std::vector<OpacityPoint> points;
+        for (const double share : {first, second})
+            for (const auto& [beside, opacity] :
+                 {std::pair(-0.05, 0.0), std::pair(0.0, 0.9), std::pair(0.05, 0.0)})
+                points.push_back({reader.info().rescaleSlope * (low + (share + beside) * range) +
+                                      reader.info().rescaleIntercept,
+                                  opacity});
+        return TransferFunction::fromOpacity(points, {{points[0].value, {1, 0.5, 0.2}}}, 4);
+    };
+    const TransferFunction functions[] = {bands(0.1, 0.9), bands(0.3, 0.7), bands(0.1, 0.9)};
+    Scene scene = sceneOn(reader.info(), "auto", 0, kSize);
+    scene.volumes[0].transferFunction = functions[0];
+    std::vector<Image> pictures;
+    std::vector<std::vector<std::uint8_t>> levels;
+    {
+        Session session(scene, kAmple, {}, store);
+        for (const TransferFunction& function : functions) {
+            session.renderer.setFunction(function);
+            session.converge();
+            pictures.push_back(session.renderer.picture());
+            levels.push_back(session.renderer.resident().levels);
+        }
+    }
+    EXPECT_EQ(levels[0], levels[1]);
+    EXPECT_FALSE(bitEqual(pictures[0], pictures[1]));
+    for (const std::size_t i : {std::size_t{1}, std::size_t{2}}) {
+        scene.volumes[0].transferFunction = functions[i];
+        Session fresh(scene, kAmple, {}, store);
+        fresh.converge();
+        EXPECT_FALSE(isBlank(pictures[i]));
+        EXPECT_TRUE(bitEqual(pictures[i], fresh.renderer.picture())) << i;
+    }
 }
 
 // Memory is short, and no page is kept free. A function is drawn with levels that nothing before has a say

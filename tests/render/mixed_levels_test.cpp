@@ -303,6 +303,29 @@ TEST_P(MixedPicture, ContractHolds) {
     EXPECT_LE(worst, 1e-5) << "same operations in the same order: what remains is the driver's square root";
 }
 
+// A step that is set when levels are there is walked as one that was planned: rays, strides, and the tables
+// of their colours.
+TEST(MixedLevels, AStepThatIsSetIsAsIfItWerePlanned) {
+    const double before = 0.5, after = 4;
+    std::vector<glm::vec4> pictures[2];
+    Work works[2];
+    for (const bool set : {false, true}) {
+        Ledger ram("RAM", "--ram", std::size_t{64} << 20);
+        Scene scene = sceneOn(StoreReader(storePath("torso"), ram).info(), "soft-tissue", 0, {16, 16});
+        scene.quality.integrator = Integrator::preintegrated2d;
+        scene.quality.stepVoxels = set ? before : after;
+        Prepared prepared("torso", scene);
+        ScenePlan& p = prepared.p;
+        p.setSelection(randomShownLevels(p.volume.selection, 7), prepared.budgets.ram);
+        if (set)
+            p.setStep(after);
+        pictures[set] =
+            mirrorRays<float>(mirrorInput(p, true), 256, frameRays(cast<float>(p.view.frame)), 0, works[set]);
+    }
+    EXPECT_EQ(pictures[0], pictures[1]);
+    EXPECT_EQ(works[0].segments, works[1].segments);
+}
+
 // A camera inside at 130 degrees, exactly on a face, an edge and a corner of bricks, looking along an axis
 // and aslant: across borders of levels the same rows hold.
 TEST(MixedLevels, CamerasOnFacesEdgesAndCorners) {

@@ -101,6 +101,35 @@ TEST(Isosurfaces, MarchEqualsTheMirror) {
         }
 }
 
+// A ray that ends early leaves out no more than it may, as rays without surfaces do; and some do end early.
+TEST(Isosurfaces, TerminationLeavesOutNoMoreThanItSays) {
+    const GlContext context({"software"});
+    Scene scene = torsoScene(0, true, Integrator::midpoint);
+    scene.surfaces[1].opacity = 0.6;
+    scene.shading.on = false; // no component above 1
+    Prepared full("torso", scene);
+    scene.quality.terminationTransmittance = 1.0 / 510;
+    Prepared ended("torso", scene);
+    const auto mirrored = [](Prepared& prepared) {
+        Work work;
+        const ScenePlan& p = prepared.p;
+        return mirrorRays<float>(mirrorInput(p, true), rayCount(p.view.imageSize),
+                                 frameRays(cast<float>(p.view.frame)), 0, work);
+    };
+    const std::vector<glm::vec4> pictures[2][2] = {{draw(full).image.pixels, draw(ended).image.pixels},
+                                                   {mirrored(full), mirrored(ended)}};
+    for (const auto& [all, some] : pictures) {
+        float most = 0;
+        for (std::size_t i = 0; i < all.size(); ++i)
+            for (int c = 0; c < 4; ++c) {
+                ASSERT_GE(all[i][c] - some[i][c], 0);
+                most = std::max(most, all[i][c] - some[i][c]);
+            }
+        EXPECT_LE(most, 1.0 / 510 + 1e-6);
+        EXPECT_GT(most, 0) << "no ray ended early";
+    }
+}
+
 // Nothing of the volume is sampled away from surfaces when the function shows nothing; bricks that no surface
 // crosses are not even there.
 TEST(Isosurfaces, NothingIsSampledFarFromThem) {
