@@ -7,8 +7,8 @@
 namespace tessera {
 
 /// Learns what an iteration costs here and says how many one dispatch may hold. A dispatch of n rays cannot
-/// run more than n times its iteration limit, so the bound holds for tiles that turn out dense, not just for
-/// those seen so far.
+/// run more than n times its iteration limit, however dense its tile turns out; what it takes is not bounded,
+/// because its iterations may cost more than those before.
 class Pace {
   public:
     std::size_t iterationsPerDispatch(double targetMs) const {
