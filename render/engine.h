@@ -23,7 +23,7 @@
 
 namespace tessera {
 
-/// The part of a ray that is drawn, in segments from its entry.
+/// The part of a ray that is drawn, in voxels along it from where it enters the volume.
 struct RayInterval {
     double from = 0, to = 0;
 };
