@@ -28,13 +28,8 @@ bool MemoryPlan::grant(const char* what, std::size_t ramBytes, std::size_t gpuBy
         return false;
     if (replaces)
         std::erase_if(needs_, [&](const Need& n) { return std::string(n.what) == replaces; });
-    needs_.push_back({what, ramBytes, gpuBytes, true});
+    needs_.push_back({what, ramBytes, gpuBytes});
     return true;
-}
-
-bool MemoryPlan::granted(const char* what) const {
-    return std::any_of(needs_.begin(), needs_.end(),
-                       [&](const Need& n) { return n.luxury && std::string(n.what) == what; });
 }
 
 std::size_t MemoryPlan::gpuBytes() const {

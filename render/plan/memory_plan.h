@@ -18,7 +18,6 @@ namespace tessera {
 struct Need {
     const char* what = "";
     std::size_t ramBytes = 0, gpuBytes = 0;
-    bool luxury = false;
 };
 
 class MemoryPlan {
@@ -28,20 +27,22 @@ class MemoryPlan {
     /// bricks
     MemoryPlan(std::size_t spareRam, std::size_t spareGpu) : spareRam_(spareRam), spareGpu_(spareGpu) {}
 
+    void setSpare(std::size_t ramBytes, std::size_t gpuBytes) {
+        spareRam_ = ramBytes;
+        spareGpu_ = gpuBytes;
+    }
     void need(const char* what, std::size_t ramBytes, std::size_t gpuBytes) {
-        needs_.push_back({what, ramBytes, gpuBytes, false});
+        needs_.push_back({what, ramBytes, gpuBytes});
     }
     /// Takes it where it is at most one part in so many of what is spare; what it replaces is given back.
     /// Returns whether it was granted.
     /// @param replaces  what of a need, or null
     bool grant(const char* what, std::size_t ramBytes, std::size_t gpuBytes, std::size_t ramParts,
                std::size_t gpuParts, const char* replaces = nullptr);
-    bool granted(const char* what) const;
 
     /// GPU memory besides bricks; RAM that must stay free for what is made later.
     std::size_t gpuBytes() const;
     std::size_t ramBytes() const;
-    const std::vector<Need>& needs() const { return needs_; }
 
   private:
     std::size_t spareRam_ = 0, spareGpu_ = 0;

@@ -213,15 +213,18 @@ void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const
     const std::size_t rays = view.quality.maxError
                                  ? picture + wantedBytes(bricks)
                                  : std::max(picture, visibilityBytes(view.imageSize, bricks));
-    const std::size_t fixed =
-        rays + indexBytes(bricks) + LevelMap::bytes(bricks) + gpuTableBytes(volume.optics.table.size());
-    // Luxuries are a share of what is left beyond what is promised to bricks.
-    const std::size_t promised = fixed + atlasBytes(neighbourhoodPages(true, true), volumeInfo.type, limits);
-    memory =
-        MemoryPlan(ram.limitBytes() - ramFloorBytes, gpu.freeBytes() - std::min(gpu.freeBytes(), promised));
-    memory.need("rays, the index of bricks, the level map and tables", 0, fixed);
-    memory.need("the level map, the smallest cache and the staging of uploads",
+    MemoryPlan floors;
+    floors.need("rays", 0, rays);
+    floors.need("the index of bricks", 0, indexBytes(bricks));
+    floors.need("the level map", 0, LevelMap::bytes(bricks));
+    floors.need("the transfer function's tables", 0, gpuTableBytes(volume.optics.table.size()));
+    floors.need("levels mapped, the smallest cache and the staging of uploads",
                 ramAfterCamera(volumeInfo, threads, MapScale::bricks, false), 0);
+    // Luxuries are a share of what is left beyond what is promised to bricks.
+    const std::size_t promised =
+        floors.gpuBytes() + atlasBytes(neighbourhoodPages(true, true), volumeInfo.type, limits);
+    memory = std::move(floors);
+    memory.setSpare(ram.limitBytes() - ramFloorBytes, gpu.freeBytes() - std::min(gpu.freeBytes(), promised));
     if (!view.quality.skipping)
         return;
     memory.need(kBrickMap, Occupancy::bytes(extent, MapScale::bricks), mapBytes(extent, MapScale::bricks));
