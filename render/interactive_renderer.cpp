@@ -42,12 +42,14 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     VolumeState& volume = p_.volume;
     const std::size_t bricks = cellCount(brickGrid(p_.info().extentVoxels));
     charge_ = ram.charge(kBytesPerBrick * bricks, "levels that change");
-    const TextureLimits limits = engine.limits();
+    TextureLimits limits = engine.limits();
     p_.settleIntegrator(ram, gpu, TransferTable::kMaxEntries);
     p_.planMemory(limits, ram, gpu, threads, true);
     // Of any function: the march's tables and the table of what is seen.
     const std::size_t tables =
         p_.gpuTableBytes(TransferTable::kMaxEntries) + TransferTable::kMaxEntries * sizeof(glm::vec4);
+    if (limits.pageEdge > kBrickExtent)
+        p_.chooseAprons(limits, bricks, gpu);
     const std::size_t fixed =
         p_.memory.gpuBytes() + tables + visibilityBytes(scene.imageSize, brickGrid(p_.info().extentVoxels));
     pages_ = pagesThatFit(gpu.freeBytes() - std::min(gpu.freeBytes(), fixed), p_.info().type, limits);

@@ -5,6 +5,7 @@
 #include "render/engines/gpu/features.h"
 #include "render/engines/gpu/gpu_engine.h"
 #include "render/engines/mirror/mirror_engine.h"
+#include "render/engines/native/native_engine.h"
 #include "render/engines/reference/reference.h" // ReferenceRay
 #include "render/engines/reference/reference_engine.h"
 #include "render/picture.h"
@@ -115,6 +116,8 @@ const char* name(EngineKind engine) {
         return "mirror";
     case EngineKind::reference:
         return "reference";
+    case EngineKind::native:
+        return "native";
     }
     return "?";
 }
@@ -144,6 +147,9 @@ struct MadeEngine {
         case EngineKind::reference:
             engine = std::make_unique<ReferenceEngine>(scene, options.threads);
             break;
+        case EngineKind::native:
+            engine = std::make_unique<NativeEngine>(options.threads, gpu, ram);
+            break;
         }
     }
 };
@@ -163,7 +169,7 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     Progress silent;
     Progress& progress = options.progress ? *options.progress : silent;
     progress.stage("reading statistics and choosing levels");
-    const bool first = options.onFirstPicture && options.engine == EngineKind::march;
+    const bool first = options.onFirstPicture && (options.engine == EngineKind::march || options.engine == EngineKind::native);
     const Scene coarse = first ? firstScene(scene) : scene;
     ScenePlan p =
         planScene(coarse, store, limits, ram, gpu, options.threads,

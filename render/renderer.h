@@ -21,7 +21,7 @@
 
 namespace tessera {
 
-enum class EngineKind { march, mirror, reference };
+enum class EngineKind { march, mirror, reference, native };
 const char* name(EngineKind engine);
 
 struct RenderOptions {
@@ -31,7 +31,7 @@ struct RenderOptions {
     Slicing slicing;      // march only
     bool counting = true; // work counters; false: they are not compiled
     LevelChoice levels = LevelChoice::perBrick;
-    bool checking = false; // march only: draw some pixels again to estimate the picture's errors
+    bool checking = false; // march and native: draw some pixels again to estimate the picture's errors
     /// March only: gets a first whole picture, all bricks at one coarse level, before levels are chosen and
     /// loaded for the picture itself; and an estimate, good to a factor of three, of the seconds that the
     /// rest takes.

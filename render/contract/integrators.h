@@ -61,18 +61,11 @@ template <typename Real> SegmentEnd<Real> endOf(const Optics& o, Real stored) {
 template <typename Real> Real meanExtinction(const SegmentEnd<Real>& front, const SegmentEnd<Real>& back) {
     const bool rises = front.place < back.place;
     const SegmentEnd<Real>&low = rises ? front : back, &high = rises ? back : front;
-    const Real f = low.place - static_cast<Real>(low.bin), g = high.place - static_cast<Real>(high.bin);
-    if (low.bin == high.bin)
-        return low.entry.x + (Real(0.5) * (f + g)) * low.entry.y;
-    const Real width = high.place - low.place;
-    const Real above = g * (high.entry.x + (Real(0.5) * g) * high.entry.y);
-    if (low.bin + 1 == high.bin) { // nothing cancels, however close they are
-        const Real below = (Real(1) - f) * (low.entry.x + (Real(0.5) * (Real(1) + f)) * low.entry.y);
-        return (below + above) / width;
-    }
-    const Real under = f * (low.entry.x + (Real(0.5) * f) * low.entry.y);
-    const Real sum = (high.entry.z - low.entry.z) + ((high.entry.w - low.entry.w) + (above - under));
-    return std::max(sum, Real(0)) / width;
+    const auto binEnd = [](const SegmentEnd<Real>& end) {
+        const glm::vec<4, Real>& e = end.entry;
+        return leaf::BinEnd<Real>{end.place, static_cast<Real>(end.bin), e.x, e.y, e.z, e.w};
+    };
+    return leaf::meanExtinction(binEnd(low), binEnd(high));
 }
 
 /// Colour, averaged over the values between two ends by their extinction; inside a bin the colour at the
@@ -122,19 +115,10 @@ glm::vec<3, Real> preintegratedColour(const Optics& o, Real front, Real back, in
     return near + fy * (far - near);
 }
 
-/// How far towards its back a segment of constant extinction is seen, in the mean over its light:
-/// 1/x - 1/(e^x - 1), x its depth; phi_1's companion g(x) of NUMERICS B2, divided by 1 - e^-x.
 template <typename Real> Real seenDepth(Real depth, Real alpha) {
-    if (depth < Real(0.5)) {
-        const Real s = depth * depth;
-        return Real(0.5) -
-               depth * (Real(1.0 / 12) -
-                        s * (Real(1.0 / 720) -
-                             s * (Real(1.0 / 30240) -
-                                  s * (Real(1.0 / 1209600) -
-                                       s * (Real(1.0 / 47900160) - s * Real(691.0 / 1307674368000))))));
-    }
-    return Real(1) / depth - (Real(1) - alpha) / alpha;
+    constexpr Real terms[] = {Real(1.0 / 12),      Real(1.0 / 720),      Real(1.0 / 30240),
+                              Real(1.0 / 1209600), Real(1.0 / 47900160), Real(691.0 / 1307674368000)};
+    return leaf::seenDepth(depth, alpha, terms);
 }
 
 /// Extinction of a segment, per mm.

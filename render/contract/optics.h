@@ -6,6 +6,7 @@
 #include "core/scene.h" // Shading
 #include "core/transfer_function.h"
 #include "core/volume.h"
+#include "render/contract/leaves.h"
 #include "render/contract/preintegration.h"
 
 #include <algorithm>
@@ -81,37 +82,8 @@ template <typename Real> glm::vec<4, Real> lookUp(const Optics& o, Real stored) 
 inline double opacityOf(double depth) {
     return -std::expm1(-depth);
 }
-inline float opacityOf(float x) {
-    if (x < 0.25f)
-        return x *
-               (1.0f - x * (1.0f / 2.0f) *
-                           (1.0f - x * (1.0f / 3.0f) *
-                                       (1.0f - x * (1.0f / 4.0f) *
-                                                   (1.0f - x * (1.0f / 5.0f) * (1.0f - x * (1.0f / 6.0f))))));
-    const float y = std::max(x * -1.44269504f, -126.0f);
-    const float n = std::floor(y);
-    const float r = (y - n) * 0.693147181f;
-    const float p =
-        1.0f +
-        r * (1.0f +
-             r * (1.0f / 2.0f) *
-                 (1.0f + r * (1.0f / 3.0f) *
-                             (1.0f + r * (1.0f / 4.0f) *
-                                         (1.0f + r * (1.0f / 5.0f) *
-                                                     (1.0f + r * (1.0f / 6.0f) *
-                                                                 (1.0f + r * (1.0f / 7.0f) *
-                                                                             (1.0f + r * (1.0f / 8.0f))))))));
-    return 1.0f - p * std::bit_cast<float>(static_cast<std::uint32_t>(static_cast<int>(n) + 127) << 23);
-}
-
-template <typename Real> Real wholePower(Real x, int n) {
-    Real result = 1, square = x;
-    for (; n > 0; n >>= 1) {
-        if (n & 1)
-            result = result * square;
-        square = square * square;
-    }
-    return result;
+inline float opacityOf(float depth) {
+    return leaf::oneMinusExp(depth);
 }
 
 /// The gradient in patient space as a unit normal that faces against the ray; 0 where there is none.
@@ -136,13 +108,11 @@ glm::vec<3, Real> shade(const Optics& o, const glm::vec<3, Real>& colour, const 
     const Mat toGradient(o.voxelFromPatientTransposed), toPatient(o.patientFromVoxel);
     const auto g = toGradient[0] * gradient.x + toGradient[1] * gradient.y + toGradient[2] * gradient.z;
     const auto d = toPatient[0] * direction.x + toPatient[1] * direction.y + toPatient[2] * direction.z;
-    const Real lengths = (g.x * g.x + g.y * g.y + g.z * g.z) * (d.x * d.x + d.y * d.y + d.z * d.z);
-    if (!(lengths > Real(0) && lengths <= std::numeric_limits<Real>::max()))
-        return colour; // no direction to light from, or one that this type cannot hold
-    const Real cosine = std::min(Real(1), std::abs(g.x * d.x + g.y * d.y + g.z * d.z) / std::sqrt(lengths));
-    const Real mirrored = std::max(Real(0), Real(2) * cosine * cosine - Real(1));
-    const glm::vec<3, Real> phong(o.phong);
-    return colour * (phong.x + phong.y * cosine) + phong.z * wholePower(mirrored, o.specularPower);
+    bool isLit = false;
+    const auto light = leaf::headLight<Real>(
+        g, d, static_cast<Real>(o.phong.x), static_cast<Real>(o.phong.y), static_cast<Real>(o.phong.z),
+        o.specularPower, std::numeric_limits<Real>::max(), isLit);
+    return isLit ? colour * light.scale + light.add : colour;
 }
 
 } // namespace tessera

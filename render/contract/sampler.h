@@ -9,6 +9,7 @@
 #pragma once
 
 #include "core/scene.h" // Gradient
+#include "render/contract/leaves.h"
 #include "render/contract/level_map.h"
 
 #include <glm/common.hpp>
@@ -19,14 +20,9 @@ namespace tessera {
 template <typename Real, typename Samples>
 Real trilinear(Samples& samples, const glm::ivec3& low, const glm::ivec3& high, const glm::vec<3, Real>& f) {
     const auto at = [&](int x, int y, int z) { return static_cast<Real>(samples.at({x, y, z})); };
-    const Real v000 = at(low.x, low.y, low.z), v100 = at(high.x, low.y, low.z);
-    const Real v010 = at(low.x, high.y, low.z), v110 = at(high.x, high.y, low.z);
-    const Real v001 = at(low.x, low.y, high.z), v101 = at(high.x, low.y, high.z);
-    const Real v011 = at(low.x, high.y, high.z), v111 = at(high.x, high.y, high.z);
-    const Real a = v000 + f.x * (v100 - v000), b = v010 + f.x * (v110 - v010);
-    const Real c = v001 + f.x * (v101 - v001), d = v011 + f.x * (v111 - v011);
-    const Real e = a + f.y * (b - a), g = c + f.y * (d - c);
-    return e + f.z * (g - e);
+    return leaf::trilinear(at(low.x, low.y, low.z), at(high.x, low.y, low.z), at(low.x, high.y, low.z),
+                             at(high.x, high.y, low.z), at(low.x, low.y, high.z), at(high.x, low.y, high.z),
+                             at(low.x, high.y, high.z), at(high.x, high.y, high.z), f.x, f.y, f.z);
 }
 
 /// Stored value at p of the field whose samples are all of one level.

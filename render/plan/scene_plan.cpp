@@ -215,7 +215,7 @@ void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const
                                  : std::max(picture, visibilityBytes(view.imageSize, bricks));
     MemoryPlan floors;
     floors.need("rays", 0, rays);
-    floors.need("the index of bricks", 0, indexBytes(bricks));
+    floors.need("the index of bricks", 0, indexBytes(bricks, limits.indexEntryBytes));
     floors.need("the level map", 0, LevelMap::bytes(bricks));
     floors.need("the transfer function's tables", 0, gpuTableBytes(volume.optics.table.size()));
     floors.need("levels mapped, the smallest cache and the staging of uploads",
@@ -249,12 +249,25 @@ void ScenePlan::openCache(Ledger& ram, int threads) {
     volume.cache = std::make_unique<BrickCache>(*volume.store, ram, bytes, used);
 }
 
-void chooseAgain(ScenePlan& p, const Scene& scene, const TextureLimits& limits, Ledger& ram,
-                 const Ledger& gpu, int threads, LevelChoice choice) {
+void ScenePlan::chooseAprons(TextureLimits& limits, std::size_t bricks, const Ledger& gpu) {
+    const std::size_t fixed = memory.gpuBytes(), free = gpu.freeBytes();
+    if (pagesThatFit(free - std::min(free, fixed), info().type, limits) < bricks)
+        limits.pageEdge = kBrickExtent;
+    volume.pageEdge = limits.pageEdge;
+}
+
+void chooseAgain(ScenePlan& p, const Scene& scene, const TextureLimits& most, Ledger& ram, const Ledger& gpu,
+                 int threads, LevelChoice choice) {
     p.volume.cache.reset(); // it holds all memory that was left
     p.view.quality = scene.quality;
     p.settleIntegrator(ram, gpu, p.volume.table.entries.size());
-    p.planMemory(limits, ram, gpu, threads);
+    p.planMemory(most, ram, gpu, threads);
+    TextureLimits limits = most;
+    if (limits.pageEdge > kBrickExtent)
+        p.chooseAprons(limits,
+                       cullBricks(p.volume.statistics, p.volume.table, p.info(), 0, cullingFor(scene.shading))
+                           .shownBricks(),
+                       gpu);
     p.chosen = chooseLevels(scene, p.view.camera, p.volume.statistics, p.volume.table, *p.volume.store,
                             limits, choice, gpu, p.memory.gpuBytes(), ram, p.memory.ramBytes(), threads);
     p.setSelection(std::move(p.chosen.selection), ram);

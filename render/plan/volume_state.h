@@ -25,6 +25,7 @@ struct VolumeState {
     TransferTable table;
     Optics optics;
     Selection selection;
+    int pageEdge = kBrickExtent; // samples along a page of bricks, aprons included
     LevelMap levels; // of a selection of mixed levels; else empty
     MapScale mapScale = MapScale::bricks;
     Occupancy occupancy; // the map of empty space

@@ -17,9 +17,15 @@ std::size_t pagesFor(const std::array<std::size_t, kLevelCount + 1>& counts) {
     return pages;
 }
 
+namespace {
+std::size_t pageBytesOf(ValueType type, const TextureLimits& limits) {
+    return cellCount(glm::ivec3(limits.pageEdge)) * texelBytes(type);
+}
+} // namespace
+
 glm::ivec3 atlasPages(std::size_t pages, ValueType type, const TextureLimits& limits) {
     const std::size_t wanted = std::max<std::size_t>(1, pages);
-    const std::size_t pageBytes = 32768 * texelBytes(type);
+    const std::size_t pageBytes = pageBytesOf(type, limits);
     const std::size_t edge =
         std::min<std::size_t>(static_cast<std::size_t>(limits.maxExtent / kBrickExtent), 1024);
     if (wanted > limits.maxBytes / pageBytes)
@@ -45,11 +51,11 @@ glm::ivec3 atlasPages(std::size_t pages, ValueType type, const TextureLimits& li
 
 std::size_t atlasBytes(std::size_t pages, ValueType type, const TextureLimits& limits) {
     const glm::ivec3 box = atlasPages(pages, type, limits);
-    return box.x == 0 ? std::numeric_limits<std::size_t>::max() : cellCount(box) * 32768 * texelBytes(type);
+    return box.x == 0 ? std::numeric_limits<std::size_t>::max() : cellCount(box) * pageBytesOf(type, limits);
 }
 
 std::size_t pagesThatFit(std::size_t bytes, ValueType type, const TextureLimits& limits) {
-    std::size_t pages = std::min(bytes, limits.maxBytes) / atlasBytes(1, type, TextureLimits{});
+    std::size_t pages = std::min(bytes, limits.maxBytes) / pageBytesOf(type, limits);
     while (pages > 0 && atlasBytes(pages, type, limits) > bytes)
         --pages;
     return pages;

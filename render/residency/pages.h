@@ -12,10 +12,12 @@
 
 namespace tessera {
 
-/// What a GPU texture may be: from the context, or assumed where there is none.
+/// What an engine's memory of bricks may be: of GPU textures from the context, or assumed where there is none.
 struct TextureLimits {
-    int maxExtent = 2048;
+    int maxExtent = 2048; // texels, a page's edge counted as 32
     std::size_t maxBytes = std::size_t{1} << 30;
+    int pageEdge = kBrickExtent;                   // samples that a page has room for along an axis, aprons included
+    std::size_t indexEntryBytes = 8;               // of every brick: where it is, or what it stands for
 };
 
 /// Pages that bricks take, from their number per level. The coarsest level takes none: its one sample stands
@@ -32,9 +34,9 @@ std::size_t pagesThatFit(std::size_t bytes, ValueType type, const TextureLimits&
 ChunkKey chunkOf(std::size_t brick, int level, const glm::ivec3& bricks);
 
 /// Bytes of the index: where every brick is, or what it stands for.
-constexpr std::size_t kIndexEntryBytes = 8;
-inline std::size_t indexBytes(const glm::ivec3& bricks) {
-    return kIndexEntryBytes * cellCount(bricks);
+constexpr std::size_t kIndexEntryBytes = TextureLimits{}.indexEntryBytes;
+inline std::size_t indexBytes(const glm::ivec3& bricks, std::size_t entryBytes = kIndexEntryBytes) {
+    return entryBytes * cellCount(bricks);
 }
 /// RAM that loading bricks takes besides the cache: one brick as texels, the index, levels, and the driver's
 /// copy of the index.

@@ -41,10 +41,17 @@ Real nextPlane(const glm::vec<3, Real>& start, const glm::vec<3, Real>& step, Re
     return next;
 }
 
-/// As mirrorRay().
+/// How far a ray is: the segment that comes next, and what it has gathered.
+template <typename Real> struct SurfaceRayState {
+    int next = 0;
+    glm::vec<4, Real> sum{0};
+};
+
+/// Takes a ray on from its state to its end, or to a stride whose field says lacks(): there it stops as it was
+/// before. @param field  as mirrorRay()'s; lacks() besides
 template <typename Real, typename Field>
-glm::vec<4, Real> mirrorRayWithSurfaces(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input,
-                                        Work& work, SurfaceHit* hit) {
+void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
+                SurfaceHit* hit, SurfaceRayState<Real>& state) {
     using Vec = glm::vec<3, Real>;
     const Optics& optics = *input.optics;
     const bool ends = needsEnds(optics.integrator);
@@ -52,7 +59,7 @@ glm::vec<4, Real> mirrorRayWithSurfaces(const SegmentedRay<Real>& ray, Field& fi
     std::vector<Real> isovalues;
     for (const SurfaceLook& s : optics.surfaces)
         isovalues.push_back(static_cast<Real>(s.isovalue));
-    glm::vec<4, Real> sum(0);
+    glm::vec<4, Real>& sum = state.sum;
     const auto over = [&](const Vec& colour, Real alpha) {
         composite(sum, colour, alpha);
         return Real(1) - sum.a < static_cast<Real>(optics.termination) || !(Real(1) - sum.a > Real(0));
@@ -62,8 +69,11 @@ glm::vec<4, Real> mirrorRayWithSurfaces(const SegmentedRay<Real>& ray, Field& fi
     };
     Real front = 0;     // the field at the start of segment i
     bool known = false; // front is
-    for (int i = 0; i < ray.count;) {
+    int& i = state.next;
+    while (i < ray.count) {
         ++work.iterations;
+        const glm::vec<4, Real> before = sum;
+        const bool metBefore = hit && hit->surface != 0;
         const int n = strideAt(input.strides, ray, i);
         const Real length = strideLength(ray, i, n);
         const Vec start = segmentStart(ray, i), end = strideEnd(ray, i, length);
@@ -146,13 +156,25 @@ glm::vec<4, Real> mirrorRayWithSurfaces(const SegmentedRay<Real>& ray, Field& fi
             }
         }
         addVolume(from, length, valueFrom, back);
-        if (done)
-            break;
+        if (field.lacks()) {
+            sum = before;
+            if (hit && !metBefore)
+                *hit = SurfaceHit();
+            return;
+        }
         front = back;
         known = needs;
-        i += n;
+        i = done ? ray.count : i + n;
     }
-    return sum;
+}
+
+/// As mirrorRay().
+template <typename Real, typename Field>
+glm::vec<4, Real> mirrorRayWithSurfaces(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input,
+                                        Work& work, SurfaceHit* hit) {
+    SurfaceRayState<Real> state;
+    surfaceRay(ray, field, input, work, hit, state);
+    return state.sum;
 }
 
 } // namespace tessera

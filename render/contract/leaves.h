@@ -1,0 +1,125 @@
+// render/contract/leaves.h: the arithmetic of docs/sampling.md at the bottom of everything, once for every kind
+// of number: float and double, one at a time, and the native engine's lanes of floats. What is an `if` elsewhere
+// is a select() here: both sides are computed. The order of operations is part of the contract.
+//
+// V: a number; lanes bring select(), min(), max(), sqrt(), floor(), abs() and powerOfTwo() of their own.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace tessera::leaf {
+
+constexpr float select(bool condition, float a, float b) {
+    return condition ? a : b;
+}
+constexpr double select(bool condition, double a, double b) {
+    return condition ? a : b;
+}
+/// 2^n of a whole n from -126 to 127.
+inline float powerOfTwo(float n) {
+    return std::bit_cast<float>(static_cast<std::uint32_t>(static_cast<int>(n) + 127) << 23);
+}
+
+template <typename V> V mix(V a, V b, V f) {
+    return a + f * (b - a);
+}
+
+/// Between the eight samples of a cell; vzyx.
+template <typename V>
+V trilinear(V v000, V v001, V v010, V v011, V v100, V v101, V v110, V v111, V fx, V fy, V fz) {
+    const V a = mix(v000, v001, fx), b = mix(v010, v011, fx);
+    const V c = mix(v100, v101, fx), d = mix(v110, v111, fx);
+    return mix(mix(a, b, fy), mix(c, d, fy), fz);
+}
+
+/// 1 - exp(-x) in float, x not negative: a polynomial below 1/4, a written-out exponential above.
+template <typename V> V oneMinusExp(V x) {
+    using std::floor, std::max;
+    const V one(1.0f);
+    const V small =
+        x * (one - x * V(1.0f / 2.0f) *
+                       (one - x * V(1.0f / 3.0f) *
+                                  (one - x * V(1.0f / 4.0f) *
+                                             (one - x * V(1.0f / 5.0f) * (one - x * V(1.0f / 6.0f))))));
+    const V y = max(x * V(-1.44269504f), V(-126.0f));
+    const V n = floor(y);
+    const V r = (y - n) * V(0.693147181f); // 2^(y-n) = e^r
+    const V p =
+        one +
+        r * (one +
+             r * V(1.0f / 2.0f) *
+                 (one + r * V(1.0f / 3.0f) *
+                            (one + r * V(1.0f / 4.0f) *
+                                       (one + r * V(1.0f / 5.0f) *
+                                                  (one + r * V(1.0f / 6.0f) *
+                                                             (one + r * V(1.0f / 7.0f) *
+                                                                        (one + r * V(1.0f / 8.0f))))))));
+    return select(x < V(0.25f), small, one - p * powerOfTwo(n));
+}
+
+template <typename V> V wholePower(V x, int n) {
+    V result(1.0f), square = x;
+    for (; n > 0; n >>= 1) {
+        if (n & 1)
+            result = result * square;
+        square = square * square;
+    }
+    return result;
+}
+
+/// What a head light makes of colours: colour * scale + add.
+template <typename V> struct HeadLight {
+    V scale, add;
+};
+/// @param gradient, direction  patient space, any scale
+/// @param isLit  gets where there is a light; elsewhere colours stay as they are
+template <typename V, typename Vec, typename Condition>
+HeadLight<V> headLight(const Vec& g, const Vec& d, V ambient, V diffuse, V specular, int power, V largest,
+                       Condition& isLit) {
+    using std::abs, std::max, std::min, std::sqrt;
+    const V lengths = (g.x * g.x + g.y * g.y + g.z * g.z) * (d.x * d.x + d.y * d.y + d.z * d.z);
+    isLit = (lengths > V(0.0f)) & (lengths <= largest); // else no direction, or none that V can hold
+    const V cosine = min(V(1.0f), abs(g.x * d.x + g.y * d.y + g.z * d.z) / sqrt(lengths));
+    const V mirrored = max(V(0.0f), V(2.0f) * cosine * cosine - V(1.0f));
+    return {ambient + diffuse * cosine, specular * wholePower(mirrored, power)};
+}
+
+/// One end of a segment for pre-integration: its place in the table, the bin that holds it, and the bin's
+/// entry (extinctionBins()).
+template <typename V> struct BinEnd {
+    V place, bin, x, y, z, w;
+};
+/// Extinction, averaged over the values between two ends; exact for the table but for rounding. Zero exactly
+/// where every entry around these values is zero. @param low, high  by place
+template <typename V> V meanExtinction(const BinEnd<V>& low, const BinEnd<V>& high) {
+    using std::max;
+    const V half(0.5f), one(1.0f);
+    const V f = low.place - low.bin, g = high.place - high.bin;
+    const V inside = low.x + (half * (f + g)) * low.y;
+    const V width = high.place - low.place;
+    const V above = g * (high.x + (half * g) * high.y);
+    const V below = (one - f) * (low.x + (half * (one + f)) * low.y);
+    const V beside = below + above; // nothing cancels, however close they are
+    const V under = f * (low.x + (half * f) * low.y);
+    const V sum = max((high.z - low.z) + ((high.w - low.w) + (above - under)), V(0.0f));
+    const V mean = select(low.bin + one == high.bin, beside, sum) / width;
+    return select(low.bin == high.bin, inside, mean);
+}
+
+/// How far towards its back a segment of constant extinction is seen, in the mean over its light:
+/// 1/x - 1/(e^x - 1), x its depth; phi_1's companion g(x) of NUMERICS B2, divided by 1 - e^-x.
+/// @param terms  1/12, 1/720, 1/30240, 1/1209600, 1/47900160, 691/1307674368000
+template <typename V> V seenDepth(V depth, V alpha, const V (&terms)[6]) {
+    const V s = depth * depth;
+    const V small =
+        V(0.5f) -
+        depth * (terms[0] - s * (terms[1] - s * (terms[2] - s * (terms[3] - s * (terms[4] - s * terms[5])))));
+    const V large = V(1.0f) / depth - (V(1.0f) - alpha) / alpha;
+    return select(depth < V(0.5f), small, large);
+}
+
+} // namespace tessera::leaf

@@ -1,0 +1,76 @@
+// render/engines/native/host_plane.h: bricks' samples in host memory, as packets of rays read them. Bricks of
+// level 0 can have an apron: one layer of their neighbours' samples before them and two behind, so that no cell
+// that begins in a brick needs another one, nor does a central difference over a whole pitch around it. Where
+// there is no neighbour the apron repeats the volume's outermost samples; beside an empty brick it holds that
+// brick's value.
+#pragma once
+
+#include "core/budget.h"
+#include "render/contract/level_map.h"
+#include "render/engines/native/packet.h"
+#include "render/residency/pages.h"
+#include "render/residency/plane.h"
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+namespace tessera {
+
+/// Layers of a brick's apron.
+constexpr int kApronBefore = 1, kApronBehind = 2;
+constexpr int kApronedEdge = kApronBefore + kBrickExtent + kApronBehind;
+
+class HostPlane : public Plane {
+  public:
+    /// @param limits  of the engine: how many samples a page has
+    /// @param memory  what samples and bricks' entries are charged to
+    HostPlane(const VolumeInfo& info, std::size_t pages, const TextureLimits& limits, int threads,
+              Ledger& memory);
+
+    void put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) override;
+    void publish(std::span<const BrickEntry> entries) override;
+    /// Levels are others.
+    void levelsChanged() { settled_ = false; }
+    /// Brings aprons and boxes up to what was put and published, for these levels; before rays are drawn.
+    /// @param map  of mixed levels, or null; @param level  else: of all bricks
+    void settle(const LevelMap* map, int level);
+
+    const std::vector<native::PacketBrick>& bricks() const { return bricks_; }
+    const void* samples() const { return samples_.get(); }
+    native::SampleKind kind() const { return kind_; }
+    std::int32_t rowPitch(int level) const { return level == 0 ? edge_ : kBrickExtent >> level; }
+    std::int32_t slicePitch(int level) const { return rowPitch(level) * rowPitch(level); }
+    const VolumeInfo& info() const { return info_; }
+    const glm::ivec3& grid() const { return grid_; }
+
+    /// Sample i of a level's lattice from the brick that holds it, which is there.
+    float sampleAt(const native::PacketBrick& brick, int level, const glm::ivec3& i) const;
+
+  private:
+    struct Free {
+        void operator()(std::byte* bytes) const;
+    };
+    bool fillApron(std::size_t brick);
+    void setBox(std::size_t brick, const LevelMap* map, int level);
+    template <typename Sample> bool fillApronOf(const glm::ivec3& brick);
+    template <typename Sample> Sample* at(std::uint32_t sample) {
+        return reinterpret_cast<Sample*>(samples_.get()) + sample;
+    }
+
+    const VolumeInfo& info_;
+    native::SampleKind kind_;
+    glm::ivec3 grid_{0}, box_{0}; // bricks; pages
+    int edge_ = kBrickExtent;     // of a brick of level 0 with its apron
+    int threads_;
+    Charge charge_;
+    std::unique_ptr<std::byte[], Free> samples_;
+    std::vector<std::uint8_t> levelOfPage_;
+    std::vector<std::uint8_t> putInPage_;  // since aprons were filled: pages whose samples are new
+    std::vector<BrickEntry> entries_, filled_; // as published; as they were when aprons were filled
+    std::vector<native::PacketBrick> bricks_;
+    std::vector<std::uint8_t> hasApron_;
+    bool settled_ = false;
+};
+
+} // namespace tessera

@@ -1,0 +1,415 @@
+// render/engines/native/native_caster.cpp: see native_caster.h.
+#include "render/engines/native/native_caster.h"
+
+#include "core/error.h"
+#include "core/interrupt.h"
+#include "core/threads.h"
+#include "render/engines/mirror/mirror_surfaces.h"
+#include "render/engines/native/fine_blocks.h"
+
+#include <algorithm>
+#include <mutex>
+
+namespace tessera {
+namespace {
+
+constexpr int kTileEdge = 32;          // pixels; a packet's edges divide it
+constexpr std::int32_t kEnded = -1;    // of a ray, in place of its next segment
+
+/// What packets leave to the scalar text, for one thread.
+struct Context {
+    NativeField& field;
+    const Rays& rays;
+    const Occupancy* occupancy;
+    bool ends; // segments are given by the field at their ends
+    RayCaster::Clock::time_point deadline;
+    std::atomic<bool>& late;
+};
+
+SegmentedRay<float> rayOf(const native::PacketJob& job, int lane) {
+    SegmentedRay<float> ray;
+    ray.entry = {job.entry[0][lane], job.entry[1][lane], job.entry[2][lane]};
+    ray.step = {job.step[0][lane], job.step[1][lane], job.step[2][lane]};
+    ray.direction = {job.direction[0][lane], job.direction[1][lane], job.direction[2][lane]};
+    ray.segmentMm = job.segmentMm[lane];
+    ray.tail = job.tail[lane];
+    ray.count = job.count[lane];
+    return ray;
+}
+
+native::PacketHelp helpOf(const Context& context) {
+    native::PacketHelp help;
+    help.context = &context;
+    help.value = [](const void* c, const float* p, bool* missing) {
+        NativeField& field = static_cast<const Context*>(c)->field;
+        const float value = field.value({p[0], p[1], p[2]});
+        *missing = field.takeMissing();
+        return value;
+    };
+    help.gradient = [](const void* c, const float* p, float* g, bool* missing) {
+        NativeField& field = static_cast<const Context*>(c)->field;
+        const glm::vec3 gradient = field.gradient({p[0], p[1], p[2]});
+        g[0] = gradient.x, g[1] = gradient.y, g[2] = gradient.z;
+        *missing = field.takeMissing();
+    };
+    help.nextShown = [](const void* c, const native::PacketJob& job, int lane, std::int32_t i) {
+        const auto& context = *static_cast<const Context*>(c);
+        return nextShown(*context.occupancy, context.rays.strides, rayOf(job, lane), i);
+    };
+    help.strideAt = [](const void* c, const native::PacketJob& job, int lane, std::int32_t i) {
+        return strideAt(static_cast<const Context*>(c)->rays.strides, rayOf(job, lane), i);
+    };
+    help.strideStart = [](const void* c, const native::PacketJob& job, int lane, std::int32_t i) {
+        return strideStart(static_cast<const Context*>(c)->rays.strides, rayOf(job, lane), i);
+    };
+    help.expired = [](const void* c) {
+        checkInterrupted();
+        const auto& context = *static_cast<const Context*>(c);
+        if (context.late.load(std::memory_order_relaxed))
+            return true;
+        if (context.deadline == RayCaster::Clock::time_point::max() || RayCaster::Clock::now() < context.deadline)
+            return false;
+        context.late.store(true, std::memory_order_relaxed);
+        return true;
+    };
+    return help;
+}
+
+/// All that the next sample of a ray needs is named.
+void nameSample(NativeField& field, const Context& context, const Optics& optics, const SegmentedRay<float>& ray,
+                int i, WantedBricks& wanted, std::uint32_t number) {
+    field.name(&wanted, number);
+    const int n = strideAt(context.rays.strides, ray, i);
+    const float length = strideLength(ray, i, n);
+    const glm::vec3 middle = stridePosition(ray, i, length);
+    if (context.ends) {
+        field.value(segmentStart(ray, i));
+        field.value(strideEnd(ray, i, length));
+    } else {
+        field.value(middle);
+    }
+    if (optics.shading)
+        field.gradient(middle);
+    field.name(nullptr, 0);
+    field.takeMissing();
+}
+
+} // namespace
+
+/// What a thread counts; added up tile by tile.
+struct NativeCaster::Counts {
+    Work work;
+    Lanes lanes;
+    std::size_t waiting = 0;
+    const Context* context = nullptr;
+};
+
+NativeCaster::NativeCaster(const ScenePlan& scene, NativeEngine& engine, const CasterOptions& options,
+                           Ledger& gpu, const native::PacketTarget* target)
+    : scene_(scene), engine_(engine), gpu_(gpu), options_(options),
+      target_(target ? *target : native::packetTarget()), wanted_(cellCount(brickGrid(scene.info().extentVoxels))) {}
+
+const Occupancy* NativeCaster::occupancy() const {
+    return scene_.view.quality.skipping && scene_.volume.occupancy.exists() ? &scene_.volume.occupancy : nullptr;
+}
+
+void NativeCaster::fillTables() {
+    const std::vector<glm::vec4>& table = scene_.volume.optics.table;
+    const auto fill = [&](std::vector<float>& column, int component) {
+        column.resize(table.size());
+        for (std::size_t i = 0; i < table.size(); ++i)
+            column[i] = table[i][component];
+    };
+    tablesCharge_ = {};
+    tablesCharge_ = gpu_.charge(table.size() * sizeof(glm::vec4), "the transfer function's table");
+    fill(tables_[0], 3);
+    fill(tables_[1], 0);
+    fill(tables_[2], 1);
+    fill(tables_[3], 2);
+    tablesAreNew_ = false;
+}
+
+void NativeCaster::begin(const Rays& rays) {
+    TESSERA_CHECK(rays.intervals.empty());
+    rays_ = rays;
+    frame_ = cast<float>(rays.frame);
+    size_ = glm::ivec2(rays.frame.imageSize);
+    tiles_ = (size_ + (kTileEdge - 1)) / kTileEdge;
+    if (tablesAreNew_)
+        fillTables();
+    if (mapIsNew_) { // what was made finer is of another one
+        map_ = {};
+        mapCharge_ = {};
+        mapIsNew_ = false;
+    }
+    raysCharge_ = {};
+    raysCharge_ = gpu_.charge((kRayColourBytes + kRayNextBytes) * rayCount(size_), "the rays");
+    colour_.assign(rayCount(size_), glm::vec4(0));
+    next_.assign(rayCount(size_), 0);
+    packet_.assign(static_cast<std::size_t>(tiles_.x) * static_cast<std::size_t>(tiles_.y), 0);
+    if (options_.hits)
+        hits_.assign(rayCount(size_), SurfaceHit());
+    lanes_ = {0, 0, target_.lanes()};
+    waiting_ = 0;
+}
+
+native::PacketScene NativeCaster::packetScene() const {
+    const HostPlane& plane = engine_.settled();
+    const VolumeState& volume = scene_.volume;
+    const VolumeInfo& info = scene_.info();
+    native::PacketScene s;
+    native::PacketField& f = s.field;
+    f.samples = plane.samples();
+    f.kind = plane.kind();
+    f.bricks = plane.bricks().data();
+    f.mixed = volume.mixed();
+    f.level = volume.selection.finest();
+    const glm::ivec3 last = levelExtent(info.extentVoxels, f.level) - 1;
+    for (int axis = 0; axis < 3; ++axis) {
+        f.grid[axis] = plane.grid()[axis];
+        f.extentVoxels[axis] = info.extentVoxels[axis];
+        f.last[axis] = last[axis];
+    }
+    for (int level = 0; level + 1 < kLevelCount; ++level) {
+        f.rowPitch[level] = plane.rowPitch(level);
+        f.slicePitch[level] = plane.slicePitch(level);
+    }
+    if (f.mixed) {
+        f.facts = volume.levels.facts.data();
+        f.mostStride = volume.levels.mostStride;
+    }
+    f.uniformSegments = rays_.strides.uniformSegments;
+    f.segmentVoxels = static_cast<float>(rays_.strides.segmentVoxels);
+    const Optics& optics = volume.optics;
+    native::PacketOptics& o = s.optics;
+    o.extinction = tables_[0].data();
+    o.red = tables_[1].data(), o.green = tables_[2].data(), o.blue = tables_[3].data();
+    o.scale = optics.scale, o.offset = optics.offset;
+    o.last = static_cast<std::int32_t>(optics.table.size()) - 1;
+    o.termination = optics.termination;
+    switch (optics.integrator) {
+    case Integrator::linear:
+        o.integrator = native::PacketIntegrator::linear;
+        break;
+    case Integrator::preintegrated:
+        o.integrator = native::PacketIntegrator::preintegrated;
+        break;
+    case Integrator::preintegrated2d:
+        o.integrator = native::PacketIntegrator::preintegrated2d;
+        break;
+    case Integrator::midpoint:
+    case Integrator::automatic:
+        break;
+    }
+    const auto floats = [](const std::vector<glm::vec4>& v) { return v.empty() ? nullptr : &v.front().x; };
+    o.bins = floats(optics.bins);
+    o.sums = floats(optics.sums);
+    o.colours = floats(optics.seen.colours());
+    o.preintegrationScale = optics.preintegrationScale;
+    o.preintegrationEdge = Preintegration2d::kEdge;
+    o.firstLayer = optics.seen.firstLayer();
+    o.lit = optics.shading;
+    switch (optics.gradient) {
+    case Gradient::central:
+        o.gradient = native::PacketGradient::central;
+        break;
+    case Gradient::centralHalf:
+        o.gradient = native::PacketGradient::centralHalf;
+        break;
+    case Gradient::forward:
+        o.gradient = native::PacketGradient::forward;
+        break;
+    case Gradient::sobel:
+        o.gradient = native::PacketGradient::sobel;
+        break;
+    case Gradient::analytic:
+        o.gradient = native::PacketGradient::analytic;
+        break;
+    }
+    o.ambient = optics.phong.x, o.diffuse = optics.phong.y, o.specular = optics.phong.z;
+    o.power = optics.specularPower;
+    for (int column = 0; column < 3; ++column)
+        for (int row = 0; row < 3; ++row) {
+            o.toGradient[3 * column + row] = optics.voxelFromPatientTransposed[column][row];
+            o.toPatient[3 * column + row] = optics.patientFromVoxel[column][row];
+        }
+    if (const Occupancy* const empty = occupancy()) {
+        s.space.map = map_.empty() ? empty->map().data() : map_.data();
+        for (int axis = 0; axis < 3; ++axis)
+            s.space.grid[axis] = empty->grid()[axis];
+        s.space.shift = boxShift(empty->scale());
+    }
+    return s;
+}
+
+bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& work) {
+    const auto start = Clock::now();
+    const native::PacketScene packets = packetScene();
+    march_ = target_.march(packets);
+    const auto packetsOfTile =
+        static_cast<std::uint16_t>(kTileEdge * kTileEdge / target_.lanes());
+    if (std::all_of(packet_.begin(), packet_.end(), [&](std::uint16_t p) { return p == packetsOfTile; })) {
+        std::fill(packet_.begin(), packet_.end(), std::uint16_t{0}); // rays that waited go on
+        waiting_ = 0;
+    }
+    std::atomic<bool> late{false};
+    std::mutex mutex;
+    const auto tile = [&](std::size_t number) {
+        if (packet_[number] == packetsOfTile || late.load(std::memory_order_relaxed))
+            return;
+        const VolumeState& volume = scene_.volume;
+        NativeField field(engine_.plane(), volume.mixed() ? &volume.levels : nullptr, volume.selection.finest(),
+                          volume.optics.gradient);
+        const Context context{field,    rays_, occupancy(), needsEnds(volume.optics.integrator),
+                              deadline, late};
+        native::PacketScene mine = packets;
+        mine.help = helpOf(context);
+        Counts counts;
+        counts.context = &context;
+        const glm::ivec2 first =
+            kTileEdge * glm::ivec2(static_cast<int>(number) % tiles_.x, static_cast<int>(number) / tiles_.x);
+        const int perRow = kTileEdge / target_.columns;
+        for (std::uint16_t& p = packet_[number]; p < packetsOfTile;) {
+            const glm::ivec2 origin = first + glm::ivec2(p % perRow, p / perRow) *
+                                                  glm::ivec2(target_.columns, target_.rows);
+            const bool ended = glm::any(glm::greaterThanEqual(origin, size_)) ||
+                               (volume.optics.surfaces.empty()
+                                    ? drawPacket(origin, mine, field, slicing, counts)
+                                    : drawSurfaces(origin, field, counts));
+            p = static_cast<std::uint16_t>(p + (ended ? 1 : 0));
+            if (mine.help.expired(&context))
+                break;
+        }
+        const std::lock_guard lock(mutex);
+        work += counts.work;
+        lanes_.turns += counts.lanes.turns;
+        lanes_.used += counts.lanes.used;
+        waiting_ += counts.waiting;
+    };
+    parallelFor(packet_.size(), engine_.threads(), tile,
+                deadline == Clock::time_point::max() ? slicing.progress : ShareDone{});
+    const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    ++work.dispatches;
+    work.marchMs += ms;
+    work.longestDispatchMs = std::max(work.longestDispatchMs, ms);
+    return std::all_of(packet_.begin(), packet_.end(), [&](std::uint16_t p) { return p == packetsOfTile; });
+}
+
+/// True when all rays of it are at their end or wait.
+bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScene& packets, NativeField& field,
+                              const Slicing& slicing, Counts& counts) {
+    native::PacketJob job;
+    std::size_t slots[native::kMostLanes] = {};
+    bool any = false;
+    for (int lane = 0; lane < target_.lanes(); ++lane) {
+        const glm::ivec2 pixel = origin + glm::ivec2(lane % target_.columns, lane / target_.columns);
+        SegmentedRay<float> ray;
+        job.next[lane] = 0;
+        glm::vec4 colour(0);
+        if (glm::all(glm::lessThan(pixel, size_))) {
+            slots[lane] = static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(size_.x) +
+                          static_cast<std::size_t>(pixel.x);
+            if (next_[slots[lane]] != kEnded) {
+                ray = segmentedRay(frame_, glm::vec2(pixel) + 0.5f);
+                job.next[lane] = next_[slots[lane]];
+                colour = colour_[slots[lane]];
+                any = any || ray.count > 0;
+            }
+        }
+        for (int axis = 0; axis < 3; ++axis) {
+            job.entry[axis][lane] = ray.entry[axis];
+            job.step[axis][lane] = ray.step[axis];
+            job.direction[axis][lane] = ray.direction[axis];
+        }
+        job.segmentMm[lane] = ray.segmentMm;
+        job.tail[lane] = ray.tail;
+        job.count[lane] = ray.count;
+        for (int c = 0; c < 4; ++c)
+            job.colour[c][lane] = colour[c];
+    }
+    if (!any)
+        return true;
+    job.turns = slicing.fixedIterations;
+    march_(packets, job);
+    bool ended = true;
+    for (int lane = 0; lane < target_.lanes(); ++lane) {
+        if (job.count[lane] == 0)
+            continue;
+        const std::size_t slot = slots[lane];
+        colour_[slot] = {job.colour[0][lane], job.colour[1][lane], job.colour[2][lane], job.colour[3][lane]};
+        next_[slot] = job.next[lane] < job.count[lane] ? job.next[lane] : kEnded;
+        if (job.waiting >> lane & 1u) {
+            ++counts.waiting;
+            nameSample(field, *counts.context, scene_.volume.optics, rayOf(job, lane), job.next[lane], wanted_,
+                       static_cast<std::uint32_t>(slot));
+        } else {
+            ended = ended && next_[slot] == kEnded;
+        }
+    }
+    counts.work.iterations += job.iterations;
+    counts.work.segments += job.segments;
+    counts.work.samples += job.values + job.gradients * static_cast<std::uint64_t>(
+                                                            gradientValues(scene_.volume.optics.gradient));
+    counts.lanes.turns += job.turnsTaken;
+    counts.lanes.used += job.values;
+    return ended;
+}
+
+/// Rays among surfaces go one by one.
+bool NativeCaster::drawSurfaces(const glm::ivec2& origin, NativeField& field, Counts& counts) {
+    const VolumeState& volume = scene_.volume;
+    MirrorInput input;
+    input.optics = &volume.optics;
+    input.occupancy = occupancy();
+    input.surfaceOccupancy = input.occupancy && volume.mapsSurfaces ? &volume.surfaceOccupancy : nullptr;
+    input.strides = rays_.strides;
+    for (int lane = 0; lane < target_.lanes(); ++lane) {
+        const glm::ivec2 pixel = origin + glm::ivec2(lane % target_.columns, lane / target_.columns);
+        if (glm::any(glm::greaterThanEqual(pixel, size_)))
+            continue;
+        const std::size_t slot = static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(size_.x) +
+                                 static_cast<std::size_t>(pixel.x);
+        if (next_[slot] == kEnded)
+            continue;
+        const SegmentedRay<float> ray = segmentedRay(frame_, glm::vec2(pixel) + 0.5f);
+        SurfaceRayState<float> state{next_[slot], colour_[slot]};
+        SurfaceHit* const hit = options_.hits ? &hits_[slot] : nullptr;
+        surfaceRay(ray, field, input, counts.work, hit, state);
+        colour_[slot] = state.sum;
+        if (state.next >= ray.count) {
+            next_[slot] = kEnded;
+            continue;
+        }
+        next_[slot] = state.next; // waits: the same stride again, naming all that it needs
+        ++counts.waiting;
+        field.name(&wanted_, static_cast<std::uint32_t>(slot));
+        Work unused;
+        SurfaceHit nowhere;
+        surfaceRay(ray, field, input, unused, options_.hits ? &nowhere : nullptr, state);
+        field.name(nullptr, 0);
+        field.takeMissing();
+    }
+    return true;
+}
+
+Image NativeCaster::image() const {
+    Image image(size_);
+    image.pixels = colour_;
+    return image;
+}
+
+std::size_t NativeCaster::refine() {
+    const Occupancy* const empty = occupancy();
+    if (!empty || options_.passes || !scene_.volume.optics.surfaces.empty() ||
+        !fineBlocksPay(*empty, rayCount(scene_.view.imageSize)))
+        return 0;
+    const std::size_t bytes = empty->map().size() * sizeof(SkippingTexel);
+    if (gpu_.freeBytes() < bytes)
+        return 0;
+    mapCharge_ = gpu_.charge(bytes, "the map of empty space");
+    map_ = empty->map();
+    return refineBlocks(engine_.settled(), *empty, scene_.volume.table, scene_.volume.optics, engine_.threads(),
+                        map_);
+}
+
+} // namespace tessera

@@ -1,0 +1,70 @@
+// render/engines/native/native_caster.h: the rays of a picture, drawn in packets by all threads.
+#pragma once
+
+#include "render/engine.h"
+#include "render/engines/native/native_engine.h"
+#include "render/engines/native/native_field.h"
+#include "render/engines/native/packet.h"
+
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+namespace tessera {
+
+class NativeCaster : public RayCaster {
+  public:
+    /// Scene and engine outlive it. @param target  of instructions; null: the processor's best
+    NativeCaster(const ScenePlan& scene, NativeEngine& engine, const CasterOptions& options, Ledger& gpu,
+                 const native::PacketTarget* target = nullptr);
+
+    void begin(const Rays& rays) override;
+    bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) override;
+    std::size_t waiting() const override { return waiting_; }
+    std::vector<std::uint32_t> takeWanted() override { return wanted_.take(); }
+    Image image() const override;
+    std::vector<SurfaceHit> hits() const override { return hits_; }
+    void functionChanged() override { tablesAreNew_ = true; }
+    void emptySpaceChanged() override { mapIsNew_ = true; }
+    std::size_t refine() override;
+
+    /// Turns of packets that took samples, and lanes that took one in them, since begin().
+    struct Lanes {
+        std::uint64_t turns = 0, used = 0;
+        int width = 0;
+    };
+    Lanes lanes() const { return lanes_; }
+
+  private:
+    struct Counts;
+    native::PacketScene packetScene() const;
+    bool drawPacket(const glm::ivec2& origin, const native::PacketScene& packets, NativeField& field,
+                    const Slicing& slicing, Counts& counts);
+    bool drawSurfaces(const glm::ivec2& origin, NativeField& field, Counts& counts);
+    void fillTables();
+    const Occupancy* occupancy() const;
+
+    const ScenePlan& scene_;
+    NativeEngine& engine_;
+    Ledger& gpu_;
+    CasterOptions options_;
+    const native::PacketTarget& target_;
+    native::PacketMarch march_ = nullptr;
+    Charge raysCharge_, tablesCharge_, mapCharge_;
+    std::vector<float> tables_[4]; // extinction, red, green, blue
+    std::vector<SkippingTexel> map_; // of empty space, made finer; else that of the scene is read
+    bool tablesAreNew_ = true, mapIsNew_ = false;
+
+    Rays rays_;
+    RayFrame<float> frame_;
+    glm::ivec2 size_{0}, tiles_{0};
+    std::vector<glm::vec4> colour_;
+    std::vector<std::int32_t> next_;    // of every ray; kEnded at its end
+    std::vector<std::uint16_t> packet_; // of every tile: its next packet
+    std::vector<SurfaceHit> hits_;
+    WantedBricks wanted_;
+    std::size_t waiting_ = 0;
+    Lanes lanes_;
+};
+
+} // namespace tessera

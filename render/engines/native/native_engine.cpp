@@ -1,0 +1,124 @@
+// render/engines/native/native_engine.cpp: see native_engine.h.
+#include "render/engines/native/native_engine.h"
+
+#include "core/error.h"
+#include "core/threads.h"
+#include "render/engines/native/native_caster.h"
+#include "render/engines/native/native_field.h"
+#include "render/plan/visibility_rays.h"
+
+#include <atomic>
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kMostSamples = std::size_t{1} << 31; // what 32 bits number
+
+/// As mirrorSeen(), over the engine's bricks.
+class NativeCounter : public VisibilityCounter {
+  public:
+    NativeCounter(const ScenePlan& scene, NativeEngine& engine) : scene_(scene), engine_(engine) {}
+    void begin() override {
+        row_ = 0;
+        rays_ = visibilityRays(scene_.view.camera, scene_.info(), scene_.view.imageSize, scene_.strides());
+        seen_.assign(scene_.volume.selection.levels.size(), SeenBrick());
+    }
+    bool count(const Slicing&, RayCaster::Clock::time_point deadline) override {
+        const HostPlane& plane = engine_.settled();
+        const glm::ivec2 size(rays_.frame.imageSize);
+        const RayFrame<float> frame = cast<float>(rays_.frame);
+        constexpr int kRowsAtATime = 8;
+        while (row_ < size.y) {
+            const int end = deadline == RayCaster::Clock::time_point::max() ? size.y
+                                                                            : std::min(size.y, row_ + kRowsAtATime);
+            parallelFor(static_cast<std::size_t>(end - row_), engine_.threads(), [&](std::size_t row) {
+                NativeField field(plane, scene_.volume.mixed() ? &scene_.volume.levels : nullptr,
+                                  scene_.volume.selection.finest(), Gradient::central);
+                for (int x = 0; x < size.x; ++x)
+                    seeAlong(segmentedRay(frame, glm::vec2(static_cast<float>(x) + 0.5f,
+                                                           static_cast<float>(row_ + static_cast<int>(row)) + 0.5f)),
+                             field, seen_);
+            });
+            row_ = end;
+            if (RayCaster::Clock::now() >= deadline)
+                break;
+        }
+        return row_ >= size.y;
+    }
+    std::vector<SeenBrick> seen() const override { return seen_; }
+
+  private:
+    void seeAlong(const SegmentedRay<float>& ray, NativeField& field, std::vector<SeenBrick>& seen) const {
+        const Selection& selection = scene_.volume.selection;
+        float alpha = 0;
+        std::size_t last = seen.size();
+        for (int i = 0, n = 0; i < ray.count; i += n) {
+            n = strideAt(rays_.strides, ray, i);
+            const float length = strideLength(ray, i, n);
+            const glm::vec3 p = stridePosition(ray, i, length);
+            const glm::ivec3 at = glm::clamp(glm::ivec3(p) / kBrickExtent, glm::ivec3(0), selection.bricks - 1);
+            if (const std::size_t brick = linearIndex(at, selection.bricks); brick != last) {
+                last = brick;
+                std::atomic_ref(seen[brick].light) +=
+                    static_cast<std::uint32_t>((1 - alpha) * static_cast<float>(SeenBrick::kLightOfRay) + 0.5f);
+                ++std::atomic_ref(seen[brick].rays);
+            }
+            const float extinction = lookUp(scene_.volume.optics, field.value(p)).a;
+            if (extinction > 0)
+                alpha += (1 - alpha) * opacityOf(extinction * (length * ray.segmentMm));
+        }
+    }
+
+    const ScenePlan& scene_;
+    NativeEngine& engine_;
+    VisibilityRays rays_;
+    std::vector<SeenBrick> seen_;
+    int row_ = 0;
+};
+
+} // namespace
+
+Engine::About NativeEngine::about() const {
+    return {std::string("CPU, ") + native::packetTarget().name, "", true};
+}
+
+TextureLimits NativeEngine::limits() const {
+    TextureLimits limits;
+    limits.maxExtent = 1 << 15;
+    limits.pageEdge = kApronedEdge;
+    limits.maxBytes = kMostSamples * 2;
+    limits.indexEntryBytes = sizeof(native::PacketBrick) + 3 * sizeof(BrickEntry);
+    return limits;
+}
+
+void NativeEngine::open(std::span<ScenePlan* const> volumes, std::size_t pages) {
+    TESSERA_CHECK(volumes.size() == 1);
+    close();
+    scene_ = volumes.front();
+    TextureLimits limits = this->limits();
+    limits.pageEdge = scene_->volume.pageEdge;
+    plane_ = std::make_unique<HostPlane>(scene_->info(), pages, limits, threads_, gpu_);
+    bricks_.emplace(scene_->info(), scene_->volume.selection, pages, limits, std::vector<Plane*>{plane_.get()}, ram_);
+}
+
+void NativeEngine::close() {
+    bricks_.reset();
+    plane_.reset();
+    scene_ = nullptr;
+}
+
+const HostPlane& NativeEngine::settled() {
+    const VolumeState& volume = scene_->volume;
+    plane_->settle(volume.mixed() ? &volume.levels : nullptr, volume.selection.finest());
+    return *plane_;
+}
+
+std::unique_ptr<RayCaster> NativeEngine::caster(const CasterOptions& options, Ledger& gpu) {
+    return std::make_unique<NativeCaster>(*scene_, *this, options, gpu);
+}
+
+std::unique_ptr<VisibilityCounter> NativeEngine::counter(Ledger&) {
+    return std::make_unique<NativeCounter>(*scene_, *this);
+}
+
+} // namespace tessera

@@ -1,0 +1,43 @@
+// render/engines/native/native_engine.h: rays on the processor itself, several side by side (packet.h): the
+// contract's samples, bit-equal to the float mirror, from bricks in host memory. What other engines take of a
+// GPU this one takes of RAM, charged as GPU memory all the same: --gpu-memory bounds it.
+#pragma once
+
+#include "render/engine.h"
+#include "render/engines/native/host_plane.h"
+
+#include <memory>
+#include <optional>
+
+namespace tessera {
+
+class NativeEngine : public Engine {
+  public:
+    /// @param threads  0: all processors. All must outlive this.
+    NativeEngine(int threads, Ledger& gpu, Ledger& ram) : threads_(threads), gpu_(gpu), ram_(ram) {}
+    NativeEngine(const NativeEngine&) = delete;
+    NativeEngine& operator=(const NativeEngine&) = delete;
+
+    About about() const override;
+    TextureLimits limits() const override;
+    void open(std::span<ScenePlan* const> volumes, std::size_t pages) override;
+    void close() override;
+    BrickResidency* bricks() override { return bricks_ ? &*bricks_ : nullptr; }
+    void levelsChanged() override { plane_->levelsChanged(); }
+    std::unique_ptr<RayCaster> caster(const CasterOptions& options, Ledger& gpu) override;
+    std::unique_ptr<VisibilityCounter> counter(Ledger& gpu) override;
+
+    /// The bricks, ready for rays.
+    const HostPlane& settled();
+    const HostPlane& plane() const { return *plane_; }
+    int threads() const { return threads_; }
+
+  private:
+    int threads_;
+    Ledger &gpu_, &ram_;
+    ScenePlan* scene_ = nullptr;
+    std::unique_ptr<HostPlane> plane_;
+    std::optional<BrickResidency> bricks_;
+};
+
+} // namespace tessera

@@ -1,0 +1,130 @@
+// render/engines/native/packet.h: what a packet of rays needs, as plain numbers and pointers: the text that
+// draws packets is compiled once for every set of instructions (packet_march.h), and nothing that it includes
+// may bring functions which a linker could share with the rest of the program.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tessera::native {
+
+constexpr int kMostLanes = 16;
+
+enum class SampleKind { i16, u16, f32 };
+/// As Gradient and Integrator of core/scene.h.
+enum class PacketGradient { central, centralHalf, forward, sobel, analytic };
+enum class PacketIntegrator { midpoint, linear, preintegrated, preintegrated2d };
+
+/// Where a brick's samples are, and which cells of its lattice need no other brick.
+struct PacketBrick {
+    /// Of sample (0,0,0) of the brick among all samples.
+    std::uint32_t base = 0;
+    /// Cells from low up to, not with, high; each 8 + a byte, x lowest. The top byte of low is the level, or
+    /// kValue where the brick stands as one value, or kAbsent.
+    std::uint32_t low = 0, high = 0;
+    float mean = 0;
+    static constexpr std::uint32_t kValue = 64, kAbsent = 128;
+};
+
+struct PacketField {
+    const void* samples = nullptr;
+    SampleKind kind = SampleKind::i16;
+    const PacketBrick* bricks = nullptr; // [z][y][x]
+    std::int32_t grid[3] = {};           // bricks
+    std::int32_t extentVoxels[3] = {};
+    std::int32_t rowPitch[5] = {}, slicePitch[5] = {}; // samples, by level
+    bool mixed = false;
+    std::int32_t level = 0; // where levels are not mixed: of all bricks
+    std::int32_t last[3] = {}; // of its samples
+    // Mixed levels (render/contract/level_map.h)
+    const std::uint32_t* corners = nullptr; // two words each
+    const std::uint32_t* facts = nullptr;   // a word a brick
+    std::int32_t edgeFunction = 0;
+    std::int32_t finest = 0;
+    // Strides
+    std::int32_t uniformSegments = 1, mostStride = 0;
+    bool naive = false;
+    float segmentVoxels = 1;
+};
+
+struct PacketOptics {
+    // The transfer function's table, and where values are in it
+    const float *extinction = nullptr, *red = nullptr, *green = nullptr, *blue = nullptr;
+    float scale = 0, offset = 0;
+    std::int32_t last = 0;
+    float termination = 0; // 0: never
+    PacketIntegrator integrator = PacketIntegrator::midpoint;
+    const float* bins = nullptr;    // four a bin
+    const float* sums = nullptr;    // preintegrated: four each
+    const float* colours = nullptr; // preintegrated2d: four each
+    float preintegrationScale = 0;
+    std::int32_t preintegrationEdge = 0, firstLayer = 0;
+    // Light
+    bool lit = false;
+    PacketGradient gradient = PacketGradient::central;
+    float ambient = 0, diffuse = 0, specular = 0;
+    std::int32_t power = 1;
+    float toGradient[9] = {}, toPatient[9] = {}; // column by column
+};
+
+struct PacketEmptySpace {
+    const std::uint64_t* map = nullptr; // null: nothing is skipped (render/empty_space/distance_map.h)
+    std::int32_t grid[3] = {};
+    std::int32_t shift = 3; // log2 of a box's edge, voxels
+};
+
+struct PacketJob;
+
+/// What is rare is left to the scalar text of render/contract. All thread-safe.
+struct PacketHelp {
+    const void* context = nullptr;
+    /// @param missing  set where a brick is absent
+    float (*value)(const void* context, const float* p, bool* missing) = nullptr;
+    void (*gradient)(const void* context, const float* p, float* gradient, bool* missing) = nullptr;
+    /// Of the ray in a lane, from segment i: where the next stride starts that can show something.
+    std::int32_t (*nextShown)(const void* context, const PacketJob& job, int lane, std::int32_t i) = nullptr;
+    /// Segments of the stride that starts at i; where the stride starts that holds segment i.
+    std::int32_t (*strideAt)(const void* context, const PacketJob& job, int lane, std::int32_t i) = nullptr;
+    std::int32_t (*strideStart)(const void* context, const PacketJob& job, int lane, std::int32_t i) = nullptr;
+    /// Whether the packet is to stop where it is.
+    bool (*expired)(const void* context) = nullptr;
+};
+
+struct PacketScene {
+    PacketField field;
+    PacketOptics optics;
+    PacketEmptySpace space;
+    PacketHelp help;
+};
+
+/// Rays side by side, and how far they are.
+struct PacketJob {
+    alignas(64) float entry[3][kMostLanes];
+    alignas(64) float step[3][kMostLanes];
+    alignas(64) float direction[3][kMostLanes];
+    alignas(64) float segmentMm[kMostLanes];
+    alignas(64) float tail[kMostLanes];
+    alignas(64) std::int32_t count[kMostLanes];
+    alignas(64) std::int32_t next[kMostLanes]; // segment; count at the ray's end
+    alignas(64) float colour[4][kMostLanes];   // premultiplied; alpha
+    std::uint32_t waiting = 0;  // bits: lanes whose next sample needs a brick that is absent
+    std::int32_t turns = 0;     // of its loop that the packet may take; then it stops where it is
+    std::uint64_t iterations = 0, segments = 0, values = 0, gradients = 0; // as Work counts them
+    std::uint64_t turnsTaken = 0;                                          // that took samples
+};
+
+using PacketMarch = void (*)(const PacketScene&, PacketJob&);
+
+/// What was compiled for one set of instructions.
+struct PacketTarget {
+    const char* name = "";
+    int columns = 0, rows = 0; // pixels of a packet
+    int lanes() const { return columns * rows; }
+    PacketMarch (*march)(const PacketScene&) = nullptr;
+};
+extern const PacketTarget kBaselineTarget, kAvx2Target, kAvx512Target;
+
+/// The widest that this processor has.
+const PacketTarget& packetTarget();
+
+} // namespace tessera::native

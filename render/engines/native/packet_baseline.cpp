@@ -1,0 +1,9 @@
+// render/engines/native/packet_baseline.cpp: packets of rays for what every processor of its kind has.
+#define TESSERA_LANES lanes_baseline
+#include "render/engines/native/packet_march.h"
+
+namespace tessera::native {
+
+const PacketTarget kBaselineTarget{"baseline", lanes_baseline::kWidth == 4 ? 2 : 4, lanes_baseline::kWidth == 16 ? 4 : 2, lanes_baseline::chooseMarch};
+
+} // namespace tessera::native

@@ -1,0 +1,310 @@
+// render/engines/native/packet_field.h: values and gradients of the field for all lanes of a packet: twin of
+// render/contract/sampler.h where a brick needs no other, and a call of it elsewhere. For packet_*.cpp alone.
+#pragma once
+
+#include "render/contract/leaves.h"
+#include "render/engines/native/lanes.h"
+#include "render/engines/native/packet.h"
+
+namespace tessera::TESSERA_LANES {
+
+using native::PacketBrick;
+using native::PacketField;
+using native::PacketGradient;
+using native::PacketHelp;
+using native::SampleKind;
+
+TESSERA_LANE F powerOfTwo(F n) {
+    return asFloat(shl<23>(truncated(n) + I(127)));
+}
+
+/// Two samples beside one another, and four.
+struct Row2 {
+    F a, b;
+};
+struct Row4 {
+    F a, b, c, d;
+};
+template <SampleKind K> TESSERA_LANE Row2 row2(const void* samples, I index, M m) {
+    if constexpr (K == SampleKind::f32) {
+        const Pair pair = gatherPair<4>(samples, index, m);
+        return {asFloat(pair.low), asFloat(pair.high)};
+    } else {
+        const I pair = gather<2>(samples, index, m);
+        if constexpr (K == SampleKind::i16)
+            return {number(sar<16>(shl<16>(pair))), number(sar<16>(pair))};
+        else
+            return {number(pair & I(0xffff)), number(shr<16>(pair))};
+    }
+}
+template <SampleKind K> TESSERA_LANE Row4 row4(const void* samples, I index, M m) {
+    if constexpr (K == SampleKind::f32) {
+        const Row2 low = row2<K>(samples, index, m), high = row2<K>(samples, index + I(2), m);
+        return {low.a, low.b, high.a, high.b};
+    } else {
+        const Pair four = gatherPair<2>(samples, index, m);
+        if constexpr (K == SampleKind::i16)
+            return {number(sar<16>(shl<16>(four.low))), number(sar<16>(four.low)),
+                    number(sar<16>(shl<16>(four.high))), number(sar<16>(four.high))};
+        else
+            return {number(four.low & I(0xffff)), number(shr<16>(four.low)), number(four.high & I(0xffff)),
+                    number(shr<16>(four.high))};
+    }
+}
+
+/// The brick that each lane is in; none at first.
+template <bool Mixed> struct Here {
+    F3 origin{F(0), F(0), F(0)};              // lattice coordinates of its first sample
+    F3 low{F(1), F(1), F(1)}, high{F(0), F(0), F(0)}; // between them it needs no other brick; from origin on
+    I base{0};
+    F perVoxel{1};         // samples
+    F row{0}, slice{0};    // pitches
+    F3 startLow{F(1), F(1), F(1)}, startHigh{F(0), F(0), F(0)}; // voxels: where no finer brick limits strides
+    I stride{0};           // then: log2 of its segments
+};
+
+TESSERA_LANE F byteOf(I word, int shift) {
+    return number((shr(word, I(shift)) & I(255)) - I(8));
+}
+
+TESSERA_LANE F faceLimit(I facts, int face, F reach) {
+    return select((shr(facts, I(21 + face)) & I(1)) == I(0), F(0.0f), reach);
+}
+
+/// Takes the bricks that hold the cells of p.
+template <bool Mixed> TESSERA_LANE void enter(const PacketField& f, Here<Mixed>& here, F3 p, M m) {
+    I x, y, z;
+    F perVoxel = here.perVoxel;
+    if constexpr (Mixed) {
+        const auto brick = [&](F at, int axis) {
+            const F inside = min(max(at, F(0.0f)), F(static_cast<float>(f.extentVoxels[axis])));
+            return min(sar<5>(truncated(inside)), I(f.grid[axis] - 1));
+        };
+        x = brick(p.x, 0), y = brick(p.y, 1), z = brick(p.z, 2);
+    } else {
+        const auto brick = [&](F at, int axis) {
+            const F cell = at * perVoxel - F(0.5f);
+            const F inside = min(max(cell, F(0.0f)), F(static_cast<float>(f.last[axis])));
+            return sar(truncated(inside), I(5 - f.level));
+        };
+        x = brick(p.x, 0), y = brick(p.y, 1), z = brick(p.z, 2);
+    }
+    const I number_ = (z * I(f.grid[1]) + y) * I(f.grid[0]) + x;
+    const I at = shl<2>(number_);
+    const auto* words = reinterpret_cast<const std::int32_t*>(f.bricks);
+    const I base = gather<4>(words, at, m), low = gather<4>(words + 1, at, m),
+            high = gather<4>(words + 2, at, m);
+    here.base = select(m, base, here.base);
+    const F3 lowCell{byteOf(low, 0), byteOf(low, 8), byteOf(low, 16)};
+    const F3 highCell{byteOf(high, 0), byteOf(high, 8), byteOf(high, 16)};
+    here.low = select(m, lowCell, here.low);
+    here.high = select(m, highCell, here.high);
+    F3 first;
+    if constexpr (Mixed) {
+        const I level = min(shr<24>(low), I(4));
+        perVoxel = asFloat(shl<23>(I(127) - level));
+        const I shift = I(5) - level;
+        first = {number(shl(x, shift)), number(shl(y, shift)), number(shl(z, shift))};
+        here.perVoxel = select(m, perVoxel, here.perVoxel);
+        here.row = select(m, number(gather<4>(f.rowPitch, level, m)), here.row);
+        here.slice = select(m, number(gather<4>(f.slicePitch, level, m)), here.slice);
+        const I facts = gather<4>(f.facts, number_, m);
+        const I code = facts & I(7), stride = min(code, I(f.mostStride));
+        const F half = asFloat(shl<23>(I(126) + min(code, I(5))));
+        const F reach = max(half, F(f.segmentVoxels) * number(shl(I(1), stride)));
+        const F3 corner{number(shl<5>(x)), number(shl<5>(y)), number(shl<5>(z))};
+        const F edge(32.0f);
+        const F3 startLow{corner.x + faceLimit(facts, 0, reach), corner.y + faceLimit(facts, 1, reach),
+                          corner.z + faceLimit(facts, 2, reach)};
+        const F3 startHigh{corner.x + edge - faceLimit(facts, 3, reach),
+                           corner.y + edge - faceLimit(facts, 4, reach),
+                           corner.z + edge - faceLimit(facts, 5, reach)};
+        here.startLow = select(m, startLow, here.startLow);
+        here.startHigh = select(m, startHigh, here.startHigh);
+        here.stride = select(m, stride, here.stride);
+    } else {
+        const int shift = 5 - f.level;
+        first = {number(shl(x, I(shift))), number(shl(y, I(shift))), number(shl(z, I(shift)))};
+    }
+    const F half(0.5f);
+    here.origin = select(m, F3{first.x + half, first.y + half, first.z + half}, here.origin);
+}
+
+TESSERA_LANE M within(F3 x, F3 low, F3 high) {
+    return (low.x <= x.x) & (low.y <= x.y) & (low.z <= x.z) & (x.x < high.x) & (x.y < high.y) & (x.z < high.z);
+}
+
+/// Samples of the lattice from the brick's first one: exact, whatever p is (the numbers below the point are
+/// those of p, or fewer).
+template <bool Mixed> TESSERA_LANE F3 inBrick(const Here<Mixed>& here, F3 p) {
+    return here.perVoxel * p - here.origin;
+}
+
+template <bool Mixed> TESSERA_LANE I indexOf(const Here<Mixed>& here, F3 cell) {
+    return here.base + truncated((cell.z * here.slice + cell.y * here.row) + cell.x);
+}
+
+/// The value of lanes that need no other brick. @param x  inBrick()
+template <SampleKind K, bool Mixed>
+TESSERA_LANE F valueHere(const PacketField& f, const Here<Mixed>& here, F3 x, M m) {
+    const F3 cell{floor(x.x), floor(x.y), floor(x.z)};
+    const F3 part = x - cell;
+    const I index = indexOf(here, cell), row = truncated(here.row), slice = truncated(here.slice);
+    const Row2 r00 = row2<K>(f.samples, index, m), r01 = row2<K>(f.samples, index + row, m);
+    const Row2 r10 = row2<K>(f.samples, index + slice, m),
+               r11 = row2<K>(f.samples, index + (slice + row), m);
+    return leaf::trilinear(r00.a, r00.b, r01.a, r01.b, r10.a, r10.b, r11.a, r11.b, part.x, part.y, part.z);
+}
+
+/// One lane after the other, by the scalar text. Lanes that lack a brick are taken from m.
+inline __attribute__((noinline)) F valueElsewhere(const PacketHelp& help, F3 p, M& m) {
+    alignas(64) float x[kWidth], y[kWidth], z[kWidth], value[kWidth] = {};
+    store(x, p.x), store(y, p.y), store(z, p.z);
+    unsigned there = bits(m);
+    for (unsigned left = there; left != 0; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        const float at[3] = {x[lane], y[lane], z[lane]};
+        bool missing = false;
+        value[lane] = help.value(help.context, at, &missing);
+        if (missing)
+            there &= ~(1u << lane);
+    }
+    m = fromBits(there);
+    return load(value);
+}
+
+/// The field at p. Lanes that lack a brick are taken from m.
+template <SampleKind K, bool Mixed>
+TESSERA_LANE F valueAt(const PacketField& f, const PacketHelp& help, const Here<Mixed>& here, F3 p, M& m) {
+    const F3 x = inBrick(here, p);
+    const M inside = m & within(x, here.low, here.high);
+    F value = valueHere<K>(f, here, x, inside);
+    M rest = m & ~inside;
+    if (any(rest)) [[unlikely]] {
+        value = select(rest, valueElsewhere(help, p, rest), value);
+        m = inside | rest;
+    }
+    return value;
+}
+
+/// Central differences of lanes whose neighbourhood of 4^3 samples lies in their brick: all six values from its
+/// rows. Lanes for which rounding says otherwise are taken from m.
+template <SampleKind K, bool Mixed>
+TESSERA_LANE F3 centralHere(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x, F h, M& m) {
+    using leaf::mix;
+    const F one(1.0f);
+    const F3 cell{floor(x.x), floor(x.y), floor(x.z)};
+    const F3 part = x - cell;
+    const F3 ahead = inBrick(here, F3{p.x + h, p.y + h, p.z + h});
+    const F3 behind = inBrick(here, F3{p.x - h, p.y - h, p.z - h});
+    const F3 up{floor(ahead.x), floor(ahead.y), floor(ahead.z)};
+    const F3 down{floor(behind.x), floor(behind.y), floor(behind.z)};
+    m = m & (up.x == cell.x + one) & (up.y == cell.y + one) & (up.z == cell.z + one) &
+        (down.x == cell.x - one) & (down.y == cell.y - one) & (down.z == cell.z - one);
+    const F3 partUp = ahead - up, partDown = behind - down;
+    const I row = truncated(here.row), slice = truncated(here.slice);
+    const I index = indexOf(here, cell), left = index - I(1);
+    const void* const s = f.samples;
+    const Row4 r00 = row4<K>(s, left, m), r01 = row4<K>(s, left + row, m); // slice, row
+    const Row4 r10 = row4<K>(s, left + slice, m), r11 = row4<K>(s, left + (slice + row), m);
+    F3 front, back;
+    front.x = mix(mix(mix(r00.c, r00.d, partUp.x), mix(r01.c, r01.d, partUp.x), part.y),
+                  mix(mix(r10.c, r10.d, partUp.x), mix(r11.c, r11.d, partUp.x), part.y), part.z);
+    back.x = mix(mix(mix(r00.a, r00.b, partDown.x), mix(r01.a, r01.b, partDown.x), part.y),
+                 mix(mix(r10.a, r10.b, partDown.x), mix(r11.a, r11.b, partDown.x), part.y), part.z);
+    const F c00 = mix(r00.b, r00.c, part.x), c01 = mix(r01.b, r01.c, part.x);
+    const F c10 = mix(r10.b, r10.c, part.x), c11 = mix(r11.b, r11.c, part.x);
+    const auto along = [&](I at) {
+        const Row2 r = row2<K>(s, at, m);
+        return mix(r.a, r.b, part.x);
+    };
+    const I row2nd = row + row, slice2nd = slice + slice;
+    const F y0 = along(index - row), y1 = along(index + (slice - row));
+    const F y2 = along(index + row2nd), y3 = along(index + (slice + row2nd));
+    front.y = mix(mix(c01, y2, partUp.y), mix(c11, y3, partUp.y), part.z);
+    back.y = mix(mix(y0, c00, partDown.y), mix(y1, c10, partDown.y), part.z);
+    const F z0 = along(index - slice), z1 = along(index + (row - slice));
+    const F z2 = along(index + slice2nd), z3 = along(index + (slice2nd + row));
+    const F middle0 = mix(c00, c01, part.y), middle1 = mix(c10, c11, part.y);
+    front.z = mix(middle1, mix(z2, z3, part.y), partUp.z);
+    back.z = mix(mix(z0, z1, part.y), middle0, partDown.z);
+    const F both = F(2.0f) * h;
+    return {(front.x - back.x) / both, (front.y - back.y) / both, (front.z - back.z) / both};
+}
+
+inline __attribute__((noinline)) F3 gradientElsewhere(const PacketHelp& help, F3 p, M& m) {
+    alignas(64) float x[kWidth], y[kWidth], z[kWidth], gx[kWidth] = {}, gy[kWidth] = {}, gz[kWidth] = {};
+    store(x, p.x), store(y, p.y), store(z, p.z);
+    unsigned there = bits(m);
+    for (unsigned left = there; left != 0; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        const float at[3] = {x[lane], y[lane], z[lane]};
+        float g[3];
+        bool missing = false;
+        help.gradient(help.context, at, g, &missing);
+        gx[lane] = g[0], gy[lane] = g[1], gz[lane] = g[2];
+        if (missing)
+            there &= ~(1u << lane);
+    }
+    m = fromBits(there);
+    return {load(gx), load(gy), load(gz)};
+}
+
+/// Of the kinds but analytic, of lanes whose neighbourhood lies in their brick.
+template <SampleKind K, bool Mixed>
+TESSERA_LANE F3 differencesHere(const PacketField& f, const Here<Mixed>& here, PacketGradient kind, F3 p, F pitch,
+                                M m) {
+    const auto value = [&](F3 at) { return valueHere<K>(f, here, inBrick(here, at), m); };
+    if (kind == PacketGradient::forward) {
+        const F h = F(0.5f) * pitch, now = value(p);
+        return {(value({p.x + h, p.y, p.z}) - now) / h, (value({p.x, p.y + h, p.z}) - now) / h,
+                (value({p.x, p.y, p.z + h}) - now) / h};
+    }
+    if (kind == PacketGradient::sobel) {
+        const F now = value(p);
+        F3 sum{F(0.0f), F(0.0f), F(0.0f)};
+        for (int n = 0; n < 27; ++n) {
+            const float side[3] = {static_cast<float>(n % 3 - 1), static_cast<float>(n / 3 % 3 - 1),
+                                   static_cast<float>(n / 9 - 1)};
+            const float across[3] = {side[0] == 0 ? 2.0f : 1.0f, side[1] == 0 ? 2.0f : 1.0f,
+                                     side[2] == 0 ? 2.0f : 1.0f};
+            const F difference =
+                value({p.x + pitch * F(side[0]), p.y + pitch * F(side[1]), p.z + pitch * F(side[2])}) - now;
+            sum = {sum.x + F(side[0] * across[1] * across[2]) * difference,
+                   sum.y + F(side[1] * across[2] * across[0]) * difference,
+                   sum.z + F(side[2] * across[0] * across[1]) * difference};
+        }
+        const F all = F(32.0f) * pitch;
+        return {sum.x / all, sum.y / all, sum.z / all};
+    }
+    const F h = F(0.5f) * pitch, both = F(2.0f) * h; // central-half
+    return {(value({p.x + h, p.y, p.z}) - value({p.x - h, p.y, p.z})) / both,
+            (value({p.x, p.y + h, p.z}) - value({p.x, p.y - h, p.z})) / both,
+            (value({p.x, p.y, p.z + h}) - value({p.x, p.y, p.z - h})) / both};
+}
+
+/// The gradient at p. Lanes that lack a brick are taken from m.
+template <SampleKind K, bool Mixed>
+TESSERA_LANE F3 gradientAt(const PacketField& f, const PacketHelp& help, const Here<Mixed>& here,
+                           PacketGradient kind, F3 p, M& m) {
+    const F3 x = inBrick(here, p);
+    const F one(1.0f);
+    const F3 ones{one, one, one};
+    const F pitch = one / here.perVoxel; // at most 16: bricks of one sample have no box
+    M inside = m & within(x, here.low + ones, here.high - ones);
+    F3 g{F(0.0f), F(0.0f), F(0.0f)};
+    if (kind == PacketGradient::central)
+        g = centralHere<K>(f, here, p, x, pitch, inside);
+    else if (kind == PacketGradient::analytic)
+        inside = none();
+    else
+        g = differencesHere<K>(f, here, kind, p, pitch, inside);
+    M rest = m & ~inside;
+    if (any(rest)) [[unlikely]] {
+        g = select(rest, gradientElsewhere(help, p, rest), g);
+        m = inside | rest;
+    }
+    return g;
+}
+
+} // namespace tessera::TESSERA_LANES

@@ -1,0 +1,278 @@
+// render/engines/native/packet_march.h: a packet of rays through a volume without surfaces: twin of mirrorRay(),
+// one ray a lane. A turn of the loop finds for every lane a stride that can show something, and once enough
+// lanes have one, takes their samples. For packet_*.cpp alone: it is compiled once for every set of instructions.
+#pragma once
+
+#include "render/engines/native/packet_field.h"
+#include "render/engines/native/packet_optics.h"
+#include "render/engines/native/packet_space.h"
+
+namespace tessera::TESSERA_LANES {
+
+using native::PacketMarch;
+using native::PacketScene;
+
+constexpr int kTurnsBetweenLooks = 128; // at the clock
+
+struct PacketRays {
+    F3 entry, step;
+    F tail;
+    I count;
+};
+TESSERA_LANE F3 load3(const float (&p)[3][native::kMostLanes]) {
+    return {load(p[0]), load(p[1]), load(p[2])};
+}
+
+/// Lengths of strides of n segments from i.
+TESSERA_LANE F strideLength(const PacketRays& rays, I i, I n) {
+    const M cut = i + n > rays.count - I(1);
+    return select(cut, number(rays.count - I(1) - i) + rays.tail, number(n));
+}
+TESSERA_LANE F3 along(const PacketRays& rays, F segments) {
+    return {rays.entry.x + segments * rays.step.x, rays.entry.y + segments * rays.step.y,
+            rays.entry.z + segments * rays.step.z};
+}
+
+template <typename Call> inline __attribute__((noinline)) I lanewise(I i, M m, const Call& call) {
+    alignas(64) std::int32_t from[kWidth], to[kWidth];
+    store(from, i);
+    store(to, i);
+    for (unsigned left = bits(m); left != 0; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        to[lane] = call(lane, from[lane]);
+    }
+    return load(to);
+}
+
+/// log2 of the largest stride that a start at i allows.
+TESSERA_LANE I alignmentOf(I i) {
+    const I lowest = i & (I(0) - i);                      // a power of two, or 0
+    const I exponent = shr<23>(asInt(number(lowest))) - I(127); // exact
+    return select(i == I(0), I(31), exponent);
+}
+
+/// Strides that start at i: log2 of their segments.
+template <bool Mixed>
+TESSERA_LANE I stridesAt(const PacketScene& s, const PacketJob& job, const PacketRays& rays, const Here<Mixed>& here,
+                         I i, M m) {
+    if constexpr (!Mixed)
+        return I(__builtin_ctz(static_cast<unsigned>(s.field.uniformSegments)));
+    else {
+        const F3 start = along(rays, number(i));
+        const M known = m & within(start, here.startLow, here.startHigh);
+        I k = min(here.stride, alignmentOf(i));
+        const M rest = m & ~known;
+        if (any(rest))
+            k = select(rest,
+                       lanewise(i, rest,
+                                [&](int lane, std::int32_t from) {
+                                    return __builtin_ctz(static_cast<unsigned>(
+                                        s.help.strideAt(s.help.context, job, lane, from)));
+                                }),
+                       k);
+        return k;
+    }
+}
+
+template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const PacketScene& s, PacketJob& job) {
+    const PacketField& f = s.field;
+    const PacketOptics& o = s.optics;
+    const bool skips = s.space.map != nullptr;
+    const PacketRays rays{load3(job.entry), load3(job.step), load(job.tail), load(job.count)};
+    const F segmentMm = load(job.segmentMm);
+    const LeapingRays leaping = leapingRays(rays.entry, rays.step);
+    F3 direction{F(0.0f), F(0.0f), F(0.0f)};
+    if constexpr (Lit)
+        direction = transformed(o.toPatient, load3(job.direction));
+    Here<Mixed> here;
+    if constexpr (!Mixed) {
+        here.perVoxel = asFloat(shl<23>(I(127 - f.level)));
+        here.row = F(static_cast<float>(f.rowPitch[f.level]));
+        here.slice = F(static_cast<float>(f.slicePitch[f.level]));
+    }
+    I i = load(job.next);
+    F3 sum{load(job.colour[0]), load(job.colour[1]), load(job.colour[2])};
+    F alpha = load(job.colour[3]);
+    M active = i < rays.count;
+    M ready = none(), waiting = none();
+    End front;                          // at the start of segment i
+    M known = none(), showsFront = none(); // front is; something can show there
+    int turns = 0;
+    std::uint64_t iterations = 0, segments = 0, values = 0, gradients = 0, sampling = 0;
+    while (any(active)) {
+        if (++turns % kTurnsBetweenLooks == 0 && s.help.expired(s.help.context))
+            break;
+        if (job.turns != 0 && turns > job.turns)
+            break;
+        iterations += static_cast<unsigned>(count(active & ~ready));
+        I k = stridesAt<Mixed>(s, job, rays, here, i, active);
+        I n = shl(I(1), k);
+        F length = strideLength(rays, i, n);
+        M shows = active;
+        if constexpr (!Ends) {
+            F3 p = along(rays, number(i) + F(0.5f) * length);
+            if (skips) {
+                const M looking = active & ~ready;
+                const BoxAt box = boxAt(s.space, f, p, looking);
+                ready = ready | box.shows;
+                const M leaps = looking & ~box.shows;
+                if (any(leaps)) {
+                    const F beyond = ceil(leaves(s.space, leaping, box) - F(0.5f));
+                    const M ends = ~(beyond < number(rays.count));
+                    I to = max(truncated(select(ends, F(0.0f), beyond)), I(0));
+                    if constexpr (Mixed)
+                        to = lanewise(to, leaps & ~ends, [&](int lane, std::int32_t at) {
+                            return s.help.strideStart(s.help.context, job, lane, at);
+                        });
+                    else
+                        to = to & I(-f.uniformSegments);
+                    i = select(leaps, select(ends, rays.count, max(i + n, to)), i);
+                    active = active & (i < rays.count);
+                    // A look costs less than a sample: it pays to wait until most lanes have one to take.
+                    if (count(leaps & active) * 2 > count(ready))
+                        continue;
+                }
+            } else {
+                ready = active;
+            }
+        } else if (skips) {
+            const F3 p = along(rays, number(i) + length);
+            const BoxAt box = boxAt(s.space, f, p, active);
+            shows = box.shows;
+            const M doubtful = active & ~(known & (showsFront | shows));
+            if (any(doubtful)) {
+                const I to = lanewise(i, doubtful, [&](int lane, std::int32_t at) {
+                    return s.help.nextShown(s.help.context, job, lane, at);
+                });
+                const M leaps = doubtful & (to != i);
+                if (any(leaps)) {
+                    known = known & ~leaps;
+                    i = select(leaps, to, i);
+                    active = active & (i < rays.count);
+                    k = stridesAt<Mixed>(s, job, rays, here, i, active);
+                    n = shl(I(1), k);
+                    length = strideLength(rays, i, n);
+                    const BoxAt after = boxAt(s.space, f, along(rays, number(i) + length), leaps & active);
+                    shows = (shows & ~leaps) | after.shows;
+                }
+            }
+            ready = active;
+        } else {
+            ready = active;
+        }
+        if (!any(ready))
+            continue;
+        const F3 middle = along(rays, number(i) + F(0.5f) * length);
+        M m = ready;
+        const M taken = ready;
+        ready = none();
+        F extinction;
+        End back;
+        Entries at;
+        const auto look = [&](F3 p, M& lanes) {
+            const F3 x = inBrick(here, p);
+            const M outside = lanes & ~within(x, here.low, here.high);
+            if (any(outside))
+                enter<Mixed>(f, here, p, outside);
+            return valueAt<K>(f, s.help, here, p, lanes);
+        };
+        if constexpr (Ends) {
+            const M unknown = m & ~known;
+            if (any(unknown)) {
+                M there = unknown;
+                const F value = look(along(rays, number(i)), there);
+                const M lacks = unknown & ~there;
+                waiting = waiting | lacks;
+                active = active & ~lacks;
+                m = m & ~lacks;
+                front = select(there, endOf(o, value, there), front);
+                known = known | there;
+                values += static_cast<unsigned>(count(there));
+            }
+            const M wanted = m;
+            back = endOf(o, look(along(rays, number(i) + length), m), m);
+            const M lacks = wanted & ~m;
+            waiting = waiting | lacks;
+            active = active & ~lacks;
+            extinction = extinctionBetween(o, front, back, m);
+        } else {
+            const M wanted = m;
+            const F value = look(middle, m);
+            const M lacks = wanted & ~m;
+            waiting = waiting | lacks;
+            active = active & ~lacks;
+            at = entriesAt(o, placeOf(o, value));
+            extinction = entry(o.extinction, at, m);
+        }
+        M adds = m & (extinction > F(0.0f));
+        if (any(adds)) {
+            const F depth = extinction * (length * segmentMm);
+            const F opacity = leaf::oneMinusExp(depth);
+            F3 colour;
+            if constexpr (Ends)
+                colour = colourBetween(o, front, back, depth, opacity, k, adds);
+            else
+                colour = colourAt(o, at, adds);
+            if constexpr (Lit) {
+                const M wanted = adds;
+                const F3 gradient = gradientAt<K>(f, s.help, here, o.gradient, middle, adds);
+                const M lacks = wanted & ~adds;
+                waiting = waiting | lacks;
+                active = active & ~lacks;
+                m = m & ~lacks;
+                gradients += static_cast<unsigned>(count(adds));
+                colour = shaded(o, colour, gradient, direction);
+            }
+            const F after = alpha + (F(1.0f) - alpha) * opacity;
+            const F weight = after - alpha;
+            sum = select(adds, sum + weight * colour, sum);
+            alpha = select(adds, after, alpha);
+            const M opaque = adds & (F(1.0f) - alpha < F(o.termination));
+            i = select(opaque, rays.count, i);
+            active = active & ~opaque;
+            m = m & ~opaque;
+            segments += static_cast<unsigned>(count(opaque));
+        }
+        segments += static_cast<unsigned>(count(m));
+        values += static_cast<unsigned>(count(taken));
+        ++sampling;
+        i = select(m, i + n, i);
+        active = active & (i < rays.count);
+        if constexpr (Ends) {
+            front = select(m, back, front);
+            showsFront = (showsFront & ~m) | (shows & m);
+        }
+    }
+    store(job.next, i);
+    store(job.colour[0], sum.x), store(job.colour[1], sum.y), store(job.colour[2], sum.z);
+    store(job.colour[3], alpha);
+    job.waiting = bits(waiting);
+    job.iterations += iterations;
+    job.segments += segments;
+    job.values += values;
+    job.gradients += gradients;
+    job.turnsTaken += sampling;
+}
+
+template <SampleKind K, bool Mixed> PacketMarch chosen(const PacketScene& s) {
+    const bool ends = s.optics.integrator != PacketIntegrator::midpoint;
+    if (s.optics.lit)
+        return ends ? march<K, Mixed, true, true> : march<K, Mixed, false, true>;
+    return ends ? march<K, Mixed, true, false> : march<K, Mixed, false, false>;
+}
+template <SampleKind K> PacketMarch chosen(const PacketScene& s) {
+    return s.field.mixed ? chosen<K, true>(s) : chosen<K, false>(s);
+}
+inline PacketMarch chooseMarch(const PacketScene& s) {
+    switch (s.field.kind) {
+    case SampleKind::i16:
+        return chosen<SampleKind::i16>(s);
+    case SampleKind::u16:
+        return chosen<SampleKind::u16>(s);
+    case SampleKind::f32:
+        break;
+    }
+    return chosen<SampleKind::f32>(s);
+}
+
+} // namespace tessera::TESSERA_LANES

@@ -1,0 +1,85 @@
+// render/engines/native/packet_space.h: leaps over what is proven empty, for all lanes of a packet: twin of
+// nextOccupied() in render/empty_space/occupancy.h. Leaps differ from its by rounding, which strides are taken
+// does not. For packet_*.cpp alone.
+#pragma once
+
+#include "render/engines/native/lanes.h"
+#include "render/engines/native/packet.h"
+
+namespace tessera::TESSERA_LANES {
+
+using native::PacketEmptySpace;
+using native::PacketField;
+using native::PacketJob;
+
+/// How far a leap stays inside its box, voxels (kLeapMargin of occupancy.h).
+constexpr float kMargin = 1.0f / 64;
+/// A ray whose step is below this along an axis counts as running along the boxes there.
+constexpr float kLeastStep = 1e-18f;
+
+/// What leaps need of a packet's rays.
+struct LeapingRays {
+    F3 perStep;   // 1 / step; 0 along the boxes
+    F3 toLeave;   // from a box's side to where a leap ends, less the entry
+    I ascends[3]; // 1 where it does
+    I octantBit;  // of its byte in a word of an empty box's texel
+    M upperWord;
+};
+
+TESSERA_LANE LeapingRays leapingRays(F3 entry, F3 step) {
+    LeapingRays rays;
+    const auto axis = [&](F at, F along, F& perStep, F& toLeave, I& ascends) {
+        const M up = along > F(0.0f);
+        perStep = select(abs(along) > F(kLeastStep), F(1.0f) / along, F(0.0f));
+        toLeave = select(up, F(-kMargin), F(kMargin)) - at;
+        ascends = select(up, I(1), I(0));
+    };
+    axis(entry.x, step.x, rays.perStep.x, rays.toLeave.x, rays.ascends[0]);
+    axis(entry.y, step.y, rays.perStep.y, rays.toLeave.y, rays.ascends[1]);
+    axis(entry.z, step.z, rays.perStep.z, rays.toLeave.z, rays.ascends[2]);
+    rays.octantBit = shl<3>(rays.ascends[0] | shl<1>(rays.ascends[1]));
+    rays.upperWord = rays.ascends[2] == I(1);
+    return rays;
+}
+
+/// The box of the map around a place.
+struct BoxAt {
+    I voxel[3];
+    Pair texel;
+    M isOccupied; // its box: then of some blocks
+    M shows;      // its block
+};
+
+TESSERA_LANE BoxAt boxAt(const PacketEmptySpace& space, const PacketField& f, F3 p, M m) {
+    BoxAt box;
+    const auto voxel = [&](F at, int axis) {
+        return min(max(truncated(floor(at)), I(0)), I(f.extentVoxels[axis] - 1));
+    };
+    box.voxel[0] = voxel(p.x, 0), box.voxel[1] = voxel(p.y, 1), box.voxel[2] = voxel(p.z, 2);
+    const I shift(space.shift), blockShift(space.shift - 2);
+    const I index = (sar(box.voxel[2], shift) * I(space.grid[1]) + sar(box.voxel[1], shift)) * I(space.grid[0]) +
+                    sar(box.voxel[0], shift);
+    box.texel = gatherPair<8>(space.map, index, m);
+    box.isOccupied = box.texel.high < I(0);
+    const auto block = [&](int axis) { return sar(box.voxel[axis], blockShift) & I(3); };
+    const I bit = min(block(0) | shl<2>(block(1)) | shl<4>(block(2)), I(62));
+    const I word = select(bit < I(32), box.texel.low, box.texel.high);
+    box.shows = m & box.isOccupied & ((shr(word, bit & I(31)) & I(1)) == I(1));
+    return box;
+}
+
+/// Where the rays leave the empty box, less a margin, in segments from their entry.
+TESSERA_LANE F leaves(const PacketEmptySpace& space, const LeapingRays& rays, const BoxAt& box) {
+    const I word = select(rays.upperWord, box.texel.high, box.texel.low);
+    const I reach = select(box.isOccupied, I(1), shr(word, rays.octantBit) & I(127));
+    const I shift = select(box.isOccupied, I(space.shift - 2), I(space.shift));
+    const auto leave = [&](int axis, F perStep, F toLeave) {
+        const I far = select(rays.ascends[axis] == I(1), reach, I(1) - reach);
+        const F side = number(shl(sar(box.voxel[axis], shift) + far, shift));
+        return select(perStep == F(0.0f), F(kMostFloat), (side + toLeave) * perStep);
+    };
+    return min(min(leave(0, rays.perStep.x, rays.toLeave.x), leave(1, rays.perStep.y, rays.toLeave.y)),
+               leave(2, rays.perStep.z, rays.toLeave.z));
+}
+
+} // namespace tessera::TESSERA_LANES
