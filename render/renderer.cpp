@@ -169,7 +169,8 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     Progress silent;
     Progress& progress = options.progress ? *options.progress : silent;
     progress.stage("reading statistics and choosing levels");
-    const bool first = options.onFirstPicture && (options.engine == EngineKind::march || options.engine == EngineKind::native);
+    const bool first = options.onFirstPicture &&
+                       (options.engine == EngineKind::march || options.engine == EngineKind::native);
     const Scene coarse = first ? firstScene(scene) : scene;
     ScenePlan p =
         planScene(coarse, store, limits, ram, gpu, options.threads,

@@ -1,6 +1,6 @@
-// render/contract/leaves.h: the arithmetic of docs/sampling.md at the bottom of everything, once for every kind
-// of number: float and double, one at a time, and the native engine's lanes of floats. What is an `if` elsewhere
-// is a select() here: both sides are computed. The order of operations is part of the contract.
+// render/contract/leaves.h: the arithmetic of docs/sampling.md at the bottom of everything, once for every
+// kind of number: float and double, one at a time, and the native engine's lanes of floats. What is an `if`
+// elsewhere is a select() here: both sides are computed. The order of operations is part of the contract.
 //
 // V: a number; lanes bring select(), min(), max(), sqrt(), floor(), abs() and powerOfTwo() of their own.
 #pragma once
@@ -72,9 +72,7 @@ template <typename V> V wholePower(V x, int n) {
 }
 
 /// What a head light makes of colours: colour * scale + add.
-template <typename V> struct HeadLight {
-    V scale, add;
-};
+template <typename V> struct HeadLight { V scale, add; };
 /// @param gradient, direction  patient space, any scale
 /// @param isLit  gets where there is a light; elsewhere colours stay as they are
 template <typename V, typename Vec, typename Condition>
@@ -90,9 +88,7 @@ HeadLight<V> headLight(const Vec& g, const Vec& d, V ambient, V diffuse, V specu
 
 /// One end of a segment for pre-integration: its place in the table, the bin that holds it, and the bin's
 /// entry (extinctionBins()).
-template <typename V> struct BinEnd {
-    V place, bin, x, y, z, w;
-};
+template <typename V> struct BinEnd { V place, bin, x, y, z, w; };
 /// Extinction, averaged over the values between two ends; exact for the table but for rounding. Zero exactly
 /// where every entry around these values is zero. @param low, high  by place
 template <typename V> V meanExtinction(const BinEnd<V>& low, const BinEnd<V>& high) {

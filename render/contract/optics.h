@@ -109,9 +109,9 @@ glm::vec<3, Real> shade(const Optics& o, const glm::vec<3, Real>& colour, const 
     const auto g = toGradient[0] * gradient.x + toGradient[1] * gradient.y + toGradient[2] * gradient.z;
     const auto d = toPatient[0] * direction.x + toPatient[1] * direction.y + toPatient[2] * direction.z;
     bool isLit = false;
-    const auto light = leaf::headLight<Real>(
-        g, d, static_cast<Real>(o.phong.x), static_cast<Real>(o.phong.y), static_cast<Real>(o.phong.z),
-        o.specularPower, std::numeric_limits<Real>::max(), isLit);
+    const auto light = leaf::headLight<Real>(g, d, static_cast<Real>(o.phong.x), static_cast<Real>(o.phong.y),
+                                             static_cast<Real>(o.phong.z), o.specularPower,
+                                             std::numeric_limits<Real>::max(), isLit);
     return isLit ? colour * light.scale + light.add : colour;
 }
 

@@ -21,8 +21,8 @@ template <typename Real, typename Samples>
 Real trilinear(Samples& samples, const glm::ivec3& low, const glm::ivec3& high, const glm::vec<3, Real>& f) {
     const auto at = [&](int x, int y, int z) { return static_cast<Real>(samples.at({x, y, z})); };
     return leaf::trilinear(at(low.x, low.y, low.z), at(high.x, low.y, low.z), at(low.x, high.y, low.z),
-                             at(high.x, high.y, low.z), at(low.x, low.y, high.z), at(high.x, low.y, high.z),
-                             at(low.x, high.y, high.z), at(high.x, high.y, high.z), f.x, f.y, f.z);
+                           at(high.x, high.y, low.z), at(low.x, low.y, high.z), at(high.x, low.y, high.z),
+                           at(low.x, high.y, high.z), at(high.x, high.y, high.z), f.x, f.y, f.z);
 }
 
 /// Stored value at p of the field whose samples are all of one level.

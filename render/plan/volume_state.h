@@ -26,7 +26,7 @@ struct VolumeState {
     Optics optics;
     Selection selection;
     int pageEdge = kBrickExtent; // samples along a page of bricks, aprons included
-    LevelMap levels; // of a selection of mixed levels; else empty
+    LevelMap levels;             // of a selection of mixed levels; else empty
     MapScale mapScale = MapScale::bricks;
     Occupancy occupancy; // the map of empty space
     /// What isosurfaces alone show: a map of its own, where there are surfaces, the function shows something

@@ -12,12 +12,13 @@
 
 namespace tessera {
 
-/// What an engine's memory of bricks may be: of GPU textures from the context, or assumed where there is none.
+/// What an engine's memory of bricks may be: of GPU textures from the context, or assumed where there is
+/// none.
 struct TextureLimits {
     int maxExtent = 2048; // texels, a page's edge counted as 32
     std::size_t maxBytes = std::size_t{1} << 30;
-    int pageEdge = kBrickExtent;                   // samples that a page has room for along an axis, aprons included
-    std::size_t indexEntryBytes = 8;               // of every brick: where it is, or what it stands for
+    int pageEdge = kBrickExtent;     // samples that a page has room for along an axis, aprons included
+    std::size_t indexEntryBytes = 8; // of every brick: where it is, or what it stands for
 };
 
 /// Pages that bricks take, from their number per level. The coarsest level takes none: its one sample stands

@@ -52,8 +52,9 @@ struct RenderArguments {
     InputOptions input;
 };
 
-const std::vector<std::string> kEngineNames = {"march", "mirror", "reference", "native"}; // in the order of EngineKind
-const std::vector<std::string> kProjectionNames = {"perspective", "parallel"};  // in the order of Projection
+const std::vector<std::string> kEngineNames = {"march", "mirror", "reference",
+                                               "native"};                      // in the order of EngineKind
+const std::vector<std::string> kProjectionNames = {"perspective", "parallel"}; // in the order of Projection
 
 std::size_t chosen(const std::string& text, const std::vector<std::string>& names,
                    const std::string& option) {

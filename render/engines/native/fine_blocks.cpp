@@ -25,7 +25,8 @@ struct CellSamples {
 };
 
 template <typename Stored>
-void load(const Stored* first, std::int64_t row, std::int64_t slice, float scale, float offset, CellSamples& out) {
+void load(const Stored* first, std::int64_t row, std::int64_t slice, float scale, float offset,
+          CellSamples& out) {
     for (int z = 0; z < kSamples; ++z)
         for (int y = 0; y < kSamples; ++y) {
             const Stored* const from = first + z * slice + y * row;
@@ -112,7 +113,8 @@ void rangesOf(const CellSamples& samples, BlockRanges& out) {
             }
 }
 
-/// Whether any value of the range shows. Entry i shows from i - 1 to i + 1, because entries are interpolated between.
+/// Whether any value of the range shows. Entry i shows from i - 1 to i + 1, because entries are interpolated
+/// between.
 bool showsWithin(const TransferTable& table, float low, float high) {
     const float end = static_cast<float>(table.entries.size() - 1);
     const auto from = static_cast<std::size_t>(std::clamp(std::floor(low), 0.0f, end));
@@ -132,46 +134,52 @@ std::size_t refineBlocks(const HostPlane& plane, const Occupancy& occupancy, con
     TESSERA_CHECK(occupancy.scale() == MapScale::cells && map.size() == occupancy.map().size());
     const glm::ivec3& grid = occupancy.grid();
     std::atomic<std::size_t> looked{0};
-    parallelFor(static_cast<std::size_t>(grid.z) * static_cast<std::size_t>(grid.y), threads, [&](std::size_t line) {
-        CellSamples samples;
-        BlockRanges ranges;
-        std::size_t mine = 0;
-        for (int x = 0; x < grid.x; ++x) {
-            const glm::ivec3 cell(x, static_cast<int>(line) % grid.y, static_cast<int>(line) / grid.y);
-            SkippingTexel& texel = map[linearIndex(cell, grid)];
-            if (!isOccupied(texel) || !occupancy.isPlain(cell))
-                continue;
-            const PacketBrick& brick = plane.bricks()[linearIndex(cell / kCellsPerBrick, plane.grid())];
-            if ((brick.low & 0xffffffu) != 0x070707u) // its apron begins one sample before it
-                continue;
-            const glm::ivec3 first = (cell % kCellsPerBrick) * kCellExtent - 1;
-            const std::int64_t row = plane.rowPitch(0), slice = plane.slicePitch(0);
-            const std::int64_t at = std::int64_t{brick.base} + first.z * slice + first.y * row + first.x;
-            switch (plane.kind()) {
-            case SampleKind::i16:
-                load(static_cast<const std::int16_t*>(plane.samples()) + at, row, slice, optics.scale, optics.offset, samples);
-                break;
-            case SampleKind::u16:
-                load(static_cast<const std::uint16_t*>(plane.samples()) + at, row, slice, optics.scale, optics.offset, samples);
-                break;
-            case SampleKind::f32:
-                load(static_cast<const float*>(plane.samples()) + at, row, slice, optics.scale, optics.offset, samples);
-                break;
+    parallelFor(
+        static_cast<std::size_t>(grid.z) * static_cast<std::size_t>(grid.y), threads, [&](std::size_t line) {
+            CellSamples samples;
+            BlockRanges ranges;
+            std::size_t mine = 0;
+            for (int x = 0; x < grid.x; ++x) {
+                const glm::ivec3 cell(x, static_cast<int>(line) % grid.y, static_cast<int>(line) / grid.y);
+                SkippingTexel& texel = map[linearIndex(cell, grid)];
+                if (!isOccupied(texel) || !occupancy.isPlain(cell))
+                    continue;
+                const PacketBrick& brick = plane.bricks()[linearIndex(cell / kCellsPerBrick, plane.grid())];
+                if ((brick.low & 0xffffffu) != 0x070707u) // its apron begins one sample before it
+                    continue;
+                const glm::ivec3 first = (cell % kCellsPerBrick) * kCellExtent - 1;
+                const std::int64_t row = plane.rowPitch(0), slice = plane.slicePitch(0);
+                const std::int64_t at = std::int64_t{brick.base} + first.z * slice + first.y * row + first.x;
+                switch (plane.kind()) {
+                case SampleKind::i16:
+                    load(static_cast<const std::int16_t*>(plane.samples()) + at, row, slice, optics.scale,
+                         optics.offset, samples);
+                    break;
+                case SampleKind::u16:
+                    load(static_cast<const std::uint16_t*>(plane.samples()) + at, row, slice, optics.scale,
+                         optics.offset, samples);
+                    break;
+                case SampleKind::f32:
+                    load(static_cast<const float*>(plane.samples()) + at, row, slice, optics.scale,
+                         optics.offset, samples);
+                    break;
+                }
+                rangesOf(samples, ranges);
+                // How far a value between samples can be computed from the true one: some thirty roundings of
+                // 2^-24, here and where rays take it.
+                const float slack =
+                    (std::max(std::abs(ranges.low), std::abs(ranges.high)) + 2 * std::abs(optics.offset)) /
+                    262144.0f;
+                std::uint64_t blocks = 0;
+                for (int n = 0; n < 64; ++n)
+                    if (showsWithin(table, ranges.blocks[n].low - slack, ranges.blocks[n].high + slack))
+                        blocks |= std::uint64_t{1} << n;
+                texel = blocks != 0 ? occupiedTexel(blocks)
+                                    : 0x0101010101010101u; // empty after all, and no further
+                ++mine;
             }
-            rangesOf(samples, ranges);
-            // How far a value between samples can be computed from the true one: some thirty roundings of 2^-24,
-            // here and where rays take it.
-            const float slack =
-                (std::max(std::abs(ranges.low), std::abs(ranges.high)) + 2 * std::abs(optics.offset)) / 262144.0f;
-            std::uint64_t blocks = 0;
-            for (int n = 0; n < 64; ++n)
-                if (showsWithin(table, ranges.blocks[n].low - slack, ranges.blocks[n].high + slack))
-                    blocks |= std::uint64_t{1} << n;
-            texel = blocks != 0 ? occupiedTexel(blocks) : 0x0101010101010101u; // empty after all, and no further
-            ++mine;
-        }
-        looked += mine;
-    });
+            looked += mine;
+        });
     return looked;
 }
 

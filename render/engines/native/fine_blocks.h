@@ -1,7 +1,7 @@
-// render/engines/native/fine_blocks.h: which blocks of 2^3 voxels of an occupied cell can show anything: bits of the
-// map of empty space (render/empty_space/distance_map.h), from the samples that the engine holds. The range of a
-// block is that of the field itself, at the points where trilinear interpolation can be extreme: sample centres and
-// the block's faces.
+// render/engines/native/fine_blocks.h: which blocks of 2^3 voxels of an occupied cell can show anything: bits
+// of the map of empty space (render/empty_space/distance_map.h), from the samples that the engine holds. The
+// range of a block is that of the field itself, at the points where trilinear interpolation can be extreme:
+// sample centres and the block's faces.
 #pragma once
 
 #include "core/transfer_function.h"
@@ -16,8 +16,8 @@ namespace tessera {
 /// Whether one picture gains more than that costs.
 bool fineBlocksPay(const Occupancy& occupancy, std::size_t rays);
 
-/// Sets the bits of all cells where the field is plain interpolation of level 0 (Occupancy::plainCells()) and the
-/// samples around are at hand; elsewhere blocks keep counting as occupied. Needs a map of cells.
+/// Sets the bits of all cells where the field is plain interpolation of level 0 (Occupancy::plainCells()) and
+/// the samples around are at hand; elsewhere blocks keep counting as occupied. Needs a map of cells.
 /// @param map  a copy of the occupancy's. Returns how many cells were looked at.
 std::size_t refineBlocks(const HostPlane& plane, const Occupancy& occupancy, const TransferTable& table,
                          const Optics& optics, int threads, std::span<SkippingTexel> map);

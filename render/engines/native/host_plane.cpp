@@ -20,7 +20,7 @@ using native::PacketBrick;
 using native::SampleKind;
 
 constexpr std::uint32_t kEntryValue = 0x80000000u, kEntryAbsent = 0x40000000u; // brick_residency.h
-constexpr std::size_t kBeyond = 64;            // bytes that a load of several samples may reach too far
+constexpr std::size_t kBeyond = 64; // bytes that a load of several samples may reach too far
 constexpr std::size_t kHugePage = std::size_t{2} << 20;
 constexpr int kBias = 8; // of a box's bytes
 
@@ -69,13 +69,14 @@ HostPlane::HostPlane(const VolumeInfo& info, std::size_t pages, const TextureLim
     const std::size_t bytes = count * edge * edge * edge * sampleBytes(kind_);
     charge_ = memory.charge(bytes + cellCount(grid_) * limits.indexEntryBytes, "the bricks");
     const std::size_t whole = (bytes + kBeyond + kHugePage - 1) / kHugePage * kHugePage;
-    auto* const room = static_cast<std::byte*>(
-        bytes < kHugePage ? std::malloc(bytes + kBeyond) : std::aligned_alloc(kHugePage, whole));
+    auto* const room = static_cast<std::byte*>(bytes < kHugePage ? std::malloc(bytes + kBeyond)
+                                                                 : std::aligned_alloc(kHugePage, whole));
     if (!room)
         throw std::bad_alloc();
     samples_.reset(room);
     if (bytes >= kHugePage)
-        madvise(room, whole, MADV_HUGEPAGE); // fewer faults and fewer misses; a wish, so what it says is no matter
+        madvise(room, whole,
+                MADV_HUGEPAGE); // fewer faults and fewer misses; a wish, so what it says is no matter
     levelOfPage_.assign(count, 0);
     putInPage_.assign(count, 0);
     entries_.assign(cellCount(grid_), BrickEntry(kEntryAbsent, 0));
@@ -134,7 +135,8 @@ void HostPlane::publish(std::span<const BrickEntry> entries) {
 
 float HostPlane::sampleAt(const PacketBrick& brick, int level, const glm::ivec3& i) const {
     const glm::ivec3 in = i & ((kBrickExtent >> level) - 1);
-    const std::size_t n = brick.base + static_cast<std::size_t>((in.z * rowPitch(level) + in.y) * rowPitch(level) + in.x);
+    const std::size_t n =
+        brick.base + static_cast<std::size_t>((in.z * rowPitch(level) + in.y) * rowPitch(level) + in.x);
     switch (kind_) {
     case SampleKind::i16:
         return reinterpret_cast<const std::int16_t*>(samples_.get())[n];
@@ -166,7 +168,8 @@ void HostPlane::settle(const LevelMap* map, int level) {
             if (own == 0)
                 brick.base += edge_ > kBrickExtent ? kApronBefore * (row * row + row + 1) : 0;
             else
-                brick.base += static_cast<std::uint32_t>(linearIndex(slotOf(entry), glm::ivec3(1 << own))) * row * row * row;
+                brick.base += static_cast<std::uint32_t>(linearIndex(slotOf(entry), glm::ivec3(1 << own))) *
+                              row * row * row;
             isNew = isNew || putInPage_[page] != 0;
         } else if (entry.x & kEntryValue) {
             state = PacketBrick::kValue;
@@ -241,13 +244,16 @@ template <typename Sample> bool HostPlane::fillApronOf(const glm::ivec3& brick) 
         }
     }
     Sample* const own = at<Sample>(bricks_[linearIndex(brick, grid_)].base);
-    const glm::ivec3 inside = glm::min(last - first, glm::ivec3(kBrickExtent - 1)); // own samples that are the volume's
+    const glm::ivec3 inside =
+        glm::min(last - first, glm::ivec3(kBrickExtent - 1)); // own samples that are the volume's
     for (int z = -kApronBefore; z < kBrickExtent + kApronBehind; ++z)
         for (int y = -kApronBefore; y < kBrickExtent + kApronBehind; ++y) {
-            const glm::ivec2 from = glm::clamp(glm::ivec2(first.y + y, first.z + z), glm::ivec2(0), glm::ivec2(last.y, last.z));
+            const glm::ivec2 from =
+                glm::clamp(glm::ivec2(first.y + y, first.z + z), glm::ivec2(0), glm::ivec2(last.y, last.z));
             const glm::ivec2 source = from >> 5;
             const bool isOwn = y >= 0 && z >= 0 && y <= inside.y && z <= inside.z;
-            const int neighbour = 3 * (source.x - brick.y + 1) + 9 * (source.y - brick.z + 1) + 1; // plus -1, 0, 1
+            const int neighbour =
+                3 * (source.x - brick.y + 1) + 9 * (source.y - brick.z + 1) + 1; // plus -1, 0, 1
             const std::int64_t line = (from.y & 31) * slice + (from.x & 31) * row;
             Sample* const to = own + z * slice + y * row;
             const auto sample = [&](int x) {

@@ -1,8 +1,8 @@
 // render/engines/native/host_plane.h: bricks' samples in host memory, as packets of rays read them. Bricks of
-// level 0 can have an apron: one layer of their neighbours' samples before them and two behind, so that no cell
-// that begins in a brick needs another one, nor does a central difference over a whole pitch around it. Where
-// there is no neighbour the apron repeats the volume's outermost samples; beside an empty brick it holds that
-// brick's value.
+// level 0 can have an apron: one layer of their neighbours' samples before them and two behind, so that no
+// cell that begins in a brick needs another one, nor does a central difference over a whole pitch around it.
+// Where there is no neighbour the apron repeats the volume's outermost samples; beside an empty brick it
+// holds that brick's value.
 #pragma once
 
 #include "core/budget.h"
@@ -66,7 +66,7 @@ class HostPlane : public Plane {
     Charge charge_;
     std::unique_ptr<std::byte[], Free> samples_;
     std::vector<std::uint8_t> levelOfPage_;
-    std::vector<std::uint8_t> putInPage_;  // since aprons were filled: pages whose samples are new
+    std::vector<std::uint8_t> putInPage_;      // since aprons were filled: pages whose samples are new
     std::vector<BrickEntry> entries_, filled_; // as published; as they were when aprons were filled
     std::vector<native::PacketBrick> bricks_;
     std::vector<std::uint8_t> hasApron_;

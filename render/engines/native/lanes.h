@@ -177,12 +177,10 @@ struct Pair {
     I low, high;
 };
 template <int Scale> TESSERA_LANE Pair gatherPair(const void* base, I index, M m) {
-    const __m512i a =
-        _mm512_mask_i32gather_epi64(_mm512_setzero_si512(), static_cast<__mmask8>(m.v),
-                                    _mm512_castsi512_si256(index.v), base, Scale);
-    const __m512i b =
-        _mm512_mask_i32gather_epi64(_mm512_setzero_si512(), static_cast<__mmask8>(m.v >> 8),
-                                    _mm512_extracti64x4_epi64(index.v, 1), base, Scale);
+    const __m512i a = _mm512_mask_i32gather_epi64(_mm512_setzero_si512(), static_cast<__mmask8>(m.v),
+                                                  _mm512_castsi512_si256(index.v), base, Scale);
+    const __m512i b = _mm512_mask_i32gather_epi64(_mm512_setzero_si512(), static_cast<__mmask8>(m.v >> 8),
+                                                  _mm512_extracti64x4_epi64(index.v, 1), base, Scale);
     const __m512i even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
     const __m512i odd = _mm512_setr_epi32(1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
     return {I::make(_mm512_permutex2var_epi32(a, even, b)), I::make(_mm512_permutex2var_epi32(a, odd, b))};
@@ -301,8 +299,8 @@ TESSERA_LANE F select(M m, F a, F b) {
     return F::make(_mm256_blendv_ps(b.v, a.v, m.v));
 }
 TESSERA_LANE I select(M m, I a, I b) {
-    return I::make(_mm256_castps_si256(
-        _mm256_blendv_ps(_mm256_castsi256_ps(b.v), _mm256_castsi256_ps(a.v), m.v)));
+    return I::make(
+        _mm256_castps_si256(_mm256_blendv_ps(_mm256_castsi256_ps(b.v), _mm256_castsi256_ps(a.v), m.v)));
 }
 TESSERA_LANE F sqrt(F a) {
     return F::make(_mm256_sqrt_ps(a.v));
@@ -350,12 +348,12 @@ struct Pair {
 template <int Scale> TESSERA_LANE Pair gatherPair(const void* base, I index, M m) {
     const __m256i mask = _mm256_castps_si256(m.v);
     const auto* words = static_cast<const long long*>(base);
-    const __m256i a = _mm256_mask_i32gather_epi64(
-        _mm256_setzero_si256(), words, _mm256_castsi256_si128(index.v),
-        _mm256_cvtepi32_epi64(_mm256_castsi256_si128(mask)), Scale);
-    const __m256i b = _mm256_mask_i32gather_epi64(
-        _mm256_setzero_si256(), words, _mm256_extracti128_si256(index.v, 1),
-        _mm256_cvtepi32_epi64(_mm256_extracti128_si256(mask, 1)), Scale);
+    const __m256i a =
+        _mm256_mask_i32gather_epi64(_mm256_setzero_si256(), words, _mm256_castsi256_si128(index.v),
+                                    _mm256_cvtepi32_epi64(_mm256_castsi256_si128(mask)), Scale);
+    const __m256i b =
+        _mm256_mask_i32gather_epi64(_mm256_setzero_si256(), words, _mm256_extracti128_si256(index.v, 1),
+                                    _mm256_cvtepi32_epi64(_mm256_extracti128_si256(mask, 1)), Scale);
     const __m256 x = _mm256_castsi256_ps(a), y = _mm256_castsi256_ps(b);
     const __m256 low = _mm256_shuffle_ps(x, y, 0x88), high = _mm256_shuffle_ps(x, y, 0xdd);
     return {I::make(_mm256_permute4x64_epi64(_mm256_castps_si256(low), 0xd8)),
@@ -389,8 +387,7 @@ struct I { // wraps around, as the hardware does
         i.v = v;
         return i;
     }
-    __attribute__((always_inline)) I(std::int32_t x)
-        : v(Words{} + static_cast<std::uint32_t>(x)) {}
+    __attribute__((always_inline)) I(std::int32_t x) : v(Words{} + static_cast<std::uint32_t>(x)) {}
 };
 TESSERA_LANE F load(const float* p) {
     F a;
@@ -501,7 +498,8 @@ TESSERA_LANE F abs(F a) {
 /// Whole numbers only where the float has them: from 2^23 on every float is whole.
 TESSERA_LANE F floor(F a) {
     const M small = abs(a) < F(8388608.0f);
-    const Floats whole = __builtin_convertvector(__builtin_convertvector(select(small, a, F(0.0f)).v, Ints), Floats);
+    const Floats whole =
+        __builtin_convertvector(__builtin_convertvector(select(small, a, F(0.0f)).v, Ints), Floats);
     const F down = F::make(whole) - select(a < F::make(whole), F(1.0f), F(0.0f));
     return select(small, down, a);
 }
@@ -523,7 +521,7 @@ TESSERA_LANE I max(I a, I b) {
 /// What is beyond 32 bits is any number, but one.
 TESSERA_LANE I truncated(F a) {
     const F inside = select(abs(a) < F(2147483648.0f), a, F(0.0f));
-    return I::make((Words)__builtin_convertvector(inside.v, Ints));
+    return I::make((Words) __builtin_convertvector(inside.v, Ints));
 }
 TESSERA_LANE F number(I a) {
     return F::make(__builtin_convertvector((Ints)a.v, Floats));

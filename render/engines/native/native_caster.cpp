@@ -13,8 +13,8 @@
 namespace tessera {
 namespace {
 
-constexpr int kTileEdge = 32;          // pixels; a packet's edges divide it
-constexpr std::int32_t kEnded = -1;    // of a ray, in place of its next segment
+constexpr int kTileEdge = 32;       // pixels; a packet's edges divide it
+constexpr std::int32_t kEnded = -1; // of a ray, in place of its next segment
 
 /// What packets leave to the scalar text, for one thread.
 struct Context {
@@ -67,7 +67,8 @@ native::PacketHelp helpOf(const Context& context) {
         const auto& context = *static_cast<const Context*>(c);
         if (context.late.load(std::memory_order_relaxed))
             return true;
-        if (context.deadline == RayCaster::Clock::time_point::max() || RayCaster::Clock::now() < context.deadline)
+        if (context.deadline == RayCaster::Clock::time_point::max() ||
+            RayCaster::Clock::now() < context.deadline)
             return false;
         context.late.store(true, std::memory_order_relaxed);
         return true;
@@ -76,8 +77,8 @@ native::PacketHelp helpOf(const Context& context) {
 }
 
 /// All that the next sample of a ray needs is named.
-void nameSample(NativeField& field, const Context& context, const Optics& optics, const SegmentedRay<float>& ray,
-                int i, WantedBricks& wanted, std::uint32_t number) {
+void nameSample(NativeField& field, const Context& context, const Optics& optics,
+                const SegmentedRay<float>& ray, int i, WantedBricks& wanted, std::uint32_t number) {
     field.name(&wanted, number);
     const int n = strideAt(context.rays.strides, ray, i);
     const float length = strideLength(ray, i, n);
@@ -107,10 +108,12 @@ struct NativeCaster::Counts {
 NativeCaster::NativeCaster(const ScenePlan& scene, NativeEngine& engine, const CasterOptions& options,
                            Ledger& gpu, const native::PacketTarget* target)
     : scene_(scene), engine_(engine), gpu_(gpu), options_(options),
-      target_(target ? *target : native::packetTarget()), wanted_(cellCount(brickGrid(scene.info().extentVoxels))) {}
+      target_(target ? *target : native::packetTarget()),
+      wanted_(cellCount(brickGrid(scene.info().extentVoxels))) {}
 
 const Occupancy* NativeCaster::occupancy() const {
-    return scene_.view.quality.skipping && scene_.volume.occupancy.exists() ? &scene_.volume.occupancy : nullptr;
+    return scene_.view.quality.skipping && scene_.volume.occupancy.exists() ? &scene_.volume.occupancy
+                                                                            : nullptr;
 }
 
 void NativeCaster::fillTables() {
@@ -246,8 +249,7 @@ bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work
     const auto start = Clock::now();
     const native::PacketScene packets = packetScene();
     march_ = target_.march(packets);
-    const auto packetsOfTile =
-        static_cast<std::uint16_t>(kTileEdge * kTileEdge / target_.lanes());
+    const auto packetsOfTile = static_cast<std::uint16_t>(kTileEdge * kTileEdge / target_.lanes());
     if (std::all_of(packet_.begin(), packet_.end(), [&](std::uint16_t p) { return p == packetsOfTile; })) {
         std::fill(packet_.begin(), packet_.end(), std::uint16_t{0}); // rays that waited go on
         waiting_ = 0;
@@ -258,10 +260,9 @@ bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work
         if (packet_[number] == packetsOfTile || late.load(std::memory_order_relaxed))
             return;
         const VolumeState& volume = scene_.volume;
-        NativeField field(engine_.plane(), volume.mixed() ? &volume.levels : nullptr, volume.selection.finest(),
-                          volume.optics.gradient);
-        const Context context{field,    rays_, occupancy(), needsEnds(volume.optics.integrator),
-                              deadline, late};
+        NativeField field(engine_.plane(), volume.mixed() ? &volume.levels : nullptr,
+                          volume.selection.finest(), volume.optics.gradient);
+        const Context context{field, rays_, occupancy(), needsEnds(volume.optics.integrator), deadline, late};
         native::PacketScene mine = packets;
         mine.help = helpOf(context);
         Counts counts;
@@ -270,12 +271,12 @@ bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work
             kTileEdge * glm::ivec2(static_cast<int>(number) % tiles_.x, static_cast<int>(number) / tiles_.x);
         const int perRow = kTileEdge / target_.columns;
         for (std::uint16_t& p = packet_[number]; p < packetsOfTile;) {
-            const glm::ivec2 origin = first + glm::ivec2(p % perRow, p / perRow) *
-                                                  glm::ivec2(target_.columns, target_.rows);
-            const bool ended = glm::any(glm::greaterThanEqual(origin, size_)) ||
-                               (volume.optics.surfaces.empty()
-                                    ? drawPacket(origin, mine, field, slicing, counts)
-                                    : drawSurfaces(origin, field, counts));
+            const glm::ivec2 origin =
+                first + glm::ivec2(p % perRow, p / perRow) * glm::ivec2(target_.columns, target_.rows);
+            const bool ended =
+                glm::any(glm::greaterThanEqual(origin, size_)) ||
+                (volume.optics.surfaces.empty() ? drawPacket(origin, mine, field, slicing, counts)
+                                                : drawSurfaces(origin, field, counts));
             p = static_cast<std::uint16_t>(p + (ended ? 1 : 0));
             if (mine.help.expired(&context))
                 break;
@@ -296,8 +297,8 @@ bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work
 }
 
 /// True when all rays of it are at their end or wait.
-bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScene& packets, NativeField& field,
-                              const Slicing& slicing, Counts& counts) {
+bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScene& packets,
+                              NativeField& field, const Slicing& slicing, Counts& counts) {
     native::PacketJob job;
     std::size_t slots[native::kMostLanes] = {};
     bool any = false;
@@ -340,8 +341,8 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScen
         next_[slot] = job.next[lane] < job.count[lane] ? job.next[lane] : kEnded;
         if (job.waiting >> lane & 1u) {
             ++counts.waiting;
-            nameSample(field, *counts.context, scene_.volume.optics, rayOf(job, lane), job.next[lane], wanted_,
-                       static_cast<std::uint32_t>(slot));
+            nameSample(field, *counts.context, scene_.volume.optics, rayOf(job, lane), job.next[lane],
+                       wanted_, static_cast<std::uint32_t>(slot));
         } else {
             ended = ended && next_[slot] == kEnded;
         }
@@ -408,8 +409,8 @@ std::size_t NativeCaster::refine() {
         return 0;
     mapCharge_ = gpu_.charge(bytes, "the map of empty space");
     map_ = empty->map();
-    return refineBlocks(engine_.settled(), *empty, scene_.volume.table, scene_.volume.optics, engine_.threads(),
-                        map_);
+    return refineBlocks(engine_.settled(), *empty, scene_.volume.table, scene_.volume.optics,
+                        engine_.threads(), map_);
 }
 
 } // namespace tessera

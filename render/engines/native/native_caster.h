@@ -51,7 +51,7 @@ class NativeCaster : public RayCaster {
     const native::PacketTarget& target_;
     native::PacketMarch march_ = nullptr;
     Charge raysCharge_, tablesCharge_, mapCharge_;
-    std::vector<float> tables_[4]; // extinction, red, green, blue
+    std::vector<float> tables_[4];   // extinction, red, green, blue
     std::vector<SkippingTexel> map_; // of empty space, made finer; else that of the scene is read
     bool tablesAreNew_ = true, mapIsNew_ = false;
 

@@ -29,14 +29,16 @@ class NativeCounter : public VisibilityCounter {
         const RayFrame<float> frame = cast<float>(rays_.frame);
         constexpr int kRowsAtATime = 8;
         while (row_ < size.y) {
-            const int end = deadline == RayCaster::Clock::time_point::max() ? size.y
-                                                                            : std::min(size.y, row_ + kRowsAtATime);
+            const int end = deadline == RayCaster::Clock::time_point::max()
+                                ? size.y
+                                : std::min(size.y, row_ + kRowsAtATime);
             parallelFor(static_cast<std::size_t>(end - row_), engine_.threads(), [&](std::size_t row) {
                 NativeField field(plane, scene_.volume.mixed() ? &scene_.volume.levels : nullptr,
                                   scene_.volume.selection.finest(), Gradient::central);
                 for (int x = 0; x < size.x; ++x)
-                    seeAlong(segmentedRay(frame, glm::vec2(static_cast<float>(x) + 0.5f,
-                                                           static_cast<float>(row_ + static_cast<int>(row)) + 0.5f)),
+                    seeAlong(segmentedRay(frame,
+                                          glm::vec2(static_cast<float>(x) + 0.5f,
+                                                    static_cast<float>(row_ + static_cast<int>(row)) + 0.5f)),
                              field, seen_);
             });
             row_ = end;
@@ -56,11 +58,12 @@ class NativeCounter : public VisibilityCounter {
             n = strideAt(rays_.strides, ray, i);
             const float length = strideLength(ray, i, n);
             const glm::vec3 p = stridePosition(ray, i, length);
-            const glm::ivec3 at = glm::clamp(glm::ivec3(p) / kBrickExtent, glm::ivec3(0), selection.bricks - 1);
+            const glm::ivec3 at =
+                glm::clamp(glm::ivec3(p) / kBrickExtent, glm::ivec3(0), selection.bricks - 1);
             if (const std::size_t brick = linearIndex(at, selection.bricks); brick != last) {
                 last = brick;
-                std::atomic_ref(seen[brick].light) +=
-                    static_cast<std::uint32_t>((1 - alpha) * static_cast<float>(SeenBrick::kLightOfRay) + 0.5f);
+                std::atomic_ref(seen[brick].light) += static_cast<std::uint32_t>(
+                    (1 - alpha) * static_cast<float>(SeenBrick::kLightOfRay) + 0.5f);
                 ++std::atomic_ref(seen[brick].rays);
             }
             const float extinction = lookUp(scene_.volume.optics, field.value(p)).a;
@@ -98,7 +101,8 @@ void NativeEngine::open(std::span<ScenePlan* const> volumes, std::size_t pages) 
     TextureLimits limits = this->limits();
     limits.pageEdge = scene_->volume.pageEdge;
     plane_ = std::make_unique<HostPlane>(scene_->info(), pages, limits, threads_, gpu_);
-    bricks_.emplace(scene_->info(), scene_->volume.selection, pages, limits, std::vector<Plane*>{plane_.get()}, ram_);
+    bricks_.emplace(scene_->info(), scene_->volume.selection, pages, limits,
+                    std::vector<Plane*>{plane_.get()}, ram_);
 }
 
 void NativeEngine::close() {

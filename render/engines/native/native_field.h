@@ -1,5 +1,6 @@
-// render/engines/native/native_field.h: the field of the bricks that the native engine holds, by the scalar text
-// of render/contract, for what packets leave to it: blends of bricks, gradients across their faces, surfaces.
+// render/engines/native/native_field.h: the field of the bricks that the native engine holds, by the scalar
+// text of render/contract, for what packets leave to it: blends of bricks, gradients across their faces,
+// surfaces.
 #pragma once
 
 #include "render/contract/sampler.h"

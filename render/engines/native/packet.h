@@ -34,7 +34,7 @@ struct PacketField {
     std::int32_t extentVoxels[3] = {};
     std::int32_t rowPitch[5] = {}, slicePitch[5] = {}; // samples, by level
     bool mixed = false;
-    std::int32_t level = 0; // where levels are not mixed: of all bricks
+    std::int32_t level = 0;    // where levels are not mixed: of all bricks
     std::int32_t last[3] = {}; // of its samples
     // Mixed levels (render/contract/level_map.h)
     const std::uint32_t* corners = nullptr; // two words each
@@ -85,7 +85,8 @@ struct PacketHelp {
     std::int32_t (*nextShown)(const void* context, const PacketJob& job, int lane, std::int32_t i) = nullptr;
     /// Segments of the stride that starts at i; where the stride starts that holds segment i.
     std::int32_t (*strideAt)(const void* context, const PacketJob& job, int lane, std::int32_t i) = nullptr;
-    std::int32_t (*strideStart)(const void* context, const PacketJob& job, int lane, std::int32_t i) = nullptr;
+    std::int32_t (*strideStart)(const void* context, const PacketJob& job, int lane,
+                                std::int32_t i) = nullptr;
     /// Whether the packet is to stop where it is.
     bool (*expired)(const void* context) = nullptr;
 };
@@ -107,8 +108,8 @@ struct PacketJob {
     alignas(64) std::int32_t count[kMostLanes];
     alignas(64) std::int32_t next[kMostLanes]; // segment; count at the ray's end
     alignas(64) float colour[4][kMostLanes];   // premultiplied; alpha
-    std::uint32_t waiting = 0;  // bits: lanes whose next sample needs a brick that is absent
-    std::int32_t turns = 0;     // of its loop that the packet may take; then it stops where it is
+    std::uint32_t waiting = 0;                 // bits: lanes whose next sample needs a brick that is absent
+    std::int32_t turns = 0; // of its loop that the packet may take; then it stops where it is
     std::uint64_t iterations = 0, segments = 0, values = 0, gradients = 0; // as Work counts them
     std::uint64_t turnsTaken = 0;                                          // that took samples
 };

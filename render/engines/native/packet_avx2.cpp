@@ -4,6 +4,7 @@
 
 namespace tessera::native {
 
-const PacketTarget kAvx2Target{"avx2", lanes_avx2::kWidth == 4 ? 2 : 4, lanes_avx2::kWidth == 16 ? 4 : 2, lanes_avx2::chooseMarch};
+const PacketTarget kAvx2Target{"avx2", lanes_avx2::kWidth == 4 ? 2 : 4, lanes_avx2::kWidth == 16 ? 4 : 2,
+                               lanes_avx2::chooseMarch};
 
 } // namespace tessera::native

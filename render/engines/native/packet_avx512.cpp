@@ -4,6 +4,7 @@
 
 namespace tessera::native {
 
-const PacketTarget kAvx512Target{"avx512", lanes_avx512::kWidth == 4 ? 2 : 4, lanes_avx512::kWidth == 16 ? 4 : 2, lanes_avx512::chooseMarch};
+const PacketTarget kAvx512Target{"avx512", lanes_avx512::kWidth == 4 ? 2 : 4,
+                                 lanes_avx512::kWidth == 16 ? 4 : 2, lanes_avx512::chooseMarch};
 
 } // namespace tessera::native

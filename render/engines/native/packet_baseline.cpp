@@ -4,6 +4,7 @@
 
 namespace tessera::native {
 
-const PacketTarget kBaselineTarget{"baseline", lanes_baseline::kWidth == 4 ? 2 : 4, lanes_baseline::kWidth == 16 ? 4 : 2, lanes_baseline::chooseMarch};
+const PacketTarget kBaselineTarget{"baseline", lanes_baseline::kWidth == 4 ? 2 : 4,
+                                   lanes_baseline::kWidth == 16 ? 4 : 2, lanes_baseline::chooseMarch};
 
 } // namespace tessera::native

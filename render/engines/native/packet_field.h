@@ -54,13 +54,13 @@ template <SampleKind K> TESSERA_LANE Row4 row4(const void* samples, I index, M m
 
 /// The brick that each lane is in; none at first.
 template <bool Mixed> struct Here {
-    F3 origin{F(0), F(0), F(0)};              // lattice coordinates of its first sample
+    F3 origin{F(0), F(0), F(0)};                      // lattice coordinates of its first sample
     F3 low{F(1), F(1), F(1)}, high{F(0), F(0), F(0)}; // between them it needs no other brick; from origin on
     I base{0};
-    F perVoxel{1};         // samples
-    F row{0}, slice{0};    // pitches
+    F perVoxel{1};                                              // samples
+    F row{0}, slice{0};                                         // pitches
     F3 startLow{F(1), F(1), F(1)}, startHigh{F(0), F(0), F(0)}; // voxels: where no finer brick limits strides
-    I stride{0};           // then: log2 of its segments
+    I stride{0};                                                // then: log2 of its segments
 };
 
 TESSERA_LANE F byteOf(I word, int shift) {
@@ -131,7 +131,8 @@ template <bool Mixed> TESSERA_LANE void enter(const PacketField& f, Here<Mixed>&
 }
 
 TESSERA_LANE M within(F3 x, F3 low, F3 high) {
-    return (low.x <= x.x) & (low.y <= x.y) & (low.z <= x.z) & (x.x < high.x) & (x.y < high.y) & (x.z < high.z);
+    return (low.x <= x.x) & (low.y <= x.y) & (low.z <= x.z) & (x.x < high.x) & (x.y < high.y) &
+           (x.z < high.z);
 }
 
 /// Samples of the lattice from the brick's first one: exact, whatever p is (the numbers below the point are
@@ -151,8 +152,7 @@ TESSERA_LANE F valueHere(const PacketField& f, const Here<Mixed>& here, F3 x, M 
     const F3 part = x - cell;
     const I index = indexOf(here, cell), row = truncated(here.row), slice = truncated(here.slice);
     const Row2 r00 = row2<K>(f.samples, index, m), r01 = row2<K>(f.samples, index + row, m);
-    const Row2 r10 = row2<K>(f.samples, index + slice, m),
-               r11 = row2<K>(f.samples, index + (slice + row), m);
+    const Row2 r10 = row2<K>(f.samples, index + slice, m), r11 = row2<K>(f.samples, index + (slice + row), m);
     return leaf::trilinear(r00.a, r00.b, r01.a, r01.b, r10.a, r10.b, r11.a, r11.b, part.x, part.y, part.z);
 }
 
@@ -187,8 +187,8 @@ TESSERA_LANE F valueAt(const PacketField& f, const PacketHelp& help, const Here<
     return value;
 }
 
-/// Central differences of lanes whose neighbourhood of 4^3 samples lies in their brick: all six values from its
-/// rows. Lanes for which rounding says otherwise are taken from m.
+/// Central differences of lanes whose neighbourhood of 4^3 samples lies in their brick: all six values from
+/// its rows. Lanes for which rounding says otherwise are taken from m.
 template <SampleKind K, bool Mixed>
 TESSERA_LANE F3 centralHere(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x, F h, M& m) {
     using leaf::mix;
@@ -252,8 +252,8 @@ inline __attribute__((noinline)) F3 gradientElsewhere(const PacketHelp& help, F3
 
 /// Of the kinds but analytic, of lanes whose neighbourhood lies in their brick.
 template <SampleKind K, bool Mixed>
-TESSERA_LANE F3 differencesHere(const PacketField& f, const Here<Mixed>& here, PacketGradient kind, F3 p, F pitch,
-                                M m) {
+TESSERA_LANE F3 differencesHere(const PacketField& f, const Here<Mixed>& here, PacketGradient kind, F3 p,
+                                F pitch, M m) {
     const auto value = [&](F3 at) { return valueHere<K>(f, here, inBrick(here, at), m); };
     if (kind == PacketGradient::forward) {
         const F h = F(0.5f) * pitch, now = value(p);

@@ -1,6 +1,7 @@
-// render/engines/native/packet_march.h: a packet of rays through a volume without surfaces: twin of mirrorRay(),
-// one ray a lane. A turn of the loop finds for every lane a stride that can show something, and once enough
-// lanes have one, takes their samples. For packet_*.cpp alone: it is compiled once for every set of instructions.
+// render/engines/native/packet_march.h: a packet of rays through a volume without surfaces: twin of
+// mirrorRay(), one ray a lane. A turn of the loop finds for every lane a stride that can show something, and
+// once enough lanes have one, takes their samples. For packet_*.cpp alone: it is compiled once for every set
+// of instructions.
 #pragma once
 
 #include "render/engines/native/packet_field.h"
@@ -46,15 +47,15 @@ template <typename Call> inline __attribute__((noinline)) I lanewise(I i, M m, c
 
 /// log2 of the largest stride that a start at i allows.
 TESSERA_LANE I alignmentOf(I i) {
-    const I lowest = i & (I(0) - i);                      // a power of two, or 0
+    const I lowest = i & (I(0) - i);                            // a power of two, or 0
     const I exponent = shr<23>(asInt(number(lowest))) - I(127); // exact
     return select(i == I(0), I(31), exponent);
 }
 
 /// Strides that start at i: log2 of their segments.
 template <bool Mixed>
-TESSERA_LANE I stridesAt(const PacketScene& s, const PacketJob& job, const PacketRays& rays, const Here<Mixed>& here,
-                         I i, M m) {
+TESSERA_LANE I stridesAt(const PacketScene& s, const PacketJob& job, const PacketRays& rays,
+                         const Here<Mixed>& here, I i, M m) {
     if constexpr (!Mixed)
         return I(__builtin_ctz(static_cast<unsigned>(s.field.uniformSegments)));
     else {
@@ -95,7 +96,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
     F alpha = load(job.colour[3]);
     M active = i < rays.count;
     M ready = none(), waiting = none();
-    End front;                          // at the start of segment i
+    End front;                             // at the start of segment i
     M known = none(), showsFront = none(); // front is; something can show there
     int turns = 0;
     std::uint64_t iterations = 0, segments = 0, values = 0, gradients = 0, sampling = 0;

@@ -1,5 +1,5 @@
-// render/engines/native/packet_optics.h: what values look like and what segments add, for all lanes of a packet:
-// twin of render/contract/optics.h and integrators.h. For packet_*.cpp alone.
+// render/engines/native/packet_optics.h: what values look like and what segments add, for all lanes of a
+// packet: twin of render/contract/optics.h and integrators.h. For packet_*.cpp alone.
 #pragma once
 
 #include "render/contract/leaves.h"
@@ -49,7 +49,8 @@ TESSERA_LANE F word(const float* words, I index, M m) {
 TESSERA_LANE End endOf(const PacketOptics& o, F stored, M m) {
     End end;
     end.place = placeOf(o, stored);
-    if (o.integrator == PacketIntegrator::preintegrated || o.integrator == PacketIntegrator::preintegrated2d) {
+    if (o.integrator == PacketIntegrator::preintegrated ||
+        o.integrator == PacketIntegrator::preintegrated2d) {
         end.bin = min(max(truncated(floor(end.place)), I(-1)), I(o.last));
         const I at = shl<2>(end.bin + I(1));
         const Pair low = gatherPair<4>(o.bins, at, m), high = gatherPair<4>(o.bins, at + I(2), m);
@@ -66,8 +67,8 @@ TESSERA_LANE End select(M m, const End& a, const End& b) {
 /// Extinction of segments that are given by their ends, per mm.
 TESSERA_LANE F extinctionBetween(const PacketOptics& o, const End& front, const End& back, M m) {
     if (o.integrator == PacketIntegrator::linear)
-        return F(0.5f) *
-               (entry(o.extinction, entriesAt(o, front.place), m) + entry(o.extinction, entriesAt(o, back.place), m));
+        return F(0.5f) * (entry(o.extinction, entriesAt(o, front.place), m) +
+                          entry(o.extinction, entriesAt(o, back.place), m));
     const M rises = front.place < back.place;
     const End low = select(rises, front, back), high = select(rises, back, front);
     const auto binEnd = [](const End& e) {
@@ -99,9 +100,8 @@ TESSERA_LANE F3 meanColour(const PacketOptics& o, const End& front, const End& b
         return word(o.sums, shl<3>(bin + I(1)) + I(4 * part + component), m);
     };
     const auto sum = [&](F under, F over, int component) {
-        const F between =
-            (sumTo(high.bin, 0, component) - sumTo(low.bin + I(1), 0, component)) +
-            (sumTo(high.bin, 1, component) - sumTo(low.bin + I(1), 1, component));
+        const F between = (sumTo(high.bin, 0, component) - sumTo(low.bin + I(1), 0, component)) +
+                          (sumTo(high.bin, 1, component) - sumTo(low.bin + I(1), 1, component));
         return (under + between) + over;
     };
     const F weight = sum(below.weight, above.weight, 3);
@@ -123,13 +123,13 @@ TESSERA_LANE F3 tabledColour(const PacketOptics& o, F front, F back, I stride, M
     const auto component = [&](int n) {
         const auto corner = [&](int offset) { return word(o.colours, at + I(4 * offset + n), m); };
         return leaf::mix(leaf::mix(corner(0), corner(1), fx), leaf::mix(corner(edge), corner(edge + 1), fx),
-                           fy);
+                         fy);
     };
     return {component(0), component(1), component(2)};
 }
 
-TESSERA_LANE F3 colourBetween(const PacketOptics& o, const End& front, const End& back, F depth, F alpha, I stride,
-                              M m) {
+TESSERA_LANE F3 colourBetween(const PacketOptics& o, const End& front, const End& back, F depth, F alpha,
+                              I stride, M m) {
     if (o.integrator == PacketIntegrator::preintegrated2d)
         return tabledColour(o, front.place, back.place, stride, m);
     if (o.integrator == PacketIntegrator::preintegrated)
@@ -152,9 +152,8 @@ TESSERA_LANE F3 transformed(const float* columns, F3 v) {
 /// @param direction  patient space
 TESSERA_LANE F3 shaded(const PacketOptics& o, F3 colour, F3 gradient, F3 direction) {
     M isLit;
-    const auto light =
-        leaf::headLight<F>(transformed(o.toGradient, gradient), direction, F(o.ambient), F(o.diffuse),
-                             F(o.specular), o.power, F(kMostFloat), isLit);
+    const auto light = leaf::headLight<F>(transformed(o.toGradient, gradient), direction, F(o.ambient),
+                                          F(o.diffuse), F(o.specular), o.power, F(kMostFloat), isLit);
     const F3 lit{colour.x * light.scale + light.add, colour.y * light.scale + light.add,
                  colour.z * light.scale + light.add};
     return select(isLit, lit, colour);

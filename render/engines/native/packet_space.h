@@ -1,6 +1,6 @@
 // render/engines/native/packet_space.h: leaps over what is proven empty, for all lanes of a packet: twin of
-// nextOccupied() in render/empty_space/occupancy.h. Leaps differ from its by rounding, which strides are taken
-// does not. For packet_*.cpp alone.
+// nextOccupied() in render/empty_space/occupancy.h. Leaps differ from its by rounding, which strides are
+// taken does not. For packet_*.cpp alone.
 #pragma once
 
 #include "render/engines/native/lanes.h"
@@ -57,8 +57,9 @@ TESSERA_LANE BoxAt boxAt(const PacketEmptySpace& space, const PacketField& f, F3
     };
     box.voxel[0] = voxel(p.x, 0), box.voxel[1] = voxel(p.y, 1), box.voxel[2] = voxel(p.z, 2);
     const I shift(space.shift), blockShift(space.shift - 2);
-    const I index = (sar(box.voxel[2], shift) * I(space.grid[1]) + sar(box.voxel[1], shift)) * I(space.grid[0]) +
-                    sar(box.voxel[0], shift);
+    const I index =
+        (sar(box.voxel[2], shift) * I(space.grid[1]) + sar(box.voxel[1], shift)) * I(space.grid[0]) +
+        sar(box.voxel[0], shift);
     box.texel = gatherPair<8>(space.map, index, m);
     box.isOccupied = box.texel.high < I(0);
     const auto block = [&](int axis) { return sar(box.voxel[axis], blockShift) & I(3); };

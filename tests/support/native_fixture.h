@@ -1,0 +1,69 @@
+// tests/support/native_fixture.h: prepared scenes by the native engine, with every set of instructions that
+// the processor has, and by the float mirror, whose bits it must have.
+#pragma once
+
+#include "render/engines/native/native_caster.h"
+#include "tests/support/scene_fixture.h"
+
+#include <vector>
+
+namespace tessera::test {
+
+/// Those that can run here; the baseline always can.
+inline std::vector<const native::PacketTarget*> nativeTargets() {
+    std::vector<const native::PacketTarget*> targets{&native::kBaselineTarget};
+    const native::PacketTarget& best = native::packetTarget();
+    if (&best == &native::kAvx512Target)
+        targets.push_back(&native::kAvx2Target);
+    if (&best != &native::kBaselineTarget)
+        targets.push_back(&best);
+    return targets;
+}
+
+struct NativePicture {
+    Image image;
+    std::vector<SurfaceHit> hits;
+    Work work;
+    std::size_t refinedCells = 0;
+};
+struct NativeChoices {
+    const native::PacketTarget* target = nullptr;
+    Slicing slicing = {};
+    bool hits = false, refine = false, shreds = false; // shreds: every deadline has passed
+    bool aprons = true;
+    int threads = 0;
+};
+
+/// All bricks of the selection are there.
+inline NativePicture nativePicture(Prepared& prepared, const NativeChoices& choices = {}) {
+    ScenePlan& p = prepared.p;
+    NativeEngine engine(choices.threads, prepared.budgets.gpu, prepared.budgets.ram);
+    p.volume.pageEdge = choices.aprons ? kApronedEdge : kBrickExtent;
+    p.chosen.chooser.reset();
+    p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
+    NativePicture out;
+    bringBricks(engine, p, prepared.budgets.ram, prepared.budgets.gpu, out.work);
+    NativeCaster caster(p, engine, {true, choices.hits, false}, prepared.budgets.gpu, choices.target);
+    if (choices.refine)
+        out.refinedCells = caster.refine();
+    caster.begin(raysOf(p));
+    if (choices.shreds)
+        while (!caster.draw(choices.slicing, RayCaster::Clock::time_point::min(), out.work)) {
+        }
+    else
+        drawToTheEnd(caster, engine, p, choices.slicing, out.work);
+    out.image = caster.image();
+    out.hits = caster.hits();
+    return out;
+}
+
+inline Image mirrorPicture(const Prepared& prepared) {
+    const ScenePlan& p = prepared.p;
+    Image image(p.view.imageSize);
+    Work work;
+    image.pixels = mirrorRays<float>(mirrorInput(p, p.view.quality.skipping), image.pixels.size(),
+                                     frameRays(cast<float>(p.view.frame)), 0, work);
+    return image;
+}
+
+} // namespace tessera::test
