@@ -110,14 +110,16 @@ void report(const ScenePlan& p, RenderResult& result) {
 
 const char* name(EngineKind engine) {
     switch (engine) {
-    case EngineKind::march:
-        return "march";
+    case EngineKind::automatic:
+        return "auto";
+    case EngineKind::gpu:
+        return "gpu";
+    case EngineKind::native:
+        return "native";
     case EngineKind::mirror:
         return "mirror";
     case EngineKind::reference:
         return "reference";
-    case EngineKind::native:
-        return "native";
     }
     return "?";
 }
@@ -133,13 +135,23 @@ namespace {
 /// An engine and what it draws with.
 struct MadeEngine {
     std::optional<GlContext> context;
+    EngineKind kind;
+    std::string reason; // why this one; empty where it was asked for
     std::unique_ptr<Engine> engine;
 
-    MadeEngine(const Scene& scene, const RenderOptions& options, Ledger& ram, Ledger& gpu) {
-        switch (options.engine) {
-        case EngineKind::march:
-            context.emplace(options.device);
+    MadeEngine(const Scene& scene, const RenderOptions& options, Ledger& ram, Ledger& gpu)
+        : kind(options.engine) {
+        if (kind == EngineKind::automatic)
+            choose(options.device);
+        switch (kind) {
+        case EngineKind::automatic:
+        case EngineKind::gpu:
+            if (!context)
+                context.emplace(options.device);
             engine = std::make_unique<GpuEngine>(*context, gpu, ram);
+            break;
+        case EngineKind::native:
+            engine = std::make_unique<NativeEngine>(options.threads, gpu, ram);
             break;
         case EngineKind::mirror:
             engine = std::make_unique<MirrorEngine>(options.threads);
@@ -147,10 +159,31 @@ struct MadeEngine {
         case EngineKind::reference:
             engine = std::make_unique<ReferenceEngine>(scene, options.threads);
             break;
-        case EngineKind::native:
-            engine = std::make_unique<NativeEngine>(options.threads, gpu, ram);
-            break;
         }
+    }
+
+  private:
+    /// OpenGL is not even loaded where the system knows of no GPU.
+    void choose(const GlDeviceChoice& device) {
+        kind = EngineKind::gpu;
+        if (device.text != "auto") {
+            reason = "a device of OpenGL was asked for";
+            return;
+        }
+        if (mayHaveGpu()) {
+            try {
+                context.emplace(device);
+                if (!context->software())
+                    return void(reason = "this machine has a GPU");
+                reason = "OpenGL draws in software here";
+            } catch (const Error& e) {
+                reason = e.what();
+            }
+            context.reset();
+        } else {
+            reason = "this machine has no GPU";
+        }
+        kind = EngineKind::native;
     }
 };
 
@@ -166,15 +199,16 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     const Engine::About about = engine.about();
     result.device = about.device;
     result.glVersion = about.version;
+    result.engine = made.kind;
+    result.engineReason = made.reason;
     Progress silent;
     Progress& progress = options.progress ? *options.progress : silent;
     progress.stage("reading statistics and choosing levels");
-    const bool first = options.onFirstPicture &&
-                       (options.engine == EngineKind::march || options.engine == EngineKind::native);
+    const bool first = options.onFirstPicture && (made.kind == EngineKind::gpu || made.kind == EngineKind::native);
     const Scene coarse = first ? firstScene(scene) : scene;
     ScenePlan p =
         planScene(coarse, store, limits, ram, gpu, options.threads,
-                  first ? LevelChoice::quick : options.levels, pictureBytesPerPixel(options.engine));
+                  first ? LevelChoice::quick : options.levels, pictureBytesPerPixel(made.kind));
     if (first) {
         RenderResult quick;
         RenderOptions plain = options;
@@ -190,7 +224,7 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     result.camera = p.view.camera;
     result.tableRelativeError = p.volume.table.relativeError;
     result.levelsOnPurpose =
-        options.levels != LevelChoice::perBrick || options.engine == EngineKind::reference;
+        options.levels != LevelChoice::perBrick || made.kind == EngineKind::reference;
     result.cells = cellCount(p.volume.statistics.cells);
     const SceneVolume& volume = scene.volumes.front();
     const ValueSummary values = summarise(p.volume.statistics, p.info(), volume.unit);
@@ -202,7 +236,7 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
 
     drawPicture(scene, p, engine, ram, gpu, options, progress, result);
     report(p, result);
-    if (options.engine == EngineKind::reference)
+    if (made.kind == EngineKind::reference)
         result.level = 0;
     result.occupiedCells = scene.quality.skipping ? p.volume.occupancy.occupiedCells() : result.cells;
     return result;
@@ -218,6 +252,7 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     const auto percent = [](std::size_t part, std::size_t whole) {
         return whole ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0.0;
     };
+    line("engine: %s%s%s", name(r.engine), r.engineReason.empty() ? "" : ", because ", r.engineReason.c_str());
     if (r.glVersion.empty())
         line("device: %s", r.device.c_str());
     else {
@@ -244,7 +279,9 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              "2^3 "
              "voxels in %zu of them",
              percent(r.occupiedCells, r.cells), r.refinedCells);
-    if (r.features & kFeatureCounting)
+    if (r.engine == EngineKind::native && scene.quality.fetch == Fetch::hardware)
+        line("fetch: exact; there is no hardware here that filters");
+    if ((r.features & kFeatureCounting) || r.engine == EngineKind::native)
         line("work: %llu segments, %llu samples, %llu fetches, %llu dispatches, the longest %.0f ms",
              static_cast<unsigned long long>(r.work.segments),
              static_cast<unsigned long long>(r.work.samples), static_cast<unsigned long long>(r.work.fetches),

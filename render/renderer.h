@@ -21,18 +21,19 @@
 
 namespace tessera {
 
-enum class EngineKind { march, mirror, reference, native };
+/// automatic: the GPU's march where there is a GPU, else the native engine.
+enum class EngineKind { automatic, gpu, native, mirror, reference };
 const char* name(EngineKind engine);
 
 struct RenderOptions {
-    EngineKind engine = EngineKind::march;
+    EngineKind engine = EngineKind::automatic;
     GlDeviceChoice device;
     int threads = 0;      // CPU engines and loaders; 0: all processors
-    Slicing slicing;      // march only
+    Slicing slicing;      // gpu and native
     bool counting = true; // work counters; false: they are not compiled
     LevelChoice levels = LevelChoice::perBrick;
-    bool checking = false; // march and native: draw some pixels again to estimate the picture's errors
-    /// March only: gets a first whole picture, all bricks at one coarse level, before levels are chosen and
+    bool checking = false; // gpu and native: draw some pixels again to estimate the picture's errors
+    /// Gpu and native: gets a first whole picture, all bricks at one coarse level, before levels are chosen and
     /// loaded for the picture itself; and an estimate, good to a factor of three, of the seconds that the
     /// rest takes.
     std::function<void(const Image&, double)> onFirstPicture;
@@ -43,17 +44,19 @@ struct RenderResult {
     Image image;   // linear, premultiplied, on nothing: put it on the scene's background to show it
     Camera camera; // as used: a fitted view spelled out
     Work work;
+    EngineKind engine = EngineKind::automatic; // that drew it: never automatic
+    std::string engineReason;                  // why; empty where it was asked for
     std::string device;                                       // GL_RENDERER, or "CPU"
     std::string glVersion;                                    // "" for CPU engines
     int level = 0;                                            // finest resident level; 0 for the reference
     std::array<std::size_t, kLevelCount + 1> bricksOfLevel{}; // the last: empty ones
     std::size_t residentBricks = 0, emptyBricks = 0;
     std::size_t selectionPages = 0, atlasPages = 0; // of 32^3 texels: wanted, and there at once
-    int passes = 0;                                 // over the rays; march only
+    int passes = 0;                                 // over the rays; gpu and native
     bool levelsOnPurpose = false;                   // one level for all was asked for
     std::optional<PredictedError> predictedError;   // L*u*v*, of the levels against the finest a pixel shows
     std::size_t cells = 0, occupiedCells = 0, refinedCells = 0;
-    std::uint32_t features = 0; // of render/engines/gpu/features.h; march only
+    std::uint32_t features = 0; // of render/engines/gpu/features.h; gpu only
     double tableRelativeError = 0;
     Integrator integrator = Integrator::midpoint; // as used; so the step
     double stepVoxels = 0;

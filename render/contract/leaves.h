@@ -11,6 +11,9 @@
 #include <cstdint>
 #include <limits>
 
+/// Calls would cost lanes more than what is called.
+#define TESSERA_LEAF inline __attribute__((always_inline))
+
 namespace tessera::leaf {
 
 constexpr float select(bool condition, float a, float b) {
@@ -24,20 +27,20 @@ inline float powerOfTwo(float n) {
     return std::bit_cast<float>(static_cast<std::uint32_t>(static_cast<int>(n) + 127) << 23);
 }
 
-template <typename V> V mix(V a, V b, V f) {
+template <typename V> TESSERA_LEAF V mix(V a, V b, V f) {
     return a + f * (b - a);
 }
 
 /// Between the eight samples of a cell; vzyx.
 template <typename V>
-V trilinear(V v000, V v001, V v010, V v011, V v100, V v101, V v110, V v111, V fx, V fy, V fz) {
+TESSERA_LEAF V trilinear(V v000, V v001, V v010, V v011, V v100, V v101, V v110, V v111, V fx, V fy, V fz) {
     const V a = mix(v000, v001, fx), b = mix(v010, v011, fx);
     const V c = mix(v100, v101, fx), d = mix(v110, v111, fx);
     return mix(mix(a, b, fy), mix(c, d, fy), fz);
 }
 
 /// 1 - exp(-x) in float, x not negative: a polynomial below 1/4, a written-out exponential above.
-template <typename V> V oneMinusExp(V x) {
+template <typename V> TESSERA_LEAF V oneMinusExp(V x) {
     using std::floor, std::max;
     const V one(1.0f);
     const V small =
@@ -61,7 +64,7 @@ template <typename V> V oneMinusExp(V x) {
     return select(x < V(0.25f), small, one - p * powerOfTwo(n));
 }
 
-template <typename V> V wholePower(V x, int n) {
+template <typename V> TESSERA_LEAF V wholePower(V x, int n) {
     V result(1.0f), square = x;
     for (; n > 0; n >>= 1) {
         if (n & 1)
@@ -76,7 +79,7 @@ template <typename V> struct HeadLight { V scale, add; };
 /// @param gradient, direction  patient space, any scale
 /// @param isLit  gets where there is a light; elsewhere colours stay as they are
 template <typename V, typename Vec, typename Condition>
-HeadLight<V> headLight(const Vec& g, const Vec& d, V ambient, V diffuse, V specular, int power, V largest,
+TESSERA_LEAF HeadLight<V> headLight(const Vec& g, const Vec& d, V ambient, V diffuse, V specular, int power, V largest,
                        Condition& isLit) {
     using std::abs, std::max, std::min, std::sqrt;
     const V lengths = (g.x * g.x + g.y * g.y + g.z * g.z) * (d.x * d.x + d.y * d.y + d.z * d.z);
@@ -91,7 +94,7 @@ HeadLight<V> headLight(const Vec& g, const Vec& d, V ambient, V diffuse, V specu
 template <typename V> struct BinEnd { V place, bin, x, y, z, w; };
 /// Extinction, averaged over the values between two ends; exact for the table but for rounding. Zero exactly
 /// where every entry around these values is zero. @param low, high  by place
-template <typename V> V meanExtinction(const BinEnd<V>& low, const BinEnd<V>& high) {
+template <typename V> TESSERA_LEAF V meanExtinction(const BinEnd<V>& low, const BinEnd<V>& high) {
     using std::max;
     const V half(0.5f), one(1.0f);
     const V f = low.place - low.bin, g = high.place - high.bin;
@@ -109,7 +112,7 @@ template <typename V> V meanExtinction(const BinEnd<V>& low, const BinEnd<V>& hi
 /// How far towards its back a segment of constant extinction is seen, in the mean over its light:
 /// 1/x - 1/(e^x - 1), x its depth; phi_1's companion g(x) of NUMERICS B2, divided by 1 - e^-x.
 /// @param terms  1/12, 1/720, 1/30240, 1/1209600, 1/47900160, 691/1307674368000
-template <typename V> V seenDepth(V depth, V alpha, const V (&terms)[6]) {
+template <typename V> TESSERA_LEAF V seenDepth(V depth, V alpha, const V (&terms)[6]) {
     const V s = depth * depth;
     const V small =
         V(0.5f) -

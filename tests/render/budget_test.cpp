@@ -166,7 +166,7 @@ TEST(RenderBudget, TheFloorsOfBothTogetherSuffice) {
     const StoreReader first(storePath("torso"), trial);
     const Scene scene = sceneOn(first.info(), "bone", 0, kPicture);
     const std::size_t ramBytes =
-        renderFloorBytes(first.info(), kPicture, pictureBytesPerPixel(EngineKind::march), 0);
+        renderFloorBytes(first.info(), kPicture, pictureBytesPerPixel(EngineKind::gpu), 0);
     const std::size_t gpuBytes = statedFloor(
         refusal([&] { planScene(scene, first, TextureLimits{}, trial, noGpu, 0, LevelChoice::oneForAll); }));
     Ledger ram("RAM", "--ram", ramBytes), gpu("GPU memory", "--gpu-memory", gpuBytes);

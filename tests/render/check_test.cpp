@@ -26,7 +26,7 @@ Scene sceneOf(const std::string& store, const std::string& preset, bool shading)
 
 /// All bricks at the finest level, unless told: a small picture's pixels would be shown coarser ones, which
 /// the truth is not made of.
-RenderResult drawn(const Scene& scene, EngineKind engine = EngineKind::march,
+RenderResult drawn(const Scene& scene, EngineKind engine = EngineKind::gpu,
                    LevelChoice levels = LevelChoice::oneForAll) {
     Budgets budgets;
     const StoreReader reader(scene.volumes[0].path, budgets.ram);
@@ -94,7 +94,7 @@ TEST(MaxError, ChoosesStepAndIntegrator) {
     double before = 1e9;
     for (const double maxError : {20.0, 4.0, 1.5}) {
         scene.quality.maxError = maxError;
-        const RenderResult r = drawn(scene, EngineKind::march, LevelChoice::perBrick);
+        const RenderResult r = drawn(scene, EngineKind::gpu, LevelChoice::perBrick);
         EXPECT_LE(r.errors->luvP99(), 1.05 * maxError); // seen in other pixels at first
         EXPECT_LE(r.stepVoxels, before);
         before = r.stepVoxels;

@@ -41,7 +41,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct RenderArguments {
-    std::string in, out, engine = "march", ram, gpuMemory, size, preset, view, fit, projection, background,
+    std::string in, out, engine = "auto", ram, gpuMemory, size, preset, view, fit, projection, background,
                          fetch;
     std::string device = "auto";
     double step = 0;      // 0: as the scene says
@@ -52,8 +52,8 @@ struct RenderArguments {
     InputOptions input;
 };
 
-const std::vector<std::string> kEngineNames = {"march", "mirror", "reference",
-                                               "native"};                      // in the order of EngineKind
+const std::vector<std::string> kEngineNames = {"auto", "gpu", "native", "mirror",
+                                               "reference"}; // in the order of EngineKind
 const std::vector<std::string> kProjectionNames = {"perspective", "parallel"}; // in the order of Projection
 
 std::size_t chosen(const std::string& text, const std::vector<std::string>& names,
@@ -296,7 +296,9 @@ void requireFloor(const fs::path& path, const Scene& scene, EngineKind engine, c
 void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     // Everything that can be refused is refused before the long work.
     checkOutput(arguments.out);
-    const auto engine = static_cast<EngineKind>(chosen(arguments.engine, kEngineNames, "--engine"));
+    const std::string engineName = arguments.engine == "march" ? "gpu" : arguments.engine; // its name before
+    const auto engine = static_cast<EngineKind>(chosen(engineName, kEngineNames, "--engine"));
+    const bool drawsFirst = engine != EngineKind::mirror && engine != EngineKind::reference;
     Scene scene = sceneOf(arguments);
     applyOptions(arguments, scene);
     Ledger ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
@@ -316,11 +318,11 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     options.device.text = arguments.device;
     options.checking = !arguments.noCheck;
     double firstSeconds = 0;
-    if (!arguments.first.empty() && engine != EngineKind::march)
-        throw badFile("--first", "--engine march", arguments.engine);
+    if (!arguments.first.empty() && !drawsFirst)
+        throw badFile("--first", "--engine auto, gpu or native", arguments.engine);
     std::optional<PassingFile> passing;
     fs::path first = arguments.first;
-    if (first.empty() && engine == EngineKind::march && common.progress->watched() &&
+    if (first.empty() && drawsFirst && common.progress->watched() &&
         isLarge(store.info(), scene)) {
         first = fs::path(arguments.out)
                     .replace_extension(".first" + fs::path(arguments.out).extension().string());
@@ -342,13 +344,15 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
                         " s; the picture takes about " + formatNumber(std::ceil(secondsLeft), 2) + " s more");
         };
     const RenderResult result = renderScene(scene, store, ram, gpu, options);
+    if (arguments.fetch == "hardware" && result.engine == EngineKind::native)
+        common.note("--fetch hardware: the native engine fetches exactly");
     if (result.takenAsHu)
         common.note(
             "the values have no unit, but look like HU (air near -1000): taken as HU; --unit HU says so");
     const Charge pictures = ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
 
     common.progress->stage("writing the picture");
-    nlohmann::json report = makeManifest(scene, store, result, engine, ram, gpu);
+    nlohmann::json report = makeManifest(scene, store, result, ram, gpu);
     const Image picture = scene.background ? overBackground(result.image, *scene.background) : result.image;
     // ASCII only: PNG's text is Latin-1, and what a device calls itself is not ours to trust.
     writeImage(arguments.out, picture, report.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace));
@@ -408,7 +412,8 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
                             joinNames(fitNames()) + " (default: shown)");
     command->add_option("--projection", a->projection, joinNames(kProjectionNames));
     command->add_option("--background", a->background, "black, white, #rrggbb or transparent");
-    command->add_option("--engine", a->engine, joinNames(kEngineNames))->capture_default_str();
+    command->add_option("--engine", a->engine, joinNames(kEngineNames) + "; auto: gpu where there is one, else native")
+        ->capture_default_str();
     command
         ->add_option(
             "--step", a->step,

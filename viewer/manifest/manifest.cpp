@@ -39,7 +39,7 @@ nlohmann::json errorsJson(const RenderResult& result, const Scene& scene) {
 } // namespace
 
 nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const RenderResult& result,
-                            EngineKind engine, const Ledger& ram, const Ledger& gpu) {
+                            const Ledger& ram, const Ledger& gpu) {
     const std::string hash = store.contentHash();
     Scene shown = scene;
     shown.camera = result.camera;
@@ -59,7 +59,7 @@ nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const 
           {"unit", info.unit},
           {"lowest", result.lowest},
           {"highest", result.highest}}},
-        {"engine", name(engine)},
+        {"engine", name(result.engine)},
         {"device", result.device},
         {"openGl", result.glVersion},
         {"budgets", {{"ram", budgetJson(ram)}, {"gpuMemory", budgetJson(gpu)}}},

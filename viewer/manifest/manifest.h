@@ -15,6 +15,6 @@ namespace tessera {
 /// The scene (its camera spelled out), store, device, engine, budgets and what was used of them, what was
 /// resident, work counters, program version, "not for diagnosis". Include from .cpp files only.
 nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const RenderResult& result,
-                            EngineKind engine, const Ledger& ram, const Ledger& gpu);
+                            const Ledger& ram, const Ledger& gpu);
 
 } // namespace tessera

@@ -75,6 +75,15 @@ TESSERA_LANE I stridesAt(const PacketScene& s, const PacketJob& job, const Packe
     }
 }
 
+/// The field at p, which then lies in the lanes' brick where it lies in one.
+template <SampleKind K, bool Mixed>
+TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m) {
+    const M outside = m & ~within(inBrick(here, p), here.low, here.high);
+    if (any(outside))
+        enter<Mixed>(s.field, here, p, outside);
+    return valueAt<K>(s.field, s.help, here, p, m);
+}
+
 template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const PacketScene& s, PacketJob& job) {
     const PacketField& f = s.field;
     const PacketOptics& o = s.optics;
@@ -170,18 +179,11 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
         F extinction;
         End back;
         Entries at;
-        const auto look = [&](F3 p, M& lanes) {
-            const F3 x = inBrick(here, p);
-            const M outside = lanes & ~within(x, here.low, here.high);
-            if (any(outside))
-                enter<Mixed>(f, here, p, outside);
-            return valueAt<K>(f, s.help, here, p, lanes);
-        };
         if constexpr (Ends) {
             const M unknown = m & ~known;
             if (any(unknown)) {
                 M there = unknown;
-                const F value = look(along(rays, number(i)), there);
+                const F value = valueOf<K>(s, here, along(rays, number(i)), there);
                 const M lacks = unknown & ~there;
                 waiting = waiting | lacks;
                 active = active & ~lacks;
@@ -191,14 +193,14 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
                 values += static_cast<unsigned>(count(there));
             }
             const M wanted = m;
-            back = endOf(o, look(along(rays, number(i) + length), m), m);
+            back = endOf(o, valueOf<K>(s, here, along(rays, number(i) + length), m), m);
             const M lacks = wanted & ~m;
             waiting = waiting | lacks;
             active = active & ~lacks;
             extinction = extinctionBetween(o, front, back, m);
         } else {
             const M wanted = m;
-            const F value = look(middle, m);
+            const F value = valueOf<K>(s, here, middle, m);
             const M lacks = wanted & ~m;
             waiting = waiting | lacks;
             active = active & ~lacks;

@@ -8,6 +8,8 @@
 #include <cstring>
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
+#include <filesystem>
+#include <system_error>
 
 namespace tessera {
 namespace {
@@ -99,6 +101,16 @@ std::vector<GlDevice> listGlDevices() {
         out.push_back({static_cast<int>(out.size()), isSoftware(extensions), extensions});
     }
     return out;
+}
+
+bool mayHaveGpu() {
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator("/dev/dri", ignored))
+        if (entry.path().filename().string().starts_with("renderD"))
+            return true;
+    return fs::exists("/dev/nvidia0", ignored) || fs::exists("/dev/dxg", ignored) || // of Windows below
+           fs::exists("/dev/kgsl-3d0", ignored);
 }
 
 bool isSoftwareRenderer(std::string_view renderer) {

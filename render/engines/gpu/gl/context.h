@@ -24,6 +24,8 @@ struct GlDevice {
 /// EGL devices of this machine; empty where EGL cannot list them.
 std::vector<GlDevice> listGlDevices();
 
+/// Whether the system knows of a device that could draw: false without asking, or loading, OpenGL.
+bool mayHaveGpu();
 /// Of a GL_RENDERER: Mesa's llvmpipe or softpipe.
 bool isSoftwareRenderer(std::string_view renderer);
 
