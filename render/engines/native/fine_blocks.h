@@ -20,6 +20,7 @@ bool fineBlocksPay(const Occupancy& occupancy, std::size_t rays);
 /// the samples around are at hand; elsewhere blocks keep counting as occupied. Needs a map of cells.
 /// @param map  a copy of the occupancy's. Returns how many cells were looked at.
 std::size_t refineBlocks(const HostPlane& plane, const Occupancy& occupancy, const TransferTable& table,
-                         const Optics& optics, int threads, std::span<SkippingTexel> map);
+                         const Optics& optics, const native::PacketTarget& target, int threads,
+                         std::span<SkippingTexel> map);
 
 } // namespace tessera

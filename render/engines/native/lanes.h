@@ -577,6 +577,9 @@ TESSERA_LANE M operator>(I a, I b) {
 TESSERA_LANE M operator!=(I a, I b) {
     return ~(a == b);
 }
+TESSERA_LANE I operator~(I a) {
+    return a ^ I(-1);
+}
 TESSERA_LANE bool any(M m) {
     return bits(m) != 0;
 }

@@ -40,12 +40,6 @@ SegmentedRay<float> rayOf(const native::PacketJob& job, int lane) {
 native::PacketHelp helpOf(const Context& context) {
     native::PacketHelp help;
     help.context = &context;
-    help.value = [](const void* c, const float* p, bool* missing) {
-        NativeField& field = static_cast<const Context*>(c)->field;
-        const float value = field.value({p[0], p[1], p[2]});
-        *missing = field.takeMissing();
-        return value;
-    };
     help.gradient = [](const void* c, const float* p, float* g, bool* missing) {
         NativeField& field = static_cast<const Context*>(c)->field;
         const glm::vec3 gradient = field.gradient({p[0], p[1], p[2]});
@@ -55,12 +49,6 @@ native::PacketHelp helpOf(const Context& context) {
     help.nextShown = [](const void* c, const native::PacketJob& job, int lane, std::int32_t i) {
         const auto& context = *static_cast<const Context*>(c);
         return nextShown(*context.occupancy, context.rays.strides, rayOf(job, lane), i);
-    };
-    help.strideAt = [](const void* c, const native::PacketJob& job, int lane, std::int32_t i) {
-        return strideAt(static_cast<const Context*>(c)->rays.strides, rayOf(job, lane), i);
-    };
-    help.strideStart = [](const void* c, const native::PacketJob& job, int lane, std::int32_t i) {
-        return strideStart(static_cast<const Context*>(c)->rays.strides, rayOf(job, lane), i);
     };
     help.expired = [](const void* c) {
         checkInterrupted();
@@ -74,6 +62,23 @@ native::PacketHelp helpOf(const Context& context) {
         return true;
     };
     return help;
+}
+
+native::PacketFrame packetFrameOf(const RayFrame<float>& frame) {
+    native::PacketFrame f;
+    for (int axis = 0; axis < 3; ++axis) {
+        f.centre[axis] = frame.centre[axis];
+        f.right[axis] = frame.right[axis];
+        f.up[axis] = frame.up[axis];
+        f.toCentre[axis] = frame.toCentre[axis];
+        f.extent[axis] = frame.extent[axis];
+        for (int row = 0; row < 3; ++row)
+            f.patientFromVoxel[3 * axis + row] = frame.patientFromVoxel[axis][row];
+    }
+    f.imageSize[0] = frame.imageSize.x, f.imageSize[1] = frame.imageSize.y;
+    f.segmentVoxels = frame.segmentVoxels;
+    f.perspective = frame.perspective;
+    return f;
 }
 
 /// All that the next sample of a ray needs is named.
@@ -138,6 +143,7 @@ void NativeCaster::begin(const Rays& rays) {
     frame_ = cast<float>(rays.frame);
     size_ = glm::ivec2(rays.frame.imageSize);
     tiles_ = (size_ + (kTileEdge - 1)) / kTileEdge;
+    packetFrame_ = packetFrameOf(frame_);
     if (tablesAreNew_)
         fillTables();
     if (mapIsNew_) { // what was made finer is of another one
@@ -179,6 +185,11 @@ native::PacketScene NativeCaster::packetScene() const {
     }
     if (f.mixed) {
         f.facts = volume.levels.facts.data();
+        static_assert(sizeof(BrickCorner) == 2 * sizeof(std::uint32_t));
+        f.corners = &volume.levels.corners.front().codes;
+        f.finest = static_cast<std::int32_t>(volume.levels.finest);
+        f.edgeFunction = static_cast<std::int32_t>(volume.levels.edgeFunction);
+        f.naive = rays_.strides.sampling == Sampling::naive;
         f.mostStride = volume.levels.mostStride;
     }
     f.uniformSegments = rays_.strides.uniformSegments;
@@ -302,29 +313,22 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScen
     native::PacketJob job;
     std::size_t slots[native::kMostLanes] = {};
     bool any = false;
+    target_.rays(packetFrame_, origin.x, origin.y, target_.columns, job);
     for (int lane = 0; lane < target_.lanes(); ++lane) {
         const glm::ivec2 pixel = origin + glm::ivec2(lane % target_.columns, lane / target_.columns);
-        SegmentedRay<float> ray;
-        job.next[lane] = 0;
         glm::vec4 colour(0);
-        if (glm::all(glm::lessThan(pixel, size_))) {
+        job.next[lane] = 0;
+        if (glm::any(glm::greaterThanEqual(pixel, size_))) {
+            job.count[lane] = 0;
+        } else {
             slots[lane] = static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(size_.x) +
                           static_cast<std::size_t>(pixel.x);
-            if (next_[slots[lane]] != kEnded) {
-                ray = segmentedRay(frame_, glm::vec2(pixel) + 0.5f);
-                job.next[lane] = next_[slots[lane]];
-                colour = colour_[slots[lane]];
-                any = any || ray.count > 0;
-            }
+            if (next_[slots[lane]] == kEnded)
+                job.count[lane] = 0;
+            job.next[lane] = next_[slots[lane]];
+            colour = colour_[slots[lane]];
+            any = any || job.count[lane] > 0;
         }
-        for (int axis = 0; axis < 3; ++axis) {
-            job.entry[axis][lane] = ray.entry[axis];
-            job.step[axis][lane] = ray.step[axis];
-            job.direction[axis][lane] = ray.direction[axis];
-        }
-        job.segmentMm[lane] = ray.segmentMm;
-        job.tail[lane] = ray.tail;
-        job.count[lane] = ray.count;
         for (int c = 0; c < 4; ++c)
             job.colour[c][lane] = colour[c];
     }
@@ -409,7 +413,7 @@ std::size_t NativeCaster::refine() {
         return 0;
     mapCharge_ = gpu_.charge(bytes, "the map of empty space");
     map_ = empty->map();
-    return refineBlocks(engine_.settled(), *empty, scene_.volume.table, scene_.volume.optics,
+    return refineBlocks(engine_.settled(), *empty, scene_.volume.table, scene_.volume.optics, target_,
                         engine_.threads(), map_);
 }
 

@@ -57,6 +57,7 @@ class NativeCaster : public RayCaster {
 
     Rays rays_;
     RayFrame<float> frame_;
+    native::PacketFrame packetFrame_;
     glm::ivec2 size_{0}, tiles_{0};
     std::vector<glm::vec4> colour_;
     std::vector<std::int32_t> next_;    // of every ray; kEnded at its end

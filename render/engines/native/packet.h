@@ -79,14 +79,9 @@ struct PacketJob;
 struct PacketHelp {
     const void* context = nullptr;
     /// @param missing  set where a brick is absent
-    float (*value)(const void* context, const float* p, bool* missing) = nullptr;
     void (*gradient)(const void* context, const float* p, float* gradient, bool* missing) = nullptr;
     /// Of the ray in a lane, from segment i: where the next stride starts that can show something.
     std::int32_t (*nextShown)(const void* context, const PacketJob& job, int lane, std::int32_t i) = nullptr;
-    /// Segments of the stride that starts at i; where the stride starts that holds segment i.
-    std::int32_t (*strideAt)(const void* context, const PacketJob& job, int lane, std::int32_t i) = nullptr;
-    std::int32_t (*strideStart)(const void* context, const PacketJob& job, int lane,
-                                std::int32_t i) = nullptr;
     /// Whether the packet is to stop where it is.
     bool (*expired)(const void* context) = nullptr;
 };
@@ -114,6 +109,27 @@ struct PacketJob {
     std::uint64_t turnsTaken = 0;                                          // that took samples
 };
 
+/// As RayFrame of render/contract/ray.h.
+struct PacketFrame {
+    float centre[3], right[3], up[3], toCentre[3];
+    float patientFromVoxel[9]; // column by column
+    float extent[3];
+    float imageSize[2];
+    float segmentVoxels = 1;
+    bool perspective = true;
+};
+
+/// The samples of a cell of 8^3 voxels and one layer around it, rows along x, y fastest.
+struct CellSamples {
+    alignas(64) float rows[100][16]; // ten of each are used; the others repeat one of them
+};
+/// Least and largest value of the field in each block of 2^3 voxels (x + 4y + 16z), and of all samples.
+struct CellRanges {
+    alignas(64) float blockLow[64];
+    alignas(64) float blockHigh[64];
+    float low, high;
+};
+
 using PacketMarch = void (*)(const PacketScene&, PacketJob&);
 
 /// What was compiled for one set of instructions.
@@ -122,6 +138,8 @@ struct PacketTarget {
     int columns = 0, rows = 0; // pixels of a packet
     int lanes() const { return columns * rows; }
     PacketMarch (*march)(const PacketScene&) = nullptr;
+    void (*rays)(const PacketFrame&, int left, int top, int columns, PacketJob&) = nullptr;
+    void (*cellRanges)(const CellSamples&, CellRanges&) = nullptr;
 };
 extern const PacketTarget kBaselineTarget, kAvx2Target, kAvx512Target;
 

@@ -1,10 +1,16 @@
 // render/engines/native/packet_avx2.cpp: packets of rays for AVX2 (x86-64-v3).
 #define TESSERA_LANES lanes_avx2
+#include "render/engines/native/packet_blocks.h"
 #include "render/engines/native/packet_march.h"
+#include "render/engines/native/packet_rays.h"
 
 namespace tessera::native {
 
-const PacketTarget kAvx2Target{"avx2", lanes_avx2::kWidth == 4 ? 2 : 4, lanes_avx2::kWidth == 16 ? 4 : 2,
-                               lanes_avx2::chooseMarch};
+const PacketTarget kAvx2Target{"avx2",
+                               lanes_avx2::kWidth == 4 ? 2 : 4,
+                               lanes_avx2::kWidth == 16 ? 4 : 2,
+                               lanes_avx2::chooseMarch,
+                               lanes_avx2::makeRays,
+                               lanes_avx2::cellRanges};
 
 } // namespace tessera::native

@@ -1,10 +1,16 @@
 // render/engines/native/packet_avx512.cpp: packets of rays for AVX-512 (x86-64-v4).
 #define TESSERA_LANES lanes_avx512
+#include "render/engines/native/packet_blocks.h"
 #include "render/engines/native/packet_march.h"
+#include "render/engines/native/packet_rays.h"
 
 namespace tessera::native {
 
-const PacketTarget kAvx512Target{"avx512", lanes_avx512::kWidth == 4 ? 2 : 4,
-                                 lanes_avx512::kWidth == 16 ? 4 : 2, lanes_avx512::chooseMarch};
+const PacketTarget kAvx512Target{"avx512",
+                                 lanes_avx512::kWidth == 4 ? 2 : 4,
+                                 lanes_avx512::kWidth == 16 ? 4 : 2,
+                                 lanes_avx512::chooseMarch,
+                                 lanes_avx512::makeRays,
+                                 lanes_avx512::cellRanges};
 
 } // namespace tessera::native

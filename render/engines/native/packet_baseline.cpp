@@ -1,10 +1,16 @@
 // render/engines/native/packet_baseline.cpp: packets of rays for what every processor of its kind has.
 #define TESSERA_LANES lanes_baseline
+#include "render/engines/native/packet_blocks.h"
 #include "render/engines/native/packet_march.h"
+#include "render/engines/native/packet_rays.h"
 
 namespace tessera::native {
 
-const PacketTarget kBaselineTarget{"baseline", lanes_baseline::kWidth == 4 ? 2 : 4,
-                                   lanes_baseline::kWidth == 16 ? 4 : 2, lanes_baseline::chooseMarch};
+const PacketTarget kBaselineTarget{"baseline",
+                                   lanes_baseline::kWidth == 4 ? 2 : 4,
+                                   lanes_baseline::kWidth == 16 ? 4 : 2,
+                                   lanes_baseline::chooseMarch,
+                                   lanes_baseline::makeRays,
+                                   lanes_baseline::cellRanges};
 
 } // namespace tessera::native

@@ -5,6 +5,7 @@
 #include "render/contract/leaves.h"
 #include "render/engines/native/lanes.h"
 #include "render/engines/native/packet.h"
+#include "render/engines/native/packet_blend.h"
 
 namespace tessera::TESSERA_LANES {
 
@@ -156,32 +157,24 @@ TESSERA_LANE F valueHere(const PacketField& f, const Here<Mixed>& here, F3 x, M 
     return leaf::trilinear(r00.a, r00.b, r01.a, r01.b, r10.a, r10.b, r11.a, r11.b, part.x, part.y, part.z);
 }
 
-/// One lane after the other, by the scalar text. Lanes that lack a brick are taken from m.
-inline __attribute__((noinline)) F valueElsewhere(const PacketHelp& help, F3 p, M& m) {
-    alignas(64) float x[kWidth], y[kWidth], z[kWidth], value[kWidth] = {};
-    store(x, p.x), store(y, p.y), store(z, p.z);
-    unsigned there = bits(m);
-    for (unsigned left = there; left != 0; left &= left - 1) {
-        const int lane = __builtin_ctz(left);
-        const float at[3] = {x[lane], y[lane], z[lane]};
-        bool missing = false;
-        value[lane] = help.value(help.context, at, &missing);
-        if (missing)
-            there &= ~(1u << lane);
-    }
-    m = fromBits(there);
-    return load(value);
+/// Where a lane's cell needs other bricks too. Lanes that lack a brick are taken from m.
+template <SampleKind K, bool Mixed>
+inline __attribute__((noinline)) F valueElsewhere(const PacketField& f, F3 p, M& m) {
+    if constexpr (Mixed)
+        return blendedValue<K>(f, p, m);
+    else
+        return latticeValue<K>(f, p, I(f.level), m);
 }
 
 /// The field at p. Lanes that lack a brick are taken from m.
 template <SampleKind K, bool Mixed>
-TESSERA_LANE F valueAt(const PacketField& f, const PacketHelp& help, const Here<Mixed>& here, F3 p, M& m) {
+TESSERA_LANE F valueAt(const PacketField& f, const Here<Mixed>& here, F3 p, M& m) {
     const F3 x = inBrick(here, p);
     const M inside = m & within(x, here.low, here.high);
     F value = valueHere<K>(f, here, x, inside);
     M rest = m & ~inside;
     if (any(rest)) [[unlikely]] {
-        value = select(rest, valueElsewhere(help, p, rest), value);
+        value = select(rest, valueElsewhere<K, Mixed>(f, p, rest), value);
         m = inside | rest;
     }
     return value;
@@ -232,7 +225,26 @@ TESSERA_LANE F3 centralHere(const PacketField& f, const Here<Mixed>& here, F3 p,
     return {(front.x - back.x) / both, (front.y - back.y) / both, (front.z - back.z) / both};
 }
 
-inline __attribute__((noinline)) F3 gradientElsewhere(const PacketHelp& help, F3 p, M& m) {
+/// Sobel's operator from the values at 27 sides, x fastest.
+template <typename Value> TESSERA_LANE F3 sobel(const Value& value, F h) {
+    const F now = value(13);
+    F3 sum{F(0.0f), F(0.0f), F(0.0f)};
+    for (int n = 0; n < 27; ++n) {
+        const float side[3] = {static_cast<float>(n % 3 - 1), static_cast<float>(n / 3 % 3 - 1),
+                               static_cast<float>(n / 9 - 1)};
+        const float across[3] = {side[0] == 0 ? 2.0f : 1.0f, side[1] == 0 ? 2.0f : 1.0f,
+                                 side[2] == 0 ? 2.0f : 1.0f};
+        const F difference = value(n) - now; // exactly 0 where all are the same
+        sum = {sum.x + F(side[0] * across[1] * across[2]) * difference,
+               sum.y + F(side[1] * across[2] * across[0]) * difference,
+               sum.z + F(side[2] * across[0] * across[1]) * difference};
+    }
+    const F all = F(32.0f) * h;
+    return {sum.x / all, sum.y / all, sum.z / all};
+}
+
+/// Analytic gradients go one by one, by the scalar text. Lanes that lack a brick are taken from m.
+inline __attribute__((noinline)) F3 slopeOf(const PacketHelp& help, F3 p, M& m) {
     alignas(64) float x[kWidth], y[kWidth], z[kWidth], gx[kWidth] = {}, gy[kWidth] = {}, gz[kWidth] = {};
     store(x, p.x), store(y, p.y), store(z, p.z);
     unsigned there = bits(m);
@@ -250,6 +262,77 @@ inline __attribute__((noinline)) F3 gradientElsewhere(const PacketHelp& help, F3
     return {load(gx), load(gy), load(gz)};
 }
 
+/// Differences of lanes whose neighbourhood needs other bricks. They are few, so that their values fill lanes
+/// better than the lanes themselves would: all values of the first lane that needs some, then those of the
+/// next.
+template <SampleKind K, bool Mixed>
+inline __attribute__((noinline)) F3 differencesElsewhere(const PacketField& f, PacketGradient kind, F3 p,
+                                                         M& m) {
+    constexpr int kMostValues = 27;
+    const F one(1.0f), half(0.5f);
+    F pitch = one / samplesPerVoxel(I(f.level));
+    if constexpr (Mixed)
+        pitch = blendedPitch(f, p, m);
+    const F reach = min(pitch, F(16.0f));
+    const F h = kind == PacketGradient::forward || kind == PacketGradient::centralHalf ? half * pitch : reach;
+    // Sides to take values at: all 27 of Sobel's; else here, and h ahead and behind along the axes.
+    const int values = kind == PacketGradient::sobel ? 27 : kind == PacketGradient::forward ? 4 : 6;
+    alignas(64) float value[kMostValues + 1][kWidth], x[kMostValues * kWidth + kWidth],
+        y[kMostValues * kWidth + kWidth], z[kMostValues * kWidth + kWidth];
+    for (int n = 0; n < values; ++n) {
+        F3 at = p;
+        if (kind == PacketGradient::sobel) {
+            at = {p.x + h * F(static_cast<float>(n % 3 - 1)), p.y + h * F(static_cast<float>(n / 3 % 3 - 1)),
+                  p.z + h * F(static_cast<float>(n / 9 - 1))};
+        } else if (kind == PacketGradient::forward) {
+            at = {n == 1 ? p.x + h : p.x, n == 2 ? p.y + h : p.y, n == 3 ? p.z + h : p.z};
+        } else {
+            const F side = n % 2 == 0 ? h : F(0.0f) - h; // p + -h is p - h
+            at = {n / 2 == 0 ? p.x + side : p.x, n / 2 == 1 ? p.y + side : p.y,
+                  n / 2 == 2 ? p.z + side : p.z};
+        }
+        store(x + n * kWidth, at.x), store(y + n * kWidth, at.y), store(z + n * kWidth, at.z);
+    }
+    alignas(64) float qx[kWidth], qy[kWidth], qz[kWidth], results[kWidth];
+    int to[kWidth], filled = 0; // where results go: value * kWidth + lane
+    unsigned there = bits(m);
+    const auto evaluate = [&] {
+        if (filled == 0)
+            return;
+        for (int n = filled; n < kWidth; ++n)
+            qx[n] = qx[0], qy[n] = qy[0], qz[n] = qz[0];
+        const unsigned asked = (1u << filled) - 1u;
+        M lanes = fromBits(asked);
+        store(results, valueElsewhere<K, Mixed>(f, {load(qx), load(qy), load(qz)}, lanes));
+        const unsigned lacking = asked & ~bits(lanes);
+        for (int n = 0; n < filled; ++n) {
+            value[to[n] / kWidth][to[n] % kWidth] = results[n];
+            if (lacking >> n & 1u)
+                there &= ~(1u << (to[n] % kWidth));
+        }
+        filled = 0;
+    };
+    for (unsigned left = there; left != 0; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        for (int n = 0; n < values; ++n) {
+            qx[filled] = x[n * kWidth + lane], qy[filled] = y[n * kWidth + lane],
+            qz[filled] = z[n * kWidth + lane];
+            to[filled] = n * kWidth + lane;
+            if (++filled == kWidth)
+                evaluate();
+        }
+    }
+    evaluate();
+    m = fromBits(there);
+    const auto v = [&](int n) { return load(value[n]); };
+    if (kind == PacketGradient::forward)
+        return {(v(1) - v(0)) / h, (v(2) - v(0)) / h, (v(3) - v(0)) / h};
+    if (kind == PacketGradient::sobel)
+        return sobel([&](int n) { return v(n); }, h);
+    const F both = F(2.0f) * h;
+    return {(v(0) - v(1)) / both, (v(2) - v(3)) / both, (v(4) - v(5)) / both};
+}
+
 /// Of the kinds but analytic, of lanes whose neighbourhood lies in their brick.
 template <SampleKind K, bool Mixed>
 TESSERA_LANE F3 differencesHere(const PacketField& f, const Here<Mixed>& here, PacketGradient kind, F3 p,
@@ -261,21 +344,13 @@ TESSERA_LANE F3 differencesHere(const PacketField& f, const Here<Mixed>& here, P
                 (value({p.x, p.y, p.z + h}) - now) / h};
     }
     if (kind == PacketGradient::sobel) {
-        const F now = value(p);
-        F3 sum{F(0.0f), F(0.0f), F(0.0f)};
-        for (int n = 0; n < 27; ++n) {
-            const float side[3] = {static_cast<float>(n % 3 - 1), static_cast<float>(n / 3 % 3 - 1),
-                                   static_cast<float>(n / 9 - 1)};
-            const float across[3] = {side[0] == 0 ? 2.0f : 1.0f, side[1] == 0 ? 2.0f : 1.0f,
-                                     side[2] == 0 ? 2.0f : 1.0f};
-            const F difference =
-                value({p.x + pitch * F(side[0]), p.y + pitch * F(side[1]), p.z + pitch * F(side[2])}) - now;
-            sum = {sum.x + F(side[0] * across[1] * across[2]) * difference,
-                   sum.y + F(side[1] * across[2] * across[0]) * difference,
-                   sum.z + F(side[2] * across[0] * across[1]) * difference};
-        }
-        const F all = F(32.0f) * pitch;
-        return {sum.x / all, sum.y / all, sum.z / all};
+        return sobel(
+            [&](int n) {
+                return value({p.x + pitch * F(static_cast<float>(n % 3 - 1)),
+                              p.y + pitch * F(static_cast<float>(n / 3 % 3 - 1)),
+                              p.z + pitch * F(static_cast<float>(n / 9 - 1))});
+            },
+            pitch);
     }
     const F h = F(0.5f) * pitch, both = F(2.0f) * h; // central-half
     return {(value({p.x + h, p.y, p.z}) - value({p.x - h, p.y, p.z})) / both,
@@ -301,7 +376,10 @@ TESSERA_LANE F3 gradientAt(const PacketField& f, const PacketHelp& help, const H
         g = differencesHere<K>(f, here, kind, p, pitch, inside);
     M rest = m & ~inside;
     if (any(rest)) [[unlikely]] {
-        g = select(rest, gradientElsewhere(help, p, rest), g);
+        const F3 elsewhere = kind == PacketGradient::analytic
+                                 ? slopeOf(help, p, rest)
+                                 : differencesElsewhere<K, Mixed>(f, kind, p, rest);
+        g = select(rest, elsewhere, g);
         m = inside | rest;
     }
     return g;

@@ -54,8 +54,7 @@ TESSERA_LANE I alignmentOf(I i) {
 
 /// Strides that start at i: log2 of their segments.
 template <bool Mixed>
-TESSERA_LANE I stridesAt(const PacketScene& s, const PacketJob& job, const PacketRays& rays,
-                         const Here<Mixed>& here, I i, M m) {
+TESSERA_LANE I stridesAt(const PacketScene& s, const PacketRays& rays, const Here<Mixed>& here, I i, M m) {
     if constexpr (!Mixed)
         return I(__builtin_ctz(static_cast<unsigned>(s.field.uniformSegments)));
     else {
@@ -64,15 +63,30 @@ TESSERA_LANE I stridesAt(const PacketScene& s, const PacketJob& job, const Packe
         I k = min(here.stride, alignmentOf(i));
         const M rest = m & ~known;
         if (any(rest))
-            k = select(rest,
-                       lanewise(i, rest,
-                                [&](int lane, std::int32_t from) {
-                                    return __builtin_ctz(static_cast<unsigned>(
-                                        s.help.strideAt(s.help.context, job, lane, from)));
-                                }),
-                       k);
+            k = select(rest, min(strideExponent(s.field, start, rest), alignmentOf(i)), k);
         return k;
     }
+}
+
+/// Where the strides start that hold segments i, of lanes m.
+inline __attribute__((noinline)) I strideStarts(const PacketField& f, const PacketRays& rays, I i, M m) {
+    I most(f.mostStride);
+    if (!f.naive) { // a stride never reaches into a brick that is finer than itself
+        const Corner c = cornerAt(f, along(rays, number(i)), m);
+        most = min(most, codeOf(c, c.current));
+    }
+    I to = i;
+    for (int k = f.mostStride; k > 0; --k) {
+        const M fits = m & ~(most < I(k));
+        if (!any(fits))
+            continue;
+        const I start = i & I(-(1 << k));
+        const I stride = min(strideExponent(f, along(rays, number(start)), fits), alignmentOf(start));
+        const M holds = fits & (start + shl(I(1), stride) > i);
+        to = select(holds, start, to);
+        m = m & ~holds;
+    }
+    return to;
 }
 
 /// The field at p, which then lies in the lanes' brick where it lies in one.
@@ -81,7 +95,7 @@ TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m) {
     const M outside = m & ~within(inBrick(here, p), here.low, here.high);
     if (any(outside))
         enter<Mixed>(s.field, here, p, outside);
-    return valueAt<K>(s.field, s.help, here, p, m);
+    return valueAt<K>(s.field, here, p, m);
 }
 
 template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const PacketScene& s, PacketJob& job) {
@@ -115,7 +129,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
         if (job.turns != 0 && turns > job.turns)
             break;
         iterations += static_cast<unsigned>(count(active & ~ready));
-        I k = stridesAt<Mixed>(s, job, rays, here, i, active);
+        I k = stridesAt<Mixed>(s, rays, here, i, active);
         I n = shl(I(1), k);
         F length = strideLength(rays, i, n);
         M shows = active;
@@ -131,9 +145,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
                     const M ends = ~(beyond < number(rays.count));
                     I to = max(truncated(select(ends, F(0.0f), beyond)), I(0));
                     if constexpr (Mixed)
-                        to = lanewise(to, leaps & ~ends, [&](int lane, std::int32_t at) {
-                            return s.help.strideStart(s.help.context, job, lane, at);
-                        });
+                        to = strideStarts(f, rays, to, leaps & ~ends);
                     else
                         to = to & I(-f.uniformSegments);
                     i = select(leaps, select(ends, rays.count, max(i + n, to)), i);
@@ -159,7 +171,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
                     known = known & ~leaps;
                     i = select(leaps, to, i);
                     active = active & (i < rays.count);
-                    k = stridesAt<Mixed>(s, job, rays, here, i, active);
+                    k = stridesAt<Mixed>(s, rays, here, i, active);
                     n = shl(I(1), k);
                     length = strideLength(rays, i, n);
                     const BoxAt after = boxAt(s.space, f, along(rays, number(i) + length), leaps & active);

@@ -1,0 +1,289 @@
+// render/engines/native/packet_blend.h: values where a lane's cell needs more than one brick: cells of one
+// level across bricks, and blends of bricks of unlike levels: twin of fieldValue() and interblockValue() in
+// render/contract/sampler.h; and what the levels around a place say of strides. For packet_*.cpp alone.
+#pragma once
+
+#include "render/contract/leaves.h"
+#include "render/engines/native/lanes.h"
+#include "render/engines/native/packet.h"
+
+namespace tessera::TESSERA_LANES {
+
+using native::PacketBrick;
+using native::PacketField;
+using native::SampleKind;
+
+// Codes of bricks, as BrickCorner's.
+constexpr int kCoarsestCode = 5, kEmptyCode = 6, kOutsideCode = 7, kNoReachCode = 15;
+
+/// Half a sample of a level, in voxels: exact.
+TESSERA_LANE F halfSample(I level) {
+    return asFloat(shl<23>(I(126) + level));
+}
+TESSERA_LANE F samplesPerVoxel(I level) {
+    return asFloat(shl<23>(I(127) - level));
+}
+
+template <SampleKind K> TESSERA_LANE F sampleAt(const void* samples, I index, M m) {
+    if constexpr (K == SampleKind::f32)
+        return asFloat(gather<4>(samples, index, m));
+    else {
+        const I pair = gather<2>(samples, index, m);
+        return number(K == SampleKind::i16 ? sar<16>(shl<16>(pair)) : pair & I(0xffff));
+    }
+}
+
+/// An entry of PacketField::bricks.
+struct BrickEntries {
+    I base, state;
+};
+TESSERA_LANE BrickEntries entriesOf(const PacketField& f, I brick, M m) {
+    const Pair pair = gatherPair<4>(f.bricks, shl<2>(brick), m);
+    return {pair.low, shr<24>(pair.high)};
+}
+TESSERA_LANE F meanOf(const PacketField& f, I brick, M m) {
+    return asFloat(gather<4>(reinterpret_cast<const std::int32_t*>(f.bricks) + 3, shl<2>(brick), m));
+}
+
+/// What a cell needs of one axis: brick and place in it, of its lower and its upper sample.
+struct CellAxis {
+    I brick[2], inside[2];
+    F part;
+};
+TESSERA_LANE CellAxis cellAxis(F p, F perVoxel, I last, I shift) {
+    const F at = min(max(p * perVoxel - F(0.5f), F(0.0f)), number(last));
+    const I low = truncated(at), high = min(low + I(1), last); // not negative, so this is floor
+    const I mask = shl(I(1), shift) - I(1);
+    return {{sar(low, shift), sar(high, shift)}, {low & mask, high & mask}, at - number(low)};
+}
+
+/// Plain trilinear interpolation of one level's samples, whichever bricks have them; empty ones read as their
+/// mean. Lanes that lack a brick are taken from m.
+template <SampleKind K> TESSERA_LANE F latticeValue(const PacketField& f, F3 p, I level, M& m) {
+    const F perVoxel = samplesPerVoxel(level);
+    const I shift = I(5) - level, round = shl(I(1), level) - I(1);
+    const auto last = [&](int axis) { return sar(I(f.extentVoxels[axis]) + round, level) - I(1); };
+    const CellAxis x = cellAxis(p.x, perVoxel, last(0), shift), y = cellAxis(p.y, perVoxel, last(1), shift),
+                   z = cellAxis(p.z, perVoxel, last(2), shift);
+    const M isTabled = m & (level < I(kCoarsestCode));
+    const I row = gather<4>(f.rowPitch, level, isTabled), slice = gather<4>(f.slicePitch, level, isTabled);
+    F v[8];
+    for (int n = 0; n < 8; ++n) {
+        const int i = n & 1, j = (n >> 1) & 1, k = n >> 2;
+        const I brick = (z.brick[k] * I(f.grid[1]) + y.brick[j]) * I(f.grid[0]) + x.brick[i];
+        const BrickEntries entry = entriesOf(f, brick, m);
+        const M stored = m & (entry.state < I(static_cast<int>(PacketBrick::kValue)));
+        v[n] = sampleAt<K>(f.samples, entry.base + z.inside[k] * slice + y.inside[j] * row + x.inside[i],
+                           stored);
+        const M value = m & (entry.state == I(static_cast<int>(PacketBrick::kValue)));
+        if (any(value))
+            v[n] = select(value, meanOf(f, brick, value), v[n]);
+        m = stored | value;
+    }
+    return leaf::trilinear(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], x.part, y.part, z.part);
+}
+
+/// The eight bricks around the nearest brick corner.
+struct Corner {
+    I codes, facts;
+    I x, y, z; // of the corner, in bricks
+    F3 offset; // voxels from it
+    I current; // number of the brick that the place lies in
+};
+TESSERA_LANE Corner cornerAt(const PacketField& f, F3 p, M m) {
+    Corner c;
+    const auto axis = [&](F at, int n, I& corner, F& offset) {
+        const F inVolume = min(max(at, F(0.0f)), F(static_cast<float>(f.extentVoxels[n])));
+        const I brick = min(sar<5>(truncated(inVolume)), I(f.grid[n] - 1));
+        const F inside = at - number(shl<5>(brick));
+        const M lower = inside < F(16.0f);
+        corner = select(lower, brick, brick + I(1));
+        offset = select(lower, inside, inside - F(32.0f));
+        return select(lower, I(1 << n), I(0));
+    };
+    c.current = axis(p.x, 0, c.x, c.offset.x) | axis(p.y, 1, c.y, c.offset.y) | axis(p.z, 2, c.z, c.offset.z);
+    const I index = (c.z * I(f.grid[1] + 1) + c.y) * I(f.grid[0] + 1) + c.x;
+    const Pair pair = gatherPair<8>(f.corners, index, m);
+    c.codes = pair.low, c.facts = pair.high;
+    return c;
+}
+TESSERA_LANE I codeOf(const Corner& c, I brick) {
+    return shr(c.codes, shl<2>(brick)) & I(15);
+}
+TESSERA_LANE F offsetAlong(const Corner& c, int axis) {
+    return axis == 0 ? c.offset.x : axis == 1 ? c.offset.y : c.offset.z;
+}
+
+/// Axes, as bits, along which bricks of the other side have weight.
+TESSERA_LANE I nearAxes(const Corner& c) {
+    I near(0);
+    for (int axis = 0; axis < 3; ++axis) {
+        const I reach = shr(c.facts, I(4 * axis)) & I(15);
+        const M isNear = (reach != I(kNoReachCode)) & (abs(offsetAlong(c, axis)) < halfSample(reach));
+        near = near | select(isNear, I(1 << axis), I(0));
+    }
+    return near;
+}
+
+/// As edgeWeight() of render/contract/brick_corner.h over edgeReach().
+TESSERA_LANE F edgeWeight(const PacketField& f, I own, I other, F into, M upper) {
+    const I empty(kEmptyCode);
+    const M besideEmpty = (own == empty) | (other == empty);
+    const I level = select(own != empty, own, select(other != empty, other, I(f.finest)));
+    I mine = own, theirs = other;
+    if (f.edgeFunction == 1) // minimum
+        mine = theirs = min(own, other);
+    if (f.edgeFunction == 3) // maximum
+        mine = theirs = max(own, other);
+    const M ahead = into >= F(0.0f);
+    F reach = halfSample(select(besideEmpty, level, select(ahead, mine, theirs)));
+    if (f.edgeFunction == 0) // nearest
+        reach = select(besideEmpty, reach, F(0.0f));
+    const F rising = min(max(F(0.5f) + F(0.5f) * (into / reach), F(0.0f)), F(1.0f));
+    const F step = select((into > F(0.0f)) | ((into == F(0.0f)) & upper), F(1.0f), F(0.0f));
+    return select(reach == F(0.0f), step, rising);
+}
+
+/// Weight of brick n of the corner, before normalisation.
+TESSERA_LANE F cornerWeight(const PacketField& f, const Corner& c, I n, I near) {
+    const I own = codeOf(c, n), outside(kOutsideCode);
+    F weight(1.0f);
+    for (int axis = 0; axis < 3; ++axis) {
+        const I bit(1 << axis);
+        const I other = codeOf(c, n ^ bit);
+        const M upper = (n & bit) != I(0);
+        const M counts = ((near & bit) != I(0)) & (other != outside);
+        const F offset = offsetAlong(c, axis);
+        const F edge = edgeWeight(f, own, other, select(upper, offset, F(0.0f) - offset), upper);
+        weight = select(counts, weight * edge, weight);
+    }
+    return select(own == outside, F(0.0f), weight);
+}
+
+/// A brick's own value: trilinear between its samples, clamped to them. Lanes that lack it are taken from m.
+template <SampleKind K> TESSERA_LANE F brickValue(const PacketField& f, I x, I y, I z, I code, F3 p, M& m) {
+    const I number_ = (z * I(f.grid[1]) + y) * I(f.grid[0]) + x;
+    const M isValue = m & ~(code < I(kCoarsestCode));
+    F value(0.0f);
+    if (any(isValue))
+        value = meanOf(f, number_, isValue);
+    M stored = m & ~isValue;
+    if (!any(stored))
+        return value;
+    const BrickEntries entry = entriesOf(f, number_, stored);
+    stored = stored & (entry.state < I(static_cast<int>(PacketBrick::kValue)));
+    m = isValue | stored;
+    const I level = select(stored, code, I(0)), shift = I(5) - level;
+    const F perVoxel = samplesPerVoxel(level);
+    const I edge = shl(I(1), shift), round = shl(I(1), level) - I(1);
+    struct Axis {
+        I low, high;
+        F part;
+    };
+    const auto axis = [&](F at, I brick, int n) {
+        const I first = shl(brick, shift);
+        const I last = min(edge, sar(I(f.extentVoxels[n]) + round, level) - first) - I(1);
+        const F inside = min(max(at * perVoxel - number(first) - F(0.5f), F(0.0f)), number(last));
+        const I low = truncated(inside);
+        return Axis{low, min(low + I(1), last), inside - number(low)};
+    };
+    const Axis ax = axis(p.x, x, 0), ay = axis(p.y, y, 1), az = axis(p.z, z, 2);
+    const I row = gather<4>(f.rowPitch, level, stored), slice = gather<4>(f.slicePitch, level, stored);
+    const I y0 = entry.base + ay.low * row, y1 = entry.base + ay.high * row;
+    const I z0 = az.low * slice, z1 = az.high * slice;
+    const auto at = [&](I line, I plane, I column) {
+        return sampleAt<K>(f.samples, line + plane + column, stored);
+    };
+    const F inside = leaf::trilinear(at(y0, z0, ax.low), at(y0, z0, ax.high), at(y1, z0, ax.low),
+                                     at(y1, z0, ax.high), at(y0, z1, ax.low), at(y0, z1, ax.high),
+                                     at(y1, z1, ax.low), at(y1, z1, ax.high), ax.part, ay.part, az.part);
+    return select(stored, inside, value);
+}
+
+/// The field where bricks' levels are not all the same, or bricks are not blended. Lanes that lack a brick
+/// are taken from m.
+template <SampleKind K> inline __attribute__((noinline)) F blendedValue(const PacketField& f, F3 p, M& m) {
+    const Corner c = cornerAt(f, p, m);
+    const M agree = m & ((shr<12>(c.facts) & I(1)) == I(1));
+    F value(0.0f);
+    M there = none();
+    if (any(agree)) {
+        const I level = shr<13>(c.facts) & I(7);
+        M plain = agree & (level < I(kCoarsestCode));
+        if (any(plain))
+            value = latticeValue<K>(f, p, select(plain, level, I(0)), plain);
+        M coarsest = agree & ~(level < I(kCoarsestCode));
+        if (any(coarsest))
+            value = select(coarsest, latticeValue<K>(f, p, I(kCoarsestCode), coarsest), value);
+        there = plain | coarsest;
+    }
+    const M mixes = m & ~agree;
+    if (any(mixes)) {
+        const I near = nearAxes(c);
+        F sum(0.0f), weights(0.0f);
+        M whole = mixes;
+        for (int subset = 0; subset < 8; ++subset) {
+            const M lanes = mixes & ((I(subset) & ~near) == I(0));
+            if (!any(lanes))
+                continue;
+            const I n = c.current ^ I(subset);
+            const F weight = cornerWeight(f, c, n, near);
+            const M counts = lanes & (weight > F(0.0f));
+            if (!any(counts))
+                continue;
+            M here = counts;
+            const F own = brickValue<K>(f, c.x - I(1) + (n & I(1)), c.y - I(1) + (shr<1>(n) & I(1)),
+                                        c.z - I(1) + shr<2>(n), codeOf(c, n), p, here);
+            whole = whole & ~(counts & ~here);
+            sum = select(counts, sum + weight * own, sum);
+            weights = select(counts, weights + weight, weights);
+        }
+        value = select(mixes, select(near == I(0), sum, sum / weights), value);
+        there = there | whole;
+    }
+    m = there;
+    return value;
+}
+
+/// Distance of samples at p, voxels, with the weights of their values; empty bricks count as the finest
+/// level.
+inline __attribute__((noinline)) F blendedPitch(const PacketField& f, F3 p, M m) {
+    const Corner c = cornerAt(f, p, m);
+    const M agree = (shr<12>(c.facts) & I(1)) == I(1);
+    const I near = select(agree, I(0), nearAxes(c));
+    F sum(0.0f), weights(0.0f);
+    for (int subset = 0; subset < 8; ++subset) {
+        const M lanes = m & ((I(subset) & ~near) == I(0));
+        if (!any(lanes))
+            continue;
+        const I n = c.current ^ I(subset), code = codeOf(c, n);
+        const F weight = cornerWeight(f, c, n, near);
+        const F pitch = asFloat(shl<23>(I(127) + select(code == I(kEmptyCode), I(f.finest), code)));
+        sum = select(lanes, sum + weight * pitch, sum);
+        weights = select(lanes, weights + weight, weights);
+    }
+    return sum / weights;
+}
+
+/// log2 of the segments of the largest stride from a place, but for alignment.
+TESSERA_LANE I strideExponent(const PacketField& f, F3 p, M m) {
+    const Corner c = cornerAt(f, p, m);
+    const I current = codeOf(c, c.current);
+    I k = min(current, I(f.mostStride)); // an empty brick counts as coarser than all
+    if (f.naive)
+        return k;
+    const M limited = m & (k > (shr<16>(c.facts) & I(7)));
+    if (!any(limited))
+        return k;
+    const F reach = max(halfSample(min(current, I(5))), F(f.segmentVoxels) * number(shl(I(1), k)));
+    I near(0);
+    for (int axis = 0; axis < 3; ++axis)
+        near = near | select(abs(offsetAlong(c, axis)) < reach, I(1 << axis), I(0));
+    for (int other = 1; other < 8; ++other) {
+        const M reaches = limited & ((I(other) & ~near) == I(0));
+        k = select(reaches, min(k, codeOf(c, c.current ^ I(other))), k);
+    }
+    return k;
+}
+
+} // namespace tessera::TESSERA_LANES
