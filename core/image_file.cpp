@@ -6,12 +6,12 @@
 #include "core/colour.h"
 #include "core/error.h"
 #include "core/output_file.h"
+#include "core/picture_format.h"
 #include "core/printable_text.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <exception>
@@ -19,22 +19,8 @@
 namespace tessera {
 namespace {
 
-enum class Format { png, exr, tiff };
+using Format = PictureFormat;
 constexpr int kMaxExtent = 16384; // pixels an axis; a header that says more is a lie to us
-
-Format formatOf(const std::filesystem::path& path) {
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (extension == ".png")
-        return Format::png;
-    if (extension == ".exr")
-        return Format::exr;
-    if (extension == ".tif" || extension == ".tiff")
-        return Format::tiff;
-    throw badFile(path.string(), "a picture's name ending in .png, .exr, .tif or .tiff",
-                  extension.empty() ? "no extension" : "\"" + extension + "\"");
-}
 
 bool isOpaque(const Image& image) {
     return std::all_of(image.pixels.begin(), image.pixels.end(), [](const glm::vec4& p) { return p.a >= 1; });
@@ -128,7 +114,7 @@ bool isOnDisk(const std::filesystem::path& path, const std::vector<std::uint16_t
 }
 
 std::unique_ptr<OIIO::ImageInput> openPicture(const std::filesystem::path& path) {
-    formatOf(path);
+    pictureFormat(path);
     OIIO::ImageSpec hints;
     hints["oiio:UnassociatedAlpha"] = 1;
     auto input = OIIO::ImageInput::open(path.string(), &hints);
@@ -146,11 +132,11 @@ std::unique_ptr<OIIO::ImageInput> openPicture(const std::filesystem::path& path)
 } // namespace
 
 void checkImagePath(const std::filesystem::path& path) {
-    formatOf(path);
+    pictureFormat(path);
 }
 
 void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest) {
-    const Format format = formatOf(path);
+    const Format format = pictureFormat(path);
     const int channels = format == Format::exr || !isOpaque(image) ? 4 : 3;
     const OIIO::TypeDesc type = format == Format::exr   ? OIIO::TypeDesc::FLOAT
                                 : format == Format::png ? OIIO::TypeDesc::UINT8
@@ -201,7 +187,7 @@ void writeImage(const std::filesystem::path& path, const Image& image, const std
 }
 
 Image readImage(const std::filesystem::path& path) {
-    const bool linear = formatOf(path) == Format::exr;
+    const bool linear = pictureFormat(path) == Format::exr;
     const auto input = openPicture(path);
     const int channels = input->spec().nchannels;
     Image image(glm::ivec2(input->spec().width, input->spec().height));
