@@ -63,7 +63,8 @@ class Png {
     std::string words_;
 };
 
-constexpr const char* kDescription = "Description"; // PNG's word for it
+constexpr const char* kDescription = "Description";    // PNG's word for it
+constexpr png_alloc_size_t kMostTextBytes = 16u << 20; // a manifest is some thousands
 
 } // namespace
 
@@ -108,6 +109,7 @@ PictureFile<float> readPng(const std::string& path, PictureParts parts) {
     PictureFile<float> picture;
     file.calls([&] {
         png_set_user_limits(png, kMostPicturePixels, kMostPicturePixels);
+        png_set_chunk_malloc_max(png, kMostTextBytes);
         png_init_io(png, stream.get());
         png_read_info(png, info);
         png_set_expand(png); // palettes, transparent colours, less than 8 bits

@@ -1,7 +1,6 @@
 // viewer/modules/load_module.h: parts of the program that are libraries of their own, and what these show.
-// What
-// reads and writes pictures and what imports scans stand on some sixty libraries of others, which would all
-// be loaded to print a help.
+// What reads and writes pictures and what imports scans stand on some sixty libraries of others, which would
+// all be loaded to print a help.
 #pragma once
 
 #include <string>
