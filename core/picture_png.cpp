@@ -110,6 +110,7 @@ PictureFile<float> readPng(const std::string& path, PictureParts parts) {
     file.calls([&] {
         png_set_user_limits(png, kMostPicturePixels, kMostPicturePixels);
         png_set_chunk_malloc_max(png, kMostTextBytes);
+        png_set_benign_errors(png, 0); // else what is too long is a warning, and taken
         png_init_io(png, stream.get());
         png_read_info(png, info);
         png_set_expand(png); // palettes, transparent colours, less than 8 bits
