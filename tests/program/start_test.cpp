@@ -104,13 +104,16 @@ TEST_F(Start, HelpTakesLittleMemory) {
 
 TEST_F(Start, APictureByTheCpuLoadsNothingOfGlAndOfImporters) {
     run("phantom sphere --size 40x33x24 -o s.zarr -q");
-    const Outcome drew = run("render s.zarr --engine mirror --size 16x16 -o a.png -q");
-    EXPECT_TRUE(fs::exists(folder_ / "a.png"));
-    for (const std::string& kind : {kGl, kImporters})
-        EXPECT_THAT(drew.loaded, Each(Not(ContainsRegex(kind))));
-    EXPECT_LE(drew.loaded.size(), 48u);
-    EXPECT_THAT(drew.loaded,
-                ::testing::Contains("tessera_pictures.so")); // the names above still mean something
+    for (const std::string engine : {"mirror", "native"}) {
+        const Outcome drew =
+            run("render s.zarr --engine " + engine + " --size 16x16 -o " + engine + ".png -q");
+        EXPECT_TRUE(fs::exists(folder_ / (engine + ".png")));
+        for (const std::string& kind : {kGl, kImporters})
+            EXPECT_THAT(drew.loaded, Each(Not(ContainsRegex(kind)))) << engine;
+        EXPECT_LE(drew.loaded.size(), 48u) << engine;
+        // The names above still mean something.
+        EXPECT_THAT(drew.loaded, ::testing::Contains("tessera_pictures.so"));
+    }
 }
 
 #if TESSERA_WITH_IMPORT
