@@ -1,6 +1,6 @@
 // core/image_file.h: pictures on disk. PNG (8-bit sRGB), EXR (linear float32), TIFF (16-bit sRGB), by
-// extension. A target of its own (tessera_image_files, OpenImageIO), so that a bare machine builds without
-// it.
+// extension. A target of its own (tessera_image_files: libpng, OpenEXR, libtiff), so that a bare machine
+// builds without it; programs load it with their first picture (viewer/modules/).
 #pragma once
 
 #include "core/image.h"

@@ -274,7 +274,7 @@ void checkOutput(const fs::path& out) {
 }
 #else
 void checkOutput(const fs::path&) {
-    throw InputError("render: this program was built without picture files (OpenImageIO)");
+    throw InputError("render: this program was built without picture files");
 }
 void writeImage(const fs::path&, const Image&, const std::string&) {}
 #endif

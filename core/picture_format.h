@@ -1,0 +1,13 @@
+// core/picture_format.h: which format a picture's name asks for; needs no library that writes one.
+#pragma once
+
+#include <filesystem>
+
+namespace tessera {
+
+enum class PictureFormat { png, exr, tiff };
+
+/// By extension. Throws InputError naming path when it is another.
+PictureFormat pictureFormat(const std::filesystem::path& path);
+
+} // namespace tessera

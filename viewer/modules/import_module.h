@@ -1,0 +1,23 @@
+// viewer/modules/import_module.h: what the program uses of the importers, as a module has it.
+#pragma once
+
+#include "bricking/import/catalogue.h"
+#include "bricking/import/open_source.h"
+#include "viewer/modules/load_module.h"
+
+namespace tessera {
+
+struct ImportModule {
+    ModuleHead head;
+    decltype(&lookThrough) look;
+    decltype(&chooseRow) choose;
+    decltype(&openRow) open;
+    decltype(&tableOf) table;
+    decltype(&passedOverText) passedOver;
+    decltype(&passesOverSomething) passesOver;
+    decltype(&countPassed) count;
+    decltype(&keyOf) key;
+    decltype(&openSource) openPath;
+};
+
+} // namespace tessera
