@@ -204,11 +204,11 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     Progress silent;
     Progress& progress = options.progress ? *options.progress : silent;
     progress.stage("reading statistics and choosing levels");
-    const bool first = options.onFirstPicture && (made.kind == EngineKind::gpu || made.kind == EngineKind::native);
+    const bool first =
+        options.onFirstPicture && (made.kind == EngineKind::gpu || made.kind == EngineKind::native);
     const Scene coarse = first ? firstScene(scene) : scene;
-    ScenePlan p =
-        planScene(coarse, store, limits, ram, gpu, options.threads,
-                  first ? LevelChoice::quick : options.levels, pictureBytesPerPixel(made.kind));
+    ScenePlan p = planScene(coarse, store, limits, ram, gpu, options.threads,
+                            first ? LevelChoice::quick : options.levels, pictureBytesPerPixel(made.kind));
     if (first) {
         RenderResult quick;
         RenderOptions plain = options;
@@ -223,8 +223,7 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     }
     result.camera = p.view.camera;
     result.tableRelativeError = p.volume.table.relativeError;
-    result.levelsOnPurpose =
-        options.levels != LevelChoice::perBrick || made.kind == EngineKind::reference;
+    result.levelsOnPurpose = options.levels != LevelChoice::perBrick || made.kind == EngineKind::reference;
     result.cells = cellCount(p.volume.statistics.cells);
     const SceneVolume& volume = scene.volumes.front();
     const ValueSummary values = summarise(p.volume.statistics, p.info(), volume.unit);
@@ -252,7 +251,8 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     const auto percent = [](std::size_t part, std::size_t whole) {
         return whole ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0.0;
     };
-    line("engine: %s%s%s", name(r.engine), r.engineReason.empty() ? "" : ", because ", r.engineReason.c_str());
+    line("engine: %s%s%s", name(r.engine), r.engineReason.empty() ? "" : ", because ",
+         r.engineReason.c_str());
     if (r.glVersion.empty())
         line("device: %s", r.device.c_str());
     else {

@@ -46,10 +46,6 @@ native::PacketHelp helpOf(const Context& context) {
         g[0] = gradient.x, g[1] = gradient.y, g[2] = gradient.z;
         *missing = field.takeMissing();
     };
-    help.nextShown = [](const void* c, const native::PacketJob& job, int lane, std::int32_t i) {
-        const auto& context = *static_cast<const Context*>(c);
-        return nextShown(*context.occupancy, context.rays.strides, rayOf(job, lane), i);
-    };
     help.expired = [](const void* c) {
         checkInterrupted();
         const auto& context = *static_cast<const Context*>(c);

@@ -80,8 +80,6 @@ struct PacketHelp {
     const void* context = nullptr;
     /// @param missing  set where a brick is absent
     void (*gradient)(const void* context, const float* p, float* gradient, bool* missing) = nullptr;
-    /// Of the ray in a lane, from segment i: where the next stride starts that can show something.
-    std::int32_t (*nextShown)(const void* context, const PacketJob& job, int lane, std::int32_t i) = nullptr;
     /// Whether the packet is to stop where it is.
     bool (*expired)(const void* context) = nullptr;
 };

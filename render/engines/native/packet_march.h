@@ -34,17 +34,6 @@ TESSERA_LANE F3 along(const PacketRays& rays, F segments) {
             rays.entry.z + segments * rays.step.z};
 }
 
-template <typename Call> inline __attribute__((noinline)) I lanewise(I i, M m, const Call& call) {
-    alignas(64) std::int32_t from[kWidth], to[kWidth];
-    store(from, i);
-    store(to, i);
-    for (unsigned left = bits(m); left != 0; left &= left - 1) {
-        const int lane = __builtin_ctz(left);
-        to[lane] = call(lane, from[lane]);
-    }
-    return load(to);
-}
-
 /// log2 of the largest stride that a start at i allows.
 TESSERA_LANE I alignmentOf(I i) {
     const I lowest = i & (I(0) - i);                            // a power of two, or 0
@@ -121,6 +110,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
     M ready = none(), waiting = none();
     End front;                             // at the start of segment i
     M known = none(), showsFront = none(); // front is; something can show there
+    M showsBack = none();                  // at the end of the stride of a lane that is ready
     int turns = 0;
     std::uint64_t iterations = 0, segments = 0, values = 0, gradients = 0, sampling = 0;
     while (any(active)) {
@@ -132,7 +122,6 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
         I k = stridesAt<Mixed>(s, rays, here, i, active);
         I n = shl(I(1), k);
         F length = strideLength(rays, i, n);
-        M shows = active;
         if constexpr (!Ends) {
             F3 p = along(rays, number(i) + F(0.5f) * length);
             if (skips) {
@@ -158,27 +147,44 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
                 ready = active;
             }
         } else if (skips) {
-            const F3 p = along(rays, number(i) + length);
-            const BoxAt box = boxAt(s.space, f, p, active);
-            shows = box.shows;
-            const M doubtful = active & ~(known & (showsFront | shows));
+            const M looking = active & ~ready;
+            const BoxAt end = boxAt(s.space, f, along(rays, number(i) + length), looking);
+            showsBack = (showsBack & ready) | end.shows;
+            const M sure = looking & known & (showsFront | end.shows);
+            const M doubtful = looking & ~sure;
+            ready = ready | sure;
             if (any(doubtful)) {
-                const I to = lanewise(i, doubtful, [&](int lane, std::int32_t at) {
-                    return s.help.nextShown(s.help.context, job, lane, at);
-                });
-                const M leaps = doubtful & (to != i);
-                if (any(leaps)) {
-                    known = known & ~leaps;
-                    i = select(leaps, to, i);
-                    active = active & (i < rays.count);
+                const BoxAt start = boxAt(s.space, f, along(rays, number(i)), doubtful);
+                const M empty = doubtful & ~start.shows;
+                ready = ready | start.shows;
+                if (any(empty)) {
+                    const F beyond = floor(leaves(s.space, leaping, start));
+                    const M ends = empty & ~(beyond < number(rays.count));
+                    M goes = empty & ~ends;
+                    I to = max(truncated(select(goes, beyond, F(0.0f))), I(0));
+                    if constexpr (Mixed)
+                        to = strideStarts(f, rays, to, goes);
+                    else
+                        to = to & I(-f.uniformSegments);
+                    to = select(goes, max(i, to), i);
+                    known = known & ~(goes & (to != i));
+                    i = select(ends, rays.count, to);
+                    active = active & ~ends;
                     k = stridesAt<Mixed>(s, rays, here, i, active);
                     n = shl(I(1), k);
                     length = strideLength(rays, i, n);
-                    const BoxAt after = boxAt(s.space, f, along(rays, number(i) + length), leaps & active);
-                    shows = (shows & ~leaps) | after.shows;
+                    // Empty boxes that touch share a value, so that nothing between the values in both shows.
+                    const BoxAt after = boxAt(s.space, f, along(rays, number(i) + length), goes);
+                    const M passes = goes & ~after.shows & touches(s.space, leaping, start, after);
+                    showsBack = (showsBack & ~goes) | after.shows;
+                    known = known & ~passes;
+                    i = select(passes, i + n, i);
+                    ready = ready | (goes & ~passes);
+                    active = active & (i < rays.count);
+                    if (count(passes & active) * 2 > count(ready))
+                        continue;
                 }
             }
-            ready = active;
         } else {
             ready = active;
         }
@@ -255,7 +261,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
         active = active & (i < rays.count);
         if constexpr (Ends) {
             front = select(m, back, front);
-            showsFront = (showsFront & ~m) | (shows & m);
+            showsFront = (showsFront & ~m) | (showsBack & m);
         }
     }
     store(job.next, i);

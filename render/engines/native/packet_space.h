@@ -1,6 +1,6 @@
 // render/engines/native/packet_space.h: leaps over what is proven empty, for all lanes of a packet: twin of
-// nextOccupied() in render/empty_space/occupancy.h. Leaps differ from its by rounding, which strides are
-// taken does not. For packet_*.cpp alone.
+// nextOccupied() and nextShown() in render/empty_space/occupancy.h. Leaps differ from its by rounding, which
+// strides are taken does not. For packet_*.cpp alone.
 #pragma once
 
 #include "render/engines/native/lanes.h"
@@ -69,12 +69,37 @@ TESSERA_LANE BoxAt boxAt(const PacketEmptySpace& space, const PacketField& f, F3
     return box;
 }
 
+/// How far the emptiness around a place goes: of an empty box as far as a ray may leap, of a block itself.
+struct EmptyReach {
+    I boxes, shift; // along each axis; log2 of a box's edge, voxels
+};
+TESSERA_LANE EmptyReach emptyReach(const PacketEmptySpace& space, const LeapingRays& rays, const BoxAt& box) {
+    const I word = select(rays.upperWord, box.texel.high, box.texel.low);
+    return {select(box.isOccupied, I(1), shr(word, rays.octantBit) & I(127)),
+            select(box.isOccupied, I(space.shift - 2), I(space.shift))};
+}
+
+/// Whether the emptiness around one place touches, or holds, the smallest box around another.
+TESSERA_LANE M touches(const PacketEmptySpace& space, const LeapingRays& rays, const BoxAt& from,
+                       const BoxAt& to) {
+    const EmptyReach reach = emptyReach(space, rays, from);
+    const I other = select(to.isOccupied, I(space.shift - 2), I(space.shift));
+    M all = every();
+    for (int axis = 0; axis < 3; ++axis) {
+        const I box = sar(from.voxel[axis], reach.shift), ahead = reach.boxes - I(1);
+        const M up = rays.ascends[axis] == I(1);
+        const I low = shl(select(up, box, box - ahead), reach.shift);
+        const I high = shl(select(up, box + ahead, box) + I(1), reach.shift);
+        const I there = sar(to.voxel[axis], other);
+        all = all & ~(shl(there, other) > high) & ~(low > shl(there + I(1), other));
+    }
+    return all;
+}
+
 /// Where the rays leave the empty box, less a margin, in segments from their entry.
 TESSERA_LANE F leaves(const PacketEmptySpace& space, const LeapingRays& rays, const BoxAt& box) {
-    const I word = select(rays.upperWord, box.texel.high, box.texel.low);
-    const I reach = select(box.isOccupied, I(1), shr(word, rays.octantBit) & I(127));
-    const I shift = select(box.isOccupied, I(space.shift - 2), I(space.shift));
-    const auto leave = [&](int axis, F perStep, F toLeave) {
+    const auto [reach, shift] = emptyReach(space, rays, box);
+    const auto leave = [&, reach = reach, shift = shift](int axis, F perStep, F toLeave) {
         const I far = select(rays.ascends[axis] == I(1), reach, I(1) - reach);
         const F side = number(shl(sar(box.voxel[axis], shift) + far, shift));
         return select(perStep == F(0.0f), F(kMostFloat), (side + toLeave) * perStep);
