@@ -45,7 +45,8 @@ ImageDifference Truth::errorOf(const Image& whole, bool rounded) const {
 
 void climb(Contender& contender, const std::vector<double>& distances, const Truth& truth,
            const ErrorTarget& target, const ContestLimits& limits) {
-    contender.draw(distances.front()); // what a scene's first frame makes
+    if (contender.tessera) // what a scene's first frame makes; VtkRenderer sees to its own
+        contender.draw(distances.front());
     for (const double voxels : distances) {
         std::vector<Setting>& settings = contender.settings;
         const std::size_t n = settings.size();

@@ -48,7 +48,7 @@ struct Truth {
 };
 
 struct ContestLimits {
-    double mostMs = 60000; // a setting that looks like taking longer is not tried
+    double mostMs = 40000; // a setting that looks like taking longer is not tried
     int rounds = 9;        // at most; two at least
     double shareMs = 6000; // a setting that took so long in all is not drawn again
 };

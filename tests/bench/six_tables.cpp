@@ -120,7 +120,7 @@ void printMeans(const std::vector<PictureResult>& results, const std::string& wh
 void printTimes(const std::vector<PictureResult>& results) {
     const std::vector<std::string> engines = names(results.front(), true);
     const std::vector<std::string> peers = names(results.front(), false);
-    std::vector<std::string> columns = {"scene", "volume", "pixels"};
+    std::vector<std::string> columns = {"scene", "volume", "pixels", "target: rms", "L*u*v* p99"};
     columns.insert(columns.end(), peers.begin(), peers.end());
     columns.insert(columns.end(), engines.begin(), engines.end());
     std::vector<std::pair<std::string, std::string>> pairs; // of engines
@@ -130,12 +130,12 @@ void printTimes(const std::vector<PictureResult>& results) {
         pairs.emplace_back(engines.front(), engines[i]);
         columns.push_back(engines.front() + " / " + engines[i]);
     }
-    std::printf("\nms at the target (rms %.5f and L*u*v* p99 %g, both), minima of the rounds. \"> t\": not "
-                "reached, its finest setting takes t; \"*\": its coarsest setting is better already.\n\n",
-                results.front().target.rms, results.front().target.luvP99);
+    std::printf(
+        "\nms at the target, minima of the rounds. \"> t\": not reached, its finest setting takes t; \"*\": "
+        "its coarsest setting is better already.\n\n");
     printHead(columns);
     for (const PictureResult& r : results) {
-        std::printf("| %s ", titleOf(r).c_str());
+        std::printf("| %s | %.5f | %.2f ", titleOf(r).c_str(), r.target.rms, r.target.luvP99);
         for (const auto& list : {peers, engines})
             for (const std::string& name : list)
                 std::printf(

@@ -227,7 +227,10 @@ double VtkRenderer::drawMs(double sampleDistanceMm) {
     } else {
         s.gpu->SetSampleDistance(static_cast<float>(sampleDistanceMm));
     }
-    if (s.distanceMm != sampleDistanceMm) {
+    // The CPU mapper corrects a table of opacity for every distance anew. The GPU mapper's is made in a
+    // millisecond or two, a frame of it in seconds.
+    const bool unprepared = s.cpu ? s.distanceMm != sampleDistanceMm : s.distanceMm == 0;
+    if (unprepared) {
         s.distanceMm = sampleDistanceMm;
         s.window->Render();
         s.window->WaitForCompletion();

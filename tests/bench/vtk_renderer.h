@@ -42,9 +42,9 @@ class VtkRenderer {
     VtkRenderer(const VtkRenderer&) = delete;
     VtkRenderer& operator=(const VtkRenderer&) = delete;
 
-    /// Milliseconds of one frame: render, wait for it, read 8-bit RGBA back. After another distance a frame
-    /// is drawn first that is not timed: both mappers make their tables anew, which are a scene's, not a
-    /// frame's.
+    /// Milliseconds of one frame: render, wait for it, read 8-bit RGBA back. The first frame of all, and of
+    /// the CPU mapper every first one at another distance, is drawn twice and timed once: what is made then
+    /// (uploads, tables, normals) is a scene's, not a frame's.
     double drawMs(double sampleDistanceMm);
     /// The last frame. VTK's 8-bit values are taken as linear, as the transfer function's colours went in.
     Image picture() const;
