@@ -97,6 +97,7 @@ PictureResult contestOf(const SuitePicture& picture, const Scene& scene, const S
     PictureResult result;
     result.name = picture.name, result.store = picture.store;
     result.lit = scene.shading.on, result.size = size;
+    result.cpuMapperSeesTheLight = !scene.shading.on || plan.view.camera.projection == Projection::parallel;
     result.comparedPixels = truth.picture.pixels.size();
     result.loadBefore = loadAverage();
     result.roundingLuvP99 = compare(roundedTo8Bits(truth.picture), truth.picture).luvP99;

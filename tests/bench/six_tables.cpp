@@ -170,9 +170,11 @@ void printAtCpuError(const std::vector<PictureResult>& results) {
         columns.push_back(std::string(kVtkCpu) + " / " + engine);
     std::printf(
         "\nms at the error of VTK's CPU mapper (the cheapest of its settings within 5 %% of its least "
-        "rms), minima:\n\n");
+        "rms), minima; without lit pictures in perspective, whose light it does not know:\n\n");
     printHead(columns);
     for (const PictureResult& r : results) {
+        if (!r.cpuMapperSeesTheLight)
+            continue;
         const Contender& cpu = r.contenders[indexOf(r.contenders, kVtkCpu)];
         const Setting& best = cpu.settings[cheapestOfBest(cpu)];
         const double cpuMs = minimum(best.ms);

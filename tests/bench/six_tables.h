@@ -18,6 +18,7 @@ struct PictureResult {
     bool lit = false;
     glm::ivec2 size{0};
     std::vector<Contender> contenders;
+    bool cpuMapperSeesTheLight = true; // a lit picture in perspective: it does not (vtk_renderer.h)
     ErrorTarget target;
     std::size_t comparedPixels = 0;
     double roundingLuvP99 = 0; // of the reference itself, once 8 bits hold it
