@@ -19,8 +19,17 @@ store=build/bench-data/torso-thorax.zarr
 mkdir -p "$results" build/bench-data
 
 [[ -f $build/CMakeCache.txt ]] || cmake --preset release -B "$build"
-targets=(micro_bench frame_bench interactive_bench)
-if grep -q '^build vtk_peer' "$build/build.ninja"; then targets+=(vtk_peer six_scenes tessera); fi
+what=("$@")
+[[ ${#what[@]} -gt 0 ]] || what=(micro frame interactive peer)
+targets=(tessera)
+for part in "${what[@]}"; do
+    case $part in
+    peer) target=vtk_peer ;;
+    six) target=six_scenes ;;
+    *) target=${part}_bench ;;
+    esac
+    if grep -q "^build $target:" "$build/build.ninja"; then targets+=("$target"); fi
+done
 cmake --build "$build" --target "${targets[@]}"
 
 {
@@ -31,8 +40,6 @@ cmake --build "$build" --target "${targets[@]}"
     uptime
 } > "$results/machine.txt"
 
-what=("$@")
-[[ ${#what[@]} -gt 0 ]] || what=(micro frame interactive peer)
 for part in "${what[@]}"; do
     case $part in
     micro)
