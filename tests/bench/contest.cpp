@@ -13,7 +13,7 @@
 namespace tessera::bench {
 namespace {
 
-constexpr double kGain = 0.97;          // a halving that leaves more of both errors gains nothing
+constexpr double kGain = 0.97;          // what leaves more of both errors gains nothing
 constexpr double kCoarse = 1;           // voxels; above it errors may well rise before they fall
 constexpr double kNearBest = 1.05;      // of an rms
 constexpr std::size_t kLeastRounds = 2; // of even the slowest
@@ -62,8 +62,7 @@ void climb(Contender& contender, const std::vector<double>& distances, const Tru
         settings.push_back(setting);
         if (target.met(setting.error))
             return;
-        if (n >= 2 && settings[n - 2].voxels <= kCoarse && !gains(settings[n - 2], settings[n - 1]) &&
-            !gains(settings[n - 2], settings[n]))
+        if (n >= 2 && settings[n - 2].voxels <= kCoarse && !gains(settings[n - 2], settings[n]))
             return;
     }
 }

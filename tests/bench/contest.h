@@ -53,7 +53,7 @@ struct ContestLimits {
     double shareMs = 6000; // a setting that took so long in all is not drawn again
 };
 
-/// Draws a renderer's settings until the target is met, or two halvings in turn gain nothing.
+/// Draws a renderer's settings until the target is met, or two halvings together gain nothing.
 void climb(Contender& contender, const std::vector<double>& distances, const Truth& truth,
            const ErrorTarget& target, const ContestLimits& limits);
 
