@@ -165,12 +165,12 @@ PictureResult contestOf(const SuitePicture& picture, const Scene& scene, const S
     return result;
 }
 
-/// All engines of the program but those that show what is right.
+/// All engines of the program but those that show what is right; automatic is one of the others.
 std::string contendingEngines() {
     std::string out;
     for (int i = 0; std::string(name(static_cast<EngineKind>(i))) != "?"; ++i)
         if (const auto kind = static_cast<EngineKind>(i);
-            kind != EngineKind::mirror && kind != EngineKind::reference)
+            kind != EngineKind::automatic && kind != EngineKind::mirror && kind != EngineKind::reference)
             out += (out.empty() ? "" : ",") + std::string(name(kind));
     return out;
 }
