@@ -15,6 +15,7 @@
 #include <chrono>
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -188,6 +189,13 @@ struct MadeEngine {
 };
 
 } // namespace
+
+std::shared_ptr<Engine> makeEngine(const Scene& scene, const RenderOptions& options, Ledger& ram,
+                                   Ledger& gpu) {
+    auto made = std::make_shared<MadeEngine>(scene, options, ram, gpu);
+    Engine* const engine = made->engine.get();
+    return {std::move(made), engine};
+}
 
 RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& ram, Ledger& gpu,
                          const RenderOptions& options) {

@@ -8,6 +8,7 @@
 #include "core/scene.h"
 #include "core/work.h"
 #include "render/contract/slicing.h"
+#include "render/engine.h"
 #include "render/engines/gpu/gl/context.h"
 #include "render/plan/choose_levels.h"
 #include "render/plan/picture_check.h"
@@ -15,6 +16,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -66,6 +68,11 @@ struct RenderResult {
     bool takenAsHu = false;         // by a preset, because they look like HU: nobody said so
     double secondsPreparing = 0, secondsLoading = 0, secondsDrawing = 0;
 };
+
+/// An engine by its kind, and what it draws with: a GL context of its own, where it needs one, is current on
+/// the calling thread, from which all calls come then, and the last owner's farewell too.
+std::shared_ptr<Engine> makeEngine(const Scene& scene, const RenderOptions& options, Ledger& ram,
+                                   Ledger& gpu);
 
 /// RAM that an engine and its caller take for a pixel; the caller charges it for as long as it keeps
 /// pictures.

@@ -10,7 +10,7 @@
 namespace tessera::bench {
 namespace {
 
-/// See referenceImage().
+/// See borderPixels().
 bool grazesBorder(const ReferenceRay& ray, const VolumeInfo& info) {
     const glm::dvec3 extent(info.extentVoxels), along = glm::abs(ray.direction);
     double t0 = 0, t1 = 0;
@@ -35,21 +35,23 @@ Image roundedTo8Bits(Image image) {
     return image;
 }
 
-Image referenceImage(BrickCache& cache, const ScenePlan& p, const glm::ivec2& size, int stride,
-                     const glm::dvec2& shift, std::vector<bool>* border) {
+Image referenceImage(BrickCache& cache, const ScenePlan& p, const Shading& shading, const glm::ivec2& size,
+                     int stride, const glm::dvec2& shift) {
     const VolumeInfo& info = p.info();
     const std::vector<ReferenceRay> rays = referenceRays(p.view.camera, info, size, stride, shift);
-    if (border)
-        for (const ReferenceRay& ray : rays)
-            border->push_back(grazesBorder(ray, info));
-    Shading off;
-    off.on = false;
-    const ReferenceInput input{&cache, &info, &p.volume.function, off, &p.volume.statistics};
+    const ReferenceInput input{&cache, &info, &p.volume.function, shading, &p.volume.statistics};
     const std::vector<glm::dvec4> values = renderReference(input, rays, 0);
     Image out(thinnedSize(size, stride));
     std::transform(values.begin(), values.end(), out.pixels.begin(),
                    [](const glm::dvec4& v) { return glm::vec4(v); });
     return out;
+}
+
+std::vector<bool> borderPixels(const ScenePlan& p, const glm::ivec2& size, int stride) {
+    std::vector<bool> border;
+    for (const ReferenceRay& ray : referenceRays(p.view.camera, p.info(), size, stride))
+        border.push_back(grazesBorder(ray, p.info()));
+    return border;
 }
 
 Image without(Image image, const std::vector<bool>& leftOut) {

@@ -1,7 +1,12 @@
 #!/usr/bin/env bash
 # Builds all benchmarks and runs them; CSV and tables go to build/bench-results. On 2 cores it takes a quarter of an
 # hour and is only worth as much as the machine is quiet: the load is printed beside every figure.
-#   tests/bench/run.sh [micro|frame|interactive|peer ...]      all where none is named
+#   tests/bench/run.sh [micro|frame|interactive|peer|six ...]      all but six where none is named
+#   TESSERA_BENCH_SCANS   six: folder with ct-abdomen-dicom and ct-thorax-dicom; scenes of scans that are not there
+#                         are left out
+#   TESSERA_BENCH_TRUTHS  six: folder of references, which are made where they are absent: minutes each (default:
+#                         build/bench-results)
+#   TESSERA_BENCH_SIX     six: further options of six_scenes, e.g. "--quick 1" or "--truths-only 1"
 #   TESSERA_BENCH_DEVICE  auto, software or a number (default: software, so that figures compare)
 #   TESSERA_BENCH_BUILD   build folder (default: build/release)
 set -euo pipefail
@@ -14,8 +19,17 @@ store=build/bench-data/torso-thorax.zarr
 mkdir -p "$results" build/bench-data
 
 [[ -f $build/CMakeCache.txt ]] || cmake --preset release -B "$build"
-targets=(micro_bench frame_bench interactive_bench)
-if grep -q '^build vtk_peer' "$build/build.ninja"; then targets+=(vtk_peer); fi
+what=("$@")
+[[ ${#what[@]} -gt 0 ]] || what=(micro frame interactive peer)
+targets=(tessera)
+for part in "${what[@]}"; do
+    case $part in
+    peer) target=vtk_peer ;;
+    six) target=six_scenes ;;
+    *) target=${part}_bench ;;
+    esac
+    if grep -q "^build $target:" "$build/build.ninja"; then targets+=("$target"); fi
+done
 cmake --build "$build" --target "${targets[@]}"
 
 {
@@ -26,8 +40,6 @@ cmake --build "$build" --target "${targets[@]}"
     uptime
 } > "$results/machine.txt"
 
-what=("$@")
-[[ ${#what[@]} -gt 0 ]] || what=(micro frame interactive peer)
 for part in "${what[@]}"; do
     case $part in
     micro)
@@ -58,8 +70,24 @@ for part in "${what[@]}"; do
                 --csv "$results/vtk_peer.csv" | tee "$results/vtk_peer.md"
         fi
         ;;
+    six)
+        if [[ ! -x $build/six_scenes ]] || ! command -v xvfb-run > /dev/null; then
+            echo "six: left out, VTK's rendering or xvfb-run is not installed (apt install xvfb xauth)"
+            continue
+        fi
+        [[ -d $store ]] || "$build/tessera" phantom torso --size 512x512x749 -o "$store"
+        stores=torso=$store
+        for scan in abdomen chest=thorax; do
+            at=build/bench-data/${scan%=*}.zarr from=${TESSERA_BENCH_SCANS:-}/ct-${scan#*=}-dicom
+            if [[ ! -d $at && -n ${TESSERA_BENCH_SCANS:-} && -d $from ]]; then "$build/tessera" import "$from" "$at"; fi
+            if [[ -d $at ]]; then stores+=,${scan%=*}=$at; fi
+        done
+        # shellcheck disable=SC2086 # options are words
+        xvfb-run -a "$build/six_scenes" --stores "$stores" --truths "${TESSERA_BENCH_TRUTHS:-$results}" \
+            --csv "$results/six.csv" ${TESSERA_BENCH_SIX:-} | tee "$results/six.md"
+        ;;
     *)
-        echo "run.sh: expected micro, frame, interactive or peer, found $part" >&2
+        echo "run.sh: expected micro, frame, interactive, peer or six, found $part" >&2
         exit 2
         ;;
     esac

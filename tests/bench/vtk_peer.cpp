@@ -172,8 +172,8 @@ void run(int argc, char** argv) {
     if (!vtkOnly && p.volume.selection.finest() != 0)
         throw InputError("the volume does not fit the device at full resolution: expected --vtk-only 1");
     const std::vector<std::byte> voxels = wholeVolume(store);
-    VtkRenderer cpu(VtkMapper::cpu, info, voxels, p.volume.function, p.view.camera, size);
-    VtkRenderer gpu(VtkMapper::gpu, info, voxels, p.volume.function, p.view.camera, size);
+    VtkRenderer cpu(VtkMapper::cpu, info, voxels, p.volume.function, scene.shading, p.view.camera, size);
+    VtkRenderer gpu(VtkMapper::gpu, info, voxels, p.volume.function, scene.shading, p.view.camera, size);
     // VTK counts in mm along the ray, Tessera in voxels; between anisotropic voxels the mean is as fair as
     // any.
     const glm::dvec3 spacing = info.spacingMm();
@@ -205,8 +205,8 @@ void run(int argc, char** argv) {
     }
     BrickCache cache(store, budgets.ram, std::size_t{1} << 30, 0);
     const auto referenceStart = Clock::now();
-    std::vector<bool> border;
-    const Image all = referenceImage(cache, p, size, stride, glm::dvec2(0), &border);
+    const std::vector<bool> border = borderPixels(p, size, stride);
+    const Image all = referenceImage(cache, p, scene.shading, size, stride, glm::dvec2(0));
     const Image truth = without(all, border);
     const double referenceMs = msSince(referenceStart);
     for (Method& m : methods) {
@@ -244,7 +244,7 @@ void run(int argc, char** argv) {
 
     if (number("--shifts"))
         printShifts(methods, families, [&](const glm::dvec2& shift) {
-            return without(referenceImage(cache, p, size, stride, shift, nullptr), border);
+            return without(referenceImage(cache, p, scene.shading, size, stride, shift), border);
         });
     glThread.run([&] { tessera.reset(); });
 }

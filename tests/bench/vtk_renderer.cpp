@@ -4,12 +4,16 @@
 #include "core/error.h"
 #include "tests/bench/bench_tools.h"
 
+#include <array>
+#include <cmath>
 #include <cstring>
+#include <glm/geometric.hpp>
 #include <vtkCamera.h>
 #include <vtkColorTransferFunction.h>
 #include <vtkFixedPointVolumeRayCastMapper.h>
 #include <vtkFloatArray.h>
 #include <vtkImageData.h>
+#include <vtkLight.h>
 #include <vtkNew.h>
 #include <vtkOpenGLGPUVolumeRayCastMapper.h>
 #include <vtkOpenGLRenderWindow.h>
@@ -43,6 +47,9 @@ struct VtkRenderer::State {
 };
 
 namespace {
+
+constexpr double kFarOffMm = 1e5; // of a camera in parallel projection
+constexpr double kNearMm = 0.05;  // nothing nearer is drawn by a camera in the volume
 
 template <typename Array> vtkSmartPointer<vtkDataArray> wrapped(std::span<const std::byte> voxels) {
     using Value = typename Array::ValueType;
@@ -99,6 +106,41 @@ void addPoints(const std::vector<Point>& points, const VolumeInfo& info, const A
     }
 }
 
+void setLight(const Shading& shading, vtkVolumeProperty& property, vtkRenderer& renderer) {
+    property.SetShade(shading.on ? 1 : 0);
+    property.SetAmbient(shading.ambient);
+    property.SetDiffuse(shading.diffuse);
+    property.SetSpecular(shading.specular);
+    property.SetSpecularPower(4 * std::round(shading.specularPower)); // see vtk_renderer.h
+    renderer.TwoSidedLightingOn();
+    const vtkNew<vtkLight> light;
+    light->SetLightTypeToHeadlight();
+    light->SetAmbientColor(1, 1, 1); // black, as it comes: the CPU mapper would know no ambient light
+    renderer.AddLight(light);
+}
+
+/// After the volume is there.
+void setCamera(const Camera& camera, vtkRenderer& renderer) {
+    vtkCamera& view = *renderer.GetActiveCamera();
+    const bool parallel = camera.projection == Projection::parallel;
+    const glm::dvec3 eye =
+        parallel ? camera.focalPoint + kFarOffMm * glm::normalize(camera.position - camera.focalPoint)
+                 : camera.position;
+    view.SetPosition(eye.x, eye.y, eye.z);
+    view.SetFocalPoint(camera.focalPoint.x, camera.focalPoint.y, camera.focalPoint.z);
+    view.SetViewUp(camera.viewUp.x, camera.viewUp.y, camera.viewUp.z);
+    view.SetViewAngle(camera.viewAngle);
+    view.SetParallelProjection(parallel ? 1 : 0);
+    view.SetParallelScale(camera.parallelScale);
+    renderer.ResetCameraClippingRange();
+    std::array<double, 6> box{}; // x, y, z: from and to
+    renderer.ComputeVisiblePropBounds(box.data());
+    const bool inside = box[0] < eye.x && eye.x < box[1] && box[2] < eye.y && eye.y < box[3] &&
+                        box[4] < eye.z && eye.z < box[5];
+    if (inside) // as it comes, the first hundredth of what is seen is cut off
+        view.SetClippingRange(kNearMm, view.GetClippingRange()[1]);
+}
+
 } // namespace
 
 std::vector<std::byte> wholeVolume(const StoreReader& store) {
@@ -124,7 +166,8 @@ std::vector<std::byte> wholeVolume(const StoreReader& store) {
 }
 
 VtkRenderer::VtkRenderer(VtkMapper mapper, const VolumeInfo& info, std::span<const std::byte> voxels,
-                         const TransferFunction& function, const Camera& camera, const glm::ivec2& size)
+                         const TransferFunction& function, const Shading& shading, const Camera& camera,
+                         const glm::ivec2& size)
     : state_(std::make_unique<State>()) {
     State& s = *state_;
     s.size = size;
@@ -142,7 +185,7 @@ VtkRenderer::VtkRenderer(VtkMapper mapper, const VolumeInfo& info, std::span<con
     s.property->SetScalarOpacity(s.opacity);
     s.property->SetScalarOpacityUnitDistance(function.referenceLengthMm());
     s.property->SetInterpolationTypeToLinear();
-    s.property->ShadeOff();
+    setLight(shading, *s.property, *s.renderer);
 
     if (mapper == VtkMapper::cpu) {
         s.cpu = vtkSmartPointer<vtkFixedPointVolumeRayCastMapper>::New();
@@ -166,14 +209,7 @@ VtkRenderer::VtkRenderer(VtkMapper mapper, const VolumeInfo& info, std::span<con
     s.renderer->AddVolume(s.volume);
     s.renderer->SetBackground(0, 0, 0);
     s.renderer->SetBackgroundAlpha(0);
-    vtkCamera* view = s.renderer->GetActiveCamera();
-    view->SetPosition(camera.position.x, camera.position.y, camera.position.z);
-    view->SetFocalPoint(camera.focalPoint.x, camera.focalPoint.y, camera.focalPoint.z);
-    view->SetViewUp(camera.viewUp.x, camera.viewUp.y, camera.viewUp.z);
-    view->SetViewAngle(camera.viewAngle);
-    view->SetParallelProjection(camera.projection == Projection::parallel ? 1 : 0);
-    view->SetParallelScale(camera.parallelScale);
-    s.renderer->ResetCameraClippingRange();
+    setCamera(camera, *s.renderer);
     s.window->SetOffScreenRendering(1);
     s.window->SetMultiSamples(0);
     s.window->SetAlphaBitPlanes(1);
@@ -191,7 +227,10 @@ double VtkRenderer::drawMs(double sampleDistanceMm) {
     } else {
         s.gpu->SetSampleDistance(static_cast<float>(sampleDistanceMm));
     }
-    if (s.distanceMm != sampleDistanceMm) {
+    // The CPU mapper corrects a table of opacity for every distance anew. The GPU mapper's is made in a
+    // millisecond or two, a frame of it in seconds.
+    const bool unprepared = s.cpu ? s.distanceMm != sampleDistanceMm : s.distanceMm == 0;
+    if (unprepared) {
         s.distanceMm = sampleDistanceMm;
         s.window->Render();
         s.window->WaitForCompletion();

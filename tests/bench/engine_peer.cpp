@@ -1,0 +1,104 @@
+// tests/bench/engine_peer.cpp: see engine_peer.h.
+#include "tests/bench/engine_peer.h"
+
+#include "core/error.h"
+#include "render/picture.h"
+
+#include <sstream>
+
+namespace tessera::bench {
+namespace {
+
+constexpr std::size_t kBudgetBytes = std::size_t{6} << 30; // wide: no benchmark is about budgets
+
+EngineKind parseEngine(const std::string& text, const std::string& option) {
+    std::string known;
+    for (int i = 0; std::string(name(static_cast<EngineKind>(i))) != "?"; ++i) {
+        const auto kind = static_cast<EngineKind>(i);
+        if (text == name(kind))
+            return kind;
+        known += std::string(i ? ", " : "") + name(kind);
+    }
+    throw InputError(option + ": expected one of " + known + ", found \"" + text + "\"");
+}
+
+} // namespace
+
+std::vector<EngineKind> parseEngines(const std::string& text, const std::string& option) {
+    std::vector<EngineKind> kinds;
+    std::istringstream parts(text);
+    for (std::string part; std::getline(parts, part, ',');)
+        kinds.push_back(parseEngine(part, option));
+    return kinds;
+}
+
+struct EnginePeer::Loaded {
+    Ledger ram{"RAM", "--ram", kBudgetBytes}, gpu{"GPU memory", "--gpu-memory", kBudgetBytes};
+    ScenePlan plan;
+    std::shared_ptr<Engine> engine;
+    std::unique_ptr<RayCaster> caster; // after the engine, which outlives it
+};
+
+EnginePeer::EnginePeer(EngineKind kind, const Scene& scene, const StoreReader& store,
+                       const std::string& device)
+    : loaded_(std::make_unique<Loaded>()) {
+    thread_.run([&] {
+        Loaded& l = *loaded_;
+        RenderOptions options;
+        options.engine = kind;
+        options.device = GlDeviceChoice{device};
+        l.engine = makeEngine(scene, options, l.ram, l.gpu);
+        device_ = l.engine->about().device;
+        l.plan = planScene(scene, store, l.engine->limits(), l.ram, l.gpu, options.threads,
+                           LevelChoice::oneForAll, pictureBytesPerPixel(kind));
+        Work loading;
+        const bool passes = bringBricks(*l.engine, l.plan, l.ram, l.gpu, loading);
+        if (passes || l.plan.volume.selection.finest() != 0)
+            throw InputError("the volume does not fit " + device_ + " at full resolution");
+        l.caster = l.engine->caster({}, l.gpu);
+        l.caster->refine();
+    });
+}
+
+EnginePeer::~EnginePeer() {
+    thread_.run([&] { loaded_.reset(); });
+}
+
+void EnginePeer::draw(RayCaster& caster, Work& work) {
+    caster.begin(raysOf(loaded_->plan));
+    drawToTheEnd(caster, *loaded_->engine, loaded_->plan, Slicing{}, work);
+    if (const std::string fault = loaded_->engine->fault(); !fault.empty())
+        throw Error(fault);
+}
+
+double EnginePeer::drawMs(double stepVoxels) {
+    double ms = 0;
+    thread_.run([&] {
+        Loaded& l = *loaded_;
+        l.plan.setStep(stepVoxels);
+        if (l.plan.volume.optics.integrator == Integrator::preintegrated2d)
+            l.caster->functionChanged(); // its table is of the step
+        Work work;
+        const auto start = Clock::now();
+        draw(*l.caster, work);
+        picture_ = l.caster->image();
+        ms = msSince(start);
+    });
+    return ms;
+}
+
+Work EnginePeer::count(double stepVoxels) {
+    Work work;
+    thread_.run([&] {
+        Loaded& l = *loaded_;
+        l.plan.setStep(stepVoxels);
+        CasterOptions options;
+        options.counting = true;
+        const auto caster = l.engine->caster(options, l.gpu);
+        caster->refine();
+        draw(*caster, work);
+    });
+    return work;
+}
+
+} // namespace tessera::bench
