@@ -28,6 +28,7 @@ void run(int argc, char** argv) {
     auto options = parseOptions(argc, argv,
                                 {{"--store", ""},
                                  {"--preset", "bone"},
+                                 {"--scene", ""},
                                  {"--light", "on"},
                                  {"--step", "0.5"},
                                  {"--rounds", "5"},
@@ -46,6 +47,9 @@ void run(int argc, char** argv) {
     volume.transferFunction = options["--preset"];
     scene.volumes = {volume};
     scene.camera = FittedView{View::anterior};
+    scene.imageSize = glm::ivec2(static_cast<int>(std::stod(options["--size"])));
+    if (!options["--scene"].empty())
+        scene = loadScene(options["--scene"]);
     scene.imageSize = glm::ivec2(static_cast<int>(std::stod(options["--size"])));
     scene.shading.on = options["--light"] == "on";
     const auto named = [&](const auto& names, const std::string& name) {
@@ -69,6 +73,26 @@ void run(int argc, char** argv) {
     engine.settled();
     std::printf("plan %.1f ms, load %.1f ms, aprons %.1f ms, page edge %d, %s\n", planMs, loadMs,
                 msSince(settling), plan.volume.pageEdge, plan.volume.mixed() ? "mixed levels" : "one level");
+    const auto bareRate = [&](const NativeCaster& caster) {
+        const native::PacketScene packets = caster.packetScene();
+        std::int32_t brick[3] = {-1, 0, 0};
+        for (std::size_t b = 0; b < engine.plane().bricks().size() && brick[0] < 0; ++b)
+            if ((engine.plane().bricks()[b].low >> 24) == 0) {
+                const glm::ivec3 at = gridPosition(b, engine.plane().grid());
+                brick[0] = at.x, brick[1] = at.y, brick[2] = at.z;
+            }
+        if (brick[0] < 0)
+            return 0.0;
+        native::PacketJob job{};
+        constexpr int kTurns = 400000;
+        double best = 1e9;
+        for (int round = 0; round < 5; ++round) {
+            const double before = cpuSeconds();
+            caster.target().bareSamples(packets, brick, kTurns, job);
+            best = std::min(best, cpuSeconds() - before);
+        }
+        return 1e-6 * kTurns * caster.target().lanes() / best;
+    };
     for (const native::PacketTarget* target :
          {&native::kAvx512Target, &native::kAvx2Target, &native::kBaselineTarget}) {
         if (options["--targets"].find(target->name) == std::string::npos)
@@ -88,6 +112,7 @@ void run(int argc, char** argv) {
             ms.push_back(msSince(start));
             cpu.push_back(1e3 * (cpuSeconds() - before));
         }
+        std::printf("%-9s bare trilinear samples: %.0f M/s a core\n", target->name, bareRate(caster));
         const double seconds = 1e-3 * minimum(cpu);
         const NativeCaster::Lanes lanes = caster.lanes();
         std::printf(

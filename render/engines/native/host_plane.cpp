@@ -276,6 +276,20 @@ template <typename Sample> bool HostPlane::fillApronOf(const glm::ivec3& brick) 
     return true;
 }
 
+namespace {
+
+/// Whether the field in a brick of level 0 and around it is plain interpolation of level 0.
+bool isPlainAround(const LevelMap& map, const glm::ivec3& brick) {
+    for (int n = 0; n < 8; ++n) {
+        const BrickCorner& corner = map.at(brick + glm::ivec3(n & 1, (n >> 1) & 1, n >> 2));
+        if (!corner.agree() || corner.commonLevel() != 0)
+            return false;
+    }
+    return true;
+}
+
+} // namespace
+
 void HostPlane::setBox(std::size_t b, const LevelMap* map, int level) {
     PacketBrick& brick = bricks_[b];
     const std::uint32_t state = brick.low >> 24;
@@ -283,15 +297,13 @@ void HostPlane::setBox(std::size_t b, const LevelMap* map, int level) {
         return;
     const auto own = static_cast<int>(state);
     const glm::ivec3 at = gridPosition(b, grid_);
-    glm::ivec3 low(0);
-    if (!map) {
-        TESSERA_CHECK(own == level);
-        if (own == 0 && hasApron_[b]) {
-            brick.low = packed(glm::ivec3(-kApronBefore), state);
-            brick.high = packed(glm::ivec3(kBrickExtent + kApronBehind - 1), 0);
-            return;
-        }
+    TESSERA_CHECK(map || own == level);
+    if (own == 0 && hasApron_[b] && (!map || isPlainAround(*map, at))) {
+        brick.low = packed(glm::ivec3(-kApronBefore), state);
+        brick.high = packed(glm::ivec3(kBrickExtent + kApronBehind - 1), 0);
+        return;
     }
+    glm::ivec3 low(0);
     const glm::ivec3 extent = levelExtent(info_.extentVoxels, own), first = at * (kBrickExtent >> own);
     glm::ivec3 high = glm::min(glm::ivec3(kBrickExtent >> own), extent - first) - 1;
     if (map) { // other bricks' weight ends half a sample of some level from the face

@@ -34,10 +34,12 @@ class NativeCaster : public RayCaster {
         int width = 0;
     };
     Lanes lanes() const { return lanes_; }
+    /// What packets read of the scene as it is; for measurements.
+    native::PacketScene packetScene() const;
+    const native::PacketTarget& target() const { return target_; }
 
   private:
     struct Counts;
-    native::PacketScene packetScene() const;
     bool drawPacket(const glm::ivec2& origin, const native::PacketScene& packets, NativeField& field,
                     const Slicing& slicing, Counts& counts);
     bool drawSurfaces(const glm::ivec2& origin, NativeField& field, Counts& counts);

@@ -138,6 +138,10 @@ struct PacketTarget {
     PacketMarch (*march)(const PacketScene&) = nullptr;
     void (*rays)(const PacketFrame&, int left, int top, int columns, PacketJob&) = nullptr;
     void (*cellRanges)(const CellSamples&, CellRanges&) = nullptr;
+    /// For measurements: what taking trilinear samples costs and nothing else: so many turns along rays
+    /// inside a brick of level 0. Adds the values to job.colour[0].
+    void (*bareSamples)(const PacketScene&, const std::int32_t (&brick)[3], int turns,
+                        PacketJob& job) = nullptr;
 };
 extern const PacketTarget kBaselineTarget, kAvx2Target, kAvx512Target;
 

@@ -11,6 +11,7 @@ const PacketTarget kAvx2Target{"avx2",
                                lanes_avx2::kWidth == 16 ? 4 : 2,
                                lanes_avx2::chooseMarch,
                                lanes_avx2::makeRays,
-                               lanes_avx2::cellRanges};
+                               lanes_avx2::cellRanges,
+                               lanes_avx2::bareSamples};
 
 } // namespace tessera::native

@@ -11,6 +11,7 @@ const PacketTarget kAvx512Target{"avx512",
                                  lanes_avx512::kWidth == 16 ? 4 : 2,
                                  lanes_avx512::chooseMarch,
                                  lanes_avx512::makeRays,
-                                 lanes_avx512::cellRanges};
+                                 lanes_avx512::cellRanges,
+                                 lanes_avx512::bareSamples};
 
 } // namespace tessera::native

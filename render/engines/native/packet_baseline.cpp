@@ -11,6 +11,7 @@ const PacketTarget kBaselineTarget{"baseline",
                                    lanes_baseline::kWidth == 16 ? 4 : 2,
                                    lanes_baseline::chooseMarch,
                                    lanes_baseline::makeRays,
-                                   lanes_baseline::cellRanges};
+                                   lanes_baseline::cellRanges,
+                                   lanes_baseline::bareSamples};
 
 } // namespace tessera::native

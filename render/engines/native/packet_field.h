@@ -78,7 +78,8 @@ template <bool Mixed> TESSERA_LANE void enter(const PacketField& f, Here<Mixed>&
     F perVoxel = here.perVoxel;
     if constexpr (Mixed) {
         const auto brick = [&](F at, int axis) {
-            const F inside = min(max(at, F(0.0f)), F(static_cast<float>(f.extentVoxels[axis])));
+            // As cells of level 0 lie: their bricks have aprons on the upper side.
+            const F inside = min(max(at - F(0.5f), F(0.0f)), F(static_cast<float>(f.extentVoxels[axis])));
             return min(sar<5>(truncated(inside)), I(f.grid[axis] - 1));
         };
         x = brick(p.x, 0), y = brick(p.y, 1), z = brick(p.z, 2);

@@ -275,6 +275,39 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
     job.turnsTaken += sampling;
 }
 
+template <SampleKind K>
+void bareSamplesOf(const PacketScene& s, const std::int32_t (&brick)[3], int turns, PacketJob& job) {
+    constexpr int kTurnsInside = 40; // half a voxel each
+    Here<false> here;
+    here.row = F(static_cast<float>(s.field.rowPitch[0]));
+    here.slice = F(static_cast<float>(s.field.slicePitch[0]));
+    alignas(64) float across[kWidth];
+    for (int lane = 0; lane < kWidth; ++lane)
+        across[lane] = 0.6f * static_cast<float>(lane % 4);
+    const F3 first{F(static_cast<float>(32 * brick[0] + 4)) + load(across),
+                   F(static_cast<float>(32 * brick[1] + 4)) + load(across),
+                   F(static_cast<float>(32 * brick[2] + 4))};
+    M m = every();
+    enter<false>(s.field, here, first, m);
+    F sum(0.0f);
+    for (int turn = 0; turn < turns; ++turn) {
+        const F along(static_cast<float>(turn % kTurnsInside) * 0.5f);
+        const F3 p{first.x + along * F(0.3f), first.y + along * F(0.2f), first.z + along};
+        sum = sum + valueHere<K>(s.field, here, inBrick(here, p), m);
+    }
+    store(job.colour[0], load(job.colour[0]) + sum);
+}
+inline void bareSamples(const PacketScene& s, const std::int32_t (&brick)[3], int turns, PacketJob& job) {
+    switch (s.field.kind) {
+    case SampleKind::i16:
+        return bareSamplesOf<SampleKind::i16>(s, brick, turns, job);
+    case SampleKind::u16:
+        return bareSamplesOf<SampleKind::u16>(s, brick, turns, job);
+    case SampleKind::f32:
+        return bareSamplesOf<SampleKind::f32>(s, brick, turns, job);
+    }
+}
+
 template <SampleKind K, bool Mixed> PacketMarch chosen(const PacketScene& s) {
     const bool ends = s.optics.integrator != PacketIntegrator::midpoint;
     if (s.optics.lit)
