@@ -9,7 +9,7 @@ namespace tessera {
 
 GlTexture3d::GlTexture3d(GLenum format, const glm::ivec3& extent, std::size_t bytesPerTexel, GLenum filter,
                          Ledger& gpu, std::string_view label)
-    : extent_(extent) {
+    : format_(format), extent_(extent) {
     const std::size_t bytes = bytesPerTexel * static_cast<std::size_t>(extent.x) *
                               static_cast<std::size_t>(extent.y) * static_cast<std::size_t>(extent.z);
     charge_ = gpu.charge(bytes, label);
@@ -41,12 +41,13 @@ void GlTexture3d::upload(const glm::ivec3& offset, const glm::ivec3& extent, GLe
                         texels);
 }
 
-void GlTexture3d::bindImage(GLuint unit, GLenum format) const {
-    glBindImageTexture(unit, name_, 0, GL_TRUE, 0, GL_WRITE_ONLY, format);
+void GlTexture3d::bindForWriting(GLuint unit) const {
+    glBindImageTexture(unit, name_, 0, GL_TRUE, 0, GL_WRITE_ONLY, format_);
 }
 
 void GlTexture3d::bind(GLuint unit) const {
     glBindTextureUnit(unit, name_);
+    glBindImageTexture(unit, name_, 0, GL_TRUE, 0, GL_READ_ONLY, format_);
 }
 
 GlBuffer::GlBuffer(std::size_t bytes, std::span<const std::byte> data, Ledger& gpu, std::string_view label) {

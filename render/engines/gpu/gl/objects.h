@@ -18,6 +18,7 @@ namespace tessera {
 class GlTexture3d {
   public:
     GlTexture3d() = default;
+    /// @param format  one that images have too
     /// @param bytesPerTexel  of format, for the ledger
     /// @param filter  GL_NEAREST or GL_LINEAR; wrap is clamp-to-edge
     /// Throws InputError when the ledger cannot hold it, Error when GL cannot.
@@ -32,19 +33,22 @@ class GlTexture3d {
     /// Copies tightly packed texels [z][y][x] into a box.
     void upload(const glm::ivec3& offset, const glm::ivec3& extent, GLenum format, GLenum type,
                 const void* texels);
+    /// As a texture and, for imageLoad() from a shader, as an image.
     void bind(GLuint unit) const;
     /// For imageStore() from a shader.
-    void bindImage(GLuint unit, GLenum format) const;
+    void bindForWriting(GLuint unit) const;
     const glm::ivec3& extent() const { return extent_; }
     std::size_t bytes() const { return charge_.bytes(); }
 
   private:
     void swap(GlTexture3d& other) {
         std::swap(name_, other.name_);
+        std::swap(format_, other.format_);
         std::swap(extent_, other.extent_);
         std::swap(charge_, other.charge_);
     }
     GLuint name_ = 0;
+    GLenum format_ = 0;
     glm::ivec3 extent_{0};
     Charge charge_;
 };
