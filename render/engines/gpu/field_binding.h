@@ -17,7 +17,7 @@ namespace tessera {
 
 // Of textures and of images alike.
 constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kSkippingUnit = 2, kCornerUnit = 3, kFactsUnit = 4,
-                 kSurfaceMapUnit = 5;
+                 kSurfaceMapUnit = 5, kExtinctionUnit = 6, kColourUnit = 7, kSumsUnit = 8;
 
 /// The level map as the shaders read it.
 struct LevelTextures {

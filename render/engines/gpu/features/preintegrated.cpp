@@ -6,8 +6,7 @@ namespace tessera::features {
 
 FeatureModule preintegrated() {
     return {.define = "FEATURE_PREINTEGRATED",
-            .meaning = "pre-integrated segments",
-            .buffers = {{"SUMS", "the transfer function's tables"}}};
+            .meaning = "pre-integrated segments"};
 }
 
 } // namespace tessera::features

@@ -85,4 +85,27 @@ void GlBuffer::read(std::size_t offset, std::span<std::byte> out) const {
                             out.data());
 }
 
+GlTexelBuffer::GlTexelBuffer(GLenum format, std::size_t bytesPerTexel, std::span<const std::byte> texels,
+                             Ledger& gpu, std::string_view label) {
+    GLint most = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
+    if (texels.size() / bytesPerTexel > static_cast<std::size_t>(most))
+        throw Error("OpenGL: " + std::string(label) + " have " +
+                    std::to_string(texels.size() / bytesPerTexel) + " texels; this device allows " +
+                    std::to_string(most));
+    buffer_ = GlBuffer(texels.size(), texels, gpu, label);
+    glCreateTextures(GL_TEXTURE_BUFFER, 1, &name_);
+    glTextureBuffer(name_, format, buffer_.name());
+    glObjectLabel(GL_TEXTURE, name_, static_cast<GLsizei>(label.size()), label.data());
+}
+
+GlTexelBuffer::~GlTexelBuffer() {
+    if (name_)
+        glDeleteTextures(1, &name_);
+}
+
+void GlTexelBuffer::bind(GLuint unit) const {
+    glBindTextureUnit(unit, name_);
+}
+
 } // namespace tessera

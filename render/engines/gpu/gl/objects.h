@@ -53,7 +53,7 @@ class GlTexture3d {
     Charge charge_;
 };
 
-/// A shader storage buffer of fixed size.
+/// A buffer of fixed size; bound as a shader storage buffer.
 class GlBuffer {
   public:
     GlBuffer() = default;
@@ -65,6 +65,7 @@ class GlBuffer {
         return *this;
     }
     ~GlBuffer();
+    GLuint name() const { return name_; }
     void bind(GLuint binding) const;
     void fill(std::uint32_t word);
     void clear() { fill(0); }
@@ -78,6 +79,32 @@ class GlBuffer {
     }
     GLuint name_ = 0;
     Charge charge_;
+};
+
+/// Texels in a row, for texelFetch() on a samplerBuffer.
+class GlTexelBuffer {
+  public:
+    GlTexelBuffer() = default;
+    /// @param bytesPerTexel  of format
+    /// Throws as GlTexture3d does, and Error where the device has no room for so many texels in a row.
+    GlTexelBuffer(GLenum format, std::size_t bytesPerTexel, std::span<const std::byte> texels, Ledger& gpu,
+                  std::string_view label);
+    GlTexelBuffer(GlTexelBuffer&& other) noexcept { swap(other); }
+    GlTexelBuffer& operator=(GlTexelBuffer&& other) noexcept {
+        swap(other);
+        return *this;
+    }
+    ~GlTexelBuffer();
+    void bind(GLuint unit) const;
+    std::size_t bytes() const { return buffer_.bytes(); }
+
+  private:
+    void swap(GlTexelBuffer& other) {
+        std::swap(name_, other.name_);
+        std::swap(buffer_, other.buffer_);
+    }
+    GLuint name_ = 0;
+    GlBuffer buffer_;
 };
 
 } // namespace tessera
