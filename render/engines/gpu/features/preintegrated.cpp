@@ -5,8 +5,7 @@
 namespace tessera::features {
 
 FeatureModule preintegrated() {
-    return {.define = "FEATURE_PREINTEGRATED",
-            .meaning = "pre-integrated segments"};
+    return {.define = "FEATURE_PREINTEGRATED", .meaning = "pre-integrated segments"};
 }
 
 } // namespace tessera::features
