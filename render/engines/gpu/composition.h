@@ -30,7 +30,7 @@ class Composition {
     /// The program's and then its features', in the order of their bindings, from 0.
     const std::vector<StorageBuffer>& buffers() const { return buffers_; }
     GLuint binding(std::string_view buffer) const;
-    /// Of all buffers but those that are as long as their content.
+    /// Of all buffers that say their sizes.
     std::size_t bytes(const glm::ivec2& imageSize, const glm::ivec3& bricks) const;
     /// For the device of the current context.
     std::string defines() const;

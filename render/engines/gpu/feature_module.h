@@ -14,9 +14,9 @@ namespace tessera {
 struct StorageBuffer {
     const char* name;
     const char* label; // what memory that ends is said to be wanted for
-    /// Its size, from pixels and bricks (render/contract/ray_state.h); null: it is as long as its content.
+    /// Its size, from pixels and bricks (render/contract/ray_state.h); null: its user knows.
     std::size_t (*bytes)(const glm::ivec2& imageSize, const glm::ivec3& bricks) = nullptr;
-    std::uint32_t first = 0; // every word of it when rays begin, unless it has a content
+    std::uint32_t first = 0; // every word of it when rays begin
 };
 
 struct FeatureModule {

@@ -15,8 +15,9 @@
 
 namespace tessera {
 
+// Of textures and of images alike.
 constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kSkippingUnit = 2, kCornerUnit = 3, kFactsUnit = 4,
-                 kSurfaceMapUnit = 5;
+                 kSurfaceMapUnit = 5, kExtinctionUnit = 6, kColourUnit = 7, kSumsUnit = 8;
 
 /// The level map as the shaders read it.
 struct LevelTextures {
@@ -49,6 +50,7 @@ inline void bindField(const GlProgram& program, std::uint32_t features, const Vo
     TESSERA_CHECK(source.atlas && (!mixed || (source.map && source.textures)));
     source.atlas->values.bind(kVoxelUnit, kIndexUnit);
     program.set("uVoxels", static_cast<int>(kVoxelUnit));
+    program.set("uTexels", static_cast<int>(kVoxelUnit));
     program.set("uIndex", static_cast<int>(kIndexUnit));
     program.set("uTexelSize", 1.0f / glm::vec3(source.atlas->values.extentTexels()));
     program.set("uLevelExtent", levelExtent(info.extentVoxels, source.level));

@@ -73,7 +73,8 @@ std::size_t refineSkipping(const GlTexture3d& map, const Occupancy& occupancy, c
     const GlBuffer runs(runsOfZeros.size() * sizeof(int), std::as_bytes(std::span(runsOfZeros)), gpu,
                         "the transfer function's zeros");
     runs.bind(composition.binding("RUNS"));
-    map.bindImage(0, GL_RG32UI);
+    map.bindForWriting(kSkippingUnit);
+    program.set("uMap", static_cast<int>(kSkippingUnit));
     program.use();
     const std::vector<std::uint32_t> cells = plainCells(occupancy);
     for (std::size_t first = 0; first < cells.size(); first += kCellsAtATime) {

@@ -33,7 +33,6 @@ std::uint32_t withOptics(std::uint32_t features, const Optics& optics) {
 
 Composition marchComposition(std::uint32_t features) {
     static const std::vector<StorageBuffer> own = {
-        {"TABLE", "the transfer function's tables"},
         {"COLOUR", "the picture",
          [](const glm::ivec2& image, const glm::ivec3&) { return kRayColourBytes * rayCount(image); }},
         {"NEXT", "the rays' state",
@@ -89,13 +88,7 @@ void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
         features_ = features;
         compose();
     }
-    buffers_.setContent("TABLE", std::as_bytes(std::span(optics.table)), gpu_);
-    if (features_ & kFeaturePreintegrated) {
-        std::vector<glm::vec4> sums = optics.bins;
-        sums.insert(sums.end(), optics.sums.begin(), optics.sums.end());
-        sums.insert(sums.end(), optics.seen.colours().begin(), optics.seen.colours().end());
-        buffers_.setContent("SUMS", std::as_bytes(std::span(sums)), gpu_);
-    }
+    tables_.set(optics, (features_ & kFeaturePreintegrated) != 0, gpu_);
     program_.set("uPreintegrationScale", optics.preintegrationScale);
     program_.set("uSumsStart", static_cast<int>(optics.bins.size()));
     program_.set("uPreintegrationEdge", Preintegration2d::kEdge);
@@ -172,6 +165,7 @@ bool March::runUntil(const FieldSource& source, const Slicing& slicing, Clock::t
         (surfaceMap_.bytes() > 0 ? surfaceMap_ : skipping_).bind(kSurfaceMapUnit);
         program_.set("uSurfaceMap", static_cast<int>(kSurfaceMapUnit));
     }
+    tables_.bind(program_);
     buffers_.bind();
     GlBuffer& counters = buffers_["WORK"];
     program_.use();

@@ -15,6 +15,7 @@
 #include "render/engines/gpu/atlas_plane.h"
 #include "render/engines/gpu/features.h"
 #include "render/engines/gpu/field_binding.h"
+#include "render/engines/gpu/function_tables.h"
 #include "render/engines/gpu/gl/context.h"
 #include "render/engines/gpu/gl/objects.h"
 #include "render/engines/gpu/gl/program.h"
@@ -87,6 +88,7 @@ class March {
     Pace pace_;
     GlProgram program_;
     const Occupancy* occupancy_ = nullptr; // that this was made with
+    FunctionTables tables_;
     StorageBuffers buffers_;
     GlTexture3d skipping_, surfaceMap_;
     std::uint64_t skippingVersion_ = 0; // of the occupancy that the texture holds; 0: none

@@ -9,36 +9,29 @@ void StorageBuffers::fit(const Composition& composition, const glm::ivec2& image
                          const glm::ivec3& bricks, Ledger& gpu) {
     std::map<std::string, Held, std::less<>> before = std::move(held_);
     held_.clear();
-    const auto bytesOf = [&](const StorageBuffer& b) { return b.bytes ? b.bytes(imageSize, bricks) : 0; };
+    const auto bytesOf = [&](const StorageBuffer& b) { return b.bytes(imageSize, bricks); };
     for (const StorageBuffer& b : composition.buffers()) {
+        TESSERA_CHECK(b.bytes);
         Held& held = held_[b.name];
         held.what = b;
         held.binding = composition.binding(b.name);
         if (const auto old = before.find(b.name);
-            old != before.end() && (!b.bytes || old->second.buffer.bytes() == bytesOf(b)))
+            old != before.end() && old->second.buffer.bytes() == bytesOf(b))
             held.buffer = std::move(old->second.buffer);
     }
     before.clear();
     for (const StorageBuffer& b : composition.buffers()) {
         GlBuffer& buffer = held_[b.name].buffer;
-        if (b.bytes && buffer.bytes() == 0) {
+        if (buffer.bytes() == 0) {
             buffer = GlBuffer(bytesOf(b), {}, gpu, b.label);
             buffer.fill(b.first);
         }
     }
 }
 
-void StorageBuffers::setContent(std::string_view name, std::span<const std::byte> content, Ledger& gpu) {
-    Held& held = held_.find(name)->second;
-    TESSERA_CHECK(!held.what.bytes);
-    held.buffer = {}; // first, so that two are never charged
-    held.buffer = GlBuffer(content.size(), content, gpu, held.what.label);
-}
-
 void StorageBuffers::begin() {
     for (auto& [name, held] : held_)
-        if (held.what.bytes)
-            held.buffer.fill(held.what.first);
+        held.buffer.fill(held.what.first);
 }
 
 void StorageBuffers::bind() const {

@@ -15,13 +15,11 @@ namespace tessera {
 
 class StorageBuffers {
   public:
-    /// Those of a composition for such a picture. What is as it has to be stays, with what it holds; the
-    /// others go first, so that two are never charged.
+    /// Those of a composition for such a picture; all of them say their sizes. What is as it has to be stays,
+    /// with what it holds; the others go first, so that two are never charged.
     void fit(const Composition& composition, const glm::ivec2& imageSize, const glm::ivec3& bricks,
              Ledger& gpu);
-    /// Of one that is as long as its content.
-    void setContent(std::string_view name, std::span<const std::byte> content, Ledger& gpu);
-    /// Every buffer without a content as it is when rays begin.
+    /// Every buffer as it is when rays begin.
     void begin();
     void bind() const;
 

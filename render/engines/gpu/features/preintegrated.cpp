@@ -5,9 +5,7 @@
 namespace tessera::features {
 
 FeatureModule preintegrated() {
-    return {.define = "FEATURE_PREINTEGRATED",
-            .meaning = "pre-integrated segments",
-            .buffers = {{"SUMS", "the transfer function's tables"}}};
+    return {.define = "FEATURE_PREINTEGRATED", .meaning = "pre-integrated segments"};
 }
 
 } // namespace tessera::features

@@ -9,7 +9,7 @@ namespace tessera {
 
 GlTexture3d::GlTexture3d(GLenum format, const glm::ivec3& extent, std::size_t bytesPerTexel, GLenum filter,
                          Ledger& gpu, std::string_view label)
-    : extent_(extent) {
+    : format_(format), extent_(extent) {
     const std::size_t bytes = bytesPerTexel * static_cast<std::size_t>(extent.x) *
                               static_cast<std::size_t>(extent.y) * static_cast<std::size_t>(extent.z);
     charge_ = gpu.charge(bytes, label);
@@ -41,12 +41,13 @@ void GlTexture3d::upload(const glm::ivec3& offset, const glm::ivec3& extent, GLe
                         texels);
 }
 
-void GlTexture3d::bindImage(GLuint unit, GLenum format) const {
-    glBindImageTexture(unit, name_, 0, GL_TRUE, 0, GL_WRITE_ONLY, format);
+void GlTexture3d::bindForWriting(GLuint unit) const {
+    glBindImageTexture(unit, name_, 0, GL_TRUE, 0, GL_WRITE_ONLY, format_);
 }
 
 void GlTexture3d::bind(GLuint unit) const {
     glBindTextureUnit(unit, name_);
+    glBindImageTexture(unit, name_, 0, GL_TRUE, 0, GL_READ_ONLY, format_);
 }
 
 GlBuffer::GlBuffer(std::size_t bytes, std::span<const std::byte> data, Ledger& gpu, std::string_view label) {
@@ -82,6 +83,29 @@ void GlBuffer::fill(std::uint32_t word) {
 void GlBuffer::read(std::size_t offset, std::span<std::byte> out) const {
     glGetNamedBufferSubData(name_, static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(out.size()),
                             out.data());
+}
+
+GlTexelBuffer::GlTexelBuffer(GLenum format, std::size_t bytesPerTexel, std::span<const std::byte> texels,
+                             Ledger& gpu, std::string_view label) {
+    GLint most = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
+    if (texels.size() / bytesPerTexel > static_cast<std::size_t>(most))
+        throw Error("OpenGL: " + std::string(label) + " have " +
+                    std::to_string(texels.size() / bytesPerTexel) + " texels; this device allows " +
+                    std::to_string(most));
+    buffer_ = GlBuffer(texels.size(), texels, gpu, label);
+    glCreateTextures(GL_TEXTURE_BUFFER, 1, &name_);
+    glTextureBuffer(name_, format, buffer_.name());
+    glObjectLabel(GL_TEXTURE, name_, static_cast<GLsizei>(label.size()), label.data());
+}
+
+GlTexelBuffer::~GlTexelBuffer() {
+    if (name_)
+        glDeleteTextures(1, &name_);
+}
+
+void GlTexelBuffer::bind(GLuint unit) const {
+    glBindTextureUnit(unit, name_);
 }
 
 } // namespace tessera

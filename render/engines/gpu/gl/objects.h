@@ -18,6 +18,7 @@ namespace tessera {
 class GlTexture3d {
   public:
     GlTexture3d() = default;
+    /// @param format  one that images have too
     /// @param bytesPerTexel  of format, for the ledger
     /// @param filter  GL_NEAREST or GL_LINEAR; wrap is clamp-to-edge
     /// Throws InputError when the ledger cannot hold it, Error when GL cannot.
@@ -32,24 +33,27 @@ class GlTexture3d {
     /// Copies tightly packed texels [z][y][x] into a box.
     void upload(const glm::ivec3& offset, const glm::ivec3& extent, GLenum format, GLenum type,
                 const void* texels);
+    /// As a texture and, for imageLoad() from a shader, as an image.
     void bind(GLuint unit) const;
     /// For imageStore() from a shader.
-    void bindImage(GLuint unit, GLenum format) const;
+    void bindForWriting(GLuint unit) const;
     const glm::ivec3& extent() const { return extent_; }
     std::size_t bytes() const { return charge_.bytes(); }
 
   private:
     void swap(GlTexture3d& other) {
         std::swap(name_, other.name_);
+        std::swap(format_, other.format_);
         std::swap(extent_, other.extent_);
         std::swap(charge_, other.charge_);
     }
     GLuint name_ = 0;
+    GLenum format_ = 0;
     glm::ivec3 extent_{0};
     Charge charge_;
 };
 
-/// A shader storage buffer of fixed size.
+/// A buffer of fixed size; bound as a shader storage buffer.
 class GlBuffer {
   public:
     GlBuffer() = default;
@@ -61,6 +65,7 @@ class GlBuffer {
         return *this;
     }
     ~GlBuffer();
+    GLuint name() const { return name_; }
     void bind(GLuint binding) const;
     void fill(std::uint32_t word);
     void clear() { fill(0); }
@@ -74,6 +79,32 @@ class GlBuffer {
     }
     GLuint name_ = 0;
     Charge charge_;
+};
+
+/// Texels in a row, for texelFetch() on a samplerBuffer.
+class GlTexelBuffer {
+  public:
+    GlTexelBuffer() = default;
+    /// @param bytesPerTexel  of format
+    /// Throws as GlTexture3d does, and Error where the device has no room for so many texels in a row.
+    GlTexelBuffer(GLenum format, std::size_t bytesPerTexel, std::span<const std::byte> texels, Ledger& gpu,
+                  std::string_view label);
+    GlTexelBuffer(GlTexelBuffer&& other) noexcept { swap(other); }
+    GlTexelBuffer& operator=(GlTexelBuffer&& other) noexcept {
+        swap(other);
+        return *this;
+    }
+    ~GlTexelBuffer();
+    void bind(GLuint unit) const;
+    std::size_t bytes() const { return buffer_.bytes(); }
+
+  private:
+    void swap(GlTexelBuffer& other) {
+        std::swap(name_, other.name_);
+        std::swap(buffer_, other.buffer_);
+    }
+    GLuint name_ = 0;
+    GlBuffer buffer_;
 };
 
 } // namespace tessera

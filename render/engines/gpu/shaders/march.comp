@@ -2,7 +2,7 @@
 // uMaxIterations steps per ray; what a ray knows (next segment, colour, alpha) waits in uState, so that tiles,
 // dispatches and passes can be cut anywhere with the same result.
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 64) in; // 8 x 8 pixels
 
 #include "common_ray.glsl"
 #include "sampler_field.glsl"
@@ -31,8 +31,12 @@ uniform int uMaxIterations;
 uniform float uTermination; // transmittance below which a ray ends
 #endif
 
+// Devices run neighbours of this order side by side, and what one of them needs all of them wait for: so 4 x 1, 4 x 2,
+// 4 x 4 and 8 x 4 neighbours are patches of the picture, whose rays need much the same.
+ivec2 pixelOfGroup(int lane) { return ivec2(lane & 3 | lane >> 2 & 4, lane >> 2 & 3 | lane >> 3 & 4); }
+
 void main() {
-    ivec2 pixel = uTileOrigin + ivec2(gl_GlobalInvocationID.xy);
+    ivec2 pixel = uTileOrigin + 8 * ivec2(gl_WorkGroupID.xy) + pixelOfGroup(int(gl_LocalInvocationIndex));
     if (any(greaterThanEqual(pixel, uTileEnd))) return;
     int slot = pixel.y * int(uImageSize.x) + pixel.x;
     int i = uNext[slot];

@@ -3,7 +3,9 @@
 // Needs FEATURE_SHADING, FEATURE_HITS, common_ray.glsl. Gives tablePlace(stored), extinctionAt(place), colourAt(place),
 // opacityOf(depth), shade(...).
 
-layout(std430, binding = BINDING_TABLE) readonly buffer TransferTable { vec4 uTable[]; }; // rgb colour, a extinction per mm
+// Buffer textures, for llvmpipe reads storage buffers lane by lane; twin of render/engines/gpu/function_tables.cpp.
+uniform samplerBuffer uColours;
+uniform samplerBuffer uExtinctions; // per mm
 uniform float uTableScale, uTableOffset; // entry = stored value * scale + offset
 uniform int uTableLast;
 
@@ -17,15 +19,15 @@ int tableCell(float place) { return min(int(place), uTableLast - 1); }
 // Most values have no extinction: their colour is never read.
 float extinctionAt(float place) {
     int i = tableCell(place);
-    float a = uTable[i].a;
-    precise float extinction = a + (place - float(i)) * (uTable[i + 1].a - a);
+    float a = texelFetch(uExtinctions, i).x;
+    precise float extinction = a + (place - float(i)) * (texelFetch(uExtinctions, i + 1).x - a);
     return extinction;
 }
 
 vec3 colourAt(float place) {
     int i = tableCell(place);
-    vec3 a = uTable[i].rgb;
-    precise vec3 colour = a + (place - float(i)) * (uTable[i + 1].rgb - a);
+    vec3 a = texelFetch(uColours, i).rgb;
+    precise vec3 colour = a + (place - float(i)) * (texelFetch(uColours, i + 1).rgb - a);
     return colour;
 }
 

@@ -31,14 +31,14 @@ float onTable(float place) { return clamp(place, 0.0, float(uTableLast)); }
 
 #if FEATURE_PREINTEGRATED
 // extinctionBins() of preintegration.h, then its colourSums() or its Preintegration2d.
-layout(std430, binding = BINDING_SUMS) readonly buffer TableSums { vec4 uSums[]; };
+uniform samplerBuffer uSums;
 uniform int uSumsStart; // of what comes after the bins
 
 SegmentEnd endOf(float stored) {
     SegmentEnd end;
     end.place = placeOf(stored);
     end.bin = clamp(int(floor(end.place)), -1, uTableLast);
-    end.entry = uSums[end.bin + 1];
+    end.entry = texelFetch(uSums, end.bin + 1);
     return end;
 }
 
@@ -77,19 +77,21 @@ vec3 segmentColour(SegmentEnd front, SegmentEnd back, float depth, float alpha, 
     precise float fx = x - float(i);
     precise float fy = y - float(j);
     int at = uSumsStart + ((findLSB(n) - uPreintegrationFirstLayer) * uPreintegrationEdge + j) * uPreintegrationEdge + i;
-    vec3 c00 = uSums[at].rgb;
-    vec3 c01 = uSums[at + uPreintegrationEdge].rgb;
-    precise vec3 near = c00 + fx * (uSums[at + 1].rgb - c00);
-    precise vec3 far = c01 + fx * (uSums[at + uPreintegrationEdge + 1].rgb - c01);
+    vec3 c00 = texelFetch(uSums, at).rgb;
+    vec3 c01 = texelFetch(uSums, at + uPreintegrationEdge).rgb;
+    precise vec3 near = c00 + fx * (texelFetch(uSums, at + 1).rgb - c00);
+    precise vec3 far = c01 + fx * (texelFetch(uSums, at + uPreintegrationEdge + 1).rgb - c01);
     precise vec3 colour = near + fy * (far - near);
     return colour;
 }
 #else
+vec4 entryOf(int i) { return vec4(texelFetch(uColours, i).rgb, texelFetch(uExtinctions, i).x); }
+
 vec4 entryAt(float place) {
     float x = onTable(place);
     int i = tableCell(x);
-    vec4 a = uTable[i];
-    precise vec4 e = a + (x - float(i)) * (uTable[i + 1] - a);
+    vec4 a = entryOf(i);
+    precise vec4 e = a + (x - float(i)) * (entryOf(i + 1) - a);
     return e;
 }
 
@@ -100,7 +102,7 @@ vec4 radiance(float width, float place) {
     return vec4(emitted, weight);
 }
 
-vec4 sumTo(int entry, int part) { return uSums[uSumsStart + 2 * (entry + 1) + part]; }
+vec4 sumTo(int entry, int part) { return texelFetch(uSums, uSumsStart + 2 * (entry + 1) + part); }
 
 vec3 segmentColour(SegmentEnd front, SegmentEnd back, float depth, float alpha, int n) {
     bool rises = front.place < back.place;

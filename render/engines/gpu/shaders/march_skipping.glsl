@@ -5,7 +5,7 @@
 // nextNotClear(ray, i, left, iterations), mayHoldSurface(a, b).
 
 #if FEATURE_SKIPPING
-uniform usampler3D uSkipping; // two words a texel: see render/empty_space/distance_map.h
+TEXELS_RG32UI uSkipping; // two words a texel: see render/empty_space/distance_map.h
 uniform ivec3 uSkippingLast;  // voxel that no position is beyond
 uniform int uSkippingShift;   // log2 of a box's edge, voxels
 
@@ -28,7 +28,7 @@ void beginSkipping(Ray ray) {
 }
 
 ivec3 voxelAt(vec3 p) { return clamp(ivec3(floor(p)), ivec3(0), uSkippingLast); }
-uvec2 skippingTexel(ivec3 voxel) { return texelFetch(uSkipping, voxel >> uSkippingShift, 0).xy; }
+uvec2 skippingTexel(ivec3 voxel) { return texelAt(uSkipping, voxel >> uSkippingShift).xy; }
 bool isOccupiedBox(uvec2 texel) { return (texel.y & 0x80000000u) != 0u; }
 
 int blockBit(ivec3 voxel) {
@@ -119,10 +119,10 @@ int nextShown(Ray ray, int i, inout int left, inout uint iterations) {
 #endif
 
 #if FEATURE_SURFACES
-uniform usampler3D uSurfaceMap; // what the surfaces alone show; in shape as uSkipping
+TEXELS_RG32UI uSurfaceMap; // what the surfaces alone show; in shape as uSkipping
 
 // Whether everything between two places is proven empty; twin of isClear() in render/empty_space/occupancy.h.
-bool isClear(usampler3D map, vec3 a, vec3 b) {
+bool isClear(UINT_TEXELS map, vec3 a, vec3 b) {
     ivec3 from = voxelAt(a);
     ivec3 to = voxelAt(b);
     int shift = uSkippingShift - 2;
@@ -135,7 +135,7 @@ bool isClear(usampler3D map, vec3 a, vec3 b) {
     do {
         TURN;
         ivec3 block = first + (ivec3(corner, corner >> 1, corner >> 2) & 1);
-        uvec2 texel = texelFetch(map, block >> 2, 0).xy;
+        uvec2 texel = texelAt(map, block >> 2).xy;
         clear = clear && !(isOccupiedBox(texel) && isOccupiedBlock(texel, blockBit(block << shift)));
         corner = (corner - mask) & mask;
     } while (corner != 0 && clear);

@@ -3,15 +3,19 @@
 // storedFromFiltered, brickEntry(brick), slotOrigin(entry, shift), trilinearOverBricks, trilinearInSlot.
 
 #include "common_turns.glsl"
+#include "common_texels.glsl"
 
-uniform sampler3D uVoxels; // atlas pages
 #if FEATURE_NORMALISED
+TEXELS_R16 uTexels; // atlas pages
 uniform float uStoredBias; // stored value = 65535 * texel + bias, exactly
+#else
+TEXELS_R32F uTexels;
 #endif
 #if FEATURE_HARDWARE
+uniform sampler3D uVoxels; // the same, filtered
 uniform vec3 uTexelSize; // 1 / extent of uVoxels
 #endif
-uniform usampler3D uIndex; // one texel per brick: see render/residency/brick_residency.h
+TEXELS_RG32UI uIndex; // one texel per brick: see render/residency/brick_residency.h
 const uint kEntryValue = 0x80000000u;
 
 #if FEATURE_COUNTING
@@ -48,10 +52,10 @@ uint gRayNumber = 0u;
 #endif
 
 uvec2 brickEntry(ivec3 brick) {
-    uvec2 entry = texelFetch(uIndex, brick, 0).xy;
+    uvec2 entry = texelAt(uIndex, brick).xy;
 #if FEATURE_PASSES
     if ((entry.x & (kEntryAbsent | kEntryValue)) == kEntryAbsent) gMissing = true;
-    ivec3 bricks = textureSize(uIndex, 0);
+    ivec3 bricks = texelsExtent(uIndex);
     if (gNaming && (entry.x & kEntryValue) == 0u)
         atomicMin(uWanted[(brick.z * bricks.y + brick.y) * bricks.x + brick.x], gRayNumber);
 #endif
@@ -79,7 +83,7 @@ float mixCorners(float v000, float v100, float v010, float v110, float v001, flo
 
 float texelValue(ivec3 at) {
     COUNT_FETCHES(1u);
-    return storedFromTexel(texelFetch(uVoxels, at, 0).r);
+    return storedFromTexel(texelAt(uTexels, at).r);
 }
 
 // Between texels of one slot.
@@ -96,7 +100,7 @@ float latticeValue(ivec3 i, int shift) {
     uvec2 entry = brickEntry(i >> shift);
     if ((entry.x & kEntryValue) != 0u) return uintBitsToFloat(entry.y);
     ivec3 inside = i & ((1 << shift) - 1);
-    return storedFromTexel(texelFetch(uVoxels, slotOrigin(entry, shift) + inside, 0).r);
+    return storedFromTexel(texelAt(uTexels, slotOrigin(entry, shift) + inside).r);
 }
 
 // Between samples of one level, whichever bricks they are in.

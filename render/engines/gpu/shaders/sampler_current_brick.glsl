@@ -16,7 +16,7 @@ vec3 gBrickOffset, gFirstTexel, gLastTexel;
 ivec3 gBrickFirst, gBrickLast, gBrickOrigin;            // samples
 #endif
 #if FEATURE_MIXED
-uniform usampler3D uFacts; // one texel per brick: see render/contract/level_map.h
+TEXELS_R32UI uFacts; // one texel per brick: see render/contract/level_map.h
 uniform int uMostStride;   // no stride above 2^this
 uniform float uStepVoxels; // length of a segment
 vec3 gStartLow = vec3(kFar), gStartHigh = vec3(-kFar); // voxels: where no finer brick limits the stride
@@ -35,7 +35,7 @@ void enterBrick(vec3 position) {
 #if FEATURE_MIXED
     vec3 p = clamp(position, vec3(0.0), vec3(uExtentVoxels));
     ivec3 brick = min(ivec3(p) >> 5, uBricks - 1);
-    uint facts = texelFetch(uFacts, brick, 0).x;
+    uint facts = texelAt(uFacts, brick).x;
     uint code = facts & 7u;
     vec3 low = vec3(faceReach(facts, 0), faceReach(facts, 1), faceReach(facts, 2));
     vec3 high = vec3(faceReach(facts, 3), faceReach(facts, 4), faceReach(facts, 5));
@@ -61,7 +61,7 @@ void enterBrick(vec3 position) {
     gBrickHigh = vec3(brick * 32 + 32) - high;
     uvec2 entry = brickEntry(brick);
 #if FEATURE_VISIBILITY
-    ivec3 bricks = textureSize(uIndex, 0);
+    ivec3 bricks = texelsExtent(uIndex);
     gBrickNumber = (brick.z * bricks.y + brick.y) * bricks.x + brick.x;
 #endif
     gBrickIsValue = (entry.x & kEntryValue) != 0u;

@@ -2,7 +2,7 @@
 // corner (docs/sampling.md, "Value"; course notes 2.10.2); twin of render/contract/brick_corner.h and render/contract/sampler.h.
 // Needs sampler_atlas.glsl. Gives fieldValue(p), localPitch(p), placeOf(p), cornerTexel, codeOf, gBlended.
 
-uniform usampler3D uCorners;  // one texel per brick corner: see render/contract/brick_corner.h
+TEXELS_RG32UI uCorners;  // one texel per brick corner: see render/contract/brick_corner.h
 uniform ivec3 uBricks;        // grid of bricks
 uniform ivec3 uExtentVoxels;
 uniform int uEdgeFunction;    // 0 nearest, 1 minimum, 2 split, 3 maximum
@@ -36,7 +36,7 @@ Place placeOf(vec3 position) {
     return place;
 }
 
-uvec2 cornerTexel(ivec3 corner) { return texelFetch(uCorners, corner, 0).xy; }
+uvec2 cornerTexel(ivec3 corner) { return texelAt(uCorners, corner).xy; }
 
 int nearAxes(uvec2 corner, vec3 offset) {
     int near = 0;

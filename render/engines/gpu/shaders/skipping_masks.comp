@@ -6,7 +6,7 @@ layout(local_size_x = 64) in;
 
 #include "sampler_atlas.glsl"
 
-layout(rg32ui, binding = 0) writeonly uniform uimage3D uMap;
+layout(rg32ui) writeonly uniform uimage3D uMap;
 layout(std430, binding = BINDING_RUNS) readonly buffer Runs { int uRuns[]; };    // see zeroRuns() in render/engines/gpu/fine_mask.cpp
 layout(std430, binding = BINDING_CELLS) readonly buffer Cells { uint uCells[]; }; // numbers in the grid
 uniform ivec3 uExtentVoxels, uGrid;

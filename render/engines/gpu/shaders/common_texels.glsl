@@ -1,0 +1,23 @@
+// common_texels.glsl: single texels of 3D textures, which is up to the driver.
+// Needs DRIVER_LLVMPIPE. Gives types of uniforms TEXELS_R16, TEXELS_R32F, TEXELS_R32UI, TEXELS_RG32UI, as a parameter
+// UINT_TEXELS; texelAt(texels, at), texelsExtent(texels).
+
+#if DRIVER_LLVMPIPE
+// Its texelFetch() looks up extent and strides of a level lane by lane, though all lanes ask for level 0, and takes as long
+// as a filtered fetch; images have no levels.
+#define TEXELS_R16 layout(r16) uniform restrict readonly image3D
+#define TEXELS_R32F layout(r32f) uniform restrict readonly image3D
+#define TEXELS_R32UI layout(r32ui) uniform restrict readonly uimage3D
+#define TEXELS_RG32UI layout(rg32ui) uniform restrict readonly uimage3D
+#define UINT_TEXELS restrict readonly uimage3D
+#define texelAt(texels, at) imageLoad(texels, at)
+#define texelsExtent(texels) imageSize(texels)
+#else
+#define TEXELS_R16 uniform sampler3D
+#define TEXELS_R32F uniform sampler3D
+#define TEXELS_R32UI uniform usampler3D
+#define TEXELS_RG32UI uniform usampler3D
+#define UINT_TEXELS usampler3D
+#define texelAt(texels, at) texelFetch(texels, at, 0)
+#define texelsExtent(texels) textureSize(texels, 0)
+#endif
