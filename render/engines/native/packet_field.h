@@ -168,10 +168,9 @@ inline __attribute__((noinline)) F valueElsewhere(const PacketField& f, F3 p, M&
 }
 
 /// The field at p. Lanes that lack a brick are taken from m.
+/// @param x  inBrick()  @param inside  lanes that need no other brick
 template <SampleKind K, bool Mixed>
-TESSERA_LANE F valueAt(const PacketField& f, const Here<Mixed>& here, F3 p, M& m) {
-    const F3 x = inBrick(here, p);
-    const M inside = m & within(x, here.low, here.high);
+TESSERA_LANE F valueAt(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x, M inside, M& m) {
     F value = valueHere<K>(f, here, x, inside);
     M rest = m & ~inside;
     if (any(rest)) [[unlikely]] {

@@ -14,6 +14,7 @@ using native::PacketMarch;
 using native::PacketScene;
 
 constexpr int kTurnsBetweenLooks = 128; // at the clock
+constexpr int kMostUnlooked = 3;        // turns: where much shows, a look at each costs more than samples in vain
 
 struct PacketRays {
     F3 entry, step;
@@ -81,10 +82,15 @@ inline __attribute__((noinline)) I strideStarts(const PacketField& f, const Pack
 /// The field at p, which then lies in the lanes' brick where it lies in one.
 template <SampleKind K, bool Mixed>
 TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m) {
-    const M outside = m & ~within(inBrick(here, p), here.low, here.high);
-    if (any(outside))
+    F3 x = inBrick(here, p);
+    M inside = m & within(x, here.low, here.high);
+    const M outside = m & ~inside;
+    if (any(outside)) {
         enter<Mixed>(s.field, here, p, outside);
-    return valueAt<K>(s.field, here, p, m);
+        x = inBrick(here, p);
+        inside = m & within(x, here.low, here.high);
+    }
+    return valueAt<K>(s.field, here, p, x, inside, m);
 }
 
 template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const PacketScene& s, PacketJob& job) {
@@ -112,6 +118,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
     M known = none(), showsFront = none(); // front is; something can show there
     M showsBack = none();                  // at the end of the stride of a lane that is ready
     int turns = 0;
+    int dense = 0, unlooked = 0; // looks in a row that found nothing empty; turns that go without one for that
     std::uint64_t iterations = 0, segments = 0, values = 0, gradients = 0, sampling = 0;
     while (any(active)) {
         if (++turns % kTurnsBetweenLooks == 0 && s.help.expired(s.help.context))
@@ -124,12 +131,18 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
         F length = strideLength(rays, i, n);
         if constexpr (!Ends) {
             F3 p = along(rays, number(i) + F(0.5f) * length);
-            if (skips) {
+            if (skips && unlooked > 0) {
+                --unlooked;
+                ready = active;
+            } else if (skips) {
                 const M looking = active & ~ready;
                 const BoxAt box = boxAt(s.space, f, p, looking);
                 ready = ready | box.shows;
                 const M leaps = looking & ~box.shows;
-                if (any(leaps)) {
+                if (!any(leaps)) {
+                    unlooked = dense = dense < kMostUnlooked ? dense + 1 : dense;
+                } else {
+                    dense = 0;
                     const F beyond = ceil(leaves(s.space, leaping, box) - F(0.5f));
                     const M ends = ~(beyond < number(rays.count));
                     I to = max(truncated(select(ends, F(0.0f), beyond)), I(0));
