@@ -93,8 +93,9 @@ void run(int argc, char** argv) {
         }
         return 1e-6 * kTurns * caster.target().lanes() / best;
     };
-    for (const native::PacketTarget* target :
-         {&native::kAvx512Target, &native::kAvx2Target, &native::kBaselineTarget}) {
+    const native::PacketTargets targets = native::packetTargets();
+    for (int n = targets.count - 1; n >= 0; --n) {
+        const native::PacketTarget* const target = targets.all[n];
         if (options["--targets"].find(target->name) == std::string::npos)
             continue;
         NativeCaster caster(plan, engine, {}, budgets.gpu, target);

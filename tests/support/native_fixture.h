@@ -11,13 +11,8 @@ namespace tessera::test {
 
 /// Those that can run here; the baseline always can.
 inline std::vector<const native::PacketTarget*> nativeTargets() {
-    std::vector<const native::PacketTarget*> targets{&native::kBaselineTarget};
-    const native::PacketTarget& best = native::packetTarget();
-    if (&best == &native::kAvx512Target)
-        targets.push_back(&native::kAvx2Target);
-    if (&best != &native::kBaselineTarget)
-        targets.push_back(&best);
-    return targets;
+    const native::PacketTargets targets = native::packetTargets();
+    return {targets.all, targets.all + targets.count};
 }
 
 struct NativePicture {

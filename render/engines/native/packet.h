@@ -145,7 +145,13 @@ struct PacketTarget {
 };
 extern const PacketTarget kBaselineTarget, kAvx2Target, kAvx512Target;
 
-/// The widest that this processor has.
+/// Those that were compiled and that this processor has, the narrowest first; null beyond them.
+struct PacketTargets {
+    const PacketTarget* all[3] = {};
+    int count = 0;
+};
+PacketTargets packetTargets();
+/// The widest; or the one that the environment's TESSERA_INSTRUCTIONS names, where it is among them.
 const PacketTarget& packetTarget();
 
 } // namespace tessera::native

@@ -1,4 +1,4 @@
-// render/engines/native/packet_target.cpp: which set of instructions packets are drawn with.
+// render/engines/native/packet_target.cpp: which sets of instructions packets can be drawn with.
 #include "render/engines/native/packet.h"
 
 #include <cstdlib>
@@ -6,23 +6,30 @@
 
 namespace tessera::native {
 
-const PacketTarget& packetTarget() {
-    // Named by the environment for tests and measurements.
-    const char* const named = std::getenv("TESSERA_INSTRUCTIONS");
-    [[maybe_unused]] const auto allowed = [&](const PacketTarget& target) {
-        return !named || std::strcmp(named, target.name) == 0;
-    };
+PacketTargets packetTargets() {
+    PacketTargets targets;
+    targets.all[targets.count++] = &kBaselineTarget;
 #if TESSERA_X86_TARGETS
     __builtin_cpu_init();
-    if (allowed(kAvx512Target) && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-        __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-        __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("bmi2"))
-        return kAvx512Target;
-    if (allowed(kAvx2Target) && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
-        __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2"))
-        return kAvx2Target;
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
+        __builtin_cpu_supports("bmi2")) {
+        targets.all[targets.count++] = &kAvx2Target;
+        if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+            __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+            __builtin_cpu_supports("avx512vl"))
+            targets.all[targets.count++] = &kAvx512Target;
+    }
 #endif
-    return kBaselineTarget;
+    return targets;
+}
+
+const PacketTarget& packetTarget() {
+    const PacketTargets targets = packetTargets();
+    if (const char* const named = std::getenv("TESSERA_INSTRUCTIONS"))
+        for (int n = 0; n < targets.count; ++n)
+            if (std::strcmp(named, targets.all[n]->name) == 0)
+                return *targets.all[n];
+    return *targets.all[targets.count - 1];
 }
 
 } // namespace tessera::native
