@@ -28,6 +28,8 @@ void checkIntegrator(const Quality& quality) {
 }
 /// An integrator that is not asked for by name takes tables only where they are a small part of what is free.
 constexpr std::size_t kPartsForTables = 16;
+/// Of chunks that are on their way to where they are kept: as many as keep the loaders busy.
+constexpr std::size_t kReadOnceBytes = std::size_t{32} << 20;
 /// What the eye cannot see in a segment's colour.
 constexpr double kAttenuationMatters = 1.0 / 255;
 
@@ -240,12 +242,15 @@ void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const
         volume.surfaceTable = volume.table.ofSurfaces();
 }
 
-void ScenePlan::openCache(Ledger& ram, int threads) {
+void ScenePlan::openCache(Ledger& ram, int threads, bool readsOnce) {
     // It takes what is left, less upload staging and, where there is plenty, some air.
     const int used = threads > 0 ? threads : defaultThreads();
     const std::size_t free = ram.freeBytes(), staging = stagingBytes(info());
     const std::size_t left = free > staging ? free - staging : 0;
-    const std::size_t bytes = std::max(std::min(left, latticeCacheFloorBytes(info(), used)), left - left / 8);
+    const std::size_t floor = std::min(left, latticeCacheFloorBytes(info(), used));
+    // Memory that is used for the first time costs more than what is in it.
+    const std::size_t most = readsOnce ? kReadOnceBytes : left - left / 8;
+    const std::size_t bytes = std::max(floor, std::min(most, left - left / 8));
     volume.cache = std::make_unique<BrickCache>(*volume.store, ram, bytes, used);
 }
 
@@ -272,7 +277,7 @@ void chooseAgain(ScenePlan& p, const Scene& scene, const TextureLimits& most, Le
                             limits, choice, gpu, p.memory.gpuBytes(), ram, p.memory.ramBytes(), threads);
     p.setSelection(std::move(p.chosen.selection), ram);
     p.view.aim(p.info());
-    p.openCache(ram, threads);
+    p.openCache(ram, threads, limits.readsOnce && !scene.quality.maxError); // passes read again
 }
 
 } // namespace tessera

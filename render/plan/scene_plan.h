@@ -34,8 +34,8 @@ struct ScenePlan {
     /// Bricks have aprons where all of them, at level 0, have room for theirs; else limits has no room for
     /// any.
     void chooseAprons(TextureLimits& limits, std::size_t bricks, const Ledger& gpu);
-    /// Makes the cache, of all RAM that is left.
-    void openCache(Ledger& ram, int threads);
+    /// Makes the cache, of all RAM that is left or of so much as serves to read every chunk once.
+    void openCache(Ledger& ram, int threads, bool readsOnce = false);
     /// Takes another selection, and maps its levels and its empty space.
     void setSelection(Selection chosen, Ledger& ram);
     /// Another length of segments, in voxels, or another integrator, for the levels there are.

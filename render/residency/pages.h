@@ -18,6 +18,7 @@ struct TextureLimits {
     int maxExtent = 2048; // texels, a page's edge counted as 32
     std::size_t maxBytes = std::size_t{1} << 30;
     int pageEdge = kBrickExtent;     // samples that a page has room for along an axis, aprons included
+    bool readsOnce = false;          // chunks are read when bricks are put there, and not again
     std::size_t indexEntryBytes = 8; // of every brick: where it is, or what it stands for
 };
 

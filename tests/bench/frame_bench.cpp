@@ -4,6 +4,8 @@
 //
 //   frame_bench --store build/bench-data/torso-thorax.zarr --sizes 128,256,512,1024 --repeats 7 --device auto
 //
+// --check 1 first holds every scene's march against the float mirror, and ends where they differ.
+//
 // All cases run once a round, every other round backwards, after one round of warming up that also counts the
 // work. Timed frames do not count: the counters are compiled out of them. Frames above --slow-ms are timed
 // once.
@@ -11,8 +13,12 @@
 
 #include "core/error.h"
 #include "render/engines/gpu/features.h"
+#include "render/engines/gpu/gpu_caster.h"
+#include "render/engines/mirror/mirror.h"
+#include "render/picture.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 
@@ -60,6 +66,36 @@ void runRound(std::vector<Case>& cases, bool backwards, bool warmUp, double slow
     }
 }
 
+/// The march with exact fetches must give what the float mirror gives on the device's own rays
+/// (docs/sampling.md, "Equalities and tolerances").
+void checkAgainstMirror(const std::string& name, Scene scene, const StoreReader& store,
+                        const GlContext& context, Budgets& budgets) {
+    constexpr float kMost = 1e-5f;
+    scene.imageSize = glm::ivec2(96);
+    scene.quality.fetch = Fetch::exact;
+    GpuEngine engine(context, budgets.gpu, budgets.ram);
+    ScenePlan plan =
+        planScene(scene, store, engine.limits(), budgets.ram, budgets.gpu, 0, LevelChoice::oneForAll);
+    Work work;
+    bringBricks(engine, plan, budgets.ram, budgets.gpu, work);
+    const auto caster = engine.caster({}, budgets.gpu);
+    caster->begin(raysOf(plan));
+    drawToTheEnd(*caster, engine, plan, Slicing{}, work);
+    const Image picture = caster->image();
+    const std::vector<SegmentedRay<float>> rays = gpuRays(plan.view.frame, budgets.gpu);
+    const std::vector<glm::vec4> mirror = mirrorRays<float>(
+        mirrorInput(plan, plan.view.quality.skipping), rays.size(), [&](std::size_t i) { return rays[i]; }, 0,
+        work);
+    float largest = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        for (int c = 0; c < 4; ++c)
+            largest = std::max(largest, std::abs(picture.pixels[i][c] - mirror[i][c]));
+    std::fprintf(stderr, "%s: march and mirror differ by at most %.2g\n", name.c_str(),
+                 static_cast<double>(largest));
+    if (!(largest <= kMost))
+        throw Error(name + ": expected a march within 1e-5 of the mirror; see docs/sampling.md");
+}
+
 void printCsv(const std::vector<Case>& cases, const std::string& device, double loadBefore) {
     std::printf("device,scene,fetch,pixels,step_voxels,level,repeats,time_min_ms,time_med_ms,wall_med_ms,"
                 "iterations,segments,samples,fetches,dispatches,longest_dispatch_ms,bricks,bytes_uploaded,"
@@ -91,6 +127,7 @@ void run(int argc, char** argv) {
                                  {"--repeats", "7"},
                                  {"--slow-ms", "10000"},
                                  {"--device", "auto"},
+                                 {"--check", "0"},
                                  {"--gpu-memory", "4GiB"}});
     const GlContext context(GlDeviceChoice{options["--device"]});
     Budgets budgets(parseBytes(options["--gpu-memory"], "--gpu-memory"));
@@ -110,6 +147,8 @@ void run(int argc, char** argv) {
         auto& store = stores[path];
         if (!store)
             store = std::make_unique<StoreReader>(path, budgets.ram);
+        if (options["--check"] == "1")
+            checkAgainstMirror(file.stem().string(), scene, *store, context, budgets);
         scenes.push_back(std::make_unique<SceneOnDevice>(scene, *store, context, budgets));
         for (const double size : parseNumbers(options["--sizes"], "--sizes"))
             for (const Fetch fetch : fetches)

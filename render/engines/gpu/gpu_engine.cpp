@@ -54,8 +54,13 @@ Engine::About GpuEngine::about() const {
 }
 
 TextureLimits GpuEngine::limits() const {
-    return context_ ? TextureLimits{context_->max3dTextureSize(), context_->maxTextureBytes()}
-                    : TextureLimits{};
+    TextureLimits limits;
+    if (context_) {
+        limits.maxExtent = context_->max3dTextureSize();
+        limits.maxBytes = context_->maxTextureBytes();
+    }
+    limits.readsOnce = true;
+    return limits;
 }
 
 void GpuEngine::open(std::span<ScenePlan* const> volumes, std::size_t pages) {

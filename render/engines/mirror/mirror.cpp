@@ -29,7 +29,6 @@ template <typename Real> struct UniformField {
     Real samplesPerVoxel;
     Gradient kind;
     Real value(const glm::vec<3, Real>& p) { return fieldValue(samples, p, samplesPerVoxel); }
-    bool lacks() const { return false; }
     Real pitch(const glm::vec<3, Real>&) const { return Real(1) / samplesPerVoxel; }
     glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) {
         return fieldGradient(samples, p, samplesPerVoxel, kind);
@@ -39,7 +38,6 @@ template <typename Real> struct UniformField {
 template <typename Real> struct MixedField {
     MixedReader& samples;
     Gradient kind;
-    bool lacks() const { return false; }
     Real value(const glm::vec<3, Real>& p) { return interblockValue(samples, p); }
     /// Of the brick that p lies in.
     Real pitch(const glm::vec<3, Real>& p) {

@@ -72,8 +72,8 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
     int& i = state.next;
     while (i < ray.count) {
         ++work.iterations;
-        const glm::vec<4, Real> before = sum;
-        const bool metBefore = hit && hit->surface != 0;
+        [[maybe_unused]] const glm::vec<4, Real> before = sum;
+        [[maybe_unused]] const bool metBefore = hit && hit->surface != 0;
         const int n = strideAt(input.strides, ray, i);
         const Real length = strideLength(ray, i, n);
         const Vec start = segmentStart(ray, i), end = strideEnd(ray, i, length);
@@ -156,11 +156,13 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
             }
         }
         addVolume(from, length, valueFrom, back);
-        if (field.lacks()) {
-            sum = before;
-            if (hit && !metBefore)
-                *hit = SurfaceHit();
-            return;
+        if constexpr (requires { field.lacks(); }) {
+            if (field.lacks()) {
+                sum = before;
+                if (hit && !metBefore)
+                    *hit = SurfaceHit();
+                return;
+            }
         }
         front = back;
         known = needs;

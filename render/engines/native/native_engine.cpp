@@ -89,6 +89,7 @@ TextureLimits NativeEngine::limits() const {
     TextureLimits limits;
     limits.maxExtent = 1 << 15;
     limits.pageEdge = kApronedEdge;
+    limits.readsOnce = true;
     limits.maxBytes = kMostSamples * 2;
     limits.indexEntryBytes = sizeof(native::PacketBrick) + 3 * sizeof(BrickEntry);
     return limits;
