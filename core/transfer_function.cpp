@@ -85,8 +85,11 @@ TransferFunction TransferFunction::fromExtinction(std::vector<OpacityPoint> exti
 double TransferFunction::extinction(double value) const {
     if (opacity_.empty())
         return 0;
-    const double at = piecewiseLinear(opacity_, value, [](const OpacityPoint& p) { return p.opacity; });
-    return pointsAreExtinction_ ? at : -std::log1p(-std::min(at, kMaxOpacity)) / referenceLengthMm_;
+    return extinctionOf(piecewiseLinear(opacity_, value, [](const OpacityPoint& p) { return p.opacity; }));
+}
+
+double TransferFunction::extinctionOf(double opacity) const {
+    return pointsAreExtinction_ ? opacity : -std::log1p(-std::min(opacity, kMaxOpacity)) / referenceLengthMm_;
 }
 
 glm::dvec3 TransferFunction::colour(double value) const {

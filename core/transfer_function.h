@@ -38,6 +38,8 @@ class TransferFunction {
 
     /// 1/mm: -log1p(-min(opacity, 1-2^-24)) / referenceLengthMm. It never depends on a step.
     double extinction(double value) const;
+    /// The same for what the points have at a value: opacity, or extinction.
+    double extinctionOf(double opacity) const;
     glm::dvec3 colour(double value) const;
     /// Values, ascending, where the function is not smooth: every point.
     const std::vector<double>& kinks() const { return kinks_; }

@@ -99,6 +99,8 @@ void BrickCache::State::unpin(const ChunkKey& key) {
         if (--entry.pins > 0)
             return;
         entry.idleAt = idle.insert(idle.end(), key);
+        if (!hasJob())
+            return; // readers unpin all the time; a loader that is woken for nothing costs more than they do
     }
     wake.notify_one();
 }

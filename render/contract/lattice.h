@@ -11,6 +11,9 @@
 #include "render/contract/level_map.h"
 
 #include <array>
+#include <cstddef>
+#include <cstring>
+#include <glm/common.hpp>
 #include <glm/vec3.hpp>
 
 namespace tessera {
@@ -25,7 +28,37 @@ class SampleReader {
 
     /// Sample i, inside its level.
     double at(int level, const glm::ivec3& i) {
-        const ChunkKey key{level, i.x >> 5, i.y >> 5, i.z >> 5};
+        return storedValue(type_, chunkAt(level, i >> 5) + placeOf(i) * bytesPerValue_);
+    }
+
+    /// Edge^3 samples from `first` on, x fastest, all inside their level.
+    template <int Edge> void cube(int level, const glm::ivec3& first, double* out) {
+        if ((first >> 5) != ((first + (Edge - 1)) >> 5)) {
+            for (int z = 0; z < Edge; ++z)
+                for (int y = 0; y < Edge; ++y)
+                    for (int x = 0; x < Edge; ++x)
+                        *out++ = at(level, first + glm::ivec3(x, y, z));
+            return;
+        }
+        const std::byte* start = chunkAt(level, first >> 5) + placeOf(first) * bytesPerValue_;
+        withValueType(type_, [&](auto typed) {
+            constexpr std::size_t kRow = kChunkExtent, kSlice = kRow * kRow;
+            for (std::size_t z = 0; z < Edge; ++z)
+                for (std::size_t y = 0; y < Edge; ++y)
+                    for (std::size_t x = 0; x < Edge; ++x) {
+                        std::memcpy(&typed, start + (z * kSlice + y * kRow + x) * sizeof typed, sizeof typed);
+                        *out++ = static_cast<double>(typed);
+                    }
+        });
+    }
+
+  private:
+    static std::size_t placeOf(const glm::ivec3& i) {
+        return linearIndex(i & (kChunkExtent - 1), glm::ivec3(kChunkExtent));
+    }
+    /// The chunk's samples.
+    const std::byte* chunkAt(int level, const glm::ivec3& chunk) {
+        const ChunkKey key{level, chunk.x, chunk.y, chunk.z};
         // Neighbouring chunks differ in some parity, so the eight of a neighbourhood of one level never evict
         // each other.
         Pinned& pinned = pinned_[static_cast<std::size_t>((key.i & 1) | (key.j & 1) << 1 | (key.k & 1) << 2)];
@@ -34,11 +67,9 @@ class SampleReader {
             pinned.data = cache_.get(key);
             pinned.key = key;
         }
-        const std::size_t index = linearIndex(i & (kChunkExtent - 1), glm::ivec3(kChunkExtent));
-        return storedValue(type_, pinned.data->bytes.get() + index * bytesPerValue_);
+        return pinned.data->bytes.get();
     }
 
-  private:
     struct Pinned {
         ChunkKey key{-1, 0, 0, 0};
         ChunkPointer data;
@@ -69,6 +100,17 @@ class LatticeReader {
                 return static_cast<double>(selection_->means[brick]);
         }
         return reader_.at(level_, i);
+    }
+    /// Edge^3 samples from `first` on, x fastest; those beyond the outermost are the outermost.
+    template <int Edge> void cube(const glm::ivec3& first, double* out) {
+        const glm::ivec3 last = first + (Edge - 1);
+        if (!selection_ && glm::clamp(first, glm::ivec3(0), extent_ - 1) == first &&
+            glm::min(last, extent_ - 1) == last)
+            return reader_.cube<Edge>(level_, first, out);
+        for (int z = 0; z < Edge; ++z)
+            for (int y = 0; y < Edge; ++y)
+                for (int x = 0; x < Edge; ++x)
+                    *out++ = at(glm::clamp(first + glm::ivec3(x, y, z), glm::ivec3(0), extent_ - 1));
     }
 
   private:

@@ -38,6 +38,7 @@ class ProofOnRays : public testing::Test {
         Shading shading;
         shading.on = lit;
         shading.gradient = gradient;
+        shading.ambient = 0.3; // by default what faces the eye has the colour of what is not lit
         const VolumeInfo& info = store_->info();
         const glm::ivec2 size(64);
         const Camera camera = fitCamera(info, View::anterior, Projection::perspective, size);
@@ -64,15 +65,25 @@ TEST_F(ProofOnRays, HoldsOnAPhantomWithAPreset) {
 }
 
 // Rays are cut where the gradient that is shaded turns away from them, whichever it is: light has a corner
-// there, and rays cut for another gradient miss it by 1e-8 and more.
+// there, and rays cut for another gradient miss it by 1e-8 and more. Between cuts the reference takes each
+// gradient as a cubic, the second integrator as it is.
 TEST_F(ProofOnRays, HoldsWithEveryGradient) {
     load("torso", {48, 36, 56});
     const auto function = presetFunction("soft-tissue", {-1024, 2000, true, 1, {}});
     for (std::size_t kind = 0; kind < gradientNames().size(); ++kind) {
         const RayProof proof = prove(function, true, {}, static_cast<Gradient>(kind));
-        RecordProperty(gradientNames()[kind], std::to_string(1e12 * proof.halving) + "e-12");
+        RecordProperty(gradientNames()[kind], std::to_string(1e12 * proof.halving) + "e-12, " +
+                                                  std::to_string(1e9 * proof.independent) + "e-9");
         EXPECT_LE(proof.halving, RayProof::kHalvingLimit) << gradientNames()[kind];
+        EXPECT_LE(proof.independent, RayProof::kIndependentLimit) << gradientNames()[kind];
     }
+}
+
+// Inside cubes of one value nothing has a direction, and colours stay as they are.
+TEST_F(ProofOnRays, HoldsWhereNothingIsLit) {
+    load("checkerboard", {40, 33, 24});
+    const auto thin = TransferFunction::fromOpacity({{-2000, 0.02}, {2000, 0.04}}, {{0, glm::dvec3(0.5)}}, 1);
+    EXPECT_TRUE(prove(thin, true).holds()) << prove(thin, true).independent;
 }
 
 // Surfaces inside the volume and alone, opaque and not. Alone their places would not show: the proof takes

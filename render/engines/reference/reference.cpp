@@ -8,10 +8,14 @@
 #include "core/image.h"
 #include "core/threads.h"
 #include "render/contract/lattice.h"
+#include "render/contract/leaves.h"
 #include "render/contract/optics.h"
 #include "render/contract/ray.h"
 #include "render/contract/sampler.h"
+#include "render/engines/reference/cubic.h"
+#include "render/engines/reference/piece_of_ray.h"
 #include "render/engines/reference/reference_integrator.h"
+#include "render/engines/reference/stored_function.h"
 
 #include <algorithm>
 #include <array>
@@ -55,133 +59,41 @@ void forEachInterval(const ReferenceRay& ray, double t0, double t1, double spaci
     }
 }
 
-/// The 4x4x4 samples around a cell: all that values and gradients in it can reach.
+/// The eight samples of a cell of the field. Beyond the outermost sample centres both samples of an axis are
+/// the same one.
+class Cell {
+  public:
+    Cell(LatticeReader& reader, const glm::ivec3& low) : low_(low) { reader.cube<2>(low, values_.data()); }
+    double lowest() const { return *std::min_element(values_.begin(), values_.end()); }
+    double highest() const { return *std::max_element(values_.begin(), values_.end()); }
+    /// Trilinear also a rounding error outside of the cell, so that the cubic is exact.
+    double at(const glm::dvec3& p) const {
+        const glm::dvec3 f = p - 0.5 - glm::dvec3(low_);
+        return leaf::trilinear(values_[0], values_[1], values_[2], values_[3], values_[4], values_[5],
+                               values_[6], values_[7], f.x, f.y, f.z);
+    }
+
+  private:
+    glm::ivec3 low_;
+    std::array<double, 8> values_;
+};
+
+/// The 4x4x4 samples around a cell: all that gradients in it can reach.
 class Neighbourhood {
   public:
-    Neighbourhood(LatticeReader& reader, const glm::ivec3& low, bool wide)
-        : extent_(reader.extent()), first_(wide ? low - 1 : low), edge_(wide ? 4 : 2) {
-        std::size_t n = 0;
-        for (int z = 0; z < edge_; ++z)
-            for (int y = 0; y < edge_; ++y)
-                for (int x = 0; x < edge_; ++x)
-                    values_[n++] =
-                        reader.at(glm::clamp(first_ + glm::ivec3(x, y, z), glm::ivec3(0), extent_ - 1));
+    Neighbourhood(LatticeReader& reader, const glm::ivec3& low) : extent_(reader.extent()), first_(low - 1) {
+        reader.cube<4>(first_, values_.data());
     }
     const glm::ivec3& extent() const { return extent_; }
     double at(const glm::ivec3& i) const {
-        const glm::ivec3 local = glm::clamp(i - first_, glm::ivec3(0), glm::ivec3(edge_ - 1));
-        return values_[static_cast<std::size_t>((local.z * edge_ + local.y) * edge_ + local.x)];
-    }
-    /// Range of the cell's own eight samples.
-    void range(const glm::ivec3& low, double& lo, double& hi) const {
-        lo = std::numeric_limits<double>::infinity();
-        hi = -lo;
-        for (int corner = 0; corner < 8; ++corner) {
-            const double v = at(low + glm::ivec3(corner & 1, (corner >> 1) & 1, corner >> 2));
-            lo = std::min(lo, v);
-            hi = std::max(hi, v);
-        }
+        const glm::ivec3 local = glm::clamp(i - first_, glm::ivec3(0), glm::ivec3(3));
+        return values_[static_cast<std::size_t>((local.z * 4 + local.y) * 4 + local.x)];
     }
 
   private:
     glm::ivec3 extent_, first_;
-    int edge_;
-    std::array<double, 64> values_{};
+    std::array<double, 64> values_;
 };
-
-/// A cubic in u in [0,1] through its values at 0, 1/3, 2/3, 1.
-struct Cubic {
-    double c0, c1, c2, c3;
-    /// From differences, so that equal values give a constant.
-    Cubic(double f0, double f1, double f2, double f3) : c0(f0) {
-        const double d1 = f1 - f0, d2 = f2 - f0, d3 = f3 - f0;
-        c1 = 9 * d1 - 4.5 * d2 + d3;
-        c2 = -22.5 * d1 + 18 * d2 - 4.5 * d3;
-        c3 = 13.5 * d1 - 13.5 * d2 + 4.5 * d3;
-    }
-    double operator()(double u) const { return c0 + u * (c1 + u * (c2 + u * c3)); }
-
-    /// Ends of the pieces on which it is monotone, 0 and 1 included, ascending.
-    std::size_t monotonePieces(std::array<double, 4>& ends) const {
-        std::size_t n = 0;
-        ends[n++] = 0;
-        const double a = 3 * c3, b = 2 * c2, d = b * b - 4 * a * c1;
-        if (d > 0 || a == 0) {
-            std::array<double, 2> roots = {-1, -1};
-            if (a == 0) {
-                if (b != 0)
-                    roots[0] = -c1 / b;
-            } else {
-                const double q = -0.5 * (b + std::copysign(std::sqrt(d), b));
-                roots = {q / a, q != 0 ? c1 / q : -1};
-            }
-            std::sort(roots.begin(), roots.end());
-            for (const double r : roots)
-                if (r > ends[n - 1] && r < 1)
-                    ends[n++] = r;
-        }
-        ends[n++] = 1;
-        return n;
-    }
-};
-
-/// The transfer function and the isosurfaces over stored values, with what the reference asks of them.
-class StoredFunction {
-  public:
-    StoredFunction(const TransferFunction& function, std::vector<Isosurface> surfaces, const VolumeInfo& info)
-        : function_(function), slope_(info.rescaleSlope), intercept_(info.rescaleIntercept),
-          surfaces_(std::move(surfaces)) {
-        for (const double kink : function.kinks())
-            kinks_.push_back((kink - intercept_) / slope_);
-        std::sort(kinks_.begin(), kinks_.end());
-        std::erase_if(surfaces_, [](const Isosurface& surface) { return !(surface.opacity > 0); });
-        for (Isosurface& surface : surfaces_)
-            surface.value =
-                static_cast<float>((surface.value - intercept_) / slope_); // as all engines have it
-        std::stable_sort(surfaces_.begin(), surfaces_.end(),
-                         [](const Isosurface& a, const Isosurface& b) { return a.value < b.value; });
-    }
-    double extinction(double stored) const { return function_.extinction(slope_ * stored + intercept_); }
-    glm::dvec3 colour(double stored) const { return function_.colour(slope_ * stored + intercept_); }
-    const std::vector<double>& kinks() const { return kinks_; }
-    /// Those with an opacity, by value, ascending.
-    const std::vector<Isosurface>& surfaces() const { return surfaces_; }
-    /// Extinction is 0 on all of [lo,hi] and no isosurface there: extinction is piecewise monotone, so ends
-    /// and kinks (both limits) decide.
-    bool emptyOver(double lo, double hi) const {
-        for (const Isosurface& surface : surfaces_)
-            if (lo <= surface.value && surface.value <= hi)
-                return false;
-        if (extinction(lo) != 0 || extinction(hi) != 0)
-            return false;
-        for (auto k = std::lower_bound(kinks_.begin(), kinks_.end(), lo); k != kinks_.end() && *k <= hi;
-             ++k) {
-            const double inside = std::nextafter(*k, -std::numeric_limits<double>::infinity());
-            if (extinction(*k) != 0 || extinction(std::max(lo, inside)) != 0)
-                return false;
-        }
-        return true;
-    }
-
-  private:
-    const TransferFunction& function_;
-    double slope_, intercept_;
-    std::vector<double> kinks_;        // stored values
-    std::vector<Isosurface> surfaces_; // their values stored ones
-};
-
-/// Where monotone f crosses value between a and b; f(a) and f(b) lie on different sides.
-double crossing(const Cubic& f, double value, double a, double b) {
-    const bool rising = f(a) < value;
-    for (int turn = 0; turn < 60; ++turn) {
-        const double middle = 0.5 * (a + b);
-        if ((f(middle) < value) == rising)
-            a = middle;
-        else
-            b = middle;
-    }
-    return 0.5 * (a + b);
-}
 
 /// Planes of sample centres bound the cells of the field. Differences over half a pitch take values half a
 /// voxel off, which change their cells at the planes between; all others change theirs where the field does.
@@ -194,7 +106,8 @@ class RayIntegral {
     RayIntegral(const ReferenceInput& input, const StoredFunction& function, const Optics& optics,
                 LatticeReader& samples, const std::vector<bool>& emptyCells)
         : info_(*input.info), function_(function), optics_(optics), samples_(samples),
-          emptyCells_(emptyCells), cells_(cellGrid(info_.extentVoxels)), panels_(input.panels) {}
+          emptyCells_(emptyCells), cells_(cellGrid(info_.extentVoxels)), panels_(input.panels),
+          toGradient_(optics.voxelFromPatientTransposed), toPatient_(optics.patientFromVoxel) {}
 
     glm::dvec4 operator()(const ReferenceRay& ray) {
         RayLine<double> line{ray.base, ray.direction, ray.tMin, 1};
@@ -224,13 +137,12 @@ class RayIntegral {
             return;
         const auto position = [&](double t) { return ray.base + t * ray.direction; };
         const glm::ivec3 low(glm::floor(position(0.5 * (ta + tb)) - 0.5));
-        // The narrow block decides whether anything shows; only then is the wide one worth reading.
-        const Neighbourhood narrow(samples_, low, false);
-        double lo = 0, hi = 0;
-        narrow.range(low, lo, hi);
+        // The cell decides whether anything shows; only then are its neighbours worth reading.
+        const Cell cell(samples_, low);
+        const double lo = cell.lowest(), hi = cell.highest();
         if (function_.emptyOver(lo, hi))
             return;
-        const auto stored = [&](double t) { return cellValue(narrow, low, position(t)); };
+        const auto stored = [&](double t) { return cell.at(position(t)); };
         const double length = tb - ta;
         // Where intervals meet the field has one value, or a surface there would be met twice or never.
         const double first = ta == lastEnd_ ? lastValue_ : stored(ta), last = stored(tb);
@@ -250,43 +162,41 @@ class RayIntegral {
                     cuts.push_back(crossing(cubic, *k, ends[i], ends[i + 1]));
         findSurfaces(cubic, std::span(ends).first(count), first, last);
         std::sort(cuts.begin(), cuts.end());
-        // lit: (colour, t) of a surface
-        const auto addPieces = [&](const auto& radiant, const auto& lit) {
-            auto met = met_.begin();
-            for (std::size_t i = 0; i < cuts.size(); ++i) {
-                for (; met != met_.end() && met->at <= cuts[i]; ++met)
-                    integral.addSurface(lit(met->surface->colour, ta + met->at * length),
-                                        met->surface->opacity);
-                for (int k = 0; k < panels_ && i + 1 < cuts.size(); ++k) {
-                    const auto at = [&](int panel) {
-                        const double share = static_cast<double>(panel) / panels_;
-                        return ta + (cuts[i] + (cuts[i + 1] - cuts[i]) * share) * length;
-                    };
-                    integral.add(at(k), at(k + 1), radiant);
-                }
-            }
-        };
-        const auto plain = [&](double t) {
-            const double s = cubic((t - ta) / length);
-            return RadiantPoint{function_.extinction(s), function_.colour(s)};
-        };
         if (!optics_.shading)
-            return addPieces(plain, [](const glm::dvec3& colour, double) { return colour; });
-        const Neighbourhood wide(samples_, low, true);
-        const glm::dvec3 direction = glm::normalize(ray.direction);
-        const auto gradient = [&](double t) { return cellGradient(wide, low, position(t)); };
-        cutWhereLightTurns([&](double u) { return gradient(ta + u * length); }, direction);
-        const auto lit = [&](const glm::dvec3& colour, double t) {
-            return shade(optics_, colour, gradient(t), direction);
-        };
-        addPieces(
-            [&](double t) {
-                RadiantPoint point = plain(t);
-                if (point.extinction > 0)
-                    point.colour = lit(point.colour, t);
-                return point;
-            },
-            lit);
+            return addPieces(cubic, length, nullptr, integral);
+        const Neighbourhood around(samples_, low);
+        const auto gradient = [&](double t) { return toGradient_ * cellGradient(around, low, position(t)); };
+        const LightAlongRay light(
+            optics_, toPatient_ * ray.direction,
+            {gradient(ta), gradient(ta + length / 3), gradient(ta + 2 * length / 3), gradient(tb)});
+        cutWhereLightTurns(light.facing());
+        addPieces(cubic, length, &light, integral);
+    }
+
+    /// What lies between the cuts, and the surfaces that are met at some of them.
+    /// @param light  none: colours stay as they are
+    void addPieces(const Cubic& cubic, double length, const LightAlongRay* light,
+                   ReferenceIntegrator& integral) {
+        auto met = met_.begin();
+        for (std::size_t i = 0; i < cuts_.size(); ++i) {
+            for (; met != met_.end() && met->at <= cuts_[i]; ++met) {
+                const glm::dvec3& colour = met->surface->colour;
+                integral.addSurface(light ? light->lit(colour, met->at) : colour, met->surface->opacity);
+            }
+            if (i + 1 == cuts_.size())
+                return;
+            const double from = cuts_[i], to = cuts_[i + 1];
+            const FunctionPiece function = function_.pieceAround(cubic(0.5 * (from + to)));
+            if (function.isTransparent())
+                continue;
+            const PieceOfRay piece{cubic, function, light, length};
+            for (int k = 0; k < panels_; ++k) {
+                const auto at = [&](int panel) {
+                    return from + (to - from) * (static_cast<double>(panel) / panels_);
+                };
+                integral.add(at(k), at(k + 1), piece);
+            }
+        }
     }
 
     /// The crossings of surfaces, in the order in which the ray meets them, into met_ and cuts_. Below a
@@ -309,26 +219,13 @@ class RayIntegral {
     }
 
     /// Light is two-sided, so it has a corner where the gradient that is shaded turns away from the ray.
-    /// Every kind of gradient is made of cubics between the planes that rays are cut at, and so is its
-    /// product with a direction.
-    template <typename GradientAt>
-    void cutWhereLightTurns(const GradientAt& gradient, const glm::dvec3& direction) {
-        const glm::dmat3 toGradient(optics_.voxelFromPatientTransposed), toPatient(optics_.patientFromVoxel);
-        const glm::dvec3 along = glm::transpose(toGradient) * (toPatient * direction);
-        const auto facing = [&](double u) { return glm::dot(gradient(u), along); };
-        const Cubic cubic(facing(0), facing(1.0 / 3), facing(2.0 / 3), facing(1));
+    void cutWhereLightTurns(const Cubic& facing) {
         std::array<double, 4> ends{};
-        const std::size_t count = cubic.monotonePieces(ends);
+        const std::size_t count = facing.monotonePieces(ends);
         for (std::size_t i = 0; i + 1 < count; ++i)
-            if ((cubic(ends[i]) < 0) != (cubic(ends[i + 1]) < 0))
-                cuts_.push_back(crossing(cubic, 0, ends[i], ends[i + 1]));
+            if ((facing(ends[i]) < 0) != (facing(ends[i + 1]) < 0))
+                cuts_.push_back(crossing(facing, 0, ends[i], ends[i + 1]));
         std::sort(cuts_.begin(), cuts_.end());
-    }
-
-    /// Trilinear in a given cell, also a rounding error outside of it, so that the cubic is exact.
-    /// Beyond the outermost sample centres both samples of an axis are the same one.
-    static double cellValue(const Neighbourhood& block, const glm::ivec3& low, const glm::dvec3& p) {
-        return trilinear(block, low, low + 1, p - 0.5 - glm::dvec3(low));
     }
 
     /// The gradient that the scene shades by, at a place in a given cell. The analytic one jumps between
@@ -346,6 +243,7 @@ class RayIntegral {
     const std::vector<bool>& emptyCells_;
     glm::ivec3 cells_;
     int panels_;
+    glm::dmat3 toGradient_, toPatient_; // of gradients and of directions
     std::vector<double> cuts_;
     struct Met {
         double at; // of the interval, 0 to 1

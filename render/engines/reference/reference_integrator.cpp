@@ -38,7 +38,7 @@ const ReferenceIntegrator::Rule& ReferenceIntegrator::gauss8() {
                     for (std::size_t m = 0; m < n; ++m)
                         if (m != j)
                             lagrange *= (t - r.node[m]) / (r.node[j] - r.node[m]);
-                    r.inner[i][j] += r.node[i] * r.weight[q] * lagrange;
+                    r.inner[j][i] += r.node[i] * r.weight[q] * lagrange;
                 }
         return r;
     }();

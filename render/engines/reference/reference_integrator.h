@@ -8,7 +8,9 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <glm/vec3.hpp>
+#include <type_traits>
 
 namespace tessera {
 
@@ -17,9 +19,16 @@ struct RadiantPoint {
     glm::dvec3 colour{0};  // not premultiplied
 };
 
+/// The same at the eight nodes of a panel.
+struct RadiantNodes {
+    std::array<double, 8> extinction, red, green, blue;
+};
+
 class ReferenceIntegrator {
   public:
-    /// Adds [t0,t1], on which radiant(t) -> RadiantPoint is smooth. Call front to back.
+    using Places = std::array<double, 8>;
+    /// Adds [t0,t1], on which what is seen is smooth. Call front to back.
+    /// @param radiant  (t) -> RadiantPoint, or (Places, RadiantNodes&), which fills in all eight
     template <typename Function> void add(double t0, double t1, const Function& radiant) {
         if (!(t1 > t0) || opaque())
             return;
@@ -46,20 +55,39 @@ class ReferenceIntegrator {
     static constexpr int kMaxHalvings = 48;
     static constexpr double kMaxPanelDepth = 1;
 
+    template <typename Function>
+    static void evaluate(const Function& radiant, const Places& place, RadiantNodes& at) {
+        if constexpr (std::is_invocable_v<const Function&, const Places&, RadiantNodes&>) {
+            radiant(place, at);
+        } else {
+            for (std::size_t i = 0; i < 8; ++i) {
+                const RadiantPoint point = radiant(place[i]);
+                at.extinction[i] = point.extinction;
+                at.red[i] = point.colour.r;
+                at.green[i] = point.colour.g;
+                at.blue[i] = point.colour.b;
+            }
+        }
+    }
+
     template <typename Function> static Panel panel(double t0, double t1, const Function& radiant) {
         const Rule& rule = gauss8();
         const double length = t1 - t0;
-        std::array<RadiantPoint, 8> at;
+        Places place;
         for (std::size_t i = 0; i < 8; ++i)
-            at[i] = radiant(t0 + length * rule.node[i]);
+            place[i] = t0 + length * rule.node[i];
+        RadiantNodes at;
+        evaluate(radiant, place, at);
+        std::array<double, 8> before{}; // optical depth from the panel's start to node i
+        for (std::size_t j = 0; j < 8; ++j)
+            for (std::size_t i = 0; i < 8; ++i)
+                before[i] += rule.inner[j][i] * at.extinction[j];
         Panel p;
         for (std::size_t i = 0; i < 8; ++i) {
-            double before = 0; // optical depth from the panel's start to node i
-            for (std::size_t j = 0; j < 8; ++j)
-                before += rule.inner[i][j] * at[j].extinction;
-            p.depth += length * rule.weight[i] * at[i].extinction;
+            const double depth = length * rule.weight[i] * at.extinction[i];
+            p.depth += depth;
             p.colour +=
-                length * rule.weight[i] * at[i].extinction * std::exp(-length * before) * at[i].colour;
+                depth * std::exp(-length * before[i]) * glm::dvec3(at.red[i], at.green[i], at.blue[i]);
         }
         return p;
     }
@@ -86,7 +114,7 @@ class ReferenceIntegrator {
         refine(middle, t1, b, radiant, halvings + 1);
     }
 
-    /// Gauss-Legendre on [0,1], and inner[i][j]: the integral from 0 to node i of the j-th Lagrange
+    /// Gauss-Legendre on [0,1], and inner[j][i]: the integral from 0 to node i of the j-th Lagrange
     /// polynomial.
     struct Rule {
         std::array<double, 8> node, weight;

@@ -35,8 +35,7 @@ struct RayProof {
     /// What errors against the reference are to be trusted to.
     double error() const { return halving > independent ? halving : independent; }
 };
-/// The second integrator knows no light, so it is compared with the scene unlit; halving is of the scene as
-/// it is. Surfaces of which the volume shows nothing come to the same colour wherever they lie, and need no
+/// Surfaces of which the volume shows nothing come to the same colour wherever they lie, and need no
 /// panels: both numbers are then of these surfaces in a thin fog, unlit, whose colour follows the value.
 RayProof proveOnRays(const ReferenceInput& scene, const std::vector<ReferenceRay>& rays, int threads);
 

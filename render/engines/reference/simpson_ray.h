@@ -1,10 +1,13 @@
 // render/engines/reference/simpson_ray.h: the second integrator of the proof (reference_proof.h): one ray
 // through the field by adaptive Simpson, from panels of 1/64 voxel on, cut where the field meets a point of
 // the function or an isosurface. It reads samples and function as the reference does (LatticeReader,
-// TransferFunction); interpolation, cuts, crossings and quadrature are its own. It knows no light.
+// TransferFunction), and takes gradients and light where it is, as the mirror does (sampler.h, optics.h);
+// interpolation, cuts, crossings and quadrature are its own. Corners of the light it finds by halving.
 #pragma once
 
 #include "render/contract/lattice.h"
+#include "render/contract/optics.h"
+#include "render/contract/sampler.h"
 #include "render/engines/reference/reference.h"
 
 #include <algorithm>
@@ -19,8 +22,10 @@ namespace tessera {
 
 class SimpsonRay {
   public:
-    SimpsonRay(const ReferenceInput& input, LatticeReader& samples)
-        : function_(*input.function), surfaces_(input.surfaces), info_(*input.info), samples_(samples) {
+    /// @param optics  for their shading alone
+    SimpsonRay(const ReferenceInput& input, const Optics& optics, LatticeReader& samples)
+        : function_(*input.function), surfaces_(input.surfaces), info_(*input.info), optics_(optics),
+          samples_(samples) {
         const auto stored = [&](double value) {
             return (value - info_.rescaleIntercept) / info_.rescaleSlope;
         };
@@ -149,7 +154,7 @@ class SimpsonRay {
         std::stable_sort(cuts.begin(), cuts.end(), [](const Cut& x, const Cut& y) { return x.at < y.at; });
         for (std::size_t i = 0; i < cuts.size(); ++i) {
             if (const Isosurface* surface = cuts[i].surface) {
-                colour_ += std::exp(-depth_) * surface->opacity * surface->colour;
+                colour_ += std::exp(-depth_) * surface->opacity * lit(ray, cuts[i].at, surface->colour);
                 depth_ -= std::log1p(-surface->opacity);
             }
             if (i + 1 < cuts.size() && cuts[i + 1].at > cuts[i].at && depth_ < 45)
@@ -185,12 +190,22 @@ class SimpsonRay {
 
     void addPiece(const ReferenceRay& ray, double a, double b) {
         const double inset = 1e-9 * (b - a); // a step is read from the side that the piece is on
-        const auto at = [&](double t) {
-            const double v = value(ray, std::clamp(t, a + inset, b - inset));
-            return Point{extinction(v), function_.colour(physical(v))};
+        const auto at = [&](double place) {
+            const double t = std::clamp(place, a + inset, b - inset), v = value(ray, t);
+            const double tau = extinction(v);
+            const glm::dvec3 colour = function_.colour(physical(v));
+            return Point{tau, tau > 0 ? lit(ray, t, colour) : colour};
         };
         const Point pa = at(a), pm = at(0.5 * (a + b)), pb = at(b);
         halve(at, a, b, pa, pm, pb, simpson(b - a, pa, pm, pb), 0);
+    }
+
+    glm::dvec3 lit(const ReferenceRay& ray, double t, const glm::dvec3& colour) const {
+        if (!optics_.shading)
+            return colour;
+        const glm::dvec3 gradient =
+            fieldGradient(samples_, ray.base + t * ray.direction, 1.0, optics_.gradient);
+        return shade(optics_, colour, gradient, ray.direction);
     }
 
     static Panel simpson(double h, const Point& a, const Point& m, const Point& b) {
@@ -226,6 +241,7 @@ class SimpsonRay {
     std::vector<Isosurface> surfaces_; // by value, in stored units
     std::vector<double> kinks_;        // stored units, ascending
     const VolumeInfo& info_;
+    const Optics& optics_;
     LatticeReader& samples_;
     glm::dvec3 low_{0};
     std::array<double, 8> corners_{};

@@ -63,9 +63,10 @@ bench::Report referenceSection(const std::vector<Sweep>& sweeps, const MeasuredO
         "proof-rays",
         "The reference on rays of each scene that meet something: largest difference of a component with "
         "twice "
-        "the panels (limit 1e-10), and of the unlit scene to a second integrator, adaptive Simpson from 1/64 "
+        "the panels (limit 1e-10), and to a second integrator, adaptive Simpson from 1/64 "
         "voxel on (limit 1e-7). The two share samples and transfer function, but neither interpolation, nor "
-        "cuts, nor quadrature. Surfaces alone are compared in a thin fog, or their places would not show. "
+        "cuts, nor quadrature, nor how gradients are taken. Surfaces alone are compared in a thin fog, or "
+        "their places would not show. "
         "No error below ten times the larger is told apart:",
         {"scene", "rays", "halving", "second integrator", "holds"},
         {},
