@@ -3,6 +3,7 @@
 #pragma once
 
 #include "render/engines/gpu/gpu_engine.h"
+#include "render/engines/native/native_engine.h"
 #include "render/interactive_renderer.h"
 #include "tests/support/scene_fixture.h"
 
@@ -10,6 +11,7 @@
 #include <chrono>
 #include <filesystem>
 #include <gtest/gtest.h>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -27,10 +29,12 @@ inline Scene interactiveScene(const std::string& preset, int camera, const glm::
 /// A renderer with all that it stands on.
 struct Session {
     explicit Session(const Scene& scene, std::size_t gpuBytes, InteractiveOptions options = {},
-                     const std::filesystem::path& store = storePath("torso"))
+                     const std::filesystem::path& store = storePath("torso"), bool native = false)
         : ram("RAM", "--ram", kRam), gpu("GPU memory", "--gpu-memory", gpuBytes), reader(store, ram),
-          context({"software"}), engine(context, gpu, ram),
-          renderer(scene, reader, engine, ram, gpu, options) {}
+          context(native ? nullptr : std::make_unique<GlContext>(GlDeviceChoice{"software"})),
+          engine(native ? std::unique_ptr<Engine>(std::make_unique<NativeEngine>(options.threads, gpu, ram))
+                        : std::make_unique<GpuEngine>(*context, gpu, ram)),
+          renderer(scene, reader, *engine, ram, gpu, options) {}
 
     void checkStep() {
         EXPECT_LE(gpu.usedBytes(), gpu.limitBytes());
@@ -62,18 +66,18 @@ struct Session {
     }
     Ledger ram, gpu;
     StoreReader reader;
-    GlContext context;
-    GpuEngine engine;
+    std::unique_ptr<GlContext> context; // of the march
+    std::unique_ptr<Engine> engine;
     InteractiveRenderer renderer;
 };
 
 /// GPU memory of a scene for so many pages besides its pictures and tables.
-inline std::size_t gpuBytesFor(const Scene& scene, std::size_t pages) {
-    Session probe(scene, std::size_t{1} << 30);
-    return probe.gpu.usedBytes() -
-           atlasBytes(probe.renderer.atlasPages(), ValueType::i16,
-                      {probe.context.max3dTextureSize(), probe.context.maxTextureBytes()}) +
-           atlasBytes(pages, ValueType::i16, TextureLimits{}) + (std::size_t{3} << 20);
+inline std::size_t gpuBytesFor(const Scene& scene, std::size_t pages, bool native = false) {
+    Session probe(scene, std::size_t{1} << 30, {}, storePath("torso"), native);
+    TextureLimits limits = probe.engine->limits();
+    const std::size_t held = atlasBytes(probe.renderer.atlasPages(), ValueType::i16, limits);
+    return probe.gpu.usedBytes() - held +
+           atlasBytes(pages, ValueType::i16, native ? limits : TextureLimits{}) + (std::size_t{3} << 20);
 }
 
 } // namespace tessera::test
