@@ -2,6 +2,7 @@
 // itself after every step.
 #pragma once
 
+#include "core/error.h"
 #include "render/engines/gpu/gpu_engine.h"
 #include "render/engines/native/native_engine.h"
 #include "render/interactive_renderer.h"
@@ -72,12 +73,28 @@ struct Session {
 };
 
 /// GPU memory of a scene for so many pages besides its pictures and tables.
-inline std::size_t gpuBytesFor(const Scene& scene, std::size_t pages, bool native = false) {
-    Session probe(scene, std::size_t{1} << 30, {}, storePath("torso"), native);
-    TextureLimits limits = probe.engine->limits();
-    const std::size_t held = atlasBytes(probe.renderer.atlasPages(), ValueType::i16, limits);
-    return probe.gpu.usedBytes() - held +
-           atlasBytes(pages, ValueType::i16, native ? limits : TextureLimits{}) + (std::size_t{3} << 20);
+inline std::size_t gpuBytesFor(const Scene& scene, std::size_t pages) {
+    Session probe(scene, std::size_t{1} << 30);
+    return probe.gpu.usedBytes() -
+           atlasBytes(probe.renderer.atlasPages(), ValueType::i16, probe.engine->limits()) +
+           atlasBytes(pages, ValueType::i16, TextureLimits{}) + (std::size_t{3} << 20);
+}
+/// The same for either engine. The native one's pages are larger where memory is ample (aprons), so that its
+/// budget is found by asking.
+inline std::size_t gpuBytesFor(const Scene& scene, std::size_t pages, bool native) {
+    if (!native)
+        return gpuBytesFor(scene, pages);
+    std::size_t few = 0, enough = std::size_t{256} << 20;
+    while (enough - few > std::size_t{1} << 16) {
+        const std::size_t middle = (few + enough) / 2;
+        std::size_t held = 0;
+        try {
+            held = Session(scene, middle, {}, storePath("torso"), true).renderer.atlasPages();
+        } catch (const InputError&) { // not even one
+        }
+        (held < pages ? few : enough) = middle;
+    }
+    return enough;
 }
 
 } // namespace tessera::test
