@@ -102,11 +102,14 @@ struct Case {
     const char* name;
     bool lit, surfaces;
     Integrator integrator;
+    bool native = false;
 };
 class InteractiveChange : public testing::TestWithParam<Case> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, InteractiveChange,
                          testing::Values(Case{"lit", true, false, Integrator::automatic},
-                                         Case{"surfacesUnlit", false, true, Integrator::midpoint}),
+                                         Case{"surfacesUnlit", false, true, Integrator::midpoint},
+                                         Case{"native", true, false, Integrator::automatic, true},
+                                         Case{"nativeSurfaces", false, true, Integrator::midpoint, true}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 // Memory is ample, so that no view before has a say in the levels.
@@ -116,11 +119,13 @@ TEST_P(InteractiveChange, ComesToWhatAFreshOneComesTo) {
     scene.quality.integrator = GetParam().integrator;
     if (GetParam().surfaces)
         scene.surfaces = {{-300, {0.9, 0.6, 0.5}, 0.3}, {250, {0.95, 0.9, 0.8}, 1}};
+    const bool native = GetParam().native;
     std::vector<Change> all;
     std::vector<Image> pictures;
     VolumeInfo info;
     {
-        Session session(scene, kAmple); // the next one has a context of its own, which must not come between
+        Session session(scene, kAmple, {}, storePath("torso"),
+                        native); // the next one has a context of its own, which must not come between
         info = session.reader.info();
         all = changes(info);
         for (const Change& change : all) {
@@ -140,7 +145,7 @@ TEST_P(InteractiveChange, ComesToWhatAFreshOneComesTo) {
         if (mine.pixels.empty()) {
             scene.camera = cameraNumber(all[i].camera, info, kSize);
             scene.volumes[0].transferFunction = functionOf(all[i].function);
-            Session session(scene, kAmple);
+            Session session(scene, kAmple, {}, storePath("torso"), native);
             session.converge();
             mine = session.renderer.picture();
         }
@@ -150,6 +155,7 @@ TEST_P(InteractiveChange, ComesToWhatAFreshOneComesTo) {
     Ledger ram("RAM", "--ram", kRam), gpu("GPU memory", "--gpu-memory", kAmple);
     const StoreReader reader(storePath("torso"), ram);
     RenderOptions options;
+    options.engine = native ? EngineKind::native : EngineKind::gpu;
     options.device.text = "software";
     scene.camera = cameraNumber(all.back().camera, info, kSize);
     scene.volumes[0].transferFunction = functionOf(all.back().function);
@@ -159,7 +165,11 @@ TEST_P(InteractiveChange, ComesToWhatAFreshOneComesTo) {
 
 // Every brick shows something under either function and keeps its level: nothing but the function itself
 // tells that rays may no longer leap where they did.
-TEST(InteractiveChanges, AFunctionIsMappedWhereNoLevelChanges) {
+class InteractiveChanges : public testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Engines, InteractiveChanges, testing::Bool(),
+                         [](const auto& info) { return info.param ? "native" : "gpu"; });
+
+TEST_P(InteractiveChanges, AFunctionIsMappedWhereNoLevelChanges) {
     Ledger probe("RAM", "--ram", std::size_t{64} << 20);
     const std::filesystem::path store = storePath("marschner-lobb");
     const StoreReader reader(store, probe);
@@ -182,7 +192,7 @@ TEST(InteractiveChanges, AFunctionIsMappedWhereNoLevelChanges) {
     std::vector<Image> pictures;
     std::vector<std::vector<std::uint8_t>> levels;
     {
-        Session session(scene, kAmple, {}, store);
+        Session session(scene, kAmple, {}, store, GetParam());
         for (const TransferFunction& function : functions) {
             session.renderer.setFunction(function);
             session.converge();
@@ -194,7 +204,7 @@ TEST(InteractiveChanges, AFunctionIsMappedWhereNoLevelChanges) {
     EXPECT_FALSE(bitEqual(pictures[0], pictures[1]));
     for (const std::size_t i : {std::size_t{1}, std::size_t{2}}) {
         scene.volumes[0].transferFunction = functions[i];
-        Session fresh(scene, kAmple, {}, store);
+        Session fresh(scene, kAmple, {}, store, GetParam());
         fresh.converge();
         EXPECT_FALSE(isBlank(pictures[i]));
         EXPECT_TRUE(bitEqual(pictures[i], fresh.renderer.picture())) << i;
@@ -204,11 +214,12 @@ TEST(InteractiveChanges, AFunctionIsMappedWhereNoLevelChanges) {
 // Memory is short, and no page is kept free. A function is drawn with levels that nothing before has a say
 // in; another camera alone with levels that what was seen before has, so that its picture may differ a
 // little, until a function comes again.
-TEST(InteractiveChanges, ComeToTheSameLevelsWhereMemoryIsShort) {
+TEST_P(InteractiveChanges, ComeToTheSameLevelsWhereMemoryIsShort) {
     Scene scene = interactiveScene("soft-tissue", 0, {48, 48});
     InteractiveOptions options;
     options.spareShare = 0;
-    const std::size_t budget = gpuBytesFor(scene, 40);
+    // The march gets 55 pages of what is reckoned for 40.
+    const std::size_t budget = gpuBytesFor(scene, GetParam() ? 55 : 40, GetParam());
     struct State {
         Image picture;
         std::vector<std::uint8_t> levels;
@@ -222,7 +233,7 @@ TEST(InteractiveChanges, ComeToTheSameLevelsWhereMemoryIsShort) {
     const TransferFunction soft = functionOf(kSoft);
     VolumeInfo info;
     {
-        Session session(scene, budget, options);
+        Session session(scene, budget, options, storePath("torso"), GetParam());
         info = session.reader.info();
         states.push_back(stateOf(session));
         session.renderer.setFunction(functionOf(kLittle));
@@ -238,7 +249,7 @@ TEST(InteractiveChanges, ComeToTheSameLevelsWhereMemoryIsShort) {
     State fresh[2];
     for (int camera = 0; camera < 2; ++camera) {
         scene.camera = cameraNumber(camera, info, {48, 48});
-        Session session(scene, budget, options);
+        Session session(scene, budget, options, storePath("torso"), GetParam());
         fresh[camera] = stateOf(session);
     }
     for (const auto& [state, camera] : {std::pair(0, 0), std::pair(1, 0), std::pair(2, 1)}) {

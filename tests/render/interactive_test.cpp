@@ -78,9 +78,13 @@ TEST(Interactive, DrawsIsosurfacesAsTheStillDoes) {
 
 // Any number of loaders, any deadline, any upload size: the levels and the picture that it comes to are the
 // same.
-TEST(Interactive, ArrivalOrderDoesNotMatter) {
+class InteractiveEngines : public testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Engines, InteractiveEngines, testing::Bool(),
+                         [](const auto& info) { return info.param ? "native" : "gpu"; });
+
+TEST_P(InteractiveEngines, ArrivalOrderDoesNotMatter) {
     const Scene scene = interactiveScene("soft-tissue", 0);
-    const std::size_t budget = gpuBytesFor(scene, 60);
+    const std::size_t budget = gpuBytesFor(scene, 60, GetParam());
     Image first;
     for (const auto& [threads, each, upload] :
          {std::tuple(1, 3, std::size_t{1} << 16), std::tuple(4, 50, std::size_t{1} << 20),
@@ -89,7 +93,7 @@ TEST(Interactive, ArrivalOrderDoesNotMatter) {
         options.threads = threads;
         options.uploadBytes = upload;
         options.dispatchMs = 5;
-        Session session(scene, budget, options);
+        Session session(scene, budget, options, storePath("torso"), GetParam());
         session.converge(milliseconds(each), 5000);
         ASSERT_TRUE(session.renderer.wanted());
         EXPECT_EQ(session.renderer.resident().levels, session.renderer.wanted()->levels);
@@ -113,9 +117,7 @@ TEST(Interactive, WithTheSamePagesItIsTheStill) {
     for (std::size_t bytes = session.gpu.limitBytes(); bytes > 0; bytes -= std::size_t{1} << 16) {
         Ledger ram("RAM", "--ram", kRam), gpu("GPU memory", "--gpu-memory", bytes);
         const StoreReader reader(storePath("torso"), ram);
-        const ScenePlan p =
-            planScene(scene, reader, {session.context.max3dTextureSize(), session.context.maxTextureBytes()},
-                      ram, gpu, 2);
+        const ScenePlan p = planScene(scene, reader, session.engine->limits(), ram, gpu, 2);
         if (p.chosen.atlasPages > session.renderer.atlasPages())
             continue;
         ASSERT_EQ(p.chosen.atlasPages, session.renderer.atlasPages());
@@ -148,11 +150,11 @@ TEST(Interactive, FirstPictureIsWholeAndPicturesGetBetter) {
 
 // Random cameras, functions, paths, deadlines and cancels on a budget of few pages: after every step the
 // ledgers hold, what is resident fits and is what rays are told; and it comes to the levels that it wants.
-TEST(Interactive, AnyStepsKeepTheBudgetAndComeToAnEnd) {
+TEST_P(InteractiveEngines, AnyStepsKeepTheBudgetAndComeToAnEnd) {
     const Scene scene = interactiveScene("soft-tissue", 0, {32, 32});
     for (const std::size_t pages : {3u, 12u, 40u}) {
         SCOPED_TRACE(pages);
-        Session session(scene, gpuBytesFor(scene, pages));
+        Session session(scene, gpuBytesFor(scene, pages, GetParam()), {}, storePath("torso"), GetParam());
         std::mt19937 random(static_cast<unsigned>(pages));
         const VolumeInfo info = session.reader.info();
         const ValueSummary values = [] {
@@ -250,11 +252,11 @@ TEST(Interactive, ADamagedChunkIsToldOfOnce) {
     session.checkStep();
 }
 
-TEST(Interactive, DeadlinesAreKeptAndWorkGoesOn) {
+TEST_P(InteractiveEngines, DeadlinesAreKeptAndWorkGoesOn) {
     const Scene scene = interactiveScene("soft-tissue", 0, {160, 160});
     InteractiveOptions options;
     options.dispatchMs = 2;
-    Session session(scene, std::size_t{1} << 30, options);
+    Session session(scene, std::size_t{1} << 30, options, storePath("torso"), GetParam());
     session.converge();
     session.renderer.setCamera(cameraNumber(1, session.reader.info(), {160, 160}));
     // A deadline that has passed leaves the picture in the works; it comes to its end in as many calls as it

@@ -18,10 +18,12 @@ struct Drawn {
     std::size_t peak = 0, limit = 0;
 };
 
-Drawn draw(const Scene& scene, const std::string& store, std::size_t gpuBytes, int threads = 2) {
+Drawn draw(const Scene& scene, const std::string& store, std::size_t gpuBytes,
+           EngineKind engine = EngineKind::gpu, int threads = 2) {
     Ledger ram("RAM", "--ram", std::size_t{512} << 20), gpu("GPU memory", "--gpu-memory", gpuBytes);
     const StoreReader reader(storePath(store), ram);
     RenderOptions options;
+    options.engine = engine;
     options.device.text = "software";
     options.threads = threads;
     return {renderScene(scene, reader, ram, gpu, options), gpu.peakBytes(), gpu.limitBytes()};
@@ -37,9 +39,9 @@ Scene finest(const std::string& store, const std::string& preset, int camera, bo
 }
 
 /// The floor that a refusal states, in bytes.
-std::size_t statedFloor(const Scene& scene, const std::string& store) {
+std::size_t statedFloor(const Scene& scene, const std::string& store, EngineKind engine) {
     try {
-        draw(scene, store, 1);
+        draw(scene, store, 1, engine);
     } catch (const InputError& e) {
         const std::string text = e.what();
         std::smatch found;
@@ -56,26 +58,46 @@ struct PassesCase {
     const char* preset;
     int camera;
     bool shading;
+    EngineKind engine = EngineKind::gpu;
+    Gradient gradient = Gradient::central;
+    Integrator integrator = Integrator::midpoint;
+    Scene scene() const {
+        Scene s = finest(store, preset, camera, shading);
+        s.shading.gradient = gradient;
+        if (engine == EngineKind::native)
+            s.quality.integrator = integrator;
+        return s;
+    }
 };
 class Passes : public testing::TestWithParam<PassesCase> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, Passes,
                          testing::Values(PassesCase{"torso", "bone", 0, true},
                                          PassesCase{"torso", "soft-tissue", 2, false},
                                          PassesCase{"abdomen", "bone", 2, true}));
+constexpr EngineKind kNative = EngineKind::native;
+INSTANTIATE_TEST_SUITE_P(Native, Passes,
+                         testing::Values(PassesCase{"torso", "bone", 0, true, kNative, Gradient::sobel},
+                                         PassesCase{"torso", "soft-tissue", 2, true, kNative,
+                                                    Gradient::central, Integrator::linear},
+                                         PassesCase{"torso", "soft-tissue", 1, true, kNative,
+                                                    Gradient::analytic, Integrator::preintegrated},
+                                         PassesCase{"abdomen", "bone", 2, true, kNative},
+                                         PassesCase{"head", "soft-tissue", 0, false, kNative,
+                                                    Gradient::central, Integrator::preintegrated2d}));
 
 TEST_P(Passes, AnyBudgetGivesTheSamePictureBitByBit) {
     const PassesCase c = GetParam();
     if (!std::filesystem::exists(storePath(c.store)))
         GTEST_SKIP() << c.store << " is absent: the real scans are not on this machine";
-    const Scene scene = finest(c.store, c.preset, c.camera, c.shading);
-    const Drawn unlimited = draw(scene, c.store, std::size_t{1} << 30);
+    const Scene scene = c.scene();
+    const Drawn unlimited = draw(scene, c.store, std::size_t{1} << 30, c.engine);
     EXPECT_EQ(unlimited.result.passes, 1);
     EXPECT_FALSE(isBlank(unlimited.result.image));
-    const std::size_t floor = statedFloor(scene, c.store);
+    const std::size_t floor = statedFloor(scene, c.store, c.engine);
     ASSERT_GT(floor, 0u);
     for (const std::size_t budget : {floor, 2 * floor, floor + (std::size_t{50} << 16)}) {
         SCOPED_TRACE(budget);
-        const Drawn small = draw(scene, c.store, budget);
+        const Drawn small = draw(scene, c.store, budget, c.engine);
         EXPECT_LE(small.peak, small.limit);
         EXPECT_TRUE(bitEqual(small.result.image, unlimited.result.image));
         EXPECT_GE(small.result.work.segments, unlimited.result.work.segments) << "a smaller map skips less";
@@ -84,7 +106,7 @@ TEST_P(Passes, AnyBudgetGivesTheSamePictureBitByBit) {
         }
     }
     // Loaders finish in any order; the picture does not care.
-    EXPECT_TRUE(bitEqual(draw(scene, c.store, floor, 5).result.image, unlimited.result.image));
+    EXPECT_TRUE(bitEqual(draw(scene, c.store, floor, c.engine, 5).result.image, unlimited.result.image));
 }
 
 // Without --max-error one pass must do, and a larger budget predicts no larger error.
@@ -92,12 +114,12 @@ TEST_P(Passes, TheBestOfOnePassFitsAndImprovesWithMemory) {
     const PassesCase c = GetParam();
     if (!std::filesystem::exists(storePath(c.store)))
         GTEST_SKIP() << c.store << " is absent: the real scans are not on this machine";
-    Scene scene = finest(c.store, c.preset, c.camera, c.shading);
+    Scene scene = c.scene();
     scene.quality.maxError.reset();
-    const std::size_t floor = statedFloor(scene, c.store);
+    const std::size_t floor = statedFloor(scene, c.store, c.engine);
     double before = 1e9;
     for (const std::size_t extra : {0u, 4u, 16u, 64u, 1000u}) {
-        const Drawn d = draw(scene, c.store, floor + (std::size_t{extra} << 16));
+        const Drawn d = draw(scene, c.store, floor + (std::size_t{extra} << 16), c.engine);
         EXPECT_LE(d.peak, d.limit);
         EXPECT_EQ(d.result.passes, 1);
         ASSERT_TRUE(d.result.predictedError.has_value());

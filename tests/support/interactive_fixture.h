@@ -2,7 +2,9 @@
 // itself after every step.
 #pragma once
 
+#include "core/error.h"
 #include "render/engines/gpu/gpu_engine.h"
+#include "render/engines/native/native_engine.h"
 #include "render/interactive_renderer.h"
 #include "tests/support/scene_fixture.h"
 
@@ -10,6 +12,7 @@
 #include <chrono>
 #include <filesystem>
 #include <gtest/gtest.h>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -27,10 +30,12 @@ inline Scene interactiveScene(const std::string& preset, int camera, const glm::
 /// A renderer with all that it stands on.
 struct Session {
     explicit Session(const Scene& scene, std::size_t gpuBytes, InteractiveOptions options = {},
-                     const std::filesystem::path& store = storePath("torso"))
+                     const std::filesystem::path& store = storePath("torso"), bool native = false)
         : ram("RAM", "--ram", kRam), gpu("GPU memory", "--gpu-memory", gpuBytes), reader(store, ram),
-          context({"software"}), engine(context, gpu, ram),
-          renderer(scene, reader, engine, ram, gpu, options) {}
+          context(native ? nullptr : std::make_unique<GlContext>(GlDeviceChoice{"software"})),
+          engine(native ? std::unique_ptr<Engine>(std::make_unique<NativeEngine>(options.threads, gpu, ram))
+                        : std::make_unique<GpuEngine>(*context, gpu, ram)),
+          renderer(scene, reader, *engine, ram, gpu, options) {}
 
     void checkStep() {
         EXPECT_LE(gpu.usedBytes(), gpu.limitBytes());
@@ -62,8 +67,8 @@ struct Session {
     }
     Ledger ram, gpu;
     StoreReader reader;
-    GlContext context;
-    GpuEngine engine;
+    std::unique_ptr<GlContext> context; // of the march
+    std::unique_ptr<Engine> engine;
     InteractiveRenderer renderer;
 };
 
@@ -71,9 +76,25 @@ struct Session {
 inline std::size_t gpuBytesFor(const Scene& scene, std::size_t pages) {
     Session probe(scene, std::size_t{1} << 30);
     return probe.gpu.usedBytes() -
-           atlasBytes(probe.renderer.atlasPages(), ValueType::i16,
-                      {probe.context.max3dTextureSize(), probe.context.maxTextureBytes()}) +
+           atlasBytes(probe.renderer.atlasPages(), ValueType::i16, probe.engine->limits()) +
            atlasBytes(pages, ValueType::i16, TextureLimits{}) + (std::size_t{3} << 20);
+}
+/// The same for either engine. The native one's pages are larger where memory is ample (aprons), so that its
+/// budget is found by asking.
+inline std::size_t gpuBytesFor(const Scene& scene, std::size_t pages, bool native) {
+    if (!native)
+        return gpuBytesFor(scene, pages);
+    std::size_t few = 0, enough = std::size_t{256} << 20;
+    while (enough - few > std::size_t{1} << 16) {
+        const std::size_t middle = (few + enough) / 2;
+        std::size_t held = 0;
+        try {
+            held = Session(scene, middle, {}, storePath("torso"), true).renderer.atlasPages();
+        } catch (const InputError&) { // not even one
+        }
+        (held < pages ? few : enough) = middle;
+    }
+    return enough;
 }
 
 } // namespace tessera::test

@@ -47,10 +47,10 @@ float NativeField::at(int level, const glm::ivec3& i) {
     const std::uint32_t state = brick.low >> 24;
     if (state == PacketBrick::kValue)
         return brick.mean;
+    if (wanted_) // those that are there too, or they would make room for the others
+        wanted_->name(linearIndex(at, plane_.grid()), ray_);
     if (state == PacketBrick::kAbsent) {
         missing_ = true;
-        if (wanted_)
-            wanted_->name(linearIndex(at, plane_.grid()), ray_);
         return 0;
     }
     return plane_.sampleAt(brick, level, i);

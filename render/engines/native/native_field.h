@@ -39,7 +39,7 @@ class NativeField {
     /// Whether a brick was lacking since this was last asked.
     bool takeMissing() { return std::exchange(missing_, false); }
     bool lacks() { return takeMissing(); }
-    /// From now on bricks that lack are named for a ray; null: no longer.
+    /// From now on bricks that are read, lacking or not, are named for a ray; null: no longer.
     void name(WantedBricks* wanted, std::uint32_t ray) {
         wanted_ = wanted;
         ray_ = ray;
