@@ -35,8 +35,8 @@ struct RenderOptions {
     bool counting = true; // work counters; false: they are not compiled
     LevelChoice levels = LevelChoice::perBrick;
     bool checking = false; // gpu and native: draw some pixels again to estimate the picture's errors
-    /// Gpu and native: gets a first whole picture, all bricks at one coarse level, before levels are chosen and
-    /// loaded for the picture itself; and an estimate, good to a factor of three, of the seconds that the
+    /// Gpu and native: gets a first whole picture, all bricks at one coarse level, before levels are chosen
+    /// and loaded for the picture itself; and an estimate, good to a factor of three, of the seconds that the
     /// rest takes.
     std::function<void(const Image&, double)> onFirstPicture;
     Progress* progress = nullptr; // none: says nothing
@@ -46,8 +46,8 @@ struct RenderResult {
     Image image;   // linear, premultiplied, on nothing: put it on the scene's background to show it
     Camera camera; // as used: a fitted view spelled out
     Work work;
-    EngineKind engine = EngineKind::automatic; // that drew it: never automatic
-    std::string engineReason;                  // why; empty where it was asked for
+    EngineKind engine = EngineKind::automatic;                // that drew it: never automatic
+    std::string engineReason;                                 // why; empty where it was asked for
     std::string device;                                       // GL_RENDERER, or "CPU"
     std::string glVersion;                                    // "" for CPU engines
     int level = 0;                                            // finest resident level; 0 for the reference

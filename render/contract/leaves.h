@@ -79,8 +79,8 @@ template <typename V> struct HeadLight { V scale, add; };
 /// @param gradient, direction  patient space, any scale
 /// @param isLit  gets where there is a light; elsewhere colours stay as they are
 template <typename V, typename Vec, typename Condition>
-TESSERA_LEAF HeadLight<V> headLight(const Vec& g, const Vec& d, V ambient, V diffuse, V specular, int power, V largest,
-                       Condition& isLit) {
+TESSERA_LEAF HeadLight<V> headLight(const Vec& g, const Vec& d, V ambient, V diffuse, V specular, int power,
+                                    V largest, Condition& isLit) {
     using std::abs, std::max, std::min, std::sqrt;
     const V lengths = (g.x * g.x + g.y * g.y + g.z * g.z) * (d.x * d.x + d.y * d.y + d.z * d.z);
     isLit = (lengths > V(0.0f)) & (lengths <= largest); // else no direction, or none that V can hold

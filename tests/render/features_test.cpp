@@ -151,8 +151,7 @@ TEST(Features, AMarchTakesTheBytesThatItsModulesSay) {
                               gpu);
             const std::size_t stated = marchComposition(base | feature).bytes(p.view.imageSize, bricks);
             EXPECT_EQ(stated, rayStateBytes(p.view.imageSize) + bytes) << feature;
-            EXPECT_EQ(gpu.usedBytes() - before, stated + p.volume.optics.gpuBytes())
-                << feature;
+            EXPECT_EQ(gpu.usedBytes() - before, stated + p.volume.optics.gpuBytes()) << feature;
         }
     }
 }

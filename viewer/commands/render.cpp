@@ -53,7 +53,7 @@ struct RenderArguments {
 };
 
 const std::vector<std::string> kEngineNames = {"auto", "gpu", "native", "mirror",
-                                               "reference"}; // in the order of EngineKind
+                                               "reference"};                   // in the order of EngineKind
 const std::vector<std::string> kProjectionNames = {"perspective", "parallel"}; // in the order of Projection
 
 std::size_t chosen(const std::string& text, const std::vector<std::string>& names,
@@ -322,8 +322,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
         throw badFile("--first", "--engine auto, gpu or native", arguments.engine);
     std::optional<PassingFile> passing;
     fs::path first = arguments.first;
-    if (first.empty() && drawsFirst && common.progress->watched() &&
-        isLarge(store.info(), scene)) {
+    if (first.empty() && drawsFirst && common.progress->watched() && isLarge(store.info(), scene)) {
         first = fs::path(arguments.out)
                     .replace_extension(".first" + fs::path(arguments.out).extension().string());
         std::error_code ignored;
@@ -412,7 +411,9 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
                             joinNames(fitNames()) + " (default: shown)");
     command->add_option("--projection", a->projection, joinNames(kProjectionNames));
     command->add_option("--background", a->background, "black, white, #rrggbb or transparent");
-    command->add_option("--engine", a->engine, joinNames(kEngineNames) + "; auto: gpu where there is one, else native")
+    command
+        ->add_option("--engine", a->engine,
+                     joinNames(kEngineNames) + "; auto: gpu where there is one, else native")
         ->capture_default_str();
     command
         ->add_option(

@@ -14,7 +14,7 @@ using native::PacketMarch;
 using native::PacketScene;
 
 constexpr int kTurnsBetweenLooks = 128; // at the clock
-constexpr int kMostUnlooked = 3;        // turns: where much shows, a look at each costs more than samples in vain
+constexpr int kMostUnlooked = 3; // turns: where much shows, a look at each costs more than samples in vain
 
 struct PacketRays {
     F3 entry, step;
@@ -118,7 +118,8 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
     M known = none(), showsFront = none(); // front is; something can show there
     M showsBack = none();                  // at the end of the stride of a lane that is ready
     int turns = 0;
-    int dense = 0, unlooked = 0; // looks in a row that found nothing empty; turns that go without one for that
+    int dense = 0,
+        unlooked = 0; // looks in a row that found nothing empty; turns that go without one for that
     std::uint64_t iterations = 0, segments = 0, values = 0, gradients = 0, sampling = 0;
     while (any(active)) {
         if (++turns % kTurnsBetweenLooks == 0 && s.help.expired(s.help.context))
