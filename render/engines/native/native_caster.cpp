@@ -110,7 +110,7 @@ NativeCaster::NativeCaster(const ScenePlan& scene, NativeEngine& engine, const C
                            Ledger& gpu, const native::PacketTarget* target)
     : scene_(scene), engine_(engine), gpu_(gpu), options_(options),
       target_(target ? *target : native::packetTarget()),
-      wanted_(cellCount(brickGrid(scene.info().extentVoxels))) {}
+      wanted_(options.passes ? cellCount(brickGrid(scene.info().extentVoxels)) : 0) {}
 
 const Occupancy* NativeCaster::occupancy() const {
     return scene_.view.quality.skipping && scene_.volume.occupancy.exists() ? &scene_.volume.occupancy
@@ -148,7 +148,9 @@ void NativeCaster::begin(const Rays& rays) {
         mapIsNew_ = false;
     }
     raysCharge_ = {};
-    raysCharge_ = gpu_.charge((kRayColourBytes + kRayNextBytes) * rayCount(size_), "the rays");
+    raysCharge_ = gpu_.charge((kRayColourBytes + kRayNextBytes + (options_.hits ? sizeof(SurfaceHit) : 0)) *
+                                  rayCount(size_),
+                              "the rays");
     colour_.assign(rayCount(size_), glm::vec4(0));
     next_.assign(rayCount(size_), 0);
     packet_.assign(static_cast<std::size_t>(tiles_.x) * static_cast<std::size_t>(tiles_.y), 0);

@@ -1,6 +1,8 @@
 // render/engines/native/native_field.cpp: see native_field.h.
 #include "render/engines/native/native_field.h"
 
+#include "core/error.h"
+
 #include <atomic>
 #include <utility>
 
@@ -9,6 +11,7 @@ namespace tessera {
 using native::PacketBrick;
 
 void WantedBricks::name(std::size_t brick, std::uint32_t ray) {
+    TESSERA_CHECK(brick < first_.size()); // else nobody said that rays may wait
     std::atomic_ref<std::uint32_t> first(first_[brick]);
     std::uint32_t now = first.load(std::memory_order_relaxed);
     while (ray < now && !first.compare_exchange_weak(now, ray, std::memory_order_relaxed)) {
