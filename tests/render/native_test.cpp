@@ -159,6 +159,25 @@ TEST(NativeTypes, FloatsHaveTheMirrorsBits) {
     }
 }
 
+/// All of a volume shows, out to its faces, whether bricks end there or not.
+TEST(NativeBorders, HaveTheMirrorsBits) {
+    for (const glm::ivec3& extent : {glm::ivec3(64, 32, 64), glm::ivec3(61, 35, 44)})
+        for (const ValueType type : {ValueType::f32, ValueType::i16}) {
+            const Stored stored(
+                [](const glm::dvec3& p) {
+                    return 500 + 300 * std::sin(0.7 * p.x) * std::cos(0.53 * p.y) +
+                           200 * std::sin(0.61 * p.z);
+                },
+                extent, true, 1, type);
+            Scene s = stored.scene({}, 1, 41);
+            s.volumes[0].transferFunction =
+                TransferFunction::fromOpacity({{-100, 0.1}, {1200, 0.4}}, {{0, {1, 0.5, 0.2}}}, 1);
+            const auto prepared = stored.prepare(s);
+            EXPECT_EQ(prepared->p.volume.selection.counts[Selection::kEmpty], 0u);
+            expectTheMirrorsBits(*prepared);
+        }
+}
+
 struct MixedCase {
     EdgeFunction edge;
     Sampling sampling;

@@ -3,6 +3,8 @@
 
 #include "bricking/import/source/slab_source.h"
 
+#include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <functional>
 #include <glm/vec3.hpp>
@@ -15,7 +17,7 @@ namespace tessera::test {
 /// Of a point in voxel space, in voxels.
 using Formula = std::function<double(const glm::dvec3&)>;
 
-/// Its values at voxel centres, as floats.
+/// Its values at voxel centres, as floats or rounded to i16.
 class FormulaSource : public SlabSource {
   public:
     /// @param info  of type f32
@@ -26,8 +28,14 @@ class FormulaSource : public SlabSource {
         for (int z = next_; z < next_ + count; ++z)
             for (int y = 0; y < info_.extentVoxels.y; ++y)
                 for (int x = 0; x < info_.extentVoxels.x; ++x) {
-                    const float v = static_cast<float>(value_(glm::dvec3(x, y, z) + 0.5));
-                    std::memcpy(out.data() + 4 * n++, &v, 4);
+                    const double v = value_(glm::dvec3(x, y, z) + 0.5);
+                    if (info_.type == ValueType::i16) {
+                        const auto whole = static_cast<std::int16_t>(std::lround(v));
+                        std::memcpy(out.data() + 2 * n++, &whole, 2);
+                    } else {
+                        const float number = static_cast<float>(v);
+                        std::memcpy(out.data() + 4 * n++, &number, 4);
+                    }
                 }
         next_ += count;
     }

@@ -16,8 +16,8 @@ namespace tessera::test {
 /// A stored formula, sheared and of unlike spacings, and scenes on it: white surfaces, nothing of the volume.
 struct Stored {
     Stored(const Formula& value, const glm::ivec3& extent = glm::ivec3(44, 40, 48), bool plain = false,
-           double slope = 1) {
-        info.type = ValueType::f32;
+           double slope = 1, ValueType type = ValueType::f32) {
+        info.type = type;
         info.extentVoxels = extent;
         info.rescaleSlope = slope;
         info.patientFromVoxel =
