@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds all benchmarks and runs them; CSV and tables go to build/bench-results. On 2 cores it takes a quarter of an
 # hour and is only worth as much as the machine is quiet: the load is printed beside every figure.
-#   tests/bench/run.sh [micro|frame|interactive|peer|six ...]      all but six where none is named
+#   tests/bench/run.sh [micro|frame|interactive|peer|six|native|defaults ...]      the first four where none is named
 #   TESSERA_BENCH_SCANS   six: folder with ct-abdomen-dicom and ct-thorax-dicom; scenes of scans that are not there
 #                         are left out
 #   TESSERA_BENCH_TRUTHS  six: folder of references, which are made where they are absent: minutes each (default:
@@ -26,6 +26,7 @@ for part in "${what[@]}"; do
     case $part in
     peer) target=vtk_peer ;;
     six) target=six_scenes ;;
+    defaults) target=tessera ;;
     *) target=${part}_bench ;;
     esac
     if grep -q "^build $target:" "$build/build.ninja"; then targets+=("$target"); fi
@@ -42,6 +43,19 @@ cmake --build "$build" --target "${targets[@]}"
 
 for part in "${what[@]}"; do
     case $part in
+    native)
+        [[ -d $store ]] || "$build/tessera" phantom torso --size 512x512x749 -o "$store" -q
+        for preset in bone soft-tissue lung skin vessels; do
+            for light in off on; do
+                echo "== torso, $preset, light $light"
+                "$build/native_bench" --store "$store" --preset "$preset" --light "$light"
+            done
+        done | tee "$results/native.txt"
+        ;;
+    defaults)
+        [[ -d $store ]] || "$build/tessera" phantom torso --size 512x512x749 -o "$store" -q
+        tests/bench/default_pictures.sh build/bench-data/*.zarr | tee "$results/defaults.md"
+        ;;
     micro)
         "$build/micro_bench" --device "$device" --benchmark_min_time=0.2 --benchmark_repetitions=3 \
             --benchmark_enable_random_interleaving=true --benchmark_counters_tabular=false \
