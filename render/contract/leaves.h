@@ -12,7 +12,11 @@
 #include <limits>
 
 /// Calls would cost lanes more than what is called.
+#if TESSERA_SANITIZED
+#define TESSERA_LEAF inline
+#else
 #define TESSERA_LEAF inline __attribute__((always_inline))
+#endif
 
 namespace tessera::leaf {
 

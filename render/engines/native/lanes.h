@@ -13,7 +13,11 @@
 #include <immintrin.h>
 #endif
 
+#if TESSERA_SANITIZED
+#define TESSERA_LANE static inline
+#else
 #define TESSERA_LANE static inline __attribute__((always_inline))
+#endif
 
 namespace tessera::TESSERA_LANES {
 
