@@ -24,9 +24,58 @@ std::vector<std::uint32_t> WantedBricks::take() {
     return taken;
 }
 
+namespace {
+
+/// The eight samples of a cell whose lowest one is the n-th, `row` and `slice` apart.
+template <typename Sample>
+float trilinearAt(const void* samples, std::int64_t n, std::int64_t row, std::int64_t slice,
+                  const glm::vec3& f) {
+    const auto* const s = static_cast<const Sample*>(samples) + n;
+    const auto at = [s](std::int64_t offset) { return static_cast<float>(s[offset]); };
+    return leaf::trilinear(at(0), at(1), at(row), at(row + 1), at(slice), at(slice + 1), at(slice + row),
+                           at(slice + row + 1), f.x, f.y, f.z);
+}
+
+} // namespace
+
+/// As packets do (packet_field.h): the cell's own brick has all that it needs.
+bool NativeField::valueInBrick(const glm::vec3& p, float& value) const {
+    const float perVoxel = 1.0f / static_cast<float>(1 << level_);
+    const glm::vec3 at = p * perVoxel - 0.5f, low = glm::floor(at);
+    const glm::ivec3 cell(low), brick = cell >> (5 - level_);
+    if (level_ + 1 >= kLevelCount || glm::any(glm::lessThan(brick, glm::ivec3(0))) ||
+        glm::any(glm::greaterThanEqual(brick, plane_.grid())))
+        return false;
+    const PacketBrick& b = brickAt(brick);
+    const glm::ivec3 inside = cell & ((kBrickExtent >> level_) - 1);
+    const auto byte = [](std::uint32_t word, int axis) {
+        return static_cast<int>((word >> (8 * axis)) & 255u) - 8;
+    };
+    for (int axis = 0; axis < 3; ++axis)
+        if (inside[axis] < byte(b.low, axis) || inside[axis] >= byte(b.high, axis))
+            return false;
+    const std::int64_t row = plane_.rowPitch(level_), slice = plane_.slicePitch(level_);
+    const std::int64_t n = std::int64_t{b.base} + inside.z * slice + inside.y * row + inside.x;
+    const glm::vec3 f = at - low;
+    switch (plane_.kind()) {
+    case native::SampleKind::i16:
+        value = trilinearAt<std::int16_t>(plane_.samples(), n, row, slice, f);
+        return true;
+    case native::SampleKind::u16:
+        value = trilinearAt<std::uint16_t>(plane_.samples(), n, row, slice, f);
+        return true;
+    case native::SampleKind::f32:
+        break;
+    }
+    value = trilinearAt<float>(plane_.samples(), n, row, slice, f);
+    return true;
+}
+
 float NativeField::value(const glm::vec3& p) {
     if (map_)
         return interblockValue(*this, p);
+    if (float value = 0; !wanted_ && valueInBrick(p, value))
+        return value;
     return fieldValue(*this, p, 1.0f / static_cast<float>(1 << level_));
 }
 
@@ -41,6 +90,9 @@ float NativeField::pitch(const glm::vec3& p) const {
 glm::vec3 NativeField::gradient(const glm::vec3& p) {
     if (map_)
         return interblockGradient(*this, p, kind_);
+    if (kind_ != Gradient::analytic)
+        return differences(
+            kind_, [this](const glm::vec3& at) { return value(at); }, p, static_cast<float>(1 << level_));
     return fieldGradient(*this, p, 1.0f / static_cast<float>(1 << level_), kind_);
 }
 

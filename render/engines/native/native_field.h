@@ -56,6 +56,7 @@ class NativeField {
     }
 
   private:
+    bool valueInBrick(const glm::vec3& p, float& value) const;
     const native::PacketBrick& brickAt(const glm::ivec3& brick) const {
         return plane_.bricks()[linearIndex(brick, plane_.grid())];
     }
