@@ -187,13 +187,18 @@ void HostPlane::settle(const LevelMap* map, int level) {
         }
     }
     constexpr std::size_t kAtATime = 64;
-    parallelFor((entries_.size() + kAtATime - 1) / kAtATime, threads_, [&](std::size_t turn) {
-        for (std::size_t b = turn * kAtATime; b < std::min(entries_.size(), (turn + 1) * kAtATime); ++b) {
-            if (stale[b])
-                hasApron_[b] = fillApron(b) ? 1 : 0;
-            setBox(b, map, level);
-        }
+    const auto forEachBrick = [&](const auto& visit) {
+        parallelFor((entries_.size() + kAtATime - 1) / kAtATime, threads_, [&](std::size_t turn) {
+            for (std::size_t b = turn * kAtATime; b < std::min(entries_.size(), (turn + 1) * kAtATime); ++b)
+                visit(b);
+        });
+    };
+    // One after the other: aprons read what boxes are written beside.
+    forEachBrick([&](std::size_t b) {
+        if (stale[b])
+            hasApron_[b] = fillApron(b) ? 1 : 0;
     });
+    forEachBrick([&](std::size_t b) { setBox(b, map, level); });
     filled_ = entries_;
     settled_ = true;
     std::fill(putInPage_.begin(), putInPage_.end(), std::uint8_t{0});
