@@ -3,7 +3,6 @@
 
 #include "core/threads.h"
 
-#include <atomic>
 #include <mutex>
 #include <span>
 
@@ -64,29 +63,6 @@ template <typename Real, typename Visit> void withField(const MirrorInput& input
 }
 
 constexpr std::size_t kStrip = 64; // rays a thread takes at a time: neighbours share chunks
-
-template <typename Field>
-void seeAlong(const SegmentedRay<float>& ray, Field& field, const MirrorInput& input,
-              std::span<SeenBrick> seen) {
-    float alpha = 0;
-    std::size_t last = seen.size();
-    for (int i = 0, n = 0; i < ray.count; i += n) {
-        n = strideAt(input.strides, ray, i);
-        const float length = strideLength(ray, i, n);
-        const glm::vec3 p = stridePosition(ray, i, length);
-        const glm::ivec3 at =
-            glm::clamp(glm::ivec3(p) / kBrickExtent, glm::ivec3(0), input.selection->bricks - 1);
-        if (const std::size_t brick = linearIndex(at, input.selection->bricks); brick != last) {
-            last = brick;
-            std::atomic_ref(seen[brick].light) +=
-                static_cast<std::uint32_t>((1 - alpha) * static_cast<float>(SeenBrick::kLightOfRay) + 0.5f);
-            ++std::atomic_ref(seen[brick].rays);
-        }
-        const float extinction = lookUp(*input.optics, field.value(p)).a;
-        if (extinction > 0)
-            alpha += (1 - alpha) * opacityOf(extinction * (length * ray.segmentMm));
-    }
-}
 
 } // namespace
 

@@ -15,8 +15,10 @@
 #include "render/engines/mirror/mirror_input.h"
 #include "render/engines/mirror/mirror_surfaces.h"
 
+#include <atomic>
 #include <functional>
 #include <glm/vec4.hpp>
+#include <span>
 #include <vector>
 
 namespace tessera {
@@ -97,6 +99,32 @@ extern template std::vector<SurfaceHit> mirrorHits<float>(const MirrorInput&, st
                                                           const RaySource<float>&, int);
 extern template std::vector<SurfaceHit> mirrorHits<double>(const MirrorInput&, std::size_t,
                                                            const RaySource<double>&, int);
+
+/// Adds what one ray sees of bricks, of the input's selection, strides and optics; for several threads at
+/// once.
+/// @param field  value(p) at a place in voxels
+template <typename Field>
+void seeAlong(const SegmentedRay<float>& ray, Field& field, const MirrorInput& input,
+              std::span<SeenBrick> seen) {
+    float alpha = 0;
+    std::size_t last = seen.size();
+    for (int i = 0, n = 0; i < ray.count; i += n) {
+        n = strideAt(input.strides, ray, i);
+        const float length = strideLength(ray, i, n);
+        const glm::vec3 p = stridePosition(ray, i, length);
+        const glm::ivec3 at =
+            glm::clamp(glm::ivec3(p) / kBrickExtent, glm::ivec3(0), input.selection->bricks - 1);
+        if (const std::size_t brick = linearIndex(at, input.selection->bricks); brick != last) {
+            last = brick;
+            std::atomic_ref(seen[brick].light) +=
+                static_cast<std::uint32_t>((1 - alpha) * static_cast<float>(SeenBrick::kLightOfRay) + 0.5f);
+            ++std::atomic_ref(seen[brick].rays);
+        }
+        const float extinction = lookUp(*input.optics, field.value(p)).a;
+        if (extinction > 0)
+            alpha += (1 - alpha) * opacityOf(extinction * (length * ray.segmentMm));
+    }
+}
 
 /// What rays see of bricks, as VisibilityPass counts it: lights added up in whole numbers, so that threads do
 /// not matter. Optics' shading and termination, and occupancy, count for nothing.

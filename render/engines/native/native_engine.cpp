@@ -3,11 +3,10 @@
 
 #include "core/error.h"
 #include "core/threads.h"
+#include "render/engines/mirror/mirror.h"
 #include "render/engines/native/native_caster.h"
 #include "render/engines/native/native_field.h"
 #include "render/plan/visibility_rays.h"
-
-#include <atomic>
 
 namespace tessera {
 namespace {
@@ -27,6 +26,10 @@ class NativeCounter : public VisibilityCounter {
         const HostPlane& plane = engine_.settled();
         const glm::ivec2 size(rays_.frame.imageSize);
         const RayFrame<float> frame = cast<float>(rays_.frame);
+        MirrorInput input; // of it what a ray that counts reads
+        input.selection = &scene_.volume.selection;
+        input.optics = &scene_.volume.optics;
+        input.strides = rays_.strides;
         constexpr int kRowsAtATime = 8;
         while (row_ < size.y) {
             const int end = deadline == RayCaster::Clock::time_point::max()
@@ -39,7 +42,7 @@ class NativeCounter : public VisibilityCounter {
                     seeAlong(segmentedRay(frame,
                                           glm::vec2(static_cast<float>(x) + 0.5f,
                                                     static_cast<float>(row_ + static_cast<int>(row)) + 0.5f)),
-                             field, seen_);
+                             field, input, seen_);
             });
             row_ = end;
             if (RayCaster::Clock::now() >= deadline)
@@ -50,28 +53,6 @@ class NativeCounter : public VisibilityCounter {
     std::vector<SeenBrick> seen() const override { return seen_; }
 
   private:
-    void seeAlong(const SegmentedRay<float>& ray, NativeField& field, std::vector<SeenBrick>& seen) const {
-        const Selection& selection = scene_.volume.selection;
-        float alpha = 0;
-        std::size_t last = seen.size();
-        for (int i = 0, n = 0; i < ray.count; i += n) {
-            n = strideAt(rays_.strides, ray, i);
-            const float length = strideLength(ray, i, n);
-            const glm::vec3 p = stridePosition(ray, i, length);
-            const glm::ivec3 at =
-                glm::clamp(glm::ivec3(p) / kBrickExtent, glm::ivec3(0), selection.bricks - 1);
-            if (const std::size_t brick = linearIndex(at, selection.bricks); brick != last) {
-                last = brick;
-                std::atomic_ref(seen[brick].light) += static_cast<std::uint32_t>(
-                    (1 - alpha) * static_cast<float>(SeenBrick::kLightOfRay) + 0.5f);
-                ++std::atomic_ref(seen[brick].rays);
-            }
-            const float extinction = lookUp(scene_.volume.optics, field.value(p)).a;
-            if (extinction > 0)
-                alpha += (1 - alpha) * opacityOf(extinction * (length * ray.segmentMm));
-        }
-    }
-
     const ScenePlan& scene_;
     NativeEngine& engine_;
     VisibilityRays rays_;
