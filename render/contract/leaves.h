@@ -44,14 +44,16 @@ TESSERA_LEAF V trilinear(V v000, V v001, V v010, V v011, V v100, V v101, V v110,
 }
 
 /// 1 - exp(-x) in float, x not negative: a polynomial below 1/4, a written-out exponential above.
-template <typename V> TESSERA_LEAF V oneMinusExp(V x) {
+template <typename V> TESSERA_LEAF V oneMinusExpBelow(V x) {
+    const V one(1.0f);
+    return x * (one - x * V(1.0f / 2.0f) *
+                          (one - x * V(1.0f / 3.0f) *
+                                     (one - x * V(1.0f / 4.0f) *
+                                                (one - x * V(1.0f / 5.0f) * (one - x * V(1.0f / 6.0f))))));
+}
+template <typename V> TESSERA_LEAF V oneMinusExpAbove(V x) {
     using std::floor, std::max;
     const V one(1.0f);
-    const V small =
-        x * (one - x * V(1.0f / 2.0f) *
-                       (one - x * V(1.0f / 3.0f) *
-                                  (one - x * V(1.0f / 4.0f) *
-                                             (one - x * V(1.0f / 5.0f) * (one - x * V(1.0f / 6.0f))))));
     const V y = max(x * V(-1.44269504f), V(-126.0f));
     const V n = floor(y);
     const V r = (y - n) * V(0.693147181f); // 2^(y-n) = e^r
@@ -65,7 +67,11 @@ template <typename V> TESSERA_LEAF V oneMinusExp(V x) {
                                                   (one + r * V(1.0f / 6.0f) *
                                                              (one + r * V(1.0f / 7.0f) *
                                                                         (one + r * V(1.0f / 8.0f))))))));
-    return select(x < V(0.25f), small, one - p * powerOfTwo(n));
+    return one - p * powerOfTwo(n);
+}
+constexpr float kOneMinusExpBelow = 0.25f;
+template <typename V> TESSERA_LEAF V oneMinusExp(V x) {
+    return select(x < V(kOneMinusExpBelow), oneMinusExpBelow(x), oneMinusExpAbove(x));
 }
 
 template <typename V> TESSERA_LEAF V wholePower(V x, int n) {

@@ -175,6 +175,7 @@ native::PacketScene NativeCaster::packetScene() const {
     for (int axis = 0; axis < 3; ++axis) {
         f.grid[axis] = plane.grid()[axis];
         f.extentVoxels[axis] = info.extentVoxels[axis];
+        f.lastVoxel[axis] = info.extentVoxels[axis] - 1;
         f.last[axis] = last[axis];
     }
     for (int level = 0; level + 1 < kLevelCount; ++level) {
@@ -198,6 +199,8 @@ native::PacketScene NativeCaster::packetScene() const {
     o.red = tables_[1].data(), o.green = tables_[2].data(), o.blue = tables_[3].data();
     o.scale = optics.scale, o.offset = optics.offset;
     o.last = static_cast<std::int32_t>(optics.table.size()) - 1;
+    o.lastEntry = o.last - 1;
+    o.lastPlace = static_cast<float>(o.last);
     o.termination = optics.termination;
     switch (optics.integrator) {
     case Integrator::linear:

@@ -31,7 +31,7 @@ struct PacketField {
     SampleKind kind = SampleKind::i16;
     const PacketBrick* bricks = nullptr; // [z][y][x]
     std::int32_t grid[3] = {};           // bricks
-    std::int32_t extentVoxels[3] = {};
+    std::int32_t extentVoxels[3] = {}, lastVoxel[3] = {};
     std::int32_t rowPitch[5] = {}, slicePitch[5] = {}; // samples, by level
     bool mixed = false;
     std::int32_t level = 0;    // where levels are not mixed: of all bricks
@@ -51,7 +51,9 @@ struct PacketOptics {
     // The transfer function's table, and where values are in it
     const float *extinction = nullptr, *red = nullptr, *green = nullptr, *blue = nullptr;
     float scale = 0, offset = 0;
-    std::int32_t last = 0;
+    std::int32_t last = 0;      // of its entries
+    std::int32_t lastEntry = 0; // the one before, and the last as a place
+    float lastPlace = 0;
     float termination = 0; // 0: never
     PacketIntegrator integrator = PacketIntegrator::midpoint;
     const float* bins = nullptr;    // four a bin

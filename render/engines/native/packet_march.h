@@ -236,13 +236,13 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
             const M lacks = wanted & ~m;
             waiting = waiting | lacks;
             active = active & ~lacks;
-            at = entriesAt(o, placeOf(o, value));
+            at = entriesOf(o, value);
             extinction = entry(o.extinction, at, m);
         }
         M adds = m & (extinction > F(0.0f));
         if (any(adds)) {
             const F depth = extinction * (length * segmentMm);
-            const F opacity = leaf::oneMinusExp(depth);
+            const F opacity = opacityOf(depth, adds);
             F3 colour;
             if constexpr (Ends)
                 colour = colourBetween(o, front, back, depth, opacity, k, adds);
@@ -262,11 +262,14 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
             const F weight = after - alpha;
             sum = select(adds, sum + weight * colour, sum);
             alpha = select(adds, after, alpha);
+            // A branch, which is foreseen: else the next turn's samples would wait for this one's opacities.
             const M opaque = adds & (F(1.0f) - alpha < F(o.termination));
-            i = select(opaque, rays.count, i);
-            active = active & ~opaque;
-            m = m & ~opaque;
-            segments += static_cast<unsigned>(count(opaque));
+            if (any(opaque)) [[unlikely]] {
+                i = select(opaque, rays.count, i);
+                active = active & ~opaque;
+                m = m & ~opaque;
+                segments += static_cast<unsigned>(count(opaque));
+            }
         }
         segments += static_cast<unsigned>(count(m));
         values += static_cast<unsigned>(count(taken));

@@ -25,8 +25,15 @@ struct Entries {
     F part;
 };
 TESSERA_LANE Entries entriesAt(const PacketOptics& o, F place) {
-    const F x = min(max(place, F(0.0f)), F(static_cast<float>(o.last)));
-    const I first = min(truncated(x), I(o.last - 1));
+    const F x = min(max(place, F(0.0f)), F(o.lastPlace));
+    const I first = min(truncated(x), I(o.lastEntry));
+    return {first, x - number(first)};
+}
+/// entriesAt(placeOf()), which limits places once.
+TESSERA_LANE Entries entriesOf(const PacketOptics& o, F stored) {
+    const F place = stored * F(o.scale) + F(o.offset);
+    const F x = min(select(place > F(0.0f), place, F(0.0f)), F(o.lastPlace));
+    const I first = min(truncated(x), I(o.lastEntry));
     return {first, x - number(first)};
 }
 TESSERA_LANE F entry(const float* column, Entries at, M m) {
@@ -77,6 +84,13 @@ TESSERA_LANE F extinctionBetween(const PacketOptics& o, const End& front, const 
     return leaf::meanExtinction(binEnd(low), binEnd(high));
 }
 
+/// Of depths. Thin media rarely leave the polynomial for small ones.
+TESSERA_LANE F opacityOf(F depth, M m) {
+    const M deep = m & ~(depth < F(leaf::kOneMinusExpBelow));
+    const F opacity = leaf::oneMinusExpBelow(depth);
+    return any(deep) ? select(deep, leaf::oneMinusExpAbove(depth), opacity) : opacity;
+}
+
 /// Colour, averaged over the values between two ends by their extinction.
 TESSERA_LANE F3 meanColour(const PacketOptics& o, const End& front, const End& back, M m) {
     const M rises = front.place < back.place;
@@ -114,7 +128,7 @@ TESSERA_LANE F3 meanColour(const PacketOptics& o, const End& front, const End& b
 
 /// From the table of two-dimensional pre-integration. @param stride  log2 of the stride's segments
 TESSERA_LANE F3 tabledColour(const PacketOptics& o, F front, F back, I stride, M m) {
-    const F last(static_cast<float>(o.last)), scale(o.preintegrationScale);
+    const F last(o.lastPlace), scale(o.preintegrationScale);
     const F x = min(max(front, F(0.0f)), last) * scale, y = min(max(back, F(0.0f)), last) * scale;
     const int edge = o.preintegrationEdge;
     const I i = min(truncated(x), I(edge - 2)), j = min(truncated(y), I(edge - 2));
