@@ -104,7 +104,8 @@ void report(const ScenePlan& p, RenderResult& result) {
     if (p.chosen.predicted)
         result.predictedError = p.chosen.error;
     result.residentBricks = p.volume.selection.shownBricks();
-    result.emptyBricks = p.volume.selection.counts[Selection::kEmpty];
+    result.unseenBricks = p.chosen.unseenBricks;
+    result.emptyBricks = p.volume.selection.counts[Selection::kEmpty] - result.unseenBricks;
 }
 
 } // namespace
@@ -281,7 +282,9 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
         line("level of detail: predicted error (L*u*v*) %.2g in the mean, %.2g at the 99th percentile",
              r.predictedError->mean, r.predictedError->p99);
     line("bricks: %zu resident, %zu (%.1f %%) show nothing and take no memory", r.residentBricks,
-         r.emptyBricks, percent(r.emptyBricks, r.residentBricks + r.emptyBricks));
+         r.emptyBricks, percent(r.emptyBricks, r.residentBricks + r.emptyBricks + r.unseenBricks));
+    if (r.unseenBricks > 0)
+        line("bricks: %zu lie outside the picture and take no memory", r.unseenBricks);
     if (scene.quality.skipping)
         line("cells of 8^3 voxels: %.1f %% can show something; rays leap over the rest, and over blocks of "
              "2^3 "

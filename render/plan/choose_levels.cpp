@@ -33,16 +33,39 @@ int quickLevel(const glm::ivec3& extentVoxels) {
 /// loading, on a fast device most of a picture's time.
 constexpr std::size_t kShareForSpeed = 4;
 
+/// View weights have half a brick of reach, 16 voxels: as far as a gradient and the samples that it is made
+/// of reach at this level.
+constexpr int kCoarsestWithinReach = 2;
+
+/// Returns how many bricks were left out.
+std::size_t leaveOutUnseen(Selection& s, const ViewWeights& weights) {
+    std::size_t unseen = 0;
+    for (std::size_t brick = 0; brick < s.levels.size(); ++brick) {
+        std::uint8_t& level = s.levels[brick];
+        if (level == Selection::kEmpty || weights.area[brick] > 0)
+            continue;
+        --s.counts[level];
+        level = Selection::kEmpty;
+        ++unseen;
+    }
+    s.counts[Selection::kEmpty] += unseen;
+    return unseen;
+}
+
 } // namespace
 
 BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
-                      Visibility visible) {
-    BestLevels best{chooser.best(means, pages, visible), {}};
+                      Visibility visible, Unseen unseen) {
+    BestLevels best{chooser.best(means, pages, visible), {}, 0};
     Selection& s = best.selection;
     best.error = chooser.predict(s, visible);
     if (best.error.mean > 0 || s.uniform())
         return best;
     const auto finest = static_cast<std::uint8_t>(s.finest());
+    if (unseen == Unseen::leftOut && finest <= kCoarsestWithinReach)
+        best.unseenBricks = leaveOutUnseen(s, chooser.weights());
+    if (s.uniform())
+        return best;
     std::array<std::size_t, kLevelCount + 1> counts{};
     counts[finest] = s.shownBricks();
     counts[Selection::kEmpty] = s.counts[Selection::kEmpty];
@@ -113,9 +136,10 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
     } else {
         // What is hidden needs no memory that what is seen could have.
         const std::vector<float> visible = chooser->predictedVisibility();
-        BestLevels best = bestLevels(*chooser, statistics.brickMean, pages, visible);
+        BestLevels best = bestLevels(*chooser, statistics.brickMean, pages, visible, Unseen::leftOut);
         chosen.selection = std::move(best.selection);
         chosen.error = best.error;
+        chosen.unseenBricks = best.unseenBricks;
         chosen.atlasPages = pagesFor(chosen.selection.counts);
         if (chosen.error.mean > 0) { // memory is short: it is worth knowing better what is seen
             chosen.atlasPages = pages;

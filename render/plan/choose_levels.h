@@ -24,9 +24,10 @@ inline Culling cullingFor(const Shading& shading) {
 
 struct ChosenLevels {
     Selection selection;
-    std::size_t atlasPages = 0; // of the atlas; fewer than the selection's where it takes several passes
-    bool predicted = false;     // false: no statistics of errors in this budget of RAM, or one level for all
-    PredictedError error;       // where predicted
+    std::size_t atlasPages = 0;   // of the atlas; fewer than the selection's where it takes several passes
+    std::size_t unseenBricks = 0; // of the selection's empty ones: BestLevels
+    bool predicted = false; // false: no statistics of errors in this budget of RAM, or one level for all
+    PredictedError error;   // where predicted
     /// Where it pays to count what is seen and to choose again (ScenePlan::chooseByVisibility()).
     std::unique_ptr<LevelChooser> chooser;
 };
@@ -45,9 +46,13 @@ constexpr std::size_t neighbourhoodPages(bool shading, bool ends) {
 struct BestLevels {
     Selection selection;
     PredictedError error;
+    std::size_t unseenBricks = 0; // of the empty ones: left out because no ray comes near them
 };
+/// Bricks that no ray of a still comes near need no level of their own: with them left out, a close camera's
+/// bricks are mostly of one level.
+enum class Unseen { kept, leftOut };
 BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
-                      Visibility visible);
+                      Visibility visible, Unseen unseen = Unseen::kept);
 
 /// @param gpuFixed  bytes that the scene takes of gpu besides its bricks
 /// @param ramKept   bytes of ram that must stay free for what comes after

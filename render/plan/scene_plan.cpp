@@ -155,8 +155,10 @@ void ScenePlan::mapLevels(Ledger& ram, bool always) {
 
 void ScenePlan::chooseByVisibility(std::span<const SeenBrick> seen, Ledger& ram) {
     const std::vector<float> visible = visibilityFactors(seen, volume.selection);
-    BestLevels better = bestLevels(*chosen.chooser, volume.statistics.brickMean, chosen.atlasPages, visible);
+    BestLevels better = bestLevels(*chosen.chooser, volume.statistics.brickMean, chosen.atlasPages, visible,
+                                   Unseen::leftOut);
     chosen.error = better.error;
+    chosen.unseenBricks = better.unseenBricks;
     chosen.chooser.reset();
     setSelection(std::move(better.selection), ram);
 }

@@ -4,6 +4,7 @@
 #include "bricking/statistics/statistics.h"
 #include "core/preset.h"
 #include "render/plan/scene_plan.h"
+#include "render/renderer.h"
 #include "tests/support/scene_fixture.h"
 
 #include <gtest/gtest.h>
@@ -46,6 +47,32 @@ TEST(BestLevels, AreOneLevelWhereAMixGainsNothing) {
         EXPECT_EQ(bestLevels(chooser, statistics.brickMean, all - 1, visible).selection.levels, mix.levels);
     }
     EXPECT_GT(mixes, 1u);
+}
+
+// A camera close to the volume: bricks that no ray comes near are left out, those that are left are of one
+// level, and no pixel shows it.
+TEST(BestLevels, LeaveOutWhatNoRayComesNear) {
+    Ledger ram("RAM", "--ram", std::size_t{512} << 20);
+    const StoreReader store(storePath("torso"), ram);
+    const VolumeInfo& info = store.info();
+    Scene scene = sceneOn(info, "soft-tissue", 0, glm::ivec2(48));
+    Camera camera = fitCamera(info, View::anterior, Projection::perspective, glm::ivec2(48));
+    camera.position = camera.focalPoint + 0.15 * (camera.position - camera.focalPoint);
+    scene.camera = camera;
+    scene.shading.on = true;
+    for (const EngineKind engine : {EngineKind::native, EngineKind::mirror}) {
+        RenderOptions options;
+        options.engine = engine;
+        Budgets mine, all;
+        const RenderResult close = renderScene(scene, store, mine.ram, mine.gpu, options);
+        options.levels = LevelChoice::oneForAll;
+        const RenderResult whole = renderScene(scene, store, all.ram, all.gpu, options);
+        EXPECT_GT(close.unseenBricks, 4u);
+        EXPECT_EQ(close.bricksOfLevel[0], close.residentBricks) << "one level";
+        EXPECT_EQ(close.residentBricks + close.unseenBricks, whole.residentBricks);
+        EXPECT_EQ(close.emptyBricks, whole.emptyBricks);
+        EXPECT_EQ(close.image.pixels, whole.image.pixels);
+    }
 }
 
 } // namespace

@@ -71,6 +71,7 @@ nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const 
           {"passes", result.passes},
           {"bricks", result.residentBricks},
           {"emptyBricks", result.emptyBricks},
+          {"unseenBricks", result.unseenBricks},
           {"cells", result.cells},
           {"occupiedCells", result.occupiedCells}}},
         {"segments",

@@ -32,15 +32,30 @@ void load(const Stored* first, std::int64_t row, std::int64_t slice, float scale
         }
 }
 
-/// Whether any value of the range shows. Entry i shows from i - 1 to i + 1, because entries are interpolated
-/// between.
-bool showsWithin(const TransferTable& table, float low, float high) {
+/// Entries of the table around a range of places, and those of them that show something.
+struct Entries {
+    int showing = 0, all = 0;
+};
+Entries entriesWithin(const TransferTable& table, float low, float high) {
     const float end = static_cast<float>(table.entries.size() - 1);
     const float first = std::clamp(low, 0.0f, end), last = std::clamp(high, 0.0f, end);
     const auto from = static_cast<std::size_t>(static_cast<int>(first)); // not negative, so this is floor
     const int whole = static_cast<int>(last);
     const auto to = static_cast<std::size_t>(whole + (static_cast<float>(whole) < last ? 1 : 0));
-    return table.nonZeroUpTo[to] > (from == 0 ? 0 : table.nonZeroUpTo[from - 1]);
+    return {table.nonZeroUpTo[to] - (from == 0 ? 0 : table.nonZeroUpTo[from - 1]),
+            static_cast<int>(to - from) + 1};
+}
+
+/// Whether any value of the range shows. Entry i shows from i - 1 to i + 1, because entries are interpolated
+/// between.
+bool showsWithin(const TransferTable& table, float low, float high) {
+    const Entries e = entriesWithin(table, low, high);
+    return e.showing > 0;
+}
+/// Whether every value of the range does.
+bool showsThroughout(const TransferTable& table, float low, float high) {
+    const Entries e = entriesWithin(table, low, high);
+    return e.showing == e.all;
 }
 
 } // namespace
@@ -50,10 +65,11 @@ bool fineBlocksPay(const Occupancy& occupancy, std::size_t rays) {
     return occupancy.scale() == MapScale::cells && rays >= kRaysPerCell * occupancy.plainCells();
 }
 
-std::size_t refineBlocks(const HostPlane& plane, const Occupancy& occupancy, const TransferTable& table,
-                         const Optics& optics, const native::PacketTarget& target, int threads,
-                         std::span<SkippingTexel> map) {
+std::size_t refineBlocks(const HostPlane& plane, const Occupancy& occupancy, const Statistics& statistics,
+                         const TransferTable& table, const Optics& optics, const native::PacketTarget& target,
+                         int threads, std::span<SkippingTexel> map) {
     TESSERA_CHECK(occupancy.scale() == MapScale::cells && map.size() == occupancy.map().size());
+    TESSERA_CHECK(statistics.cellMin.size() == map.size());
     const glm::ivec3& grid = occupancy.grid();
     std::atomic<std::size_t> looked{0};
     parallelFor(
@@ -63,11 +79,16 @@ std::size_t refineBlocks(const HostPlane& plane, const Occupancy& occupancy, con
             std::size_t mine = 0;
             for (int x = 0; x < grid.x; ++x) {
                 const glm::ivec3 cell(x, static_cast<int>(line) % grid.y, static_cast<int>(line) / grid.y);
-                SkippingTexel& texel = map[linearIndex(cell, grid)];
+                const std::size_t number = linearIndex(cell, grid);
+                SkippingTexel& texel = map[number];
                 if (!isOccupied(texel) || !occupancy.isPlain(cell))
                     continue;
                 const PacketBrick& brick = plane.bricks()[linearIndex(cell / kCellsPerBrick, plane.grid())];
-                if ((brick.low & 0xffffffu) != 0x070707u) // its apron begins one sample before it
+                if (brick.low != 0x070707u) // of level 0, its apron one sample before it
+                    continue;
+                const float a = statistics.cellMin[number] * optics.scale + optics.offset;
+                const float b = statistics.cellMax[number] * optics.scale + optics.offset;
+                if (showsThroughout(table, std::min(a, b), std::max(a, b)))
                     continue;
                 const glm::ivec3 first = (cell % kCellsPerBrick) * kCellExtent - 1;
                 const std::int64_t row = plane.rowPitch(0), slice = plane.slicePitch(0);

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "core/transfer_function.h"
+#include "bricking/statistics/statistics.h"
 #include "render/contract/optics.h"
 #include "render/empty_space/occupancy.h"
 #include "render/engines/native/host_plane.h"
@@ -17,10 +18,11 @@ namespace tessera {
 bool fineBlocksPay(const Occupancy& occupancy, std::size_t rays);
 
 /// Sets the bits of all cells where the field is plain interpolation of level 0 (Occupancy::plainCells()) and
-/// the samples around are at hand; elsewhere blocks keep counting as occupied. Needs a map of cells.
+/// the samples around are at hand; elsewhere blocks keep counting as occupied. Needs a map of cells. Cells
+/// whose every value shows are passed over: all their blocks show.
 /// @param map  a copy of the occupancy's. Returns how many cells were looked at.
-std::size_t refineBlocks(const HostPlane& plane, const Occupancy& occupancy, const TransferTable& table,
-                         const Optics& optics, const native::PacketTarget& target, int threads,
-                         std::span<SkippingTexel> map);
+std::size_t refineBlocks(const HostPlane& plane, const Occupancy& occupancy, const Statistics& statistics,
+                         const TransferTable& table, const Optics& optics, const native::PacketTarget& target,
+                         int threads, std::span<SkippingTexel> map);
 
 } // namespace tessera

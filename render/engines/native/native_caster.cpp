@@ -414,8 +414,8 @@ std::size_t NativeCaster::refine() {
         return 0;
     mapCharge_ = gpu_.charge(bytes, "the map of empty space");
     map_ = empty->map();
-    return refineBlocks(engine_.settled(), *empty, scene_.volume.table, scene_.volume.optics, target_,
-                        engine_.threads(), map_);
+    return refineBlocks(engine_.settled(), *empty, scene_.volume.statistics, scene_.volume.table,
+                        scene_.volume.optics, target_, engine_.threads(), map_);
 }
 
 } // namespace tessera
