@@ -4,8 +4,8 @@
 // sample centres and the block's faces.
 #pragma once
 
-#include "core/transfer_function.h"
 #include "bricking/statistics/statistics.h"
+#include "core/transfer_function.h"
 #include "render/contract/optics.h"
 #include "render/empty_space/occupancy.h"
 #include "render/engines/native/host_plane.h"

@@ -26,6 +26,7 @@
 #else
 #include "render/engines/native/lanes_portable.h"
 #endif
+#include "render/engines/native/lanes_twice.h"
 
 namespace tessera::TESSERA_LANES {
 
@@ -44,9 +45,6 @@ TESSERA_LANE M operator!=(I a, I b) {
 TESSERA_LANE I operator~(I a) {
     return a ^ I(-1);
 }
-TESSERA_LANE bool any(M m) {
-    return bits(m) != 0;
-}
 TESSERA_LANE int count(M m) {
     return __builtin_popcount(bits(m));
 }
@@ -54,7 +52,7 @@ TESSERA_LANE M none() {
     return fromBits(0);
 }
 TESSERA_LANE M every() {
-    return fromBits((1u << kWidth) - 1u);
+    return fromBits(static_cast<unsigned>((std::uint64_t{1} << kWidth) - 1u));
 }
 template <int N> TESSERA_LANE I shl(I a) {
     return shl(a, I(N));
@@ -65,6 +63,8 @@ template <int N> TESSERA_LANE I shr(I a) {
 template <int N> TESSERA_LANE I sar(I a) {
     return sar(a, I(N));
 }
+
+constexpr int kColumns = kWidth == 32 ? 8 : 4; // of a packet's pixels
 
 constexpr float kMostFloat = 3.402823466e38f;
 

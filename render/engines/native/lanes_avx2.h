@@ -1,7 +1,7 @@
-// render/engines/native/lanes_avx2.h: lanes of AVX2: eight. For lanes.h alone.
+// render/engines/native/lanes_avx2.h: lanes of AVX2, eight a register. For lanes.h alone.
 #pragma once
 
-namespace tessera::TESSERA_LANES {
+namespace tessera::TESSERA_LANES::single {
 
 constexpr int kWidth = 8;
 struct M {
@@ -175,4 +175,4 @@ template <int Scale> TESSERA_LANE Pair gatherPair(const void* base, I index, M m
             I::make(_mm256_permute4x64_epi64(_mm256_castps_si256(high), 0xd8))};
 }
 
-} // namespace tessera::TESSERA_LANES
+} // namespace tessera::TESSERA_LANES::single

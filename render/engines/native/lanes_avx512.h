@@ -1,7 +1,7 @@
-// render/engines/native/lanes_avx512.h: lanes of AVX-512: sixteen. For lanes.h alone.
+// render/engines/native/lanes_avx512.h: lanes of AVX-512, sixteen a register. For lanes.h alone.
 #pragma once
 
-namespace tessera::TESSERA_LANES {
+namespace tessera::TESSERA_LANES::single {
 
 constexpr int kWidth = 16;
 struct M {
@@ -170,4 +170,4 @@ template <int Scale> TESSERA_LANE Pair gatherPair(const void* base, I index, M m
     return {I::make(_mm512_permutex2var_epi32(a, even, b)), I::make(_mm512_permutex2var_epi32(a, odd, b))};
 }
 
-} // namespace tessera::TESSERA_LANES
+} // namespace tessera::TESSERA_LANES::single

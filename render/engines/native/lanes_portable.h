@@ -1,7 +1,8 @@
-// render/engines/native/lanes_portable.h: lanes of the compiler's own vectors: four. For lanes.h alone.
+// render/engines/native/lanes_portable.h: lanes of the compiler's own vectors, four a register. For lanes.h
+// alone.
 #pragma once
 
-namespace tessera::TESSERA_LANES {
+namespace tessera::TESSERA_LANES::single {
 
 constexpr int kWidth = 4;
 typedef float Floats __attribute__((vector_size(16)));
@@ -204,4 +205,4 @@ template <int Scale> TESSERA_LANE Pair gatherPair(const void* base, I index, M m
     return r;
 }
 
-} // namespace tessera::TESSERA_LANES
+} // namespace tessera::TESSERA_LANES::single

@@ -8,7 +8,7 @@
 
 namespace tessera::native {
 
-constexpr int kMostLanes = 16;
+constexpr int kMostLanes = 32;
 
 enum class SampleKind { i16, u16, f32 };
 /// As Gradient and Integrator of core/scene.h.

@@ -7,8 +7,8 @@
 namespace tessera::native {
 
 const PacketTarget kAvx2Target{"avx2",
-                               lanes_avx2::kWidth == 4 ? 2 : 4,
-                               lanes_avx2::kWidth == 16 ? 4 : 2,
+                               lanes_avx2::kColumns,
+                               lanes_avx2::kWidth / lanes_avx2::kColumns,
                                lanes_avx2::chooseMarch,
                                lanes_avx2::makeRays,
                                lanes_avx2::cellRanges,

@@ -7,8 +7,8 @@
 namespace tessera::native {
 
 const PacketTarget kAvx512Target{"avx512",
-                                 lanes_avx512::kWidth == 4 ? 2 : 4,
-                                 lanes_avx512::kWidth == 16 ? 4 : 2,
+                                 lanes_avx512::kColumns,
+                                 lanes_avx512::kWidth / lanes_avx512::kColumns,
                                  lanes_avx512::chooseMarch,
                                  lanes_avx512::makeRays,
                                  lanes_avx512::cellRanges,

@@ -7,8 +7,8 @@
 namespace tessera::native {
 
 const PacketTarget kBaselineTarget{"baseline",
-                                   lanes_baseline::kWidth == 4 ? 2 : 4,
-                                   lanes_baseline::kWidth == 16 ? 4 : 2,
+                                   lanes_baseline::kColumns,
+                                   lanes_baseline::kWidth / lanes_baseline::kColumns,
                                    lanes_baseline::chooseMarch,
                                    lanes_baseline::makeRays,
                                    lanes_baseline::cellRanges,

@@ -12,24 +12,24 @@ using native::CellRanges;
 using native::CellSamples;
 
 constexpr int kCellSamples = 10, kCellPoints = 13, kRowFloats = 16;
-struct CellRow {
-    F v[kRowFloats / kWidth];
+struct CellRow { // in registers one by one: a row fills sixteen lanes at most
+    single::F v[kRowFloats / single::kWidth];
 };
 template <typename Take> TESSERA_LANE CellRow rowwise(const Take& take) {
     CellRow row;
-    for (int n = 0; n < kRowFloats / kWidth; ++n)
+    for (int n = 0; n < kRowFloats / single::kWidth; ++n)
         row.v[n] = take(n);
     return row;
 }
 TESSERA_LANE CellRow loadRow(const float* p) {
-    return rowwise([&](int n) { return load(p + n * kWidth); });
+    return rowwise([&](int n) { return single::load(p + n * single::kWidth); });
 }
 TESSERA_LANE void storeRow(float* p, const CellRow& row) {
-    for (int n = 0; n < kRowFloats / kWidth; ++n)
-        store(p + n * kWidth, row.v[n]);
+    for (int n = 0; n < kRowFloats / single::kWidth; ++n)
+        single::store(p + n * single::kWidth, row.v[n]);
 }
 TESSERA_LANE CellRow halfway(const CellRow& a, const CellRow& b) {
-    return rowwise([&](int n) { return F(0.5f) * (a.v[n] + b.v[n]); });
+    return rowwise([&](int n) { return single::F(0.5f) * (a.v[n] + b.v[n]); });
 }
 TESSERA_LANE CellRow least(const CellRow& a, const CellRow& b) {
     return rowwise([&](int n) { return min(a.v[n], b.v[n]); });

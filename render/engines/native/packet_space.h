@@ -52,9 +52,7 @@ struct BoxAt {
 
 TESSERA_LANE BoxAt boxAt(const PacketEmptySpace& space, const PacketField& f, F3 p, M m) {
     BoxAt box;
-    const auto voxel = [&](F at, int axis) {
-        return min(max(truncated(at), I(0)), I(f.lastVoxel[axis]));
-    };
+    const auto voxel = [&](F at, int axis) { return min(max(truncated(at), I(0)), I(f.lastVoxel[axis])); };
     box.voxel[0] = voxel(p.x, 0), box.voxel[1] = voxel(p.y, 1), box.voxel[2] = voxel(p.z, 2);
     const I shift(space.shift), blockShift(space.shift - 2);
     const I index =
