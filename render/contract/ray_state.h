@@ -5,6 +5,7 @@
 
 #include "core/brick.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec2.hpp>
@@ -35,12 +36,21 @@ constexpr std::size_t kRayLastBrickBytes = sizeof(std::int32_t);
 /// Of every brick: the first ray that waits for it.
 constexpr std::size_t kWantedBytes = sizeof(std::uint32_t);
 
+/// Of arrays of places, even of the smallest picture.
+constexpr std::size_t kLeastPlacedRays = 16;
+
 /// Counters that a call which draws returns.
 constexpr std::size_t kDrawnCounterBytes = 7 * sizeof(std::uint32_t);
 
 /// What a picture's rays take.
 inline std::size_t rayStateBytes(const glm::ivec2& imageSize) {
     return (kRayColourBytes + kRayNextBytes) * rayCount(imageSize) + kDrawnCounterBytes;
+}
+/// What arrays of rays through given places take: as many rays as the picture has pixels, a few at least.
+inline std::size_t placedRaysBytes(const glm::ivec2& imageSize) {
+    return (kRayColourBytes + kRayNextBytes + kRayPlaceBytes) *
+               std::max<std::size_t>(rayCount(imageSize), kLeastPlacedRays) +
+           kDrawnCounterBytes;
 }
 /// Of every brick: what rays that count saw of it (SeenBrick).
 constexpr std::size_t kSeenBytes = 2 * sizeof(std::uint32_t);
