@@ -28,7 +28,8 @@ const Keys kFreeCameraKeys = {"position",  "focalPoint",         "viewUp",
 const Keys kShadingKeys = {"shade", "ambient", "diffuse", "specular", "specularPower", "gradient"};
 const Keys kSurfaceKeys = {"value", "rgb", "opacity"};
 const Keys kQualityKeys = {"stepVoxels", "integrator",   "fetch",    "terminationTransmittance",
-                           "skipping",   "edgeFunction", "sampling", "maxError"};
+                           "skipping",   "edgeFunction", "sampling", "maxError",
+                           "samples",    "pixelFilter",  "seed"};
 const Keys kImageKeys = {"size", "background"};
 
 Keys cameraKeys() {
@@ -177,6 +178,14 @@ Quality parseQuality(const JsonValue& value) {
     }
     readNumber(value, "terminationTransmittance", 0, 0.5, quality.terminationTransmittance);
     readBoolean(value, "skipping", quality.skipping);
+    if (value.has("samples"))
+        quality.pixels.samples = value.at("samples").integer(1, PixelSampling::kMost);
+    if (value.has("pixelFilter"))
+        quality.pixels.filter =
+            parsePixelFilter(value.at("pixelFilter").oneOf(pixelFilterNames()), value.place());
+    if (value.has("seed"))
+        quality.pixels.seed =
+            static_cast<std::uint32_t>(value.at("seed").integer(0, std::numeric_limits<int>::max()));
     return quality;
 }
 
@@ -271,6 +280,11 @@ const std::vector<std::string>& gradientNames() {
     return names;
 }
 
+const std::vector<std::string>& pixelFilterNames() {
+    static const std::vector<std::string> names = {"box", "gaussian"};
+    return names;
+}
+
 double brightest(const Shading& shading) {
     return shading.on ? std::max(1.0, shading.ambient + shading.diffuse + shading.specular) : 1.0;
 }
@@ -293,6 +307,10 @@ Fetch parseFetch(const std::string& text, const std::string& where) {
 
 EdgeFunction parseEdgeFunction(const std::string& text, const std::string& where) {
     return static_cast<EdgeFunction>(nameIndex(text, edgeFunctionNames(), where));
+}
+
+PixelFilter parsePixelFilter(const std::string& text, const std::string& where) {
+    return static_cast<PixelFilter>(nameIndex(text, pixelFilterNames(), where));
 }
 
 Sampling parseSampling(const std::string& text, const std::string& where) {
@@ -392,6 +410,13 @@ std::string sceneJson(const Scene& scene) {
         qualityObject["stepVoxels"] = quality.stepVoxels;
     if (quality.maxError)
         qualityObject["maxError"] = *quality.maxError;
+    const PixelSampling plain, &pixels = quality.pixels;
+    if (pixels.samples != plain.samples)
+        qualityObject["samples"] = pixels.samples;
+    if (pixels.filter != plain.filter)
+        qualityObject["pixelFilter"] = pixelFilterNames()[static_cast<std::size_t>(pixels.filter)];
+    if (pixels.seed != plain.seed)
+        qualityObject["seed"] = pixels.seed;
     const json document = {{"tesseraScene", Scene::kVersion},
                            {"volumes", std::move(volumes)},
                            {"camera", cameraJson(scene.camera)},

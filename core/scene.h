@@ -53,6 +53,17 @@ enum class Sampling { full, limited, naive };
 /// What a segment of a ray adds (docs/sampling.md, "Integrators").
 enum class Integrator { automatic, midpoint, linear, preintegrated, preintegrated2d };
 
+/// What of a picture a pixel shows the mean of (docs/sampling.md, "Pixels").
+enum class PixelFilter { box, gaussian };
+
+struct PixelSampling {
+    static constexpr int kAutomatic = 0, kMost = 256;
+    /// Rays through each pixel. 1: through its middle, of which nothing else here tells.
+    int samples = 1;
+    PixelFilter filter = PixelFilter::box; // box: the pixel's own area
+    std::uint32_t seed = 0;                // of where in a pixel they go
+};
+
 struct Quality {
     double stepVoxels = 0.5; // q of docs/sampling.md: a segment, in level-0 voxels, [1/64,16]
     /// Pictures by the march take the longest step, in halves from 2, whose estimated error is within 1/255
@@ -67,6 +78,7 @@ struct Quality {
     /// Predicted error that the picture may have (CIE L*u*v*, 99th percentile over pixels), in as many passes
     /// as the budget needs; 0: the finest level that a pixel can show. None: the best that one pass can hold.
     std::optional<double> maxError;
+    PixelSampling pixels;
 };
 
 /// A transfer function by the name of a preset, or spelled out.
@@ -128,6 +140,7 @@ const std::vector<std::string>& edgeFunctionNames(); // in the order of EdgeFunc
 const std::vector<std::string>& samplingNames();     // in the order of Sampling
 const std::vector<std::string>& integratorNames();   // in the order of Integrator
 const std::vector<std::string>& gradientNames();     // in the order of Gradient
+const std::vector<std::string>& pixelFilterNames();  // in the order of PixelFilter
 /// Takes other words for a side too: front, back, top, bottom, ventral, dorsal, cranial, caudal.
 View parseView(const std::string& text, const std::string& where);
 Fit parseFit(const std::string& text, const std::string& where);
@@ -136,6 +149,7 @@ EdgeFunction parseEdgeFunction(const std::string& text, const std::string& where
 Sampling parseSampling(const std::string& text, const std::string& where);
 Integrator parseIntegrator(const std::string& text, const std::string& where);
 Gradient parseGradient(const std::string& text, const std::string& where);
+PixelFilter parsePixelFilter(const std::string& text, const std::string& where);
 
 /// Colour from "black", "white", "#rrggbb" (sRGB) or "transparent" (none). Throws InputError naming where.
 std::optional<glm::vec3> parseBackground(const std::string& text, const std::string& where);

@@ -5,6 +5,7 @@
 
 #include "bricking/levels/visibility.h" // SeenBrick
 #include "core/budget.h"
+#include "core/error.h"
 #include "core/image.h"
 #include "core/work.h"
 #include "render/contract/ray.h"
@@ -28,21 +29,36 @@ struct RayInterval {
     double from = 0, to = 0;
 };
 
-/// The rays of a picture: one a pixel, row by row.
+/// The rays of a picture: through the middle of every pixel or, where places are given, through those.
 struct Rays {
-    RayFrame<double> frame;
+    RayFrame<double> frame; // the picture's, whatever the places
     Strides strides;
     /// One of each ray: clips, crops and opaque geometry in front. Empty: whole rays, which is all that
     /// engines take so far.
     std::span<const RayInterval> intervals = {};
+    /// On the picture, in pixels, x right, y down; the middle of the first pixel is (0.5, 0.5). Row by row of
+    /// an array whose neighbours are drawn side by side, so they should lie near one another. Of any size,
+    /// also beyond the picture's; kept by the caller until the rays are drawn.
+    std::span<const glm::vec2> places = {};
+    glm::ivec2 arraySize{0}; // of places; columns, rows
+
+    /// Of what is drawn; columns, rows.
+    glm::ivec2 size() const { return places.empty() ? glm::ivec2(frame.imageSize) : arraySize; }
 };
+
+/// Throws where an engine cannot take such rays.
+inline void check(const Rays& rays) {
+    TESSERA_CHECK(rays.intervals.empty());
+    TESSERA_CHECK(rays.places.empty() || rays.places.size() == rayCount(rays.arraySize));
+}
 
 class RayCaster {
   public:
     using Clock = std::chrono::steady_clock;
     virtual ~RayCaster() = default;
 
-    /// All rays begin anew, of a picture of any size. What they read must not change until they are drawn.
+    /// All rays begin anew, of a picture or an array of any size. What they read must not change until they
+    /// are drawn.
     virtual void begin(const Rays& rays) = 0;
     /// Draws as far as it gets: at least a little, and nothing new after the deadline. True when all rays are
     /// at their end or wait for bricks; else the next call goes on. The picture does not depend on where it
@@ -53,7 +69,7 @@ class RayCaster {
     /// Per brick the first ray that waits for it, or UINT32_MAX; forgets them.
     virtual std::vector<std::uint32_t> takeWanted() { return {}; }
 
-    /// Linear, premultiplied, on nothing; charged by the caller.
+    /// Linear, premultiplied, on nothing; of the rays' size(); charged by the caller.
     virtual Image image() const = 0;
     /// CasterOptions::hits: what each ray met first.
     virtual std::vector<SurfaceHit> hits() const { return {}; }

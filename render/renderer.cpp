@@ -28,6 +28,22 @@ double secondsSince(Clock::time_point start) {
 /// What eight bits can show.
 constexpr double kDefaultStepError = 1.0 / 255;
 
+/// Every pixel the mean of its samples.
+void drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, Slicing slicing, Progress& progress,
+               RenderResult& result) {
+    AreaPicture picture(raysOf(p), p.view.quality.pixels);
+    const ShareDone whole = progress.shares();
+    if (whole)
+        slicing.progress = [&](double done) { whole(picture.share(done)); };
+    while (const std::optional<Rays> rays = picture.next()) {
+        caster.begin(*rays);
+        result.passes = std::max(result.passes, drawToTheEnd(caster, engine, p, slicing, result.work));
+        picture.add(caster.image());
+    }
+    result.image = picture.image();
+    result.pixels = picture.report();
+}
+
 /// The picture of a plan, by any engine: bricks are brought, a step is chosen, rays are drawn, errors told.
 void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, Ledger& gpu,
                  const RenderOptions& options, Progress& progress, RenderResult& result) {
@@ -55,19 +71,26 @@ void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
         else if (scene.quality.automaticStep && options.checking)
             search.chooseStep({Goal::Measure::rms, kDefaultStepError});
     }
-    result.features = caster->features();
     progress.stage("drawing");
-    Slicing slicing = options.slicing;
-    slicing.progress = progress.shares();
-    caster->begin(raysOf(p));
-    const int passCount = drawToTheEnd(*caster, engine, p, slicing, result.work);
-    result.passes = engine.bricks() ? passCount : 0;
-    result.image = caster->image();
+    const bool areas = p.view.quality.pixels.samples != 1;
+    if (areas) {
+        drawAreas(*caster, engine, p, options.slicing, progress, result);
+    } else {
+        Slicing slicing = options.slicing;
+        slicing.progress = progress.shares();
+        caster->begin(raysOf(p));
+        result.passes = drawToTheEnd(*caster, engine, p, slicing, result.work);
+        result.image = caster->image();
+    }
+    if (!engine.bricks())
+        result.passes = 0;
+    result.features = caster->features();
     result.secondsDrawing = secondsSince(drawing);
     const auto checking = Clock::now();
     if (checks && options.checking) {
         progress.stage("estimating the picture's errors");
-        result.errors = search.errorsOf(result.image, brightest(scene.shading));
+        const double most = brightest(scene.shading);
+        result.errors = areas ? search.errors(most) : search.errorsOf(result.image, most);
         if (p.chosen.predicted)
             result.errors->levelsLuvP99 = p.chosen.error.p99;
     }
@@ -83,6 +106,7 @@ Scene firstScene(const Scene& scene) {
     first.quality.stepVoxels = std::min(2 * scene.quality.stepVoxels, 16.0);
     first.quality.automaticStep = false;
     first.quality.maxError.reset();
+    first.quality.pixels.samples = 1;
     return first;
 }
 
@@ -130,6 +154,10 @@ std::size_t pictureBytesPerPixel(EngineKind engine) {
     if (engine == EngineKind::reference) // its rays, their colours, and the picture made from them
         return std::max(kPictureBytesPerPixel, sizeof(ReferenceRay) + sizeof(glm::dvec4) + sizeof(glm::vec4));
     return kPictureBytesPerPixel;
+}
+
+std::size_t pictureBytesPerPixel(EngineKind engine, const PixelSampling& pixels) {
+    return pictureBytesPerPixel(engine) + (pixels.samples == 1 ? 0 : AreaPicture::bytesPerPixel());
 }
 
 namespace {
@@ -217,7 +245,8 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
         options.onFirstPicture && (made.kind == EngineKind::gpu || made.kind == EngineKind::native);
     const Scene coarse = first ? firstScene(scene) : scene;
     ScenePlan p = planScene(coarse, store, limits, ram, gpu, options.threads,
-                            first ? LevelChoice::quick : options.levels, pictureBytesPerPixel(made.kind));
+                            first ? LevelChoice::quick : options.levels,
+                            pictureBytesPerPixel(made.kind, scene.quality.pixels));
     if (first) {
         RenderResult quick;
         RenderOptions plain = options;
@@ -299,6 +328,16 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              static_cast<unsigned long long>(r.work.dispatches), r.work.longestDispatchMs);
     line("segments: %g voxels, %s", r.stepVoxels,
          integratorNames()[static_cast<std::size_t>(r.integrator)].c_str());
+    if (r.pixels.asked == 1)
+        line("pixels: one ray through the middle of each");
+    else
+        line("pixels: %.3g samples each in the mean, %d at most; %s", r.pixels.taken, r.pixels.most,
+             scene.quality.pixels.filter == PixelFilter::box ? "the mean of the pixel's area"
+                                                             : "a Gaussian of half a pixel's deviation");
+    if (r.pixels.error)
+        line("error of the samples' mean: rms %.2g, L*u*v* %.2g in the mean, %.2g at the 99th percentile "
+             "(standard error, from how samples of a pixel differ)",
+             r.pixels.error->rms, r.pixels.error->luvMean, r.pixels.error->luvP99);
     if (r.errors) {
         const PictureErrors& e = *r.errors;
         if (e.step)

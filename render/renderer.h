@@ -10,6 +10,7 @@
 #include "render/contract/slicing.h"
 #include "render/engine.h"
 #include "render/engines/gpu/gl/context.h"
+#include "render/pixels/area_picture.h"
 #include "render/plan/choose_levels.h"
 #include "render/plan/picture_check.h"
 
@@ -64,6 +65,7 @@ struct RenderResult {
     Integrator integrator = Integrator::midpoint; // as used; so the step
     double stepVoxels = 0;
     std::optional<PictureErrors> errors; // where they were checked
+    PixelReport pixels;
     double secondsChecking = 0;
     double lowest = 0, highest = 0; // values of the volume, physical units
     bool takenAsHu = false;         // by a preset, because they look like HU: nobody said so
@@ -78,6 +80,8 @@ std::shared_ptr<Engine> makeEngine(const Scene& scene, const RenderOptions& opti
 /// RAM that an engine and its caller take for a pixel; the caller charges it for as long as it keeps
 /// pictures.
 std::size_t pictureBytesPerPixel(EngineKind engine);
+/// The same of pictures whose pixels have so many samples.
+std::size_t pictureBytesPerPixel(EngineKind engine, const PixelSampling& pixels);
 
 /// Renders one converged picture. Everything large is charged to ram and gpu.
 /// Throws InputError for budgets below the scene's floor, Error for what fails outside.

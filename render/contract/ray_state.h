@@ -5,6 +5,7 @@
 
 #include "core/brick.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec2.hpp>
@@ -28,10 +29,15 @@ inline std::size_t rayCount(const glm::ivec2& imageSize) {
 
 /// Bytes of every ray: premultiplied colour and alpha; the next segment, or -1 at its end.
 constexpr std::size_t kRayColourBytes = sizeof(glm::vec4), kRayNextBytes = sizeof(std::int32_t);
+/// Of every ray whose place on the picture is given.
+constexpr std::size_t kRayPlaceBytes = sizeof(glm::vec2);
 /// Of every ray that counts what it sees: the brick that it counted last.
 constexpr std::size_t kRayLastBrickBytes = sizeof(std::int32_t);
 /// Of every brick: the first ray that waits for it.
 constexpr std::size_t kWantedBytes = sizeof(std::uint32_t);
+
+/// Of arrays of places, even of the smallest picture.
+constexpr std::size_t kLeastPlacedRays = 16;
 
 /// Counters that a call which draws returns.
 constexpr std::size_t kDrawnCounterBytes = 7 * sizeof(std::uint32_t);
@@ -39,6 +45,12 @@ constexpr std::size_t kDrawnCounterBytes = 7 * sizeof(std::uint32_t);
 /// What a picture's rays take.
 inline std::size_t rayStateBytes(const glm::ivec2& imageSize) {
     return (kRayColourBytes + kRayNextBytes) * rayCount(imageSize) + kDrawnCounterBytes;
+}
+/// What arrays of rays through given places take: as many rays as the picture has pixels, a few at least.
+inline std::size_t placedRaysBytes(const glm::ivec2& imageSize) {
+    return (kRayColourBytes + kRayNextBytes + kRayPlaceBytes) *
+               std::max<std::size_t>(rayCount(imageSize), kLeastPlacedRays) +
+           kDrawnCounterBytes;
 }
 /// Of every brick: what rays that count saw of it (SeenBrick).
 constexpr std::size_t kSeenBytes = 2 * sizeof(std::uint32_t);

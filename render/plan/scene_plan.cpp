@@ -213,7 +213,8 @@ void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const
     const VolumeInfo& volumeInfo = info();
     const glm::ivec3 extent = volumeInfo.extentVoxels, bricks = brickGrid(extent);
     // What is seen is counted before the picture, in its room; with quality to reach, rays wait for bricks.
-    const std::size_t picture = rayStateBytes(view.imageSize);
+    const std::size_t picture =
+        view.quality.pixels.samples == 1 ? rayStateBytes(view.imageSize) : placedRaysBytes(view.imageSize);
     const std::size_t rays = view.quality.maxError
                                  ? picture + wantedBytes(bricks)
                                  : std::max(picture, visibilityBytes(view.imageSize, bricks));

@@ -66,12 +66,19 @@ double StepSearch::chooseStep(const Goal& goal) {
 }
 
 PictureErrors StepSearch::errorsOf(const Image& picture, double brightest) {
+    return errorsOfGrid(grid_.of(picture), brightest);
+}
+
+PictureErrors StepSearch::errors(double brightest) {
+    return errorsOfGrid(draw(plan_.view.quality.stepVoxels), brightest);
+}
+
+PictureErrors StepSearch::errorsOfGrid(const Image& mine, double brightest) {
     PictureErrors e;
     const double step = plan_.view.quality.stepVoxels;
     e.pixels = grid_.size().x * grid_.size().y;
     e.terminationBound = static_cast<double>(plan_.volume.optics.termination) * brightest;
     e.tableRelativeError = plan_.volume.table.relativeError;
-    const Image mine = grid_.of(picture);
     e.step = stepError(mine, draw(step / 2), draw(step / 4));
     if (drawer_.fetchExactly())
         e.filtering = errorBetween(mine, draw(step));

@@ -36,9 +36,12 @@ class StepSearch {
     double chooseStep(const Goal& goal);
     /// Of the picture that was drawn. Its drawer fetches exactly afterwards.
     PictureErrors errorsOf(const Image& picture, double brightest);
+    /// The same of a picture whose pixels are no rays through their middles: those are drawn again.
+    PictureErrors errors(double brightest);
 
   private:
     Image draw(double stepVoxels);
+    PictureErrors errorsOfGrid(const Image& mine, double brightest);
 
     ScenePlan& plan_;
     PixelDrawer drawer_;

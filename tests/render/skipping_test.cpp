@@ -122,7 +122,7 @@ TEST(Skipping, AMarchFollowsChangesOfLevels) {
             for (const std::uint8_t level : selection.levels)
                 ++selection.counts[level];
             p.setSelection(selection, prepared.budgets.ram);
-            march.restart(p.view.frame, p.strides(), &p.volume.occupancy);
+            march.restart({p.view.frame, p.strides()}, &p.volume.occupancy);
             EXPECT_LE(p.volume.occupancy.version(), version + 1);
         }
         Work work;

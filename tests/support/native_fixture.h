@@ -5,6 +5,7 @@
 #include "render/engines/native/native_caster.h"
 #include "tests/support/scene_fixture.h"
 
+#include <optional>
 #include <vector>
 
 namespace tessera::test {
@@ -27,6 +28,7 @@ struct NativeChoices {
     bool hits = false, refine = false, shreds = false; // shreds: every deadline has passed
     bool aprons = true;
     int threads = 0;
+    std::optional<Rays> rays = {}; // else those of the plan
 };
 
 /// All bricks of the selection are there.
@@ -41,7 +43,7 @@ inline NativePicture nativePicture(Prepared& prepared, const NativeChoices& choi
     NativeCaster caster(p, engine, {true, choices.hits, false}, prepared.budgets.gpu, choices.target);
     if (choices.refine)
         out.refinedCells = caster.refine();
-    caster.begin(raysOf(p));
+    caster.begin(choices.rays.value_or(raysOf(p)));
     if (choices.shreds)
         while (!caster.draw(choices.slicing, RayCaster::Clock::time_point::min(), out.work)) {
         }

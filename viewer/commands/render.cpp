@@ -44,8 +44,10 @@ struct RenderArguments {
     std::string in, out, engine = "auto", ram, gpuMemory, size, preset, view, fit, projection, background,
                          fetch;
     std::string device = "auto";
-    double step = 0;      // 0: as the scene says
-    double maxError = -1; // negative: as the scene says
+    double step = 0;                  // 0: as the scene says
+    double maxError = -1;             // negative: as the scene says
+    std::string samples, pixelFilter; // "": as the scene says
+    int seed = -1;                    // negative: as the scene says
     std::string unit, edgeFunction, sampling, integrator, gradient, first;
     std::vector<std::string> surfaces;
     bool noShading = false, noSkipping = false, noCheck = false, explain = false, json = false;
@@ -98,6 +100,17 @@ Isosurface parseSurface(const std::string& text) {
     return surface;
 }
 
+/// Samples a pixel: a whole number.
+int parseSamples(const std::string& text) {
+    char* end = nullptr;
+    const long samples = std::strtol(text.c_str(), &end, 10);
+    if (text.find_first_not_of("0123456789") != std::string::npos || *end != '\0' || samples < 1 ||
+        samples > PixelSampling::kMost)
+        throw badFile("--samples", "a whole number from 1 to " + std::to_string(PixelSampling::kMost),
+                      "\"" + text.substr(0, 40) + "\"");
+    return static_cast<int>(samples);
+}
+
 /// Options win over the scene.
 void applyOptions(const RenderArguments& arguments, Scene& scene) {
     if (!arguments.unit.empty())
@@ -145,6 +158,12 @@ void applyOptions(const RenderArguments& arguments, Scene& scene) {
         scene.shading.gradient = parseGradient(arguments.gradient, "--gradient");
     if (arguments.maxError >= 0)
         scene.quality.maxError = arguments.maxError;
+    if (!arguments.samples.empty())
+        scene.quality.pixels.samples = parseSamples(arguments.samples);
+    if (!arguments.pixelFilter.empty())
+        scene.quality.pixels.filter = parsePixelFilter(arguments.pixelFilter, "--pixel-filter");
+    if (arguments.seed >= 0)
+        scene.quality.pixels.seed = static_cast<std::uint32_t>(arguments.seed);
     for (const std::string& text : arguments.surfaces)
         scene.surfaces.push_back(parseSurface(text));
     if (scene.surfaces.size() > Scene::kMaxSurfaces)
@@ -287,7 +306,8 @@ void requireFloor(const fs::path& path, const Scene& scene, EngineKind engine, c
         return;
     Ledger trial(ram.name(), ram.option(), kReaderBytes);
     const VolumeInfo info = StoreReader(path, trial).info();
-    const std::size_t floor = renderFloorBytes(info, scene.imageSize, pictureBytesPerPixel(engine), 0);
+    const std::size_t floor =
+        renderFloorBytes(info, scene.imageSize, pictureBytesPerPixel(engine, scene.quality.pixels), 0);
     if (ram.limitBytes() < floor)
         throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
                          ", but the budget is " + formatBytes(ram.limitBytes()));
@@ -443,6 +463,15 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
     command->add_option("--integrator", a->integrator,
                         "what a segment of a ray adds: " + joinNames(integratorNames()) +
                             " (default: auto, as the transfer function asks)");
+    command->add_option("--samples", a->samples,
+                        "rays through each pixel, 1 to " + std::to_string(PixelSampling::kMost) +
+                            ", whose mean it shows; 1: one through its middle (default: 1)");
+    command->add_option("--pixel-filter", a->pixelFilter,
+                        "what a pixel with several samples is the mean of: its own area, or a Gaussian that "
+                        "reaches beyond: " +
+                            joinNames(pixelFilterNames()) + " (default: box)");
+    command->add_option("--seed", a->seed, "another choice of where in a pixel samples lie (default: 0)")
+        ->check(wholeNumberFrom(0));
     command->add_option("--fetch", a->fetch, joinNames(fetchNames()));
     command->add_option("--gradient", a->gradient,
                         "how surfaces are found for shading: " + joinNames(gradientNames()) +

@@ -16,6 +16,20 @@ nlohmann::json errorJson(const EstimatedError& e) {
 }
 
 /// Each cause apart; docs/user-guide.md says what they mean.
+/// What pixels are means of, and how far those are off.
+nlohmann::json pixelsJson(const RenderResult& result, const Scene& scene) {
+    const PixelReport& r = result.pixels;
+    nlohmann::json pixels = {{"samples", r.asked}, {"samplesTaken", r.taken}, {"samplesTakenAtMost", r.most}};
+    if (r.asked == 1)
+        return pixels;
+    pixels["filter"] = pixelFilterNames()[static_cast<std::size_t>(scene.quality.pixels.filter)];
+    pixels["seed"] = scene.quality.pixels.seed;
+    if (r.error)
+        pixels["standardError"] = {
+            {"rms", r.error->rms}, {"luvMean", r.error->luvMean}, {"luvPercentile99", r.error->luvP99}};
+    return pixels;
+}
+
 nlohmann::json errorsJson(const RenderResult& result, const Scene& scene) {
     const double share = scene.quality.terminationTransmittance;
     nlohmann::json errors = {{"termination", {{"lightLeftOutAtMost", share}}},
@@ -77,6 +91,7 @@ nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const 
         {"segments",
          {{"stepVoxels", result.stepVoxels},
           {"integrator", integratorNames()[static_cast<std::size_t>(result.integrator)]}}},
+        {"pixels", pixelsJson(result, scene)},
         {"errors", errorsJson(result, scene)},
         {"work",
          {{"iterations", work.iterations},

@@ -31,7 +31,8 @@
     FEATURE(AnalyticGradient, analyticGradient)                                                              \
     FEATURE(Surfaces, surfaces)                                                                              \
     FEATURE(Hits, hits)                                                                                      \
-    FEATURE(HalfCentralGradient, halfCentralGradient)
+    FEATURE(HalfCentralGradient, halfCentralGradient)                                                        \
+    FEATURE(Places, places)
 
 namespace tessera {
 

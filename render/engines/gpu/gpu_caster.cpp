@@ -31,9 +31,13 @@ GpuCaster::GpuCaster(const ScenePlan& scene, const GpuEngine& engine, std::uint3
 }
 
 void GpuCaster::begin(const Rays& rays) {
-    TESSERA_CHECK(rays.intervals.empty());
+    check(rays);
+    if (rays.places.empty() != !(features_ & kFeaturePlaces)) {
+        features_ ^= std::uint32_t{kFeaturePlaces};
+        march_.setFeatures(features_, scene_.volume.optics);
+    }
     const bool changed = mapIsNew_ && (features_ & kFeatureSkipping) != 0;
-    march_.restart(rays.frame, rays.strides, changed ? &scene_.volume.occupancy : nullptr);
+    march_.restart(rays, changed ? &scene_.volume.occupancy : nullptr);
     mapIsNew_ = false;
 }
 

@@ -42,8 +42,9 @@ Composition marchComposition(std::uint32_t features) {
     return Composition(own, features);
 }
 
-void setRayUniforms(const GlProgram& program, const RayFrame<double>& frame) {
-    const RayFrame<float> f = cast<float>(frame);
+void setRayUniforms(const GlProgram& program, const Rays& rays) {
+    const RayFrame<float> f = cast<float>(rays.frame);
+    program.set("uArraySize", rays.size());
     program.set("uCentre", f.centre);
     program.set("uRight", f.right);
     program.set("uUp", f.up);
@@ -65,7 +66,7 @@ March::March(std::uint32_t features, const RayFrame<double>& frame, const Volume
         skipping_ = GlTexture3d(GL_RG32UI, occupancy->grid(), sizeof(SkippingTexel), GL_NEAREST, gpu,
                                 "the map of empty space");
     setFunction(optics);
-    restart(frame, strides, occupancy);
+    restart({frame, strides}, occupancy);
 }
 
 void March::compose() {
@@ -110,22 +111,27 @@ void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
     program_.set("uTermination", optics.termination);
 }
 
-void March::restart(const RayFrame<double>& frame, const Strides& strides, const Occupancy* changed) {
-    if (const glm::ivec2 size(frame.imageSize); size != size_) {
-        size_ = size;
+void March::restart(const Rays& rays, const Occupancy* changed) {
+    TESSERA_CHECK(rays.places.empty() == !(features_ & kFeaturePlaces));
+    if (rays.size() != size_) {
+        size_ = rays.size();
         buffers_.fit(marchComposition(features_), size_, brickGrid(info_.extentVoxels), gpu_);
     }
+    const RayFrame<double>& frame = rays.frame;
     maxCount_ = static_cast<int>(std::ceil(glm::length(frame.extent) / frame.segmentVoxels)) + 2;
     if (changed) {
         TESSERA_CHECK(changed->grid() == skipping_.extent());
         uploadSkipping(skipping_, *changed, changed->changedSince(skippingVersion_));
         skippingVersion_ = changed->version();
     }
-    setRayUniforms(program_, frame);
+    setRayUniforms(program_, rays);
+    const Strides& strides = rays.strides;
     program_.set("uStride", strides.uniformSegments);
     program_.set("uStepVoxels", static_cast<float>(strides.segmentVoxels));
     program_.set("uNaive", strides.sampling == Sampling::naive ? 1 : 0);
     buffers_.begin();
+    if (features_ & kFeaturePlaces)
+        buffers_.put("PLACES", std::as_bytes(rays.places), gpu_);
     tile_ = glm::ivec2(0);
 }
 
@@ -256,14 +262,24 @@ Image March::image() const {
 }
 
 std::vector<SegmentedRay<float>> gpuRays(const RayFrame<double>& frame, Ledger& gpu) {
+    return gpuRays(Rays{frame, {}}, gpu);
+}
+
+std::vector<SegmentedRay<float>> gpuRays(const Rays& of, Ledger& gpu) {
     constexpr std::size_t kFloats = 12; // per ray, rays.comp
-    const glm::ivec2 size(frame.imageSize);
-    const std::size_t pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
-    const Composition composition({{"RAYS", "the rays"}}, 0);
+    const glm::ivec2 size = of.size();
+    const std::size_t pixels = rayCount(size);
+    const bool places = !of.places.empty();
+    const Composition composition({{"RAYS", "the rays"}}, places ? std::uint32_t{kFeaturePlaces} : 0u);
     const GlProgram program = composition.program("rays.comp");
-    setRayUniforms(program, frame);
+    setRayUniforms(program, of);
     GlBuffer buffer(4 * kFloats * pixels, {}, gpu, "the rays");
     buffer.bind(composition.binding("RAYS"));
+    GlBuffer through;
+    if (places) {
+        through = GlBuffer(of.places.size_bytes(), std::as_bytes(of.places), gpu, "the places of the rays");
+        through.bind(composition.binding("PLACES"));
+    }
     program.use();
     glDispatchCompute(static_cast<GLuint>((size.x + kGroup - 1) / kGroup),
                       static_cast<GLuint>((size.y + kGroup - 1) / kGroup), 1);

@@ -12,6 +12,7 @@
 #include "render/contract/slicing.h"
 #include "render/contract/strides.h"
 #include "render/empty_space/occupancy.h"
+#include "render/engine.h"
 #include "render/engines/gpu/atlas_plane.h"
 #include "render/engines/gpu/features.h"
 #include "render/engines/gpu/field_binding.h"
@@ -49,13 +50,14 @@ class March {
     bool runUntil(const FieldSource& source, const Slicing& slicing, Clock::time_point deadline, Work& work);
     /// Rays that wait for bricks, once runUntil() has said true.
     std::size_t waiting() const { return waiting_; }
-    /// All rays begin anew, of a picture of any size. @param changed  the occupancy that this was made with,
-    /// where it changed since, else null:
-    ///                                       then blocks are to be found again (refineSkipping())
-    void restart(const RayFrame<double>& frame, const Strides& strides, const Occupancy* changed);
+    /// All rays begin anew, as RayCaster::begin() says. Places are there exactly when the features have
+    /// kFeaturePlaces, with which nothing is made: they come by setFeatures().
+    /// @param changed  the occupancy that this was made with, where it changed since, else null: then blocks
+    ///                 are to be found again (refineSkipping())
+    void restart(const Rays& rays, const Occupancy* changed);
     /// Another transfer function; restart() must follow. Compiles anew where the integrator is another.
     void setFunction(const Optics& optics);
-    /// The same with other features, which need no other memory; restart() must follow.
+    /// The same with other features, which need no other memory but that of places; restart() must follow.
     void setFeatures(std::uint32_t features, const Optics& optics);
     /// kFeatureVisibility: per brick, [z][y][x], what the rays saw since they began.
     std::vector<SeenBrick> seen() const;
@@ -69,14 +71,14 @@ class March {
     const GlTexture3d& surfaceMap() const { return surfaceMap_; }
     /// kFeatureHits: of every ray, row by row.
     std::vector<SurfaceHit> hits() const;
-    /// The picture; charged by the caller.
+    /// What the rays gathered; charged by the caller.
     Image image() const;
     const GlProgram& program() const { return program_; }
 
   private:
     void compose();
 
-    glm::ivec2 size_;
+    glm::ivec2 size_; // of the array of rays
     std::uint32_t features_;
     const VolumeInfo& info_;
     Ledger& gpu_;
@@ -95,8 +97,10 @@ class March {
 };
 
 /// Sets the uniforms of common_ray.glsl.
-void setRayUniforms(const GlProgram& program, const RayFrame<double>& frame);
-/// The rays that the GPU makes of a frame, row by row: for marching the mirror on exactly these.
+void setRayUniforms(const GlProgram& program, const Rays& rays);
+/// The rays that the GPU makes of a frame, or of places, row by row: for marching the mirror on exactly
+/// these.
 std::vector<SegmentedRay<float>> gpuRays(const RayFrame<double>& frame, Ledger& gpu);
+std::vector<SegmentedRay<float>> gpuRays(const Rays& rays, Ledger& gpu);
 
 } // namespace tessera

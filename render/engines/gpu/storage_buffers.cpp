@@ -34,6 +34,13 @@ void StorageBuffers::begin() {
         held.buffer.fill(held.what.first);
 }
 
+void StorageBuffers::put(std::string_view name, std::span<const std::byte> data, Ledger& gpu) {
+    const auto found = held_.find(name);
+    TESSERA_CHECK(found != held_.end());
+    found->second.buffer = {};
+    found->second.buffer = GlBuffer(data.size(), data, gpu, found->second.what.label);
+}
+
 void StorageBuffers::bind() const {
     for (const auto& [name, held] : held_) {
         TESSERA_CHECK(held.buffer.bytes() > 0);

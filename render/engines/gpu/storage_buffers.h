@@ -21,6 +21,8 @@ class StorageBuffers {
              Ledger& gpu);
     /// Every buffer as it is when rays begin.
     void begin();
+    /// One of them anew, with what it holds from now on.
+    void put(std::string_view name, std::span<const std::byte> data, Ledger& gpu);
     void bind() const;
 
     bool has(std::string_view name) const { return held_.find(name) != held_.end(); }

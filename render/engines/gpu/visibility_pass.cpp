@@ -10,7 +10,7 @@ VisibilityPass::VisibilityPass(std::uint32_t features, const VolumeInfo& info, L
 void VisibilityPass::begin(const VisibilityRays& rays, const Optics& optics) {
     if (march_) {
         march_->setFunction(optics);
-        march_->restart(rays.frame, rays.strides, nullptr);
+        march_->restart({rays.frame, rays.strides}, nullptr);
     } else {
         march_.emplace(features_, rays.frame, info_, rays.strides, optics, nullptr, gpu_);
     }

@@ -140,5 +140,14 @@ template <typename Real> RaySource<Real> frameRays(const RayFrame<Real>& frame) 
         return segmentedRay(frame, pixel);
     };
 }
+/// Those through places on the picture; through the middle of every pixel where there are none. The places
+/// outlive it.
+template <typename Real>
+RaySource<Real> frameRays(const RayFrame<Real>& frame, std::span<const glm::vec2> places) {
+    if (places.empty())
+        return frameRays(frame);
+    return
+        [frame, places](std::size_t index) { return segmentedRay(frame, glm::vec<2, Real>(places[index])); };
+}
 
 } // namespace tessera

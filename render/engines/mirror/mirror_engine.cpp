@@ -18,9 +18,9 @@ class MirrorCaster : public RayCaster {
         : scene_(scene), hits_(options.hits), threads_(threads) {}
 
     void begin(const Rays& rays) override {
-        TESSERA_CHECK(rays.intervals.empty());
+        check(rays);
         rays_ = rays;
-        picture_ = Image(glm::ivec2(rays.frame.imageSize));
+        picture_ = Image(rays.size());
         done_ = 0;
     }
 
@@ -28,7 +28,7 @@ class MirrorCaster : public RayCaster {
         const bool whole = deadline == Clock::time_point::max();
         MirrorInput input = this->input();
         input.progress = whole ? slicing.progress : ShareDone{};
-        const auto all = frameRays(cast<float>(rays_.frame));
+        const auto all = frameRays(cast<float>(rays_.frame), rays_.places);
         do {
             const std::size_t left = picture_.pixels.size() - done_;
             const std::size_t count = whole ? left : std::min(left, kRaysAtATime);
@@ -45,8 +45,8 @@ class MirrorCaster : public RayCaster {
     std::vector<SurfaceHit> hits() const override {
         if (!hits_)
             return {};
-        return mirrorHits<float>(input(), picture_.pixels.size(), frameRays(cast<float>(rays_.frame)),
-                                 threads_);
+        return mirrorHits<float>(input(), picture_.pixels.size(),
+                                 frameRays(cast<float>(rays_.frame), rays_.places), threads_);
     }
 
   private:

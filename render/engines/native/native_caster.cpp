@@ -13,7 +13,7 @@
 namespace tessera {
 namespace {
 
-constexpr int kTileEdge = 32;       // pixels; a packet's edges divide it
+constexpr int kTileEdge = 32;       // rays of the array; a packet's edges divide it
 constexpr std::int32_t kEnded = -1; // of a ray, in place of its next segment
 
 /// What packets leave to the scalar text, for one thread.
@@ -134,10 +134,10 @@ void NativeCaster::fillTables() {
 }
 
 void NativeCaster::begin(const Rays& rays) {
-    TESSERA_CHECK(rays.intervals.empty());
+    check(rays);
     rays_ = rays;
     frame_ = cast<float>(rays.frame);
-    size_ = glm::ivec2(rays.frame.imageSize);
+    size_ = rays.size();
     tiles_ = (size_ + (kTileEdge - 1)) / kTileEdge;
     packetFrame_ = packetFrameOf(frame_);
     if (tablesAreNew_)
@@ -308,22 +308,34 @@ bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work
     return std::all_of(packet_.begin(), packet_.end(), [&](std::uint16_t p) { return p == packetsOfTile; });
 }
 
+glm::vec2 NativeCaster::placeOf(const glm::ivec2& at, std::size_t slot) const {
+    return rays_.places.empty() ? glm::vec2(at) + 0.5f : rays_.places[slot];
+}
+
 /// True when all rays of it are at their end or wait.
 bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScene& packets,
                               NativeField& field, const Slicing& slicing, Counts& counts) {
     native::PacketJob job;
+    native::PacketPlaces places{};
     std::size_t slots[native::kMostLanes] = {};
-    bool any = false;
-    target_.rays(packetFrame_, origin.x, origin.y, target_.columns, job);
+    bool within[native::kMostLanes] = {}, any = false;
     for (int lane = 0; lane < target_.lanes(); ++lane) {
-        const glm::ivec2 pixel = origin + glm::ivec2(lane % target_.columns, lane / target_.columns);
+        const glm::ivec2 at = origin + glm::ivec2(lane % target_.columns, lane / target_.columns);
+        within[lane] = glm::all(glm::lessThan(at, size_));
+        if (!within[lane])
+            continue;
+        slots[lane] = static_cast<std::size_t>(at.y) * static_cast<std::size_t>(size_.x) +
+                      static_cast<std::size_t>(at.x);
+        const glm::vec2 place = placeOf(at, slots[lane]);
+        places.x[lane] = place.x, places.y[lane] = place.y;
+    }
+    target_.rays(packetFrame_, places, job);
+    for (int lane = 0; lane < target_.lanes(); ++lane) {
         glm::vec4 colour(0);
         job.next[lane] = 0;
-        if (glm::any(glm::greaterThanEqual(pixel, size_))) {
+        if (!within[lane]) {
             job.count[lane] = 0;
         } else {
-            slots[lane] = static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(size_.x) +
-                          static_cast<std::size_t>(pixel.x);
             if (next_[slots[lane]] == kEnded)
                 job.count[lane] = 0;
             job.next[lane] = next_[slots[lane]];
@@ -377,7 +389,7 @@ bool NativeCaster::drawSurfaces(const glm::ivec2& origin, NativeField& field, Co
                                  static_cast<std::size_t>(pixel.x);
         if (next_[slot] == kEnded)
             continue;
-        const SegmentedRay<float> ray = segmentedRay(frame_, glm::vec2(pixel) + 0.5f);
+        const SegmentedRay<float> ray = segmentedRay(frame_, placeOf(pixel, slot));
         SurfaceRayState<float> state{next_[slot], colour_[slot]};
         SurfaceHit* const hit = options_.hits ? &hits_[slot] : nullptr;
         surfaceRay(ray, field, input, counts.work, hit, state);

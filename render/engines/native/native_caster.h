@@ -40,6 +40,7 @@ class NativeCaster : public RayCaster {
 
   private:
     struct Counts;
+    glm::vec2 placeOf(const glm::ivec2& at, std::size_t slot) const;
     bool drawPacket(const glm::ivec2& origin, const native::PacketScene& packets, NativeField& field,
                     const Slicing& slicing, Counts& counts);
     bool drawSurfaces(const glm::ivec2& origin, NativeField& field, Counts& counts);

@@ -119,6 +119,12 @@ struct PacketFrame {
     bool perspective = true;
 };
 
+/// Where the rays of a packet go through the picture, pixels.
+struct PacketPlaces {
+    alignas(64) float x[kMostLanes];
+    alignas(64) float y[kMostLanes];
+};
+
 /// The samples of a cell of 8^3 voxels and one layer around it, rows along x, y fastest.
 struct CellSamples {
     alignas(64) float rows[100][16]; // ten of each are used; the others repeat one of them
@@ -138,7 +144,8 @@ struct PacketTarget {
     int columns = 0, rows = 0; // pixels of a packet
     int lanes() const { return columns * rows; }
     PacketMarch (*march)(const PacketScene&) = nullptr;
-    void (*rays)(const PacketFrame&, int left, int top, int columns, PacketJob&) = nullptr;
+    /// Through places on the picture, a lane each: x right, y down, pixels.
+    void (*rays)(const PacketFrame&, const PacketPlaces&, PacketJob&) = nullptr;
     void (*cellRanges)(const CellSamples&, CellRanges&) = nullptr;
     /// For measurements: what taking trilinear samples costs and nothing else: so many turns along rays
     /// inside a brick of level 0. Adds the values to job.colour[0].

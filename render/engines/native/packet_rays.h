@@ -1,4 +1,4 @@
-// render/engines/native/packet_rays.h: the rays of a packet's pixels: twin of segmentedRay() in
+// render/engines/native/packet_rays.h: the rays of a packet: twin of segmentedRay() in
 // render/contract/ray.h, one ray a lane. For packet_*.cpp alone.
 #pragma once
 
@@ -9,19 +9,15 @@ namespace tessera::TESSERA_LANES {
 
 using native::PacketFrame;
 using native::PacketJob;
+using native::PacketPlaces;
 
 TESSERA_LANE F length(F3 v) {
     return sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
 }
 
-inline void makeRays(const PacketFrame& f, int left, int top, int columns, PacketJob& job) {
-    alignas(64) std::int32_t xs[kWidth], ys[kWidth];
-    for (int lane = 0; lane < kWidth; ++lane) {
-        xs[lane] = left + lane % columns;
-        ys[lane] = top + lane / columns;
-    }
-    const F half(0.5f), one(1.0f), two(2.0f), zero(0.0f);
-    const F px = number(load(xs)) + half, py = number(load(ys)) + half;
+inline void makeRays(const PacketFrame& f, const PacketPlaces& places, PacketJob& job) {
+    const F one(1.0f), two(2.0f), zero(0.0f);
+    const F px = load(places.x), py = load(places.y);
     const F x = two * px / F(f.imageSize[0]) - one, y = one - two * py / F(f.imageSize[1]);
     const auto three = [](const float(&v)[3]) { return F3{F(v[0]), F(v[1]), F(v[2])}; };
     const F3 right = three(f.right), up = three(f.up), toCentre = three(f.toCentre);

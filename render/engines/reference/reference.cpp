@@ -255,21 +255,50 @@ class RayIntegral {
 
 } // namespace
 
+namespace {
+
+/// A camera's rays by their places on the picture, in pixels.
+class RayMaker {
+  public:
+    RayMaker(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size)
+        : plane_(rayPlane(camera, info, size)), size_(size),
+          voxelFromPatient_(glm::inverse(info.patientFromVoxel)) {}
+    ReferenceRay operator()(const glm::dvec2& place) const {
+        const PatientRay ray = pixelRay(plane_, place, size_);
+        return {glm::dvec3(voxelFromPatient_ * glm::dvec4(ray.base, 1)),
+                glm::dmat3(voxelFromPatient_) * ray.direction,
+                std::max(ray.minT, -std::numeric_limits<double>::max())};
+    }
+
+  private:
+    RayPlane plane_;
+    glm::ivec2 size_;
+    glm::dmat4 voxelFromPatient_;
+};
+
+} // namespace
+
 std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size,
                                         int stride, const glm::dvec2& shift) {
-    const RayPlane plane = rayPlane(camera, info, size);
-    const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
+    const RayMaker ray(camera, info, size);
     std::vector<ReferenceRay> rays;
     const glm::ivec2 kept = thinnedSize(size, stride);
     rays.reserve(static_cast<std::size_t>(kept.x) * static_cast<std::size_t>(kept.y));
     for (int y = 0; y < kept.y; ++y)
         for (int x = 0; x < kept.x; ++x) {
             const glm::dvec2 pixel(thinnedPixel({x, y}, size, stride));
-            const PatientRay ray = pixelRay(plane, pixel + 0.5 + shift, size);
-            rays.push_back({glm::dvec3(voxelFromPatient * glm::dvec4(ray.base, 1)),
-                            glm::dmat3(voxelFromPatient) * ray.direction,
-                            std::max(ray.minT, -std::numeric_limits<double>::max())});
+            rays.push_back(ray(pixel + 0.5 + shift));
         }
+    return rays;
+}
+
+std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size,
+                                        std::span<const glm::vec2> places) {
+    const RayMaker ray(camera, info, size);
+    std::vector<ReferenceRay> rays;
+    rays.reserve(places.size());
+    for (const glm::vec2& place : places)
+        rays.push_back(ray(glm::dvec2(place)));
     return rays;
 }
 

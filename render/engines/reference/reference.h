@@ -14,6 +14,7 @@
 
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
+#include <span>
 #include <vector>
 
 namespace tessera {
@@ -44,6 +45,10 @@ struct ReferenceRay {
 /// @param shift   moves each inside its pixel, pixels right and down
 std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size,
                                         int stride = 1, const glm::dvec2& shift = glm::dvec2(0));
+
+/// Its rays through places on the picture, in pixels.
+std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size,
+                                        std::span<const glm::vec2> places);
 
 /// Premultiplied colour and alpha per ray. Bit-equal at any number of threads.
 std::vector<glm::dvec4> renderReference(const ReferenceInput& input, const std::vector<ReferenceRay>& rays,

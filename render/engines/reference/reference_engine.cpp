@@ -19,11 +19,12 @@ class ReferenceCaster : public RayCaster {
 
     /// Rays are the view's own, in double; strides count for nothing.
     void begin(const Rays& rays) override {
-        TESSERA_CHECK(rays.intervals.empty());
+        check(rays);
         const ViewState& view = scene_.view;
         TESSERA_CHECK(glm::ivec2(rays.frame.imageSize) == view.imageSize);
-        rays_ = referenceRays(view.camera, scene_.info(), view.imageSize);
-        picture_ = Image(view.imageSize);
+        rays_ = rays.places.empty() ? referenceRays(view.camera, scene_.info(), view.imageSize)
+                                    : referenceRays(view.camera, scene_.info(), view.imageSize, rays.places);
+        picture_ = Image(rays.size());
         done_ = 0;
     }
 

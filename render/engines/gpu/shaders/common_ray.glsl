@@ -1,12 +1,28 @@
 // common_ray.glsl: one pixel's ray and its segments in voxel space; twin of render/contract/ray.h, operation by operation.
-// Needs nothing. Gives Ray makeRay(pixel centre), strideLength, stridePosition, strideEnd, segmentStart.
+// Needs FEATURE_PLACES. Gives raySlot(at), rayPlace(at), Ray makeRay(place), strideLength, stridePosition, strideEnd,
+// segmentStart.
 
 uniform vec3 uCentre, uRight, uUp, uToCentre; // voxels
 uniform mat3 uPatientFromVoxel;               // linear part, mm per voxel
 uniform vec3 uExtent;                         // voxels
 uniform vec2 uImageSize;                      // pixels
+uniform ivec2 uArraySize;                     // of the rays: the picture's, unless FEATURE_PLACES
 uniform float uSegmentVoxels;
 uniform int uPerspective;
+
+#if FEATURE_PLACES
+layout(std430, binding = BINDING_PLACES) readonly buffer Places { vec2 uPlaces[]; }; // pixels
+#endif
+
+// Of the array's ray at column x, row y: its number, and where it goes through the picture.
+int raySlot(ivec2 at) { return at.y * uArraySize.x + at.x; }
+vec2 rayPlace(ivec2 at) {
+#if FEATURE_PLACES
+    return uPlaces[raySlot(at)];
+#else
+    return vec2(at) + 0.5;
+#endif
+}
 
 const float kMaxFloat = 3.402823466e38;
 

@@ -38,10 +38,10 @@ ivec2 pixelOfGroup(int lane) { return ivec2(lane & 3 | lane >> 2 & 4, lane >> 2 
 void main() {
     ivec2 pixel = uTileOrigin + 8 * ivec2(gl_WorkGroupID.xy) + pixelOfGroup(int(gl_LocalInvocationIndex));
     if (any(greaterThanEqual(pixel, uTileEnd))) return;
-    int slot = pixel.y * int(uImageSize.x) + pixel.x;
+    int slot = raySlot(pixel);
     int i = uNext[slot];
     if (i < 0) return;
-    Ray ray = makeRay(vec2(pixel) + 0.5);
+    Ray ray = makeRay(rayPlace(pixel));
     beginSkipping(ray);
     precise vec4 sum = uColour[slot];
     uint iterations = 0u;

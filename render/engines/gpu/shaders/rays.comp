@@ -8,9 +8,9 @@ layout(std430, binding = BINDING_RAYS) writeonly buffer Rays { float uRays[]; };
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(pixel, ivec2(uImageSize)))) return;
-    Ray ray = makeRay(vec2(pixel) + 0.5);
-    int at = 12 * (pixel.y * int(uImageSize.x) + pixel.x);
+    if (any(greaterThanEqual(pixel, uArraySize))) return;
+    Ray ray = makeRay(rayPlace(pixel));
+    int at = 12 * raySlot(pixel);
     for (int axis = 0; axis < 3; ++axis) {
         uRays[at + axis] = ray.entry[axis];
         uRays[at + 3 + axis] = ray.step[axis];

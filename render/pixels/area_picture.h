@@ -1,0 +1,62 @@
+// render/pixels/area_picture.h: a picture whose pixels are means over their areas (docs/sampling.md,
+// "Pixels"). It says which rays to take next and is given what they gathered; any engine takes them. Every
+// array of rays refines the picture that is there. The same samples, the same picture, whoever draws them and
+// in what parts.
+#pragma once
+
+#include "core/scene.h"
+#include "render/engine.h"
+#include "render/pixels/pixel_places.h"
+#include "render/pixels/pixel_sums.h"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace tessera {
+
+/// What is known of a picture's samples.
+struct PixelReport {
+    int asked = 1;                      // samples a pixel; 0: as many as each needs
+    double taken = 1;                   // in the mean over pixels
+    int most = 1;                       // of any pixel
+    std::optional<StandardError> error; // none: one ray through each middle tells nothing of it
+};
+
+class AreaPicture {
+  public:
+    /// @param picture  without places
+    AreaPicture(const Rays& picture, const PixelSampling& sampling);
+
+    /// The rays to draw next, to their end; none: the picture is done. They read what is kept here.
+    std::optional<Rays> next();
+    /// What the rays of next() gathered.
+    void add(const Image& drawn);
+
+    Image image() const { return sums_.image(); }
+    PixelReport report() const;
+    const PixelSums& sums() const { return sums_; }
+    /// Part of the work that is done, where some of the array at hand is; a guess where pixels decide.
+    double share(double ofArray) const;
+
+    /// RAM that this and the arrays take for a pixel; charged by whoever plans the picture.
+    static std::size_t bytesPerPixel();
+    /// Rays of an array at most: as many as there are pixels, a few at least.
+    static std::size_t mostRays(const glm::ivec2& imageSize);
+
+  private:
+    void beginRound();
+
+    Rays picture_;
+    PixelSampling sampling_;
+    PixelPlaces places_;
+    PixelSums sums_;
+    int round_ = -1;
+    int inSet_ = 0;                     // samples of this round's sets
+    std::vector<std::uint32_t> pixels_; // of this round
+    std::size_t first_ = 0, count_ = 0; // of them: the array at hand
+    std::vector<glm::vec2> array_;
+    glm::ivec2 arraySize_{0};
+};
+
+} // namespace tessera

@@ -1,0 +1,50 @@
+// render/pixels/ray_array.h: where samples stand in an array of rays, so that those of a pixel, and pixels
+// beside one another, are drawn side by side: patches of 4 x 4 rays, in each the order that halves and
+// quarters of it, narrower packets, keep together.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <vector>
+
+namespace tessera {
+
+constexpr std::size_t kPatchRays = 16;
+constexpr std::size_t kPatchesAcross = 16; // as wide as two tiles of the native engine
+
+/// Columns and rows of an array for so many rays; what is left over in it is less than a row of patches.
+inline glm::ivec2 rayArraySize(std::size_t rays) {
+    const std::size_t patches = (rays + kPatchRays - 1) / kPatchRays;
+    const std::size_t across = std::clamp<std::size_t>(patches, 1, kPatchesAcross);
+    return {static_cast<int>(4 * across), static_cast<int>(4 * ((patches + across - 1) / across))};
+}
+
+/// From a place in a square, x in the even bits.
+inline glm::ivec2 unzipped(std::uint32_t number) {
+    const auto even = [](std::uint32_t n) { return static_cast<int>((n & 1u) | (n >> 1 & 2u)); };
+    return {even(number), even(number >> 1)};
+}
+
+/// The number of ray k of the list in an array of such a size.
+inline std::size_t raySlot(std::size_t k, const glm::ivec2& size) {
+    const std::size_t patch = k / kPatchRays, across = static_cast<std::size_t>(size.x) / 4;
+    const glm::ivec2 in = unzipped(static_cast<std::uint32_t>(k % kPatchRays));
+    const std::size_t column = 4 * (patch % across) + static_cast<std::size_t>(in.x);
+    const std::size_t row = 4 * (patch / across) + static_cast<std::size_t>(in.y);
+    return row * static_cast<std::size_t>(size.x) + column;
+}
+
+/// Calls visit(column, row) for every pixel of a picture, 4 x 4 of them after one another.
+template <typename Visit> void forEachPixel(const glm::ivec2& size, const Visit& visit) {
+    for (int y = 0; y < size.y; y += 4)
+        for (int x = 0; x < size.x; x += 4)
+            for (std::uint32_t k = 0; k < kPatchRays; ++k) {
+                const glm::ivec2 at = glm::ivec2(x, y) + unzipped(k);
+                if (at.x < size.x && at.y < size.y)
+                    visit(at);
+            }
+}
+
+} // namespace tessera

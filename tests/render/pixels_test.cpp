@@ -1,0 +1,342 @@
+// tests/render/pixels_test.cpp: pixels as means over their areas: where samples lie, what they come to, that
+// the error which is told is the one that is made, and that a picture depends on nothing but its samples.
+#include "core/image_metrics.h"
+#include "render/engines/mirror/mirror_engine.h"
+#include "render/engines/native/native_engine.h"
+#include "render/engines/reference/reference_engine.h"
+#include "render/pixels/area_picture.h"
+#include "render/pixels/ray_array.h"
+#include "render/renderer.h"
+#include "tests/support/places.h"
+#include "tests/support/scene_fixture.h"
+
+#include <cmath>
+#include <functional>
+#include <gtest/gtest.h>
+#include <set>
+
+namespace tessera {
+namespace {
+
+using namespace tessera::test;
+
+TEST(PixelPlaces, AreNetsInTheirPixel) {
+    const PixelPlaces places(7, PixelFilter::box);
+    for (int bits = 0; bits <= 4; ++bits)
+        for (std::uint32_t set = 0; set < 200; ++set) {
+            const int count = 1 << bits;
+            const glm::ivec2 pixel(static_cast<int>(set) % 5, 3);
+            std::vector<glm::vec2> at(static_cast<std::size_t>(count));
+            places.put(pixel, set, at);
+            for (int across = 0; across <= bits; ++across) { // 2^across boxes along x, the rest along y
+                std::set<std::pair<int, int>> boxes;
+                for (const glm::vec2& p : at) {
+                    const glm::dvec2 in = glm::dvec2(p) - glm::dvec2(pixel);
+                    ASSERT_GE(std::min(in.x, in.y), 0);
+                    ASSERT_LE(std::max(in.x, in.y), 1);
+                    boxes.insert({static_cast<int>(in.x * (1 << across)),
+                                  static_cast<int>(in.y * (1 << (bits - across)))});
+                }
+                ASSERT_EQ(boxes.size(), at.size()) << bits << " bits, set " << set;
+            }
+        }
+}
+
+// Means over sets of x, y, x², xy and an edge: those of the pixel, as independent sets have them.
+TEST(PixelPlaces, AreAnywhereAlikeAndSetsIndependent) {
+    const PixelPlaces places(3, PixelFilter::box);
+    const std::function<double(glm::dvec2)> functions[] = {
+        [](glm::dvec2 p) { return p.x - 0.5; }, [](glm::dvec2 p) { return p.y - 0.5; },
+        [](glm::dvec2 p) { return p.x * p.x - 1.0 / 3; }, [](glm::dvec2 p) { return p.x * p.y - 0.25; },
+        [](glm::dvec2 p) { return (p.x + 0.3 * p.y < 0.5 ? 1.0 : 0.0) - 0.35; }};
+    for (const int count : {1, 2, 4, 8, 16}) {
+        constexpr int kSets = 20000;
+        std::vector<glm::vec2> at(static_cast<std::size_t>(count));
+        for (std::size_t f = 0; f < std::size(functions); ++f) {
+            double sum = 0, squares = 0, neighbours = 0, before = 0;
+            for (std::uint32_t set = 0; set < kSets; ++set) {
+                places.put({11, 4}, set, at);
+                double mean = 0;
+                for (const glm::vec2& p : at)
+                    mean += functions[f](glm::dvec2(p) - glm::dvec2(11, 4)) / count;
+                sum += mean;
+                squares += mean * mean;
+                neighbours += mean * before;
+                before = mean;
+            }
+            const double deviation = std::sqrt(squares / kSets);
+            EXPECT_LT(std::abs(sum / kSets), 4 * deviation / std::sqrt(kSets)) << count << ", " << f;
+            EXPECT_LT(std::abs(neighbours / squares), 4 / std::sqrt(kSets)) << count << ", " << f;
+        }
+    }
+}
+
+TEST(PixelPlaces, FollowTheFilter) {
+    const double root = std::sqrt(2.0);
+    const auto part = [&](double x) { return 0.5 * std::erf(x / kFilterDeviation / root); };
+    for (int i = 0; i < 4096; ++i) {
+        const double unit = (i + 0.5) / 4096, x = filteredOffset(unit, PixelFilter::gaussian);
+        ASSERT_NEAR((part(x) + part(kFilterReach)) / (2 * part(kFilterReach)), unit, 1e-8);
+        ASSERT_LE(std::abs(x), kFilterReach);
+        ASSERT_EQ(filteredOffset(unit, PixelFilter::box), unit - 0.5);
+    }
+}
+
+TEST(PixelPlaces, DependOnPixelSetAndSeed) {
+    const auto first = [](std::uint32_t seed, glm::ivec2 pixel, std::uint32_t set) {
+        std::vector<glm::vec2> at(16);
+        PixelPlaces(seed, PixelFilter::box).put(pixel, set, at);
+        return at[0] - glm::vec2(pixel);
+    };
+    const glm::vec2 one = first(0, {5, 9}, 0);
+    EXPECT_EQ(one, first(0, {5, 9}, 0));
+    EXPECT_NE(one, first(1, {5, 9}, 0));
+    EXPECT_NE(one, first(0, {9, 5}, 0));
+    EXPECT_NE(one, first(0, {5, 9}, 1));
+}
+
+TEST(RayArray, HoldsEachRayOnceAndNeighboursTogether) {
+    for (const std::size_t rays : {1ul, 16ul, 40ul, 256ul, 4000ul}) {
+        const glm::ivec2 size = rayArraySize(rays);
+        ASSERT_GE(rayCount(size), rays);
+        EXPECT_LE(rayCount(size), rays + kPatchRays * kPatchesAcross);
+        std::vector<int> met(rayCount(size), 0);
+        for (std::size_t k = 0; k < met.size(); ++k)
+            ++met.at(raySlot(k, size));
+        EXPECT_EQ(std::set<int>(met.begin(), met.end()), std::set<int>{1});
+    }
+    const glm::ivec2 size = rayArraySize(4000);
+    for (const std::size_t lanes : {4ul, 8ul, 16ul}) // packets of 2x2, 4x2, 4x4
+        for (std::size_t k = 0; k < 4000 / lanes * lanes; k += lanes) {
+            std::set<std::pair<int, int>> packets;
+            for (std::size_t i = 0; i < lanes; ++i) {
+                const auto slot = static_cast<int>(raySlot(k + i, size));
+                packets.insert({slot % size.x / (lanes == 4 ? 2 : 4), slot / size.x / (lanes == 16 ? 4 : 2)});
+            }
+            ASSERT_EQ(packets.size(), 1u);
+        }
+    std::set<std::pair<int, int>> pixels;
+    forEachPixel({7, 5}, [&](const glm::ivec2& at) { EXPECT_TRUE(pixels.insert({at.x, at.y}).second); });
+    EXPECT_EQ(pixels.size(), 35u);
+}
+
+constexpr glm::ivec2 kEdges(64, 48);
+/// A picture of edges at many angles: a star of 24 rays, brighter to the right.
+glm::vec4 star(const glm::dvec2& place) {
+    const glm::dvec2 p = place - glm::dvec2(31.3, 22.7);
+    const bool inside = std::sin(12 * std::atan2(p.y, p.x)) > 0;
+    const float bright = inside ? static_cast<float>(0.2 + 0.6 * place.x / kEdges.x) : 0.05f;
+    return {bright, bright * 0.8f, bright * 0.5f, inside ? 1.0f : 0.5f};
+}
+
+Rays ofSize(const glm::ivec2& size) {
+    Rays rays;
+    rays.frame.imageSize = size;
+    return rays;
+}
+
+/// Draws what is left of a picture; at most so many arrays.
+void drawStar(AreaPicture& picture, int arrays = 1 << 20) {
+    for (std::optional<Rays> rays; arrays > 0 && (rays = picture.next()); --arrays) {
+        ASSERT_LE(rays->places.size(), AreaPicture::mostRays(picture.image().size));
+        Image drawn(rays->size());
+        for (std::size_t i = 0; i < drawn.pixels.size(); ++i)
+            drawn.pixels[i] = star(glm::dvec2(rays->places[i]));
+        picture.add(drawn);
+    }
+}
+
+const Image& starTruth() {
+    static const Image truth = [] {
+        constexpr int kEach = 64;
+        Image image(kEdges);
+        for (int y = 0; y < kEdges.y; ++y)
+            for (int x = 0; x < kEdges.x; ++x) {
+                glm::dvec4 sum(0);
+                for (int i = 0; i < kEach * kEach; ++i)
+                    sum += glm::dvec4(
+                        star(glm::dvec2(x, y) + (glm::dvec2(i % kEach, i / kEach) + 0.5) / double{kEach}));
+                image.at(x, y) = glm::vec4(sum / double{kEach * kEach});
+            }
+        return image;
+    }();
+    return truth;
+}
+
+TEST(AreaPicture, TellsTheErrorThatItMakes) {
+    double before = 1, two = 0;
+    for (const int samples : {2, 3, 4, 8, 16, 64, 256}) {
+        SCOPED_TRACE(samples);
+        AreaPicture picture(ofSize(kEdges), {samples, PixelFilter::box, 4});
+        drawStar(picture);
+        const ImageDifference made = compare(picture.image(), starTruth());
+        const PixelReport report = picture.report();
+        ASSERT_TRUE(report.error);
+        EXPECT_GE(report.taken, samples);
+        EXPECT_LE(report.taken, samples * 4 / 3);
+        EXPECT_NEAR(report.error->rms / made.rms, 1, 0.12);
+        if (samples >= 8) { // two or three sets of one or two samples are off by one of few amounts
+            EXPECT_NEAR(report.error->luvMean / made.luvMean, 1, 0.25);
+            EXPECT_NEAR(report.error->luvP99 / made.luvP99, 1, 0.15);
+        }
+        EXPECT_LT(made.rms, before);
+        before = made.rms;
+        if (samples == 2)
+            two = made.rms;
+    }
+    EXPECT_LT(before, two / std::sqrt(128.0) / 1.8); // strata pay
+}
+
+// The mean over seeds is the pixel's; the square of what one set is told to be off is its variance.
+TEST(AreaPicture, IsUnbiased) {
+    constexpr int kSeeds = 200;
+    std::vector<glm::dvec4> sum(starTruth().pixels.size(), glm::dvec4(0));
+    double made = 0, told = 0, within = 0;
+    for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
+        AreaPicture picture(ofSize(kEdges), {16, PixelFilter::box, seed});
+        drawStar(picture);
+        const Image image = picture.image();
+        for (std::size_t i = 0; i < sum.size(); ++i) {
+            sum[i] += glm::dvec4(image.pixels[i]) / double{kSeeds};
+            const glm::dvec4 off(image.pixels[i] - starTruth().pixels[i]);
+            made += glm::dot(off, off);
+            told += glm::dot(glm::dvec4(picture.sums().offset(i)), glm::dvec4(picture.sums().offset(i)));
+            within += picture.sums().variance(i) / 16;
+        }
+    }
+    EXPECT_NEAR(told / made, 1, 0.02);
+    EXPECT_NEAR(within / made, 1, 0.02);
+    double bias = 0;
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+        const glm::dvec4 off = sum[i] - glm::dvec4(starTruth().pixels[i]);
+        bias += glm::dot(off, off);
+    }
+    EXPECT_LT(bias, 2 * made / kSeeds / kSeeds); // so many seeds leave one; the rest is the truth's own
+}
+
+TEST(AreaPicture, IsThereAtAnyTimeAndGetsBetter) {
+    AreaPicture picture(ofSize(kEdges), {64, PixelFilter::box, 1});
+    drawStar(picture, 16); // 4 x 4 samples of a 16th of the pixels in each
+    const double early = compare(picture.image(), starTruth()).rms;
+    EXPECT_EQ(picture.report().taken, 16);
+    EXPECT_NEAR(picture.share(0), 0.25, 1e-9);
+    drawStar(picture);
+    EXPECT_LT(compare(picture.image(), starTruth()).rms, 0.7 * early);
+    EXPECT_EQ(picture.report().most, 64);
+    EXPECT_EQ(picture.share(0), 1);
+    EXPECT_FALSE(picture.next());
+}
+
+VolumeInfo infoOf(const std::string& store) {
+    Ledger ram("RAM", "--ram", std::size_t{64} << 20);
+    return StoreReader(storePath(store), ram).info();
+}
+
+RenderResult drawn(const Scene& scene, EngineKind engine, int threads = 2, const Slicing& slicing = {},
+                   std::size_t gpuBytes = std::size_t{256} << 20) {
+    Ledger ram("RAM", "--ram", std::size_t{512} << 20), gpu("GPU memory", "--gpu-memory", gpuBytes);
+    const StoreReader reader(storePath("torso"), ram);
+    RenderOptions options;
+    options.engine = engine;
+    options.device.text = "software";
+    options.threads = threads;
+    options.slicing = slicing;
+    return renderScene(scene, reader, ram, gpu, options);
+}
+
+Scene sampled(int samples, const glm::ivec2& size) {
+    Scene scene = sceneOn(infoOf("torso"), "bone", 0, size);
+    scene.quality.pixels.samples = samples;
+    return scene;
+}
+
+/// Pixels as means of 32 x 32 rays on a grid, by the native engine.
+Image gridMeans(const Scene& scene) {
+    Prepared prepared("torso", scene);
+    ScenePlan& p = prepared.p;
+    NativeEngine engine(2, prepared.budgets.gpu, prepared.budgets.ram);
+    p.chosen.chooser.reset();
+    p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
+    Work work;
+    bringBricks(engine, p, prepared.budgets.ram, prepared.budgets.gpu, work);
+    const auto caster = engine.caster({}, prepared.budgets.gpu);
+    constexpr int kEach = 32;
+    const Places places = middles(scene.imageSize, kEach);
+    caster->begin(places.of(p.view.frame, p.strides()));
+    drawToTheEnd(*caster, engine, p, Slicing{}, work);
+    const Image fine = caster->image();
+    Image image(scene.imageSize);
+    for (int y = 0; y < fine.size.y; ++y)
+        for (int x = 0; x < fine.size.x; ++x)
+            image.at(x / kEach, y / kEach) += fine.at(x, y) / static_cast<float>(kEach * kEach);
+    return image;
+}
+
+TEST(SampledPictures, ComeToTheMeanOfThePixel) {
+    constexpr glm::ivec2 size(22, 18);
+    const Scene one = sampled(1, size);
+    const Image truth = gridMeans(one);
+    const double single = compare(drawn(one, EngineKind::native).image, truth).rms;
+    for (const int samples : {4, 16}) { // more than the grid itself is right to would tell nothing
+        const RenderResult result = drawn(sampled(samples, size), EngineKind::native);
+        const double made = compare(result.image, truth).rms;
+        EXPECT_LT(made, 1.5 * single / std::sqrt(samples)); // a ray through the middle is a good one of one
+        EXPECT_NEAR(result.pixels.error->rms / made, 1, 0.25) << samples;
+    }
+}
+
+TEST(SampledPictures, AreTheSameOnEveryEngineAndHoweverTheyAreCut) {
+    const Scene scene = sampled(16, {21, 18});
+    const Image mirror = drawn(scene, EngineKind::mirror).image;
+    EXPECT_FALSE(isBlank(mirror));
+    EXPECT_TRUE(bitEqual(drawn(scene, EngineKind::native, 1).image, mirror));
+    EXPECT_TRUE(bitEqual(drawn(scene, EngineKind::native, 3).image, mirror));
+    Slicing shreds;
+    shreds.fixedTile = 16;
+    shreds.fixedIterations = 9;
+    EXPECT_TRUE(bitEqual(drawn(scene, EngineKind::native, 2, shreds).image, mirror));
+    const Image gpu = drawn(scene, EngineKind::gpu).image;
+    EXPECT_LE(compare(gpu, mirror).maxAbs, 1e-3); // rays of its own, which may miss a voxel's corner
+    EXPECT_TRUE(bitEqual(drawn(scene, EngineKind::gpu, 2, shreds).image, gpu));
+    Scene other = scene;
+    other.quality.pixels.seed = 1;
+    EXPECT_FALSE(bitEqual(drawn(other, EngineKind::mirror).image, mirror));
+    const RenderResult reference = drawn(scene, EngineKind::reference);
+    ASSERT_TRUE(reference.pixels.error);
+    EXPECT_GT(reference.pixels.error->rms, 0);
+    EXPECT_LT(compare(reference.image, mirror).rms, 0.03);
+}
+
+TEST(SampledPictures, AreTheSameAtEveryBudget) {
+    for (const EngineKind engine : {EngineKind::native, EngineKind::gpu}) {
+        Scene scene = sampled(4, {24, 24});
+        scene.quality.maxError = 0;
+        const RenderResult ample = drawn(scene, engine);
+        const RenderResult scarce = drawn(scene, engine, 2, {}, std::size_t{3} << 20);
+        EXPECT_EQ(ample.passes, 1);
+        EXPECT_GT(scarce.passes, 1);
+        EXPECT_TRUE(bitEqual(scarce.image, ample.image)) << name(engine);
+    }
+}
+
+// At the floor that a refusal states, for RAM, even of pictures with fewer pixels than a packet has rays.
+TEST(SampledPictures, NeedTheMemoryThatTheySay) {
+    for (const glm::ivec2 size : {glm::ivec2(1, 1), glm::ivec2(40, 30)}) {
+        const Scene scene = sampled(16, size);
+        Ledger first("RAM", "--ram", std::size_t{64} << 20);
+        const VolumeInfo info = StoreReader(storePath("torso"), first).info();
+        const std::size_t floor =
+            renderFloorBytes(info, size, pictureBytesPerPixel(EngineKind::native, scene.quality.pixels), 2);
+        Ledger ram("RAM", "--ram", floor), gpu("GPU memory", "--gpu-memory", std::size_t{64} << 20);
+        const StoreReader reader(storePath("torso"), ram);
+        RenderOptions options;
+        options.engine = EngineKind::native;
+        options.threads = 2;
+        EXPECT_NO_THROW(renderScene(scene, reader, ram, gpu, options));
+        const std::size_t plain = renderFloorBytes(info, size, pictureBytesPerPixel(EngineKind::native), 2);
+        EXPECT_GE(floor - plain, rayCount(size) * PixelSums::bytesPerPixel());
+    }
+}
+
+} // namespace
+} // namespace tessera
