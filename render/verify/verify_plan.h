@@ -1,0 +1,2 @@
+// render/verify/verify_plan.h
+#pragma once
