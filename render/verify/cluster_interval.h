@@ -9,9 +9,9 @@ struct Interval {
     double low = 0, high = 0;
 };
 
-/// What each cluster adds to an estimate's deviation, once estimates are made linear: for the mean of a domain
-/// (sum of y over sum of shown) the sum over its shown pixels of (y - mean) / shown (Cochran 1977, 6.4;
-/// Woodruff 1971). Pixels of a cluster are alike, so only clusters count as observations.
+/// What each cluster adds to an estimate's deviation, once estimates are made linear: for the mean of a
+/// domain (sum of y over sum of shown) the sum over its shown pixels of (y - mean) / shown (Cochran
+/// 1977, 6.4; Woodruff 1971). Pixels of a cluster are alike, so only clusters count as observations.
 class ClusterSums {
   public:
     /// @param clusters  clusters 2h and 2h+1 are those of stratum h; even
@@ -28,9 +28,11 @@ class ClusterSums {
     std::vector<double> sums_;
 };
 
-/// 95 %, by Student's t with as many degrees of freedom as strata; or by Hall's monotone cubic, which takes the
-/// estimate's skewness out of t (Hall 1992, J. R. Statist. Soc. B 54, 221), at either end where that is wider.
-/// @param worst  what one pixel like the worst that was seen adds to the estimate: the upper end allows for it,
+/// 95 %, by Student's t with as many degrees of freedom as strata; or by Hall's monotone cubic, which takes
+/// the estimate's skewness out of t (Hall 1992, J. R. Statist. Soc. B 54, 221), at either end where that is
+/// wider.
+/// @param worst  what one pixel like the worst that was seen adds to the estimate: the upper end allows for
+/// it,
 ///     because errors that few pixels have are often in no sample at all
 Interval clusterInterval(double estimate, const ClusterSums& sums, double worst);
 

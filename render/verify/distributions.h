@@ -8,7 +8,8 @@ namespace tessera {
 /// 8.17.22), to about 1e-12.
 double incompleteBeta(double a, double b, double x);
 
-/// P(B <= k) for B successes of n trials, each with the given chance: 1 - I_chance(k + 1, n - k) (DLMF 8.17.5).
+/// P(B <= k) for B successes of n trials, each with the given chance: 1 - I_chance(k + 1, n - k)
+/// (DLMF 8.17.5).
 double binomialAtMost(int k, int n, double chance);
 
 /// The t that Student's distribution stays below with a chance, which is at least 0.5.

@@ -14,7 +14,7 @@
 namespace tessera {
 namespace {
 
-constexpr int kRedraws = 200;        // of replicates, where all pixels were taken
+constexpr int kRedraws = 100; // of replicates, where all pixels were taken
 constexpr double kNormal975 = 1.959963984540054;
 
 double root(double square) {
@@ -87,13 +87,14 @@ void measureTail(MeasuredErrors& m, const std::vector<PixelError>& errors, int c
     m.tailDesignEffect = clusters < m.pixels ? tailDesignEffect(errors, tail, clusters) : 1;
     m.noiseShare = tail.noiseShare();
     const int worth = std::clamp(static_cast<int>(m.shown / m.tailDesignEffect), m.clusters, m.shown);
-    if (const auto rank = rankAbove(worth, kTailShare, 0.95))
-        m.luvP99Bound = tail.atRank(*rank, worth);
+    // No estimate in between: whatever pixels of a cluster have in common, clusters are independent.
+    if (const auto rank = rankAbove(m.clusters, kTailShare, 0.95))
+        m.luvP99Bound = tail.atRank(*rank, m.clusters);
     const auto ranks = ranksAround(worth, kTailShare, 0.95);
     if (ranks && m.noiseShare < kMostNoise)
-        m.luvP99 = estimateOf(tail.withoutNoise() * tail.p99(),
-                              tail.withoutNoise() * tail.atRank(ranks->low, worth) * tail.trust(),
-                              tail.atRank(ranks->high, worth));
+        m.luvP99 =
+            estimateOf(tail.withoutNoise() * tail.p99(), tail.cautiously() * tail.atRank(ranks->low, worth),
+                       tail.atRank(ranks->high, worth));
     else
         m.whyNoP99 = NotMeasured::truthTooNoisy;
 }
@@ -148,17 +149,18 @@ void measureAll(MeasuredErrors& m, const PixelPairs& pairs, float alphaAbove,
         *s *= kNormal975;
     const Means means(errors);
     const Luv luv = means.luv();
-    m.rms = estimateOf(root(means.square), root(means.square - wide.square),
-                       root(means.square + wide.square));
-    m.luvMean = estimateOf(luv.value, std::min(luv.rooted - wide.rooted, luv.proportional - wide.proportional),
-                           std::max(luv.rooted + wide.rooted, luv.proportional + wide.proportional));
+    m.rms =
+        estimateOf(root(means.square), root(means.square - wide.square), root(means.square + wide.square));
+    m.luvMean =
+        estimateOf(luv.value, std::min(luv.rooted - wide.rooted, luv.proportional - wide.proportional),
+                   std::max(luv.rooted + wide.rooted, luv.proportional + wide.proportional));
     const Tail tail(errors);
     const double p99 = tail.p99OfAll();
     m.noiseShare = tail.noiseShare();
     m.luvP99Bound = p99 + wide.p99;
     if (m.noiseShare < kMostNoise)
-        m.luvP99 = estimateOf(tail.withoutNoise() * p99,
-                              tail.withoutNoise() * (p99 - wide.p99) * tail.trust(), p99 + wide.p99);
+        m.luvP99 =
+            estimateOf(tail.withoutNoise() * p99, tail.cautiously() * (p99 - wide.p99), p99 + wide.p99);
     else
         m.whyNoP99 = NotMeasured::truthTooNoisy;
 }

@@ -1,5 +1,5 @@
-// render/verify/measured_errors.h: how wrong a picture is, from a sample of its pixels that were drawn again as
-// they should be. Numbers with intervals, or none: docs/measured-errors.md says what they mean.
+// render/verify/measured_errors.h: how wrong a picture is, from a sample of its pixels that were drawn again
+// as they should be. Numbers with intervals, or none: docs/measured-errors.md says what they mean.
 #pragma once
 
 #include "render/verify/pixel_pairs.h"
@@ -18,15 +18,15 @@ enum class NotMeasured { no, tooFewPixels, truthTooNoisy };
 
 /// Over the pixels that show something. None: not measured.
 struct MeasuredErrors {
-    int pixels = 0;   // drawn again
-    int shown = 0;    // of these, where the truth shows something
-    int clusters = 0; // that have such pixels: what is independent
+    int pixels = 0;                  // drawn again
+    int shown = 0;                   // of these, where the truth shows something
+    int clusters = 0;                // that have such pixels: what is independent
     std::optional<Estimate> rms;     // linear light, all four components
     std::optional<Estimate> luvMean; // CIE L*u*v* distance
     std::optional<Estimate> luvP99;  // its 99th percentile
     NotMeasured whyNoP99 = NotMeasured::no;
-    /// The 99th percentile is at most this, with 95 %, whatever the errors' distribution. The truth's noise is
-    /// left in, which makes it larger, so it may be far above luvP99 where the truth has few samples.
+    /// The 99th percentile is at most this, with 95 %, whatever the errors' distribution. The truth's noise
+    /// is left in, which makes it larger, so it may be far above luvP99 where the truth has few samples.
     std::optional<double> luvP99Bound;
     double tailDesignEffect = 1; // how many pixels say as much as one, where large errors come in clusters
     double noiseShare = 0;       // of the squares of large L*u*v* distances: the truth's noise
@@ -43,8 +43,8 @@ constexpr int kFewestForMeans = 30;
 /// it. Measured with the noise (m1) and with twice its variance (m2, half of the replicates) they are
 /// extrapolated to none (SIMEX: Cook and Stefanski 1994): 2 m1^2 - m2^2 of squares is the value, exact where
 /// error and noise are alike in kind. The interval spans what the two extremes come to: noise that adds to a
-/// distance in proportion to its variance (2 m1 - m2), and to its standard deviation, as where nothing else is
-/// there ((sqrt(2) m1 - m2) / (sqrt(2) - 1)).
+/// distance in proportion to its variance (2 m1 - m2), and to its standard deviation, as where nothing else
+/// is there ((sqrt(2) m1 - m2) / (sqrt(2) - 1)).
 ///
 /// luvP99: order statistics (quantile_bounds.h; Woodruff 1952 for the principle), of as many values as the
 /// sample is worth: shown pixels over the design effect of their tail (Korn and Graubard 1998), never fewer

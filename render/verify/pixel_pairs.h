@@ -21,15 +21,16 @@ struct PixelPairs {
 /// What a pixel errs by.
 struct PixelError {
     int cluster = 0;
-    bool shown = false;     // the truth's alpha is above the threshold: the pixel counts
-    double square = 0;      // mean over the four components; unbiased: the truth's noise is taken out
-    double luv = 0;         // CIE L*u*v* distance, clamped to what can be shown; with the truth's noise
-    double luvNoisier = 0;  // mean of luvHalves
+    bool shown = false;    // the truth's alpha is above the threshold: the pixel counts
+    double square = 0;     // mean over the four components; unbiased: the truth's noise is taken out
+    double luv = 0;        // CIE L*u*v* distance, clamped to what can be shown; with the truth's noise
+    double luvNoisier = 0; // mean of luvHalves
     std::vector<double> luvHalves; // with half of the replicates, so with twice the noise's variance
 };
 
 /// Components that are not finite err by 1, and count as black.
-/// @param alphaAbove  pixels count where the truth's alpha is above it: 0 (measureError()) or 1/255 (compare())
+/// @param alphaAbove  pixels count where the truth's alpha is above it: 0 (measureError()) or 1/255
+/// (compare())
 std::vector<PixelError> pixelErrors(const PixelPairs& pairs, float alphaAbove);
 
 } // namespace tessera

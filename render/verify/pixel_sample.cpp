@@ -12,8 +12,8 @@
 namespace tessera {
 namespace {
 
-/// Where two draws of a stratum, and strata that begin or end in a tile, meet, at most this many pixels for
-/// each of a cluster are wanted of it: draws never run out of pixels while at most 3/4 of all are taken.
+/// Pixels to choose from in a tile, for each pixel of a cluster. A tile as long as t strata is drawn from at
+/// most 2t + 4 times; while at most 3/4 of all pixels are taken, one with so many has enough for that.
 constexpr int kPixelsPerDraw = 16;
 
 /// The place along Hilbert's curve through a square of `side` tiles (a power of two).

@@ -36,7 +36,8 @@ struct PixelSample {
 /// pixel has the same chance, pixels / population, and the two clusters of a stratum tell its variance.
 /// All pixels are taken where there are at most a third more than are wanted.
 ///
-/// @param round  from 0 on: pixels of earlier rounds are not chosen again. A round is a sample of what earlier
+/// @param round  from 0 on: pixels of earlier rounds are not chosen again. A round is a sample of what
+/// earlier
 ///     ones left, whatever was decided from those: pixels that decided when to stop can not certify.
 /// @param frame  one a pixel, row by row: only those that are not 0 are chosen among. It must hold every
 ///     pixel that could show anything, and must not be made from the picture. Empty: all.

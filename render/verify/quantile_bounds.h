@@ -18,8 +18,8 @@ std::optional<int> rankBelow(int n, double share, double chance);
 struct QuantileRanks {
     int low = 0, high = 0;
 };
-/// Between their values the quantile lies with at least the given chance. Either end takes half of what is left,
-/// or the upper one more where n is too small for that (the 99th percentile and 95 %: below 368).
+/// Between their values the quantile lies with at least the given chance. Either end takes half of what is
+/// left, or the upper one more where n is too small for that (the 99th percentile and 95 %: below 368).
 std::optional<QuantileRanks> ranksAround(int n, double share, double chance);
 
 } // namespace tessera

@@ -16,7 +16,8 @@ double quantile(const std::vector<double>& ascending, double share) {
 
 /// What is noise of the squares of quantiles from one per mille to another: what doubling it adds to them.
 /// @param twice  each against one half of the replicates, so that all have as many values as once
-double noiseOf(const std::vector<double>& once, const std::vector<std::vector<double>>& twice, int from, int to) {
+double noiseOf(const std::vector<double>& once, const std::vector<std::vector<double>>& twice, int from,
+               int to) {
     double a = 0, b = 0;
     for (int p = from; p <= to; ++p) {
         const double q = quantile(once, p / 1000.0);
@@ -41,7 +42,8 @@ Tail::Tail(const std::vector<PixelError>& errors) {
     std::sort(once_.begin(), once_.end());
     for (std::vector<double>& half : twice)
         std::sort(half.begin(), half.end());
-    noiseShare_ = std::max(noiseOf(once_, twice, 970, 997), noiseOf(once_, twice, 900, 970));
+    noiseAtEnd_ = noiseOf(once_, twice, 970, 997);
+    noiseBefore_ = noiseOf(once_, twice, 900, 970);
 }
 
 double Tail::p99() const {
@@ -62,11 +64,11 @@ double Tail::atRank(int rank, int worth) const {
 }
 
 double Tail::withoutNoise() const {
-    return std::sqrt(1 - noiseShare_);
+    return std::sqrt(1 - noiseAtEnd_);
 }
 
-double Tail::trust() const {
-    return std::clamp(2 - 2 * noiseShare_ / kMostNoise, 0.0, 1.0);
+double Tail::cautiously() const {
+    return std::sqrt(1 - noiseShare()) * std::clamp(2 - 2 * noiseShare() / kMostNoise, 0.0, 1.0);
 }
 
 double tailDesignEffect(const std::vector<PixelError>& errors, const Tail& tail, int clusters) {

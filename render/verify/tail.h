@@ -3,6 +3,7 @@
 
 #include "render/verify/pixel_pairs.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace tessera {
@@ -27,17 +28,17 @@ class Tail {
     /// Shown pixels' values, ascending.
     const std::vector<double>& values() const { return once_; }
 
-    /// Of squares of quantiles: the truth's noise. By quantiles with twice the noise, over the 97th to 99.7th
+    /// Of squares of quantiles: the truth's noise, by quantiles with twice of it. Over the 97th to 99.7th
     /// percentiles, or the 90th to 97th where these have more: at the very end few pixels decide.
-    double noiseShare() const { return noiseShare_; }
-    /// What quantiles are to be multiplied by.
+    double noiseShare() const { return std::max(noiseAtEnd_, noiseBefore_); }
+    /// What a quantile is to be multiplied by: by what the end alone says.
     double withoutNoise() const;
-    /// 1 where that factor can be relied on, 0 where kMostNoise is reached.
-    double trust() const;
+    /// What its lower end is to be multiplied by, at most that: 0 where kMostNoise is reached.
+    double cautiously() const;
 
   private:
     std::vector<double> once_;
-    double noiseShare_ = 0;
+    double noiseAtEnd_ = 0, noiseBefore_ = 0;
 };
 
 /// The variance of the share of shown pixels above a value, against that of as many independent ones; the

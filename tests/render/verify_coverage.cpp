@@ -18,7 +18,8 @@ namespace {
 constexpr int kFiner = 4;
 
 glm::vec4 subPixel(const Image& fine, const glm::ivec2& at, std::uint64_t which) {
-    return fine.at(kFiner * at.x + static_cast<int>(which % kFiner), kFiner * at.y + static_cast<int>(which / kFiner));
+    return fine.at(kFiner * at.x + static_cast<int>(which % kFiner),
+                   kFiner * at.y + static_cast<int>(which / kFiner));
 }
 
 Image averaged(const Image& fine) {
@@ -48,7 +49,8 @@ struct Count {
         bias += e->value / truth;
     }
     void print(const char* name) const {
-        std::printf(" %s (-%d) %5.1f%%(>%4.1f) w%.2f b%.3f |", name, none, 100.0 * covered / std::max(1, n), 100.0 * below / std::max(1, n), width / std::max(1, n), bias / std::max(1, n));
+        std::printf(" %s (-%d) %5.1f%%(>%4.1f) w%.2f b%.3f |", name, none, 100.0 * covered / std::max(1, n),
+                    100.0 * below / std::max(1, n), width / std::max(1, n), bias / std::max(1, n));
     }
 };
 
@@ -70,7 +72,8 @@ int main(int argc, char** argv) {
     double loose = 0, deff = 0;
     for (int trial = 0; trial < trials; ++trial) {
         PixelPairs pairs;
-        pairs.sample = choosePixels(truth.size, {pixels, perCluster, tile, static_cast<std::uint64_t>(trial)});
+        pairs.sample =
+            choosePixels(truth.size, {pixels, perCluster, tile, static_cast<std::uint64_t>(trial)});
         pairs.replicates = replicates;
         RandomNumbers random(static_cast<std::uint64_t>(trial), 77);
         for (const SampledPixel& p : pairs.sample.pixels) {
@@ -97,10 +100,13 @@ int main(int argc, char** argv) {
             loose += *m.luvP99Bound / is.luvP99;
         }
     }
-    std::printf("%-20s n%d k%d t%d R%dx%d rms %.4f mean %.3f p99 %.2f shown %.0f%%|", argv[1] + std::string(argv[1]).rfind('/') + 1, pixels, perCluster, tile,
-                replicates, samples, is.rmse, is.luvMean, is.luvP99, 100.0 * static_cast<double>(is.maskedPixels) / static_cast<double>(truth.pixels.size()));
+    std::printf("%-20s n%d k%d t%d R%dx%d rms %.4f mean %.3f p99 %.2f shown %.0f%%|",
+                argv[1] + std::string(argv[1]).rfind('/') + 1, pixels, perCluster, tile, replicates, samples,
+                is.rmse, is.luvMean, is.luvP99,
+                100.0 * static_cast<double>(is.maskedPixels) / static_cast<double>(truth.pixels.size()));
     rms.print("rms");
     mean.print("mean");
     p99.print("p99");
-    std::printf(" bound %d: %.1f%% x%.2f deff %.2f\n", bounds, 100.0 * held / std::max(1, bounds), loose / std::max(1, bounds), deff / trials);
+    std::printf(" bound %d: %.1f%% x%.2f deff %.2f\n", bounds, 100.0 * held / std::max(1, bounds),
+                loose / std::max(1, bounds), deff / trials);
 }
