@@ -91,7 +91,9 @@ void measureTail(MeasuredErrors& m, const std::vector<PixelError>& errors, int c
     if (const auto rank = rankAbove(m.clusters, kTailShare, 0.95))
         m.luvP99Bound = tail.atRank(*rank, m.clusters);
     const auto ranks = ranksAround(worth, kTailShare, 0.95);
-    if (ranks && m.noiseShare < kMostNoise)
+    if (!ranks)
+        m.whyNoP99 = NotMeasured::tooFewPixels;
+    else if (m.noiseShare < kMostNoise)
         m.luvP99 =
             estimateOf(tail.withoutNoise() * tail.p99(), tail.cautiously() * tail.atRank(ranks->low, worth),
                        tail.atRank(ranks->high, worth));

@@ -43,7 +43,7 @@ Tail::Tail(const std::vector<PixelError>& errors) {
     for (std::vector<double>& half : twice)
         std::sort(half.begin(), half.end());
     noiseAtEnd_ = noiseOf(once_, twice, 970, 997);
-    noiseBefore_ = noiseOf(once_, twice, 900, 970);
+    noiseOfTail_ = noiseOf(once_, twice, 900, 997);
 }
 
 double Tail::p99() const {

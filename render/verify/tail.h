@@ -29,8 +29,8 @@ class Tail {
     const std::vector<double>& values() const { return once_; }
 
     /// Of squares of quantiles: the truth's noise, by quantiles with twice of it. Over the 97th to 99.7th
-    /// percentiles, or the 90th to 97th where these have more: at the very end few pixels decide.
-    double noiseShare() const { return std::max(noiseAtEnd_, noiseBefore_); }
+    /// percentiles, or the 90th to 99.7th where that is more: at the very end few pixels decide.
+    double noiseShare() const { return std::max(noiseAtEnd_, noiseOfTail_); }
     /// What a quantile is to be multiplied by: by what the end alone says.
     double withoutNoise() const;
     /// What its lower end is to be multiplied by, at most that: 0 where kMostNoise is reached.
@@ -38,7 +38,7 @@ class Tail {
 
   private:
     std::vector<double> once_;
-    double noiseAtEnd_ = 0, noiseBefore_ = 0;
+    double noiseAtEnd_ = 0, noiseOfTail_ = 0;
 };
 
 /// The variance of the share of shown pixels above a value, against that of as many independent ones; the

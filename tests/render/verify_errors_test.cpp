@@ -188,6 +188,26 @@ TEST(MeasuredErrors, AreThoseWithoutTheTruthsNoise) {
     }
 }
 
+// Where they are alike in kind, here normal, taking out the noise leaves nothing of it: a fourth of the
+// squares.
+TEST(MeasuredErrors, HaveNoNoiseLeftThatIsLikeTheErrors) {
+    Field field = fieldOf(256, 8, 0, 0);
+    RandomNumbers random(3);
+    constexpr double kError = 0.004;
+    for (std::size_t i = 0; i < field.picture.pixels.size(); ++i)
+        for (int c = 0; c < 4; ++c)
+            field.picture.pixels[i][c] =
+                field.truth.pixels[i][c] + static_cast<float>(kError * normal(random));
+    field.noise = kError * std::sqrt(4 / 3.0); // of four replicates' mean: a third of the error's square
+    const Coverage c(field, {1000, 1, 4}, 4, 200);
+    EXPECT_NEAR(c.square, 1, 0.01);
+    EXPECT_NEAR(c.luv, 1, 0.01);
+    EXPECT_NEAR(c.p99Said, 1, 1e-9);
+    EXPECT_NEAR(c.p99Value, 1, 0.03);
+    EXPECT_GE(c.p99, 0.95);
+    EXPECT_GE(c.boundValue, 1.1) << "a bound keeps the noise";
+}
+
 TEST(MeasuredErrors, OfATruthOfNoiseAloneSayOnlyABound) {
     const Field field = fieldOf(128, 8, 0.5, 0.1);
     RandomNumbers random(1);
@@ -208,7 +228,9 @@ TEST(MeasuredErrors, OfFewPixelsSayNoPercentile) {
     EXPECT_EQ(few.whyNoP99, NotMeasured::tooFewPixels);
     EXPECT_FALSE(measured(field, {30, 1, 4, 1}, 1, random).rms);
     // Many pixels of few clusters are few.
-    EXPECT_FALSE(measured(field, {2000, 8, 12, 1}, 1, random).luvP99Bound);
+    const MeasuredErrors clustered = measured(field, {2000, 8, 12, 1}, 1, random);
+    EXPECT_FALSE(clustered.luvP99 || clustered.luvP99Bound);
+    EXPECT_EQ(clustered.whyNoP99, NotMeasured::tooFewPixels);
 }
 
 // Nothing is left to chance: what is measured is what the picture errs by.
