@@ -1,0 +1,193 @@
+// render/verify/measured_errors.cpp: see measured_errors.h.
+#include "render/verify/measured_errors.h"
+
+#include "render/verify/cluster_interval.h"
+#include "render/verify/quantile_bounds.h"
+#include "render/verify/random.h"
+#include "render/verify/tail.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+namespace tessera {
+namespace {
+
+constexpr int kRedraws = 100; // of replicates, where all pixels were taken
+constexpr double kNormal975 = 1.959963984540054;
+
+double root(double square) {
+    return std::sqrt(std::max(0.0, square));
+}
+
+/// Means of the L*u*v* distance by how noise is taken out of it.
+struct Luv {
+    double value, proportional, rooted; // measured_errors.h: of squares, of the variance, of its root
+    Luv(double once, double twice)
+        : value(root(2 * once * once - twice * twice)), proportional(2 * once - twice),
+          rooted((std::numbers::sqrt2 * once - twice) / (std::numbers::sqrt2 - 1)) {}
+};
+
+/// Over the shown pixels.
+struct Means {
+    double shown = 0, square = 0, once = 0, twice = 0; // L*u*v*: with the noise, with twice its variance
+    double worstSquare = 0, worstLuv = 0;
+    explicit Means(const std::vector<PixelError>& errors) {
+        for (const PixelError& e : errors) {
+            if (!e.shown)
+                continue;
+            ++shown;
+            square += e.square;
+            once += e.luv;
+            twice += e.luvNoisier;
+            worstSquare = std::max(worstSquare, e.square);
+            worstLuv = std::max(worstLuv, e.luv);
+        }
+        for (double* sum : {&square, &once, &twice})
+            *sum /= std::max(1.0, shown);
+    }
+    Luv luv() const { return {once, twice}; }
+};
+
+/// Ends around a value that they belong to, none below 0.
+Estimate estimateOf(double value, double low, double high) {
+    value = std::max(0.0, value);
+    return {value, std::clamp(low, 0.0, value), std::max(value, high)};
+}
+
+void measureMeans(MeasuredErrors& m, const std::vector<PixelError>& errors, int clusters) {
+    const Means means(errors);
+    const Luv luv = means.luv();
+    ClusterSums squares(clusters), proportional(clusters), rooted(clusters);
+    for (const PixelError& e : errors) {
+        if (!e.shown)
+            continue;
+        squares.add(e.cluster, (e.square - means.square) / means.shown);
+        const double once = (e.luv - means.once) / means.shown,
+                     twice = (e.luvNoisier - means.twice) / means.shown;
+        const Luv deviation(once, twice);
+        proportional.add(e.cluster, deviation.proportional);
+        rooted.add(e.cluster, deviation.rooted);
+    }
+    const Interval square = clusterInterval(means.square, squares, means.worstSquare / means.shown);
+    m.rms = estimateOf(root(means.square), root(square.low), root(square.high));
+    const double worst = means.worstLuv / means.shown;
+    const Interval a = clusterInterval(luv.proportional, proportional, worst),
+                   b = clusterInterval(luv.rooted, rooted, worst);
+    m.luvMean = estimateOf(luv.value, std::min(a.low, b.low), std::max(a.high, b.high));
+}
+
+void measureTail(MeasuredErrors& m, const std::vector<PixelError>& errors, int clusters) {
+    if (m.clusters < kFewestForP99) {
+        m.whyNoP99 = NotMeasured::tooFewPixels;
+        return;
+    }
+    const Tail tail(errors);
+    m.tailDesignEffect = clusters < m.pixels ? tailDesignEffect(errors, tail, clusters) : 1;
+    m.noiseShare = tail.noiseShare();
+    const int worth = std::clamp(static_cast<int>(m.shown / m.tailDesignEffect), m.clusters, m.shown);
+    // No estimate in between: whatever pixels of a cluster have in common, clusters are independent.
+    if (const auto rank = rankAbove(m.clusters, kTailShare, 0.95))
+        m.luvP99Bound = tail.atRank(*rank, m.clusters);
+    const auto ranks = ranksAround(worth, kTailShare, 0.95);
+    if (!ranks)
+        m.whyNoP99 = NotMeasured::tooFewPixels;
+    else if (m.noiseShare < kMostNoise)
+        m.luvP99 =
+            estimateOf(tail.withoutNoise() * tail.p99(), tail.cautiously() * tail.atRank(ranks->low, worth),
+                       tail.atRank(ranks->high, worth));
+    else
+        m.whyNoP99 = NotMeasured::truthTooNoisy;
+}
+
+/// Standard deviations of what is estimated, by the truth's noise.
+struct NoiseSpread {
+    double square = 0, proportional = 0, rooted = 0, p99 = 0;
+};
+
+NoiseSpread spreadOfRedraws(const PixelPairs& pairs, float alphaAbove) {
+    if (pairs.replicates < 2)
+        return {};
+    const auto each = static_cast<std::size_t>(pairs.replicates);
+    // Residuals of a mean of few are too small by this.
+    const float widen = std::sqrt(static_cast<float>(each) / static_cast<float>(each - 1));
+    RandomNumbers random(0);
+    PixelPairs again = pairs;
+    NoiseSpread sums, squares;
+    for (int redraw = 0; redraw < kRedraws; ++redraw) {
+        for (std::size_t i = 0; i < pairs.picture.size(); ++i) {
+            const glm::vec4* mine = &pairs.truth[i * each];
+            glm::vec4 mean(0);
+            for (std::size_t r = 0; r < each; ++r)
+                mean += mine[r] / static_cast<float>(each);
+            for (std::size_t r = 0; r < each; ++r)
+                again.truth[i * each + r] =
+                    mean + widen * (mine[static_cast<std::size_t>(random.below(each))] - mean);
+        }
+        const std::vector<PixelError> errors = pixelErrors(again, alphaAbove);
+        const Means means(errors);
+        if (means.shown == 0)
+            continue;
+        const Luv luv = means.luv();
+        const auto take = [](double v, double& sum, double& square) {
+            sum += v / kRedraws;
+            square += v * v / kRedraws;
+        };
+        take(means.square, sums.square, squares.square);
+        take(luv.proportional, sums.proportional, squares.proportional);
+        take(luv.rooted, sums.rooted, squares.rooted);
+        take(Tail(errors).p99(), sums.p99, squares.p99);
+    }
+    return {root(squares.square - sums.square * sums.square),
+            root(squares.proportional - sums.proportional * sums.proportional),
+            root(squares.rooted - sums.rooted * sums.rooted), root(squares.p99 - sums.p99 * sums.p99)};
+}
+
+void measureAll(MeasuredErrors& m, const PixelPairs& pairs, float alphaAbove,
+                const std::vector<PixelError>& errors) {
+    NoiseSpread wide = spreadOfRedraws(pairs, alphaAbove);
+    for (double* s : {&wide.square, &wide.proportional, &wide.rooted, &wide.p99})
+        *s *= kNormal975;
+    const Means means(errors);
+    const Luv luv = means.luv();
+    m.rms =
+        estimateOf(root(means.square), root(means.square - wide.square), root(means.square + wide.square));
+    m.luvMean =
+        estimateOf(luv.value, std::min(luv.rooted - wide.rooted, luv.proportional - wide.proportional),
+                   std::max(luv.rooted + wide.rooted, luv.proportional + wide.proportional));
+    const Tail tail(errors);
+    const double p99 = tail.p99OfAll();
+    m.noiseShare = tail.noiseShare();
+    m.luvP99Bound = p99 + wide.p99;
+    if (m.noiseShare < kMostNoise)
+        m.luvP99 =
+            estimateOf(tail.withoutNoise() * p99, tail.cautiously() * (p99 - wide.p99), p99 + wide.p99);
+    else
+        m.whyNoP99 = NotMeasured::truthTooNoisy;
+}
+
+} // namespace
+
+MeasuredErrors measuredErrors(const PixelPairs& pairs, float alphaAbove) {
+    const std::vector<PixelError> errors = pixelErrors(pairs, alphaAbove);
+    MeasuredErrors m;
+    m.pixels = static_cast<int>(errors.size());
+    int last = -1;
+    for (const PixelError& e : errors)
+        if (e.shown) {
+            ++m.shown;
+            m.clusters += e.cluster != last;
+            last = e.cluster;
+        }
+    if (pairs.sample.all && m.shown > 0) {
+        measureAll(m, pairs, alphaAbove, errors);
+        return m;
+    }
+    if (m.clusters >= kFewestForMeans)
+        measureMeans(m, errors, pairs.sample.clusters);
+    measureTail(m, errors, pairs.sample.clusters);
+    return m;
+}
+
+} // namespace tessera

@@ -1,0 +1,138 @@
+// render/verify/pixel_sample.cpp: see pixel_sample.h.
+#include "render/verify/pixel_sample.h"
+
+#include "core/error.h"
+#include "render/verify/random.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+/// Pixels to choose from in a tile, for each pixel of a cluster. A tile as long as t strata is drawn from at
+/// most 2t + 4 times; while at most 3/4 of all pixels are taken, one with so many has enough for that.
+constexpr int kPixelsPerDraw = 16;
+
+/// The place along Hilbert's curve through a square of `side` tiles (a power of two).
+std::uint64_t hilbertPlace(int side, int x, int y) {
+    std::uint64_t place = 0;
+    for (int s = side / 2; s > 0; s /= 2) {
+        const int right = (x & s) != 0, below = (y & s) != 0;
+        place += static_cast<std::uint64_t>(s) * static_cast<std::uint64_t>(s) *
+                 static_cast<std::uint64_t>((3 * right) ^ below);
+        if (!below) {
+            if (right) {
+                x = side - 1 - x;
+                y = side - 1 - y;
+            }
+            std::swap(x, y);
+        }
+    }
+    return place;
+}
+
+using Tile = std::vector<glm::ivec2>; // pixels to choose from
+
+/// Along the curve. Tiles of one picture differ by at most one pixel in width and height.
+std::vector<Tile> tilesInARow(const glm::ivec2& size, int side, std::span<const std::uint8_t> frame) {
+    const glm::ivec2 count = glm::max(glm::ivec2(1), (size + side / 2) / side);
+    int square = 1;
+    while (square < std::max(count.x, count.y))
+        square *= 2;
+    std::vector<std::pair<std::uint64_t, glm::ivec2>> order;
+    for (int y = 0; y < count.y; ++y)
+        for (int x = 0; x < count.x; ++x)
+            order.emplace_back(hilbertPlace(square, x, y), glm::ivec2(x, y));
+    std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    const auto edge = [](int i, int parts, int whole) {
+        return static_cast<int>(static_cast<std::int64_t>(i) * whole / parts);
+    };
+    std::vector<Tile> tiles;
+    for (const auto& [place, at] : order) {
+        Tile& tile = tiles.emplace_back();
+        for (int y = edge(at.y, count.y, size.y); y < edge(at.y + 1, count.y, size.y); ++y)
+            for (int x = edge(at.x, count.x, size.x); x < edge(at.x + 1, count.x, size.x); ++x)
+                if (frame.empty() || frame[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) +
+                                           static_cast<std::size_t>(x)])
+                    tile.emplace_back(x, y);
+    }
+    return tiles;
+}
+
+/// Neighbours become one until each has enough.
+std::vector<Tile> merged(std::vector<Tile> tiles, std::size_t enough) {
+    std::vector<Tile> out;
+    for (Tile& tile : tiles) {
+        if (out.empty() || out.back().size() >= enough)
+            out.push_back(std::move(tile));
+        else
+            out.back().insert(out.back().end(), tile.begin(), tile.end());
+    }
+    if (out.size() > 1 && out.back().size() < enough) {
+        out[out.size() - 2].insert(out[out.size() - 2].end(), out.back().begin(), out.back().end());
+        out.pop_back();
+    }
+    return out;
+}
+
+/// Takes the pixels out of the tiles.
+PixelSample takeRound(std::vector<Tile>& tiles, const SampleDesign& design, int round) {
+    PixelSample sample;
+    for (const Tile& tile : tiles)
+        sample.population += tile.size();
+    const auto each = static_cast<std::size_t>(design.perCluster);
+    const std::size_t strata =
+        std::max<std::size_t>(1, (static_cast<std::size_t>(design.pixels) + each) / (2 * each));
+    const std::size_t pixels = 2 * each * strata;
+    if (4 * pixels >= 3 * sample.population) {
+        sample.all = true;
+        sample.chance = 1;
+        for (Tile& tile : tiles) {
+            for (const glm::ivec2& at : tile)
+                sample.pixels.push_back({at, sample.clusters++});
+            tile.clear();
+        }
+        return sample;
+    }
+    sample.chance = static_cast<double>(pixels) / static_cast<double>(sample.population);
+    tiles = merged(std::move(tiles), kPixelsPerDraw * each);
+    std::vector<std::size_t> ends; // of the tiles, in pixels along the row
+    for (const Tile& tile : tiles)
+        ends.push_back((ends.empty() ? 0 : ends.back()) + tile.size());
+    RandomNumbers random(design.seed, static_cast<std::uint64_t>(round));
+    const double length = static_cast<double>(sample.population) / static_cast<double>(strata);
+    for (std::size_t stratum = 0; stratum < strata; ++stratum)
+        for (int draw = 0; draw < 2; ++draw) {
+            const double place = (static_cast<double>(stratum) + random.unit()) * length;
+            const auto at = std::upper_bound(ends.begin(), ends.end() - 1, static_cast<std::size_t>(place));
+            Tile& tile = tiles[static_cast<std::size_t>(at - ends.begin())];
+            TESSERA_CHECK(tile.size() >= each);
+            for (std::size_t i = 0; i < each; ++i) {
+                const auto chosen = static_cast<std::size_t>(random.below(tile.size()));
+                sample.pixels.push_back({tile[chosen], sample.clusters});
+                tile[chosen] = tile.back();
+                tile.pop_back();
+            }
+            ++sample.clusters;
+        }
+    return sample;
+}
+
+} // namespace
+
+PixelSample choosePixels(const glm::ivec2& size, const SampleDesign& design, int round,
+                         std::span<const std::uint8_t> frame) {
+    TESSERA_CHECK(size.x > 0 && size.y > 0 && design.pixels > 0 && design.perCluster > 0 && design.tile > 0 &&
+                  round >= 0);
+    TESSERA_CHECK(frame.empty() ||
+                  frame.size() == static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));
+    std::vector<Tile> tiles = tilesInARow(size, design.tile, frame);
+    for (int earlier = 0; earlier < round; ++earlier)
+        takeRound(tiles, design, earlier);
+    return takeRound(tiles, design, round);
+}
+
+} // namespace tessera
