@@ -63,17 +63,34 @@ bool bringBricks(Engine& engine, ScenePlan& plan, Ledger& ram, Ledger& gpu, Work
     return false;
 }
 
-int drawToTheEnd(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
-                 Work& work) {
+namespace {
+
+/// Returns in how many passes; 0 where bricks took too many bytes.
+int drawPasses(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
+               std::uint64_t mostBytes, Work& work) {
     const VolumeState& volume = plan.volume;
     for (int passes = 1;; ++passes) {
         TESSERA_CHECK(caster.draw(slicing, RayCaster::Clock::time_point::max(), work));
         if (caster.waiting() == 0)
             return passes;
+        if (work.bytesUploaded > mostBytes)
+            return 0;
         BrickResidency& bricks = *engine.bricks();
         bricks.serve(bricksToServe(caster.takeWanted(), volume.selection, bricks.pages()), *volume.cache,
                      work);
     }
+}
+
+} // namespace
+
+int drawToTheEnd(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
+                 Work& work) {
+    return drawPasses(caster, engine, plan, slicing, UINT64_MAX, work);
+}
+
+bool drawWithin(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
+                std::uint64_t mostBytes, Work& work) {
+    return drawPasses(caster, engine, plan, slicing, mostBytes, work) > 0;
 }
 
 } // namespace tessera

@@ -20,6 +20,10 @@ bool bringBricks(Engine& engine, ScenePlan& plan, Ledger& ram, Ledger& gpu, Work
 int drawToTheEnd(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
                  Work& work);
 
+/// The same, but stops where bricks would take more bytes than that, all of work together: false then.
+bool drawWithin(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
+                std::uint64_t mostBytes, Work& work);
+
 /// The rays of the plan as it is.
 Rays raysOf(const ScenePlan& plan);
 

@@ -44,13 +44,28 @@ void drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, Slicing sl
     result.pixels = picture.report();
 }
 
+/// What the selection came to; after it is final.
+void report(const ScenePlan& p, RenderResult& result) {
+    result.level = p.volume.selection.finest();
+    result.integrator = p.volume.optics.integrator;
+    result.stepVoxels = p.view.quality.stepVoxels;
+    result.bricksOfLevel = p.volume.selection.counts;
+    result.selectionPages = pagesFor(p.volume.selection.counts);
+    result.atlasPages = std::min(p.chosen.atlasPages, result.selectionPages);
+    if (p.chosen.predicted)
+        result.predictedError = p.chosen.error;
+    result.residentBricks = p.volume.selection.shownBricks();
+    result.unseenBricks = p.chosen.unseenBricks;
+    result.emptyBricks = p.volume.selection.counts[Selection::kEmpty] - result.unseenBricks;
+}
+
 /// The picture of a plan, by any engine: bricks are brought, a step is chosen, rays are drawn, errors told.
 void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, Ledger& gpu,
-                 const RenderOptions& options, Progress& progress, RenderResult& result) {
+                 const RenderOptions& options, int round, Progress& progress, RenderResult& result) {
     progress.stage("loading bricks");
     const auto loading = Clock::now();
     const bool passes = bringBricks(engine, p, ram, gpu, result.work);
-    const auto caster = engine.caster({options.counting, false, passes}, gpu);
+    std::unique_ptr<RayCaster> caster = engine.caster({options.counting, false, passes}, gpu);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
     result.refinedCells = caster->refine();
@@ -68,7 +83,7 @@ void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
         progress.stage("choosing the step");
         if (scene.quality.maxError.value_or(0) > 0)
             search.chooseStep({Goal::Measure::luvP99, *scene.quality.maxError - p.chosen.error.p99});
-        else if (scene.quality.automaticStep && options.checking)
+        else if (scene.quality.automaticStep && (options.searching || options.checking))
             search.chooseStep({Goal::Measure::rms, kDefaultStepError});
     }
     progress.stage("drawing");
@@ -94,6 +109,13 @@ void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
         if (p.chosen.predicted)
             result.errors->levelsLuvP99 = p.chosen.error.p99;
     }
+    report(p, result);
+    if (checks && options.verify != Verify::none) {
+        progress.stage("measuring the picture's errors");
+        result.measured = measurePicture({scene, result.image, result.work, result.pixels.taken,
+                                          options.verify, round, options.threads, options.slicing},
+                                         p, engine, caster, ram, gpu);
+    }
     result.secondsChecking = secondsSince(checking);
     if (const std::string fault = engine.fault(); !fault.empty())
         throw Error(fault);
@@ -115,21 +137,6 @@ Scene firstScene(const Scene& scene) {
 double secondsAfterFirst(const RenderResult& first, const Scene& scene) {
     const double samplesPerSample = (1 << first.level) * first.stepVoxels / scene.quality.stepVoxels;
     return 1.3 * samplesPerSample * 1e-3 * first.work.marchMs;
-}
-
-/// What the selection came to; after it is final.
-void report(const ScenePlan& p, RenderResult& result) {
-    result.level = p.volume.selection.finest();
-    result.integrator = p.volume.optics.integrator;
-    result.stepVoxels = p.view.quality.stepVoxels;
-    result.bricksOfLevel = p.volume.selection.counts;
-    result.selectionPages = pagesFor(p.volume.selection.counts);
-    result.atlasPages = std::min(p.chosen.atlasPages, result.selectionPages);
-    if (p.chosen.predicted)
-        result.predictedError = p.chosen.error;
-    result.residentBricks = p.volume.selection.shownBricks();
-    result.unseenBricks = p.chosen.unseenBricks;
-    result.emptyBricks = p.volume.selection.counts[Selection::kEmpty] - result.unseenBricks;
 }
 
 } // namespace
@@ -250,9 +257,9 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     if (first) {
         RenderResult quick;
         RenderOptions plain = options;
-        plain.checking = false;
-        drawPicture(coarse, p, engine, ram, gpu, plain, progress, quick);
-        report(p, quick);
+        plain.checking = plain.searching = false;
+        plain.verify = Verify::none;
+        drawPicture(coarse, p, engine, ram, gpu, plain, 0, progress, quick);
         options.onFirstPicture(quick.image, secondsAfterFirst(quick, scene));
         quick = {};
         engine.close();
@@ -271,8 +278,7 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     result.highest = values.highest;
     result.secondsPreparing = secondsSince(start);
 
-    drawPicture(scene, p, engine, ram, gpu, options, progress, result);
-    report(p, result);
+    drawPicture(scene, p, engine, ram, gpu, options, 0, progress, result);
     if (made.kind == EngineKind::reference)
         result.level = 0;
     result.occupiedCells = scene.quality.skipping ? p.volume.occupancy.occupiedCells() : result.cells;
@@ -349,6 +355,9 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
             line("error of filtered fetches: rms %.2g, L*u*v* %.2g in the mean, %.2g at the 99th percentile",
                  e.filtering->rms, e.filtering->luvMean, e.filtering->luvP99);
     }
+    if (r.measured)
+        for (const std::string& text : describe(*r.measured))
+            lines.push_back(text);
     line("transfer function table: off by at most %.2g of the largest extinction, steps aside",
          r.tableRelativeError);
     line("ray termination: at most %.2g of a pixel's light is left out",

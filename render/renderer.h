@@ -10,6 +10,7 @@
 #include "render/contract/slicing.h"
 #include "render/engine.h"
 #include "render/engines/gpu/gl/context.h"
+#include "render/measure_picture.h"
 #include "render/pixels/area_picture.h"
 #include "render/plan/choose_levels.h"
 #include "render/plan/picture_check.h"
@@ -35,7 +36,9 @@ struct RenderOptions {
     Slicing slicing;      // gpu and native
     bool counting = true; // work counters; false: they are not compiled
     LevelChoice levels = LevelChoice::perBrick;
-    bool checking = false; // gpu and native: draw some pixels again to estimate the picture's errors
+    bool searching = false; // gpu and native: take a step that is good enough, where the scene names none
+    bool checking = false;  // the same, and estimate what steps and filtering cost the picture
+    Verify verify = Verify::none; // gpu and native: measure the picture's errors
     /// Gpu and native: gets a first whole picture, all bricks at one coarse level, before levels are chosen
     /// and loaded for the picture itself; and an estimate, good to a factor of three, of the seconds that the
     /// rest takes.
@@ -64,7 +67,8 @@ struct RenderResult {
     double tableRelativeError = 0;
     Integrator integrator = Integrator::midpoint; // as used; so the step
     double stepVoxels = 0;
-    std::optional<PictureErrors> errors; // where they were checked
+    std::optional<PictureErrors> errors;        // where they were checked
+    std::optional<PictureMeasurement> measured; // where it was asked for
     PixelReport pixels;
     double secondsChecking = 0;
     double lowest = 0, highest = 0; // values of the volume, physical units

@@ -96,12 +96,30 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
             choice == LevelChoice::quick ? quickLevel(info.extentVoxels) : 0);
         chosen.atlasPages = pagesFor(chosen.selection.counts);
     };
-    if (choice != LevelChoice::perBrick) {
+    if (choice != LevelChoice::perBrick && choice != LevelChoice::finest) {
         chooseOneForAll();
         return chosen;
     }
     const std::size_t forBricks = gpu.freeBytes() - std::min(gpu.freeBytes(), gpuFixed);
     const std::size_t pages = pagesThatFit(forBricks, info.type, limits);
+    // Fewer pages than the selection has: rays wait for bricks.
+    const auto inPasses = [&] {
+        const std::size_t wanted = pagesFor(chosen.selection.counts);
+        // Where none is named, one that takes ends comes only with room for far more pages than it needs.
+        const Integrator named = scene.quality.integrator;
+        const bool takesEnds = named != Integrator::automatic && named != Integrator::midpoint;
+        chosen.atlasPages = std::min(std::max<std::size_t>(1, wanted), pages);
+        const std::size_t least = std::max<std::size_t>(
+            1, std::min(wanted, neighbourhoodPages(scene.shading.on, takesEnds || !scene.surfaces.empty())));
+        if (chosen.atlasPages < least)
+            throw belowFloor(gpu, gpuFixed + atlasBytes(least, info.type, limits),
+                             "picture, tables and the bricks around one sample");
+    };
+    if (choice == LevelChoice::finest) {
+        chosen.selection = cullBricks(statistics, table, info, 0, culling);
+        inPasses();
+        return chosen;
+    }
     if (pages == 0 && !scene.quality.maxError)
         throw belowFloor(gpu, gpuFixed + atlasBytes(1, info.type, limits),
                          "picture, tables and a page of bricks");
@@ -122,17 +140,8 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
     chosen.predicted = true;
     if (scene.quality.maxError) {
         chosen.selection = chooser->within(statistics.brickMean, kShareOfLevels * *scene.quality.maxError);
-        const std::size_t wanted = pagesFor(chosen.selection.counts);
-        // Where none is named, one that takes ends comes only with room for far more pages than it needs.
-        const Integrator named = scene.quality.integrator;
-        const bool takesEnds = named != Integrator::automatic && named != Integrator::midpoint;
         chosen.error = chooser->predict(chosen.selection);
-        chosen.atlasPages = std::min(std::max<std::size_t>(1, wanted), pages);
-        const std::size_t least = std::max<std::size_t>(
-            1, std::min(wanted, neighbourhoodPages(scene.shading.on, takesEnds || !scene.surfaces.empty())));
-        if (chosen.atlasPages < least)
-            throw belowFloor(gpu, gpuFixed + atlasBytes(least, info.type, limits),
-                             "picture, tables and the bricks around one sample");
+        inPasses();
     } else {
         // What is hidden needs no memory that what is seen could have.
         const std::vector<float> visible = chooser->predictedVisibility();

@@ -14,8 +14,9 @@
 namespace tessera {
 
 /// How levels are chosen: as the scene's quality says; one for all bricks, so coarse that a first picture is
-/// there at once; or, for tests and comparisons, the finest one for all that fits.
-enum class LevelChoice { perBrick, quick, oneForAll, oneForAllNothingCulled };
+/// there at once; the finest there is, in as many passes as the budget needs; or, for tests and comparisons,
+/// the finest one for all that fits.
+enum class LevelChoice { perBrick, quick, finest, oneForAll, oneForAllNothingCulled };
 
 /// What must show nothing around a brick that is left out.
 inline Culling cullingFor(const Shading& shading) {

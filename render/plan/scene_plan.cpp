@@ -155,8 +155,8 @@ void ScenePlan::mapLevels(Ledger& ram, bool always) {
 
 void ScenePlan::chooseByVisibility(std::span<const SeenBrick> seen, Ledger& ram) {
     const std::vector<float> visible = visibilityFactors(seen, volume.selection);
-    BestLevels better = bestLevels(*chosen.chooser, volume.statistics.brickMean, chosen.atlasPages, visible,
-                                   Unseen::leftOut);
+    BestLevels better =
+        bestLevels(*chosen.chooser, volume.statistics.brickMean, chosen.atlasPages, visible, Unseen::leftOut);
     chosen.error = better.error;
     chosen.unseenBricks = better.unseenBricks;
     chosen.chooser.reset();
@@ -213,8 +213,7 @@ void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const
     const VolumeInfo& volumeInfo = info();
     const glm::ivec3 extent = volumeInfo.extentVoxels, bricks = brickGrid(extent);
     // What is seen is counted before the picture, in its room; with quality to reach, rays wait for bricks.
-    const std::size_t picture =
-        view.quality.pixels.samples == 1 ? rayStateBytes(view.imageSize) : placedRaysBytes(view.imageSize);
+    const std::size_t picture = placedRaysBytes(view.imageSize); // pixels are drawn again
     const std::size_t rays = view.quality.maxError
                                  ? picture + wantedBytes(bricks)
                                  : std::max(picture, visibilityBytes(view.imageSize, bricks));
@@ -271,7 +270,9 @@ void chooseAgain(ScenePlan& p, const Scene& scene, const TextureLimits& most, Le
     p.settleIntegrator(ram, gpu, p.volume.table.entries.size());
     p.planMemory(most, ram, gpu, threads);
     TextureLimits limits = most;
-    if (limits.pageEdge > kBrickExtent)
+    if (choice == LevelChoice::finest) // rays wait for bricks: none is filled from neighbours
+        p.volume.pageEdge = limits.pageEdge = kBrickExtent;
+    else if (limits.pageEdge > kBrickExtent)
         p.chooseAprons(limits,
                        cullBricks(p.volume.statistics, p.volume.table, p.info(), 0, cullingFor(scene.shading))
                            .shownBricks(),

@@ -27,6 +27,11 @@ Image StepSearch::draw(double stepVoxels) {
 
 double StepSearch::chooseStep(const Goal& goal) {
     const std::vector<Integrator> integrators = plan_.integratorsToTry();
+    const auto setStep = [&](double stepVoxels) {
+        plan_.setStep(stepVoxels);
+        if (plan_.volume.optics.integrator == Integrator::preintegrated2d) // its tables are of a length
+            drawer_.functionChanged();
+    };
     const auto take = [&](Integrator integrator) {
         if (integrator != plan_.volume.optics.integrator) {
             plan_.setIntegrator(integrator, ram_);
@@ -43,7 +48,7 @@ double StepSearch::chooseStep(const Goal& goal) {
         std::vector<Image> drawn;
         for (std::size_t n = 0; n < kJudged; ++n) {
             while (drawn.size() < n + 3) {
-                plan_.setStep(kSteps[drawn.size()]);
+                setStep(kSteps[drawn.size()]);
                 drawn.push_back(draw(kSteps[drawn.size()]));
             }
             const EstimatedError e = stepError(drawn[n], drawn[n + 1], drawn[n + 2]).error;
@@ -61,7 +66,7 @@ double StepSearch::chooseStep(const Goal& goal) {
     if (!best)
         best = closest;
     take(best->integrator);
-    plan_.setStep(best->step);
+    setStep(best->step);
     return best->error;
 }
 

@@ -50,6 +50,7 @@ struct RenderArguments {
     int seed = -1;                    // negative: as the scene says
     std::string unit, edgeFunction, sampling, integrator, gradient, first;
     std::vector<std::string> surfaces;
+    std::string verify;
     bool noShading = false, noSkipping = false, noCheck = false, explain = false, json = false;
     InputOptions input;
 };
@@ -98,6 +99,21 @@ Isosurface parseSurface(const std::string& text) {
     if (!(surface.opacity >= 0 && surface.opacity <= 1))
         throw refuse();
     return surface;
+}
+
+/// `--no-check` is `--verify none`; `--max-error` needs the truth.
+Verify parseVerify(const RenderArguments& arguments) {
+    const std::vector<std::string>& names = verifyNames();
+    if (arguments.noCheck && !arguments.verify.empty() && arguments.verify != names.front())
+        throw badFile("--no-check", "--verify or --no-check, which is --verify none", "both");
+    if (arguments.noCheck)
+        return Verify::none;
+    if (arguments.verify.empty())
+        return Verify::quick;
+    const auto at = std::find(names.begin(), names.end(), arguments.verify);
+    if (at == names.end())
+        throw badFile("--verify", joinNames(names), "\"" + arguments.verify.substr(0, 40) + "\"");
+    return static_cast<Verify>(at - names.begin());
 }
 
 /// Samples a pixel: a whole number.
@@ -336,7 +352,9 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     RenderOptions options;
     options.engine = engine;
     options.device.text = arguments.device;
-    options.checking = !arguments.noCheck;
+    options.searching = true;
+    options.verify = parseVerify(arguments);
+    options.checking = options.verify != Verify::none;
     double firstSeconds = 0;
     if (!arguments.first.empty() && !drawsFirst)
         throw badFile("--first", "--engine auto, gpu or native", arguments.engine);
@@ -439,7 +457,7 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
         ->add_option(
             "--step", a->step,
             "distance of samples at the finest level, in voxels (default: the longest whose estimated "
-            "error is within 1/255; 0.5 with --no-check)")
+            "error is within 1/255)")
         ->check(numberWithin(1.0 / 64, 16, "voxels from 1/64 to 16"));
     command
         ->add_option(
@@ -478,10 +496,10 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
                             " (default: central)");
     command->add_flag("--no-shading", a->noShading, "colours as the transfer function has them");
     command->add_flag("--no-skipping", a->noSkipping, "sample empty space too; the picture is the same");
-    command->add_flag(
-        "--no-check", a->noCheck,
-        "draw no pixels again: the picture's errors are not estimated, and where no step is named "
-        "it is 0.5, not the longest that is good enough: the picture changes");
+    command->add_option("--verify", a->verify,
+                        "draw some pixels again as they should be and say how wrong the picture is: " +
+                            joinNames(verifyNames()) + " (default: quick)");
+    command->add_flag("--no-check", a->noCheck, "the same as --verify none");
     command->add_option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
     command->add_option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command->add_option("--gl-device", a->device, "auto, software, or a device's number")

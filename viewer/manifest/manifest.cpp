@@ -30,6 +30,40 @@ nlohmann::json pixelsJson(const RenderResult& result, const Scene& scene) {
     return pixels;
 }
 
+nlohmann::json measuredJson(const MeasuredErrors& e) {
+    const auto estimate = [](const Estimate& x) {
+        return nlohmann::json{{"value", x.value}, {"from", x.low}, {"to", x.high}};
+    };
+    nlohmann::json out = nlohmann::json::object();
+    if (e.rms)
+        out["rms"] = estimate(*e.rms);
+    if (e.luvMean)
+        out["luvMean"] = estimate(*e.luvMean);
+    if (e.luvP99)
+        out["luvPercentile99"] = estimate(*e.luvP99);
+    return out;
+}
+
+/// Against the mean over each pixel's area of the finest level's integral; "to" and "from" hold the truth in
+/// 95 of 100 choices of pixels.
+nlohmann::json measurementJson(const PictureMeasurement& m) {
+    nlohmann::json out = m.whyNot.empty() ? measuredJson(m.all) : nlohmann::json::object();
+    out["mode"] = verifyNames()[static_cast<std::size_t>(m.mode)];
+    if (!m.whyNot.empty()) {
+        out["notMeasured"] = m.whyNot;
+        return out;
+    }
+    out["pixels"] = m.all.pixels;
+    out["pixelsThatShow"] = m.all.shown;
+    out["samplesOfPixel"] = m.samples;
+    out["bytesRead"] = m.bytesRead;
+    if (m.all.luvP99Bound)
+        out["luvPercentile99AtMost"] = *m.all.luvP99Bound;
+    out["samplesOfPixels"] = measuredJson(m.sampling);
+    out["levelsStepFiltering"] = measuredJson(m.rays);
+    return out;
+}
+
 nlohmann::json errorsJson(const RenderResult& result, const Scene& scene) {
     const double share = scene.quality.terminationTransmittance;
     nlohmann::json errors = {{"termination", {{"lightLeftOutAtMost", share}}},
@@ -37,6 +71,8 @@ nlohmann::json errorsJson(const RenderResult& result, const Scene& scene) {
     if (result.predictedError)
         errors["levels"] = {{"luvMean", result.predictedError->mean},
                             {"luvPercentile99", result.predictedError->p99}};
+    if (result.measured)
+        errors["measured"] = measurementJson(*result.measured);
     if (!result.errors)
         return errors;
     errors["pixelsDrawnAgain"] = result.errors->pixels;

@@ -1,0 +1,32 @@
+// render/measure_picture.h: how wrong a picture that has just been drawn is: pixels drawn again on the engine
+// that drew it, through the finest levels where the picture's are coarser, within the same budgets.
+#pragma once
+
+#include "core/scene.h"
+#include "render/engine.h"
+#include "render/pixels_again.h"
+#include "render/plan/scene_plan.h"
+
+#include <memory>
+
+namespace tessera {
+
+struct DrawnPicture {
+    const Scene& scene;
+    const Image& image;
+    const Work& work;           // that it took
+    double samplesPerPixel = 1; // in the mean
+    Verify mode = Verify::quick;
+    int round = 0; // of measurements of this picture
+    int threads = 0;
+    Slicing slicing;
+};
+
+/// @param caster  of the engine; where coarser levels were drawn it is let go of, the engine takes the finest
+///     levels instead, and the plan is of these afterwards
+/// A picture of 512 x 512 pixels and more pays a quarter of its bytes at most for Verify::quick; what cannot
+/// be measured for that, or in these budgets, is said and not guessed.
+PictureMeasurement measurePicture(const DrawnPicture& picture, ScenePlan& plan, Engine& engine,
+                                  std::unique_ptr<RayCaster>& caster, Ledger& ram, Ledger& gpu);
+
+} // namespace tessera
