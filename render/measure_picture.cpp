@@ -19,6 +19,18 @@ std::size_t shownPixels(const Image& image) {
                                                   [](const glm::vec4& p) { return !(p.a <= 1.0f / 255); }));
 }
 
+/// Every round takes pixels of its own. Where those would be too few for each, all take all: then nothing is
+/// chosen, and what decided to go on decides nothing about which pixels tell.
+void leaveForOthers(VerifyPlan& plan, const VerifyInput& input, int rounds) {
+    const double pixels = static_cast<double>(input.size.x) * input.size.y;
+    const double share = std::floor(pixels / rounds);
+    if (plan.design.pixels <= share)
+        return;
+    constexpr double kEnough = 1.3 * kFewestForP99;
+    const bool enough = share * static_cast<double>(input.shown) / pixels >= kEnough;
+    plan.design.pixels = static_cast<int>(enough ? share : pixels);
+}
+
 bool hasFinestLevels(const ScenePlan& plan) {
     const Selection& s = plan.volume.selection;
     return s.counts[0] == s.shownBricks();
@@ -41,7 +53,9 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, ScenePlan& plan, 
     input.costOfTruthRay = kStepsOfTruth;
     input.mode = picture.mode;
     input.seed = picture.scene.quality.pixels.seed;
-    const VerifyPlan design = verifyPlan(input);
+    VerifyPlan design = verifyPlan(input);
+    if (picture.rounds > 1)
+        leaveForOthers(design, input, picture.rounds);
     if (design.design.pixels == 0) {
         out.whyNot = input.shown == 0 ? "the picture shows nothing" : "it was not asked for";
         return out;

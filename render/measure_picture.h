@@ -17,7 +17,7 @@ struct DrawnPicture {
     const Work& work;           // that it took
     double samplesPerPixel = 1; // in the mean
     Verify mode = Verify::quick;
-    int round = 0; // of measurements of this picture
+    int round = 0, rounds = 1; // of measurements of this picture, and how many there may be
     int threads = 0;
     Slicing slicing;
 };

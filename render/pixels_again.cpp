@@ -61,7 +61,10 @@ std::vector<std::string> describe(const PictureMeasurement& m) {
 
 PixelsAgain::PixelsAgain(const Image& picture, const VerifyPlan& plan, const PixelSampling& sampling,
                          int round)
-    : size_(picture.size), sample_(choosePixels(picture.size, plan.design, round)),
+    : size_(picture.size),
+      sample_(
+          choosePixels(picture.size, plan.design,
+                       static_cast<std::size_t>(plan.design.pixels) >= picture.pixels.size() ? 0 : round)),
       replicates_(plan.replicates), samples_(plan.samples), places_(sampling.seed, sampling.filter),
       firstSet_(kFirstSet + static_cast<std::uint32_t>(round) * kSetsOfRound) {
     TESSERA_CHECK(replicates_ > 0 && samples_ > 0);

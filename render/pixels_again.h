@@ -39,8 +39,8 @@ const std::vector<std::string>& verifyNames(); // in the order of Verify
 /// come to.
 class PixelsAgain {
   public:
-    /// @param picture   linear, premultiplied
-    /// @param round     of choices: none has a pixel of an earlier one
+    /// @param picture  linear, premultiplied
+    /// @param round    of choices: none has a pixel of an earlier one, unless all pixels are taken
     PixelsAgain(const Image& picture, const VerifyPlan& plan, const PixelSampling& sampling, int round);
 
     std::size_t pixels() const { return sample_.pixels.size(); }

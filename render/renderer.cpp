@@ -10,6 +10,7 @@
 #include "render/engines/reference/reference_engine.h"
 #include "render/picture.h"
 #include "render/plan/step_search.h"
+#include "render/verify/error_goal.h"
 
 #include <algorithm>
 #include <chrono>
@@ -112,13 +113,49 @@ void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     report(p, result);
     if (checks && options.verify != Verify::none) {
         progress.stage("measuring the picture's errors");
-        result.measured = measurePicture({scene, result.image, result.work, result.pixels.taken,
-                                          options.verify, round, options.threads, options.slicing},
-                                         p, engine, caster, ram, gpu);
+        const bool decides = scene.quality.maxError.value_or(0) > 0;
+        const DrawnPicture drawn{scene,
+                                 result.image,
+                                 result.work,
+                                 result.pixels.taken,
+                                 decides ? Verify::full : options.verify,
+                                 round,
+                                 decides ? ErrorGoal::kMostRounds : 1,
+                                 options.threads,
+                                 options.slicing};
+        result.measured = measurePicture(drawn, p, engine, caster, ram, gpu);
     }
     result.secondsChecking = secondsSince(checking);
     if (const std::string fault = engine.fault(); !fault.empty())
         throw Error(fault);
+}
+
+/// Pictures, each finer than the one before, until the measured error is within what is asked.
+void drawUntilGoodEnough(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, Ledger& gpu,
+                         const RenderOptions& options, Progress& progress, RenderResult& result) {
+    ErrorGoal goal(*scene.quality.maxError);
+    Scene now = scene;
+    for (int round = 0;; ++round) {
+        now.quality.maxError = goal.ofRays();
+        if (round > 0) {
+            engine.close();
+            progress.stage("choosing finer levels");
+            chooseAgain(p, now, engine.limits(), ram, gpu, options.threads, options.levels);
+        }
+        drawPicture(now, p, engine, ram, gpu, options, round, progress, result);
+        result.rounds = round + 1;
+        const PictureMeasurement& m = *result.measured;
+        const bool finest =
+            result.bricksOfLevel[0] == result.residentBricks && result.stepVoxels <= StepSearch::kFinestStep;
+        const bool most = scene.quality.pixels.samples != PixelSampling::kAutomatic ||
+                          result.pixels.most >= PixelSampling::kMost;
+        const auto verdict = goal.judge(m.all, m.sampling, m.rays, finest, most);
+        result.shortfall = goal.shortfall();
+        if (!m.whyNot.empty())
+            result.shortfall += ": " + m.whyNot;
+        if (verdict != ErrorGoal::Verdict::goOn)
+            return;
+    }
 }
 
 /// A first picture is drawn with: a sample of the coarse level a step, not two, and nothing tried or
@@ -278,7 +315,10 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     result.highest = values.highest;
     result.secondsPreparing = secondsSince(start);
 
-    drawPicture(scene, p, engine, ram, gpu, options, 0, progress, result);
+    if (scene.quality.maxError.value_or(0) > 0 && options.verify != Verify::none && about.choosesSteps)
+        drawUntilGoodEnough(scene, p, engine, ram, gpu, options, progress, result);
+    else
+        drawPicture(scene, p, engine, ram, gpu, options, 0, progress, result);
     if (made.kind == EngineKind::reference)
         result.level = 0;
     result.occupiedCells = scene.quality.skipping ? p.volume.occupancy.occupiedCells() : result.cells;

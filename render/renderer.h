@@ -69,6 +69,8 @@ struct RenderResult {
     double stepVoxels = 0;
     std::optional<PictureErrors> errors;        // where they were checked
     std::optional<PictureMeasurement> measured; // where it was asked for
+    int rounds = 1;                             // pictures drawn until the error was what was asked for
+    std::string shortfall;                      // why it is not; empty: it is, or none was asked for
     PixelReport pixels;
     double secondsChecking = 0;
     double lowest = 0, highest = 0; // values of the volume, physical units

@@ -55,6 +55,12 @@ void LevelChooser::setCamera(const Camera& camera, const glm::ivec2& imageSize) 
     keepWhatFilteringLoses(errors_, weights_);
 }
 
+void LevelChooser::forgetPixelSize() {
+    for (std::size_t brick = 0; brick < weights_.finest.size(); ++brick)
+        if (weights_.area[brick] > 0)
+            weights_.finest[brick] = 0;
+}
+
 std::vector<float> LevelChooser::predictedVisibility() const {
     return predictVisibility(errors_, camera_, store_.info(), imageSize_, threads_);
 }

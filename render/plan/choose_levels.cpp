@@ -139,6 +139,8 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
     chooser->setCamera(camera, scene.imageSize);
     chosen.predicted = true;
     if (scene.quality.maxError) {
+        if (*scene.quality.maxError > 0)
+            chooser->forgetPixelSize();
         chosen.selection = chooser->within(statistics.brickMean, kShareOfLevels * *scene.quality.maxError);
         chosen.error = chooser->predict(chosen.selection);
         inPasses();

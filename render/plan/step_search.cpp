@@ -10,6 +10,7 @@ namespace {
 // Voxels, coarse first. A step is judged by the picture with a quarter of it, as pictures are afterwards.
 constexpr double kSteps[] = {2, 1, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625};
 constexpr std::size_t kJudged = std::size(kSteps) - 2;
+static_assert(kSteps[kJudged - 1] == StepSearch::kFinestStep);
 
 /// A figure, not a measurement, so that a picture does not depend on how busy its machine is
 /// (docs/accuracy.md has the measurement).

@@ -34,6 +34,8 @@ class StepSearch {
     /// Takes the step and integrator that cost the least of those that reach the goal, and the best that was
     /// found where none does. Returns the error, by the goal's measure.
     double chooseStep(const Goal& goal);
+    /// Voxels; none is finer.
+    static constexpr double kFinestStep = 1.0 / 16;
     /// Of the picture that was drawn. Its drawer fetches exactly afterwards.
     PictureErrors errorsOf(const Image& picture, double brightest);
     /// The same of a picture whose pixels are no rays through their middles: those are drawn again.

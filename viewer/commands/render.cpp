@@ -417,8 +417,10 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
             std::printf("%s\n", line.c_str());
     }
     finishStandardOutput();
-    if (const double asked = scene.quality.maxError.value_or(0);
-        asked > 0 && result.errors && result.errors->luvP99() > asked)
+    if (const double asked = scene.quality.maxError.value_or(0); asked > 0 && !result.shortfall.empty())
+        common.note("the picture is not known to be within --max-error " + formatNumber(asked, 2) + ": " +
+                    result.shortfall);
+    else if (asked > 0 && !result.measured && result.errors && result.errors->luvP99() > asked)
         common.note("the picture's error is estimated at " + formatNumber(result.errors->luvP99(), 2) +
                     " (L*u*v*, 99th percentile), more than " + formatNumber(asked, 2) +
                     ": no step tried is fine enough");

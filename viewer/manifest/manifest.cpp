@@ -73,6 +73,10 @@ nlohmann::json errorsJson(const RenderResult& result, const Scene& scene) {
                             {"luvPercentile99", result.predictedError->p99}};
     if (result.measured)
         errors["measured"] = measurementJson(*result.measured);
+    if (result.rounds > 1)
+        errors["picturesUntilWithinMaxError"] = result.rounds;
+    if (!result.shortfall.empty())
+        errors["maxErrorNotReached"] = result.shortfall;
     if (!result.errors)
         return errors;
     errors["pixelsDrawnAgain"] = result.errors->pixels;
