@@ -1,0 +1,132 @@
+// What a picture says of its measured errors, and what --max-error promises, against the truth: the reference's
+// integral, averaged over each pixel's area.
+#include "core/image_metrics.h"
+#include "render/renderer.h"
+#include "tests/support/scene_fixture.h"
+
+#include <gtest/gtest.h>
+
+namespace tessera {
+namespace {
+
+using namespace tessera::test;
+
+constexpr int kTruthSamples = 32;
+
+Scene sceneOf(const std::string& store, const std::string& preset, const glm::ivec2& size) {
+    Ledger ram("RAM", "--ram", std::size_t{64} << 20);
+    const VolumeInfo info = StoreReader(storePath(store), ram).info();
+    Scene scene = sceneOn(info, preset, 0, size);
+    scene.volumes[0].path = storePath(store);
+    scene.shading.on = false;
+    return scene;
+}
+
+RenderResult drawn(const Scene& scene, EngineKind engine, Verify verify,
+                   std::size_t gpuBytes = std::size_t{256} << 20) {
+    Ledger ram("RAM", "--ram", std::size_t{256} << 20), gpu("GPU memory", "--gpu-memory", gpuBytes);
+    const StoreReader reader(scene.volumes[0].path, ram);
+    RenderOptions options;
+    options.engine = engine;
+    options.device.text = "software";
+    options.searching = true;
+    options.verify = verify;
+    const RenderResult result = renderScene(scene, reader, ram, gpu, options);
+    EXPECT_LE(ram.peakBytes(), ram.limitBytes());
+    EXPECT_LE(gpu.peakBytes(), gpu.limitBytes());
+    return result;
+}
+
+Image truthOf(Scene scene) {
+    scene.quality.pixels.samples = kTruthSamples;
+    scene.quality.pixels.seed = 77; // not the picture's
+    scene.quality.maxError.reset();
+    return drawn(scene, EngineKind::reference, Verify::none).image;
+}
+
+/// Within the interval, as far as the truth itself is known.
+void expectHolds(const std::optional<Estimate>& e, double is, double slack, const std::string& what) {
+    ASSERT_TRUE(e) << what;
+    EXPECT_GE(is, e->low * (1 - slack)) << what << " is above " << is;
+    EXPECT_LE(is, e->high * (1 + slack)) << what << " is below " << is;
+}
+
+// One ray a pixel, four, and sixteen; all levels and coarse ones; native and on the GPU's march: what is said is
+// what is.
+TEST(MeasuredErrors, AreTheErrorsToTheReferencesAreaMeans) {
+    const glm::ivec2 size(64, 48);
+    Scene scene = sceneOf("torso", "bone", size);
+    scene.quality.stepVoxels = 0.5;
+    const Image truth = truthOf(scene);
+    struct Case {
+        EngineKind engine;
+        int samples;
+        double step;
+        std::size_t gpuBytes;
+    };
+    const std::size_t ample = std::size_t{256} << 20;
+    for (const Case& c : {Case{EngineKind::native, 1, 0.5, ample}, Case{EngineKind::native, 16, 2, ample},
+                          Case{EngineKind::native, 16, 0.5, std::size_t{1200} << 10},
+                          Case{EngineKind::gpu, 4, 0.5, ample}}) {
+        scene.quality.pixels.samples = c.samples;
+        scene.quality.stepVoxels = c.step;
+        const RenderResult r = drawn(scene, c.engine, Verify::full, c.gpuBytes);
+        const std::string what = std::string(name(c.engine)) + ", " + std::to_string(c.samples) +
+                                 " samples, step " + std::to_string(c.step) + ", finest level " +
+                                 std::to_string(r.level);
+        ASSERT_TRUE(r.measured && r.measured->whyNot.empty()) << what << r.measured->whyNot;
+        if (c.gpuBytes < ample) {
+            EXPECT_GT(r.bricksOfLevel[1] + r.bricksOfLevel[2] + r.bricksOfLevel[3], 0u) << "coarse levels";
+        }
+        const ImageDifference is = compare(r.image, truth);
+        expectHolds(r.measured->all.rms, is.rms, 0.15, what + ", rms");
+        expectHolds(r.measured->all.luvMean, is.luvMean, 0.15, what + ", mean");
+        expectHolds(r.measured->all.luvP99, is.luvP99, 0.3, what + ", 99th percentile");
+        // One ray a pixel errs by what it leaves out of the pixel, coarse levels by what they leave out of it.
+        const MeasuredErrors &samples = r.measured->sampling, &rays = r.measured->rays;
+        ASSERT_TRUE(samples.rms && rays.rms) << what;
+        if (c.samples == 1) {
+            EXPECT_GT(samples.rms->value, 5 * rays.rms->value) << what;
+        }
+        if (c.gpuBytes < ample) {
+            EXPECT_LT(samples.rms->value, rays.rms->value) << what;
+        }
+    }
+}
+
+// Whoever asks for an error gets it, measured on pixels that decided nothing; or is told that it is not there.
+TEST(MaxError, HoldsAgainstTheReferencesAreaMeans) {
+    const glm::ivec2 size(72, 56);
+    Scene scene = sceneOf("torso", "bone", size);
+    const Image truth = truthOf(scene);
+    for (const double asked : {20.0, 6.0}) {
+        scene.quality.maxError = asked;
+        scene.quality.pixels.samples = 64;
+        const RenderResult r = drawn(scene, EngineKind::native, Verify::full);
+        EXPECT_EQ(r.shortfall, "") << asked;
+        ASSERT_TRUE(r.measured && r.measured->all.luvP99);
+        EXPECT_LE(r.measured->all.luvP99->high, asked);
+        EXPECT_LE(compare(r.image, truth).luvP99, asked);
+    }
+    scene.quality.maxError = 2;
+    scene.quality.pixels.samples = 1; // asked for: so nothing is finer
+    const RenderResult r = drawn(scene, EngineKind::native, Verify::full);
+    EXPECT_NE(r.shortfall.find("no pixel can get more samples"), std::string::npos) << r.shortfall;
+    EXPECT_GT(compare(r.image, truth).luvP99, 2);
+}
+
+// What is measured changes no pixel; what budgets have no room for is not guessed.
+TEST(MeasuredErrors, ChangeNoPictureAndKeepToBudgets) {
+    Scene scene = sceneOf("torso", "soft-tissue", glm::ivec2(40));
+    scene.quality.stepVoxels = 1;
+    for (const EngineKind engine : {EngineKind::native, EngineKind::gpu}) {
+        const RenderResult with = drawn(scene, engine, Verify::quick),
+                           without = drawn(scene, engine, Verify::none);
+        EXPECT_EQ(with.image.pixels, without.image.pixels);
+        EXPECT_TRUE(with.measured && !without.measured);
+        EXPECT_EQ(with.stepVoxels, without.stepVoxels) << "the manifest's is the picture's";
+    }
+}
+
+} // namespace
+} // namespace tessera
