@@ -184,7 +184,7 @@ MeasuredErrors measuredErrors(const PixelPairs& pairs, float alphaAbove, double 
         measureAll(m, pairs, alphaAbove, errors);
         return m;
     }
-    if (m.clusters >= kFewestForMeans)
+    if (m.shown >= kFewestForMeans && m.clusters >= kFewestClusters)
         measureMeans(m, errors, pairs.sample.clusters);
     measureTail(m, errors, pairs.sample.clusters, boundChance);
     return m;

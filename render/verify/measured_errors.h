@@ -34,8 +34,8 @@ struct MeasuredErrors {
 
 /// Fewer independent clusters that show something tell nothing of the 99th percentile: Wilks 1941.
 constexpr int kFewestForP99 = 299;
-/// Nor, fewer than this, of means.
-constexpr int kFewestForMeans = 30;
+/// Nor of means, whose intervals held too seldom with fewer pixels that show something, or clusters that do.
+constexpr int kFewestForMeans = 100, kFewestClusters = 48;
 
 /// rms: the mean of squares without the truth's noise, its interval by clusters (cluster_interval.h).
 ///

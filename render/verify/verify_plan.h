@@ -31,8 +31,8 @@ struct VerifyPlan {
 /// Pictures from 512x512 up pay at most this for `quick`, in rays.
 constexpr double kMostQuickCost = 0.25;
 
-/// One pixel a cluster, spread over the picture: pixels of one brick are so alike that they are worth a third
-/// to a seventh of as many apart (docs/measured-errors.md). As many more pixels are drawn again as show
+/// One pixel a cluster, spread over the picture: pixels of one brick may be worth as little as a fifth of as
+/// many apart (docs/measured-errors.md). As many more pixels are drawn again as show
 /// nothing.
 ///
 /// quick: 1000 pixels that show something, 400 where the picture is smaller than 512x512 or 1000 cost too

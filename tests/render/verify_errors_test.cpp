@@ -245,7 +245,8 @@ TEST(MeasuredErrors, OfFewPixelsSayNoPercentile) {
     EXPECT_TRUE(few.rms && few.luvMean);
     EXPECT_FALSE(few.luvP99 || few.luvP99Bound);
     EXPECT_EQ(few.whyNoP99, NotMeasured::tooFewPixels);
-    EXPECT_FALSE(measured(field, {30, 1, 4, 1}, 1, random).rms);
+    EXPECT_FALSE(measured(field, {100, 1, 4, 1}, 1, random).rms); // an eighth shows nothing
+    EXPECT_FALSE(measured(field, {400, 10, 16, 1}, 1, random).luvMean) << "40 clusters";
     // Many pixels of few clusters are few.
     const MeasuredErrors clustered = measured(field, {2000, 8, 12, 1}, 1, random);
     EXPECT_FALSE(clustered.luvP99 || clustered.luvP99Bound);
