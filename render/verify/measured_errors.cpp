@@ -78,7 +78,7 @@ void measureMeans(MeasuredErrors& m, const std::vector<PixelError>& errors, int 
     m.luvMean = estimateOf(luv.value, std::min(a.low, b.low), std::max(a.high, b.high));
 }
 
-void measureTail(MeasuredErrors& m, const std::vector<PixelError>& errors, int clusters) {
+void measureTail(MeasuredErrors& m, const std::vector<PixelError>& errors, int clusters, double boundChance) {
     if (m.clusters < kFewestForP99) {
         m.whyNoP99 = NotMeasured::tooFewPixels;
         return;
@@ -88,7 +88,7 @@ void measureTail(MeasuredErrors& m, const std::vector<PixelError>& errors, int c
     m.noiseShare = tail.noiseShare();
     const int worth = std::clamp(static_cast<int>(m.shown / m.tailDesignEffect), m.clusters, m.shown);
     // No estimate in between: whatever pixels of a cluster have in common, clusters are independent.
-    if (const auto rank = rankAbove(m.clusters, kTailShare, 0.95))
+    if (const auto rank = rankAbove(m.clusters, kTailShare, boundChance))
         m.luvP99Bound = tail.atRank(*rank, m.clusters);
     const auto ranks = ranksAround(worth, kTailShare, 0.95);
     if (!ranks)
@@ -169,7 +169,7 @@ void measureAll(MeasuredErrors& m, const PixelPairs& pairs, float alphaAbove,
 
 } // namespace
 
-MeasuredErrors measuredErrors(const PixelPairs& pairs, float alphaAbove) {
+MeasuredErrors measuredErrors(const PixelPairs& pairs, float alphaAbove, double boundChance) {
     const std::vector<PixelError> errors = pixelErrors(pairs, alphaAbove);
     MeasuredErrors m;
     m.pixels = static_cast<int>(errors.size());
@@ -184,10 +184,14 @@ MeasuredErrors measuredErrors(const PixelPairs& pairs, float alphaAbove) {
         measureAll(m, pairs, alphaAbove, errors);
         return m;
     }
-    if (m.clusters >= kFewestForMeans)
+    if (m.shown >= kFewestForMeans && m.clusters >= kFewestClusters)
         measureMeans(m, errors, pairs.sample.clusters);
-    measureTail(m, errors, pairs.sample.clusters);
+    measureTail(m, errors, pairs.sample.clusters, boundChance);
     return m;
+}
+
+double chanceOfAttempt(int attempt) {
+    return 1 - std::ldexp(0.05, -(attempt + 1));
 }
 
 } // namespace tessera

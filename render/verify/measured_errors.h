@@ -34,8 +34,8 @@ struct MeasuredErrors {
 
 /// Fewer independent clusters that show something tell nothing of the 99th percentile: Wilks 1941.
 constexpr int kFewestForP99 = 299;
-/// Nor, fewer than this, of means.
-constexpr int kFewestForMeans = 30;
+/// Nor of means, whose intervals held too seldom with fewer pixels that show something, or clusters that do.
+constexpr int kFewestForMeans = 100, kFewestClusters = 48;
 
 /// rms: the mean of squares without the truth's noise, its interval by clusters (cluster_interval.h).
 ///
@@ -55,6 +55,13 @@ constexpr int kFewestForMeans = 30;
 /// Where all pixels were taken nothing is left to chance but the truth's noise: its share of the interval is
 /// what estimates spread by when each pixel's replicates are drawn anew from themselves.
 /// @param alphaAbove  as for pixelErrors()
-MeasuredErrors measuredErrors(const PixelPairs& pairs, float alphaAbove);
+/// @param boundChance  with which luvP99Bound holds
+MeasuredErrors measuredErrors(const PixelPairs& pairs, float alphaAbove, double boundChance = 0.95);
+
+/// The chance to ask of the bound where the first bound that is low enough certifies, on fresh pixels each
+/// time: all attempts together are then wrong in at most 5 %, however many there are: half of what is left
+/// each time (an attempt may be wrong in 2.5 %, which takes 368 clusters, the next in 1.25 %: 437, then 506).
+/// @param attempt  from 0 on
+double chanceOfAttempt(int attempt);
 
 } // namespace tessera

@@ -15,6 +15,7 @@ struct VerifyInput {
     std::size_t shown = 0;     // pixels of the picture that show something: how many, not which
     int samplesPerPixel = 1;   // of the picture
     double costOfTruthRay = 4; // in rays of the picture: a quarter of its step
+    int brickPixels = 0; // a brick's width where finest bricks must be read for the truth; 0: they are there
     Verify mode = Verify::quick;
     std::uint64_t seed = 0;
 };
@@ -30,14 +31,16 @@ struct VerifyPlan {
 /// Pictures from 512x512 up pay at most this for `quick`, in rays.
 constexpr double kMostQuickCost = 0.25;
 
-/// One pixel a cluster, spread over the picture: pixels of one brick are so alike that they are worth a third
-/// to a seventh of as many apart (docs/measured-errors.md). As many more pixels are drawn again as show
+/// One pixel a cluster, spread over the picture: pixels of one brick may be worth as little as a fifth of as
+/// many apart (docs/measured-errors.md). As many more pixels are drawn again as show
 /// nothing.
 ///
 /// quick: 1000 pixels that show something, 400 where the picture is smaller than 512x512 or 1000 cost too
 /// much, fewer (and then no 99th percentile) where those still do. 16 rays each or, if that gets 400 within
 /// the cost, 8; more where the picture itself takes more than 4, because noise in the truth has to be less
-/// than the error. full: 2000, of 64 rays or more, at any cost.
+/// than the error. Where bricks must be read: 64 clusters of 16, each as wide as a brick, which tell means
+/// but no 99th percentile; whether those bricks are few enough is for who reads them to say. full: 2000, of
+/// 64 rays or more, at any cost.
 VerifyPlan verifyPlan(const VerifyInput& input);
 
 } // namespace tessera

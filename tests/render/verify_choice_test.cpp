@@ -151,6 +151,13 @@ TEST(VerifyPlans, AreThoseOfThePage) { // docs/measured-errors.md
     EXPECT_FALSE(plan(512, 0.05, Verify::quick).tellsP99);
     EXPECT_EQ(plan(512, 1, Verify::full).design.pixels, 2000);
     EXPECT_EQ(plan(512, 1, Verify::full).samples, 16);
+    VerifyInput input;
+    input.size = {512, 512};
+    input.shown = 512 * 512;
+    input.brickPixels = 32;
+    EXPECT_EQ(verifyPlan(input).design.perCluster, 16);
+    EXPECT_EQ(verifyPlan(input).design.tile, 32);
+    EXPECT_FALSE(verifyPlan(input).tellsP99);
 }
 
 } // namespace

@@ -1,15 +1,19 @@
 // verify_coverage PICTURE TRUTH PIXELS PER_CLUSTER TILE REPLICATES SAMPLES TRIALS: how often intervals of
-// measured errors hold what they claim, on a real field of errors. TRUTH has four times the picture's size
-// each way: its 16 pixels in one are what a replicate's samples are drawn from. PICTURE may have that size
-// too: then it is averaged. REPLICATES 1: the truth without noise.
+// measured errors hold what they claim, on a real field of errors (docs/measured-errors.md has its figures).
+// TRUTH has four times the picture's size each way: its 16 pixels in one are the area truth, and what a
+// replicate's samples are drawn from. PICTURE may have that size too: then it is averaged. PIXELS are those
+// that show something. REPLICATES 1: the truth without noise. Widths and values are printed as multiples of
+// the truth.
 #include "core/image_file.h"
 #include "core/image_metrics.h"
 #include "render/verify/measured_errors.h"
 #include "render/verify/random.h"
+#include "render/verify/tail.h"
 
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 
 using namespace tessera;
 
@@ -49,8 +53,14 @@ struct Count {
         bias += e->value / truth;
     }
     void print(const char* name) const {
-        std::printf(" %s (-%d) %5.1f%%(>%4.1f) w%.2f b%.3f |", name, none, 100.0 * covered / std::max(1, n),
-                    100.0 * below / std::max(1, n), width / std::max(1, n), bias / std::max(1, n));
+        if (n == 0) {
+            std::printf(" | %s: not measured", name);
+            return;
+        }
+        std::printf(" | %s: %.1f %% (%.1f %% above), width %.2f, value %.3f", name, 100.0 * covered / n,
+                    100.0 * below / n, width / n, bias / n);
+        if (none > 0)
+            std::printf(", in %d of %d", n, n + none);
     }
 };
 
@@ -67,13 +77,15 @@ int main(int argc, char** argv) {
     if (picture.size == fine.size)
         picture = averaged(picture);
     const ImageError is = measureError(picture, truth);
+    const double shown = static_cast<double>(is.maskedPixels) / static_cast<double>(truth.pixels.size());
+    const int chosen = static_cast<int>(pixels / shown);
     Count rms, mean, p99;
     int held = 0, bounds = 0;
     double loose = 0, deff = 0;
     for (int trial = 0; trial < trials; ++trial) {
         PixelPairs pairs;
         pairs.sample =
-            choosePixels(truth.size, {pixels, perCluster, tile, static_cast<std::uint64_t>(trial)});
+            choosePixels(truth.size, {chosen, perCluster, tile, static_cast<std::uint64_t>(trial)});
         pairs.replicates = replicates;
         RandomNumbers random(static_cast<std::uint64_t>(trial), 77);
         for (const SampledPixel& p : pairs.sample.pixels) {
@@ -93,20 +105,22 @@ int main(int argc, char** argv) {
         rms.add(m.rms, is.rmse);
         mean.add(m.luvMean, is.luvMean);
         p99.add(m.luvP99, is.luvP99);
-        deff += m.tailDesignEffect;
+        const std::vector<PixelError> errors = pixelErrors(pairs, 0);
+        deff += tailDesignEffect(errors, Tail(errors), pairs.sample.clusters);
         if (m.luvP99Bound) {
             ++bounds;
             held += is.luvP99 <= *m.luvP99Bound;
             loose += *m.luvP99Bound / is.luvP99;
         }
     }
-    std::printf("%-20s n%d k%d t%d R%dx%d rms %.4f mean %.3f p99 %.2f shown %.0f%%|",
-                argv[1] + std::string(argv[1]).rfind('/') + 1, pixels, perCluster, tile, replicates, samples,
-                is.rmse, is.luvMean, is.luvP99,
-                100.0 * static_cast<double>(is.maskedPixels) / static_cast<double>(truth.pixels.size()));
+    std::printf(
+        "%s, %d pixels, %d a cluster in %d, %d x %d rays; rms %.4f, mean %.3f, p99 %.2f, shown %.0f %%",
+        std::filesystem::path(argv[1]).stem().c_str(), pixels, perCluster, tile, replicates, samples, is.rmse,
+        is.luvMean, is.luvP99, 100 * shown);
     rms.print("rms");
     mean.print("mean");
     p99.print("p99");
-    std::printf(" bound %d: %.1f%% x%.2f deff %.2f\n", bounds, 100.0 * held / std::max(1, bounds),
-                loose / std::max(1, bounds), deff / trials);
+    if (bounds > 0)
+        std::printf(" | bound: %.1f %%, %.2f of p99", 100.0 * held / bounds, loose / bounds);
+    std::printf(" | design effect %.2f\n", deff / trials);
 }
