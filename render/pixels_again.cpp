@@ -7,6 +7,7 @@
 #include "render/pixels/ray_array.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstdio>
 
 namespace tessera {
@@ -16,6 +17,7 @@ namespace {
 constexpr float kShown = 1.0f / 255;
 /// Sets of a pixel from here on are the truth's: no picture takes so many.
 constexpr std::uint32_t kFirstSet = 1u << 20, kSetsOfRound = 1u << 12;
+constexpr int kRun = 16; // samples of a replicate that are drawn side by side, at most
 
 std::string between(const Estimate& e) {
     char text[80];
@@ -65,9 +67,11 @@ PixelsAgain::PixelsAgain(const Image& picture, const VerifyPlan& plan, const Pix
       sample_(
           choosePixels(picture.size, plan.design,
                        static_cast<std::size_t>(plan.design.pixels) >= picture.pixels.size() ? 0 : round)),
-      replicates_(plan.replicates), samples_(plan.samples), places_(sampling.seed, sampling.filter),
+      replicates_(plan.replicates),
+      samples_(static_cast<int>(std::bit_ceil(static_cast<unsigned>(plan.samples)))),
+      places_(sampling.seed, sampling.filter),
       firstSet_(kFirstSet + static_cast<std::uint32_t>(round) * kSetsOfRound) {
-    TESSERA_CHECK(replicates_ > 0 && samples_ > 0);
+    TESSERA_CHECK(replicates_ > 0 && plan.samples > 0 && samples_ <= kMostInSet);
     picture_.reserve(pixels());
     for (const SampledPixel& p : sample_.pixels)
         picture_.push_back(picture.at(p.at.x, p.at.y));
@@ -85,30 +89,31 @@ std::optional<std::vector<glm::vec4>> PixelsAgain::draw(RayCaster& caster, Engin
     frame.segmentVoxels = segmentVoxels;
     Strides strides = plan.strides();
     strides.segmentVoxels = segmentVoxels;
-    const auto inSet = static_cast<std::size_t>(std::min(samples_, kMostInSet));
-    const std::size_t setsOfReplicate = static_cast<std::size_t>(samples_) / inSet;
-    const std::size_t setsOfPixel = setsOfReplicate * static_cast<std::size_t>(replicates_);
-    const std::size_t sets = pixels() * setsOfPixel;
-    const std::size_t atOnce = std::max<std::size_t>(1, AreaPicture::mostRays(size_) / inSet);
+    const auto inRun = static_cast<std::size_t>(std::min(samples_, kRun));
+    const std::size_t runsOfReplicate = static_cast<std::size_t>(samples_) / inRun;
+    const std::size_t runsOfPixel = runsOfReplicate * static_cast<std::size_t>(replicates_);
+    const std::size_t runs = pixels() * runsOfPixel;
+    const std::size_t atOnce = std::max<std::size_t>(1, AreaPicture::mostRays(size_) / inRun);
     std::vector<glm::vec4> out(pixels() * static_cast<std::size_t>(replicates_), glm::vec4(0));
     std::vector<glm::vec2> array;
-    glm::vec2 places[kMostInSet];
-    for (std::size_t first = 0; first < sets; first += atOnce) {
-        const std::size_t count = std::min(atOnce, sets - first);
+    glm::vec2 places[kRun];
+    for (std::size_t first = 0; first < runs; first += atOnce) {
+        const std::size_t count = std::min(atOnce, runs - first);
         Rays rays{frame, strides};
-        rays.arraySize = rayArraySize(count * inSet);
+        rays.arraySize = rayArraySize(count * inRun);
         array.assign(rayCount(rays.arraySize), glm::vec2(0));
         for (std::size_t n = 0; n < count; ++n) {
-            const std::size_t set = first + n;
-            places_.put(sample_.pixels[set / setsOfPixel].at,
-                        firstSet_ + static_cast<std::uint32_t>(set % setsOfPixel),
-                        std::span(places).first(inSet));
-            for (std::size_t i = 0; i < inSet; ++i)
-                array[raySlot(n * inSet + i, rays.arraySize)] = places[i];
+            const std::size_t run = first + n;
+            const std::size_t replicate = run % runsOfPixel / runsOfReplicate;
+            places_.put(sample_.pixels[run / runsOfPixel].at,
+                        firstSet_ + static_cast<std::uint32_t>(replicate),
+                        static_cast<int>(run % runsOfReplicate * inRun), std::span(places).first(inRun));
+            for (std::size_t i = 0; i < inRun; ++i)
+                array[raySlot(n * inRun + i, rays.arraySize)] = places[i];
         }
-        for (std::size_t k = count * inSet; k < array.size();
+        for (std::size_t k = count * inRun; k < array.size();
              ++k) // left over: what is drawn there is dropped
-            array[raySlot(k, rays.arraySize)] = places[inSet - 1];
+            array[raySlot(k, rays.arraySize)] = places[inRun - 1];
         rays.places = array;
         caster.begin(rays);
         if (!drawWithin(caster, engine, plan, limits.slicing, limits.mostBytes, work))
@@ -116,9 +121,9 @@ std::optional<std::vector<glm::vec4>> PixelsAgain::draw(RayCaster& caster, Engin
         const Image drawn = caster.image();
         for (std::size_t n = 0; n < count; ++n) {
             glm::vec4 sum(0);
-            for (std::size_t i = 0; i < inSet; ++i)
-                sum += drawn.pixels[raySlot(n * inSet + i, rays.arraySize)];
-            out[(first + n) / setsOfReplicate] += sum / static_cast<float>(samples_);
+            for (std::size_t i = 0; i < inRun; ++i)
+                sum += drawn.pixels[raySlot(n * inRun + i, rays.arraySize)];
+            out[(first + n) / runsOfReplicate] += sum / static_cast<float>(samples_);
         }
     }
     return out;
@@ -132,9 +137,9 @@ std::vector<glm::vec4> PixelsAgain::means(const std::vector<glm::vec4>& replicat
 }
 
 void PixelsAgain::measure(const std::vector<glm::vec4>& own, const std::vector<glm::vec4>& truth,
-                          PictureMeasurement& out) const {
+                          double boundChance, PictureMeasurement& out) const {
     out.samples = replicates_ * samples_;
-    out.all = measuredErrors({sample_, replicates_, picture_, truth}, kShown);
+    out.all = measuredErrors({sample_, replicates_, picture_, truth}, kShown, boundChance);
     out.sampling = measuredErrors({sample_, replicates_, picture_, own}, kShown);
     // Both went through the same places, so that what is left of their noise is small.
     out.rays = measuredErrors({sample_, 1, means(own), means(truth)}, kShown);

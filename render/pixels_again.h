@@ -56,8 +56,9 @@ class PixelsAgain {
     std::optional<std::vector<glm::vec4>> draw(RayCaster& caster, Engine& engine, const ScenePlan& plan,
                                                double segmentVoxels, const Limits& limits, Work& work) const;
 
-    /// @param own, truth  of draw()
-    void measure(const std::vector<glm::vec4>& own, const std::vector<glm::vec4>& truth,
+    /// @param own, truth   of draw()
+    /// @param boundChance  with which MeasuredErrors::luvP99Bound holds
+    void measure(const std::vector<glm::vec4>& own, const std::vector<glm::vec4>& truth, double boundChance,
                  PictureMeasurement& out) const;
 
   private:

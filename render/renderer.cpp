@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -30,9 +31,9 @@ double secondsSince(Clock::time_point start) {
 constexpr double kDefaultStepError = 1.0 / 255;
 
 /// Every pixel the mean of its samples.
-void drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, Slicing slicing, Progress& progress,
-               RenderResult& result) {
-    AreaPicture picture(raysOf(p), p.view.quality.pixels);
+void drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, Slicing slicing, const PixelGoal& goal,
+               Progress& progress, RenderResult& result) {
+    AreaPicture picture(raysOf(p), p.view.quality.pixels, goal);
     const ShareDone whole = progress.shares();
     if (whole)
         slicing.progress = [&](double done) { whole(picture.share(done)); };
@@ -62,7 +63,8 @@ void report(const ScenePlan& p, RenderResult& result) {
 
 /// The picture of a plan, by any engine: bricks are brought, a step is chosen, rays are drawn, errors told.
 void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, Ledger& gpu,
-                 const RenderOptions& options, int round, Progress& progress, RenderResult& result) {
+                 const RenderOptions& options, int round, const PixelGoal& goal, Progress& progress,
+                 RenderResult& result) {
     progress.stage("loading bricks");
     const auto loading = Clock::now();
     const bool passes = bringBricks(engine, p, ram, gpu, result.work);
@@ -90,7 +92,7 @@ void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     progress.stage("drawing");
     const bool areas = p.view.quality.pixels.samples != 1;
     if (areas) {
-        drawAreas(*caster, engine, p, options.slicing, progress, result);
+        drawAreas(*caster, engine, p, options.slicing, goal, progress, result);
     } else {
         Slicing slicing = options.slicing;
         slicing.progress = progress.shares();
@@ -130,25 +132,38 @@ void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
         throw Error(fault);
 }
 
+/// Samples until every pixel's standard error is within what is asked, at any cost.
+PixelGoal pixelGoal(double lightness) {
+    PixelGoal goal;
+    goal.target.linear *= lightness / goal.target.lightness;
+    goal.target.lightness = lightness;
+    goal.rays = SIZE_MAX / 4;
+    goal.most = PixelSampling::kMost;
+    return goal;
+}
+
 /// Pictures, each finer than the one before, until the measured error is within what is asked.
 void drawUntilGoodEnough(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, Ledger& gpu,
                          const RenderOptions& options, Progress& progress, RenderResult& result) {
     ErrorGoal goal(*scene.quality.maxError);
     Scene now = scene;
+    double lastTarget = std::numeric_limits<double>::max(), lastTaken = 0;
     for (int round = 0;; ++round) {
+        const double target = goal.ofSamples();
         now.quality.maxError = goal.ofRays();
         if (round > 0) {
             engine.close();
             progress.stage("choosing finer levels");
             chooseAgain(p, now, engine.limits(), ram, gpu, options.threads, options.levels);
         }
-        drawPicture(now, p, engine, ram, gpu, options, round, progress, result);
+        drawPicture(now, p, engine, ram, gpu, options, round, pixelGoal(target), progress, result);
         result.rounds = round + 1;
         const PictureMeasurement& m = *result.measured;
         const bool finest =
             result.bricksOfLevel[0] == result.residentBricks && result.stepVoxels <= StepSearch::kFinestStep;
         const bool most = scene.quality.pixels.samples != PixelSampling::kAutomatic ||
-                          result.pixels.most >= PixelSampling::kMost;
+                          (target < lastTarget && result.pixels.taken <= lastTaken);
+        lastTarget = target, lastTaken = result.pixels.taken;
         const auto verdict = goal.judge(m.all, m.sampling, m.rays, finest, most);
         result.shortfall = goal.shortfall();
         if (!m.whyNot.empty())
@@ -296,7 +311,7 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
         RenderOptions plain = options;
         plain.checking = plain.searching = false;
         plain.verify = Verify::none;
-        drawPicture(coarse, p, engine, ram, gpu, plain, 0, progress, quick);
+        drawPicture(coarse, p, engine, ram, gpu, plain, 0, {}, progress, quick);
         options.onFirstPicture(quick.image, secondsAfterFirst(quick, scene));
         quick = {};
         engine.close();
@@ -318,7 +333,7 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     if (scene.quality.maxError.value_or(0) > 0 && options.verify != Verify::none && about.choosesSteps)
         drawUntilGoodEnough(scene, p, engine, ram, gpu, options, progress, result);
     else
-        drawPicture(scene, p, engine, ram, gpu, options, 0, progress, result);
+        drawPicture(scene, p, engine, ram, gpu, options, 0, {}, progress, result);
     if (made.kind == EngineKind::reference)
         result.level = 0;
     result.occupiedCells = scene.quality.skipping ? p.volume.occupancy.occupiedCells() : result.cells;

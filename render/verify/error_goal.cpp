@@ -30,12 +30,13 @@ ErrorGoal::Verdict ErrorGoal::judge(const MeasuredErrors& all, const MeasuredErr
                                     const MeasuredErrors& rays, bool raysAreFinest, bool samplesAreMost) {
     ++rounds_;
     shortfall_.clear();
-    if (all.luvP99 && all.luvP99->high <= asked_)
+    if (all.luvP99Bound && *all.luvP99Bound <= asked_)
         return Verdict::reached;
     char text[160];
-    if (all.luvP99)
-        std::snprintf(text, sizeof text, "the error is measured as %.2g to %.2g (L*u*v*, 99th percentile)",
-                      all.luvP99->low, all.luvP99->high);
+    if (all.luvP99 && all.luvP99Bound)
+        std::snprintf(text, sizeof text,
+                      "the error is measured as %.2g, and at most %.2g (L*u*v*, 99th percentile)",
+                      all.luvP99->value, *all.luvP99Bound);
     else
         std::snprintf(text, sizeof text, "the 99th percentile of the error could not be measured");
     shortfall_ = text;

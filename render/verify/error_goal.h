@@ -23,6 +23,7 @@ class ErrorGoal {
     double ofSamples() const;
 
     enum class Verdict { reached, goOn, notReached };
+    /// @param all  its bound holds with chanceOfAttempt() of this round
     /// @param raysAreFinest  no level or step is finer
     /// @param samplesAreMost  no pixel can get more samples, or none is to
     Verdict judge(const MeasuredErrors& all, const MeasuredErrors& samples, const MeasuredErrors& rays,

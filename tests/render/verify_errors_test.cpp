@@ -3,6 +3,7 @@
 // tails and are known.
 #include "core/image_metrics.h"
 #include "render/verify/distributions.h"
+#include "render/verify/error_goal.h"
 #include "render/verify/measured_errors.h"
 #include "render/verify/quantile_bounds.h"
 #include "render/verify/random.h"
@@ -285,6 +286,40 @@ TEST(MeasuredErrors, OfPixelsThatAreNotFiniteAreAsMeasureErrorHasThem) {
     const MeasuredErrors m = measured(field, {1000, 1, 4, 1}, 2, random);
     EXPECT_NEAR(m.rms->value, is.rmse, 1e-9);
     EXPECT_NEAR(m.luvMean->value, is.luvMean, 1e-9);
+}
+
+MeasuredErrors errorOf(double value, double bound) {
+    MeasuredErrors e;
+    e.luvP99 = Estimate{value, 0.5 * value, bound};
+    e.luvP99Bound = bound;
+    return e;
+}
+
+// The bound decides, not the value; what is made finer is what errs; and it ends, with a reason.
+TEST(ErrorGoal, GoesOnUntilTheBoundIsWithinIt) {
+    using Verdict = ErrorGoal::Verdict;
+    ErrorGoal goal(3);
+    const double rays = goal.ofRays(), samples = goal.ofSamples();
+    EXPECT_EQ(goal.judge(errorOf(2, 4), errorOf(2, 4), errorOf(0.1, 0.2), false, false), Verdict::goOn);
+    EXPECT_EQ(goal.ofRays(), rays) << "levels and steps err by little";
+    EXPECT_LT(goal.ofSamples(), 0.8 * samples);
+    EXPECT_EQ(goal.judge(errorOf(2, 3), errorOf(2, 3), errorOf(0.1, 0.2), false, false), Verdict::reached);
+    EXPECT_EQ(goal.shortfall(), "");
+
+    ErrorGoal coarse(3);
+    EXPECT_EQ(coarse.judge(errorOf(9, 12), errorOf(0.1, 0.3), errorOf(9, 12), false, false), Verdict::goOn);
+    EXPECT_LT(coarse.ofRays(), 0.3 * rays) << "a prediction that was wrong by four";
+    EXPECT_EQ(coarse.ofSamples(), samples);
+    EXPECT_EQ(coarse.judge(errorOf(9, 12), errorOf(0.1, 0.3), errorOf(9, 12), true, false),
+              Verdict::notReached);
+    EXPECT_NE(coarse.shortfall().find("no level or step is finer"), std::string::npos);
+
+    ErrorGoal endless(3);
+    int rounds = 1;
+    while (endless.judge(errorOf(4, 5), errorOf(4, 5), errorOf(4, 5), false, false) == Verdict::goOn)
+        ++rounds;
+    EXPECT_EQ(rounds, ErrorGoal::kMostRounds);
+    EXPECT_FALSE(endless.shortfall().empty());
 }
 
 } // namespace
