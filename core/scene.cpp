@@ -156,6 +156,10 @@ std::vector<Isosurface> parseSurfaces(const JsonValue& value) {
     return surfaces;
 }
 
+json samplesJson(int samples) {
+    return samples == PixelSampling::kAutomatic ? json("auto") : json(samples);
+}
+
 Quality parseQuality(const JsonValue& value) {
     value.requireKeys(kQualityKeys);
     Quality quality;
@@ -178,8 +182,11 @@ Quality parseQuality(const JsonValue& value) {
     }
     readNumber(value, "terminationTransmittance", 0, 0.5, quality.terminationTransmittance);
     readBoolean(value, "skipping", quality.skipping);
-    if (value.has("samples"))
-        quality.pixels.samples = value.at("samples").integer(1, PixelSampling::kMost);
+    if (value.has("samples")) {
+        const JsonValue samples = value.at("samples");
+        quality.pixels.samples = samples.isText() ? (samples.oneOf({"auto"}), PixelSampling::kAutomatic)
+                                                  : samples.integer(1, PixelSampling::kMost);
+    }
     if (value.has("pixelFilter"))
         quality.pixels.filter =
             parsePixelFilter(value.at("pixelFilter").oneOf(pixelFilterNames()), value.place());
@@ -412,7 +419,7 @@ std::string sceneJson(const Scene& scene) {
         qualityObject["maxError"] = *quality.maxError;
     const PixelSampling plain, &pixels = quality.pixels;
     if (pixels.samples != plain.samples)
-        qualityObject["samples"] = pixels.samples;
+        qualityObject["samples"] = samplesJson(pixels.samples);
     if (pixels.filter != plain.filter)
         qualityObject["pixelFilter"] = pixelFilterNames()[static_cast<std::size_t>(pixels.filter)];
     if (pixels.seed != plain.seed)

@@ -58,7 +58,8 @@ enum class PixelFilter { box, gaussian };
 
 struct PixelSampling {
     static constexpr int kAutomatic = 0, kMost = 256;
-    /// Rays through each pixel. 1: through its middle, of which nothing else here tells.
+    /// Rays through each pixel. 1: through its middle, of which nothing else here tells. kAutomatic: more
+    /// where pixels need them.
     int samples = 1;
     PixelFilter filter = PixelFilter::box; // box: the pixel's own area
     std::uint32_t seed = 0;                // of where in a pixel they go

@@ -85,14 +85,14 @@ std::optional<std::vector<glm::vec4>> PixelsAgain::draw(RayCaster& caster, Engin
     frame.segmentVoxels = segmentVoxels;
     Strides strides = plan.strides();
     strides.segmentVoxels = segmentVoxels;
-    const auto inSet = static_cast<std::size_t>(std::min(samples_, kMostInSet));
+    const auto inSet = static_cast<std::size_t>(std::min(samples_, static_cast<int>(kPatchRays)));
     const std::size_t setsOfReplicate = static_cast<std::size_t>(samples_) / inSet;
     const std::size_t setsOfPixel = setsOfReplicate * static_cast<std::size_t>(replicates_);
     const std::size_t sets = pixels() * setsOfPixel;
     const std::size_t atOnce = std::max<std::size_t>(1, AreaPicture::mostRays(size_) / inSet);
     std::vector<glm::vec4> out(pixels() * static_cast<std::size_t>(replicates_), glm::vec4(0));
     std::vector<glm::vec2> array;
-    glm::vec2 places[kMostInSet];
+    glm::vec2 places[kPatchRays];
     for (std::size_t first = 0; first < sets; first += atOnce) {
         const std::size_t count = std::min(atOnce, sets - first);
         Rays rays{frame, strides};
@@ -101,7 +101,7 @@ std::optional<std::vector<glm::vec4>> PixelsAgain::draw(RayCaster& caster, Engin
         for (std::size_t n = 0; n < count; ++n) {
             const std::size_t set = first + n;
             places_.put(sample_.pixels[set / setsOfPixel].at,
-                        firstSet_ + static_cast<std::uint32_t>(set % setsOfPixel),
+                        firstSet_ + static_cast<std::uint32_t>(set % setsOfPixel), 0,
                         std::span(places).first(inSet));
             for (std::size_t i = 0; i < inSet; ++i)
                 array[raySlot(n * inSet + i, rays.arraySize)] = places[i];

@@ -5,112 +5,206 @@
 #include "render/pixels/ray_array.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace tessera {
 namespace {
 
-/// Samples of a set where a pixel is to have so many: two sets at least, or nothing would tell how far they
-/// are off, and 4 x 4 strata at most, or many samples would be few sets.
-int samplesInSet(int samples) {
-    int size = 1;
-    while (size < kMostInSet && 4 * size <= samples)
-        size *= 2;
-    return size;
+/// Where pixels decide: rounds after the first, each of which spends half of the rays that are left, and the
+/// last one all. All together spend one ray for every pixel whose middle shows something, and as many more
+/// as pictures of any size can afford. Figures, not measurements of time, so that pictures stay the same.
+constexpr int kRounds = 10, kMostWhereNeeded = 64;
+constexpr std::size_t kRaysOfAny = std::size_t{1} << 17;
+
+/// Samples that a pixel has after another round. Two sets of four: fewer are hardly better than its middle,
+/// and say little of how far they are off.
+int nextSamples(int samples) {
+    return samples < 8 ? 8 : 2 * samples;
 }
 
-int setsOf(int samples) {
-    const int size = samplesInSet(samples);
-    return (samples + size - 1) / size;
+/// Of so many samples of a pixel, those that are of a set.
+int partOf(int samples, int set) {
+    return set == 0 ? (samples + 1) / 2 : samples / 2;
+}
+
+glm::ivec2 placeOf(std::uint32_t pixel, const glm::ivec2& size) {
+    const auto width = static_cast<std::uint32_t>(size.x);
+    return {static_cast<int>(pixel % width), static_cast<int>(pixel / width)};
 }
 
 } // namespace
 
 AreaPicture::AreaPicture(const Rays& picture, const PixelSampling& sampling)
     : picture_(picture), sampling_(sampling), places_(sampling.seed, sampling.filter), sums_(picture.size()) {
-    TESSERA_CHECK(picture.places.empty() && sampling.samples > 1);
+    TESSERA_CHECK(picture.places.empty() && sampling.samples != 1);
     beginRound();
+}
+
+/// Each doubles the samples of a pixel, so that a whole picture is soon there.
+int AreaPicture::rounds() const {
+    if (decides())
+        return 1 + kRounds;
+    int rounds = 1;
+    while ((2 << (rounds - 1)) < sampling_.samples)
+        ++rounds;
+    return rounds;
+}
+
+void AreaPicture::take(std::uint32_t pixel, int upTo) {
+    pixels_.push_back(pixel);
+    upTo_.push_back(static_cast<std::uint8_t>(upTo - 1));
 }
 
 void AreaPicture::beginRound() {
     ++round_;
-    first_ = count_ = 0;
-    if (round_ == setsOf(sampling_.samples)) {
-        pixels_.clear();
+    first_ = 0;
+    pixels_.clear();
+    upTo_.clear();
+    if (round_ == rounds())
         return;
-    }
-    if (round_ > 0)
-        return; // all pixels again
-    inSet_ = samplesInSet(sampling_.samples);
-    pixels_.reserve(sums_.count());
+    if (decides())
+        return round_ > 0 ? chooseNeedy() : void(); // first the middles
+    const int upTo = std::min(2 << round_, sampling_.samples);
     forEachPixel(sums_.size(), [&](const glm::ivec2& at) {
-        pixels_.push_back(static_cast<std::uint32_t>(at.y * sums_.size().x + at.x));
+        take(static_cast<std::uint32_t>(at.y * sums_.size().x + at.x), upTo);
     });
 }
 
-std::optional<Rays> AreaPicture::next() {
-    TESSERA_CHECK(count_ == 0);
-    if (first_ == pixels_.size())
-        beginRound();
-    if (pixels_.empty())
-        return std::nullopt;
-    const auto inSet = static_cast<std::size_t>(inSet_);
-    count_ = std::min(pixels_.size() - first_, mostRays(sums_.size()) / inSet);
-    arraySize_ = rayArraySize(count_ * inSet);
-    array_.assign(rayCount(arraySize_), glm::vec2(0));
-    glm::vec2 places[kMostInSet];
-    for (std::size_t n = 0; n < count_; ++n) {
-        const auto pixel = static_cast<int>(pixels_[first_ + n]);
-        const glm::ivec2 at(pixel % sums_.size().x, pixel / sums_.size().x);
-        places_.put(at, static_cast<std::uint32_t>(sums_.sets(pixels_[first_ + n])),
-                    std::span(places).first(inSet));
-        for (std::size_t i = 0; i < inSet; ++i)
-            array_[raySlot(n * inSet + i, arraySize_)] = places[i];
+void AreaPicture::chooseNeedy() {
+    if (round_ == 1) {
+        left_ = kRaysOfAny;
+        for (std::size_t i = 0; i < sums_.count(); ++i)
+            left_ += sums_.mean(i).a > 0 ? 1 : 0;
     }
-    for (std::size_t k = count_ * inSet; k < array_.size(); ++k) // left over: what is drawn there is dropped
-        array_[raySlot(k, arraySize_)] = places[inSet - 1];
-    Rays rays = picture_;
-    rays.places = array_;
-    rays.arraySize = arraySize_;
-    return rays;
+    // What a ray gains: the error's square falls at least as fast as samples grow.
+    std::vector<float> gains = sampleNeeds(sums_, PixelTarget());
+    const auto cost = [&](std::uint32_t pixel) {
+        return nextSamples(sums_.samples(pixel)) - sums_.samples(pixel);
+    };
+    for (std::uint32_t i = 0; i < gains.size(); ++i) {
+        if (gains[i] > 1 && sums_.samples(i) < kMostWhereNeeded)
+            pixels_.push_back(i);
+        gains[i] *= gains[i] / static_cast<float>(cost(i));
+    }
+    std::sort(pixels_.begin(), pixels_.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return gains[a] > gains[b] || (gains[a] == gains[b] && a < b);
+    });
+    std::size_t room = round_ < kRounds ? left_ / 2 : left_;
+    std::vector<bool> chosen(gains.size(), false);
+    for (const std::uint32_t i : pixels_) {
+        const auto rays = static_cast<std::size_t>(cost(i));
+        if (rays > room)
+            break;
+        room -= rays;
+        left_ -= rays;
+        chosen[i] = true;
+    }
+    pixels_.clear();
+    forEachPixel(sums_.size(), [&](const glm::ivec2& at) {
+        const auto i = static_cast<std::uint32_t>(at.y * sums_.size().x + at.x);
+        if (chosen[i])
+            take(i, nextSamples(sums_.samples(i)));
+    });
+}
+
+/// Calls visit(pixel, set, first, count) for the samples of the array at hand, in order: what its pixels
+/// lack, as far as there is room.
+template <typename Visit> void AreaPicture::forEachRun(const Visit& visit) const {
+    auto room = static_cast<int>(std::min<std::size_t>(mostRays(sums_.size()), 1 << 30));
+    for (std::size_t n = first_; n < pixels_.size() && room > 0; ++n)
+        for (int set = 0; set < 2; ++set) {
+            const int has = sums_.samplesOf(pixels_[n], set);
+            const int count = std::min(room, partOf(upTo_[n] + 1, set) - has);
+            if (count > 0)
+                visit(pixels_[n], set, has, count);
+            room -= std::max(0, count);
+        }
+}
+
+std::optional<Rays> AreaPicture::next() {
+    TESSERA_CHECK(!drawing_);
+    if (decides() && round_ == 0 && taken_ == 0) {
+        drawing_ = true;
+        return picture_;
+    }
+    while (first_ == pixels_.size() && round_ < rounds())
+        beginRound();
+    if (first_ == pixels_.size())
+        return std::nullopt;
+    std::size_t rays = 0;
+    forEachRun([&](std::uint32_t, int, int, int count) { rays += static_cast<std::size_t>(count); });
+    arraySize_ = rayArraySize(rays);
+    array_.resize(rayCount(arraySize_));
+    glm::vec2 places[kMostInSet];
+    std::size_t k = 0;
+    forEachRun([&](std::uint32_t pixel, int set, int first, int count) {
+        const std::span mine = std::span(places).first(static_cast<std::size_t>(count));
+        places_.put(placeOf(pixel, sums_.size()), static_cast<std::uint32_t>(set), first, mine);
+        for (const glm::vec2& place : mine)
+            array_[raySlot(k++, arraySize_)] = place;
+    });
+    for (const glm::vec2 last = array_[raySlot(rays - 1, arraySize_)]; k < array_.size(); ++k)
+        array_[raySlot(k, arraySize_)] = last; // left over; what is drawn there is dropped
+    drawing_ = true;
+    Rays out = picture_;
+    out.places = array_;
+    out.arraySize = arraySize_;
+    return out;
 }
 
 void AreaPicture::add(const Image& drawn) {
-    TESSERA_CHECK(count_ > 0 && drawn.size == arraySize_);
-    const auto inSet = static_cast<std::size_t>(inSet_);
-    for (std::size_t n = 0; n < count_; ++n) {
-        glm::vec4 sum(0);
-        for (std::size_t i = 0; i < inSet; ++i)
-            sum += drawn.pixels[raySlot(n * inSet + i, arraySize_)];
-        sums_.add(pixels_[first_ + n], sum / static_cast<float>(inSet), inSet_);
+    TESSERA_CHECK(drawing_);
+    drawing_ = false;
+    if (array_.empty()) {
+        TESSERA_CHECK(drawn.size == sums_.size());
+        for (std::size_t i = 0; i < sums_.count(); ++i)
+            sums_.setMiddle(i, drawn.pixels[i]);
+        taken_ = sums_.count();
+        return;
     }
-    first_ += count_;
-    count_ = 0;
+    TESSERA_CHECK(drawn.size == arraySize_);
+    std::size_t k = 0;
+    forEachRun([&](std::uint32_t pixel, int set, int, int count) {
+        glm::vec4 sum(0);
+        for (int i = 0; i < count; ++i)
+            sum += drawn.pixels[raySlot(k++, arraySize_)];
+        sums_.add(pixel, set, sum, count);
+    });
+    while (first_ < pixels_.size() && sums_.samples(pixels_[first_]) > upTo_[first_])
+        ++first_;
+    taken_ += k;
+    array_.clear();
 }
 
 PixelReport AreaPicture::report() const {
     PixelReport report;
     report.asked = sampling_.samples;
-    report.taken = static_cast<double>(sums_.samplesTaken()) / static_cast<double>(sums_.count());
-    report.most = sums_.mostSamples();
-    std::vector<glm::vec4> offsets(sums_.count(), glm::vec4(0));
-    for (std::size_t i = 0; i < offsets.size(); ++i)
-        if (sums_.sets(i) > 1)
-            offsets[i] = sums_.offset(i);
-    report.error = standardError(sums_.image(), offsets);
+    report.taken = static_cast<double>(taken_) / static_cast<double>(sums_.count());
+    for (std::size_t i = 0; i < sums_.count(); ++i)
+        report.most = std::max(report.most, sums_.samples(i));
+    // Sets that decided when to stop are too much alike, and a middle alone says nothing.
+    if (!decides())
+        report.error = standardError(sums_);
     return report;
 }
 
 double AreaPicture::share(double ofArray) const {
-    const double round = pixels_.empty()
-                             ? 0
-                             : (static_cast<double>(first_) + ofArray * static_cast<double>(count_)) /
-                                   static_cast<double>(pixels_.size());
-    return std::min(1.0, (round_ + round) / setsOf(sampling_.samples));
+    const int count = rounds();
+    if (round_ == count)
+        return 1;
+    // Rounds double: half of the work is the last one's.
+    const double within = pixels_.empty() ? 0
+                                          : (static_cast<double>(first_) + (drawing_ ? ofArray : 0)) /
+                                                static_cast<double>(pixels_.size());
+    return std::min(1.0,
+                    (round_ == 0 ? within : std::exp2(round_ - 1) * (1 + within)) / std::exp2(count - 1));
 }
 
 std::size_t AreaPicture::bytesPerPixel() {
-    // Sums; the list of pixels; an array's places, and its picture as the engine hands it out.
-    return PixelSums::bytesPerPixel() + sizeof(std::uint32_t) + sizeof(glm::vec2) + sizeof(glm::vec4);
+    // Sums; the list of pixels, what each gets, what it gains and whether it is chosen; an array's places,
+    // and its picture as the engine hands it out.
+    return PixelSums::bytesPerPixel() + sizeof(std::uint32_t) + sizeof(std::uint8_t) + sizeof(float) + 1 +
+           sizeof(glm::vec2) + sizeof(glm::vec4);
 }
 
 std::size_t AreaPicture::mostRays(const glm::ivec2& imageSize) {

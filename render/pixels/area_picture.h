@@ -8,6 +8,7 @@
 #include "render/engine.h"
 #include "render/pixels/pixel_places.h"
 #include "render/pixels/pixel_sums.h"
+#include "render/pixels/sample_needs.h"
 
 #include <cstdint>
 #include <optional>
@@ -20,7 +21,7 @@ struct PixelReport {
     int asked = 1;                      // samples a pixel; 0: as many as each needs
     double taken = 1;                   // in the mean over pixels
     int most = 1;                       // of any pixel
-    std::optional<StandardError> error; // none: one ray through each middle tells nothing of it
+    std::optional<StandardError> error; // none: one ray through each middle, or pixels decide
 };
 
 class AreaPicture {
@@ -46,16 +47,24 @@ class AreaPicture {
 
   private:
     void beginRound();
+    void chooseNeedy();
+    void take(std::uint32_t pixel, int upTo);
+    bool decides() const { return sampling_.samples == PixelSampling::kAutomatic; }
+    int rounds() const;
+    template <typename Visit> void forEachRun(const Visit& visit) const;
 
     Rays picture_;
     PixelSampling sampling_;
     PixelPlaces places_;
     PixelSums sums_;
     int round_ = -1;
-    int inSet_ = 0;                     // samples of this round's sets
     std::vector<std::uint32_t> pixels_; // of this round
-    std::size_t first_ = 0, count_ = 0; // of them: the array at hand
-    std::vector<glm::vec2> array_;
+    std::vector<std::uint8_t> upTo_;    // samples that each has after it, less one
+    std::size_t first_ = 0;             // of them that lacks samples
+    std::size_t left_ = 0;              // rays that may still be taken, where pixels decide
+    std::size_t taken_ = 0;             // rays
+    bool drawing_ = false;
+    std::vector<glm::vec2> array_; // of rays; none: through the middles of all pixels
     glm::ivec2 arraySize_{0};
 };
 

@@ -3,9 +3,7 @@
 
 #include "core/error.h"
 
-#include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 
 namespace tessera {
@@ -19,23 +17,33 @@ std::uint64_t mixed(std::uint64_t x) {
     return x ^ (x >> 31);
 }
 
-/// Owen's scrambling of a number of so many bits: each bit is flipped or not as a random one says that
-/// belongs to the bits above it.
-/// @param random  a bit for every node of the tree of bits
-std::uint32_t scrambled(std::uint32_t number, int bits, std::uint32_t random) {
+constexpr int kBits = 7; // of kMostInSet
+
+/// Owen's scrambling of a number of kBits bits: each bit is flipped or not as a random one says that belongs
+/// to the bits above it.
+std::uint32_t scrambled(std::uint32_t number, std::uint64_t key) {
+    const std::uint64_t upper = mixed(key); // a bit for every node of the first six levels
     std::uint32_t out = 0;
-    for (int level = 0; level < bits; ++level) {
-        const std::uint32_t above = number >> (bits - level);
-        const std::uint32_t flip = random >> ((1u << level) + above) & 1u;
-        out = out << 1 | ((number >> (bits - 1 - level) & 1u) ^ flip);
+    for (int level = 0; level < kBits; ++level) {
+        const std::uint64_t node = (1u << level) + (number >> (kBits - level));
+        const std::uint64_t flip = node < 64 ? upper >> node : mixed(key + node);
+        out = out << 1 | ((number >> (kBits - 1 - level) ^ static_cast<std::uint32_t>(flip)) & 1u);
     }
     return out;
 }
 
-std::uint32_t reversed(std::uint32_t number, int bits) {
+/// The first two coordinates of Sobol' points, as whole numbers of kBits bits: bits reversed; Pascal's
+/// triangle.
+std::uint32_t firstCoordinate(std::uint32_t i) {
     std::uint32_t out = 0;
-    for (int bit = 0; bit < bits; ++bit)
-        out = out << 1 | (number >> bit & 1u);
+    for (int bit = 0; bit < kBits; ++bit)
+        out = out << 1 | (i >> bit & 1u);
+    return out;
+}
+std::uint32_t secondCoordinate(std::uint32_t i) {
+    std::uint32_t out = 0, direction = 1u << (kBits - 1);
+    for (; i != 0; i >>= 1, direction ^= direction >> 1)
+        out ^= i & 1u ? direction : 0;
     return out;
 }
 
@@ -72,25 +80,24 @@ double filteredOffset(double unit, PixelFilter filter) {
     return kFilterDeviation * normalQuantile(below + unit * (1 - 2 * below));
 }
 
-void PixelPlaces::put(const glm::ivec2& pixel, std::uint32_t set, std::span<glm::vec2> out) const {
-    const auto count = static_cast<std::uint32_t>(out.size());
-    TESSERA_CHECK(count <= kMostInSet && std::has_single_bit(count));
-    const int bits = std::countr_zero(count);
+void PixelPlaces::put(const glm::ivec2& pixel, std::uint32_t set, int first, std::span<glm::vec2> out) const {
+    TESSERA_CHECK(first >= 0 && first + static_cast<int>(out.size()) <= kMostInSet);
     const std::uint64_t at =
         std::uint64_t{static_cast<std::uint32_t>(pixel.y)} << 32 | static_cast<std::uint32_t>(pixel.x);
     const std::uint64_t key = mixed(mixed(at ^ mixed(seed_)) ^ mixed(set));
-    const std::uint64_t flips = mixed(key);
-    for (std::uint32_t i = 0; i < count; ++i) {
-        // Below the strata every sample is random by itself, as scrambling to the last bit has it.
-        const std::uint64_t within = mixed(key + 1 + i);
-        const auto unit = [&](std::uint32_t stratum, std::uint64_t bits24) {
-            return (stratum + (static_cast<double>(bits24) + 0.5) / (1 << 24)) / count;
+    const std::uint64_t keyX = mixed(key + 1), keyY = mixed(key + 2), keyWithin = mixed(key + 3);
+    auto i = static_cast<std::uint32_t>(first);
+    for (glm::vec2& place : out) {
+        // Below those bits every sample is random by itself, as scrambling to the last one has it.
+        const std::uint64_t within = mixed(keyWithin + i);
+        const auto unit = [](std::uint32_t upper, std::uint64_t bits24) {
+            return (upper + (static_cast<double>(bits24 & 0xffffffu) + 0.5) / (1 << 24)) / kMostInSet;
         };
-        const double x = unit(scrambled(i, bits, static_cast<std::uint32_t>(flips)), within >> 40);
-        const double y = unit(scrambled(reversed(i, bits), bits, static_cast<std::uint32_t>(flips >> 32)),
-                              within >> 8 & 0xffffffu);
-        out[i] = glm::vec2(glm::dvec2(pixel) + 0.5 +
-                           glm::dvec2(filteredOffset(x, filter_), filteredOffset(y, filter_)));
+        const double x = unit(scrambled(firstCoordinate(i), keyX), within);
+        const double y = unit(scrambled(secondCoordinate(i), keyY), within >> 32);
+        place = glm::vec2(glm::dvec2(pixel) + 0.5 +
+                          glm::dvec2(filteredOffset(x, filter_), filteredOffset(y, filter_)));
+        ++i;
     }
 }
 

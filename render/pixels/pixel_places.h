@@ -10,8 +10,8 @@
 
 namespace tessera {
 
-/// Samples of one set at most: 4 x 4 strata.
-constexpr int kMostInSet = 16;
+/// Samples of one set at most.
+constexpr int kMostInSet = 128;
 /// The Gaussian filter, in pixels: its standard deviation, and where it ends.
 constexpr double kFilterDeviation = 0.5, kFilterReach = 1.5;
 
@@ -22,13 +22,14 @@ class PixelPlaces {
   public:
     PixelPlaces(std::uint32_t seed, PixelFilter filter) : seed_(seed), filter_(filter) {}
 
-    /// A (0,m,2)-net in base 2: whatever 2^m boxes of equal size and shape halve a pixel's sides into, each
-    /// has one sample. Sets are independent of one another, and each sample alone is anywhere in the pixel
-    /// alike: so the mean over sets is unbiased, and their variance that of the mean.
+    /// Samples `first`, `first + 1`, ... of a set, which is a (0,2)-sequence in base 2: of its first 2^m, and
+    /// of every 2^m after those, each has one of whatever 2^m boxes of equal size and shape halve the pixel's
+    /// sides into. Sets are independent of one another, and each sample alone is anywhere in the pixel alike:
+    /// so the mean over sets is unbiased, and their variance that of the mean.
     /// @param pixel  column, row
     /// @param set    of this pixel
-    /// @param out    its size is 2^m: 1, 2, 4, 8 or 16; pixels from the picture's corner
-    void put(const glm::ivec2& pixel, std::uint32_t set, std::span<glm::vec2> out) const;
+    /// @param out    pixels from the picture's corner
+    void put(const glm::ivec2& pixel, std::uint32_t set, int first, std::span<glm::vec2> out) const;
 
   private:
     std::uint32_t seed_;

@@ -10,37 +10,26 @@
 
 namespace tessera {
 
-void PixelSums::add(std::size_t pixel, const glm::vec4& mean, int samples) {
+void PixelSums::add(std::size_t pixel, int set, const glm::vec4& sum, int samples) {
     Pixel& p = pixels_[pixel];
-    const auto before = static_cast<float>(this->samples(pixel)), more = static_cast<float>(samples);
-    if (p.sets > 0) {
-        const glm::vec4 off = mean - this->mean(pixel);
-        p.scatter += glm::dot(off, off) * before * more / (before + more);
-    }
-    const int half = p.samples[1] < p.samples[0] ? 1 : 0;
-    p.half[half] += more * mean;
-    p.samples[half] = static_cast<std::uint16_t>(p.samples[half] + samples);
-    ++p.sets;
+    if (this->samples(pixel) == 0)
+        p.sum[0] = glm::vec4(0); // the middle
+    p.sum[set] += sum;
+    p.samples[set] = static_cast<std::uint16_t>(p.samples[set] + samples);
 }
 
 glm::vec4 PixelSums::mean(std::size_t pixel) const {
     const Pixel& p = pixels_[pixel];
     const int all = samples(pixel);
-    return all > 0 ? (p.half[0] + p.half[1]) / static_cast<float>(all) : glm::vec4(0);
-}
-
-double PixelSums::variance(std::size_t pixel) const {
-    const Pixel& p = pixels_[pixel];
-    TESSERA_CHECK(p.sets > 1);
-    return static_cast<double>(p.scatter) / (p.sets - 1);
+    return all > 0 ? (p.sum[0] + p.sum[1]) / static_cast<float>(all) : p.sum[0];
 }
 
 glm::vec4 PixelSums::offset(std::size_t pixel) const {
+    TESSERA_CHECK(hasBothSets(pixel));
     const Pixel& p = pixels_[pixel];
-    TESSERA_CHECK(p.sets > 1);
     const auto a = static_cast<float>(p.samples[0]), b = static_cast<float>(p.samples[1]);
-    // Halves of unequal size differ by more than the mean is off.
-    return (p.half[0] / a - p.half[1] / b) * (std::sqrt(a * b) / (a + b));
+    // Sets of unequal size differ by more than the mean is off.
+    return (p.sum[0] / a - p.sum[1] / b) * (std::sqrt(a * b) / (a + b));
 }
 
 Image PixelSums::image() const {
@@ -50,31 +39,17 @@ Image PixelSums::image() const {
     return image;
 }
 
-std::size_t PixelSums::samplesTaken() const {
-    std::size_t sum = 0;
-    for (std::size_t i = 0; i < pixels_.size(); ++i)
-        sum += static_cast<std::size_t>(samples(i));
-    return sum;
-}
-
-int PixelSums::mostSamples() const {
-    int most = 0;
-    for (std::size_t i = 0; i < pixels_.size(); ++i)
-        most = std::max(most, samples(i));
-    return most;
-}
-
-StandardError standardError(const Image& image, const std::vector<glm::vec4>& offsets) {
-    TESSERA_CHECK(offsets.size() == image.pixels.size());
+StandardError standardError(const PixelSums& sums) {
     const auto seen = [](const glm::vec4& v) {
         return luvFromLinear(glm::dvec3(glm::clamp(glm::vec3(v), 0.0f, 1.0f)));
     };
     StandardError e;
     std::vector<double> luv;
-    for (std::size_t i = 0; i < offsets.size(); ++i) {
-        const glm::vec4 &mean = image.pixels[i], &off = offsets[i];
+    for (std::size_t i = 0; i < sums.count(); ++i) {
+        const glm::vec4 mean = sums.mean(i);
         if (!(mean.a > 1.0f / 255))
             continue;
+        const glm::vec4 off = sums.hasBothSets(i) ? sums.offset(i) : glm::vec4(0);
         e.rms += static_cast<double>(glm::dot(off, off));
         luv.push_back(glm::length(seen(mean + off) - seen(mean)));
         e.luvMean += luv.back();

@@ -23,39 +23,35 @@ class PixelSums {
     const glm::ivec2& size() const { return size_; }
     std::size_t count() const { return pixels_.size(); }
 
-    /// A set of samples of a pixel, by its mean.
-    void add(std::size_t pixel, const glm::vec4& mean, int samples);
-    int samples(std::size_t pixel) const { return pixels_[pixel].samples[0] + pixels_[pixel].samples[1]; }
-    int sets(std::size_t pixel) const { return pixels_[pixel].sets; }
-    /// Nothing where there are no samples.
+    /// The ray through a pixel's middle: all that is known of it until it has samples, of which it is none.
+    void setMiddle(std::size_t pixel, const glm::vec4& colour) { pixels_[pixel].sum[0] = colour; }
+    /// Further samples of one of a pixel's two sets, by their sum.
+    void add(std::size_t pixel, int set, const glm::vec4& sum, int samples);
+    int samplesOf(std::size_t pixel, int set) const { return pixels_[pixel].samples[set]; }
+    int samples(std::size_t pixel) const { return samplesOf(pixel, 0) + samplesOf(pixel, 1); }
+    bool hasBothSets(std::size_t pixel) const { return samplesOf(pixel, 0) > 0 && samplesOf(pixel, 1) > 0; }
+    /// What its middle shows where there are no samples; nothing where that is not known either.
     glm::vec4 mean(std::size_t pixel) const;
-    /// Between its sets, all components together: of one sample, where sets vary as their samples would
-    /// alone; as far as sets are stratified it is less. Of two sets at least.
-    double variance(std::size_t pixel) const;
     /// As far as the mean can be off, and in a direction that is as likely as its opposite: half the
-    /// difference of two halves of the sets. Its square is the variance of the mean, in the mean over all
-    /// that the samples could have been. Of two sets at least.
+    /// difference of both sets, where they are of one size. Its square is the variance of the mean, in the
+    /// mean over all that the samples could have been.
     glm::vec4 offset(std::size_t pixel) const;
 
     Image image() const;
-    std::size_t samplesTaken() const;
-    int mostSamples() const;
 
     /// RAM of a pixel.
     static constexpr std::size_t bytesPerPixel() { return sizeof(Pixel); }
 
   private:
     struct Pixel {
-        glm::vec4 half[2] = {glm::vec4(0), glm::vec4(0)}; // sums over samples
-        float scatter = 0; // of the means of sets around the mean of all, times their samples
+        glm::vec4 sum[2] = {glm::vec4(0), glm::vec4(0)};
         std::uint16_t samples[2] = {0, 0};
-        std::uint16_t sets = 0;
     };
     glm::ivec2 size_;
     std::vector<Pixel> pixels_;
 };
 
-/// @param offsets  of every pixel, as PixelSums::offset()
-StandardError standardError(const Image& image, const std::vector<glm::vec4>& offsets);
+/// Of pixels with two sets; the others are taken to be exact.
+StandardError standardError(const PixelSums& sums);
 
 } // namespace tessera

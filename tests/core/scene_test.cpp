@@ -153,6 +153,7 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
              {"/quality/stepVoxels", 17},
              {"/quality/samples", 0},
              {"/quality/samples", 257},
+             {"/quality/samples", "many"},
              {"/quality/samples", 2.5},
              {"/quality/seed", -1},
              {"/quality/terminationTransmittance", 1},

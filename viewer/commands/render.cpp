@@ -116,13 +116,15 @@ Verify parseVerify(const RenderArguments& arguments) {
     return static_cast<Verify>(at - names.begin());
 }
 
-/// Samples a pixel: a whole number.
+/// Samples a pixel: a whole number, or auto.
 int parseSamples(const std::string& text) {
+    if (text == "auto")
+        return PixelSampling::kAutomatic;
     char* end = nullptr;
     const long samples = std::strtol(text.c_str(), &end, 10);
     if (text.find_first_not_of("0123456789") != std::string::npos || *end != '\0' || samples < 1 ||
         samples > PixelSampling::kMost)
-        throw badFile("--samples", "a whole number from 1 to " + std::to_string(PixelSampling::kMost),
+        throw badFile("--samples", "auto or a whole number from 1 to " + std::to_string(PixelSampling::kMost),
                       "\"" + text.substr(0, 40) + "\"");
     return static_cast<int>(samples);
 }
@@ -485,7 +487,8 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
                             " (default: auto, as the transfer function asks)");
     command->add_option("--samples", a->samples,
                         "rays through each pixel, 1 to " + std::to_string(PixelSampling::kMost) +
-                            ", whose mean it shows; 1: one through its middle (default: 1)");
+                            ", whose mean it shows, or auto: more where they are needed; 1: one through its "
+                            "middle (default: 1)");
     command->add_option("--pixel-filter", a->pixelFilter,
                         "what a pixel with several samples is the mean of: its own area, or a Gaussian that "
                         "reaches beyond: " +

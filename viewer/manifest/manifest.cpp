@@ -19,7 +19,10 @@ nlohmann::json errorJson(const EstimatedError& e) {
 /// What pixels are means of, and how far those are off.
 nlohmann::json pixelsJson(const RenderResult& result, const Scene& scene) {
     const PixelReport& r = result.pixels;
-    nlohmann::json pixels = {{"samples", r.asked}, {"samplesTaken", r.taken}, {"samplesTakenAtMost", r.most}};
+    const bool decide = r.asked == PixelSampling::kAutomatic;
+    nlohmann::json pixels = {{"samples", decide ? nlohmann::json("auto") : nlohmann::json(r.asked)},
+                             {"samplesTaken", r.taken},
+                             {"samplesTakenAtMost", r.most}};
     if (r.asked == 1)
         return pixels;
     pixels["filter"] = pixelFilterNames()[static_cast<std::size_t>(scene.quality.pixels.filter)];
