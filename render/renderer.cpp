@@ -30,9 +30,9 @@ double secondsSince(Clock::time_point start) {
 constexpr double kDefaultStepError = 1.0 / 255;
 
 /// Every pixel the mean of its samples.
-void drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, Slicing slicing, Progress& progress,
-               RenderResult& result) {
-    AreaPicture picture(raysOf(p), p.view.quality.pixels);
+void drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, Slicing slicing, int threads,
+               Progress& progress, RenderResult& result) {
+    AreaPicture picture(raysOf(p), p.view.quality.pixels, threads);
     const ShareDone whole = progress.shares();
     if (whole)
         slicing.progress = [&](double done) { whole(picture.share(done)); };
@@ -90,7 +90,7 @@ void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     progress.stage("drawing");
     const bool areas = p.view.quality.pixels.samples != 1;
     if (areas) {
-        drawAreas(*caster, engine, p, options.slicing, progress, result);
+        drawAreas(*caster, engine, p, options.slicing, options.threads, progress, result);
     } else {
         Slicing slicing = options.slicing;
         slicing.progress = progress.shares();
