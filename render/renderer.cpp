@@ -147,8 +147,7 @@ void drawUntilGoodEnough(const Scene& scene, ScenePlan& p, Engine& engine, Ledge
         const PictureMeasurement& m = *result.measured;
         const bool finest =
             result.bricksOfLevel[0] == result.residentBricks && result.stepVoxels <= StepSearch::kFinestStep;
-        const bool most = scene.quality.pixels.samples != PixelSampling::kAutomatic ||
-                          result.pixels.most >= PixelSampling::kMost;
+        constexpr bool most = true; // samples of a pixel: as asked, or as automatic ones decide by themselves
         const auto verdict = goal.judge(m.all, m.sampling, m.rays, finest, most);
         result.shortfall = goal.shortfall();
         if (!m.whyNot.empty())

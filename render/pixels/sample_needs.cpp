@@ -87,9 +87,8 @@ std::vector<float> sampleNeeds(const PixelSums& sums, const PixelTarget& target,
         for (int x = 0; x < size.x; ++x) {
             const glm::ivec2 at(x, y);
             const std::size_t i = indexOf(at, size);
-            const double variance = sums.hasBothSets(i)
-                                        ? varianceOfSets(sums, at)
-                                        : std::max(varianceAround(means, at), varianceOfNeighbours(sums, at));
+            const double variance =
+                sums.hasBothSets(i) ? varianceOfSets(sums, at) : varianceAround(means, at);
             if (!(variance > 0))
                 continue;
             const double off = std::sqrt(variance / 4); // a component's
