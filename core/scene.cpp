@@ -182,7 +182,8 @@ Quality parseQuality(const JsonValue& value) {
     }
     readNumber(value, "terminationTransmittance", 0, 0.5, quality.terminationTransmittance);
     readBoolean(value, "skipping", quality.skipping);
-    if (value.has("samples")) {
+    quality.pixels.named = value.has("samples");
+    if (quality.pixels.named) {
         const JsonValue samples = value.at("samples");
         quality.pixels.samples = samples.isText() ? (samples.oneOf({"auto"}), PixelSampling::kAutomatic)
                                                   : samples.integer(1, PixelSampling::kMost);
@@ -418,7 +419,7 @@ std::string sceneJson(const Scene& scene) {
     if (quality.maxError)
         qualityObject["maxError"] = *quality.maxError;
     const PixelSampling plain, &pixels = quality.pixels;
-    if (pixels.samples != plain.samples)
+    if (pixels.named || pixels.samples != plain.samples)
         qualityObject["samples"] = samplesJson(pixels.samples);
     if (pixels.filter != plain.filter)
         qualityObject["pixelFilter"] = pixelFilterNames()[static_cast<std::size_t>(pixels.filter)];

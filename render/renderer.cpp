@@ -31,9 +31,10 @@ double secondsSince(Clock::time_point start) {
 constexpr double kDefaultStepError = 1.0 / 255;
 
 /// Every pixel the mean of its samples.
-void drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, Slicing slicing, const PixelGoal& goal,
-               Progress& progress, RenderResult& result) {
-    AreaPicture picture(raysOf(p), p.view.quality.pixels, goal);
+void drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, const RenderOptions& options,
+               const PixelGoal& goal, Progress& progress, RenderResult& result) {
+    AreaPicture picture(raysOf(p), p.view.quality.pixels, options.threads, goal);
+    Slicing slicing = options.slicing;
     const ShareDone whole = progress.shares();
     if (whole)
         slicing.progress = [&](double done) { whole(picture.share(done)); };
@@ -92,7 +93,7 @@ void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     progress.stage("drawing");
     const bool areas = p.view.quality.pixels.samples != 1;
     if (areas) {
-        drawAreas(*caster, engine, p, options.slicing, goal, progress, result);
+        drawAreas(*caster, engine, p, options, goal, progress, result);
     } else {
         Slicing slicing = options.slicing;
         slicing.progress = progress.shares();

@@ -10,9 +10,11 @@
 namespace tessera {
 namespace {
 
-/// Where pixels decide: rounds after the first, each of which spends half of the rays that are left, and the
-/// last one all.
-constexpr int kRounds = 10;
+/// Where pixels decide: rounds after the first, each of which spends at most half of the rays that are left,
+/// or all where that is little: so most go where the first have told to. What few rays hit is found from what
+/// they do, a pixel further in each round.
+constexpr int kRounds = 12;
+constexpr std::size_t kLittle = 32;
 
 /// Samples that a pixel has after another round. Two sets of four: fewer are hardly better than its middle,
 /// and say little of how far they are off.
@@ -32,9 +34,10 @@ glm::ivec2 placeOf(std::uint32_t pixel, const glm::ivec2& size) {
 
 } // namespace
 
-AreaPicture::AreaPicture(const Rays& picture, const PixelSampling& sampling, const PixelGoal& goal)
-    : picture_(picture), sampling_(sampling), goal_(goal), places_(sampling.seed, sampling.filter),
-      sums_(picture.size()) {
+AreaPicture::AreaPicture(const Rays& picture, const PixelSampling& sampling, int threads,
+                         const PixelGoal& goal)
+    : picture_(picture), sampling_(sampling), goal_(goal), threads_(threads),
+      places_(sampling.seed, sampling.filter), sums_(picture.size()) {
     TESSERA_CHECK(picture.places.empty() && sampling.samples != 1);
     beginRound();
 }
@@ -74,29 +77,36 @@ void AreaPicture::chooseNeedy() {
         left_ = goal_.rays;
         for (std::size_t i = 0; i < sums_.count(); ++i)
             left_ += sums_.mean(i).a > 0 ? 1 : 0;
+        budget_ = left_;
     }
-    // What a ray gains: the error's square falls at least as fast as samples grow.
-    std::vector<float> gains = sampleNeeds(sums_, goal_.target);
+    if (left_ < static_cast<std::size_t>(nextSamples(0)))
+        return;
     const auto cost = [&](std::uint32_t pixel) {
-        return nextSamples(sums_.samples(pixel)) - sums_.samples(pixel);
+        return static_cast<std::size_t>(nextSamples(sums_.samples(pixel)) - sums_.samples(pixel));
     };
-    for (std::uint32_t i = 0; i < gains.size(); ++i) {
-        if (gains[i] > 1 && sums_.samples(i) < goal_.most)
-            pixels_.push_back(i);
-        gains[i] *= gains[i] / static_cast<float>(cost(i));
+    // What a ray gains: the error's square falls at least as fast as samples grow.
+    struct Needy {
+        float gain;
+        std::uint32_t pixel;
+        bool operator<(const Needy& o) const { return gain > o.gain || (gain == o.gain && pixel < o.pixel); }
+    };
+    std::vector<Needy> needy;
+    {
+        const std::vector<float> needs = sampleNeeds(sums_, goal_.target, threads_);
+        for (std::uint32_t i = 0; i < needs.size(); ++i)
+            if (needs[i] > 1 && sums_.samples(i) < goal_.most)
+                needy.push_back({needs[i] * needs[i] / static_cast<float>(cost(i)), i});
     }
-    std::sort(pixels_.begin(), pixels_.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return gains[a] > gains[b] || (gains[a] == gains[b] && a < b);
-    });
-    std::size_t room = round_ < kRounds ? left_ / 2 : left_;
-    std::vector<bool> chosen(gains.size(), false);
-    for (const std::uint32_t i : pixels_) {
-        const auto rays = static_cast<std::size_t>(cost(i));
-        if (rays > room)
-            break;
-        room -= rays;
-        left_ -= rays;
-        chosen[i] = true;
+    std::size_t room = left_ > budget_ / kLittle ? left_ / 2 : left_;
+    const std::size_t most = std::min(needy.size(), room / static_cast<std::size_t>(nextSamples(0)));
+    const auto end = needy.begin() + static_cast<std::ptrdiff_t>(most);
+    std::nth_element(needy.begin(), end, needy.end());
+    std::sort(needy.begin(), end);
+    std::vector<bool> chosen(sums_.count(), false);
+    for (auto n = needy.begin(); n != end && cost(n->pixel) <= room; ++n) {
+        room -= cost(n->pixel);
+        left_ -= cost(n->pixel);
+        chosen[n->pixel] = true;
     }
     pixels_.clear();
     forEachPixel(sums_.size(), [&](const glm::ivec2& at) {
@@ -191,12 +201,13 @@ double AreaPicture::share(double ofArray) const {
     const int count = rounds();
     if (round_ == count)
         return 1;
-    // Rounds double: half of the work is the last one's.
     const double within = pixels_.empty() ? 0
                                           : (static_cast<double>(first_) + (drawing_ ? ofArray : 0)) /
                                                 static_cast<double>(pixels_.size());
-    return std::min(1.0,
-                    (round_ == 0 ? within : std::exp2(round_ - 1) * (1 + within)) / std::exp2(count - 1));
+    // Where pixels decide each round takes about half of what is left, the first a third; else rounds double.
+    if (decides())
+        return 1 - std::exp2(-round_) * (1 - 0.5 * within);
+    return (round_ == 0 ? within : std::exp2(round_ - 1) * (1 + within)) / std::exp2(count - 1);
 }
 
 std::size_t AreaPicture::bytesPerPixel() {

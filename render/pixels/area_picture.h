@@ -36,7 +36,9 @@ struct PixelGoal {
 class AreaPicture {
   public:
     /// @param picture  without places
-    AreaPicture(const Rays& picture, const PixelSampling& sampling, const PixelGoal& goal = {});
+    /// @param threads  that decide where samples go; 0: all processors
+    AreaPicture(const Rays& picture, const PixelSampling& sampling, int threads = 0,
+                const PixelGoal& goal = {});
 
     /// The rays to draw next, to their end; none: the picture is done. They read what is kept here.
     std::optional<Rays> next();
@@ -65,13 +67,14 @@ class AreaPicture {
     Rays picture_;
     PixelSampling sampling_;
     PixelGoal goal_;
+    int threads_;
     PixelPlaces places_;
     PixelSums sums_;
     int round_ = -1;
     std::vector<std::uint32_t> pixels_; // of this round
     std::vector<std::uint8_t> upTo_;    // samples that each has after it, less one
     std::size_t first_ = 0;             // of them that lacks samples
-    std::size_t left_ = 0;              // rays that may still be taken, where pixels decide
+    std::size_t budget_ = 0, left_ = 0; // rays that may be taken where pixels decide, and may still be
     std::size_t taken_ = 0;             // rays
     bool drawing_ = false;
     std::vector<glm::vec2> array_; // of rays; none: through the middles of all pixels

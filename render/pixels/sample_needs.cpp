@@ -1,6 +1,9 @@
 // render/pixels/sample_needs.cpp: see sample_needs.h.
 #include "render/pixels/sample_needs.h"
 
+#include "core/image.h"
+#include "core/threads.h"
+
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
@@ -53,37 +56,43 @@ double lightnessSlope(double light) {
 /// Of a ray through a pixel's middle, all components together: of it and its eight neighbours around a plane
 /// through them. Pixels at the picture's edge take the nearest nine; a picture of fewer than three rows or
 /// columns repeats its last.
-double varianceAround(const PixelSums& sums, const glm::ivec2& at) {
-    const glm::ivec2 middle = glm::clamp(at, glm::ivec2(1), glm::max(glm::ivec2(1), sums.size() - 2));
-    glm::dvec4 mean(0), right(0), down(0); // of the nine; rises from pixel to pixel
-    double squares = 0;
-    for (int y = -1; y <= 1; ++y)
-        for (int x = -1; x <= 1; ++x) {
-            const glm::ivec2 near = glm::min(middle + glm::ivec2(x, y), sums.size() - 1);
-            const glm::dvec4 c(sums.mean(indexOf(near, sums.size())));
-            mean += c / 9.0;
-            right += c * (x / 6.0);
-            down += c * (y / 6.0);
-            squares += glm::dot(c, c);
-        }
-    const double scatter =
-        squares - 9 * glm::dot(mean, mean) - 6 * glm::dot(right, right) - 6 * glm::dot(down, down);
-    return std::max(0.0, scatter) / (9 - 3);
+double varianceAround(const Image& means, const glm::ivec2& at) {
+    const glm::ivec2 last = means.size - 1;
+    const glm::ivec2 middle = glm::clamp(at, glm::ivec2(1), glm::max(glm::ivec2(1), last - 1));
+    glm::vec4 c[9];
+    for (int k = 0; k < 9; ++k) {
+        const glm::ivec2 near = glm::min(middle + glm::ivec2(k % 3 - 1, k / 3 - 1), last);
+        c[k] = means.at(near.x, near.y);
+    }
+    const glm::vec4 mean = (c[0] + c[1] + c[2] + c[3] + c[4] + c[5] + c[6] + c[7] + c[8]) / 9.0f;
+    const glm::vec4 right = (c[2] + c[5] + c[8] - c[0] - c[3] - c[6]) / 6.0f;
+    const glm::vec4 down = (c[6] + c[7] + c[8] - c[0] - c[1] - c[2]) / 6.0f;
+    float scatter = 0; // around the plane, not as a difference of sums, which would leave little of floats
+    for (int k = 0; k < 9; ++k) {
+        const glm::vec4 off =
+            c[k] - (mean + static_cast<float>(k % 3 - 1) * right + static_cast<float>(k / 3 - 1) * down);
+        scatter += glm::dot(off, off);
+    }
+    return static_cast<double>(scatter) / (9 - 3);
 }
 
 } // namespace
 
-std::vector<float> sampleNeeds(const PixelSums& sums, const PixelTarget& target) {
-    const glm::ivec2 size = sums.size();
+std::vector<float> sampleNeeds(const PixelSums& sums, const PixelTarget& target, int threads) {
+    const Image means = sums.image();
+    const glm::ivec2 size = means.size;
     std::vector<float> needs(sums.count());
-    for (int y = 0; y < size.y; ++y)
+    parallelFor(static_cast<std::size_t>(size.y), threads, [&](std::size_t row) {
+        const auto y = static_cast<int>(row);
         for (int x = 0; x < size.x; ++x) {
-            const std::size_t i = indexOf({x, y}, size);
-            const double variance = sums.hasBothSets(i) ? varianceOfSets(sums, {x, y})
-                                                        : std::max(varianceAround(sums, {x, y}),
-                                                                   varianceOfNeighbours(sums, {x, y}));
+            const glm::ivec2 at(x, y);
+            const std::size_t i = indexOf(at, size);
+            const double variance =
+                sums.hasBothSets(i) ? varianceOfSets(sums, at) : varianceAround(means, at);
+            if (!(variance > 0))
+                continue;
             const double off = std::sqrt(variance / 4); // a component's
-            const glm::vec4 mean = sums.mean(i);
+            const glm::vec4& mean = means.pixels[i];
             const double light =
                 std::clamp(0.2126 * static_cast<double>(mean.r) + 0.7152 * static_cast<double>(mean.g) +
                                0.0722 * static_cast<double>(mean.b),
@@ -91,6 +100,7 @@ std::vector<float> sampleNeeds(const PixelSums& sums, const PixelTarget& target)
             needs[i] = static_cast<float>(
                 std::max(off / target.linear, off * lightnessSlope(light + off) / target.lightness));
         }
+    });
     return needs;
 }
 

@@ -20,6 +20,6 @@ struct PixelTarget {
 /// only the middle is known is judged by how far it and its eight neighbours are from a plane: more than what
 /// it is off by where light changes smoothly, about that at edges; and by neighbours that have sets, for what
 /// few rays hit can miss many middles.
-std::vector<float> sampleNeeds(const PixelSums& sums, const PixelTarget& target);
+std::vector<float> sampleNeeds(const PixelSums& sums, const PixelTarget& target, int threads = 0);
 
 } // namespace tessera

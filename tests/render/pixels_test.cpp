@@ -117,12 +117,12 @@ TEST(RayArray, HoldsEachRayOnceAndNeighboursTogether) {
         EXPECT_EQ(std::set<int>(met.begin(), met.end()), std::set<int>{1});
     }
     const glm::ivec2 size = rayArraySize(4000);
-    for (const std::size_t lanes : {4ul, 8ul, 16ul}) // packets of 2x2, 4x2, 4x4
+    for (const std::size_t lanes : {8ul, 16ul, 32ul}) // packets of 4x2, 4x4, 8x4
         for (std::size_t k = 0; k < 4000 / lanes * lanes; k += lanes) {
             std::set<std::pair<int, int>> packets;
             for (std::size_t i = 0; i < lanes; ++i) {
                 const auto slot = static_cast<int>(raySlot(k + i, size));
-                packets.insert({slot % size.x / (lanes == 4 ? 2 : 4), slot / size.x / (lanes == 16 ? 4 : 2)});
+                packets.insert({slot % size.x / (lanes == 32 ? 8 : 4), slot / size.x / (lanes == 8 ? 2 : 4)});
             }
             ASSERT_EQ(packets.size(), 1u);
         }
@@ -353,7 +353,7 @@ TEST(AutomaticSamples, LeaveOutNoScene) {
 TEST(AutomaticSamples, TakeNoneWhereLightIsSmoothOrThereIsNone) {
     for (const Light light :
          {Light{[](const glm::dvec2&) { return glm::vec4(0); }},
-          Light{[](const glm::dvec2& p) { return glm::vec4(glm::dvec4(p.x / 64, p.y / 48, 0.5, 1)); }}}) {
+          Light{[](const glm::dvec2& p) { return glm::vec4(glm::dvec4(p.x / 16, p.y / 12, 0.5, 1)); }}}) {
         AreaPicture picture(ofSize(kEdges), automatic());
         drawLight(picture, light);
         EXPECT_EQ(picture.report().taken, 1);

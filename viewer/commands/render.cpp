@@ -176,8 +176,12 @@ void applyOptions(const RenderArguments& arguments, Scene& scene) {
         scene.shading.gradient = parseGradient(arguments.gradient, "--gradient");
     if (arguments.maxError >= 0)
         scene.quality.maxError = arguments.maxError;
+    PixelSampling& pixels = scene.quality.pixels;
     if (!arguments.samples.empty())
-        scene.quality.pixels.samples = parseSamples(arguments.samples);
+        pixels.samples = parseSamples(arguments.samples);
+    else if (!pixels.named && arguments.engine != "mirror" && arguments.engine != "reference")
+        pixels.samples = PixelSampling::kAutomatic;
+    pixels.named = true; // so that the manifest's scene is the picture's
     if (!arguments.pixelFilter.empty())
         scene.quality.pixels.filter = parsePixelFilter(arguments.pixelFilter, "--pixel-filter");
     if (arguments.seed >= 0)
@@ -488,7 +492,7 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
     command->add_option("--samples", a->samples,
                         "rays through each pixel, 1 to " + std::to_string(PixelSampling::kMost) +
                             ", whose mean it shows, or auto: more where they are needed; 1: one through its "
-                            "middle (default: 1)");
+                            "middle (default: auto; 1 with --engine mirror and reference)");
     command->add_option("--pixel-filter", a->pixelFilter,
                         "what a pixel with several samples is the mean of: its own area, or a Gaussian that "
                         "reaches beyond: " +
