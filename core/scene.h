@@ -61,10 +61,10 @@ struct PixelSampling {
     /// Rays through each pixel. 1: through its middle, of which nothing else here tells. kAutomatic: more
     /// where pixels need them.
     int samples = 1;
-    /// Whether anybody asked for as many; else the program takes what suits the engine.
-    bool named = false;
     PixelFilter filter = PixelFilter::box; // box: the pixel's own area
     std::uint32_t seed = 0;                // of where in a pixel they go
+    /// Whether anybody asked for as many samples; else the program takes what suits the engine.
+    bool named = false;
 };
 
 struct Quality {
