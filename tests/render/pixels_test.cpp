@@ -188,7 +188,7 @@ TEST(AreaPicture, TellsTheErrorThatItMakes) {
     double before = 1, two = 0;
     for (const int samples : {2, 3, 4, 8, 16, 64, 256}) {
         SCOPED_TRACE(samples);
-        AreaPicture picture(ofSize(kEdges), {samples, true, PixelFilter::box, 4});
+        AreaPicture picture(ofSize(kEdges), {samples, PixelFilter::box, 4});
         drawStar(picture);
         const ImageDifference made = compare(picture.image(), starTruth());
         const PixelReport report = picture.report();
@@ -214,7 +214,7 @@ TEST(AreaPicture, IsUnbiased) {
     std::vector<glm::dvec4> sum(starTruth().pixels.size(), glm::dvec4(0));
     double made = 0, told = 0;
     for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
-        AreaPicture picture(ofSize(kEdges), {16, true, PixelFilter::box, seed});
+        AreaPicture picture(ofSize(kEdges), {16, PixelFilter::box, seed});
         drawStar(picture);
         const Image image = picture.image();
         for (std::size_t i = 0; i < sum.size(); ++i) {
@@ -234,7 +234,7 @@ TEST(AreaPicture, IsUnbiased) {
 }
 
 TEST(AreaPicture, IsThereAtAnyTimeAndGetsBetter) {
-    AreaPicture picture(ofSize(kEdges), {64, true, PixelFilter::box, 1});
+    AreaPicture picture(ofSize(kEdges), {64, PixelFilter::box, 1});
     drawStar(picture, 2 + 2 + 4 + 8); // 2, 4, 8 and 16 samples of each pixel
     const double early = compare(picture.image(), starTruth()).rms;
     EXPECT_EQ(picture.report().taken, 16);
@@ -250,7 +250,7 @@ TEST(AreaPicture, IsThereAtAnyTimeAndGetsBetter) {
 }
 
 PixelSampling automatic(std::uint32_t seed = 0) {
-    return {PixelSampling::kAutomatic, true, PixelFilter::box, seed};
+    return {PixelSampling::kAutomatic, PixelFilter::box, seed};
 }
 
 /// Six sectors on a ramp: most pixels are smooth.
@@ -276,8 +276,7 @@ TEST(AutomaticSamples, GoWherePixelsNeedThem) {
     EXPECT_LT(report.taken, 40);
     EXPECT_EQ(report.most, 64);
     // Uniform samples of as many rays
-    AreaPicture uniform(ofSize(kEdges),
-                        {static_cast<int>(std::ceil(report.taken)), true, PixelFilter::box, 0});
+    AreaPicture uniform(ofSize(kEdges), {static_cast<int>(std::ceil(report.taken)), PixelFilter::box, 0});
     drawLight(uniform, wheel);
     const Image drawn = picture.image();
     EXPECT_LT(compare(drawn, truth).rms, 0.6 * compare(uniform.image(), truth).rms);
