@@ -48,6 +48,31 @@ TEST_F(Manifest, AProjectionIsTakenWithAViewAndWithACamera) {
     }
 }
 
+// A picture says how wrong it is: in its manifest, and to whoever asks the picture.
+TEST_F(Manifest, SaysHowWrongThePictureIs) {
+    const Outcome drawn =
+        run("render s.zarr -o a.png --engine native --preset auto --size 48x48 --samples 4 --json -q");
+    ASSERT_EQ(drawn.exitCode, 0) << drawn.problems;
+    const json measured = json::parse(drawn.out)["errors"]["measured"];
+    EXPECT_EQ(measured["mode"], "quick");
+    for (const json& of : {measured, measured["samplesOfPixels"]}) {
+        EXPECT_GT(of["rms"]["value"], 0);
+        EXPECT_LE(of["rms"]["from"], of["rms"]["value"]);
+        EXPECT_GE(of["rms"]["to"], of["rms"]["value"]);
+    }
+    EXPECT_GE(measured["pixels"], 400);
+    const Outcome told = run("info a.png");
+    EXPECT_EQ(told.exitCode, 0) << told.problems;
+    EXPECT_THAT(told.out, HasSubstr("L*u*v*"));
+    EXPECT_THAT(told.out, HasSubstr("of samples:"));
+    EXPECT_EQ(json::parse(run("info a.png --json").out)["errors"]["measured"], measured);
+    const json not_ = of("s.zarr --size 8x8");
+    EXPECT_FALSE(not_["errors"].contains("measured")) << "--no-check";
+    EXPECT_THAT(run("info a.png").out, HasSubstr("not measured"));
+    write("b.png", "no picture");
+    EXPECT_NE(run("info b.png").exitCode, 0);
+}
+
 TEST_F(Manifest, HoldsTheCameraThatDrew) {
     const json camera = ofScene(R"({"view":"left"})")["scene"]["camera"];
     EXPECT_FALSE(camera.contains("view")) << "a later version could frame it in another way";

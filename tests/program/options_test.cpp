@@ -41,6 +41,8 @@ const std::vector<Command>& commands() {
           {"--first", none},      {"--edge-function", none},
           {"--sampling", none},   {"--isosurface", numbers}, // values of the volume
           {"--integrator", none}, {"--fetch", none},
+          {"--samples", none},    {"--pixel-filter", none},
+          {"--seed", {"0"}},      {"--verify", none},
           {"--gradient", none},   {"--gpu-memory", none},
           {"--ram", none},        {"--gl-device", {"0"}},
           {"--series", none},     {"--phase", none},

@@ -6,6 +6,7 @@
 #include "core/gantry_tilt.h"
 #include "core/printable_text.h"
 #include "viewer/commands/commands.h"
+#include "viewer/commands/info_picture.h"
 #include "viewer/input/volume_input.h"
 #include "viewer/input/volume_notes.h"
 
@@ -208,7 +209,9 @@ void infoSource(const InfoArguments& arguments, const CommonOptions& common) {
 }
 
 void runInfo(const InfoArguments& arguments, const CommonOptions& common) {
-    if (looksLikeStore(arguments.in))
+    if (isPictureName(arguments.in))
+        infoPicture(arguments.in, arguments.asJson);
+    else if (looksLikeStore(arguments.in))
         infoStore(arguments, common);
     else
         infoSource(arguments, common);
@@ -217,9 +220,10 @@ void runInfo(const InfoArguments& arguments, const CommonOptions& common) {
 } // namespace
 
 void addInfoCommand(CLI::App& program, const CommonOptions& common, Action& action) {
-    auto* command = program.add_subcommand("info", "Tell what a store or source files hold");
+    auto* command = program.add_subcommand(
+        "info", "Tell what a store or source files hold, or how a picture was made and how wrong it is");
     auto arguments = std::make_shared<InfoArguments>();
-    command->add_option("X", arguments->in, "store, DICOM file or folder, .nii, ...")->required();
+    command->add_option("X", arguments->in, "store, DICOM file or folder, .nii, picture, ...")->required();
     command->add_flag("--json", arguments->asJson, "as JSON");
     command->add_flag("--allow-missing", arguments->allowMissing,
                       "source files: leave out files that could be slices and cannot be read");

@@ -335,6 +335,24 @@ void requireFloor(const fs::path& path, const Scene& scene, EngineKind engine, c
                          ", but the budget is " + formatBytes(ram.limitBytes()));
 }
 
+/// Where nobody asked for samples and RAM is too short for the sums that they take, pixels get one ray.
+void fitSamples(const VolumeInfo& info, EngineKind engine, const Ledger& ram, Scene& scene,
+                const CommonOptions& common) {
+    const auto floor = [&] {
+        return renderFloorBytes(info, scene.imageSize, pictureBytesPerPixel(engine, scene.quality.pixels), 0,
+                                scene.quality.integrator);
+    };
+    PixelSampling& pixels = scene.quality.pixels;
+    if (ram.limitBytes() >= floor())
+        return;
+    const PixelSampling asked = pixels;
+    pixels.samples = 1;
+    if (ram.limitBytes() < floor())
+        pixels = asked; // it is not for them
+    else
+        common.note("--ram has no room for more than one ray a pixel: " + formatBytes(ram.limitBytes()));
+}
+
 void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     // Everything that can be refused is refused before the long work.
     checkOutput(arguments.out);
@@ -342,6 +360,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     const auto engine = static_cast<EngineKind>(chosen(engineName, kEngineNames, "--engine"));
     const bool drawsFirst = engine != EngineKind::mirror && engine != EngineKind::reference;
     Scene scene = sceneOf(arguments);
+    const bool samplesNamed = scene.quality.pixels.named || !arguments.samples.empty();
     applyOptions(arguments, scene);
     Ledger ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     Ledger gpu("GPU memory", "--gpu-memory", budgetBytes(arguments.gpuMemory, "--gpu-memory", common));
@@ -350,6 +369,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     volume.path = storeFor(volume.path, arguments.input, ram, common);
     requireFloor(volume.path, scene, engine, ram);
     const StoreReader store(volume.path, ram);
+    if (!samplesNamed)
+        fitSamples(store.info(), engine, ram, scene, common);
     requireFacingView(scene, store.info(), arguments.in);
     if (const auto* preset = std::get_if<std::string>(&volume.transferFunction); preset && preset->empty())
         volume.transferFunction =

@@ -1,0 +1,15 @@
+// viewer/commands/info_picture.h: what a picture says of itself.
+#pragma once
+
+#include <filesystem>
+
+namespace tessera {
+
+/// Whether it is a file with a name that pictures have.
+bool isPictureName(const std::filesystem::path& path);
+
+/// Prints what the manifest in a picture says: how it was made and how wrong it is; or all of it, as JSON.
+/// Throws InputError naming path for what is no picture, or has no manifest.
+void infoPicture(const std::filesystem::path& path, bool asJson);
+
+} // namespace tessera
