@@ -55,10 +55,10 @@ void LevelChooser::setCamera(const Camera& camera, const glm::ivec2& imageSize) 
     keepWhatFilteringLoses(errors_, weights_);
 }
 
-void LevelChooser::forgetPixelSize() {
+void LevelChooser::lookWithinPixels(int levels) {
     for (std::size_t brick = 0; brick < weights_.finest.size(); ++brick)
         if (weights_.area[brick] > 0)
-            weights_.finest[brick] = 0;
+            weights_.finest[brick] = static_cast<std::uint8_t>(std::max(0, weights_.finest[brick] - levels));
 }
 
 std::vector<float> LevelChooser::predictedVisibility() const {

@@ -29,9 +29,9 @@ class LevelChooser {
     void keepFunction();
     /// The view; after the function, and again after each.
     void setCamera(const Camera& camera, const glm::ivec2& imageSize);
-    /// Levels finer than a pixel count too, and errors are those against the finest level; after the view. A
-    /// pixel that is the mean of many samples shows them all.
-    void forgetPixelSize();
+    /// Levels finer than a pixel count too, by so many levels: a pixel that is the mean of many samples shows
+    /// them. Errors are those against the finest that counts. After the view.
+    void lookWithinPixels(int levels);
 
     const std::vector<std::uint8_t>& shows() const { return errors_.shows; } // [z][y][x] over bricks
     const LevelErrors& errors() const { return errors_; }

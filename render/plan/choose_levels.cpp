@@ -33,6 +33,11 @@ int quickLevel(const glm::ivec3& extentVoxels) {
 /// loading, on a fast device most of a picture's time.
 constexpr std::size_t kShareForSpeed = 4;
 
+/// Levels finer than a pixel that the mean of its samples still shows: a level is a mean of values, a pixel
+/// one of what they look like. With two of them levels cost pictures of 48 to 320 pixels on three scans 0.07
+/// to 0.3 (L*u*v*, 99th percentile), with one 1.9 to 2.8, with none 4.5 to 8.9.
+constexpr int kLevelsWithinPixels = 2;
+
 /// View weights have half a brick of reach, 16 voxels: as far as a gradient and the samples that it is made
 /// of reach at this level.
 constexpr int kCoarsestWithinReach = 2;
@@ -137,10 +142,12 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
     chooser->setFunction(statistics, table, culling);
     chooser->keepFunction();
     chooser->setCamera(camera, scene.imageSize);
+    if (scene.quality.maxError.value_or(0) > 0)
+        chooser->lookWithinPixels(kLevelCount);
+    else if (scene.quality.pixels.samples != 1 && !scene.quality.maxError)
+        chooser->lookWithinPixels(kLevelsWithinPixels);
     chosen.predicted = true;
     if (scene.quality.maxError) {
-        if (*scene.quality.maxError > 0)
-            chooser->forgetPixelSize();
         chosen.selection = chooser->within(statistics.brickMean, kShareOfLevels * *scene.quality.maxError);
         chosen.error = chooser->predict(chosen.selection);
         inPasses();

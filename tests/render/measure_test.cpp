@@ -93,6 +93,21 @@ TEST(MeasuredErrors, AreTheErrorsToTheReferencesAreaMeans) {
     }
 }
 
+// A pixel that is the mean of its samples shows more than the level whose samples are as large as it is.
+TEST(MeasuredErrors, OfLevelsAreSmallWherePixelsAreLarge) {
+    Scene scene = sceneOf("torso", "bone", glm::ivec2(20));
+    scene.quality.stepVoxels = 0.5;
+    scene.quality.pixels.samples = 64;
+    const RenderResult r = drawn(scene, EngineKind::native, Verify::full);
+    ASSERT_TRUE(r.measured && r.measured->rays.rms);
+    EXPECT_LT(r.measured->rays.rms->value, 0.004);
+    scene.quality.pixels.samples = 1; // its size is what counts
+    const RenderResult coarse = drawn(scene, EngineKind::native, Verify::full);
+    EXPECT_LT(coarse.bricksOfLevel[0], r.bricksOfLevel[0]);
+    ASSERT_TRUE(coarse.measured && coarse.measured->rays.rms);
+    EXPECT_GT(coarse.measured->rays.rms->value, 3 * r.measured->rays.rms->value);
+}
+
 // Whoever asks for an error gets it, measured on pixels that decided nothing; or is told that it is not
 // there.
 TEST(MaxError, HoldsAgainstTheReferencesAreaMeans) {
