@@ -7,6 +7,7 @@
 #include "core/scratch_folder.h"
 #include "datasets/phantom.h"
 #include "render/plan/scene_plan.h"
+#include "viewer/studies/accuracy/area_sweep.h"
 #include "viewer/studies/accuracy/runs_table.h"
 #include "viewer/studies/accuracy/scene_section.h"
 
@@ -21,6 +22,35 @@ namespace tessera::accuracy {
 namespace {
 
 using ::testing::HasSubstr;
+
+// Samples of a pixel bring pictures nearer to the mean over its area; shorter steps of one ray do not.
+TEST(AnAreaSweep, FindsThatSamplesGainWhatStepsDoNot) {
+    const ScratchFolder folder;
+    {
+        Ledger ram("RAM", "--ram", std::size_t{256} << 20);
+        ImportOptions options;
+        options.durable = false;
+        importToStore(*makePhantom("torso", {48, 36, 56}), folder / "v.zarr", ram, options);
+    }
+    NamedScene scene{"torso", "A phantom.", plainScene(), 0};
+    scene.scene.volumes[0].path = folder / "v.zarr";
+    scene.scene.imageSize = {40, 32};
+    SweepOptions options;
+    options.ramBytes = options.gpuBytes = std::size_t{256} << 20;
+    options.effort.quick = true;
+    const AreaSweep sweep = runAreaSweep(scene, options);
+    const auto find = [&](const std::string& setting) {
+        return *std::find_if(sweep.points.begin(), sweep.points.end(),
+                             [&](const AreaPoint& p) { return p.setting == setting; });
+    };
+    EXPECT_GT(find("step 1/4").rms, 0.8 * find("step 1").rms);
+    EXPECT_LT(find("8 samples").rms, 0.5 * find("step 1/4").rms);
+    EXPECT_LT(find("auto").rms, find("8 samples").rms);
+    EXPECT_GT(find("auto").samples, 1);
+    const bench::Report report = areaSection({sweep});
+    EXPECT_EQ(report.tables.at(0).rows.size(), sweep.points.size());
+    EXPECT_EQ(report.plots.at(0).curves.size(), 3u);
+}
 
 // A whole sweep: finite, bounded, and nearer to the truth with every halving of the step.
 TEST(ASweep, FindsThatErrorsFallWithTheStep) {

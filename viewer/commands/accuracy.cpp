@@ -11,6 +11,7 @@
 #include "viewer/manifest/build_commit.h"
 #include "viewer/options/option_values.h"
 #include "viewer/studies/accuracy/accuracy_report.h"
+#include "viewer/studies/accuracy/area_sweep.h"
 #include "viewer/studies/accuracy/scene_section.h"
 #include "viewer/studies/accuracy/scenes.h"
 #include "viewer/studies/lod/workbench.h" // scansFolder
@@ -31,7 +32,7 @@ struct AccuracyArguments {
     std::string in, out, scans, keptScenes, ram, gpuMemory, size, preset, device = "auto";
     std::vector<std::string> only, integrators, peers;
     double seconds = 0;
-    bool all = false, quick = false, noShading = false;
+    bool all = false, quick = false, noShading = false, pixelsOnly = false;
     InputOptions input;
 };
 
@@ -148,6 +149,7 @@ std::string commandText(const AccuracyArguments& a) {
     add("--ram", a.ram);
     add("--gl-device", a.device == "auto" ? "" : a.device);
     add("--series", a.input.series > 0 ? std::to_string(a.input.series) : "");
+    addFlag("--pixels-only", a.pixelsOnly);
     addFlag("--largest", a.input.largest);
     addFlag("--resample-z", a.input.resampleZ);
     return text;
@@ -214,6 +216,25 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
         peers.insert(peers.end(), more.begin(), more.end());
     }
 
+    std::vector<AreaSweep> areas;
+    for (const NamedScene& scene : scenes) {
+        common.progress->stage(scene.name + ": samples of a pixel");
+        areas.push_back(runAreaSweep(scene, options));
+    }
+    const std::string commit = buildCommit();
+    const auto write = [&](const std::vector<bench::Report>& reports, const std::string& machine,
+                           const std::vector<std::string>& order) {
+        const bench::PagePlace place{arguments.out, "accuracy", kHeading, order};
+        const bench::MadeBy madeBy{
+            commandText(arguments), machine + "; load " + bench::formatCell(bench::loadAverage()),
+            std::string(TESSERA_VERSION) + (commit.empty() ? "" : " (" + commit + ")")};
+        for (const bench::Report& report : reports)
+            bench::writeReport(report, madeBy, place);
+        common.note("wrote " + (fs::path(arguments.out) / "accuracy.md").string());
+    };
+    if (arguments.pixelsOnly)
+        return write({areaSection(areas)}, bench::describeMachine("CPU"), {"reference", "pixels"});
+
     std::vector<Sweep> sweeps;
     for (const NamedScene& scene : scenes) {
         common.progress->stage(scene.name + ": drawing it as it is");
@@ -222,23 +243,17 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
     if (sweeps.empty())
         throw InputError("accuracy: expected a scene that can be measured, found none");
 
-    const std::string commit = buildCommit();
     const MeasuredOn on{"Tessera " TESSERA_VERSION, commit, bench::describeMachine(sweeps.front().device)};
-    std::vector<bench::Report> reports = {referenceSection(sweeps, on, options.effort)};
+    std::vector<bench::Report> reports = {referenceSection(sweeps, on, options.effort), areaSection(areas)};
     for (const Sweep& sweep : sweeps)
         reports.push_back(sceneSection(sweep, peers));
     reports.push_back(stiffSection());
     reports.push_back(defaultsSection(sweeps));
     reports.push_back(runsSection(sweeps, on, omissionsOf(scenes, peers, leftOut)));
-    bench::PagePlace place{arguments.out, "accuracy", kHeading, {}};
+    std::vector<std::string> order;
     for (const bench::Report& report : reports)
-        place.order.push_back(report.name);
-    const bench::MadeBy madeBy{commandText(arguments),
-                               on.machine + "; load " + bench::formatCell(bench::loadAverage()),
-                               std::string(TESSERA_VERSION) + (commit.empty() ? "" : " (" + commit + ")")};
-    for (const bench::Report& report : reports)
-        bench::writeReport(report, madeBy, place);
-    common.note("wrote " + (fs::path(arguments.out) / "accuracy.md").string());
+        order.push_back(report.name);
+    write(reports, on.machine, order);
 }
 
 } // namespace
@@ -255,6 +270,8 @@ void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& 
                         "with --all: of these scenes only: " + joinNames(standardSceneNames()));
     command->add_option("--scans", a->scans,
                         "with --all: folder with the public scans (default: $TESSERA_TEST_DATA)");
+    command->add_flag("--pixels-only", a->pixelsOnly,
+                      "measure what samples of a pixel cost and gain, and nothing else");
     command->add_flag("--quick", a->quick, "small pictures, fewer settings and repeats: about a minute");
     command
         ->add_option("--seconds", a->seconds,

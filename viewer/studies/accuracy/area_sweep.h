@@ -1,0 +1,36 @@
+// viewer/studies/accuracy/area_sweep.h: what samples of a pixel cost and gain, against the mean over its
+// area: one ray with shorter steps, as many rays for every pixel, and rays where pixels need them.
+#pragma once
+
+#include "viewer/studies/accuracy/sweep.h"
+#include "viewer/studies/report/report.h"
+
+#include <string>
+#include <vector>
+
+namespace tessera::accuracy {
+
+struct AreaPoint {
+    std::string method;      // "one ray", "uniform", "auto"
+    std::string setting;     // "step 1/4", "8 samples"
+    double ms = 0;           // to draw; the least of several
+    double samples = 1;      // a pixel, in the mean
+    double rms = 0, p99 = 0; // linear; L*u*v*
+};
+
+struct AreaSweep {
+    std::string scene, about;
+    glm::ivec2 imageSize{0};
+    double stepVoxels = 0; // of uniform samples and auto
+    std::vector<AreaPoint> points;
+};
+
+/// On the native engine, at most 160 pixels an axis (64 where options.effort.quick); the truth is the mean of
+/// 256 samples with a quarter of the shortest step (64 where quick). Throws InputError where the budgets are
+/// too short.
+AreaSweep runAreaSweep(const NamedScene& scene, const SweepOptions& options);
+
+/// A table and a figure of work and precision for each scene.
+bench::Report areaSection(const std::vector<AreaSweep>& sweeps);
+
+} // namespace tessera::accuracy
