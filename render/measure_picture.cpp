@@ -60,7 +60,7 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, ScenePlan& plan, 
         out.whyNot = input.shown == 0 ? "the picture shows nothing" : "it was not asked for";
         return out;
     }
-    const PixelsAgain again(picture.image, design, picture.scene.quality.pixels, picture.round);
+    PixelsAgain again(picture.image, design, picture.scene.quality.pixels, picture.round);
     if (again.pixels() == 0) {
         out.whyNot = "no pixels are left that were not drawn again before";
         return out;
@@ -74,7 +74,8 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, ScenePlan& plan, 
     PixelsAgain::Limits limits{picture.slicing};
     limits.slicing.progress = {};
     const double step = plan.view.quality.stepVoxels;
-    const auto own = again.draw(*caster, engine, plan, step, limits, work).value();
+    const bool more = picture.mode == Verify::full; // at any cost
+    const auto own = again.drawOwn(*caster, engine, plan, step, limits, more, work);
     if (finest) {
         caster->fetchExactly();
     } else {
@@ -101,7 +102,7 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, ScenePlan& plan, 
     }
     plan.setStep(step / kStepsOfTruth);
     caster->functionChanged(); // tables of segments of this length
-    const auto truth = again.draw(*caster, engine, plan, step / kStepsOfTruth, limits, work);
+    const auto truth = again.drawTruth(*caster, engine, plan, step / kStepsOfTruth, limits, work);
     out.bytesRead = work.bytesUploaded;
     if (truth)
         again.measure(own, *truth, picture.rounds > 1 ? chanceOfAttempt(picture.round) : 0.95, out);

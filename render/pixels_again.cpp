@@ -1,6 +1,7 @@
 // render/pixels_again.cpp: see pixels_again.h.
 #include "render/pixels_again.h"
 
+#include "core/colour.h"
 #include "core/error.h"
 #include "render/picture.h"
 #include "render/pixels/area_picture.h"
@@ -8,7 +9,11 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdio>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <span>
 
 namespace tessera {
 namespace {
@@ -18,11 +23,36 @@ constexpr float kShown = 1.0f / 255;
 /// Sets of a pixel from here on are the truth's: no picture takes so many.
 constexpr std::uint32_t kFirstSet = 1u << 20, kSetsOfRound = 1u << 12;
 constexpr int kRun = 16; // samples of a replicate that are drawn side by side, at most
+/// Of a pixel that is too noisy: sets of each step, steps, samples at most.
+constexpr int kSetsOfStep = 1 << 10, kMostSteps = 2, kMostOfPixel = 4096;
+/// What the mean of a pixel's samples may be off, of the distance that one of 100 pixels exceeds: its square
+/// is then a 25th of those of the largest distances, which their bound counts in.
+constexpr double kNoiseOfTail = 0.2, kTailShare = 0.99;
+
+glm::dvec3 luvOf(const glm::vec4& pixel) {
+    return luvFromLinear(glm::clamp(glm::dvec3(pixel), glm::dvec3(0.0), glm::dvec3(1.0)));
+}
+
+/// L*u*v* standard error of the mean over replicates.
+double noiseOf(std::span<const glm::vec4> replicates) {
+    glm::dvec3 mean(0.0);
+    for (const glm::vec4& one : replicates)
+        mean += luvOf(one) / static_cast<double>(replicates.size());
+    double squares = 0;
+    for (const glm::vec4& one : replicates)
+        squares += glm::dot(luvOf(one) - mean, luvOf(one) - mean);
+    return std::sqrt(squares / static_cast<double>(replicates.size() * (replicates.size() - 1)));
+}
 
 std::string between(const Estimate& e) {
     char text[80];
     std::snprintf(text, sizeof text, "%.2g (%.2g to %.2g)", e.value, e.low, e.high);
     return text;
+}
+
+std::string raysOf(const PictureMeasurement& m) {
+    return std::to_string(m.samples) +
+           (m.mostSamples > m.samples ? " to " + std::to_string(m.mostSamples) : "");
 }
 
 std::string numbers(const MeasuredErrors& e) {
@@ -48,13 +78,13 @@ std::vector<std::string> describe(const PictureMeasurement& m) {
     if (!m.whyNot.empty())
         return {"measured error: not measured, because " + m.whyNot};
     std::vector<std::string> lines = {"measured error: " + numbers(m.all) + ", from " +
-                                      std::to_string(m.all.shown) + " pixels drawn again with " +
-                                      std::to_string(m.samples) + " rays each"};
+                                      std::to_string(m.all.shown) + " pixels drawn again with " + raysOf(m) +
+                                      " rays each"};
     if (m.all.whyNoP99 == NotMeasured::tooFewPixels)
         lines.push_back("measured error: no 99th percentile, because fewer than " +
                         std::to_string(kFewestForP99) + " pixels that show something were drawn again");
     if (m.all.whyNoP99 == NotMeasured::truthTooNoisy)
-        lines.push_back("measured error: no 99th percentile, because " + std::to_string(m.samples) +
+        lines.push_back("measured error: no 99th percentile, because " + raysOf(m) +
                         " rays a pixel leave the truth too noisy");
     lines.push_back("of it the picture's samples of its pixels: " + numbers(m.sampling));
     lines.push_back("of it levels, step and filtering: " + numbers(m.rays));
@@ -72,6 +102,7 @@ PixelsAgain::PixelsAgain(const Image& picture, const VerifyPlan& plan, const Pix
       places_(sampling.seed, sampling.filter),
       firstSet_(kFirstSet + static_cast<std::uint32_t>(round) * kSetsOfRound) {
     TESSERA_CHECK(replicates_ > 0 && plan.samples > 0 && samples_ <= kMostInSet);
+    step_.assign(pixels(), 0);
     picture_.reserve(pixels());
     for (const SampledPixel& p : sample_.pixels)
         picture_.push_back(picture.at(p.at.x, p.at.y));
@@ -79,22 +110,26 @@ PixelsAgain::PixelsAgain(const Image& picture, const VerifyPlan& plan, const Pix
 
 std::size_t PixelsAgain::bytes() const {
     const auto replicates = static_cast<std::size_t>(replicates_);
-    return pixels() * (sizeof(SampledPixel) + sizeof(glm::vec4) * (2 + 3 * replicates));
+    return pixels() *
+           (sizeof(SampledPixel) + sizeof(std::uint8_t) + sizeof(glm::vec4) * (3 + 3 * replicates));
 }
 
-std::optional<std::vector<glm::vec4>> PixelsAgain::draw(RayCaster& caster, Engine& engine,
-                                                        const ScenePlan& plan, double segmentVoxels,
-                                                        const Limits& limits, Work& work) const {
-    RayFrame<double> frame = plan.view.frame;
-    frame.segmentVoxels = segmentVoxels;
-    Strides strides = plan.strides();
-    strides.segmentVoxels = segmentVoxels;
-    const auto inRun = static_cast<std::size_t>(std::min(samples_, kRun));
-    const std::size_t runsOfReplicate = static_cast<std::size_t>(samples_) / inRun;
+bool PixelsAgain::drawStep(int step, const Draws& draws, std::vector<glm::vec4>& out) const {
+    RayFrame<double> frame = draws.plan.view.frame;
+    frame.segmentVoxels = draws.segmentVoxels;
+    Strides strides = draws.plan.strides();
+    strides.segmentVoxels = draws.segmentVoxels;
+    std::vector<std::size_t> chosen;
+    for (std::size_t n = 0; n < pixels(); ++n)
+        if (step_[n] == step)
+            chosen.push_back(n);
+    const int samples = samplesOf(step);
+    const auto inRun = static_cast<std::size_t>(std::min(samples, kRun));
+    const std::size_t runsOfReplicate = static_cast<std::size_t>(samples) / inRun;
     const std::size_t runsOfPixel = runsOfReplicate * static_cast<std::size_t>(replicates_);
-    const std::size_t runs = pixels() * runsOfPixel;
+    const int setsOfReplicate = (samples + kMostInSet - 1) / kMostInSet;
+    const std::size_t runs = chosen.size() * runsOfPixel;
     const std::size_t atOnce = std::max<std::size_t>(1, AreaPicture::mostRays(size_) / inRun);
-    std::vector<glm::vec4> out(pixels() * static_cast<std::size_t>(replicates_), glm::vec4(0));
     std::vector<glm::vec2> array;
     glm::vec2 places[kRun];
     for (std::size_t first = 0; first < runs; first += atOnce) {
@@ -104,10 +139,12 @@ std::optional<std::vector<glm::vec4>> PixelsAgain::draw(RayCaster& caster, Engin
         array.assign(rayCount(rays.arraySize), glm::vec2(0));
         for (std::size_t n = 0; n < count; ++n) {
             const std::size_t run = first + n;
-            const std::size_t replicate = run % runsOfPixel / runsOfReplicate;
-            places_.put(sample_.pixels[run / runsOfPixel].at,
-                        firstSet_ + static_cast<std::uint32_t>(replicate),
-                        static_cast<int>(run % runsOfReplicate * inRun), std::span(places).first(inRun));
+            const auto replicate = static_cast<int>(run % runsOfPixel / runsOfReplicate);
+            const auto sample = static_cast<int>(run % runsOfReplicate * inRun);
+            const int set = step * kSetsOfStep + replicate * setsOfReplicate + sample / kMostInSet;
+            places_.put(sample_.pixels[chosen[run / runsOfPixel]].at,
+                        firstSet_ + static_cast<std::uint32_t>(set), sample % kMostInSet,
+                        std::span(places).first(inRun));
             for (std::size_t i = 0; i < inRun; ++i)
                 array[raySlot(n * inRun + i, rays.arraySize)] = places[i];
         }
@@ -115,18 +152,74 @@ std::optional<std::vector<glm::vec4>> PixelsAgain::draw(RayCaster& caster, Engin
              ++k) // left over: what is drawn there is dropped
             array[raySlot(k, rays.arraySize)] = places[inRun - 1];
         rays.places = array;
-        caster.begin(rays);
-        if (!drawWithin(caster, engine, plan, limits.slicing, limits.mostBytes, work))
-            return std::nullopt;
-        const Image drawn = caster.image();
+        draws.caster.begin(rays);
+        if (!drawWithin(draws.caster, draws.engine, draws.plan, draws.limits.slicing, draws.limits.mostBytes,
+                        draws.work))
+            return false;
+        const Image drawn = draws.caster.image();
         for (std::size_t n = 0; n < count; ++n) {
             glm::vec4 sum(0);
             for (std::size_t i = 0; i < inRun; ++i)
                 sum += drawn.pixels[raySlot(n * inRun + i, rays.arraySize)];
-            out[(first + n) / runsOfReplicate] += sum / static_cast<float>(samples_);
+            const std::size_t run = first + n, replicate = run % runsOfPixel / runsOfReplicate;
+            out[chosen[run / runsOfPixel] * static_cast<std::size_t>(replicates_) + replicate] +=
+                sum / static_cast<float>(samples);
         }
     }
-    return out;
+    return true;
+}
+
+bool PixelsAgain::chooseNoisy(int step, const std::vector<glm::vec4>& own) {
+    const std::vector<glm::vec4> mean = means(own);
+    std::vector<double> distances, noise(pixels());
+    for (std::size_t n = 0; n < pixels(); ++n) {
+        if (mean[n].a > kShown)
+            distances.push_back(glm::length(luvOf(mean[n]) - luvOf(picture_[n])));
+        if (step_[n] == step)
+            noise[n] = noiseOf(std::span(own).subspan(n * static_cast<std::size_t>(replicates_),
+                                                      static_cast<std::size_t>(replicates_)));
+    }
+    if (distances.empty())
+        return false;
+    const auto rank = static_cast<std::ptrdiff_t>(kTailShare * static_cast<double>(distances.size() - 1));
+    std::nth_element(distances.begin(), distances.begin() + rank, distances.end());
+    const double most = kNoiseOfTail * distances[static_cast<std::size_t>(rank)];
+    bool any = false;
+    for (std::size_t n = 0; n < pixels(); ++n)
+        if (step_[n] == step && noise[n] > most) {
+            ++step_[n];
+            any = true;
+        }
+    return any;
+}
+
+std::vector<glm::vec4> PixelsAgain::drawOwn(RayCaster& caster, Engine& engine, const ScenePlan& plan,
+                                            double segmentVoxels, const Limits& limits, bool more,
+                                            Work& work) {
+    const Draws draws{caster, engine, plan, segmentVoxels, limits, work};
+    const auto replicates = static_cast<std::size_t>(replicates_);
+    std::vector<glm::vec4> own(pixels() * replicates, glm::vec4(0));
+    for (int step = 0;; ++step) {
+        TESSERA_CHECK(drawStep(step, draws, own));
+        if (!more || step == kMostSteps || samplesOf(step + 1) * replicates_ > kMostOfPixel ||
+            !chooseNoisy(step, own))
+            return own;
+        for (std::size_t n = 0; n < own.size(); ++n)
+            if (step_[n / replicates] > step)
+                own[n] = glm::vec4(0);
+    }
+}
+
+std::optional<std::vector<glm::vec4>> PixelsAgain::drawTruth(RayCaster& caster, Engine& engine,
+                                                             const ScenePlan& plan, double segmentVoxels,
+                                                             const Limits& limits, Work& work) const {
+    const Draws draws{caster, engine, plan, segmentVoxels, limits, work};
+    std::vector<glm::vec4> truth(pixels() * static_cast<std::size_t>(replicates_), glm::vec4(0));
+    const int last = step_.empty() ? 0 : *std::max_element(step_.begin(), step_.end());
+    for (int step = 0; step <= last; ++step)
+        if (!drawStep(step, draws, truth))
+            return std::nullopt;
+    return truth;
 }
 
 std::vector<glm::vec4> PixelsAgain::means(const std::vector<glm::vec4>& replicates) const {
@@ -138,7 +231,9 @@ std::vector<glm::vec4> PixelsAgain::means(const std::vector<glm::vec4>& replicat
 
 void PixelsAgain::measure(const std::vector<glm::vec4>& own, const std::vector<glm::vec4>& truth,
                           double boundChance, PictureMeasurement& out) const {
+    const int most = step_.empty() ? 0 : *std::max_element(step_.begin(), step_.end());
     out.samples = replicates_ * samples_;
+    out.mostSamples = replicates_ * samplesOf(most);
     out.all = measuredErrors({sample_, replicates_, picture_, truth}, kShown, boundChance);
     out.sampling = measuredErrors({sample_, replicates_, picture_, own}, kShown);
     // Both went through the same places, so that what is left of their noise is small.

@@ -11,6 +11,7 @@
 #include "render/verify/verify_plan.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <glm/vec4.hpp>
 #include <optional>
 #include <string>
@@ -26,7 +27,7 @@ struct PictureMeasurement {
     /// The same pixels with the picture's own levels, step and filtering, but as many samples as the truth:
     /// what the picture's samples of a pixel leave out; and what levels, step, filtering and ended rays do.
     MeasuredErrors sampling, rays;
-    int samples = 0; // of the truth of a pixel
+    int samples = 0, mostSamples = 0; // of the truth of a pixel; of those that it was too noisy with
     std::size_t bytesRead = 0;
     double seconds = 0;
 };
@@ -51,17 +52,40 @@ class PixelsAgain {
         Slicing slicing;
         std::size_t mostBytes = SIZE_MAX; // of bricks that may be brought
     };
-    /// Rays of a length of segments through all places, to their end; the mean of each replicate. None where
-    /// bricks would take more than the limit.
-    std::optional<std::vector<glm::vec4>> draw(RayCaster& caster, Engine& engine, const ScenePlan& plan,
-                                               double segmentVoxels, const Limits& limits, Work& work) const;
+    /// The pixels as they are: rays of a length of segments through all places, to their end; the mean of
+    /// each replicate.
+    /// @param more  pixels that are too noisy for the picture's largest errors are drawn anew through four
+    /// times
+    ///     as many places, and once more. How their replicates differ decides, which are then let go of: so
+    ///     no mean is chosen for what it is. From then on these are their places.
+    std::vector<glm::vec4> drawOwn(RayCaster& caster, Engine& engine, const ScenePlan& plan,
+                                   double segmentVoxels, const Limits& limits, bool more, Work& work);
+    /// The same as they should be, through the same places. None where bricks would take more than the limit.
+    std::optional<std::vector<glm::vec4>> drawTruth(RayCaster& caster, Engine& engine, const ScenePlan& plan,
+                                                    double segmentVoxels, const Limits& limits,
+                                                    Work& work) const;
 
-    /// @param own, truth   of draw()
+    /// @param own, truth   of drawOwn() and drawTruth()
     /// @param boundChance  with which MeasuredErrors::luvP99Bound holds
     void measure(const std::vector<glm::vec4>& own, const std::vector<glm::vec4>& truth, double boundChance,
                  PictureMeasurement& out) const;
 
   private:
+    /// A caster with what its rays need.
+    struct Draws {
+        RayCaster& caster;
+        Engine& engine;
+        const ScenePlan& plan;
+        double segmentVoxels;
+        const Limits& limits;
+        Work& work;
+    };
+    /// The pixels of one step, to their places in `out`; false where bricks would take too many bytes.
+    bool drawStep(int step, const Draws& draws, std::vector<glm::vec4>& out) const;
+    /// Those of a step that are too noisy go to the next; false where there are none.
+    bool chooseNoisy(int step, const std::vector<glm::vec4>& own);
+    /// Of a replicate.
+    int samplesOf(int step) const { return samples_ << (2 * step); }
     std::vector<glm::vec4> means(const std::vector<glm::vec4>& replicates) const;
 
     glm::ivec2 size_;
@@ -70,6 +94,7 @@ class PixelsAgain {
     int replicates_, samples_;
     PixelPlaces places_;
     std::uint32_t firstSet_;
+    std::vector<std::uint8_t> step_; // of each pixel: how often its samples were made four times as many
 };
 
 } // namespace tessera

@@ -134,6 +134,23 @@ TEST(MaxError, HoldsAgainstTheReferencesAreaMeans) {
     EXPECT_GT(compare(r.image, truth).luvP99, 2);
 }
 
+// A picture with as many samples as the truth begins with: where the truth is noisier than the picture's
+// largest errors, it gets more, and tells what these are.
+TEST(MeasuredErrors, NoisyPixelsOfTheTruthGetMoreSamples) {
+    Scene scene = sceneOf("torso", "vessels", {64, 48});
+    scene.quality.pixels.samples = 256;
+    const RenderResult r = drawn(scene, EngineKind::native, Verify::full);
+    ASSERT_TRUE(r.measured && r.measured->whyNot.empty());
+    const PictureMeasurement& m = *r.measured;
+    EXPECT_EQ(m.mostSamples, 16 * m.samples);
+    EXPECT_LT(m.all.noiseShare, 0.25);
+    EXPECT_LT(m.sampling.noiseShare, 0.25);
+    ASSERT_TRUE(m.all.luvP99 && m.sampling.luvP99);
+    EXPECT_LT(m.sampling.luvP99->value, 0.3 * m.all.luvP99->value) << "steps err, not so many samples";
+    const RenderResult quick = drawn(scene, EngineKind::native, Verify::quick);
+    EXPECT_EQ(quick.measured->mostSamples, quick.measured->samples) << "its cost is bounded";
+}
+
 // What is measured changes no pixel; what budgets have no room for is not guessed.
 TEST(MeasuredErrors, ChangeNoPictureAndKeepToBudgets) {
     Scene scene = sceneOf("torso", "soft-tissue", glm::ivec2(40));

@@ -43,6 +43,21 @@ constexpr const char* kHeading = "# Error against run time: what was measured\n\
                                  "it, by `tessera accuracy`; each section "
                                  "says how and where it was made.\n";
 
+/// Where `tessera bench lod` has left its figure of promised errors, the page begins with it.
+std::string headingIn(const fs::path& folder) {
+    const fs::path figure = fs::path("level-of-detail") / "calibration.svg";
+    std::error_code none;
+    if (!fs::exists(folder / figure, none))
+        return kHeading;
+    return std::string(kHeading) +
+           "\nWhat a picture says of its own error, before it is drawn (crosses) and measured afterwards "
+           "(points), "
+           "against its true error: CIE L\\*u\\*v\\* at the 99th percentile, a point a picture. "
+           "[level-of-detail.md](level-of-detail.md#promised-and-true-errors) has the cases behind it; "
+           "`tessera bench lod --only calibration` measures them.\n\n![Promised against true error](" +
+           figure.generic_string() + ")\n";
+}
+
 /// A name that a file may have.
 std::string plainName(const std::string& text) {
     std::string name;
@@ -224,12 +239,15 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
     const std::string commit = buildCommit();
     const auto write = [&](const std::vector<bench::Report>& reports, const std::string& machine,
                            const std::vector<std::string>& order) {
-        const bench::PagePlace place{arguments.out, "accuracy", kHeading, order};
+        const bench::PagePlace place{arguments.out, "accuracy", headingIn(arguments.out), order};
         const bench::MadeBy madeBy{
             commandText(arguments), machine + "; load " + bench::formatCell(bench::loadAverage()),
             std::string(TESSERA_VERSION) + (commit.empty() ? "" : " (" + commit + ")")};
+        std::size_t withoutFigure = 0;
         for (const bench::Report& report : reports)
-            bench::writeReport(report, madeBy, place);
+            withoutFigure += bench::writeReport(report, madeBy, place);
+        if (withoutFigure > 0)
+            common.note(bench::withoutFigures(withoutFigure));
         common.note("wrote " + (fs::path(arguments.out) / "accuracy.md").string());
     };
     if (arguments.pixelsOnly)

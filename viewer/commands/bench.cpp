@@ -12,6 +12,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <map>
 #include <memory>
 
 namespace tessera {
@@ -29,13 +30,13 @@ struct BenchArguments {
 struct Experiment {
     const char* name;
     Report (*onVolumes)(const Workbench&); // null: needs no volume
+    VolumeSet volumes;
 };
 /// A page of docs/ and what is measured for it.
 struct Page {
     const char* name;    // of its file
     const char* command; // that makes it again
     const char* heading;
-    VolumeSet volumes;
     std::vector<Experiment> experiments; // in the order of the page
 };
 
@@ -71,24 +72,34 @@ const Page& levelsPage() {
     static const Page page = {"level-of-detail",
                               "tessera bench lod -o FOLDER",
                               kLevelsHeading,
-                              VolumeSet::levels,
-                              {{"hierarchy", hierarchyReport},
-                               {"gradient", nullptr},
-                               {"edges", edgeCostReport},
-                               {"sampling", samplingReport},
-                               {"skipping", skippingReport},
-                               {"reductions", reductionsReport},
-                               {"prediction", predictionReport},
-                               {"memory", memoryReport}}};
+                              {{"hierarchy", hierarchyReport, VolumeSet::levels},
+                               {"gradient", nullptr, VolumeSet::levels},
+                               {"edges", edgeCostReport, VolumeSet::levels},
+                               {"sampling", samplingReport, VolumeSet::levels},
+                               {"skipping", skippingReport, VolumeSet::levels},
+                               {"reductions", reductionsReport, VolumeSet::levels},
+                               {"prediction", predictionReport, VolumeSet::levels},
+                               {"memory", memoryReport, VolumeSet::levels},
+                               {"calibration", calibrationReport, VolumeSet::calibration}}};
     return page;
 }
 const Page& picturePage() {
-    static const Page page = {"first-picture",
-                              "tessera bench picture -o FOLDER",
-                              kPictureHeading,
-                              VolumeSet::all,
-                              {{"framing", framingReport}, {"grain", grainReport}}};
+    static const Page page = {
+        "first-picture",
+        "tessera bench picture -o FOLDER",
+        kPictureHeading,
+        {{"framing", framingReport, VolumeSet::all}, {"grain", grainReport, VolumeSet::all}}};
     return page;
+}
+
+/// Of all its experiments.
+std::vector<std::string> volumesOf(const Page& page) {
+    std::vector<std::string> names;
+    for (const Experiment& experiment : page.experiments)
+        for (const std::string& name : volumeNames(experiment.volumes))
+            if (std::find(names.begin(), names.end(), name) == names.end())
+                names.push_back(name);
+    return names;
 }
 
 void checkNames(const std::vector<std::string>& given, const std::vector<std::string>& names,
@@ -111,7 +122,7 @@ std::string volumesLine(const Workbench& bench) {
 
 void runBench(const BenchArguments& arguments, const Page& page, const CommonOptions& common) {
     checkNames(arguments.only, experimentNames(page), "--only");
-    checkNames(arguments.volumes, volumeNames(page.volumes), "--volumes");
+    checkNames(arguments.volumes, volumesOf(page), "--volumes");
     const fs::path scans = scansFolder(arguments.scans);
     const std::size_t ramBytes = budgetBytes(arguments.ram, "--ram", common);
     std::error_code error;
@@ -121,7 +132,8 @@ void runBench(const BenchArguments& arguments, const Page& page, const CommonOpt
     const PagePlace place{arguments.out, page.name, page.heading, experimentNames(page)};
     const std::string device = GlContext({arguments.device}).renderer();
     const ScratchFolder scratch;
-    std::unique_ptr<Workbench> bench;
+    std::map<VolumeSet, Workbench> benches;
+    std::size_t withoutFigure = 0;
     std::string options = arguments.quick ? " --quick" : "";
     for (const std::string& volume : arguments.volumes)
         options += " --volumes " + volume;
@@ -129,20 +141,29 @@ void runBench(const BenchArguments& arguments, const Page& page, const CommonOpt
         const auto& only = arguments.only;
         if (!only.empty() && std::find(only.begin(), only.end(), experiment.name) == only.end())
             continue;
-        if (experiment.onVolumes && !bench)
-            bench = std::make_unique<Workbench>(makeWorkbench(arguments.device, scans, page.volumes,
-                                                              arguments.volumes, scratch.path(),
-                                                              arguments.quick, ramBytes, common));
-        if (bench)
-            bench->begin(experiment.name, page.volumes == VolumeSet::levels ? bench->scenes() : 0);
+        Workbench* bench = nullptr;
+        if (experiment.onVolumes) {
+            auto made = benches.find(experiment.volumes);
+            if (made == benches.end())
+                made =
+                    benches
+                        .emplace(experiment.volumes,
+                                 makeWorkbench(arguments.device, scans, experiment.volumes, arguments.volumes,
+                                               scratch.path(), arguments.quick, ramBytes, common))
+                        .first;
+            bench = &made->second;
+            bench->begin(experiment.name, experiment.volumes == VolumeSet::all ? 0 : bench->scenes());
+        }
         constexpr unsigned kSeeds = 20;
-        Report report = experiment.onVolumes ? experiment.onVolumes(*bench) : edgeFunctionReport(kSeeds);
-        if (experiment.onVolumes)
+        Report report = bench ? experiment.onVolumes(*bench) : edgeFunctionReport(kSeeds);
+        if (bench)
             report.text.push_back(volumesLine(*bench));
         const MadeBy madeBy{std::string(page.command) + " --only " + experiment.name + options,
                             describeMachine(device) + "; load " + formatCell(loadAverage()), TESSERA_VERSION};
-        writeReport(report, madeBy, place);
+        withoutFigure += writeReport(report, madeBy, place);
     }
+    if (withoutFigure > 0)
+        common.note(withoutFigures(withoutFigure));
     common.note("wrote " + (fs::path(arguments.out) / (std::string(page.name) + ".md")).string());
 }
 
@@ -155,7 +176,7 @@ void addCommon(CLI::App& command, BenchArguments& arguments, const Page& page) {
     command.add_option("--scans", arguments.scans,
                        "folder with the public scans that the page names (default: $TESSERA_TEST_DATA)");
     command.add_option("--volumes", arguments.volumes,
-                       "of these volumes only: " + joinNames(volumeNames(page.volumes)));
+                       "of these volumes only: " + joinNames(volumesOf(page)));
     command.add_flag("--quick", arguments.quick, "small volumes and pictures: to see that all works");
     command.add_option("--ram", arguments.ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command.add_option("--gl-device", arguments.device, "auto, software or a number")->capture_default_str();
@@ -176,7 +197,8 @@ void addBenchCommand(CLI::App& program, const CommonOptions& common, Action& act
         return one;
     };
 
-    auto* lod = add("lod", "Edge functions, sampling, reductions, predictions, budgets", levelsPage());
+    auto* lod = add("lod", "Edge functions, sampling, reductions, predictions, budgets, promised errors",
+                    levelsPage());
     lod->add_option("--only", arguments->only,
                     "sections to make: " + joinNames(experimentNames(levelsPage())));
     lod->footer("Example:\n  tessera bench lod -o results --scans scans --only gradient");

@@ -59,6 +59,7 @@ nlohmann::json measurementJson(const PictureMeasurement& m) {
     out["pixels"] = m.all.pixels;
     out["pixelsThatShow"] = m.all.shown;
     out["samplesOfPixel"] = m.samples;
+    out["samplesOfPixelAtMost"] = m.mostSamples;
     out["bytesRead"] = m.bytesRead;
     if (m.all.luvP99Bound)
         out["luvPercentile99AtMost"] = *m.all.luvP99Bound;

@@ -23,4 +23,7 @@ Report framingReport(const Workbench& bench);
 /// Normals by the kind of gradient, against surfaces' own (grain.cpp).
 Report grainReport(const Workbench& bench);
 
+/// Promised errors against true ones, and whether --max-error holds (calibration_report.cpp).
+Report calibrationReport(const Workbench& bench);
+
 } // namespace tessera::bench

@@ -24,48 +24,81 @@ struct KnownScan {
     const char* name;
     const char* path; // inside the folder of scans
     const char* about;
-    std::vector<std::string> presets; // that levels of detail are measured with; none: they are not
+    std::vector<std::string> presets;         // that levels of detail are measured with; none: they are not
+    std::vector<std::string> calibrated = {}; // that promised errors are measured with; likewise
+    bool seenBefore = false;
+
+    const std::vector<std::string>& presetsFor(VolumeSet set) const {
+        return set == VolumeSet::calibration ? calibrated : presets;
+    }
+    bool isIn(VolumeSet set) const { return set == VolumeSet::all || !presetsFor(set).empty(); }
 };
 const std::vector<KnownScan>& knownScans() {
     static const std::vector<KnownScan> scans = {
         {"abdomen",
          "ct-abdomen-dicom",
          "contrast-enhanced abdomen CT (pyvista/vtk-data, DICOM_Stack)",
-         {"bone", "vessels", "soft-tissue"}},
+         {"bone", "vessels", "soft-tissue"},
+         {"bone", "vessels", "soft-tissue"},
+         true},
         {"head",
          "ct-head-tilted-dicom",
          "head CT with a tilted gantry (neurolabusc/dcm_qa_ct)",
-         {"bone", "skin"}},
-        {"avm", "nifti/CT_AVM.nii.gz", "head CT angiography (neurolabusc/niivue-images, CT_AVM)", {"auto"}},
+         {"bone", "skin"},
+         {"skin", "bone"}},
+        {"avm",
+         "nifti/CT_AVM.nii.gz",
+         "head CT angiography (neurolabusc/niivue-images, CT_AVM)",
+         {"auto"},
+         {"auto"},
+         true},
         {"bonsai",
          "scivis/OpenSciVis/bonsai.nii.gz",
          "CT of a bonsai (neurolabusc/VolumeRenderingData)",
+         {"auto"},
          {"auto"}},
         {"engine",
          "scivis/OpenSciVis/engine.nii.gz",
          "CT of an engine block (neurolabusc/VolumeRenderingData)",
+         {"auto"},
          {"auto"}},
-        {"thorax", "ct-thorax-dicom", "thorax CT, one phase of a 4D scan (ITKElastix examples)", {}},
+        {"thorax",
+         "ct-thorax-dicom",
+         "thorax CT, one phase of a 4D scan (ITKElastix examples)",
+         {},
+         {"lung", "bone"},
+         true},
         {"slice", "ct-slice-encodings/CTImage.dcm", "one CT slice (cornerstone test images)", {}},
-        {"pitch", "nifti/CT_pitch.nii.gz", "CT with an oblique affine (neurolabusc/niivue-images)", {}},
+        {"pitch",
+         "nifti/CT_pitch.nii.gz",
+         "CT with an oblique affine (neurolabusc/niivue-images)",
+         {},
+         {"auto"}},
         {"fuel",
          "scivis/OpenSciVis/fuel.nii.gz",
          "simulated fuel injection (neurolabusc/VolumeRenderingData)",
-         {}},
+         {},
+         {"auto"}},
         {"avf",
          "nifti-nrrd-pair/nifti/marc_avf/avf_float_32.nii.gz",
          "MR angiography in floats (FNNDSC/data)",
-         {}}};
+         {},
+         {"auto"}}};
     return scans;
 }
 
-BenchVolume makeTorso(const fs::path& folder, bool quick, std::size_t ramBytes) {
+BenchVolume makeTorso(const fs::path& folder, VolumeSet set, bool quick, std::size_t ramBytes) {
     const glm::ivec3 extent = quick ? glm::ivec3(96, 72, 112) : glm::ivec3(320, 240, 375);
     BenchVolume volume{"torso",
                        "generated torso phantom, " + formatExtent(extent) + " voxels",
                        folder / "torso.zarr",
                        {"bone", "soft-tissue"},
-                       false};
+                       false,
+                       true};
+    if (set == VolumeSet::calibration)
+        volume.presets = {"bone"};
+    if (fs::exists(volume.store))
+        return volume; // made for another set
     Ledger ram("RAM", "--ram", ramBytes);
     ImportOptions options;
     options.durable = false;
@@ -103,7 +136,7 @@ fs::path scansFolder(const std::string& told) {
 std::vector<std::string> volumeNames(VolumeSet set) {
     std::vector<std::string> names = {"torso"};
     for (const KnownScan& scan : knownScans())
-        if (set == VolumeSet::all || !scan.presets.empty())
+        if (scan.isIn(set))
             names.emplace_back(scan.name);
     return names;
 }
@@ -116,11 +149,11 @@ Workbench makeWorkbench(const std::string& device, const fs::path& scansFolder, 
         return only.empty() || std::find(only.begin(), only.end(), name) != only.end();
     };
     if (wanted("torso"))
-        bench.volumes.push_back(makeTorso(scratchFolder, quick, ramBytes));
+        bench.volumes.push_back(makeTorso(scratchFolder, set, quick, ramBytes));
     else
         bench.leftOut.push_back("torso");
     for (const KnownScan& scan : knownScans()) {
-        if (set == VolumeSet::levels && scan.presets.empty())
+        if (!scan.isIn(set))
             continue;
         const fs::path path = scansFolder / scan.path;
         if (!wanted(scan.name) || scansFolder.empty() || !fs::exists(path)) {
@@ -130,8 +163,8 @@ Workbench makeWorkbench(const std::string& device, const fs::path& scansFolder, 
         Ledger ram("RAM", "--ram", ramBytes);
         InputOptions input;
         input.resampleZ = true;
-        bench.volumes.push_back(
-            {scan.name, scan.about, storeFor(path, input, ram, common), scan.presets, true});
+        bench.volumes.push_back({scan.name, scan.about, storeFor(path, input, ram, common),
+                                 scan.presetsFor(set), true, scan.seenBefore});
     }
     return bench;
 }
@@ -155,6 +188,28 @@ std::size_t Workbench::scenes() const {
     for (const BenchVolume& volume : volumes)
         count += volume.presets.size();
     return count;
+}
+
+std::size_t floorNamed(const std::function<void(Ledger&)>& draw) {
+    const std::string before = "needs at least ";
+    std::size_t bytes = 1;
+    for (int trial = 0; trial < 5; ++trial)
+        try {
+            Ledger gpu("GPU memory", "--gpu-memory", bytes);
+            draw(gpu);
+            return bytes;
+        } catch (const InputError& error) {
+            const std::string message = error.what();
+            const std::size_t start = message.find(before);
+            if (start == std::string::npos)
+                throw;
+            const std::size_t number = start + before.size();
+            std::string text = message.substr(number, message.find_first_of("(,", number) - number);
+            while (!text.empty() && text.back() == ' ')
+                text.pop_back();
+            bytes = parseBytes(text, "the floor that the program names");
+        }
+    throw Error("every floor that was named was too small: " + formatBytes(bytes));
 }
 
 Camera cameraNamed(const std::string& name, const VolumeInfo& info, const glm::ivec2& size) {

@@ -13,6 +13,7 @@
 #include "viewer/studies/report/report.h"
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,7 +26,8 @@ struct BenchVolume {
     std::string name, about;
     std::filesystem::path store;
     std::vector<std::string> presets;
-    bool isScan = false; // not generated
+    bool isScan = false;     // not generated
+    bool seenBefore = false; // pictures of it were looked at while what is measured was made
 };
 
 /// Everything that experiments need; made once.
@@ -55,8 +57,8 @@ struct Workbench {
 /// The folder of scans: as told, or where the tests look for theirs, or none (empty). Throws InputError for
 /// one that is not there.
 std::filesystem::path scansFolder(const std::string& told);
-/// Those that levels of detail are measured on, or all.
-enum class VolumeSet { levels, all };
+/// Those that levels of detail are measured on, those that promised errors are, or all.
+enum class VolumeSet { levels, calibration, all };
 /// Names of all volumes that a workbench may have.
 std::vector<std::string> volumeNames(VolumeSet set);
 /// The generated volumes, written to scratchFolder, and those known scans that are in scansFolder (empty:
@@ -64,6 +66,10 @@ std::vector<std::string> volumeNames(VolumeSet set);
 Workbench makeWorkbench(const std::string& device, const std::filesystem::path& scansFolder, VolumeSet set,
                         const std::vector<std::string>& only, const std::filesystem::path& scratchFolder,
                         bool quick, std::size_t ramBytes, const CommonOptions& common);
+
+/// The least budget of GPU memory that the program draws a scene in, found as a user would: by asking for too
+/// little, and then for what it names. With that it may want more: tables that a byte had no room for.
+std::size_t floorNamed(const std::function<void(Ledger&)>& draw);
 
 /// Cameras by name: "anterior" (perspective), "left" (parallel), "near" (perspective, oblique, half the
 /// volume fills the picture), "inside" (in the volume, 110 degrees).

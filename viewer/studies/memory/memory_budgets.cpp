@@ -44,39 +44,21 @@ Scene sceneOf(const BenchVolume& volume, const Quest& quest, int pixels) {
     return scene;
 }
 
-BudgetRow renderedAt(const std::string& budget, std::size_t bytes, const Workbench& bench,
+BudgetRow renderedAt(const std::string& budget, Ledger& gpu, const Workbench& bench,
                      const BenchVolume& volume, const Quest& quest) {
-    Ledger ram("RAM", "--ram", bench.ramBytes), gpu("GPU memory", "--gpu-memory", bytes);
+    Ledger ram("RAM", "--ram", bench.ramBytes);
     const StoreReader store(volume.store, ram);
     RenderOptions options;
     options.device.text = bench.device;
     BudgetRow row;
     row.budget = budget;
-    row.limitBytes = bytes;
+    row.limitBytes = gpu.limitBytes();
     row.result = renderScene(sceneOf(volume, quest, bench.fewerPixels()), store, ram, gpu, options);
     row.gpuPeak = gpu.peakBytes();
     row.ramPeak = ram.peakBytes();
     const RenderResult& r = row.result;
     row.seconds = r.secondsPreparing + r.secondsLoading + r.secondsDrawing;
     return row;
-}
-
-/// The least budget that the product names for the scene; found as a user would: by asking for too little.
-std::size_t floorBytes(const Workbench& bench, const BenchVolume& volume, const Quest& quest) {
-    try {
-        (void)renderedAt("", 1, bench, volume, quest);
-    } catch (const InputError& error) {
-        const std::string message = error.what(), before = "needs at least ";
-        const std::size_t start = message.find(before);
-        if (start == std::string::npos)
-            throw;
-        const std::size_t number = start + before.size();
-        std::string text = message.substr(number, message.find_first_of("(,", number) - number);
-        while (!text.empty() && text.back() == ' ')
-            text.pop_back();
-        return parseBytes(text, "the floor that the program names");
-    }
-    throw Error("a budget of one byte was accepted");
 }
 
 std::string histogram(const RenderResult& result) {
@@ -87,7 +69,8 @@ std::string histogram(const RenderResult& result) {
 }
 
 std::vector<BudgetRow> allBudgets(const Workbench& bench, const BenchVolume& volume, const Quest& quest) {
-    const std::size_t floor = floorBytes(bench, volume, quest);
+    const std::size_t floor =
+        floorNamed([&](Ledger& gpu) { (void)renderedAt("", gpu, bench, volume, quest); });
     Ledger trial("RAM", "--ram", bench.ramBytes);
     const std::size_t page =
         cellCount(glm::ivec3(kBrickExtent)) * texelBytes(StoreReader(volume.store, trial).info().type);
@@ -97,7 +80,8 @@ std::vector<BudgetRow> allBudgets(const Workbench& bench, const BenchVolume& vol
                                         {"twice the floor", 2 * floor},
                                         {"50 bricks more", floor + 50 * page},
                                         {"200 bricks more", floor + 200 * page}}) {
-        rows.push_back(renderedAt(budget, bytes, bench, volume, quest));
+        Ledger gpu("GPU memory", "--gpu-memory", bytes);
+        rows.push_back(renderedAt(budget, gpu, bench, volume, quest));
         const Image &image = rows.back().result.image, &unlimited = rows.front().result.image;
         rows.back().toUnlimited = compare(image, unlimited);
         rows.back().bitEqual = std::memcmp(image.pixels.data(), unlimited.pixels.data(),

@@ -68,10 +68,14 @@ std::string styleText(const Plot::Curve& curve, std::size_t place) {
     if (curve.style == Plot::Style::guide)
         return " with lines dashtype 3 linewidth 1.5 linecolor rgb \"#666666\" notitle";
     const std::size_t colour = curve.colour < 0 ? place : static_cast<std::size_t>(curve.colour);
+    const std::string look = std::string(" linecolor rgb \"") + kPalette[colour % kPalette.size()] +
+                             "\" title " + gnuplotText(curve.label);
+    if (curve.style == Plot::Style::points || curve.style == Plot::Style::crosses)
+        return std::string(" with points pointsize 0.8 pointtype ") +
+               (curve.style == Plot::Style::points ? "7" : "2") + look;
     const bool dashed = curve.style == Plot::Style::dashed;
     return std::string(" with linespoints pointsize 0.6 linewidth 1.5 pointtype ") + (dashed ? "6" : "7") +
-           " dashtype " + (dashed ? "2" : "1") + " linecolor rgb \"" + kPalette[colour % kPalette.size()] +
-           "\" title " + gnuplotText(curve.label);
+           " dashtype " + (dashed ? "2" : "1") + look;
 }
 
 /// "[0.5:20]" around all of the points of one coordinate, with some air; nothing where gnuplot does well by
@@ -106,6 +110,15 @@ std::string ticsText(const Plot& plot) {
     return "set xtics (" + list + ")\n";
 }
 
+/// All values of the vertical axis can be read without exponents.
+bool fewDigits(const Plot& plot) {
+    for (const Plot::Curve& curve : plot.curves)
+        for (const auto& point : curve.points)
+            if (point.second < 0.001 || point.second > 9999)
+                return false;
+    return true;
+}
+
 /// The plot as commands for gnuplot, its data included.
 std::string gnuplotScript(const Plot& plot, const fs::path& svg, const fs::path& png) {
     std::ostringstream text;
@@ -116,7 +129,7 @@ std::string gnuplotScript(const Plot& plot, const fs::path& svg, const fs::path&
              << rangeText(plot, [](const auto& p) { return p.first; }) << "\n"
              << ticsText(plot);
     if (plot.logY)
-        text << "set logscale y\nset format y \"%.0e\"\nset yrange "
+        text << "set logscale y\nset format y \"" << (fewDigits(plot) ? "%g" : "%.0e") << "\"\nset yrange "
              << rangeText(plot, [](const auto& p) { return p.second; }) << "\n";
     for (std::size_t i = 0; i < plot.curves.size(); ++i) {
         const Plot::Curve& curve = plot.curves[i];
@@ -304,7 +317,16 @@ std::string mergedPage(const std::string& page, const std::string& heading, cons
     return merged;
 }
 
-void writeReport(const Report& report, const MadeBy& madeBy, const PagePlace& place) {
+std::string withoutFigures(std::size_t figures) {
+    if (figures == 0)
+        return "";
+    return std::to_string(figures) + (figures == 1 ? " figure was" : " figures were") +
+           " not drawn, because " +
+           (gnuplotIsHere() ? "gnuplot failed" : "gnuplot is not installed (Debian: gnuplot-nox)") +
+           "; what would be in them is in the CSV files";
+}
+
+std::size_t writeReport(const Report& report, const MadeBy& madeBy, const PagePlace& place) {
     const fs::path files = place.folder / place.name;
     std::error_code error;
     fs::create_directories(files, error);
@@ -330,6 +352,7 @@ void writeReport(const Report& report, const MadeBy& madeBy, const PagePlace& pl
     const fs::path page = place.folder / (place.name + ".md");
     writeOutputFile(page, mergedPage(readText(page), place.heading, report.name,
                                      sectionText(shown, madeBy, place.name, plotted), place.order));
+    return report.plots.size() - plotted.size();
 }
 
 } // namespace tessera::bench

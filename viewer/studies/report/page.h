@@ -40,6 +40,9 @@ struct PagePlace {
     std::vector<std::string> order;
 };
 /// Writes one report into the page. Throws Error naming the file that cannot be written.
-void writeReport(const Report& report, const MadeBy& madeBy, const PagePlace& place);
+/// @return  its plots that could not be drawn
+std::size_t writeReport(const Report& report, const MadeBy& madeBy, const PagePlace& place);
+/// Says so, and why; empty where there are none.
+std::string withoutFigures(std::size_t figures);
 
 } // namespace tessera::bench

@@ -39,8 +39,9 @@ struct Plot {
     std::string name; // of its picture
     std::string caption, xLabel, yLabel;
     bool logX = false, logY = false;
-    /// A guide is there to be compared with: a thin grey line without points.
-    enum class Style { line, dashed, guide };
+    /// Points and crosses: no line between them. A guide is there to be compared with: a thin grey line
+    /// without points.
+    enum class Style { line, dashed, points, crosses, guide };
     struct Curve {
         std::string label;
         std::vector<std::pair<double, double>> points;
