@@ -250,8 +250,13 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
             common.note(bench::withoutFigures(withoutFigure));
         common.note("wrote " + (fs::path(arguments.out) / "accuracy.md").string());
     };
-    if (arguments.pixelsOnly)
-        return write({areaSection(areas)}, bench::describeMachine("CPU"), {"reference", "pixels"});
+    if (arguments.pixelsOnly) { // the page keeps its other sections
+        std::vector<std::string> order = {"reference", "pixels"};
+        for (const std::string& name : standardSceneNames())
+            order.push_back("scene-" + name);
+        order.insert(order.end(), {"stiff", "defaults", "runs"});
+        return write({areaSection(areas)}, bench::describeMachine("CPU"), order);
+    }
 
     std::vector<Sweep> sweeps;
     for (const NamedScene& scene : scenes) {
