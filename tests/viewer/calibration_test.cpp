@@ -89,7 +89,7 @@ TEST(AreaTruths, AreTheReferencesAreaMeans) {
     scene.volumes = {{folder / "v.zarr", std::string("bone")}};
     scene.imageSize = {32, 24};
     scene.shading.on = true;
-    scene.quality.pixels = {256, PixelFilter::box, 5};
+    scene.quality.pixels = {128, PixelFilter::box, 5};
     const StoreReader store(folder / "v.zarr", ram);
     RenderOptions options;
     options.engine = EngineKind::reference;

@@ -11,8 +11,8 @@
 namespace tessera::bench {
 
 struct AreaTruthEffort {
-    int side = 16;      // samples of a pixel: this squared, one in each cell of a grid, anywhere in it
-    double noisy = 0.3; // L*u*v*: pixels that can be off by more get four times the samples, all anew
+    int side = 16;       // samples of a pixel: this squared, one in each cell of a grid, anywhere in it
+    double noisy = 0.15; // L*u*v*: pixels that can be off by more get four times the samples, all anew
     double stepVoxels = 1.0 / 16; // of the rays
     int referencePixels = 200;    // at random of those that show something: compared with the reference's
     int referenceSide = 8;
