@@ -12,6 +12,7 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <random>
 #include <sstream>
 
 namespace tessera::bench {
@@ -115,6 +116,31 @@ TEST(AreaTruths, AreTheReferencesAreaMeans) {
     EXPECT_GT(truth.noisy, 0u);
     EXPECT_GT(truth.noiseLuvP99, 0.2 * off.luvP99) << "what it says of its noise is what it has";
     EXPECT_LT(truth.noiseLuvP99, 2 * off.luvP99);
+}
+
+// A truth with as much noise as the picture has errors: mean and rms are the picture's alone.
+TEST(AreaTruths, ComparisonsAreFreedOfTheTruthsNoise) {
+    std::mt19937_64 random(3);
+    const auto off = [&] { return 0.02f * (static_cast<float>(random() >> 40) * 0x1p-23f - 1); };
+    AreaTruth truth;
+    Image image({120, 120});
+    Image exact = image;
+    truth.means = truth.halves[0] = truth.halves[1] = image;
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        exact.pixels[i] = glm::vec4(0.4f, 0.5f, 0.3f, 0.9f);
+        const auto noisy = [&] { return exact.pixels[i] + glm::vec4(off(), off(), off(), off()); };
+        image.pixels[i] = noisy();
+        for (Image& half : truth.halves)
+            half.pixels[i] = noisy();
+        truth.means.pixels[i] = 0.5f * (truth.halves[0].pixels[i] + truth.halves[1].pixels[i]);
+    }
+    const ImageDifference is = compare(image, exact), with = compare(image, truth.means),
+                          without = differenceTo(truth, image);
+    EXPECT_GT(with.rms, 1.2 * is.rms);
+    EXPECT_GT(with.luvMean, 1.2 * is.luvMean);
+    EXPECT_NEAR(without.rms / is.rms, 1, 0.02);
+    EXPECT_NEAR(without.luvMean / is.luvMean, 1, 0.02);
+    EXPECT_EQ(without.luvP99, with.luvP99);
 }
 
 std::string textOf(const std::filesystem::path& path) {

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <memory>
@@ -71,8 +72,10 @@ class AreaCaster {
         return std::max<std::size_t>(kAcross, pixels / kAcross * kAcross);
     }
 
+    /// Each half of the samples by itself is stratified, one anywhere in each cell of a grid: of cells twice
+    /// as high as they are wide, and of cells twice as wide.
     struct Mean {
-        glm::vec4 all{0}, half[2] = {glm::vec4(0), glm::vec4(0)}; // halves: cells as on a chess board
+        glm::vec4 all{0}, half[2] = {glm::vec4(0), glm::vec4(0)};
     };
     /// At most atOnce() of them.
     std::vector<Mean> means(std::span<const glm::ivec2> pixels, int side, std::mt19937_64& random) {
@@ -89,7 +92,11 @@ class AreaCaster {
         for (std::size_t n = 0; n < pixels.size(); ++n)
             for (int y = 0; y < side; ++y)
                 for (int x = 0; x < side; ++x) {
-                    const double right = (x + unit(random)) / side, down = (y + unit(random)) / side;
+                    const bool wide = 2 * y >= side;
+                    const int k = (wide ? y - side / 2 : y) * side + x, columns = wide ? side / 2 : side,
+                              rowsOfHalf = wide ? side : side / 2;
+                    const double right = (k % columns + unit(random)) / columns;
+                    const double down = (k / columns + unit(random)) / rowsOfHalf;
                     places[slot(n, x, y)] = glm::vec2(glm::dvec2(pixels[n]) + glm::dvec2(right, down));
                 }
         rays.places = places;
@@ -103,7 +110,7 @@ class AreaCaster {
             glm::dvec4 half[2] = {glm::dvec4(0), glm::dvec4(0)};
             for (int y = 0; y < side; ++y)
                 for (int x = 0; x < side; ++x)
-                    half[(x + y) % 2] += glm::dvec4(drawn.pixels[slot(n, x, y)]);
+                    half[2 * y >= side] += glm::dvec4(drawn.pixels[slot(n, x, y)]);
             out[n].all = glm::vec4((half[0] + half[1]) / cells);
             for (int h = 0; h < 2; ++h)
                 out[n].half[h] = glm::vec4(half[h] / (0.5 * cells));
@@ -119,13 +126,13 @@ class AreaCaster {
     std::unique_ptr<RayCaster> caster_;
 };
 
+glm::dvec3 luvOf(const glm::vec4& pixel) {
+    return luvFromLinear(glm::clamp(glm::dvec3(pixel), glm::dvec3(0.0), glm::dvec3(1.0)));
+}
+
 /// What a pixel's mean can be off, L*u*v*.
 double noiseOf(const Image (&halves)[2], const glm::ivec2& at) {
-    const auto luv = [&](const Image& half) {
-        const glm::dvec3 colour(half.at(at.x, at.y));
-        return luvFromLinear(glm::clamp(colour, glm::dvec3(0.0), glm::dvec3(1.0)));
-    };
-    return 0.5 * glm::length(luv(halves[0]) - luv(halves[1]));
+    return 0.5 * glm::length(luvOf(halves[0].at(at.x, at.y)) - luvOf(halves[1].at(at.x, at.y)));
 }
 
 /// Draws means, and hands each over with its number.
@@ -174,7 +181,8 @@ void drawTruth(AreaCaster& caster, const AreaTruthEffort& effort, std::mt19937_6
     for (int y = 0; y < size.y; ++y)
         for (int x = 0; x < size.x; ++x)
             pixels.emplace_back(x, y);
-    Image halves[2] = {Image(size), Image(size)};
+    Image(&halves)[2] = truth.halves;
+    halves[0] = halves[1] = Image(size);
     const auto draw = [&](const std::vector<glm::ivec2>& some, int side) {
         drawMeans(caster, some, side, random, [&](std::size_t n, const AreaCaster::Mean& mean) {
             truth.means.at(some[n].x, some[n].y) = mean.all;
@@ -194,6 +202,28 @@ void drawTruth(AreaCaster& caster, const AreaTruthEffort& effort, std::mt19937_6
 }
 
 } // namespace
+
+ImageDifference differenceTo(const AreaTruth& truth, const Image& image) {
+    ImageDifference d = compare(image, truth.means);
+    double noise = 0, once = 0, twice = 0;
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        if (!(truth.means.pixels[i].a > kShown))
+            continue;
+        const glm::dvec4 between =
+            0.5 * (glm::dvec4(truth.halves[0].pixels[i]) - glm::dvec4(truth.halves[1].pixels[i]));
+        noise += glm::dot(between, between);
+        const glm::dvec3 is = luvOf(image.pixels[i]);
+        once += glm::length(is - luvOf(truth.means.pixels[i]));
+        for (const Image& half : truth.halves)
+            twice += 0.5 * glm::length(is - luvOf(half.pixels[i]));
+    }
+    if (d.maskedPixels == 0)
+        return d;
+    const double count = static_cast<double>(d.maskedPixels);
+    d.rms = std::sqrt(std::max(0.0, d.rms * d.rms - noise / (4 * count)));
+    d.luvMean = std::sqrt(std::max(0.0, 2 * once * once - twice * twice)) / count;
+    return d;
+}
 
 AreaTruth areaTruth(const Scene& scene, const AreaTruthEffort& effort, std::size_t ramBytes) {
     AreaTruth truth;

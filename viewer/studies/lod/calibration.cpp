@@ -120,7 +120,7 @@ void calibrate(const Workbench& bench, const BenchVolume& volume, int pixels, co
                           formatNumber(truth.secondsReference, 3) + " s, p99 " +
                           formatNumber(truth.referenceLuvP99, 2));
         for (CalibrationCase& c : here) {
-            c.is = compare(c.image, truth.means);
+            c.is = differenceTo(truth, c.image);
             c.image = {};
             bench.common.note(name + ", " + told(c));
             cases.push_back(std::move(c));

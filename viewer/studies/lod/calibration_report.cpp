@@ -212,7 +212,10 @@ Report calibrationReport(const Workbench& bench) {
             std::to_string(effort.referencePixels) +
             " pixels says whether it is right. All numbers are L\\*u\\*v\\*, over pixels where the truth's "
             "alpha is "
-            "above 1/255, but rms, which is linear light. An interval is of 95 %. A `--max-error` is *kept* "
+            "above 1/255, but rms, which is linear light. Mean and rms are freed of the truth's own noise, "
+            "as two "
+            "independent halves of its samples tell it; p99 is not, which makes it larger. An interval is of "
+            "95 %. A `--max-error` is *kept* "
             "where "
             "the true p99 is within it; those that said that they do not reach it are counted apart."};
     if (!seen.empty())
