@@ -14,16 +14,6 @@ using namespace tessera::test;
 
 constexpr glm::ivec2 kSize(39, 43); // no packet's edges divide it
 
-/// How many pixels differ in any bit.
-std::size_t differing(const Image& a, const Image& b) {
-    if (a.size != b.size)
-        return a.pixels.size() + 1;
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < a.pixels.size(); ++i)
-        count += std::memcmp(&a.pixels[i], &b.pixels[i], sizeof(glm::vec4)) != 0;
-    return count;
-}
-
 void expectTheMirrorsBits(Prepared& prepared, bool blank = false) {
     const Image mirror = mirrorPicture(prepared);
     EXPECT_EQ(isBlank(mirror), blank);
@@ -35,11 +25,6 @@ void expectTheMirrorsBits(Prepared& prepared, bool blank = false) {
             EXPECT_EQ(differing(nativePicture(prepared, choices).image, mirror), 0u)
                 << target->name << (aprons ? ", aprons" : ", no aprons");
         }
-}
-
-VolumeInfo infoOf(const std::string& store) {
-    Ledger ram("RAM", "--ram", std::size_t{64} << 20);
-    return StoreReader(storePath(store), ram).info();
 }
 
 struct NativeCase {

@@ -54,6 +54,21 @@ inline NativePicture nativePicture(Prepared& prepared, const NativeChoices& choi
     return out;
 }
 
+/// How many pixels differ in any bit.
+inline std::size_t differing(const Image& a, const Image& b) {
+    if (a.size != b.size)
+        return a.pixels.size() + 1;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i)
+        count += std::memcmp(&a.pixels[i], &b.pixels[i], sizeof(glm::vec4)) != 0;
+    return count;
+}
+
+inline VolumeInfo infoOf(const std::string& store) {
+    Ledger ram("RAM", "--ram", std::size_t{64} << 20);
+    return StoreReader(storePath(store), ram).info();
+}
+
 inline Image mirrorPicture(const Prepared& prepared) {
     const ScenePlan& p = prepared.p;
     Image image(p.view.imageSize);

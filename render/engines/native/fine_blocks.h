@@ -15,14 +15,14 @@
 namespace tessera {
 
 /// Whether one picture gains more than that costs.
-bool fineBlocksPay(const Occupancy& occupancy, std::size_t rays);
+bool fineBlocksPay(const Occupancy& occupancy, bool mixed, std::size_t rays);
 
-/// Sets the bits of all cells where the field is plain interpolation of level 0 (Occupancy::plainCells()) and
-/// the samples around are at hand; elsewhere blocks keep counting as occupied. Needs a map of cells. Cells
-/// whose every value shows are passed over: all their blocks show.
+/// Sets the bits of all occupied cells. Needs a map of cells, and all bricks. Cells whose every value shows
+/// are passed over: all their blocks show.
+/// @param levels  of mixed levels, or null; @param level  else: of all bricks
 /// @param map  a copy of the occupancy's. Returns how many cells were looked at.
 std::size_t refineBlocks(const HostPlane& plane, const Occupancy& occupancy, const Statistics& statistics,
-                         const TransferTable& table, const Optics& optics, const native::PacketTarget& target,
-                         int threads, std::span<SkippingTexel> map);
+                         const LevelMap* levels, int level, const TransferTable& table, const Optics& optics,
+                         const native::PacketTarget& target, int threads, std::span<SkippingTexel> map);
 
 } // namespace tessera

@@ -305,6 +305,7 @@ void HostPlane::setBox(std::size_t b, const LevelMap* map, int level) {
     TESSERA_CHECK(map || own == level);
     if (own == 0 && hasApron_[b] && (!map || isPlainAround(*map, at))) {
         brick.low = packed(glm::ivec3(-kApronBefore), state);
+        TESSERA_CHECK(brick.low == kLowWithApron);
         brick.high = packed(glm::ivec3(kBrickExtent + kApronBehind - 1), 0);
         return;
     }

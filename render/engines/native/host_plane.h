@@ -44,6 +44,9 @@ class HostPlane : public Plane {
     const VolumeInfo& info() const { return info_; }
     const glm::ivec3& grid() const { return grid_; }
 
+    /// PacketBrick::low of bricks that need no other one: of level 0, their aprons filled.
+    static constexpr std::uint32_t kLowWithApron = 0x070707;
+
     /// Sample i of a level's lattice from the brick that holds it, which is there.
     float sampleAt(const native::PacketBrick& brick, int level, const glm::ivec3& i) const;
 

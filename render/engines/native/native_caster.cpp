@@ -419,15 +419,17 @@ Image NativeCaster::image() const {
 std::size_t NativeCaster::refine() {
     const Occupancy* const empty = occupancy();
     if (!empty || options_.passes || !scene_.volume.optics.surfaces.empty() ||
-        !fineBlocksPay(*empty, rayCount(scene_.view.imageSize)))
+        !fineBlocksPay(*empty, scene_.volume.mixed(), rayCount(scene_.view.imageSize)))
         return 0;
     const std::size_t bytes = empty->map().size() * sizeof(SkippingTexel);
     if (gpu_.freeBytes() < bytes)
         return 0;
     mapCharge_ = gpu_.charge(bytes, "the map of empty space");
     map_ = empty->map();
-    return refineBlocks(engine_.settled(), *empty, scene_.volume.statistics, scene_.volume.table,
-                        scene_.volume.optics, target_, engine_.threads(), map_);
+    const VolumeState& volume = scene_.volume;
+    return refineBlocks(engine_.settled(), *empty, volume.statistics,
+                        volume.mixed() ? &volume.levels : nullptr, volume.selection.finest(), volume.table,
+                        volume.optics, target_, engine_.threads(), map_);
 }
 
 } // namespace tessera

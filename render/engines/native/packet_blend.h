@@ -33,6 +33,22 @@ template <SampleKind K> TESSERA_LANE F sampleAt(const void* samples, I index, M 
     }
 }
 
+/// Two samples beside one another.
+struct Row2 {
+    F a, b;
+};
+template <SampleKind K> TESSERA_LANE Row2 row2(const void* samples, I index, M m) {
+    if constexpr (K == SampleKind::f32) {
+        const Pair pair = gatherPair<4>(samples, index, m);
+        return {asFloat(pair.low), asFloat(pair.high)};
+    } else {
+        const I pair = gather<2>(samples, index, m);
+        if constexpr (K == SampleKind::i16)
+            return {number(sar<16>(shl<16>(pair))), number(sar<16>(pair))};
+        else
+            return {number(pair & I(0xffff)), number(shr<16>(pair))};
+    }
+}
 /// An entry of PacketField::bricks.
 struct BrickEntries {
     I base, state;
@@ -57,6 +73,11 @@ TESSERA_LANE CellAxis cellAxis(F p, F perVoxel, I last, I shift) {
     return {{sar(low, shift), sar(high, shift)}, {low & mask, high & mask}, at - number(low)};
 }
 
+/// Samples from a row of a brick to the next; a slice is as many rows.
+TESSERA_LANE I rowPitch(const PacketField& f, I level) {
+    return select(level == I(0), I(f.rowPitch[0]), shr(I(32), level));
+}
+
 /// Plain trilinear interpolation of one level's samples, whichever bricks have them; empty ones read as their
 /// mean. Lanes that lack a brick are taken from m.
 template <SampleKind K> TESSERA_LANE F latticeValue(const PacketField& f, F3 p, I level, M& m) {
@@ -65,8 +86,7 @@ template <SampleKind K> TESSERA_LANE F latticeValue(const PacketField& f, F3 p, 
     const auto last = [&](int axis) { return sar(I(f.extentVoxels[axis]) + round, level) - I(1); };
     const CellAxis x = cellAxis(p.x, perVoxel, last(0), shift), y = cellAxis(p.y, perVoxel, last(1), shift),
                    z = cellAxis(p.z, perVoxel, last(2), shift);
-    const M isTabled = m & (level < I(kCoarsestCode));
-    const I row = gather<4>(f.rowPitch, level, isTabled), slice = gather<4>(f.slicePitch, level, isTabled);
+    const I row = rowPitch(f, level), slice = row * row;
     F v[8];
     for (int n = 0; n < 8; ++n) {
         const int i = n & 1, j = (n >> 1) & 1, k = n >> 2;
@@ -188,15 +208,17 @@ template <SampleKind K> TESSERA_LANE F brickValue(const PacketField& f, I x, I y
         return Axis{low, min(low + I(1), last), inside - number(low)};
     };
     const Axis ax = axis(p.x, x, 0), ay = axis(p.y, y, 1), az = axis(p.z, z, 2);
-    const I row = gather<4>(f.rowPitch, level, stored), slice = gather<4>(f.slicePitch, level, stored);
+    const I row = rowPitch(f, level), slice = row * row;
     const I y0 = entry.base + ay.low * row, y1 = entry.base + ay.high * row;
     const I z0 = az.low * slice, z1 = az.high * slice;
-    const auto at = [&](I line, I plane, I column) {
-        return sampleAt<K>(f.samples, line + plane + column, stored);
+    const M same = ax.low == ax.high; // the outermost sample: what is loaded beside it is another row's
+    const auto pairAt = [&](I line, I plane) {
+        const Row2 pair = row2<K>(f.samples, line + plane + ax.low, stored);
+        return Row2{pair.a, select(same, pair.a, pair.b)};
     };
-    const F inside = leaf::trilinear(at(y0, z0, ax.low), at(y0, z0, ax.high), at(y1, z0, ax.low),
-                                     at(y1, z0, ax.high), at(y0, z1, ax.low), at(y0, z1, ax.high),
-                                     at(y1, z1, ax.low), at(y1, z1, ax.high), ax.part, ay.part, az.part);
+    const Row2 r00 = pairAt(y0, z0), r01 = pairAt(y1, z0), r10 = pairAt(y0, z1), r11 = pairAt(y1, z1);
+    const F inside =
+        leaf::trilinear(r00.a, r00.b, r01.a, r01.b, r10.a, r10.b, r11.a, r11.b, ax.part, ay.part, az.part);
     return select(stored, inside, value);
 }
 

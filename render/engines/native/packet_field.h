@@ -19,25 +19,10 @@ TESSERA_LANE F powerOfTwo(F n) {
     return asFloat(shl<23>(truncated(n) + I(127)));
 }
 
-/// Two samples beside one another, and four.
-struct Row2 {
-    F a, b;
-};
+/// Four samples beside one another.
 struct Row4 {
     F a, b, c, d;
 };
-template <SampleKind K> TESSERA_LANE Row2 row2(const void* samples, I index, M m) {
-    if constexpr (K == SampleKind::f32) {
-        const Pair pair = gatherPair<4>(samples, index, m);
-        return {asFloat(pair.low), asFloat(pair.high)};
-    } else {
-        const I pair = gather<2>(samples, index, m);
-        if constexpr (K == SampleKind::i16)
-            return {number(sar<16>(shl<16>(pair))), number(sar<16>(pair))};
-        else
-            return {number(pair & I(0xffff)), number(shr<16>(pair))};
-    }
-}
 template <SampleKind K> TESSERA_LANE Row4 row4(const void* samples, I index, M m) {
     if constexpr (K == SampleKind::f32) {
         const Row2 low = row2<K>(samples, index, m), high = row2<K>(samples, index + I(2), m);
@@ -108,8 +93,9 @@ template <bool Mixed> TESSERA_LANE void enter(const PacketField& f, Here<Mixed>&
         const I shift = I(5) - level;
         first = {number(shl(x, shift)), number(shl(y, shift)), number(shl(z, shift))};
         here.perVoxel = select(m, perVoxel, here.perVoxel);
-        here.row = select(m, number(gather<4>(f.rowPitch, level, m)), here.row);
-        here.slice = select(m, number(gather<4>(f.slicePitch, level, m)), here.slice);
+        const I row = rowPitch(f, level);
+        here.row = select(m, number(row), here.row);
+        here.slice = select(m, number(row * row), here.slice);
         const I facts = gather<4>(f.facts, number_, m);
         const I code = facts & I(7), stride = min(code, I(f.mostStride));
         const F half = asFloat(shl<23>(I(126) + min(code, I(5))));
