@@ -11,6 +11,9 @@ namespace tessera {
 namespace {
 
 constexpr double kStepsOfTruth = 4; // in a step of the picture
+/// Rays of the truth end where this part of the light is left at which those of the picture end; not never,
+/// because most that lies behind what is opaque would be walked through for nothing.
+constexpr float kEndsOfTruth = 1.0f / 64;
 constexpr int kLarge = 512 * 512;   // pixels from which on quick measurements are bounded
 constexpr std::uint64_t kShareOfBytes = 4;
 
@@ -101,8 +104,11 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, ScenePlan& plan, 
         work.bytesUploaded = 0;
     }
     plan.setStep(step / kStepsOfTruth);
-    caster->functionChanged(); // tables of segments of this length
+    const float ends = plan.volume.optics.termination;
+    plan.volume.optics.termination = ends * kEndsOfTruth;
+    caster->functionChanged(); // tables of segments of this length, and where rays end
     const auto truth = again.drawTruth(*caster, engine, plan, step / kStepsOfTruth, limits, work);
+    plan.volume.optics.termination = ends;
     out.bytesRead = work.bytesUploaded;
     if (truth)
         again.measure(own, *truth, picture.rounds > 1 ? chanceOfAttempt(picture.round) : 0.95, out);

@@ -87,7 +87,7 @@ std::vector<std::string> describe(const PictureMeasurement& m) {
         lines.push_back("measured error: no 99th percentile, because " + raysOf(m) +
                         " rays a pixel leave the truth too noisy");
     lines.push_back("of it the picture's samples of its pixels: " + numbers(m.sampling));
-    lines.push_back("of it levels, step and filtering: " + numbers(m.rays));
+    lines.push_back("of it levels, step, filtering and ended rays: " + numbers(m.rays));
     return lines;
 }
 

@@ -24,8 +24,8 @@ struct PictureMeasurement {
     Verify mode = Verify::none;
     std::string whyNot; // nothing was measured; empty: it was, as far as `all` holds numbers
     MeasuredErrors all;
-    /// The same pixels with the picture's own levels, step and filtering, but as many samples as the truth:
-    /// what the picture's samples of a pixel leave out; and what levels, step, filtering and ended rays do.
+    /// The same pixels with the picture's own levels, step, filtering and ends of rays, but as many samples
+    /// as the truth: what the picture's samples of a pixel leave out; and what all the others do.
     MeasuredErrors sampling, rays;
     int samples = 0, mostSamples = 0; // of the truth of a pixel; of those that it was too noisy with
     std::size_t bytesRead = 0;

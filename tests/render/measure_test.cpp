@@ -108,6 +108,23 @@ TEST(MeasuredErrors, OfLevelsAreSmallWherePixelsAreLarge) {
     EXPECT_GT(coarse.measured->rays.rms->value, 3 * r.measured->rays.rms->value);
 }
 
+// Rays that end with a tenth of the light left: the truth's do not.
+TEST(MeasuredErrors, CountWhatEndedRaysLeaveOut) {
+    Scene scene = sceneOf("torso", "skin", {48, 48});
+    scene.quality.pixels.samples = 16;
+    scene.quality.terminationTransmittance = 0.1;
+    for (const EngineKind engine : {EngineKind::native, EngineKind::gpu}) {
+        const RenderResult r = drawn(scene, engine, Verify::full);
+        ASSERT_TRUE(r.measured && r.measured->whyNot.empty());
+        Scene whole = scene;
+        whole.quality.terminationTransmittance = 0;
+        const ImageDifference is = compare(r.image, drawn(whole, engine, Verify::none).image);
+        ASSERT_GT(is.rms, 0.02);
+        expectHolds(r.measured->rays.rms, is.rms, 0.05, name(engine));
+        EXPECT_NEAR(r.measured->all.rms->value, is.rms, 0.1 * is.rms);
+    }
+}
+
 // Whoever asks for an error gets it, measured on pixels that decided nothing; or is told that it is not
 // there.
 TEST(MaxError, HoldsAgainstTheReferencesAreaMeans) {
