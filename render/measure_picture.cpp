@@ -14,7 +14,7 @@ constexpr double kStepsOfTruth = 4; // in a step of the picture
 /// Rays of the truth end where this part of the light is left at which those of the picture end; not never,
 /// because most that lies behind what is opaque would be walked through for nothing.
 constexpr float kEndsOfTruth = 1.0f / 64;
-constexpr int kLarge = 512 * 512;   // pixels from which on quick measurements are bounded
+constexpr int kLarge = 512 * 512; // pixels from which on quick measurements are bounded
 constexpr std::uint64_t kShareOfBytes = 4;
 
 std::size_t shownPixels(const Image& image) {
