@@ -30,10 +30,34 @@ double secondsSince(Clock::time_point start) {
 /// What eight bits can show.
 constexpr double kDefaultStepError = 1.0 / 255;
 
+/// What a ray through a place comes to depends on these, in one scene on one engine.
+struct RaysDrawn {
+    std::vector<std::uint8_t> levels;
+    double stepVoxels;
+    Integrator integrator;
+    explicit RaysDrawn(const ScenePlan& p)
+        : levels(p.volume.selection.levels), stepVoxels(p.view.quality.stepVoxels),
+          integrator(p.volume.optics.integrator) {}
+    friend bool operator==(const RaysDrawn&, const RaysDrawn&) = default;
+};
+
+/// Samples of a picture: the next one of the same rays goes on from them.
+struct SamplesDrawn {
+    RaysDrawn rays;
+    AreaPicture picture;
+};
+
 /// Every pixel the mean of its samples.
 void drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, const RenderOptions& options,
-               const PixelGoal& goal, Progress& progress, RenderResult& result) {
-    AreaPicture picture(raysOf(p), p.view.quality.pixels, options.threads, goal);
+               const PixelGoal& goal, std::optional<SamplesDrawn>& samples, Progress& progress,
+               RenderResult& result) {
+    RaysDrawn these(p);
+    if (samples && samples->rays == these && p.view.quality.pixels.samples == PixelSampling::kAutomatic)
+        samples->picture.goOn(goal);
+    else
+        samples.emplace(std::move(these),
+                        AreaPicture(raysOf(p), p.view.quality.pixels, options.threads, goal));
+    AreaPicture& picture = samples->picture;
     Slicing slicing = options.slicing;
     const ShareDone whole = progress.shares();
     if (whole)
@@ -64,8 +88,8 @@ void report(const ScenePlan& p, RenderResult& result) {
 
 /// The picture of a plan, by any engine: bricks are brought, a step is chosen, rays are drawn, errors told.
 void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, Ledger& gpu,
-                 const RenderOptions& options, int round, const PixelGoal& goal, Progress& progress,
-                 RenderResult& result) {
+                 const RenderOptions& options, int round, const PixelGoal& goal,
+                 std::optional<SamplesDrawn>& samples, Progress& progress, RenderResult& result) {
     progress.stage("loading bricks");
     const auto loading = Clock::now();
     const bool passes = bringBricks(engine, p, ram, gpu, result.work);
@@ -93,7 +117,7 @@ void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     progress.stage("drawing");
     const bool areas = p.view.quality.pixels.samples != 1;
     if (areas) {
-        drawAreas(*caster, engine, p, options, goal, progress, result);
+        drawAreas(*caster, engine, p, options, goal, samples, progress, result);
     } else {
         Slicing slicing = options.slicing;
         slicing.progress = progress.shares();
@@ -148,6 +172,7 @@ void drawUntilGoodEnough(const Scene& scene, ScenePlan& p, Engine& engine, Ledge
                          const RenderOptions& options, Progress& progress, RenderResult& result) {
     ErrorGoal goal(*scene.quality.maxError);
     Scene now = scene;
+    std::optional<SamplesDrawn> samples;
     double lastTarget = std::numeric_limits<double>::max(), lastTaken = 0;
     for (int round = 0;; ++round) {
         const double target = goal.ofSamples();
@@ -157,7 +182,7 @@ void drawUntilGoodEnough(const Scene& scene, ScenePlan& p, Engine& engine, Ledge
             progress.stage("choosing finer levels");
             chooseAgain(p, now, engine.limits(), ram, gpu, options.threads, options.levels);
         }
-        drawPicture(now, p, engine, ram, gpu, options, round, pixelGoal(target), progress, result);
+        drawPicture(now, p, engine, ram, gpu, options, round, pixelGoal(target), samples, progress, result);
         result.rounds = round + 1;
         const PictureMeasurement& m = *result.measured;
         const bool finest =
@@ -303,21 +328,27 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     progress.stage("reading statistics and choosing levels");
     const bool first =
         options.onFirstPicture && (made.kind == EngineKind::gpu || made.kind == EngineKind::native);
-    const Scene coarse = first ? firstScene(scene) : scene;
+    const bool decides = // how fine it is, by what is measured
+        scene.quality.maxError.value_or(0) > 0 && options.verify != Verify::none && about.choosesSteps;
+    Scene picture = scene; // the first that is drawn in full
+    if (decides)
+        picture.quality.maxError = ErrorGoal(*scene.quality.maxError).ofRays();
+    const Scene coarse = first ? firstScene(scene) : picture;
     ScenePlan p = planScene(coarse, store, limits, ram, gpu, options.threads,
                             first ? LevelChoice::quick : options.levels,
                             pictureBytesPerPixel(made.kind, scene.quality.pixels));
+    std::optional<SamplesDrawn> ofOnePicture; // that no other goes on from
     if (first) {
         RenderResult quick;
         RenderOptions plain = options;
         plain.checking = plain.searching = false;
         plain.verify = Verify::none;
-        drawPicture(coarse, p, engine, ram, gpu, plain, 0, {}, progress, quick);
+        drawPicture(coarse, p, engine, ram, gpu, plain, 0, {}, ofOnePicture, progress, quick);
         options.onFirstPicture(quick.image, secondsAfterFirst(quick, scene));
         quick = {};
         engine.close();
         progress.stage("choosing levels");
-        chooseAgain(p, scene, limits, ram, gpu, options.threads, options.levels);
+        chooseAgain(p, picture, limits, ram, gpu, options.threads, options.levels);
     }
     result.camera = p.view.camera;
     result.tableRelativeError = p.volume.table.relativeError;
@@ -331,10 +362,10 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     result.highest = values.highest;
     result.secondsPreparing = secondsSince(start);
 
-    if (scene.quality.maxError.value_or(0) > 0 && options.verify != Verify::none && about.choosesSteps)
+    if (decides)
         drawUntilGoodEnough(scene, p, engine, ram, gpu, options, progress, result);
     else
-        drawPicture(scene, p, engine, ram, gpu, options, 0, {}, progress, result);
+        drawPicture(scene, p, engine, ram, gpu, options, 0, {}, ofOnePicture, progress, result);
     if (made.kind == EngineKind::reference)
         result.level = 0;
     result.occupiedCells = scene.quality.skipping ? p.volume.occupancy.occupiedCells() : result.cells;

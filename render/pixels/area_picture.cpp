@@ -42,6 +42,15 @@ AreaPicture::AreaPicture(const Rays& picture, const PixelSampling& sampling, int
     beginRound();
 }
 
+void AreaPicture::goOn(const PixelGoal& goal) {
+    TESSERA_CHECK(decides() && !drawing_ && taken_ > 0);
+    goal_ = goal;
+    round_ = 0; // which the middles were
+    first_ = 0;
+    pixels_.clear();
+    upTo_.clear();
+}
+
 /// Each doubles the samples of a pixel, so that a whole picture is soon there.
 int AreaPicture::rounds() const {
     if (decides())

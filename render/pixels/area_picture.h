@@ -40,6 +40,10 @@ class AreaPicture {
     AreaPicture(const Rays& picture, const PixelSampling& sampling, int threads = 0,
                 const PixelGoal& goal = {});
 
+    /// Where pixels decide: goes on from what is there, until another goal is met. The same rays, and as many
+    /// of them as if nothing were there yet.
+    void goOn(const PixelGoal& goal);
+
     /// The rays to draw next, to their end; none: the picture is done. They read what is kept here.
     std::optional<Rays> next();
     /// What the rays of next() gathered.

@@ -303,6 +303,40 @@ TEST(AutomaticSamples, GoWherePixelsNeedThem) {
     EXPECT_LT(flatSampled, flat / 50);
 }
 
+// A picture that was good enough for one goal goes on to another: as good as one that was drawn for it, and
+// no ray is taken twice.
+TEST(AutomaticSamples, GoOnToAnotherGoal) {
+    const Image truth = truthOf(wheel);
+    const auto goalOf = [](float lightness) {
+        PixelGoal goal;
+        goal.target.linear *= lightness / static_cast<float>(goal.target.lightness);
+        goal.target.lightness = lightness;
+        return goal;
+    };
+    AreaPicture coarse(ofSize(kEdges), automatic(), 0, goalOf(4)),
+        fine(ofSize(kEdges), automatic(), 0, goalOf(0.5f));
+    drawLight(coarse, wheel);
+    drawLight(fine, wheel);
+    const Image before = coarse.image();
+    const PixelSums had = coarse.sums();
+    const double taken = coarse.report().taken;
+    coarse.goOn(goalOf(0.5f));
+    drawLight(coarse, wheel);
+    EXPECT_LT(compare(coarse.image(), truth).rms, 0.7 * compare(before, truth).rms);
+    EXPECT_LT(compare(coarse.image(), truth).rms, 1.25 * compare(fine.image(), truth).rms);
+    EXPECT_GT(coarse.report().taken, taken);
+    EXPECT_LT(coarse.report().taken, 1.1 * fine.report().taken);
+    std::size_t grown = 0;
+    for (std::size_t i = 0; i < had.count(); ++i) {
+        grown += coarse.sums().samples(i) > had.samples(i);
+        ASSERT_GE(coarse.sums().samples(i), had.samples(i));
+        if (coarse.sums().samples(i) == had.samples(i)) {
+            ASSERT_EQ(coarse.image().pixels[i], before.pixels[i]);
+        }
+    }
+    EXPECT_GT(grown, 100u);
+}
+
 /// A disk that only the picture's last corner shows a part of: the last pixels of the last patch.
 glm::vec4 corner(const glm::dvec2& place) {
     return glm::distance(place, glm::dvec2(kEdges) + 2.0) < 5.5 ? glm::vec4(0.7f, 0.6f, 0.5f, 1)
