@@ -55,8 +55,8 @@ void drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, const Rend
     if (samples && samples->rays == these && p.view.quality.pixels.samples == PixelSampling::kAutomatic)
         samples->picture.goOn(goal);
     else
-        samples.emplace(std::move(these),
-                        AreaPicture(raysOf(p), p.view.quality.pixels, options.threads, goal));
+        samples = SamplesDrawn{std::move(these),
+                               AreaPicture(raysOf(p), p.view.quality.pixels, options.threads, goal)};
     AreaPicture& picture = samples->picture;
     Slicing slicing = options.slicing;
     const ShareDone whole = progress.shares();
