@@ -65,7 +65,18 @@ bool bringBricks(Engine& engine, ScenePlan& plan, Ledger& ram, Ledger& gpu, Work
 
 namespace {
 
-/// Returns in how many passes; 0 where bricks took too many bytes.
+/// Of those of them that are not there.
+std::uint64_t bytesToBring(const std::vector<std::size_t>& bricks, const BrickResidency& residency,
+                           const VolumeState& volume) {
+    std::uint64_t bytes = 0;
+    for (const std::size_t b : bricks)
+        if (!residency.residentLevel(b))
+            bytes += cellCount(glm::ivec3(kBrickExtent >> volume.selection.levels[b])) *
+                     bytesPerValue(volume.info().type);
+    return bytes;
+}
+
+/// Returns in how many passes; 0 where bricks would take too many bytes.
 int drawPasses(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
                std::uint64_t mostBytes, Work& work) {
     const VolumeState& volume = plan.volume;
@@ -73,11 +84,13 @@ int drawPasses(RayCaster& caster, Engine& engine, const ScenePlan& plan, const S
         TESSERA_CHECK(caster.draw(slicing, RayCaster::Clock::time_point::max(), work));
         if (caster.waiting() == 0)
             return passes;
-        if (work.bytesUploaded > mostBytes)
-            return 0;
         BrickResidency& bricks = *engine.bricks();
-        bricks.serve(bricksToServe(caster.takeWanted(), volume.selection, bricks.pages()), *volume.cache,
-                     work);
+        const auto next = bricksToServe(caster.takeWanted(), volume.selection, bricks.pages());
+        if (mostBytes != UINT64_MAX && work.bytesUploaded + bytesToBring(next, bricks, volume) > mostBytes)
+            return 0;
+        bricks.serve(next, *volume.cache, work);
+        if (work.bytesUploaded > mostBytes) // what was there had to be packed anew
+            return 0;
     }
 }
 

@@ -20,7 +20,7 @@ bool bringBricks(Engine& engine, ScenePlan& plan, Ledger& ram, Ledger& gpu, Work
 int drawToTheEnd(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
                  Work& work);
 
-/// The same, but stops where bricks would take more bytes than that, all of work together: false then.
+/// The same, but stops before bricks take more bytes than that, all of work together: false then.
 bool drawWithin(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
                 std::uint64_t mostBytes, Work& work);
 

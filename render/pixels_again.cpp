@@ -80,7 +80,11 @@ std::vector<std::string> describe(const PictureMeasurement& m) {
     std::vector<std::string> lines = {"measured error: " + numbers(m.all) + ", from " +
                                       std::to_string(m.all.shown) + " pixels drawn again with " + raysOf(m) +
                                       " rays each"};
-    if (m.all.whyNoP99 == NotMeasured::tooFewPixels)
+    if (m.all.whyNoP99 == NotMeasured::tooFewPixels && m.all.shown >= kFewestForP99)
+        lines.push_back("measured error: no 99th percentile, because they lie in " +
+                        std::to_string(m.all.clusters) + " clusters, as bytes allow; it takes " +
+                        std::to_string(kFewestForP99));
+    else if (m.all.whyNoP99 == NotMeasured::tooFewPixels)
         lines.push_back("measured error: no 99th percentile, because fewer than " +
                         std::to_string(kFewestForP99) + " pixels that show something were drawn again");
     if (m.all.whyNoP99 == NotMeasured::truthTooNoisy)
@@ -193,14 +197,15 @@ bool PixelsAgain::chooseNoisy(int step, const std::vector<glm::vec4>& own) {
     return any;
 }
 
-std::vector<glm::vec4> PixelsAgain::drawOwn(RayCaster& caster, Engine& engine, const ScenePlan& plan,
-                                            double segmentVoxels, const Limits& limits, bool more,
-                                            Work& work) {
+std::optional<std::vector<glm::vec4>> PixelsAgain::drawOwn(RayCaster& caster, Engine& engine,
+                                                           const ScenePlan& plan, double segmentVoxels,
+                                                           const Limits& limits, bool more, Work& work) {
     const Draws draws{caster, engine, plan, segmentVoxels, limits, work};
     const auto replicates = static_cast<std::size_t>(replicates_);
     std::vector<glm::vec4> own(pixels() * replicates, glm::vec4(0));
     for (int step = 0;; ++step) {
-        TESSERA_CHECK(drawStep(step, draws, own));
+        if (!drawStep(step, draws, own))
+            return std::nullopt;
         if (!more || step == kMostSteps || samplesOf(step + 1) * replicates_ > kMostOfPixel ||
             !chooseNoisy(step, own))
             return own;

@@ -50,7 +50,7 @@ class PixelsAgain {
 
     struct Limits {
         Slicing slicing;
-        std::size_t mostBytes = SIZE_MAX; // of bricks that may be brought
+        std::uint64_t mostBytes = UINT64_MAX; // of bricks that may be brought, all of work together
     };
     /// The pixels as they are: rays of a length of segments through all places, to their end; the mean of
     /// each replicate.
@@ -58,9 +58,11 @@ class PixelsAgain {
     /// times
     ///     as many places, and once more. How their replicates differ decides, which are then let go of: so
     ///     no mean is chosen for what it is. From then on these are their places.
-    std::vector<glm::vec4> drawOwn(RayCaster& caster, Engine& engine, const ScenePlan& plan,
-                                   double segmentVoxels, const Limits& limits, bool more, Work& work);
-    /// The same as they should be, through the same places. None where bricks would take more than the limit.
+    /// None where bricks would take more bytes than the limit.
+    std::optional<std::vector<glm::vec4>> drawOwn(RayCaster& caster, Engine& engine, const ScenePlan& plan,
+                                                  double segmentVoxels, const Limits& limits, bool more,
+                                                  Work& work);
+    /// The same as they should be, through the same places.
     std::optional<std::vector<glm::vec4>> drawTruth(RayCaster& caster, Engine& engine, const ScenePlan& plan,
                                                     double segmentVoxels, const Limits& limits,
                                                     Work& work) const;

@@ -12,7 +12,10 @@ namespace {
 constexpr int kReplicates = 4;
 constexpr double kLarge = 512.0 * 512;
 constexpr int kMostSamples = 256; // of a pixel
-constexpr int kPerBrick = 16;     // pixels
+// Where bricks must be read: clusters that show something, their pixels, tiles of a brick along a side. A
+// tile of a quarter of a brick lies in 1.6 bricks in the mean, one of a brick in four.
+constexpr double kClusters = 64;
+constexpr int kPerCluster = 8, kTilesOfBrick = 4, kLeastTile = 12;
 // Pixels that show something. Of the least that promise a 99th percentile 299 do with 2 standard deviations
 // to spare.
 constexpr double kMany = 1000, kSome = 400, kFull = 2000, kLeast = 340;
@@ -39,23 +42,26 @@ VerifyPlan verifyPlan(const VerifyInput& input) {
     int samples = wanted;
     if (input.mode == Verify::quick) {
         count = pixels < kLarge ? kSome : kMany;
-        if (pixels >= kLarge && costOf(count, samples) > kMostQuickCost) {
-            if (costOf(kSome, samples) > kMostQuickCost)
+        const double most = std::max(0.0, kMostQuickCost - input.costTaken);
+        if (pixels >= kLarge && costOf(count, samples) > most) {
+            if (costOf(kSome, samples) > most)
                 samples /= 2;
-            count = std::min(count, std::floor(kMostQuickCost / costOf(1, samples)));
+            count = std::min(count, std::floor(most / costOf(1, samples)));
         }
     }
     count = std::min(count, shown);
+    plan.tellsP99 = count >= kLeast || count == shown;
+    if (input.mode == Verify::quick && input.brickPixels > 0) {
+        // Clusters cost bytes, pixels of them rays: where these are short, each has fewer.
+        plan.design.perCluster = std::clamp(static_cast<int>(count / kClusters), 1, kPerCluster);
+        plan.design.tile = std::max(input.brickPixels / kTilesOfBrick, kLeastTile);
+        count = std::min(count, kClusters * kPerCluster);
+        plan.tellsP99 = false;
+    }
     plan.design.pixels = static_cast<int>(std::ceil(std::max(1.0, count) * pixels / shown));
     plan.replicates = kReplicates;
     plan.samples = samples / kReplicates;
     plan.cost = costOf(count, samples);
-    plan.tellsP99 = count >= kLeast || count == shown;
-    if (input.mode == Verify::quick && input.brickPixels > 0) {
-        plan.design.perCluster = kPerBrick;
-        plan.design.tile = std::max(input.brickPixels, kPerBrick);
-        plan.tellsP99 = false;
-    }
     return plan;
 }
 

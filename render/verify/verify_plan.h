@@ -15,7 +15,8 @@ struct VerifyInput {
     std::size_t shown = 0;     // pixels of the picture that show something: how many, not which
     int samplesPerPixel = 1;   // of the picture
     double costOfTruthRay = 4; // in rays of the picture: a quarter of its step
-    int brickPixels = 0; // a brick's width where finest bricks must be read for the truth; 0: they are there
+    int brickPixels = 0;  // a brick's width where finest bricks must be read for the truth; 0: they are there
+    double costTaken = 0; // of kMostQuickCost, by other pixels of the same picture
     Verify mode = Verify::quick;
     std::uint64_t seed = 0;
 };
@@ -38,9 +39,9 @@ constexpr double kMostQuickCost = 0.25;
 /// quick: 1000 pixels that show something, 400 where the picture is smaller than 512x512 or 1000 cost too
 /// much, fewer (and then no 99th percentile) where those still do. 16 rays each or, if that gets 400 within
 /// the cost, 8; more where the picture itself takes more than 4, because noise in the truth has to be less
-/// than the error. Where bricks must be read: 64 clusters of 16, each as wide as a brick, which tell means
-/// but no 99th percentile; whether those bricks are few enough is for who reads them to say. full: 2000, of
-/// 64 rays or more, at any cost.
+/// than the error. Where bricks must be read: 64 clusters of 8 that show something, in tiles of a quarter of
+/// a brick, which tell means but no 99th percentile; whether those bricks are few enough is for who reads
+/// them to say. full: 2000, of 64 rays or more, at any cost.
 VerifyPlan verifyPlan(const VerifyInput& input);
 
 } // namespace tessera

@@ -3,6 +3,7 @@
 #include "tests/support/program_fixture.h"
 
 #include <algorithm>
+#include <chrono>
 #include <map>
 #include <regex>
 #include <set>
@@ -111,6 +112,7 @@ TEST_F(Program, ValuesThatMeanNothingAreRefusedByEveryOption) {
                     (needsOut ? " -o made" + std::string(command.name == "phantom" ? ".zarr" : "") : "");
                 const std::string spaced = std::regex_replace(line, std::regex(option + "="),
                                                               option + (value == "''" ? " '' " : " "));
+                const auto start = std::chrono::steady_clock::now();
                 const Outcome outcome = run(value == "-1" ? line : spaced);
                 EXPECT_EQ(outcome.exitCode, 2) << spaced << "\n" << outcome.problems;
                 EXPECT_THAT(outcome.problems,
@@ -118,6 +120,8 @@ TEST_F(Program, ValuesThatMeanNothingAreRefusedByEveryOption) {
                     << spaced;
                 EXPECT_EQ(std::count(outcome.problems.begin(), outcome.problems.end(), '\n'), 1)
                     << outcome.problems;
+                // Nor after work: a study draws for a minute before it writes.
+                EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10)) << spaced;
             }
 }
 

@@ -151,13 +151,35 @@ TEST(VerifyPlans, AreThoseOfThePage) { // docs/measured-errors.md
     EXPECT_FALSE(plan(512, 0.05, Verify::quick).tellsP99);
     EXPECT_EQ(plan(512, 1, Verify::full).design.pixels, 2000);
     EXPECT_EQ(plan(512, 1, Verify::full).samples, 16);
+}
+
+// As many clusters as means need, however few pixels the rays allow; what is left is for pixels on their own.
+TEST(VerifyPlans, OfClustersAreThoseOfThePage) {
     VerifyInput input;
     input.size = {512, 512};
-    input.shown = 512 * 512;
-    input.brickPixels = 32;
-    EXPECT_EQ(verifyPlan(input).design.perCluster, 16);
-    EXPECT_EQ(verifyPlan(input).design.tile, 32);
-    EXPECT_FALSE(verifyPlan(input).tellsP99);
+    for (const double share : {1.0, 0.5, 0.2, 0.1}) {
+        SCOPED_TRACE(share);
+        input.shown = static_cast<std::size_t>(share * 512 * 512);
+        input.brickPixels = 64;
+        input.costTaken = 0;
+        const VerifyPlan clusters = verifyPlan(input);
+        EXPECT_EQ(clusters.design.perCluster, share >= 0.5 ? 8 : share == 0.2 ? 6 : 3);
+        EXPECT_EQ(clusters.design.tile, 16);
+        const double shown = clusters.design.pixels * share;
+        EXPECT_GE(shown / clusters.design.perCluster, 64);
+        EXPECT_LE(shown / clusters.design.perCluster, 70);
+        EXPECT_LE(clusters.cost, kMostQuickCost);
+        EXPECT_FALSE(clusters.tellsP99);
+        input.brickPixels = 0;
+        input.costTaken = clusters.cost;
+        const VerifyPlan pixels = verifyPlan(input);
+        EXPECT_LE(clusters.cost + pixels.cost, kMostQuickCost * 1.001);
+        EXPECT_EQ(pixels.tellsP99, share == 1);
+    }
+    input.brickPixels = 5;
+    EXPECT_EQ(verifyPlan(input).design.tile, 12) << "pixels to choose from";
+    input.mode = Verify::full;
+    EXPECT_EQ(verifyPlan(input).design.perCluster, 1);
 }
 
 } // namespace

@@ -197,6 +197,7 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
         throw InputError("accuracy: --keep-scenes: expected --all, whose scenes it keeps, found none");
     if (arguments.out.empty() && arguments.keptScenes.empty())
         throw InputError("accuracy: expected -o FOLDER for the page, found none");
+    checkGlDevice({arguments.device}); // the truth is drawn first, and takes minutes
     for (const std::string& folder : {arguments.out, arguments.keptScenes})
         if (!folder.empty())
             makeFolder(folder);

@@ -40,20 +40,28 @@ EGLDisplay initialised(EGLDisplay display) {
     return display != EGL_NO_DISPLAY && eglInitialize(display, nullptr, nullptr) ? display : EGL_NO_DISPLAY;
 }
 
+bool isWord(const std::string& choice) {
+    return choice == "auto" || choice == "software";
+}
+
+/// Of a choice that is no word. Throws InputError where there is no such device.
+std::size_t deviceNumber(const std::string& choice, std::size_t devices) {
+    std::size_t number = 0;
+    const auto [end, code] = std::from_chars(choice.data(), choice.data() + choice.size(), number);
+    if (code != std::errc{} || end != choice.data() + choice.size() || number >= devices)
+        throw InputError("--gl-device: expected auto, software or a number below " + std::to_string(devices) +
+                         ", found '" + choice + "'");
+    return number;
+}
+
 /// Displays to try, in order. A number gives its device alone; auto puts GPUs before software.
 std::vector<EGLDisplay> candidates(const std::string& choice) {
     const std::vector<EGLDeviceEXT> devices = queryDevices();
     const auto open = [](EGLDeviceEXT device) {
         return initialised(eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, device, nullptr));
     };
-    if (choice != "auto" && choice != "software") {
-        std::size_t number = 0;
-        const auto [end, code] = std::from_chars(choice.data(), choice.data() + choice.size(), number);
-        if (code != std::errc{} || end != choice.data() + choice.size() || number >= devices.size())
-            throw InputError("--gl-device: expected auto, software or a number below " +
-                             std::to_string(devices.size()) + ", found '" + choice + "'");
-        return {open(devices[number])};
-    }
+    if (!isWord(choice))
+        return {open(devices[deviceNumber(choice, devices.size())])};
     std::vector<EGLDisplay> displays;
     for (const bool software : {false, true})
         for (EGLDeviceEXT device : devices)
@@ -111,6 +119,11 @@ bool mayHaveGpu() {
             return true;
     return fs::exists("/dev/nvidia0", ignored) || fs::exists("/dev/dxg", ignored) || // of Windows below
            fs::exists("/dev/kgsl-3d0", ignored);
+}
+
+void checkGlDevice(const GlDeviceChoice& choice) {
+    if (!isWord(choice.text))
+        deviceNumber(choice.text, queryDevices().size());
 }
 
 bool isSoftwareRenderer(std::string_view renderer) {

@@ -24,6 +24,10 @@ struct GlDevice {
 /// EGL devices of this machine; empty where EGL cannot list them.
 std::vector<GlDevice> listGlDevices();
 
+/// Throws InputError for a choice that is neither a word nor a listed number; opens nothing. For commands
+/// that work for long before they need the device.
+void checkGlDevice(const GlDeviceChoice& choice);
+
 /// Whether the system knows of a device that could draw: false without asking, or loading, OpenGL.
 bool mayHaveGpu();
 /// Of a GL_RENDERER: Mesa's llvmpipe or softpipe.
