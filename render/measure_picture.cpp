@@ -19,6 +19,7 @@ constexpr double kStepsOfTruth = 4; // in a step of the picture
 constexpr float kEndsOfTruth = 1.0f / 64;
 constexpr int kLarge = 512 * 512; // pixels from which on quick measurements are bounded
 constexpr std::uint64_t kShareOfBytes = 4;
+constexpr std::size_t kSharesOfNothing = 4;
 /// Single pixels took 1.9 to 3.9 times the bytes of clusters: tried where these leave half of what there is.
 constexpr std::uint64_t kShareOfClusters = 2;
 constexpr char kTooManyBytes[] =
@@ -70,7 +71,9 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, ScenePlan& plan, 
     const bool large = size.x * size.y >= kLarge;
     VerifyInput input;
     input.size = size;
-    input.shown = shownPixels(picture.image);
+    const std::size_t shown = shownPixels(picture.image), pixels = picture.image.pixels.size();
+    // A picture that shows nothing may have missed what there is: as many pixels as if a part did.
+    input.shown = shown > 0 ? shown : (pixels + kSharesOfNothing - 1) / kSharesOfNothing;
     input.samplesPerPixel = std::max(1, static_cast<int>(std::lround(picture.samplesPerPixel)));
     input.costOfTruthRay = kStepsOfTruth;
     input.mode = picture.mode;
@@ -82,7 +85,7 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, ScenePlan& plan, 
     if (picture.rounds > 1)
         leaveForOthers(designs[0], input, picture.rounds);
     if (designs[0].design.pixels == 0) {
-        out.whyNot = input.shown == 0 ? "the picture shows nothing" : "it was not asked for";
+        out.whyNot = "it was not asked for";
         return out;
     }
     // Pixels on their own tell more than clusters, and come after them where that leaves rays and bytes.
@@ -159,6 +162,9 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, ScenePlan& plan, 
         again[n].measure(own[n], *truth, picture.rounds > 1 ? chanceOfAttempt(picture.round) : 0.95, out);
     }
     plan.volume.optics.termination = ends;
+    if (out.whyNot.empty() && shown == 0 && out.all.shown == 0)
+        out.whyNot = "the picture shows nothing, nor do the " + std::to_string(again[0].pixels()) +
+                     " pixels that were drawn again";
     out.bytesRead = work.bytesUploaded;
     out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return out;

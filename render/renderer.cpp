@@ -9,6 +9,7 @@
 #include "render/engines/reference/reference.h" // ReferenceRay
 #include "render/engines/reference/reference_engine.h"
 #include "render/picture.h"
+#include "render/plan/overlooked_pixels.h"
 #include "render/plan/step_search.h"
 #include "render/verify/error_goal.h"
 
@@ -55,8 +56,10 @@ void drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, const Rend
     if (samples && samples->rays == these && p.view.quality.pixels.samples == PixelSampling::kAutomatic)
         samples->picture.goOn(goal);
     else
-        samples = SamplesDrawn{std::move(these),
-                               AreaPicture(raysOf(p), p.view.quality.pixels, options.threads, goal)};
+        samples =
+            SamplesDrawn{std::move(these),
+                         AreaPicture(raysOf(p), p.view.quality.pixels, options.threads, goal,
+                                     [&p](const Image& middles) { return overlookedPixels(p, middles); })};
     AreaPicture& picture = samples->picture;
     Slicing slicing = options.slicing;
     const ShareDone whole = progress.shares();

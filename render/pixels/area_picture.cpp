@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -35,9 +36,9 @@ glm::ivec2 placeOf(std::uint32_t pixel, const glm::ivec2& size) {
 } // namespace
 
 AreaPicture::AreaPicture(const Rays& picture, const PixelSampling& sampling, int threads,
-                         const PixelGoal& goal)
-    : picture_(picture), sampling_(sampling), goal_(goal), threads_(threads),
-      places_(sampling.seed, sampling.filter), sums_(picture.size()) {
+                         const PixelGoal& goal, Overlooked overlooked)
+    : picture_(picture), sampling_(sampling), goal_(goal), overlooked_(std::move(overlooked)),
+      threads_(threads), places_(sampling.seed, sampling.filter), sums_(picture.size()) {
     TESSERA_CHECK(picture.places.empty() && sampling.samples != 1);
     beginRound();
 }
@@ -45,6 +46,7 @@ AreaPicture::AreaPicture(const Rays& picture, const PixelSampling& sampling, int
 void AreaPicture::goOn(const PixelGoal& goal) {
     TESSERA_CHECK(decides() && !drawing_ && taken_ > 0);
     goal_ = goal;
+    ofOverlooked_ = 0;
     round_ = 0; // which the middles were
     first_ = 0;
     pixels_.clear();
@@ -73,17 +75,34 @@ void AreaPicture::beginRound() {
     upTo_.clear();
     if (round_ == rounds())
         return;
-    if (decides())
-        return round_ > 0 ? chooseNeedy() : void(); // first the middles
+    if (decides()) {
+        if (round_ == 0)
+            return; // the middles
+        return takeOverlooked() ? void(--round_) : chooseNeedy();
+    }
     const int upTo = std::min(2 << round_, sampling_.samples);
     forEachPixel(sums_.size(), [&](const glm::ivec2& at) {
         take(static_cast<std::uint32_t>(at.y * sums_.size().x + at.x), upTo);
     });
 }
 
+/// A round of its own, before any other; false where there is none.
+bool AreaPicture::takeOverlooked() {
+    if (!overlooked_)
+        return false;
+    const std::vector<std::uint32_t> pixels = std::exchange(overlooked_, {})(sums_.image());
+    const auto each = static_cast<std::size_t>(nextSamples(0));
+    // Half of what may be taken is left for what shows. Where not all can be had they are spread.
+    const std::size_t most = goal_.rays / (2 * each), taken = std::min(pixels.size(), most);
+    for (std::size_t n = 0; n < taken; ++n)
+        take(pixels[n * pixels.size() / taken], nextSamples(0));
+    ofOverlooked_ = taken * each;
+    return taken > 0;
+}
+
 void AreaPicture::chooseNeedy() {
     if (round_ == 1) {
-        left_ = goal_.rays;
+        left_ = goal_.rays - std::min(goal_.rays, ofOverlooked_);
         for (std::size_t i = 0; i < sums_.count(); ++i)
             left_ += sums_.mean(i).a > 0 ? 1 : 0;
         budget_ = left_;

@@ -11,6 +11,7 @@
 #include "render/pixels/sample_needs.h"
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -33,12 +34,16 @@ struct PixelGoal {
     int most = 64;                           // samples of a pixel; a power of two
 };
 
+/// Pixels to sample whatever their middles show, by number, ascending. It is asked once where pixels decide,
+/// after the middles; what it takes, 8 bytes a pixel, arrays of rays have not taken yet.
+using Overlooked = std::function<std::vector<std::uint32_t>(const Image& middles)>;
+
 class AreaPicture {
   public:
     /// @param picture  without places
     /// @param threads  that decide where samples go; 0: all processors
     AreaPicture(const Rays& picture, const PixelSampling& sampling, int threads = 0,
-                const PixelGoal& goal = {});
+                const PixelGoal& goal = {}, Overlooked overlooked = {});
 
     /// Where pixels decide: goes on from what is there, until another goal is met. The same rays, and as many
     /// of them as if nothing were there yet.
@@ -62,6 +67,7 @@ class AreaPicture {
 
   private:
     void beginRound();
+    bool takeOverlooked();
     void chooseNeedy();
     void take(std::uint32_t pixel, int upTo);
     bool decides() const { return sampling_.samples == PixelSampling::kAutomatic; }
@@ -71,6 +77,7 @@ class AreaPicture {
     Rays picture_;
     PixelSampling sampling_;
     PixelGoal goal_;
+    Overlooked overlooked_; // none once it was asked
     int threads_;
     PixelPlaces places_;
     PixelSums sums_;
@@ -78,6 +85,7 @@ class AreaPicture {
     std::vector<std::uint32_t> pixels_; // of this round
     std::vector<std::uint8_t> upTo_;    // samples that each has after it, less one
     std::size_t first_ = 0;             // of them that lacks samples
+    std::size_t ofOverlooked_ = 0;      // rays
     std::size_t budget_ = 0, left_ = 0; // rays that may be taken where pixels decide, and may still be
     std::size_t taken_ = 0;             // rays
     bool drawing_ = false;

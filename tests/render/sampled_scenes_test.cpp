@@ -68,14 +68,14 @@ double distance(const glm::vec4& a, const glm::vec4& b) {
 }
 
 /// Nothing that the truth shows is black, and what is there errs as little as the picture says of itself.
-void expectSampled(const Scene& scene) {
+void expectSampled(const Scene& scene, float shown = kShown) {
     const Image truth = truthOf(scene);
     const RenderResult r = drawn(scene, Verify::full);
     ASSERT_TRUE(r.measured);
     ASSERT_TRUE(r.measured->all.luvP99Bound) << r.measured->whyNot;
     std::vector<double> distances;
     for (std::size_t i = 0; i < truth.pixels.size(); ++i)
-        if (truth.pixels[i].a > kShown) {
+        if (truth.pixels[i].a > shown) {
             EXPECT_GT(r.image.pixels[i].a, 0) << "pixel " << i << ", truth " << truth.pixels[i].a;
             distances.push_back(distance(r.image.pixels[i], truth.pixels[i]));
         }
@@ -105,6 +105,40 @@ TEST(SampledScenes, AVolumeThatClipsATilesCornerIsSampledLikeAnyOther) {
         }
 }
 
+// What reaches into the picture by less than half a pixel no middle meets.
+TEST(SampledScenes, AVolumeThatClipsThePicturesEdgeIsSampledLikeAnyOther) {
+    const Stored cube([](const glm::dvec3&) { return 1000.0; }, glm::ivec3(16), true); // 5.33 pixels wide
+    for (const double inside : {0.15, 0.3, 0.45})
+        for (const glm::dvec2& middle :
+             {glm::dvec2(inside - 8.0 / 3, 24.2), glm::dvec2(31.7, inside - 8.0 / 3),
+              glm::dvec2(64 - inside + 8.0 / 3, 20.1)}) {
+            SCOPED_TRACE(testing::Message() << inside << " inside, " << middle.x << " " << middle.y);
+            const Scene scene = sceneAt(cube, middle, 3, 0, {{0, 2}, {2000, 2}});
+            const Image truth = truthOf(scene), image = drawn(scene).image;
+            std::size_t shown = 0;
+            for (std::size_t i = 0; i < truth.pixels.size(); ++i)
+                if (truth.pixels[i].a > kShown) {
+                    ++shown;
+                    EXPECT_NEAR(image.pixels[i].a, truth.pixels[i].a, 0.5f * truth.pixels[i].a);
+                }
+            EXPECT_GE(shown, 5u);
+        }
+}
+
+// A picture that shows nothing is not taken at its word: other pixels are drawn again, and told of.
+TEST(SampledScenes, APictureOfNothingIsMeasuredToo) {
+    const Stored cube([](const glm::dvec3&) { return 1000.0; }, glm::ivec3(16), true);
+    Scene scene = sceneAt(cube, {0.3 - 8.0 / 3, 24.2}, 3, 0, {{0, 2}, {2000, 2}});
+    scene.quality.pixels.samples = 1; // middles alone: the truth shows a part of the border's pixels
+    const RenderResult missed = drawn(scene, Verify::full);
+    ASSERT_TRUE(isBlank(missed.image) && missed.measured);
+    EXPECT_GT(missed.measured->all.shown, 0u);
+    scene = sceneAt(cube, {-9, 24.2}, 3, 0, {{0, 2}, {2000, 2}}); // beside the picture
+    const RenderResult empty = drawn(scene, Verify::full);
+    ASSERT_TRUE(empty.measured);
+    EXPECT_NE(empty.measured->whyNot.find("nor do the"), std::string::npos) << empty.measured->whyNot;
+}
+
 /// A voxel or two thick, in several depths, crossing one another.
 double wires(const glm::dvec3& p) {
     double v = 0;
@@ -123,17 +157,19 @@ double dots(const glm::dvec3& p) {
 const std::vector<OpacityPoint> kScarce = {{0, 0}, {1000, 0.8}};
 constexpr glm::ivec3 kScarceExtent(90, 68, 12);
 
-// A wire is a half to a quarter as wide as a pixel: its neighbours find it where its middle does not. Dots
-// are larger than a pixel: nobody tells of one that lies between middles (docs/measured-errors.md).
+// A wire is a half to a quarter as wide as a pixel, and dots are as small: where neither a pixel's middle nor
+// a neighbour's finds them, the map of empty space tells that something lies there.
 TEST(SampledScenes, WhatFewRaysHitIsSampledLikeAnyOther) {
     const Stored thin(wires, kScarceExtent, true), single(dots, kScarceExtent, true);
     struct Case {
         const Stored& stored;
         double voxelsPerPixel;
+        float shown = kShown;
     };
-    for (const Case& c : {Case{single, 1.5}, Case{thin, 2}, Case{thin, 4}}) {
+    for (const Case& c : {Case{single, 1.5}, Case{single, 2}, Case{single, 3}, Case{single, 4, 0.03f},
+                          Case{thin, 2}, Case{thin, 4}}) {
         SCOPED_TRACE(c.voxelsPerPixel);
-        expectSampled(sceneAt(c.stored, {31.7, 24.2}, c.voxelsPerPixel, 0.1, kScarce));
+        expectSampled(sceneAt(c.stored, {31.7, 24.2}, c.voxelsPerPixel, 0.1, kScarce), c.shown);
     }
 }
 
