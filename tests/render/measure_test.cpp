@@ -151,6 +151,28 @@ TEST(MaxError, HoldsAgainstTheReferencesAreaMeans) {
     EXPECT_GT(compare(r.image, truth).luvP99, 2);
 }
 
+// A second picture whose rays are the first one's goes on from its samples: none is taken twice.
+TEST(MaxError, GoesOnFromSamplesOfTheSameRays) {
+    Scene scene = sceneOf("torso", "vessels", {56, 44});
+    Ledger ram("RAM", "--ram", std::size_t{64} << 20);
+    scene.camera = cameraNumber(1, StoreReader(storePath("torso"), ram).info(), scene.imageSize);
+    scene.quality.maxError = 12;
+    scene.quality.pixels.samples = PixelSampling::kAutomatic;
+    const RenderResult r = drawn(scene, EngineKind::native, Verify::full);
+    EXPECT_EQ(r.shortfall, "");
+    ASSERT_EQ(r.rounds, 2);
+    Scene once = scene; // as many samples of each pixel as it has in the mean
+    once.quality.maxError.reset();
+    once.quality.automaticStep = false;
+    once.quality.stepVoxels = r.stepVoxels;
+    once.quality.integrator = r.integrator;
+    once.quality.pixels.samples = 16;
+    const RenderResult all = drawn(once, EngineKind::native, Verify::none);
+    const double perSample = static_cast<double>(all.work.segments) / 16;
+    EXPECT_LT(static_cast<double>(r.work.segments), 0.9 * perSample * r.pixels.taken)
+        << "they go to short rays";
+}
+
 // A picture with as many samples as the truth begins with: where the truth is noisier than the picture's
 // largest errors, it gets more, and tells what these are.
 TEST(MeasuredErrors, NoisyPixelsOfTheTruthGetMoreSamples) {
