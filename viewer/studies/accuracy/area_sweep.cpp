@@ -45,7 +45,10 @@ Scene withSamples(Scene scene, int samples, double step) {
 } // namespace
 
 AreaSweep runAreaSweep(const NamedScene& scene, const SweepOptions& options) {
-    AreaSweep sweep{scene.name, scene.about, {}, 0, {}};
+    AreaSweep sweep;
+    sweep.scene = scene.name, sweep.about = scene.about;
+    sweep.truthSamples = options.effort.quick ? 64 : 256;
+    sweep.repeats = options.effort.quick ? 1 : 3;
     Drawer drawer(scene, options);
     Scene asked = scene.scene;
     const int most = options.effort.quick ? 64 : 160,
@@ -61,13 +64,13 @@ AreaSweep runAreaSweep(const NamedScene& scene, const SweepOptions& options) {
     sweep.stepVoxels = found.stepVoxels;
     asked.quality.integrator = found.integrator;
     Scene best =
-        withSamples(asked, options.effort.quick ? 64 : 256,
-                    std::max(1.0 / 64, std::min(sweep.stepVoxels, kSteps[std::size(kSteps) - 1]) / 4));
+        withSamples(asked, sweep.truthSamples,
+                    std::max(1.0 / 64, std::min(sweep.stepVoxels, kSteps[std::size(kSteps) - 1]) / 2));
     best.quality.pixels.seed = 1; // not that of any other
     const Image truth = drawer.draw(best).image;
     const auto measure = [&](const std::string& method, const std::string& setting, const Scene& now) {
         AreaPoint point{method, setting, 0, 1, 0, 0};
-        for (int turn = 0; turn < (options.effort.quick ? 1 : 3); ++turn) {
+        for (int turn = 0; turn < sweep.repeats; ++turn) {
             const RenderResult r = drawer.draw(now);
             const double ms = 1000 * r.secondsDrawing;
             point.ms = turn == 0 ? ms : std::min(point.ms, ms);
@@ -93,15 +96,21 @@ bench::Report areaSection(const std::vector<AreaSweep>& sweeps) {
     bench::Report report;
     report.name = "pixels";
     report.title = "Samples of a pixel";
-    report.text = {"What a pixel should show is the mean over its area. The truth here is the mean of 256 "
-                   "samples of each pixel "
-                   "through the finest level, with a quarter of the shortest step and exact fetches; "
-                   "pictures have at most 160 "
-                   "pixels an axis and are drawn by the native engine. *one ray*: through each pixel's "
-                   "middle, with shorter and "
-                   "shorter steps; *uniform*: as many samples of every pixel, at the step that the scene "
-                   "takes by itself; "
-                   "*auto*: samples where pixels need them. Times are the least of three, of drawing alone."};
+    const AreaSweep like = sweeps.empty() ? AreaSweep() : sweeps.front();
+    int most = 0;
+    for (const AreaSweep& sweep : sweeps)
+        most = std::max({most, sweep.imageSize.x, sweep.imageSize.y});
+    report.text = {
+        "What a pixel should show is the mean over its area. The truth here is the mean of " +
+        std::to_string(like.truthSamples) +
+        " samples of each pixel through the finest level, with half of the shortest step and exact "
+        "fetches; pictures have at most " +
+        std::to_string(most) +
+        " pixels an axis and are drawn by the native engine. *one ray*: through each pixel's middle, "
+        "with shorter and shorter steps; *uniform*: as many samples of every pixel, at the step that "
+        "the scene takes by itself; *auto*: samples where pixels need them. Times are of drawing "
+        "alone" +
+        std::string(like.repeats > 1 ? ", the least of " + std::to_string(like.repeats) : "") + "."};
     bench::Table table{"pixels",
                        "Error against the mean over pixels' areas, and time:",
                        {"scene", "method", "setting", "samples a pixel", "ms", "rms", "L*u*v* p99"},

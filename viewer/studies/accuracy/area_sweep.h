@@ -22,12 +22,14 @@ struct AreaSweep {
     std::string scene, about;
     glm::ivec2 imageSize{0};
     double stepVoxels = 0; // of uniform samples and auto
+    int truthSamples = 0;  // of each pixel
+    int repeats = 0;       // of each time
     std::vector<AreaPoint> points;
 };
 
 /// On the native engine, at most 160 pixels an axis (64 where options.effort.quick); the truth is the mean of
-/// 256 samples with a quarter of the shortest step (64 where quick). Throws InputError where the budgets are
-/// too short.
+/// 256 samples (64 where quick) with half of the shortest step. Throws InputError where the budgets are too
+/// short.
 AreaSweep runAreaSweep(const NamedScene& scene, const SweepOptions& options);
 
 /// A table and a figure of work and precision for each scene.
