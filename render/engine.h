@@ -81,6 +81,8 @@ class RayCaster {
     /// Filters samples exactly from now on, whatever the scene says; begin() must follow. False where it does
     /// so anyway.
     virtual bool fetchExactly() { return false; }
+    /// As the scene says, again; begin() must follow.
+    virtual void fetchAsAsked() {}
     /// Makes maps of empty space finer where that pays; all bricks must be there. Returns the cells that were
     /// looked at.
     virtual std::size_t refine() { return 0; }

@@ -48,12 +48,14 @@ struct SamplesDrawn {
     AreaPicture picture;
 };
 
-/// Every pixel the mean of its samples.
-void drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, const RenderOptions& options,
+/// Every pixel the mean of its samples. Returns whether it went on from earlier ones.
+bool drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, const RenderOptions& options,
                const PixelGoal& goal, std::optional<SamplesDrawn>& samples, Progress& progress,
                RenderResult& result) {
     RaysDrawn these(p);
-    if (samples && samples->rays == these && p.view.quality.pixels.samples == PixelSampling::kAutomatic)
+    const bool goesOn =
+        samples && samples->rays == these && p.view.quality.pixels.samples == PixelSampling::kAutomatic;
+    if (goesOn)
         samples->picture.goOn(goal);
     else
         samples =
@@ -72,6 +74,7 @@ void drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, const Rend
     }
     result.image = picture.image();
     result.pixels = picture.report();
+    return goesOn;
 }
 
 /// What the selection came to; after it is final.
@@ -90,7 +93,8 @@ void report(const ScenePlan& p, RenderResult& result) {
 }
 
 /// The picture of a plan, by any engine: bricks are brought, a step is chosen, rays are drawn, errors told.
-void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, Ledger& gpu,
+/// Returns whether it went on from samples that were there.
+bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, Ledger& gpu,
                  const RenderOptions& options, int round, const PixelGoal& goal,
                  std::optional<SamplesDrawn>& samples, Progress& progress, RenderResult& result) {
     progress.stage("loading bricks");
@@ -119,8 +123,9 @@ void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     }
     progress.stage("drawing");
     const bool areas = p.view.quality.pixels.samples != 1;
+    bool wentOn = false;
     if (areas) {
-        drawAreas(*caster, engine, p, options, goal, samples, progress, result);
+        wentOn = drawAreas(*caster, engine, p, options, goal, samples, progress, result);
     } else {
         Slicing slicing = options.slicing;
         slicing.progress = progress.shares();
@@ -153,11 +158,13 @@ void drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
                                  decides ? ErrorGoal::kMostRounds : 1,
                                  options.threads,
                                  options.slicing};
+        caster->fetchAsAsked(); // estimates fetched exactly
         result.measured = measurePicture(drawn, p, engine, caster, ram, gpu);
     }
     result.secondsChecking = secondsSince(checking);
     if (const std::string fault = engine.fault(); !fault.empty())
         throw Error(fault);
+    return wentOn;
 }
 
 /// Samples until every pixel's standard error is within what is asked, at any cost.
@@ -185,13 +192,14 @@ void drawUntilGoodEnough(const Scene& scene, ScenePlan& p, Engine& engine, Ledge
             progress.stage("choosing finer levels");
             chooseAgain(p, now, engine.limits(), ram, gpu, options.threads, options.levels);
         }
-        drawPicture(now, p, engine, ram, gpu, options, round, pixelGoal(target), samples, progress, result);
+        const bool wentOn = drawPicture(now, p, engine, ram, gpu, options, round, pixelGoal(target), samples,
+                                        progress, result);
         result.rounds = round + 1;
         const PictureMeasurement& m = *result.measured;
         const bool finest =
             result.bricksOfLevel[0] == result.residentBricks && result.stepVoxels <= StepSearch::kFinestStep;
         const bool most = scene.quality.pixels.samples != PixelSampling::kAutomatic ||
-                          (target < lastTarget && result.pixels.taken <= lastTaken);
+                          (wentOn && target < lastTarget && result.pixels.taken <= lastTaken);
         lastTarget = target, lastTaken = result.pixels.taken;
         const auto verdict = goal.judge(m.all, m.sampling, m.rays, finest, most);
         result.shortfall = goal.shortfall();

@@ -166,8 +166,11 @@ std::optional<Rays> AreaPicture::next() {
     }
     while (first_ == pixels_.size() && round_ < rounds())
         beginRound();
-    if (first_ == pixels_.size())
+    if (first_ == pixels_.size()) { // what follows, pixels that are drawn again, has this room
+        array_ = {}, pixels_ = {}, upTo_ = {};
+        first_ = 0;
         return std::nullopt;
+    }
     std::size_t rays = 0;
     forEachRun([&](std::uint32_t, int, int, int count) { rays += static_cast<std::size_t>(count); });
     arraySize_ = rayArraySize(rays);

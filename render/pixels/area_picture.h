@@ -35,7 +35,7 @@ struct PixelGoal {
 };
 
 /// Pixels to sample whatever their middles show, by number, ascending. It is asked once where pixels decide,
-/// after the middles; what it takes, 8 bytes a pixel, arrays of rays have not taken yet.
+/// after the middles; what it takes besides these, 8 bytes a pixel, arrays of rays have not taken yet.
 using Overlooked = std::function<std::vector<std::uint32_t>(const Image& middles)>;
 
 class AreaPicture {
@@ -45,8 +45,8 @@ class AreaPicture {
     AreaPicture(const Rays& picture, const PixelSampling& sampling, int threads = 0,
                 const PixelGoal& goal = {}, Overlooked overlooked = {});
 
-    /// Where pixels decide: goes on from what is there, until another goal is met. The same rays, and as many
-    /// of them as if nothing were there yet.
+    /// Where pixels decide: goes on from what is there, until another goal is met. As many more rays as the
+    /// goal has, and one for every pixel that shows something.
     void goOn(const PixelGoal& goal);
 
     /// The rays to draw next, to their end; none: the picture is done. They read what is kept here.

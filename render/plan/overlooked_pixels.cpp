@@ -35,13 +35,15 @@ class Projector {
           distance_(plane.perspective ? glm::dot(plane.toCentre, plane.forward) : 1) {
         const glm::dmat3 linear(info.patientFromVoxel);
         for (int axis = 0; axis < 3; ++axis)
-            halfOfVoxel_ += 0.5 * glm::abs(inView(linear[axis]));
+            halfOfVoxel_[axis] = 0.5 * glm::abs(inView(linear[axis]));
     }
-    /// Empty where it lies beside the picture, or around the eye or behind it.
-    PixelBox of(const glm::dvec3& middleVoxel, double voxels, bool& large) const {
-        const glm::dvec3 place(patientFromVoxel_ * glm::dvec4(middleVoxel, 1));
+    /// Of voxels from low up to, not with, high. Empty where it lies beside the picture, or around the eye or
+    /// behind it.
+    PixelBox of(const glm::ivec3& lowVoxel, const glm::ivec3& highVoxel, bool& large) const {
+        const glm::dvec3 middle = 0.5 * glm::dvec3(lowVoxel + highVoxel), voxels(highVoxel - lowVoxel);
+        const glm::dvec3 place(patientFromVoxel_ * glm::dvec4(middle, 1));
         const glm::dvec3 at = inView(place - (plane_.perspective ? eye_ : plane_.centre));
-        const glm::dvec3 half = voxels * halfOfVoxel_;
+        const glm::dvec3 half = halfOfVoxel_ * voxels;
         glm::dvec2 low(at - half), high(at + half);
         if (plane_.perspective) {
             const double nearest = at.z - half.z, farthest = at.z + half.z;
@@ -69,7 +71,7 @@ class Projector {
     glm::dmat4 patientFromVoxel_;
     glm::dvec3 right_, up_, eye_;
     double distance_;
-    glm::dvec3 halfOfVoxel_{0};
+    glm::dmat3 halfOfVoxel_{0}; // along the view, a column an axis of voxels
 };
 
 /// How many pixels of a box show something, from sums over all that lie above and to the left.
@@ -111,33 +113,32 @@ std::vector<std::uint32_t> overlookedPixels(const ScenePlan& plan, const Image& 
     const ShownPixels shown(middles);
     const glm::ivec3 bricks = brickGrid(info.extentVoxels);
     std::vector<bool> isOverlooked(middles.pixels.size(), false);
-    bool any = false;
+    std::size_t count = 0;
     for (std::size_t b = 0; b < cells.masks().size(); ++b) {
         if (cells.masks()[b] == 0)
             continue;
         const glm::ivec3 first = gridPosition(b, bricks) * kBrickExtent;
         bool large = false;
-        const PixelBox all = projector.of(glm::dvec3(first) + 0.5 * kBrickExtent, kBrickExtent, large);
-        if (all.empty())
-            continue;
         for (std::uint64_t mask = cells.masks()[b]; mask != 0; mask &= mask - 1) {
             const int bit = std::countr_zero(mask);
-            const glm::ivec3 cell(bit & 3, bit >> 2 & 3, bit >> 4);
-            const PixelBox box =
-                projector.of(glm::dvec3(first + cell * kCellExtent) + 0.5 * kCellExtent, kCellExtent, large);
+            const glm::ivec3 low = first + glm::ivec3(bit & 3, bit >> 2 & 3, bit >> 4) * kCellExtent;
+            const PixelBox box = projector.of(low, glm::min(low + kCellExtent, info.extentVoxels), large);
             if (box.empty() || shown.any(box))
                 continue;
             const bool clipped = glm::any(glm::lessThanEqual(box.high - box.low, glm::ivec2(1)));
             if (large && !clipped)
                 continue;
-            any = true;
             for (int y = box.low.y; y < box.high.y; ++y)
-                for (int x = box.low.x; x < box.high.x; ++x)
-                    isOverlooked[linearIndex({x, y, 0}, {size, 1})] = true;
+                for (int x = box.low.x; x < box.high.x; ++x) {
+                    const std::size_t pixel = linearIndex({x, y, 0}, {size, 1});
+                    count += isOverlooked[pixel] ? 0 : 1;
+                    isOverlooked[pixel] = true;
+                }
         }
     }
     std::vector<std::uint32_t> pixels;
-    for (std::uint32_t i = 0; any && i < isOverlooked.size(); ++i)
+    pixels.reserve(count);
+    for (std::uint32_t i = 0; count > 0 && i < isOverlooked.size(); ++i)
         if (isOverlooked[i])
             pixels.push_back(i);
     return pixels;

@@ -108,6 +108,16 @@ TEST(SampledScenes, AVolumeThatClipsATilesCornerIsSampledLikeAnyOther) {
 // What reaches into the picture by less than half a pixel no middle meets.
 TEST(SampledScenes, AVolumeThatClipsThePicturesEdgeIsSampledLikeAnyOther) {
     const Stored cube([](const glm::dvec3&) { return 1000.0; }, glm::ivec3(16), true); // 5.33 pixels wide
+    {
+        // Its last cell is a voxel of eight, and its pixels are small: the cell is large, but not what is
+        // there.
+        const Stored odd([](const glm::dvec3&) { return 1000.0; }, glm::ivec3(33), true);
+        const Scene scene =
+            sceneAt(odd, {0.3 - 16.5 * 2, 24.2}, 0.5, 0, {{0, 2}, {2000, 2}}); // 66 pixels wide
+        const Image truth = truthOf(scene), image = drawn(scene).image;
+        ASSERT_GT(truth.at(0, 24).a, 0.1f);
+        EXPECT_NEAR(image.at(0, 24).a, truth.at(0, 24).a, 0.5f * truth.at(0, 24).a);
+    }
     for (const double inside : {0.15, 0.3, 0.45})
         for (const glm::dvec2& middle :
              {glm::dvec2(inside - 8.0 / 3, 24.2), glm::dvec2(31.7, inside - 8.0 / 3),

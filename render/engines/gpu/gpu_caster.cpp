@@ -4,6 +4,8 @@
 #include "core/error.h"
 #include "render/engines/gpu/fine_mask.h"
 
+#include <utility>
+
 namespace tessera {
 namespace {
 
@@ -54,8 +56,16 @@ bool GpuCaster::fetchExactly() {
     if (!(features_ & kFeatureHardware))
         return false;
     features_ &= ~std::uint32_t{kFeatureHardware};
+    filtersAgain_ = true;
     march_.setFeatures(features_, scene_.volume.optics);
     return true;
+}
+
+void GpuCaster::fetchAsAsked() {
+    if (!std::exchange(filtersAgain_, false))
+        return;
+    features_ |= kFeatureHardware;
+    march_.setFeatures(features_, scene_.volume.optics);
 }
 
 std::size_t GpuCaster::refine() {

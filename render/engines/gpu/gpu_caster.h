@@ -26,6 +26,7 @@ class GpuCaster : public RayCaster {
     void functionChanged() override;
     void emptySpaceChanged() override { mapIsNew_ = true; }
     bool fetchExactly() override;
+    void fetchAsAsked() override;
     std::size_t refine() override;
     std::uint32_t features() const override { return features_; }
 
@@ -35,7 +36,8 @@ class GpuCaster : public RayCaster {
     const ScenePlan& scene_;
     const GpuEngine& engine_;
     Ledger& gpu_;
-    std::uint32_t features_; // the integrator's included
+    std::uint32_t features_;    // the integrator's included
+    bool filtersAgain_ = false; // fetchExactly() took filters away
     bool mapIsNew_ = false;
     March march_;
 };

@@ -19,7 +19,7 @@ using native::SampleKind;
 constexpr int kBlocks = 4; // of a cell along an axis
 constexpr int kBlockExtent = kCellExtent / kBlocks;
 constexpr int kMostSamples = 10; // along a cell: its 8 of level 0, and one on both sides
-constexpr int kPoints = 9;       // where planes between voxels cut an edge of a cell
+constexpr int kPoints = 9;       // planes between voxels along a cell, both its faces included
 constexpr int kRow = 12;         // floats of a row of points
 
 /// Samples of a level that the field in a cell is made of, along one axis.
@@ -32,7 +32,7 @@ struct Window {
     }
 };
 
-/// Where planes between voxels lie among a window of samples, of a coarser level.
+/// Places of the planes between a cell's voxels in a window of samples of a coarser level, in samples.
 struct PointsAlong {
     int low[kPoints];
     float part[kPoints];

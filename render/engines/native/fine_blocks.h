@@ -1,7 +1,6 @@
 // render/engines/native/fine_blocks.h: which blocks of 2^3 voxels of an occupied cell can show anything: bits
-// of the map of empty space (render/empty_space/distance_map.h), from the samples that the engine holds. The
-// range of a block is that of the field itself, at the points where trilinear interpolation can be extreme:
-// sample centres and the block's faces.
+// of the map of empty space (render/empty_space/distance_map.h), from the samples that the engine holds
+// (block_ranges.h).
 #pragma once
 
 #include "bricking/statistics/statistics.h"
