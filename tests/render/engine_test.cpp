@@ -171,6 +171,34 @@ TEST(Engines, ADeadlineChangesNoPicture) {
     }
 }
 
+// Who fetches exactly for a while leaves the device's filter as it was.
+TEST(Engines, FiltersAreWhatTheyWereAfterExactFetches) {
+    const GlContext context({"software"});
+    Ledger ram("RAM", "--ram", std::size_t{64} << 20);
+    Scene scene = sceneOn(StoreReader(storePath("torso"), ram).info(), "bone", 0, {24, 24});
+    scene.quality.fetch = Fetch::hardware;
+    Prepared prepared("torso", scene);
+    GpuEngine gpu(context, prepared.budgets.gpu, prepared.budgets.ram);
+    Work work;
+    bringBricks(gpu, prepared.p, prepared.budgets.ram, prepared.budgets.gpu, work);
+    GpuCaster caster(prepared.p, gpu, CasterOptions{}, prepared.budgets.gpu);
+    const auto picture = [&] {
+        caster.begin(raysOf(prepared.p));
+        drawToTheEnd(caster, gpu, prepared.p, {}, work);
+        return caster.image();
+    };
+    const std::uint32_t asked = caster.features();
+    ASSERT_TRUE(asked & kFeatureHardware);
+    const Image filtered = picture();
+    EXPECT_TRUE(caster.fetchExactly());
+    EXPECT_FALSE(caster.features() & kFeatureHardware);
+    const Image exact = picture();
+    EXPECT_FALSE(bitEqual(exact, filtered));
+    caster.fetchAsAsked();
+    EXPECT_EQ(caster.features(), asked);
+    EXPECT_TRUE(bitEqual(picture(), filtered));
+}
+
 TEST(Engines, TheReferenceIsCutLikewise) {
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();

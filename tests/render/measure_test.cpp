@@ -108,29 +108,6 @@ TEST(MeasuredErrors, OfLevelsAreSmallWherePixelsAreLarge) {
     EXPECT_GT(coarse.measured->rays.rms->value, 3 * r.measured->rays.rms->value);
 }
 
-// Filtered fetches are the picture's, and so part of what its rays err by, not of what its samples do.
-TEST(MeasuredErrors, TellFilteringFromSampling) {
-    Scene scene = sceneOf("torso", "vessels", {40, 32});
-    scene.quality.pixels.samples = 16;
-    scene.quality.stepVoxels = 0.125;
-    scene.quality.fetch = Fetch::hardware;
-    Ledger ram("RAM", "--ram", std::size_t{256} << 20),
-        gpu("GPU memory", "--gpu-memory", std::size_t{256} << 20);
-    const StoreReader reader(scene.volumes[0].path, ram);
-    RenderOptions options;
-    options.engine = EngineKind::gpu;
-    options.device.text = "software";
-    options.checking = true; // estimates, which fetch exactly, come first
-    options.verify = Verify::full;
-    const RenderResult r = renderScene(scene, reader, ram, gpu, options);
-    Scene exact = scene;
-    exact.quality.fetch = Fetch::exact;
-    const double filtering = compare(r.image, drawn(exact, EngineKind::gpu, Verify::none).image).rms;
-    ASSERT_TRUE(r.measured && r.measured->rays.rms);
-    printf("filtering %g rays %g\n", filtering, r.measured->rays.rms->value);
-    EXPECT_GT(r.measured->rays.rms->value, 0.8 * filtering);
-}
-
 // Rays that end with a tenth of the light left: the truth's do not.
 TEST(MeasuredErrors, CountWhatEndedRaysLeaveOut) {
     Scene scene = sceneOf("torso", "skin", {48, 48});
