@@ -33,9 +33,9 @@ glm::dvec3 luvOf(const glm::vec4& pixel) {
     return luvFromLinear(glm::clamp(glm::dvec3(pixel), glm::dvec3(0.0), glm::dvec3(1.0)));
 }
 
-/// What the truth is off by besides its noise, as a part of an error: mostly what a quarter of the step leaves
-/// of the step's own error. Pictures drawn again whole, where nothing else is left, measured up to 3.4 %
-/// beside the true errors.
+/// What the truth is off by besides its noise, as a part of an error: mostly what a quarter of the step
+/// leaves of the step's own error. Pictures drawn again whole, where nothing else is left, measured up to 3.4
+/// % beside the true errors.
 constexpr double kTruthsOwn = 0.035;
 
 void widen(MeasuredErrors& errors) {
