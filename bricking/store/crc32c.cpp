@@ -1,5 +1,5 @@
-// bricking/store/crc32c.cpp: by the instruction for it where the processor has one, which takes a fifth of
-// the time; else eight bytes a step through eight tables made at compile time.
+// bricking/store/crc32c.cpp: by the instruction for it where the processor has one; else eight bytes a step
+// through eight tables made at compile time.
 #include "bricking/store/crc32c.h"
 
 #include <array>

@@ -491,10 +491,10 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
     command
         ->add_option(
             "--max-error", a->maxError,
-            "error to stay below (L*u*v*, 99th percentile, predicted for levels and estimated for steps): "
-            "takes "
-            "levels, step and integrator that cost the least, in as many passes as the budget needs; 0: the "
-            "finest levels that a pixel can show (default: the best that fits at once)")
+            "error to stay below (L*u*v*, 99th percentile; measured, or with --verify none predicted): takes "
+            "levels, step, integrator and samples that cost the least, in as many passes as the budget "
+            "needs; "
+            "0: the finest levels that a pixel can show (default: the best that fits at once)")
         ->check(numberWithin(0, std::numeric_limits<double>::max(), "a number from 0 on"));
     command->add_option(
         "--first", a->first,
@@ -525,7 +525,9 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
                         "how surfaces are found for shading: " + joinNames(gradientNames()) +
                             " (default: central)");
     command->add_flag("--no-shading", a->noShading, "colours as the transfer function has them");
-    command->add_flag("--no-skipping", a->noSkipping, "sample empty space too; the picture is the same");
+    command->add_flag("--no-skipping", a->noSkipping,
+                      "sample empty space too; the picture is the same, but where --samples auto asks empty "
+                      "space where to look");
     command->add_option("--verify", a->verify,
                         "draw some pixels again as they should be and say how wrong the picture is: " +
                             joinNames(verifyNames()) + " (default: quick)");

@@ -59,6 +59,11 @@ void take(const glm::ivec3& count, float scale, float offset, const Sample& samp
         }
 }
 
+/// From a sample of a brick to the next along an axis, samples.
+std::int64_t pitchAlong(const HostPlane& plane, int level, int axis) {
+    return axis == 0 ? 1 : axis == 1 ? plane.rowPitch(level) : plane.slicePitch(level);
+}
+
 template <typename Visit> void withSamples(const HostPlane& plane, const Visit& visit) {
     switch (plane.kind()) {
     case SampleKind::i16:
@@ -162,9 +167,7 @@ void BlockRanges::rangesOfBrick(const glm::ivec3& at, const glm::ivec3& firstVox
     for (int axis = 0; axis < 3; ++axis) {
         const Window window(firstVoxel[axis], level);
         count[axis] = window.count;
-        const std::int64_t pitch = axis == 0   ? 1
-                                   : axis == 1 ? plane_.rowPitch(level)
-                                               : plane_.slicePitch(level);
+        const std::int64_t pitch = pitchAlong(plane_, level, axis);
         for (int n = 0; n < window.count; ++n)
             offsets[axis][n] =
                 pitch * std::clamp(window.first + n - at[axis] * edge, least[axis], last[axis]);
@@ -189,9 +192,7 @@ void BlockRanges::rangesOfLevel(int level, const glm::ivec3& firstVoxel, CellRan
     for (int axis = 0; axis < 3; ++axis) {
         const Window window(firstVoxel[axis], level);
         count[axis] = window.count;
-        const std::int64_t pitch = axis == 0   ? 1
-                                   : axis == 1 ? plane_.rowPitch(level)
-                                               : plane_.slicePitch(level);
+        const std::int64_t pitch = pitchAlong(plane_, level, axis);
         const std::int64_t ofBricks = axis == 0   ? 1
                                       : axis == 1 ? plane_.grid().x
                                                   : plane_.grid().x * plane_.grid().y;
