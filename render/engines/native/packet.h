@@ -136,6 +136,19 @@ struct CellRanges {
     float low, high;
 };
 
+/// Samples that are lit side by side.
+constexpr int kOcclusionRun = 16;
+/// Where a ray of occlusion reads: between four samples of a layer of the lattice.
+struct OcclusionStep {
+    std::int32_t offset = 0; // of the first of them from the sample that is lit
+    float weight[4] = {};    // of it, of those strideA and strideB on, and of the one across
+};
+struct OcclusionPath {
+    const OcclusionStep* steps = nullptr;
+    std::int32_t count = 0, strideA = 0, strideB = 0;
+    float share = 0; // of half a step in the mean over all rays
+};
+
 using PacketMarch = void (*)(const PacketScene&, PacketJob&);
 
 /// What was compiled for one set of instructions.
@@ -147,6 +160,11 @@ struct PacketTarget {
     /// Through places on the picture, a lane each: x right, y down, pixels.
     void (*rays)(const PacketFrame&, const PacketPlaces&, PacketJob&) = nullptr;
     void (*cellRanges)(const CellSamples&, CellRanges&) = nullptr;
+    /// Of a step through samples of an extinction. @param count  a multiple of kOcclusionRun
+    void (*opacities)(const float* extinction, int count, float stepMm, float* out) = nullptr;
+    /// Adds the light that gets to each of a run of samples. @param opacity  of the first one, of paths whose
+    /// steps are of one length
+    void (*occlude)(const float* opacity, const OcclusionPath* paths, int count, float* light) = nullptr;
     /// For measurements: what taking trilinear samples costs and nothing else: so many turns along rays
     /// inside a brick of level 0. Adds the values to job.colour[0].
     void (*bareSamples)(const PacketScene&, const std::int32_t (&brick)[3], int turns,

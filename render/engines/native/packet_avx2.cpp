@@ -1,6 +1,7 @@
 // render/engines/native/packet_avx2.cpp: packets of rays for AVX2 (x86-64-v3).
 #define TESSERA_LANES lanes_avx2
 #include "render/engines/native/packet_blocks.h"
+#include "render/engines/native/packet_light.h"
 #include "render/engines/native/packet_march.h"
 #include "render/engines/native/packet_rays.h"
 
@@ -12,6 +13,8 @@ const PacketTarget kAvx2Target{"avx2",
                                lanes_avx2::chooseMarch,
                                lanes_avx2::makeRays,
                                lanes_avx2::cellRanges,
+                               lanes_avx2::opacities,
+                               lanes_avx2::occlude,
                                lanes_avx2::bareSamples};
 
 } // namespace tessera::native

@@ -1,6 +1,7 @@
 // render/engines/native/packet_avx512.cpp: packets of rays for AVX-512 (x86-64-v4).
 #define TESSERA_LANES lanes_avx512
 #include "render/engines/native/packet_blocks.h"
+#include "render/engines/native/packet_light.h"
 #include "render/engines/native/packet_march.h"
 #include "render/engines/native/packet_rays.h"
 
@@ -12,6 +13,8 @@ const PacketTarget kAvx512Target{"avx512",
                                  lanes_avx512::chooseMarch,
                                  lanes_avx512::makeRays,
                                  lanes_avx512::cellRanges,
+                                 lanes_avx512::opacities,
+                                 lanes_avx512::occlude,
                                  lanes_avx512::bareSamples};
 
 } // namespace tessera::native

@@ -1,6 +1,7 @@
 // render/engines/native/packet_baseline.cpp: packets of rays for what every processor of its kind has.
 #define TESSERA_LANES lanes_baseline
 #include "render/engines/native/packet_blocks.h"
+#include "render/engines/native/packet_light.h"
 #include "render/engines/native/packet_march.h"
 #include "render/engines/native/packet_rays.h"
 
@@ -12,6 +13,8 @@ const PacketTarget kBaselineTarget{"baseline",
                                    lanes_baseline::chooseMarch,
                                    lanes_baseline::makeRays,
                                    lanes_baseline::cellRanges,
+                                   lanes_baseline::opacities,
+                                   lanes_baseline::occlude,
                                    lanes_baseline::bareSamples};
 
 } // namespace tessera::native

@@ -1,0 +1,87 @@
+// render/light/directions.cpp: see directions.h.
+#include "render/light/directions.h"
+
+#include "core/error.h"
+
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+namespace tessera {
+namespace {
+
+using Face = std::array<glm::dvec3, 3>;
+
+std::vector<Face> tetrahedron() {
+    const glm::dvec3 a(1, 1, 1), b(1, -1, -1), c(-1, 1, -1), d(-1, -1, 1);
+    return {{a, b, c}, {a, b, d}, {a, c, d}, {b, c, d}};
+}
+
+std::vector<Face> octahedron() {
+    std::vector<Face> faces;
+    for (int n = 0; n < 8; ++n)
+        faces.push_back({glm::dvec3((n & 1) != 0 ? -1 : 1, 0, 0), glm::dvec3(0, (n & 2) != 0 ? -1 : 1, 0),
+                         glm::dvec3(0, 0, (n & 4) != 0 ? -1 : 1)});
+    return faces;
+}
+
+/// Its corners are those of three golden rectangles; three corners that are nearest to one another are a
+/// face.
+std::vector<Face> icosahedron() {
+    const double g = (1 + std::sqrt(5.0)) / 2;
+    std::vector<glm::dvec3> corners;
+    for (const double s : {-1.0, 1.0})
+        for (const double t : {-g, g}) {
+            corners.emplace_back(0, s, t);
+            corners.emplace_back(s, t, 0);
+            corners.emplace_back(t, 0, s);
+        }
+    const auto areNear = [&](std::size_t i, std::size_t j) {
+        return glm::distance(corners[i], corners[j]) < 2.1; // edges are 2 long
+    };
+    std::vector<Face> faces;
+    for (std::size_t i = 0; i < corners.size(); ++i)
+        for (std::size_t j = i + 1; j < corners.size(); ++j)
+            for (std::size_t k = j + 1; k < corners.size(); ++k)
+                if (areNear(i, j) && areNear(j, k) && areNear(i, k))
+                    faces.push_back({corners[i], corners[j], corners[k]});
+    return faces;
+}
+
+/// Faces of the solid that has 4^n times as few; n.
+int halvings(int count, int faces) {
+    int n = 0;
+    for (; count > faces && count % 4 == 0; count /= 4)
+        ++n;
+    return count == faces ? n : -1;
+}
+
+} // namespace
+
+bool isDirectionCount(int count) {
+    return halvings(count, 4) >= 0 || halvings(count, 8) >= 0 || halvings(count, 20) >= 0;
+}
+
+std::vector<glm::dvec3> sphereDirections(int count) {
+    TESSERA_CHECK(isDirectionCount(count));
+    std::vector<Face> faces = halvings(count, 4) >= 0   ? tetrahedron()
+                              : halvings(count, 8) >= 0 ? octahedron()
+                                                        : icosahedron();
+    while (faces.size() < static_cast<std::size_t>(count)) {
+        std::vector<Face> finer;
+        for (const Face& f : faces) {
+            const glm::dvec3 a = glm::normalize(f[0]), b = glm::normalize(f[1]), c = glm::normalize(f[2]);
+            const glm::dvec3 ab = glm::normalize(a + b), bc = glm::normalize(b + c),
+                             ca = glm::normalize(c + a);
+            for (const Face& quarter : {Face{a, ab, ca}, Face{ab, b, bc}, Face{ca, bc, c}, Face{ab, bc, ca}})
+                finer.push_back(quarter);
+        }
+        faces = std::move(finer);
+    }
+    std::vector<glm::dvec3> directions;
+    for (const Face& f : faces)
+        directions.push_back(glm::normalize(f[0] + f[1] + f[2]));
+    return directions;
+}
+
+} // namespace tessera

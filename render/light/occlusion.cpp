@@ -1,0 +1,280 @@
+// render/light/occlusion.cpp: see occlusion.h.
+#include "render/light/occlusion.h"
+
+#include "core/brick.h"
+#include "core/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tessera {
+namespace {
+
+constexpr int kRun = native::kOcclusionRun;
+constexpr int kRunsPerRow = kChunkExtent / kRun;
+constexpr int kAround = 2; // samples that a value near a sample is interpolated from, levels mixed or not
+
+int roundedUp(int n, int to) {
+    return (n + to - 1) / to * to;
+}
+std::size_t runIndex(int run, int y, int z) {
+    constexpr int kEdge = kChunkExtent + 2 * kAround;
+    return static_cast<std::size_t>((z * kEdge + y) * kRunsPerRow + run);
+}
+
+} // namespace
+
+OcclusionRoom::OcclusionRoom(const glm::ivec3& reach)
+    : reach(glm::max(reach, glm::ivec3(kAround))), size(kChunkExtent + 2 * this->reach) {
+    size.x = roundedUp(size.x + 1, kRun); // a step reads a sample further
+    const std::size_t samples = cellCount(size + glm::ivec3(0, 1, 1));
+    extinction.resize(samples);
+    opacity.resize(samples);
+    constexpr int kEdge = kChunkExtent + 2 * kAround;
+    low.resize(static_cast<std::size_t>(kEdge * kEdge * kRunsPerRow));
+    high.resize(low.size());
+    light.resize(cellCount(glm::ivec3(kChunkExtent)));
+}
+
+std::size_t OcclusionRoom::bytes(const glm::ivec3& reach) {
+    glm::ivec3 size = kChunkExtent + 2 * glm::max(reach, glm::ivec3(kAround));
+    size.x = roundedUp(size.x + 1, kRun);
+    constexpr int kEdge = kChunkExtent + 2 * kAround;
+    return sizeof(float) * (2 * cellCount(size + glm::ivec3(0, 1, 1)) + cellCount(glm::ivec3(kChunkExtent)) +
+                            std::size_t{2} * kEdge * kEdge * kRunsPerRow);
+}
+
+Occluder::Occluder(const VolumeInfo& info, const Statistics& statistics, const Occlusion& occlusion,
+                   const native::PacketTarget* target)
+    : info_(info), statistics_(statistics), target_(target ? *target : native::packetTarget()),
+      finest_(occlusionLevel(occlusion, info)) {
+    for (int level = finest_; level < kLevelCount; ++level)
+        rays_[static_cast<std::size_t>(level)] = occlusionRays(occlusion, info, level);
+}
+
+void Occluder::setFunction(const TransferTable& table, const Optics& optics) {
+    table_ = &table;
+    optics_ = &optics;
+    extinctionOf_.clear();
+    const auto fill = [&](int lowest, int highest) {
+        for (int stored = lowest; stored <= highest; ++stored)
+            extinctionOf_.push_back(lookUp(optics, static_cast<float>(stored)).a);
+    };
+    if (info_.type == ValueType::u8)
+        fill(0, 255);
+    else if (info_.type == ValueType::i16)
+        fill(-32768, 32767);
+    else if (info_.type == ValueType::u16)
+        fill(0, 65535);
+}
+
+glm::ivec3 Occluder::mostReach() const {
+    glm::ivec3 most(0);
+    for (const OcclusionRays& rays : rays_)
+        most = glm::max(most, rays.reach);
+    return most;
+}
+
+/// Of all that a chunk holds and of a voxel around it. Means lie between what they are means of.
+Occluder::Range Occluder::rangeOf(const ChunkKey& chunk) const {
+    const glm::ivec3 low = glm::ivec3(chunk.i, chunk.j, chunk.k) << chunk.level;
+    const glm::ivec3 high = glm::min(low + (1 << chunk.level), statistics_.bricks);
+    Range range;
+    for (int z = low.z; z < high.z; ++z)
+        for (int y = low.y; y < high.y; ++y)
+            for (int x = low.x; x < high.x; ++x) {
+                const std::size_t b = linearIndex({x, y, z}, statistics_.bricks);
+                range.low = std::min(range.low, statistics_.brickMin[b]);
+                range.high = std::max(range.high, statistics_.brickMax[b]);
+            }
+    return range;
+}
+
+bool Occluder::isEmpty(const Range& range) const {
+    const double a = info_.rescaleSlope * range.low + info_.rescaleIntercept;
+    const double b = info_.rescaleSlope * range.high + info_.rescaleIntercept;
+    return table_->emptyOver(std::min(a, b), std::max(a, b));
+}
+
+namespace {
+
+/// Runs around which samples [low,high) lie: with the first of those, how many follow along x, and the range.
+template <typename Visit>
+void forEachRun(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3& high, OcclusionRoom& room,
+                const Visit& visit) {
+    constexpr int kEdge = kChunkExtent + 2 * kAround;
+    const glm::ivec3 near = first + room.reach - kAround; // from here on ranges are wanted
+    const glm::ivec3 from = glm::max(low, near), to = glm::min(high, near + kEdge);
+    for (int z = from.z; z < to.z; ++z)
+        for (int y = from.y; y < to.y; ++y)
+            for (int run = 0; run < kRunsPerRow; ++run) {
+                const int start = std::max(from.x, near.x + run * kRun);
+                const int end = std::min(to.x, near.x + (run + 1) * kRun + 2 * kAround);
+                const std::size_t index = runIndex(run, y - near.y, z - near.z);
+                if (start < end)
+                    visit(glm::ivec3(start, y, z), end - start, room.low[index], room.high[index]);
+            }
+}
+
+} // namespace
+
+/// Samples [low,high) of the level, all in one chunk. @param first  of the room
+template <typename Stored>
+void Occluder::readChunk(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3& high,
+                         const Chunk& chunk, OcclusionRoom& room) const {
+    const auto extinctionOf = [&](Stored stored) {
+        if constexpr (std::is_integral_v<Stored>)
+            return extinctionOf_[static_cast<std::size_t>(int(stored) -
+                                                          int(std::numeric_limits<Stored>::min()))];
+        else
+            return lookUp(*optics_, stored).a;
+    };
+    for (int z = low.z; z < high.z; ++z)
+        for (int y = low.y; y < high.y; ++y) {
+            float* const to =
+                room.extinction.data() + linearIndex(glm::ivec3(low.x, y, z) - first, room.size);
+            const auto* const from =
+                reinterpret_cast<const Stored*>(chunk.bytes.get()) +
+                linearIndex(glm::ivec3(low.x, y, z) & (kChunkExtent - 1), glm::ivec3(kChunkExtent));
+            for (int x = 0; x < high.x - low.x; ++x)
+                to[x] = extinctionOf(from[x]);
+        }
+    forEachRun(first, low, high, room, [&](const glm::ivec3& from, int count, float& least, float& most) {
+        const auto* const values = reinterpret_cast<const Stored*>(chunk.bytes.get()) +
+                                   linearIndex(from & (kChunkExtent - 1), glm::ivec3(kChunkExtent));
+        const auto [lowest, highest] = std::minmax_element(values, values + count);
+        least = std::min(least, static_cast<float>(*lowest));
+        most = std::max(most, static_cast<float>(*highest));
+    });
+}
+
+/// Of the voxels in and around a run of samples: what values near it can be, at its level and at finer ones.
+Occluder::Range Occluder::rangeAround(const glm::ivec3& sample, int level) const {
+    const glm::ivec3 low = glm::max(sample - kAround, glm::ivec3(0)) << level;
+    const glm::ivec3 high =
+        glm::min((sample + glm::ivec3(kRun, 1, 1) + kAround) << level, info_.extentVoxels) - 1;
+    const bool byCells = level < 3; // else bricks are fine enough
+    const glm::ivec3 grid = byCells ? statistics_.cells : statistics_.bricks;
+    const std::vector<float>& least = byCells ? statistics_.cellMin : statistics_.brickMin;
+    const std::vector<float>& most = byCells ? statistics_.cellMax : statistics_.brickMax;
+    const int shift = byCells ? 3 : 5;
+    Range range;
+    for (int z = low.z >> shift; z <= high.z >> shift; ++z)
+        for (int y = low.y >> shift; y <= high.y >> shift; ++y)
+            for (int x = low.x >> shift; x <= high.x >> shift; ++x) {
+                const std::size_t n = linearIndex({x, y, z}, grid);
+                range.low = std::min(range.low, least[n]);
+                range.high = std::max(range.high, most[n]);
+            }
+    return range;
+}
+
+void Occluder::read(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& room) const {
+    std::fill(room.extinction.begin(), room.extinction.end(), 0.0f);
+    std::fill(room.low.begin(), room.low.end(), std::numeric_limits<float>::max());
+    std::fill(room.high.begin(), room.high.end(), std::numeric_limits<float>::lowest());
+    const glm::ivec3 extent = levelExtent(info_.extentVoxels, chunk.level);
+    const glm::ivec3 own = glm::ivec3(chunk.i, chunk.j, chunk.k) * kChunkExtent, first = own - room.reach;
+    const glm::ivec3 low = glm::max(first, glm::ivec3(0));
+    const glm::ivec3 high = glm::min(own + kChunkExtent + room.reach, extent);
+    const glm::ivec3 lastChunk = (high - 1) >> 5;
+    for (int z = low.z >> 5; z <= lastChunk.z; ++z)
+        for (int y = low.y >> 5; y <= lastChunk.y; ++y)
+            for (int x = low.x >> 5; x <= lastChunk.x; ++x) {
+                const ChunkKey key{chunk.level, x, y, z};
+                const glm::ivec3 corner = glm::ivec3(x, y, z) * kChunkExtent;
+                const glm::ivec3 from = glm::max(low, corner), to = glm::min(high, corner + kChunkExtent);
+                if (isEmpty(rangeOf(key))) // nor does anything show within a voxel of it
+                    continue;
+                const ChunkPointer samples = cache.get(key);
+                withValueType(info_.type, [&](auto typed) {
+                    readChunk<decltype(typed)>(first, from, to, *samples, room);
+                });
+            }
+}
+
+void Occluder::light(const ChunkKey& chunk, std::span<const std::uint8_t> bricks, BrickCache& cache,
+                     OcclusionRoom& room) const {
+    const OcclusionRays& rays = rays_[static_cast<std::size_t>(chunk.level)];
+    TESSERA_CHECK(!rays.rays.empty() && glm::all(glm::lessThanEqual(rays.reach, room.reach)));
+    std::fill(room.light.begin(), room.light.end(), 1.0f);
+    read(chunk, cache, room);
+
+    // Which runs are wanted: by bricks, and by what can show near them.
+    const glm::ivec3 own = glm::ivec3(chunk.i, chunk.j, chunk.k) * kChunkExtent;
+    const glm::ivec3 samples =
+        glm::min(levelExtent(info_.extentVoxels, chunk.level) - own, glm::ivec3(kChunkExtent));
+    const int edge = kBrickExtent >> chunk.level, along = 1 << chunk.level;
+    struct Run {
+        std::size_t from, to; // in room.opacity, in room.light
+    };
+    std::vector<Run> runs;
+    for (int z = 0; z < samples.z; ++z)
+        for (int y = 0; y < samples.y; ++y)
+            for (int run = 0; run * kRun < samples.x; ++run) {
+                bool wanted = bricks.empty();
+                for (int x = run * kRun; !wanted && x < (run + 1) * kRun; x += edge)
+                    wanted = bricks[linearIndex(glm::ivec3(x, y, z) / edge, glm::ivec3(along))] != 0;
+                if (!wanted)
+                    continue;
+                const glm::ivec3 at(run * kRun, y, z);
+                Range range;
+                if (chunk.level > 0)
+                    range = rangeAround(own + at, chunk.level);
+                else
+                    for (int n = 0; n < (2 * kAround + 1) * (2 * kAround + 1); ++n) {
+                        const std::size_t index =
+                            runIndex(run, y + n % (2 * kAround + 1), z + n / (2 * kAround + 1));
+                        range.low = std::min(range.low, room.low[index]);
+                        range.high = std::max(range.high, room.high[index]);
+                    }
+                if (range.low > range.high || isEmpty(range)) // all around is empty
+                    continue;
+                runs.push_back(
+                    {linearIndex(at + room.reach, room.size), linearIndex(at, glm::ivec3(kChunkExtent))});
+                std::fill_n(room.light.begin() + static_cast<std::ptrdiff_t>(runs.back().to), kRun, 0.0f);
+            }
+    if (runs.empty())
+        return;
+
+    // Rays of one length of step read the same opacities.
+    const std::int32_t pitch[3] = {1, room.size.x, room.size.x * room.size.y};
+    std::vector<native::OcclusionStep> steps;
+    std::vector<native::OcclusionPath> paths;
+    for (std::size_t first = 0; first < rays.rays.size();) {
+        std::size_t end = first;
+        while (end < rays.rays.size() && rays.rays[end].stepMm <= rays.rays[first].stepMm * (1 + 1e-9))
+            ++end;
+        steps.clear();
+        paths.clear();
+        for (std::size_t r = first; r < end; ++r)
+            for (int n = 1; n <= rays.rays[r].steps; ++n) {
+                const OcclusionRay& ray = rays.rays[r];
+                const glm::dvec3 at = ray.step * double(ray.skipped + n);
+                const int a = (ray.axis + 1) % 3, b = (ray.axis + 2) % 3;
+                glm::ivec3 whole(glm::floor(at));
+                whole[ray.axis] = static_cast<int>(std::lround(at[ray.axis]));
+                const auto fa = static_cast<float>(at[a] - whole[a]),
+                           fb = static_cast<float>(at[b] - whole[b]);
+                steps.push_back({whole.x * pitch[0] + whole.y * pitch[1] + whole.z * pitch[2],
+                                 {(1 - fa) * (1 - fb), fa * (1 - fb), (1 - fa) * fb, fa * fb}});
+            }
+        const native::OcclusionStep* next = steps.data();
+        for (std::size_t r = first; r < end; ++r) {
+            const OcclusionRay& ray = rays.rays[r];
+            paths.push_back(
+                {next, ray.steps, pitch[(ray.axis + 1) % 3], pitch[(ray.axis + 2) % 3],
+                 static_cast<float>(0.5 / (static_cast<double>(ray.steps) * double(rays.rays.size())))});
+            next += ray.steps;
+        }
+        target_.opacities(room.extinction.data(), static_cast<int>(room.extinction.size()) / kRun * kRun,
+                          static_cast<float>(rays.rays[first].stepMm), room.opacity.data());
+        for (const Run& run : runs)
+            target_.occlude(room.opacity.data() + run.from, paths.data(), static_cast<int>(paths.size()),
+                            room.light.data() + run.to);
+        first = end;
+    }
+}
+
+} // namespace tessera

@@ -1,0 +1,77 @@
+// render/light/occlusion.h: local ambient occlusion of the samples of a level (course notes 6.1): how much of
+// the light of a sphere around each gets to it. A function of the volume, its transfer function and the level
+// alone: which levels bricks nearby are drawn at is no matter (docs/sampling.md, "Light per voxel").
+#pragma once
+
+#include "bricking/cache/brick_cache.h"
+#include "bricking/statistics/statistics.h"
+#include "core/transfer_function.h"
+#include "render/contract/optics.h"
+#include "render/engines/native/packet.h"
+#include "render/light/occlusion_rays.h"
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace tessera {
+
+/// Samples of a chunk, and all around them that rays reach: what a thread works in.
+class OcclusionRoom {
+  public:
+    /// Of rays with such a reach.
+    explicit OcclusionRoom(const glm::ivec3& reach);
+    static std::size_t bytes(const glm::ivec3& reach);
+
+    glm::ivec3 reach, size; // samples before the chunk; all
+    std::vector<float> extinction, opacity;
+    /// Level 0: range of stored values along every run of samples, two more at either end.
+    std::vector<float> low, high;
+    std::vector<float> light; // of the chunk's samples
+};
+
+class Occluder {
+  public:
+    /// All must outlive it. @param target  of instructions; null: the processor's best
+    Occluder(const VolumeInfo& info, const Statistics& statistics, const Occlusion& occlusion,
+             const native::PacketTarget* target = nullptr);
+    /// Takes a transfer function.
+    void setFunction(const TransferTable& table, const Optics& optics);
+
+    /// Most that a thread needs.
+    glm::ivec3 mostReach() const;
+    /// Finest level whose samples have light of their own; finer ones take that of this one.
+    int finestLevel() const { return finest_; }
+
+    /// Share of the light of its sphere that gets to each sample of a chunk, x fastest, in room.light,
+    /// equation 6.3; 1 where nothing can show within two samples.
+    /// @param bricks  of the chunk, x fastest: those whose samples are wanted; empty: all
+    void light(const ChunkKey& chunk, std::span<const std::uint8_t> bricks, BrickCache& cache,
+               OcclusionRoom& room) const;
+
+  private:
+    struct Range { // of stored values
+        float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
+    };
+    void read(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& room) const;
+    template <typename Stored>
+    void readChunk(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3& high, const Chunk& chunk,
+                   OcclusionRoom& room) const;
+    Range rangeAround(const glm::ivec3& sample, int level) const;
+    Range rangeOf(const ChunkKey& chunk) const;
+    bool isEmpty(const Range& range) const;
+
+    const VolumeInfo& info_;
+    const Statistics& statistics_;
+    const native::PacketTarget& target_;
+    int finest_;
+    std::array<OcclusionRays, kLevelCount> rays_;
+    const TransferTable* table_ = nullptr;
+    const Optics* optics_ = nullptr;
+    std::vector<float> extinctionOf_; // of every stored value of 16 bits, from the lowest; else empty
+};
+
+} // namespace tessera

@@ -1,0 +1,37 @@
+// render/light/occlusion_rays.h: the rays that local ambient occlusion sends out from a sample (course notes
+// 6.1), on the lattice of a level. A ray goes from layer to layer along the axis that it is steepest to, a
+// step each, so that samples of all voxels lie at the same places between the lattice's (docs/sampling.md,
+// "Light per voxel").
+#pragma once
+
+#include "core/lighting.h"
+#include "core/volume.h"
+
+#include <glm/vec3.hpp>
+#include <vector>
+
+namespace tessera {
+
+struct OcclusionRay {
+    glm::dvec3 direction; // unit, patient space
+    int axis = 0;         // that its steps are a sample along
+    glm::dvec3 step;      // samples of the level
+    double stepMm = 0;    // a step's length
+    int skipped = 0;      // steps before the first that counts
+    int steps = 1;        // that count
+};
+
+struct OcclusionRays {
+    std::vector<OcclusionRay> rays; // by length of step, ascending
+    glm::ivec3 reach{0};            // samples around one that rays read, to either side
+};
+
+/// Most steps of a ray.
+constexpr int kMostOcclusionSteps = 32;
+
+/// The finest level on which no ray takes more steps than kMostOcclusionSteps.
+int occlusionLevel(const Occlusion& occlusion, const VolumeInfo& info);
+/// @param level  occlusionLevel() or coarser
+OcclusionRays occlusionRays(const Occlusion& occlusion, const VolumeInfo& info, int level);
+
+} // namespace tessera
