@@ -45,12 +45,12 @@ std::size_t OcclusionRoom::bytes(const glm::ivec3& reach) {
                             std::size_t{2} * kEdge * kEdge * kRunsPerRow);
 }
 
-Occluder::Occluder(const VolumeInfo& info, const Statistics& statistics, const Occlusion& occlusion,
-                   const native::PacketTarget* target)
+Occluder::Occluder(const VolumeInfo& info, const Statistics& statistics,
+                   const std::optional<Occlusion>& occlusion, const native::PacketTarget* target)
     : info_(info), statistics_(statistics), target_(target ? *target : native::packetTarget()),
-      finest_(occlusionLevel(occlusion, info)) {
-    for (int level = finest_; level < kLevelCount; ++level)
-        rays_[static_cast<std::size_t>(level)] = occlusionRays(occlusion, info, level);
+      finest_(occlusion ? occlusionLevel(*occlusion, info) : 0) {
+    for (int level = finest_; occlusion && level < kLevelCount; ++level)
+        rays_[static_cast<std::size_t>(level)] = occlusionRays(*occlusion, info, level);
 }
 
 void Occluder::setFunction(const TransferTable& table, const Optics& optics) {
@@ -194,22 +194,16 @@ void Occluder::read(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& roo
             }
 }
 
-void Occluder::light(const ChunkKey& chunk, std::span<const std::uint8_t> bricks, BrickCache& cache,
-                     OcclusionRoom& room) const {
-    const OcclusionRays& rays = rays_[static_cast<std::size_t>(chunk.level)];
-    TESSERA_CHECK(!rays.rays.empty() && glm::all(glm::lessThanEqual(rays.reach, room.reach)));
-    std::fill(room.light.begin(), room.light.end(), 1.0f);
+void Occluder::find(const ChunkKey& chunk, std::span<const std::uint8_t> bricks, BrickCache& cache,
+                    OcclusionRoom& room) const {
     read(chunk, cache, room);
+    room.runs.clear();
 
     // Which runs are wanted: by bricks, and by what can show near them.
     const glm::ivec3 own = glm::ivec3(chunk.i, chunk.j, chunk.k) * kChunkExtent;
     const glm::ivec3 samples =
         glm::min(levelExtent(info_.extentVoxels, chunk.level) - own, glm::ivec3(kChunkExtent));
     const int edge = kBrickExtent >> chunk.level, along = 1 << chunk.level;
-    struct Run {
-        std::size_t from, to; // in room.opacity, in room.light
-    };
-    std::vector<Run> runs;
     for (int z = 0; z < samples.z; ++z)
         for (int y = 0; y < samples.y; ++y)
             for (int run = 0; run * kRun < samples.x; ++run) {
@@ -231,11 +225,18 @@ void Occluder::light(const ChunkKey& chunk, std::span<const std::uint8_t> bricks
                     }
                 if (range.low > range.high || isEmpty(range)) // all around is empty
                     continue;
-                runs.push_back(
-                    {linearIndex(at + room.reach, room.size), linearIndex(at, glm::ivec3(kChunkExtent))});
-                std::fill_n(room.light.begin() + static_cast<std::ptrdiff_t>(runs.back().to), kRun, 0.0f);
+                room.runs.push_back(
+                    {at, linearIndex(at + room.reach, room.size), linearIndex(at, glm::ivec3(kChunkExtent))});
             }
-    if (runs.empty())
+}
+
+void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
+    const OcclusionRays& rays = rays_[static_cast<std::size_t>(chunk.level)];
+    TESSERA_CHECK(!rays.rays.empty() && glm::all(glm::lessThanEqual(rays.reach, room.reach)));
+    std::fill(room.light.begin(), room.light.end(), 1.0f);
+    for (const OcclusionRoom::Run& run : room.runs)
+        std::fill_n(room.light.begin() + static_cast<std::ptrdiff_t>(run.to), kRun, 0.0f);
+    if (room.runs.empty())
         return;
 
     // Rays of one length of step read the same opacities.
@@ -270,7 +271,7 @@ void Occluder::light(const ChunkKey& chunk, std::span<const std::uint8_t> bricks
         }
         target_.opacities(room.extinction.data(), static_cast<int>(room.extinction.size()) / kRun * kRun,
                           static_cast<float>(rays.rays[first].stepMm), room.opacity.data());
-        for (const Run& run : runs)
+        for (const OcclusionRoom::Run& run : room.runs)
             target_.occlude(room.opacity.data() + run.from, paths.data(), static_cast<int>(paths.size()),
                             room.light.data() + run.to);
         first = end;

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -31,12 +32,20 @@ class OcclusionRoom {
     /// Level 0: range of stored values along every run of samples, two more at either end.
     std::vector<float> low, high;
     std::vector<float> light; // of the chunk's samples
+
+    /// Samples side by side whose light is wanted, kOcclusionRun of them.
+    struct Run {
+        glm::ivec3 at;        // the first, in the chunk
+        std::size_t from, to; // the first, in opacity and in light
+    };
+    std::vector<Run> runs;
 };
 
 class Occluder {
   public:
-    /// All must outlive it. @param target  of instructions; null: the processor's best
-    Occluder(const VolumeInfo& info, const Statistics& statistics, const Occlusion& occlusion,
+    /// All must outlive it. @param occlusion  none: finds runs, for other light
+    /// @param target  of instructions; null: the processor's best
+    Occluder(const VolumeInfo& info, const Statistics& statistics, const std::optional<Occlusion>& occlusion,
              const native::PacketTarget* target = nullptr);
     /// Takes a transfer function.
     void setFunction(const TransferTable& table, const Optics& optics);
@@ -46,11 +55,14 @@ class Occluder {
     /// Finest level whose samples have light of their own; finer ones take that of this one.
     int finestLevel() const { return finest_; }
 
-    /// Share of the light of its sphere that gets to each sample of a chunk, x fastest, in room.light,
-    /// equation 6.3; 1 where nothing can show within two samples.
+    /// Reads a chunk and what is around it, and finds the runs of samples near which anything can show:
+    /// within two samples.
     /// @param bricks  of the chunk, x fastest: those whose samples are wanted; empty: all
-    void light(const ChunkKey& chunk, std::span<const std::uint8_t> bricks, BrickCache& cache,
-               OcclusionRoom& room) const;
+    void find(const ChunkKey& chunk, std::span<const std::uint8_t> bricks, BrickCache& cache,
+              OcclusionRoom& room) const;
+    /// Share of the light of its sphere that gets to each sample of the runs found, equation 6.3, in
+    /// room.light; 1 elsewhere.
+    void occlude(const ChunkKey& chunk, OcclusionRoom& room) const;
 
   private:
     struct Range { // of stored values

@@ -210,7 +210,7 @@ bool BrickResidency::put(std::size_t brick, const Chunk& chunk, Work& work) {
         return false;
     const glm::ivec3 inChunk = (gridPosition(brick, bricks_) & ((1 << level) - 1)) * edge;
     for (Plane* plane : planes_)
-        plane->put(*slot, {chunk, inChunk, edge}, work);
+        plane->put(*slot, {chunk, inChunk, edge, brick}, work);
     const glm::uvec3 page(slot->page), place(slot->slot);
     entries_[brick] = {page.x | page.y << 10 | page.z << 20, place.x | place.y << 5 | place.z << 10};
     ++work.bricksUploaded;

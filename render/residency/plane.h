@@ -21,6 +21,7 @@ struct BrickSamples {
     const Chunk& chunk;
     glm::ivec3 first; // in the chunk
     int edge;         // samples
+    std::size_t brick = 0; // number in the brick grid
 };
 
 class Plane {

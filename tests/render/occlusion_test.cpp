@@ -121,7 +121,9 @@ void expectAsPlainly(const Case& c, const glm::dmat4* place = nullptr) {
             const glm::ivec3 chunks = chunkGrid(p.info().extentVoxels, level);
             for (std::size_t n = 0; n < cellCount(chunks); ++n, ++chunk) {
                 const glm::ivec3 at = gridPosition(n, chunks);
-                occluder.light({level, at.x, at.y, at.z}, {}, *p.volume.cache, room);
+                const ChunkKey key{level, at.x, at.y, at.z};
+                occluder.find(key, {}, *p.volume.cache, room);
+                occluder.occlude(key, room);
                 if (t > 0) {
                     EXPECT_EQ(room.light, first[chunk]) << target->name;
                     continue;
@@ -135,9 +137,8 @@ void expectAsPlainly(const Case& c, const glm::dmat4* place = nullptr) {
                         continue;
                     const double expected = plainly.at(at * kChunkExtent + sample);
                     const float found = room.light[linearIndex(sample, glm::ivec3(kChunkExtent))];
-                    ASSERT_NEAR(found, expected, 5e-5)
-                        << c.store << " level " << level << " at " << sample.x << "," << sample.y << ","
-                        << sample.z;
+                    ASSERT_NEAR(found, expected, 5e-5) << c.store << " level " << level << " at " << sample.x
+                                                       << "," << sample.y << "," << sample.z;
                     ++compared;
                     shade += 1 - expected;
                 }
@@ -155,34 +156,6 @@ TEST(Occluder, IsWhatTheContractSays) {
     expectAsPlainly({"torso", "bone", {.rays = 80, .radiusMm = 9, .offsetMm = 2}});
     expectAsPlainly({"sphere", "bone", {.rays = 16, .radiusMm = 1000}});
     expectAsPlainly({"thin", "bone", {.rays = 8, .radiusMm = 0.01}});
-}
-
-TEST(Occluder, DISABLED_Timing) {
-    Ledger ram("RAM", "--ram", std::size_t{8} << 30), gpu("g", "g", std::size_t{4} << 30);
-    StoreReader reader(std::getenv("STORE"), ram);
-    Scene scene = sceneOn(reader.info(), std::getenv("PRESET"), 0, {16, 16});
-    ScenePlan p = planScene(scene, reader, TextureLimits{}, ram, gpu, 0, LevelChoice::oneForAll);
-    Occlusion o;
-    o.radiusMm = std::atof(std::getenv("RADIUS"));
-    Occluder occluder(p.info(), p.volume.statistics, o);
-    occluder.setFunction(p.volume.table, p.volume.optics);
-    for (int level = std::max(occluder.finestLevel(), std::atoi(std::getenv("LEVEL"))); level < 3; ++level) {
-        const glm::ivec3 chunks = chunkGrid(p.info().extentVoxels, level);
-        std::atomic<std::size_t> lit = 0;
-        const auto start = std::chrono::steady_clock::now();
-        parallelFor(static_cast<std::size_t>(chunks.z * chunks.y), 2, [&](std::size_t n) {
-            static thread_local OcclusionRoom room(occluder.mostReach());
-            for (int x = 0; x < chunks.x; ++x) {
-                occluder.light({level, x, static_cast<int>(n) % chunks.y, static_cast<int>(n) / chunks.y}, {},
-                               *p.volume.cache, room);
-                lit += static_cast<std::size_t>(std::count_if(room.light.begin(), room.light.end(),
-                                                              [](float l) { return l != 1.0f; }));
-            }
-        });
-        std::printf("level %d: %zu rays reach %d, %.2f M samples lit, %.3f s\n", level, std::size_t(o.rays),
-                    occluder.mostReach().x, double(lit) / 1e6,
-                    std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-    }
 }
 
 } // namespace

@@ -2,6 +2,7 @@
 #include "render/engines/mirror/mirror.h"
 
 #include "core/threads.h"
+#include "render/contract/cache_field.h"
 
 #include <mutex>
 #include <span>
@@ -23,43 +24,10 @@ MirrorInput mirrorInput(const ScenePlan& scene, bool skipping) {
 
 namespace {
 
-template <typename Real> struct UniformField {
-    LatticeReader& samples;
-    Real samplesPerVoxel;
-    Gradient kind;
-    Real value(const glm::vec<3, Real>& p) { return fieldValue(samples, p, samplesPerVoxel); }
-    Real pitch(const glm::vec<3, Real>&) const { return Real(1) / samplesPerVoxel; }
-    glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) {
-        return fieldGradient(samples, p, samplesPerVoxel, kind);
-    }
-};
-
-template <typename Real> struct MixedField {
-    MixedReader& samples;
-    Gradient kind;
-    Real value(const glm::vec<3, Real>& p) { return interblockValue(samples, p); }
-    /// Of the brick that p lies in.
-    Real pitch(const glm::vec<3, Real>& p) {
-        const LevelMap& map = samples.map();
-        const auto place = cornerPlace(p, glm::vec<3, Real>(map.extentVoxels), map.bricks);
-        const std::uint32_t code = map.at(place.corner).code(place.current);
-        return static_cast<Real>(1 << (code == BrickCorner::kEmpty ? map.finest : code));
-    }
-    glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) { return interblockGradient(samples, p, kind); }
-};
-
 /// visit(field), with the field of the input.
 template <typename Real, typename Visit> void withField(const MirrorInput& input, const Visit& visit) {
-    if (input.levels) {
-        MixedReader samples(*input.cache, *input.info, *input.selection, *input.levels);
-        MixedField<Real> field{samples, input.optics->gradient};
-        visit(field);
-    } else {
-        const int level = input.selection->finest();
-        LatticeReader samples(*input.cache, *input.info, level, input.selection);
-        UniformField<Real> field{samples, Real(1) / static_cast<Real>(1 << level), input.optics->gradient};
-        visit(field);
-    }
+    withCacheField<Real>(*input.cache, *input.info, *input.selection, input.levels, input.optics->gradient,
+                         visit);
 }
 
 constexpr std::size_t kStrip = 64; // rays a thread takes at a time: neighbours share chunks

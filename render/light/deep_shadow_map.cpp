@@ -1,0 +1,122 @@
+// render/light/deep_shadow_map.cpp: see deep_shadow_map.h.
+#include "render/light/deep_shadow_map.h"
+
+#include "core/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tessera {
+namespace {
+
+/// Places of a fit within an error of all samples, the first sample the first place; at most one more than
+/// there is room for.
+int fitted(std::span<const LightLeft> samples, float error,
+           std::array<LightLeft, DeepShadowMap::kLayers + 1>& places) {
+    int count = 0;
+    places[static_cast<std::size_t>(count++)] = samples.front();
+    LightLeft from = samples.front();
+    float low = -std::numeric_limits<float>::infinity(), high = std::numeric_limits<float>::infinity();
+    for (std::size_t n = 1; n < samples.size(); ++n) {
+        const float along = samples[n].mm - from.mm;
+        if (!(along > 0))
+            continue; // rounding left no distance
+        const float least = (samples[n].light - error - from.light) / along;
+        const float most = (samples[n].light + error - from.light) / along;
+        if (std::max(low, least) <= std::min(high, most)) {
+            low = std::max(low, least);
+            high = std::min(high, most);
+            continue;
+        }
+        // No line from the last place passes all: a place at the sample before.
+        const float before = samples[n - 1].mm;
+        const float slope = 0.5f * (low + high);
+        from = {before, std::clamp(from.light + slope * (before - from.mm), 0.0f, 1.0f)};
+        if (count > DeepShadowMap::kLayers - 1)
+            return DeepShadowMap::kLayers + 1;
+        places[static_cast<std::size_t>(count++)] = from;
+        const float rest = samples[n].mm - from.mm;
+        low = (samples[n].light - error - from.light) / rest;
+        high = (samples[n].light + error - from.light) / rest;
+    }
+    const float last = samples.back().mm;
+    if (last > from.mm) {
+        if (count > DeepShadowMap::kLayers - 1)
+            return DeepShadowMap::kLayers + 1;
+        // What lies beyond the last place has its light: as near to the truth as can be.
+        const float slope = std::clamp((samples.back().light - from.light) / (last - from.mm), low, high);
+        places[static_cast<std::size_t>(count++)] = {
+            last, std::clamp(from.light + slope * (last - from.mm), 0.0f, 1.0f)};
+    }
+    return count;
+}
+
+} // namespace
+
+DeepShadowMap::DeepShadowMap(int size) : size_(size), rays_(static_cast<std::size_t>(size * size)) {
+    for (Ray& ray : rays_) {
+        ray.mm.fill(std::numeric_limits<float>::max());
+        ray.light.fill(1);
+    }
+}
+
+float DeepShadowMap::fit(const glm::ivec2& at, std::span<const LightLeft> samples, float error) {
+    TESSERA_CHECK(error > 0);
+    Ray& ray = rays_[static_cast<std::size_t>(at.y * size_ + at.x)];
+    if (samples.empty()) {
+        ray.mm.fill(std::numeric_limits<float>::max());
+        ray.light.fill(1);
+        return error;
+    }
+    std::array<LightLeft, kLayers + 1> places;
+    int count = fitted(samples, error, places);
+    while (count > kLayers) {
+        error *= 2;
+        count = fitted(samples, error, places);
+    }
+    for (std::size_t n = 0; n < kLayers; ++n) {
+        const LightLeft& place = places[std::min(n, static_cast<std::size_t>(count - 1))];
+        ray.mm[n] = place.mm;
+        ray.light[n] = place.light;
+    }
+    return error;
+}
+
+float DeepShadowMap::lightOf(const Ray& ray, float mm) {
+    if (mm <= ray.mm[0])
+        return ray.light[0];
+    for (std::size_t n = 1; n < kLayers; ++n)
+        if (mm < ray.mm[n])
+            return ray.light[n - 1] +
+                   (ray.light[n] - ray.light[n - 1]) * ((mm - ray.mm[n - 1]) / (ray.mm[n] - ray.mm[n - 1]));
+    return ray.light[kLayers - 1];
+}
+
+float DeepShadowMap::nearest(const glm::vec2& at, float mm) const {
+    const auto edge = static_cast<float>(size_);
+    if (!(at.x >= 0 && at.y >= 0 && at.x < edge && at.y < edge))
+        return 1;
+    return lightOf(rays_[static_cast<std::size_t>(static_cast<int>(at.y) * size_ + static_cast<int>(at.x))],
+                   mm);
+}
+
+float DeepShadowMap::between(const glm::vec2& at, float mm) const {
+    const glm::vec2 corner(std::floor(at.x - 0.5f), std::floor(at.y - 0.5f));
+    const glm::vec2 part = at - 0.5f - corner;
+    const auto light = [&](float x, float y) { return nearest({corner.x + x, corner.y + y}, mm); };
+    const float above = light(0.5f, 0.5f) + part.x * (light(1.5f, 0.5f) - light(0.5f, 0.5f));
+    const float below = light(0.5f, 1.5f) + part.x * (light(1.5f, 1.5f) - light(0.5f, 1.5f));
+    return above + part.y * (below - above);
+}
+
+int DeepShadowMap::layersOf(const glm::ivec2& at) const {
+    const Ray& ray = rays_[static_cast<std::size_t>(at.y * size_ + at.x)];
+    int count = 1;
+    while (count < kLayers &&
+           ray.mm[static_cast<std::size_t>(count)] > ray.mm[static_cast<std::size_t>(count - 1)])
+        ++count;
+    return count;
+}
+
+} // namespace tessera

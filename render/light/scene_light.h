@@ -1,0 +1,67 @@
+// render/light/scene_light.h: the light of a scene's voxels, and the plane that holds it beside the values: in
+// the same pages and slots, one sample of light for every sample. An engine brings planes of its own for the
+// samples, one a channel; what is in them is computed here, whichever engine it is.
+#pragma once
+
+#include "render/light/voxel_light.h"
+#include "render/plan/scene_plan.h"
+#include "render/residency/plane.h"
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace tessera {
+
+/// RAM that a scene's light takes besides what engines keep of it.
+std::size_t lightRamBytes(const Lighting& lighting, const VolumeInfo& info, int threads);
+
+class SceneLight {
+  public:
+    /// Of a plan whose lighting needs light of voxels (ScenePlan::lightChannels()); it outlives this and does
+    /// not move.
+    SceneLight(const ScenePlan& scene, int threads);
+
+    int channels() const { return VoxelLight::channels(scene_.view.lighting); }
+    /// The transfer function, the camera, or levels of bricks are others.
+    void functionChanged() { shadowsAreNew_ = functionIsNew_ = true; }
+    void viewChanged();
+    void levelsChanged() { shadowsAreNew_ = true; }
+
+    /// Whether light that was given is another now; asks for all of it again.
+    bool takeChanges();
+    /// The light as things are: builds maps of shadows where it must. Valid until something changes.
+    VoxelLight& ready();
+    const std::vector<ShadowMaps>& shadows() const { return shadows_; }
+
+  private:
+    const ScenePlan& scene_;
+    int threads_;
+    std::vector<ShadowMaps> shadows_;
+    std::optional<VoxelLight> light_;
+    bool shadowsAreNew_ = true, functionIsNew_ = true, changed_ = true;
+};
+
+/// Light beside values, for a BrickResidency.
+class LightPlane : public Plane {
+  public:
+    /// @param channels  planes of 16-bit samples; all outlive this
+    LightPlane(SceneLight& light, const ScenePlan& scene, std::vector<Plane*> channels);
+
+    void put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) override;
+    void publish(std::span<const BrickEntry> entries) override;
+    /// Lights what was put, or all where light has changed; before rays are drawn.
+    void settle(Work& work);
+
+  private:
+    SceneLight& light_;
+    const ScenePlan& scene_;
+    std::vector<Plane*> channels_;
+    std::vector<BrickEntry> entries_;
+    std::vector<std::optional<AtlasSlot>> slots_; // of every brick, as it was last put
+    std::vector<std::uint8_t> isLit_;             // since then
+    bool published_ = false;                      // entries that channels do not know
+};
+
+} // namespace tessera

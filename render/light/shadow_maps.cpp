@@ -1,0 +1,269 @@
+// render/light/shadow_maps.cpp: see shadow_maps.h.
+#include "render/light/shadow_maps.h"
+
+#include "core/error.h"
+#include "core/threads.h"
+#include "render/contract/cache_field.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <glm/trigonometric.hpp>
+#include <mutex>
+
+namespace tessera {
+namespace {
+
+constexpr double kWidestView = 110; // degrees: beyond, six maps waste less of their rays
+constexpr double kGoldenAngle = 2.399963229728653;
+
+/// Box of the bricks that show something, patient space: its corners.
+std::vector<glm::dvec3> shownCorners(const LitField& field) {
+    const glm::ivec3 grid = field.selection->bricks;
+    glm::ivec3 low = grid, high(-1);
+    for (std::size_t b = 0; b < field.selection->levels.size(); ++b)
+        if (field.selection->levels[b] != Selection::kEmpty) {
+            low = glm::min(low, gridPosition(b, grid));
+            high = glm::max(high, gridPosition(b, grid));
+        }
+    if (high.x < 0) { // nothing shows
+        low = glm::ivec3(0);
+        high = glm::ivec3(0);
+    }
+    const glm::dvec3 from(low * kBrickExtent),
+        to(glm::min((high + 1) * kBrickExtent, field.info->extentVoxels));
+    std::vector<glm::dvec3> corners;
+    for (int n = 0; n < 8; ++n) {
+        const glm::dvec3 corner((n & 1) != 0 ? to.x : from.x, (n & 2) != 0 ? to.y : from.y,
+                                (n & 4) != 0 ? to.z : from.z);
+        corners.emplace_back(field.info->patientFromVoxel * glm::dvec4(corner, 1));
+    }
+    return corners;
+}
+
+glm::dvec3 middleOf(const std::vector<glm::dvec3>& corners) {
+    glm::dvec3 sum(0);
+    for (const glm::dvec3& c : corners)
+        sum += c;
+    return sum / static_cast<double>(corners.size());
+}
+
+/// At right angles to a direction, the same for directions that are nearly the same.
+glm::dvec3 upFor(const glm::dvec3& direction) {
+    const glm::dvec3 axis =
+        std::abs(direction.z) < 0.9 * glm::length(direction) ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
+    return glm::normalize(axis - direction * (glm::dot(axis, direction) / glm::dot(direction, direction)));
+}
+
+/// The n-th of places spread evenly over a disk of radius 1.
+glm::dvec2 onDisk(int n, int count) {
+    const double radius = std::sqrt((n + 0.5) / count), angle = n * kGoldenAngle;
+    return {radius * std::cos(angle), radius * std::sin(angle)};
+}
+
+int mapsOf(const PlacedLight& light) {
+    return light.softness > 0 ? ShadowQuality::kMapsOfSoftLight : 1;
+}
+int sizeOf(const PlacedLight& light, const ShadowQuality& quality) {
+    return std::max(1, light.softness > 0 ? quality.mapSize / 2 : quality.mapSize);
+}
+
+Camera parallelCamera(const glm::dvec3& towards, const std::vector<glm::dvec3>& corners) {
+    Camera camera;
+    camera.projection = Projection::parallel;
+    camera.focalPoint = middleOf(corners);
+    camera.viewUp = upFor(towards);
+    const glm::dvec3 right = glm::cross(camera.viewUp, towards);
+    double half = 0, far = 0;
+    for (const glm::dvec3& c : corners) {
+        const glm::dvec3 d = c - camera.focalPoint;
+        half = std::max({half, std::abs(glm::dot(d, right)), std::abs(glm::dot(d, camera.viewUp))});
+        far = std::max(far, glm::length(d));
+    }
+    camera.position = camera.focalPoint + towards * (2 * far);
+    camera.parallelScale = half;
+    return camera;
+}
+
+Camera eyeAt(const glm::dvec3& position, const glm::dvec3& forward, double degrees) {
+    Camera camera;
+    camera.projection = Projection::perspective;
+    camera.position = position;
+    camera.focalPoint = position + forward;
+    camera.viewUp = upFor(forward);
+    camera.viewAngle = degrees;
+    return camera;
+}
+
+/// Full angle of a square view from a place that holds all corners; 360 where none does.
+double angleFor(const glm::dvec3& position, const std::vector<glm::dvec3>& corners) {
+    const glm::dvec3 middle = middleOf(corners) - position;
+    if (!(glm::length(middle) > 0))
+        return 360;
+    const glm::dvec3 forward = glm::normalize(middle), up = upFor(forward), right = glm::cross(up, forward);
+    double tangent = 0;
+    for (const glm::dvec3& c : corners) {
+        const glm::dvec3 d = c - position;
+        const double along = glm::dot(d, forward);
+        if (!(along > 0))
+            return 360;
+        tangent =
+            std::max({tangent, std::abs(glm::dot(d, right)) / along, std::abs(glm::dot(d, up)) / along});
+    }
+    return 2 * glm::degrees(std::atan(tangent));
+}
+
+} // namespace
+
+PlacedLight placedLight(const Light& light, const Camera& camera) {
+    const glm::dmat3 axes = light.frame == LightFrame::camera ? cameraAxes(camera) : glm::dmat3(1);
+    PlacedLight placed;
+    placed.isPoint = light.kind == LightKind::point;
+    placed.softness = light.softness;
+    const double length = glm::length(light.direction);
+    if (length > 0)
+        placed.towards = axes * (light.direction / length);
+    placed.position =
+        light.frame == LightFrame::camera ? camera.position + axes * light.position : light.position;
+    return placed;
+}
+
+std::size_t ShadowMaps::bytes(const PlacedLight& light, const VolumeInfo&, const ShadowQuality& quality) {
+    return static_cast<std::size_t>(mapsOf(light) * (light.isPoint ? 6 : 1)) *
+           DeepShadowMap::bytes(sizeOf(light, quality));
+}
+
+void ShadowMaps::addView(const Camera& camera, const VolumeInfo& info, int size) {
+    View view;
+    view.camera = camera;
+    view.plane = rayPlane(camera, info, {size, size});
+    view.right = view.plane.right / glm::dot(view.plane.right, view.plane.right);
+    view.up = view.plane.up / glm::dot(view.plane.up, view.plane.up);
+    view.far = glm::length(view.plane.toCentre);
+    views_.push_back(view);
+    maps_.emplace_back(size);
+}
+
+ShadowMaps::ShadowMaps(const PlacedLight& light, const LitField& field, const ShadowQuality& quality)
+    : quality_(quality), light_(light.isPoint ? light.position : light.towards), isPoint_(light.isPoint),
+      offsetMm_(quality.offsetVoxels *
+                std::cbrt(std::abs(glm::determinant(glm::dmat3(field.info->patientFromVoxel))))) {
+    const std::vector<glm::dvec3> corners = shownCorners(field);
+    const int maps = mapsOf(light), size = sizeOf(light, quality);
+    const double half = std::tan(glm::radians(light.softness / 2));
+    const bool toAllSides = light.isPoint && angleFor(light.position, corners) > kWidestView;
+    perLight_ = toAllSides ? 6 : 1;
+    for (int n = 0; n < maps; ++n) {
+        const glm::dvec2 side = maps > 1 ? half * onDisk(n, maps) : glm::dvec2(0);
+        if (!light.isPoint) {
+            const glm::dvec3 up = upFor(light.towards), right = glm::cross(up, light.towards);
+            addView(parallelCamera(glm::normalize(light.towards + side.x * right + side.y * up), corners),
+                    *field.info, size);
+            continue;
+        }
+        const glm::dvec3 middle = middleOf(corners) - light.position;
+        const double far = glm::length(middle);
+        glm::dvec3 position = light.position;
+        if (far > 0 && maps > 1) {
+            const glm::dvec3 forward = middle / far, up = upFor(forward);
+            position += far * (side.x * glm::cross(up, forward) + side.y * up);
+        }
+        if (!toAllSides) {
+            const double angle = std::clamp(angleFor(position, corners), 1.0, 150.0);
+            addView(eyeAt(position, glm::normalize(middleOf(corners) - position), angle), *field.info, size);
+        } else {
+            for (int axis = 0; axis < 3; ++axis)
+                for (const double sign : {1.0, -1.0}) {
+                    glm::dvec3 forward(0);
+                    forward[axis] = sign;
+                    addView(eyeAt(position, forward, 90), *field.info, size);
+                }
+        }
+    }
+}
+
+bool ShadowMaps::placeOn(const View& view, const glm::dvec3& place, glm::vec2& at, float& mm) const {
+    const auto size = static_cast<double>(maps_.front().size());
+    double x = 0, y = 0;
+    if (view.plane.perspective) {
+        const glm::dvec3 d = place - view.camera.position;
+        const double along = glm::dot(d, view.plane.forward);
+        if (!(along > 0))
+            return false;
+        x = glm::dot(d, view.right) * view.far / along;
+        y = glm::dot(d, view.up) * view.far / along;
+        mm = static_cast<float>(glm::length(d));
+    } else {
+        const glm::dvec3 d = place - view.plane.centre;
+        x = glm::dot(d, view.right);
+        y = glm::dot(d, view.up);
+        mm = static_cast<float>(glm::dot(d, view.plane.forward));
+    }
+    at = glm::vec2(0.5 * (1 + x) * size, 0.5 * (1 - y) * size);
+    return true;
+}
+
+void ShadowMaps::build(const LitField& field, int threads, const ShareDone& progress) {
+    const int size = maps_.front().size();
+    std::atomic<std::size_t> more = 0;
+    std::mutex mutex;
+    largestError_ = 0;
+    const std::size_t rows = maps_.size() * static_cast<std::size_t>(size);
+    parallelFor(
+        rows, threads,
+        [&](std::size_t row) {
+            const std::size_t n = row / static_cast<std::size_t>(size);
+            const View& view = views_[n];
+            const int y = static_cast<int>(row) % size;
+            const RayFrame<float> frame =
+                cast<float>(rayFrame(view.camera, *field.info, {size, size}, quality_.stepVoxels));
+            Strides strides;
+            strides.map = field.levels;
+            strides.uniformSegments = 1;
+            strides.segmentVoxels = quality_.stepVoxels;
+            std::vector<LightLeft> samples;
+            float largest = 0;
+            withCacheField<float>(
+                *field.cache, *field.info, *field.selection, field.levels, Gradient::central,
+                [&](auto& values) {
+                    for (int x = 0; x < size; ++x) {
+                        const SegmentedRay<float> ray = segmentedRay(
+                            frame, glm::vec2(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f));
+                        const glm::dvec3 entry(field.info->patientFromVoxel *
+                                               glm::dvec4(glm::dvec3(ray.entry), 1));
+                        const double mm = view.plane.perspective
+                                              ? glm::length(entry - view.camera.position)
+                                              : glm::dot(entry - view.plane.centre, view.plane.forward);
+                        lightAlong(ray, values, field, strides, static_cast<float>(mm), samples);
+                        const float error = maps_[n].fit({x, y}, samples, quality_.error);
+                        largest = std::max(largest, error);
+                        more += error > quality_.error ? 1 : 0;
+                    }
+                });
+            const std::lock_guard lock(mutex);
+            largestError_ = std::max(largestError_, largest);
+        },
+        progress);
+    shareOfMore_ = static_cast<double>(more) / static_cast<double>(rows * static_cast<std::size_t>(size));
+}
+
+float ShadowMaps::light(const glm::dvec3& place) const {
+    const glm::dvec3 towards = isPoint_ ? light_ - place : light_;
+    const double far = glm::length(towards);
+    const glm::dvec3 from = far > offsetMm_ ? place + towards * (offsetMm_ / far) : place;
+    const std::size_t lights = maps_.size() / static_cast<std::size_t>(perLight_);
+    float sum = 0;
+    for (std::size_t n = 0; n < views_.size(); ++n) {
+        glm::vec2 at(0);
+        float mm = 0;
+        if (!placeOn(views_[n], from, at, mm))
+            continue;
+        const auto edge = static_cast<float>(maps_[n].size());
+        if (perLight_ > 1 && !(at.x >= 0 && at.y >= 0 && at.x < edge && at.y < edge))
+            continue; // another side's
+        sum += lights > 1 ? maps_[n].nearest(at, mm) : maps_[n].between(at, mm);
+    }
+    return std::min(1.0f, sum / static_cast<float>(lights));
+}
+
+} // namespace tessera

@@ -1,0 +1,130 @@
+// render/light/shadow_maps.h: what of a light gets where: deep shadow maps of the field that is drawn, seen
+// from the light. A light of some size has several, from places spread over it; one inside the volume six,
+// to all sides.
+#pragma once
+
+#include "bricking/cache/brick_cache.h"
+#include "bricking/levels/selection.h"
+#include "core/budget.h"
+#include "core/camera.h"
+#include "core/lighting.h"
+#include "core/progress.h" // ShareDone
+#include "render/contract/optics.h"
+#include "render/contract/strides.h"
+#include "render/empty_space/occupancy.h"
+#include "render/light/deep_shadow_map.h"
+
+#include <vector>
+
+namespace tessera {
+
+/// A light, fixed to the patient.
+struct PlacedLight {
+    bool isPoint = false;
+    glm::dvec3 towards{0, 0, 1}; // directional: unit, to the light
+    glm::dvec3 position{0};      // point: mm
+    double softness = 0;         // degrees
+};
+
+/// What light goes through. All outlive what is made of it.
+struct LitField {
+    BrickCache* cache = nullptr;
+    const VolumeInfo* info = nullptr;
+    const Selection* selection = nullptr;
+    const LevelMap* levels = nullptr; // null: the selection has one level
+    const Optics* optics = nullptr;
+    const Occupancy* occupancy = nullptr; // null: nothing is skipped
+};
+
+/// Whether a light casts a shadow that can be seen: one at the eye casts none.
+inline bool castsShadow(const Light& light) {
+    return light.shadow && light.intensity > 0 && light.kind != LightKind::head;
+}
+PlacedLight placedLight(const Light& light, const Camera& camera);
+
+struct ShadowQuality {
+    int mapSize = 512;         // rays along a side of the one map of a light without size
+    double stepVoxels = 1;     // of its rays
+    float error = 1.0f / 128;  // of the light that maps hold, where eight layers are enough
+    double offsetVoxels = 1.5; // towards the light, of the place whose light is asked for
+    static constexpr int kMapsOfSoftLight = 8;
+};
+
+class ShadowMaps {
+  public:
+    /// @param field  its selection decides where there is anything to look at
+    ShadowMaps(const PlacedLight& light, const LitField& field, const ShadowQuality& quality);
+
+    /// Memory of the maps, which size decides; half the side takes a quarter.
+    static std::size_t bytes(const PlacedLight& light, const VolumeInfo& info, const ShadowQuality& quality);
+
+    /// Sends the rays. @param threads  0: all processors
+    void build(const LitField& field, int threads, const ShareDone& progress = {});
+
+    /// Share of the light that gets to a place, patient space; [0,1].
+    float light(const glm::dvec3& place) const;
+
+    /// The largest error that a ray's fit may make, and the share of rays whose fit may make more than was
+    /// asked for.
+    float largestError() const { return largestError_; }
+    double shareOfMore() const { return shareOfMore_; }
+    const std::vector<DeepShadowMap>& maps() const { return maps_; }
+    /// Where the rays of a map come from.
+    const Camera& camera(std::size_t map) const { return views_[map].camera; }
+
+  private:
+    struct View {
+        Camera camera;
+        RayPlane plane;
+        glm::dvec3 right{0}, up{0}; // over the square of their length
+        double far = 0;             // perspective: distance of the plane's centre
+    };
+    void addView(const Camera& camera, const VolumeInfo& info, int size);
+    /// Where a place lies on a map, and how far from where its rays start. False: behind a point light.
+    bool placeOn(const View& view, const glm::dvec3& place, glm::vec2& at, float& mm) const;
+
+    ShadowQuality quality_;
+    glm::dvec3 light_{0}; // a direction, or a place
+    bool isPoint_ = false;
+    double offsetMm_ = 0;
+    int perLight_ = 1; // views that look to different sides
+    std::vector<View> views_;
+    std::vector<DeepShadowMap> maps_;
+    float largestError_ = 0;
+    double shareOfMore_ = 0;
+};
+
+/// The light left along a ray: at the ends of the segments that take some, and where those start.
+/// @param field  value(p)  @param samples  replaced
+template <typename Field>
+void lightAlong(const SegmentedRay<float>& ray, Field& field, const LitField& lit, const Strides& strides,
+                float mmAtEntry, std::vector<LightLeft>& samples) {
+    samples.clear();
+    float left = 1;
+    int last = -1; // segment up to which light is known
+    for (int i = 0; i < ray.count;) {
+        const int n = strideAt(strides, ray, i);
+        const float length = strideLength(ray, i, n);
+        const glm::vec3 middle = stridePosition(ray, i, length);
+        if (lit.occupancy) {
+            const int next = nextOccupied(*lit.occupancy, strides, ray, i, n, middle);
+            if (next > i) {
+                i = next;
+                continue;
+            }
+        }
+        const float extinction = lookUp(*lit.optics, field.value(middle)).a;
+        if (extinction > 0) {
+            if (last != i)
+                samples.push_back({mmAtEntry + static_cast<float>(i) * ray.segmentMm, left});
+            left = left * (1 - opacityOf(extinction * (length * ray.segmentMm)));
+            samples.push_back({mmAtEntry + (static_cast<float>(i) + length) * ray.segmentMm, left});
+            last = i + n;
+            if (left < DeepShadowMap::kDark)
+                break;
+        }
+        i += n;
+    }
+}
+
+} // namespace tessera
