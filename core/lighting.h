@@ -1,0 +1,55 @@
+// core/lighting.h: where a scene's light comes from, and what of it gets where (docs/sampling.md, "Shading").
+#pragma once
+
+#include <cstddef>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <vector>
+
+namespace tessera {
+
+/// At the eye, along every ray; from one direction; from a place.
+enum class LightKind { head, directional, point };
+/// What a light's direction or place is fixed to. Camera: x to the picture's right, y up, z towards the
+/// viewer, places from the eye (parallel projection: from the camera's position), mm. Patient: LPS.
+enum class LightFrame { camera, patient };
+
+struct Light {
+    LightKind kind = LightKind::head;
+    LightFrame frame = LightFrame::camera;
+    glm::dvec3 direction{0, 0, 1};   // directional: towards the light, any length; 0: lights nothing
+    glm::dvec3 position{0};          // point: mm
+    glm::dvec3 attenuation{1, 0, 0}; // point: 1/(c + l d + q d^2), d mm
+    double intensity = 1;
+    glm::dvec3 colour{1}; // linear light
+    bool shadow = false;  // it casts one
+    double softness = 0;  // degrees, its diameter as seen from what it lights
+    bool operator==(const Light&) const = default;
+};
+
+/// Ambient occlusion: how much of the light that comes from all sides reaches a place.
+struct Occlusion {
+    int rays = 32;
+    double radiusMm = 16; // how far they look
+    double offsetMm = 0;  // where they begin
+    double bias = 0.1, gamma = 0.6;
+    double emission = 0; // of tissue, as a light of its own; 0: none
+    bool operator==(const Occlusion&) const = default;
+};
+
+struct Lighting {
+    static constexpr std::size_t kMaxLights = 4;
+    std::vector<Light> lights; // none: one head light
+    std::optional<Occlusion> occlusion;
+    bool operator==(const Lighting&) const = default;
+};
+
+/// Those that send light, in the scene's order: what numbers of lights mean everywhere else. A head light
+/// where the scene names none.
+std::vector<Light> shiningLights(const std::vector<Light>& lights);
+/// One white head light of intensity 1 shines, and nothing else.
+bool isHeadLightAlone(const std::vector<Light>& lights);
+/// The most light that comes to any place, of the colour that there is most of.
+double mostLight(const std::vector<Light>& lights);
+
+} // namespace tessera
