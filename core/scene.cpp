@@ -5,6 +5,7 @@
 #include "core/colour.h"
 #include "core/error.h"
 #include "core/json_reader.h"
+#include "core/lighting_json.h"
 #include "core/nearest_name.h"
 #include "core/transfer_json.h"
 
@@ -20,12 +21,14 @@ namespace {
 using nlohmann::json;
 using Keys = std::vector<std::string>;
 
-const Keys kSceneKeys = {"tesseraScene", "volumes", "camera", "shading", "isosurfaces", "quality", "image"};
+const Keys kSceneKeys = {"tesseraScene", "volumes",     "camera",  "shading",
+                         "lighting",     "isosurfaces", "quality", "image"};
 const Keys kVolumeKeys = {"path", "transferFunction", "unit"};
 const Keys kFittedKeys = {"view", "fit", "parallelProjection"};
 const Keys kFreeCameraKeys = {"position",  "focalPoint",         "viewUp",
                               "viewAngle", "parallelProjection", "parallelScale"};
-const Keys kShadingKeys = {"shade", "ambient", "diffuse", "specular", "specularPower", "gradient"};
+const Keys kShadingKeys = {"shade",         "ambient",  "diffuse", "specular",
+                           "specularPower", "gradient", "model",   "gradientWeight"};
 const Keys kSurfaceKeys = {"value", "rgb", "opacity"};
 const Keys kQualityKeys = {"stepVoxels", "integrator",   "fetch",    "terminationTransmittance",
                            "skipping",   "edgeFunction", "sampling", "maxError",
@@ -129,6 +132,16 @@ Shading parseShading(const JsonValue& value) {
     readNumber(value, "specularPower", 0, 1024, shading.specularPower);
     if (value.has("gradient"))
         shading.gradient = parseGradient(value.at("gradient").oneOf(gradientNames()), value.place());
+    if (value.has("model"))
+        shading.model = static_cast<ShadingModel>(
+            nameIndex(value.at("model").oneOf(shadingModelNames()), shadingModelNames(), value.place()));
+    if (value.has("gradientWeight")) {
+        const JsonValue weight = value.at("gradientWeight");
+        const std::vector<double> ends = weight.numbers(2);
+        if (!(ends[0] >= 0 && ends[0] <= ends[1]))
+            weight.refuse("[low, high], 0 or more, ascending");
+        shading.gradientWeight = GradientWeight{ends[0], ends[1]};
+    }
     return shading;
 }
 
@@ -293,8 +306,19 @@ const std::vector<std::string>& pixelFilterNames() {
     return names;
 }
 
-double brightest(const Shading& shading) {
-    return shading.on ? std::max(1.0, shading.ambient + shading.diffuse + shading.specular) : 1.0;
+const std::vector<std::string>& shadingModelNames() {
+    static const std::vector<std::string> names = {"phong", "blinn-phong"};
+    return names;
+}
+
+double brightest(const Shading& shading, const Lighting& lighting, const std::vector<Material>& materials) {
+    if (!shading.on)
+        return 1;
+    const double light = mostLight(lighting.lights);
+    double most = std::max(1.0, shading.ambient + light * (shading.diffuse + shading.specular));
+    for (const Material& m : materials)
+        most = std::max(most, m.ambient + light * (m.diffuse + m.specular));
+    return most;
 }
 
 View parseView(const std::string& text, const std::string& where) {
@@ -375,6 +399,8 @@ Scene parseScene(const std::string& text, const std::filesystem::path& folder, c
         scene.camera = parseCamera(root.at("camera"));
     if (root.has("shading"))
         scene.shading = parseShading(root.at("shading"));
+    if (root.has("lighting"))
+        scene.lighting = parseLighting(root.at("lighting"));
     if (root.has("isosurfaces"))
         scene.surfaces = parseSurfaces(root.at("isosurfaces"));
     scene.quality.automaticStep = true;
@@ -425,21 +451,27 @@ std::string sceneJson(const Scene& scene) {
         qualityObject["pixelFilter"] = pixelFilterNames()[static_cast<std::size_t>(pixels.filter)];
     if (pixels.seed != plain.seed)
         qualityObject["seed"] = pixels.seed;
-    const json document = {{"tesseraScene", Scene::kVersion},
-                           {"volumes", std::move(volumes)},
-                           {"camera", cameraJson(scene.camera)},
-                           {"shading",
-                            {{"shade", shading.on},
-                             {"ambient", shading.ambient},
-                             {"diffuse", shading.diffuse},
-                             {"specular", shading.specular},
-                             {"specularPower", shading.specularPower},
-                             {"gradient", gradientNames()[static_cast<std::size_t>(shading.gradient)]}}},
-                           {"isosurfaces", std::move(surfaces)},
-                           {"quality", std::move(qualityObject)},
-                           {"image",
-                            {{"size", {scene.imageSize.x, scene.imageSize.y}},
-                             {"background", backgroundJson(scene.background)}}}};
+    json document = {{"tesseraScene", Scene::kVersion},
+                     {"volumes", std::move(volumes)},
+                     {"camera", cameraJson(scene.camera)},
+                     {"shading",
+                      {{"shade", shading.on},
+                       {"ambient", shading.ambient},
+                       {"diffuse", shading.diffuse},
+                       {"specular", shading.specular},
+                       {"specularPower", shading.specularPower},
+                       {"gradient", gradientNames()[static_cast<std::size_t>(shading.gradient)]}}},
+                     {"isosurfaces", std::move(surfaces)},
+                     {"quality", std::move(qualityObject)},
+                     {"image",
+                      {{"size", {scene.imageSize.x, scene.imageSize.y}},
+                       {"background", backgroundJson(scene.background)}}}};
+    if (shading.model != ShadingModel::phong)
+        document["shading"]["model"] = shadingModelNames()[static_cast<std::size_t>(shading.model)];
+    if (shading.gradientWeight)
+        document["shading"]["gradientWeight"] = {shading.gradientWeight->low, shading.gradientWeight->high};
+    if (json lighting = lightingJson(scene.lighting); !lighting.is_null())
+        document["lighting"] = std::move(lighting);
     return document.dump(-1, ' ', true, json::error_handler_t::replace);
 }
 
@@ -448,7 +480,11 @@ std::map<std::string, std::vector<std::string>> sceneKeys() {
             {"$.volumes[]", kVolumeKeys},
             {"$.volumes[].transferFunction", transferKeys()},
             {"$.camera", cameraKeys()},
+            {"$.volumes[].transferFunction.materials[]", materialKeys()},
             {"$.shading", kShadingKeys},
+            {"$.lighting", lightingKeys()},
+            {"$.lighting.lights[]", lightKeys()},
+            {"$.lighting.occlusion", occlusionKeys()},
             {"$.isosurfaces[]", kSurfaceKeys},
             {"$.quality", kQualityKeys},
             {"$.image", kImageKeys}};

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/camera.h"
+#include "core/lighting.h"
 #include "core/transfer_function.h"
 
 #include <filesystem>
@@ -21,17 +22,30 @@ namespace tessera {
 /// over half a pitch to both sides.
 enum class Gradient { forward, central, sobel, analytic, centralHalf };
 
-/// Phong with a head light: colour * (ambient + diffuse * |n.v|) + specular * max(0, r.v)^specularPower,
+/// What highlights follow: the mirrored light, or the direction halfway between light and viewer.
+enum class ShadingModel { phong, blinnPhong };
+
+/// Where gradients are too weak for a surface, in physical units per mm: light is that of a volume up to the
+/// lower one, that of a surface from the higher on.
+struct GradientWeight {
+    double low = 0, high = 0;
+    bool operator==(const GradientWeight&) const = default;
+};
+
+/// With a head light: colour * (ambient + diffuse * |n.v|) + specular * max(0, r.v)^specularPower,
 /// the specular part white. Off: colour as the transfer function gives it.
 struct Shading {
     bool on = true;
     double ambient = 0.2, diffuse = 0.8, specular = 0.25, specularPower = 20;
     Gradient gradient = Gradient::central;
+    ShadingModel model = ShadingModel::phong;
+    std::optional<GradientWeight> gradientWeight; // none: every gradient makes a surface
 };
 
 /// The largest component that a lit colour can have, of colours in [0,1]; 1 at least, because a colour stays
 /// as it is where the field has no gradient. Ending rays at transmittance t leaves out at most t times this.
-double brightest(const Shading& shading);
+double brightest(const Shading& shading, const Lighting& lighting = {},
+                 const std::vector<Material>& materials = {});
 
 /// A surface of one value, drawn where rays cross it, in one pass with the volume. Lit as the volume is.
 struct Isosurface {
@@ -109,6 +123,7 @@ struct Scene {
     std::vector<SceneVolume> volumes; // exactly one is drawn now
     CameraChoice camera = FittedView{};
     Shading shading;
+    Lighting lighting;
     std::vector<Isosurface> surfaces; // at most kMaxSurfaces
     Quality quality;
     glm::ivec2 imageSize{512, 512};
@@ -144,6 +159,7 @@ const std::vector<std::string>& samplingNames();     // in the order of Sampling
 const std::vector<std::string>& integratorNames();   // in the order of Integrator
 const std::vector<std::string>& gradientNames();     // in the order of Gradient
 const std::vector<std::string>& pixelFilterNames();  // in the order of PixelFilter
+const std::vector<std::string>& shadingModelNames(); // in the order of ShadingModel
 /// Takes other words for a side too: front, back, top, bottom, ventral, dorsal, cranial, caudal.
 View parseView(const std::string& text, const std::string& where);
 Fit parseFit(const std::string& text, const std::string& where);

@@ -82,6 +82,21 @@ TransferFunction TransferFunction::fromExtinction(std::vector<OpacityPoint> exti
     return f;
 }
 
+void TransferFunction::setMaterials(std::vector<Material> materials, const std::string& where) {
+    std::stable_sort(materials.begin(), materials.end(),
+                     [](const Material& a, const Material& b) { return a.from < b.from; });
+    if (materials.size() > kMaxMaterials)
+        throw InputError(where + ": expected at most " + std::to_string(kMaxMaterials) +
+                         " materials, found " + std::to_string(materials.size()));
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+        if (!(materials[i].from < materials[i].to))
+            throw InputError(where + ": expected a material's \"from\" below its \"to\"");
+        if (i > 0 && materials[i].from < materials[i - 1].to)
+            throw InputError(where + ": expected materials that share no value");
+    }
+    materials_ = std::move(materials);
+}
+
 double TransferFunction::extinction(double value) const {
     if (opacity_.empty())
         return 0;

@@ -18,6 +18,14 @@ struct ColourPoint {
     glm::dvec3 colour{1.0}; // linear light, Rec. 709 primaries, [0,1], not premultiplied
 };
 
+/// How what has a value answers to light, in place of what the scene's shading says.
+struct Material {
+    double from = 0, to = 0; // physical units, to not with it
+    double ambient = 0.2, diffuse = 0.8, specular = 0.25;
+    int specularPower = 20;
+    bool operator==(const Material&) const = default;
+};
+
 /// Opacity and colour as functions of the physical value, piecewise linear between points, constant beyond
 /// the outermost ones. Two points at one value are a step; the value itself takes the right one. Three or
 /// more at one value: the first is the left limit, the last the right one.
@@ -46,11 +54,17 @@ class TransferFunction {
     const std::vector<OpacityPoint>& opacityPoints() const { return opacity_; }
     const std::vector<ColourPoint>& colourPoints() const { return colour_; }
     double referenceLengthMm() const { return referenceLengthMm_; }
+    static constexpr std::size_t kMaxMaterials = 8;
+    /// Ascending. Throws InputError naming where for ranges that are empty or share values, and for more than
+    /// kMaxMaterials.
+    void setMaterials(std::vector<Material> materials, const std::string& where = "transfer function");
+    const std::vector<Material>& materials() const { return materials_; }
 
   private:
     std::vector<OpacityPoint> opacity_;
     std::vector<ColourPoint> colour_;
     std::vector<double> kinks_;
+    std::vector<Material> materials_;
     double referenceLengthMm_ = 1;
     bool pointsAreExtinction_ = false;
 };

@@ -10,9 +10,38 @@ constexpr double kMinUnitMm = 1e-6, kMaxUnitMm = 1e6; // from microscopes to mou
 
 const std::vector<std::string>& transferKeys() {
     static const std::vector<std::string> keys = {"scalarOpacityUnitDistance", "scalarOpacity",
-                                                  "rgbTransferFunction"};
+                                                  "rgbTransferFunction", "materials"};
     return keys;
 }
+
+const std::vector<std::string>& materialKeys() {
+    static const std::vector<std::string> keys = {"from",    "to",       "ambient",
+                                                  "diffuse", "specular", "specularPower"};
+    return keys;
+}
+
+namespace {
+
+/// All keys are needed: what a scene's shading says is for values without a material.
+Material parseMaterial(const JsonValue& value) {
+    value.requireKeys(materialKeys());
+    Material m;
+    m.from = value.at("from").number();
+    m.to = value.at("to").number();
+    m.ambient = value.at("ambient").number(0, 1);
+    m.diffuse = value.at("diffuse").number(0, 1);
+    m.specular = value.at("specular").number(0, 1);
+    m.specularPower = value.at("specularPower").integer(1, 1024);
+    return m;
+}
+
+nlohmann::json materialJson(const Material& m) {
+    return {{"from", m.from},         {"to", m.to},
+            {"ambient", m.ambient},   {"diffuse", m.diffuse},
+            {"specular", m.specular}, {"specularPower", m.specularPower}};
+}
+
+} // namespace
 
 TransferFunction parseTransfer(const JsonValue& value) {
     const double unitMm = value.has("scalarOpacityUnitDistance")
@@ -29,7 +58,15 @@ TransferFunction parseTransfer(const JsonValue& value) {
             const std::vector<double> point = item.numbers(4);
             colour.push_back({point[0], {point[1], point[2], point[3]}});
         }
-    return TransferFunction::fromOpacity(std::move(opacity), std::move(colour), unitMm, value.place());
+    TransferFunction function =
+        TransferFunction::fromOpacity(std::move(opacity), std::move(colour), unitMm, value.place());
+    if (value.has("materials")) {
+        std::vector<Material> materials;
+        for (const JsonValue& item : value.at("materials").items())
+            materials.push_back(parseMaterial(item));
+        function.setMaterials(std::move(materials), value.at("materials").place());
+    }
+    return function;
 }
 
 nlohmann::json transferJson(const TransferFunction& function) {
@@ -38,9 +75,12 @@ nlohmann::json transferJson(const TransferFunction& function) {
         opacity.push_back({p.value, p.opacity});
     for (const ColourPoint& p : function.colourPoints())
         colour.push_back({p.value, p.colour.r, p.colour.g, p.colour.b});
-    return {{"scalarOpacityUnitDistance", function.referenceLengthMm()},
-            {"scalarOpacity", std::move(opacity)},
-            {"rgbTransferFunction", std::move(colour)}};
+    nlohmann::json out = {{"scalarOpacityUnitDistance", function.referenceLengthMm()},
+                          {"scalarOpacity", std::move(opacity)},
+                          {"rgbTransferFunction", std::move(colour)}};
+    for (const Material& m : function.materials())
+        out["materials"].push_back(materialJson(m));
+    return out;
 }
 
 } // namespace tessera

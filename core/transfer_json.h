@@ -1,6 +1,7 @@
 // core/transfer_json.h: a transfer function as JSON, the same in scenes and presets:
 //   {"scalarOpacityUnitDistance": 1, "scalarOpacity": [[value, opacity], ...],
-//    "rgbTransferFunction": [[value, r, g, b], ...]}
+//    "rgbTransferFunction": [[value, r, g, b], ...],
+//    "materials": [{"from": value, "to": value, "ambient": 0.2, ...}, ...]}
 // Opacity is per scalarOpacityUnitDistance millimetres; colours are linear light in [0,1].
 // Include from .cpp files only.
 #pragma once
@@ -12,6 +13,7 @@ namespace tessera {
 
 /// The keys above.
 const std::vector<std::string>& transferKeys();
+const std::vector<std::string>& materialKeys();
 /// Reads those keys of an object; others are the caller's affair. A missing unit distance is 1 mm, a missing
 /// scalarOpacity refused (a forgotten one would draw nothing), missing colours are white.
 TransferFunction parseTransfer(const JsonValue& value);

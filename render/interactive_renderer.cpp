@@ -78,7 +78,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     ScenePlan* const volumes[] = {&p_};
     engine_.open(volumes, pages_);
     TESSERA_CHECK(engine_.bricks());
-    p_.view.aim(p_.info());
+    p_.aim();
     caster_ = engine_.caster({options.counting, false, false}, gpu);
     counter_ = engine_.counter(gpu);
     gain_.assign(bricks, 0);
@@ -269,7 +269,7 @@ void InteractiveRenderer::mapResident() {
 
 void InteractiveRenderer::beginPicture() {
     mapResident();
-    p_.view.aim(p_.info());
+    p_.aim();
     if (forDevice_.take(kEmptySpaceChanged))
         caster_->emptySpaceChanged();
     caster_->begin(raysOf(p_));

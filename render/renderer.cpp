@@ -140,7 +140,7 @@ bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     const auto checking = Clock::now();
     if (checks && options.checking) {
         progress.stage("estimating the picture's errors");
-        const double most = brightest(scene.shading);
+        const double most = brightest(scene.shading, scene.lighting, p.volume.function.materials());
         result.errors = areas ? search.errors(most) : search.errorsOf(result.image, most);
         if (p.chosen.predicted)
             result.errors->levelsLuvP99 = p.chosen.error.p99;

@@ -15,18 +15,9 @@
 
 namespace tessera {
 
-/// Beyond this, places stay; values that far outside of the table differ in nothing.
-constexpr float kFarPlace = 4194304.0f; // 2^22
-
 /// Whether segments need the field at their ends rather than at their middle.
 constexpr bool needsEnds(Integrator integrator) {
     return integrator != Integrator::midpoint;
-}
-
-template <typename Real> Real placeOf(const Optics& o, Real stored) {
-    const Real x = stored * static_cast<Real>(o.scale) + static_cast<Real>(o.offset);
-    const Real above = x > Real(-kFarPlace) ? x : Real(-kFarPlace); // also where it is no number
-    return above < Real(kFarPlace) ? above : Real(kFarPlace);
 }
 
 /// Colour and extinction at a place; constant beyond the table.
@@ -54,6 +45,13 @@ template <typename Real> SegmentEnd<Real> endOf(const Optics& o, Real stored) {
         end.entry = glm::vec<4, Real>(o.bins[static_cast<std::size_t>(end.bin + 1)]);
     }
     return end;
+}
+
+/// What answers to light in a segment: that of the value halfway between its ends.
+template <typename Real>
+leaf::Material<Real> materialOf(const Optics& o, const SegmentEnd<Real>& front,
+                                const SegmentEnd<Real>& back) {
+    return materialAt(o, needsEnds(o.integrator) ? Real(0.5) * (front.place + back.place) : back.place);
 }
 
 /// Extinction, averaged over the values between two ends; exact for the table but for rounding. Zero exactly

@@ -5,6 +5,8 @@
 // V: a number; lanes bring select(), min(), max(), sqrt(), floor(), abs() and powerOfTwo() of their own.
 #pragma once
 
+#include "render/contract/light_numbers.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -97,6 +99,95 @@ TESSERA_LEAF HeadLight<V> headLight(const Vec& g, const Vec& d, V ambient, V dif
     const V cosine = min(V(1.0f), abs(g.x * d.x + g.y * d.y + g.z * d.z) / sqrt(lengths));
     const V mirrored = max(V(0.0f), V(2.0f) * cosine * cosine - V(1.0f));
     return {ambient + diffuse * cosine, specular * wholePower(mirrored, power)};
+}
+
+/// All light reaches a sample: what scenes without occlusion and shadows receive, at no cost.
+struct AllLight {
+    template <typename V> TESSERA_LEAF V ambient(V reflected, int) const { return reflected; }
+    template <typename V> TESSERA_LEAF V of(int, V light) const { return light; }
+};
+/// Shares of light that reach a sample.
+template <typename V> struct ReceivedLight {
+    V fromAllSides[3]; // ambient, by channel
+    V from[kMostLights];
+    TESSERA_LEAF V ambient(V reflected, int channel) const { return fromAllSides[channel] * reflected; }
+    TESSERA_LEAF V of(int number, V light) const { return from[number] * light; }
+};
+
+/// @param N  of the power: a whole number, or one a lane
+template <typename V, typename N = int> struct Material {
+    V ambient, diffuse, specular;
+    N power;
+};
+/// What lights make of colours: colour * scale + add, by channel.
+template <typename V> struct Lit { V scale[3], add[3]; };
+
+/// The light of docs/sampling.md, "Shading", by the scene's own lights.
+/// @param gradient, direction  patient space, any scale
+/// @param toPoint   from the sample to a point light, patient space, mm: f(LightNumbers)
+/// @param received  shares of it that reach the sample: AllLight, or ReceivedLight<V>
+template <typename V, typename Vec, typename N, typename ToPoint, typename Received>
+TESSERA_LEAF Lit<V> litBy(const LightingNumbers& lighting, const Vec& g, const Vec& d,
+                          const Material<V, N>& m, V largest, const ToPoint& toPoint,
+                          const Received& received) {
+    using std::max, std::min, std::sqrt;
+    const V zero(0.0f), one(1.0f), two(2.0f);
+    const auto dot = [](const Vec& a, const Vec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
+    const V steepness = dot(g, g), distance = dot(d, d);
+    const auto isSurface =
+        (steepness > zero) & (steepness <= largest) & (distance > zero) & (distance <= largest);
+    const V steep = sqrt(steepness), far = sqrt(distance);
+    const V facing = select(dot(g, d) > zero, zero - one, one) / steep;
+    const Vec n{select(isSurface, g.x * facing, zero), select(isSurface, g.y * facing, zero),
+                select(isSurface, g.z * facing, zero)};
+    const Vec v{select(isSurface, (zero - d.x) / far, zero), select(isSurface, (zero - d.y) / far, zero),
+                select(isSurface, (zero - d.z) / far, zero)};
+    const V above = min(one, max(zero, (steep - V(lighting.weightLow)) * V(lighting.weightScale)));
+    const V weight = select(isSurface, above * above * (V(3.0f) - two * above), zero);
+    const V towardsViewer = dot(n, v);
+    V everywhere[3] = {zero, zero, zero}, facingIt[3] = {zero, zero, zero}, mirrored[3] = {zero, zero, zero};
+    for (int i = 0; i < lighting.count; ++i) {
+        const LightNumbers& light = lighting.lights[i];
+        Vec l = v;
+        V shares = one;
+        if (light.sort == LightSort::directional) {
+            l = {V(light.place[0]), V(light.place[1]), V(light.place[2])};
+        } else if (light.sort == LightSort::point) {
+            const Vec to = toPoint(light);
+            const V squared = min(dot(to, to), largest);
+            const V away = sqrt(squared);
+            const auto isAway = squared > zero;
+            l = {select(isAway, to.x / away, zero), select(isAway, to.y / away, zero),
+                 select(isAway, to.z / away, zero)};
+            shares = one / (V(light.fading[0]) + V(light.fading[1]) * away + V(light.fading[2]) * squared);
+        }
+        shares = received.of(i, shares);
+        const V slant = dot(n, l);
+        const V cosine = min(one, max(zero, slant));
+        V sharp = zero;
+        if (lighting.halfway) {
+            const Vec h{l.x + v.x, l.y + v.y, l.z + v.z};
+            const V squared = dot(h, h);
+            sharp = select(squared > zero, dot(n, h) / sqrt(squared), zero);
+        } else {
+            sharp = two * slant * towardsViewer - dot(l, v);
+        }
+        const V highlight = wholePower(min(one, max(zero, sharp)), m.power);
+        const V shine = select(slant > zero, highlight, zero);
+        for (int c = 0; c < 3; ++c) {
+            const V power = V(light.colour[c]) * shares;
+            everywhere[c] = everywhere[c] + power;
+            facingIt[c] = facingIt[c] + power * cosine;
+            mirrored[c] = mirrored[c] + power * shine;
+        }
+    }
+    const auto scale = [&](int c) {
+        const V ambient = received.ambient(m.ambient, c);
+        const V volume = ambient + m.diffuse * everywhere[c], surface = ambient + m.diffuse * facingIt[c];
+        return volume + weight * (surface - volume);
+    };
+    const auto add = [&](int c) { return weight * (m.specular * mirrored[c]); };
+    return {{scale(0), scale(1), scale(2)}, {add(0), add(1), add(2)}};
 }
 
 /// One end of a segment for pre-integration: its place in the table, the bin that holds it, and the bin's

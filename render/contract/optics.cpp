@@ -3,6 +3,11 @@
 
 #include "core/error.h"
 
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+
 namespace tessera {
 
 Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shading& shading,
@@ -35,6 +40,72 @@ void setIntegrator(Optics& o, Integrator integrator) {
         o.bins = extinctionBins(o.table);
     if (integrator == Integrator::preintegrated)
         o.sums = colourSums(o.table);
+}
+
+void setLighting(Optics& o, const Shading& shading, const Lighting& lighting,
+                 const std::vector<Material>& materials, const Camera& camera, const VolumeInfo& info) {
+    o.lighting = {};
+    o.materials.clear();
+    o.hasLights = shading.on && (!isHeadLightAlone(lighting.lights) || !materials.empty() ||
+                                 shading.model != ShadingModel::phong || shading.gradientWeight);
+    if (!o.hasLights)
+        return;
+    o.lighting.halfway = shading.model == ShadingModel::blinnPhong;
+    if (const auto& weight = shading.gradientWeight) {
+        const double perStored = 1 / std::abs(info.rescaleSlope);
+        o.lighting.weightLow = static_cast<float>(weight->low * perStored);
+        o.lighting.weightScale = static_cast<float>(std::min(1 / ((weight->high - weight->low) * perStored),
+                                                             double{std::numeric_limits<float>::max()}));
+    }
+    const auto stored = [&](double value) {
+        return static_cast<float>((value - info.rescaleIntercept) / info.rescaleSlope);
+    };
+    for (const Material& m : materials)
+        o.materials.push_back({stored(m.from), stored(m.to), static_cast<float>(m.ambient),
+                               static_cast<float>(m.diffuse), static_cast<float>(m.specular),
+                               m.specularPower});
+    placeLights(o, lighting, camera, info);
+}
+
+void placeLights(Optics& o, const Lighting& lighting, const Camera& camera, const VolumeInfo& info) {
+    if (!o.hasLights)
+        return;
+    // The picture's right and up, and towards the viewer.
+    const glm::dvec3 towards = glm::normalize(camera.position - camera.focalPoint);
+    const glm::dvec3 right = glm::normalize(glm::cross(camera.viewUp, towards));
+    const glm::dmat3 patientFromCamera(right, glm::cross(towards, right), towards);
+    const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
+    const auto put = [](float(&to)[3], const glm::dvec3& from) {
+        for (int i = 0; i < 3; ++i)
+            to[i] = static_cast<float>(from[i]);
+    };
+    o.lighting.count = 0;
+    for (const Light& light : shiningLights(lighting.lights)) {
+        leaf::LightNumbers& n = o.lighting.lights[o.lighting.count++];
+        const bool withCamera = light.frame == LightFrame::camera;
+        put(n.colour, light.intensity * light.colour);
+        switch (light.kind) {
+        case LightKind::head:
+            n.sort = leaf::LightSort::head;
+            break;
+        case LightKind::directional: {
+            n.sort = leaf::LightSort::directional;
+            const glm::dvec3 d = withCamera ? patientFromCamera * light.direction : light.direction;
+            const double length = glm::length(d);
+            put(n.place, length > 0 ? d / length : glm::dvec3(0));
+            break;
+        }
+        case LightKind::point:
+            n.sort = leaf::LightSort::point;
+            put(n.place,
+                glm::dvec3(voxelFromPatient *
+                           glm::dvec4(withCamera ? camera.position + patientFromCamera * light.position
+                                                 : light.position,
+                                      1)));
+            put(n.fading, light.attenuation);
+            break;
+        }
+    }
 }
 
 std::vector<SurfaceLook> surfaceLooks(const std::vector<Isosurface>& surfaces, const VolumeInfo& info) {

@@ -3,7 +3,8 @@
 // best the library has.
 #pragma once
 
-#include "core/scene.h" // Shading
+#include "core/camera.h"
+#include "core/scene.h" // Shading, Lighting
 #include "core/transfer_function.h"
 #include "core/volume.h"
 #include "render/contract/leaves.h"
@@ -37,7 +38,11 @@ struct Optics {
     Gradient gradient = Gradient::central; // what shading takes
     glm::vec3 phong{0};                    // ambient, diffuse, specular
     int specularPower = 1;
-    glm::mat3 voxelFromPatientTransposed{1}; // linear parts
+    /// The scene's own lights, instead of a white head light, and what answers to them.
+    bool hasLights = false;
+    leaf::LightingNumbers lighting;
+    std::vector<leaf::MaterialNumbers> materials; // by value; their places as stored values
+    glm::mat3 voxelFromPatientTransposed{1};      // linear parts
     glm::mat3 patientFromVoxel{1};
     float termination = 0;                        // transmittance below which a ray ends; 0: never
     Integrator integrator = Integrator::midpoint; // never automatic
@@ -57,6 +62,12 @@ struct Optics {
 
 Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shading& shading,
                   double terminationTransmittance, Integrator integrator = Integrator::midpoint);
+/// Takes the scene's lights and materials; nothing where a white head light makes Phong's highlights on one
+/// material, wherever there is a gradient: that is shade() without lights.
+void setLighting(Optics& optics, const Shading& shading, const Lighting& lighting,
+                 const std::vector<Material>& materials, const Camera& camera, const VolumeInfo& info);
+/// The same lights from another camera.
+void placeLights(Optics& optics, const Lighting& lighting, const Camera& camera, const VolumeInfo& info);
 /// Takes an integrator, not automatic, with what it needs of the table besides two-dimensional
 /// pre-integration.
 void setIntegrator(Optics& optics, Integrator integrator);
@@ -66,6 +77,16 @@ std::vector<SurfaceLook> surfaceLooks(const std::vector<Isosurface>& surfaces, c
 /// from those it was made of. @param segmentMm  a typical segment; layers for strides of 2^firstLayer
 /// segments and the next
 void preparePreintegration2d(Optics& optics, double segmentMm, int firstLayer, int layers);
+
+/// Beyond this, places stay; values that far outside of the table differ in nothing.
+constexpr float kFarPlace = 4194304.0f; // 2^22
+
+/// A value in units of the table's entries, also beyond them.
+template <typename Real> Real placeOf(const Optics& o, Real stored) {
+    const Real x = stored * static_cast<Real>(o.scale) + static_cast<Real>(o.offset);
+    const Real above = x > Real(-kFarPlace) ? x : Real(-kFarPlace); // also where it is no number
+    return above < Real(kFarPlace) ? above : Real(kFarPlace);
+}
 
 template <typename Real> glm::vec<4, Real> lookUp(const Optics& o, Real stored) {
     const int last = static_cast<int>(o.table.size()) - 1;
@@ -113,6 +134,38 @@ glm::vec<3, Real> shade(const Optics& o, const glm::vec<3, Real>& colour, const 
                                              static_cast<Real>(o.phong.z), o.specularPower,
                                              std::numeric_limits<Real>::max(), isLit);
     return isLit ? colour * light.scale + light.add : colour;
+}
+
+/// Of the value at a place of the table (integrators.h: placeOf()).
+template <typename Real> leaf::Material<Real> materialAt(const Optics& o, Real place) {
+    for (const leaf::MaterialNumbers& m : o.materials)
+        if (place >= placeOf(o, static_cast<Real>(m.from)) && place < placeOf(o, static_cast<Real>(m.to)))
+            return {static_cast<Real>(m.ambient), static_cast<Real>(m.diffuse), static_cast<Real>(m.specular),
+                    m.power};
+    return {static_cast<Real>(o.phong.x), static_cast<Real>(o.phong.y), static_cast<Real>(o.phong.z),
+            o.specularPower};
+}
+
+/// By the scene's lights, or as shade() above where it has none of its own.
+/// @param position  voxels
+/// @param received  shares of the light: leaf::AllLight, or leaf::ReceivedLight<Real>
+template <typename Real, typename Received = leaf::AllLight>
+glm::vec<3, Real> shade(const Optics& o, const glm::vec<3, Real>& colour, const glm::vec<3, Real>& gradient,
+                        const glm::vec<3, Real>& direction, const glm::vec<3, Real>& position,
+                        const leaf::Material<Real>& material, const Received& received = {}) {
+    using Vec = glm::vec<3, Real>;
+    using Mat = glm::mat<3, 3, Real>;
+    const Mat toGradient(o.voxelFromPatientTransposed), toPatient(o.patientFromVoxel);
+    const Vec g = toGradient[0] * gradient.x + toGradient[1] * gradient.y + toGradient[2] * gradient.z;
+    const Vec d = toPatient[0] * direction.x + toPatient[1] * direction.y + toPatient[2] * direction.z;
+    const auto toPoint = [&](const leaf::LightNumbers& light) {
+        const Vec v = Vec(light.place[0], light.place[1], light.place[2]) - position;
+        return toPatient[0] * v.x + toPatient[1] * v.y + toPatient[2] * v.z;
+    };
+    const leaf::Lit<Real> lit =
+        leaf::litBy<Real>(o.lighting, g, d, material, std::numeric_limits<Real>::max(), toPoint, received);
+    return {colour.x * lit.scale[0] + lit.add[0], colour.y * lit.scale[1] + lit.add[1],
+            colour.z * lit.scale[2] + lit.add[2]};
 }
 
 } // namespace tessera

@@ -61,8 +61,14 @@ void ScenePlan::setFunction(const TransferFunction& f, const Scene& scene, Ledge
         makeOptics(volume.table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
     volume.optics.seen = std::move(seen);
     volume.optics.surfaces = surfaceLooks(scene.surfaces, info());
+    setLighting(volume.optics, scene.shading, scene.lighting, f.materials(), view.camera, info());
     if (!volume.selection.levels.empty())
         prepareSegments();
+}
+
+void ScenePlan::aim() {
+    view.aim(info());
+    placeLights(volume.optics, view.lighting, view.camera, info());
 }
 
 void ScenePlan::chargeTables(Integrator integrator, Ledger& ram) {
@@ -117,7 +123,7 @@ void ScenePlan::setStep(double stepVoxels) {
     view.quality.stepVoxels = stepVoxels;
     if (volume.mixed())
         volume.levels.mostStride = mostStride(volume.selection, view.quality);
-    view.aim(info());
+    aim();
     prepareSegments();
 }
 
@@ -168,6 +174,7 @@ ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, in
     checkIntegrator(scene.quality);
     ScenePlan p;
     p.view.quality = scene.quality;
+    p.view.lighting = scene.lighting;
     p.volume.store = &store;
     const VolumeInfo& info = store.info();
     p.view.imageSize = scene.imageSize;
@@ -280,7 +287,7 @@ void chooseAgain(ScenePlan& p, const Scene& scene, const TextureLimits& most, Le
     p.chosen = chooseLevels(scene, p.view.camera, p.volume.statistics, p.volume.table, *p.volume.store,
                             limits, choice, gpu, p.memory.gpuBytes(), ram, p.memory.ramBytes(), threads);
     p.setSelection(std::move(p.chosen.selection), ram);
-    p.view.aim(p.info());
+    p.aim();
     p.openCache(ram, threads, limits.readsOnce && !scene.quality.maxError); // passes read again
 }
 

@@ -26,6 +26,8 @@ struct ScenePlan {
     const VolumeInfo& info() const { return volume.info(); }
     /// Takes another transfer function; shading, termination and integrator are the scene's.
     void setFunction(const TransferFunction& function, const Scene& scene, Ledger& ram);
+    /// The rays and the lights of the view as it is.
+    void aim();
     /// What the scene takes besides its bricks, and what luxuries there is room for; chooses the scale of the
     /// map of empty space.
     /// @param changing  levels change from picture to picture: surfaces get no map of their own

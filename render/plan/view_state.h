@@ -17,9 +17,10 @@ struct ViewState {
     glm::ivec2 imageSize{0};
     Quality quality; // step, sampling and fetch as they are; integrator as it is asked for
     RayFrame<double> frame;
+    Lighting lighting;  // the scene's
     Charge imageCharge; // pictures and what an engine keeps of every ray, in RAM
 
-    /// The rays of camera, picture and step as they are.
+    /// The rays of camera, picture and step as they are. ScenePlan::aim() also places lights.
     void aim(const VolumeInfo& info) { frame = rayFrame(camera, info, imageSize, quality.stepVoxels); }
 };
 

@@ -23,10 +23,19 @@ using ::testing::HasSubstr;
 /// Every key there is, in two documents because a camera is either fitted or free.
 const char* const kFitted = R"({"tesseraScene":1,
   "volumes":[{"path":"a/x.zarr","unit":"HU","transferFunction":{"scalarOpacityUnitDistance":2.5,
-    "scalarOpacity":[[-100,0],[50,0.125],[50,0.5]],"rgbTransferFunction":[[0,0.1,0.2,0.3],[10,1,1,1]]}}],
+    "scalarOpacity":[[-100,0],[50,0.125],[50,0.5]],"rgbTransferFunction":[[0,0.1,0.2,0.3],[10,1,1,1]],
+    "materials":[{"from":-100,"to":0,"ambient":0.3,"diffuse":0.5,"specular":0,"specularPower":1},
+      {"from":0,"to":40.5,"ambient":0.125,"diffuse":0.25,"specular":0.5,"specularPower":64}]}}],
   "camera":{"view":"left","fit":"volume","parallelProjection":true},
   "shading":{"shade":false,"ambient":0.1,"diffuse":0.7,"specular":0.3,"specularPower":40,
-    "gradient":"sobel"},
+    "gradient":"sobel","model":"blinn-phong","gradientWeight":[2,8.5]},
+  "lighting":{"lights":[
+      {"kind":"head","intensity":0.5,"colour":[1,1,1],"shadow":false,"softness":0},
+      {"kind":"directional","frame":"patient","direction":[0,-1,2],"intensity":1.5,"colour":[1,0.5,0.25],
+       "shadow":true,"softness":2.5},
+      {"kind":"point","frame":"camera","position":[-100,200,0],"attenuation":[1,0.25,0.125],"intensity":2,
+       "colour":[0,0,1],"shadow":false,"softness":0}],
+    "occlusion":{"rays":64,"radius":20,"offset":0.5,"bias":0.2,"gamma":0.75,"emission":3}},
   "isosurfaces":[{"value":-300,"rgb":[0.9,0.5,0.25],"opacity":0.5},{"value":200,"rgb":[1,1,1],"opacity":1}],
   "quality":{"stepVoxels":0.25,"integrator":"pre-integrated","fetch":"exact","terminationTransmittance":0,"skipping":false,
     "edgeFunction":"split","sampling":"naive","maxError":2.5,
@@ -77,6 +86,22 @@ TEST(Scene, EveryKeyIsRead) {
     EXPECT_EQ(scene.shading.specularPower, 40);
     EXPECT_EQ(scene.quality.stepVoxels, 0.25);
     EXPECT_EQ(scene.shading.gradient, Gradient::sobel);
+    ASSERT_EQ(function.materials().size(), 2u);
+    EXPECT_EQ(function.materials()[1], (Material{0, 40.5, 0.125, 0.25, 0.5, 64}));
+    EXPECT_EQ(scene.shading.model, ShadingModel::blinnPhong);
+    EXPECT_EQ(scene.shading.gradientWeight, (GradientWeight{2, 8.5}));
+    ASSERT_EQ(scene.lighting.lights.size(), 3u);
+    EXPECT_EQ(scene.lighting.lights[0].kind, LightKind::head);
+    EXPECT_EQ(scene.lighting.lights[0].intensity, 0.5);
+    Light sun{LightKind::directional, LightFrame::patient, {0, -1, 2}};
+    sun.intensity = 1.5, sun.colour = {1, 0.5, 0.25}, sun.shadow = true, sun.softness = 2.5;
+    EXPECT_EQ(scene.lighting.lights[1], sun);
+    Light lamp{LightKind::point, LightFrame::camera, {0, 0, 1}, {-100, 200, 0}, {1, 0.25, 0.125}};
+    lamp.intensity = 2, lamp.colour = {0, 0, 1};
+    EXPECT_EQ(scene.lighting.lights[2], lamp);
+    EXPECT_EQ(scene.lighting.occlusion, (Occlusion{64, 20, 0.5, 0.2, 0.75, 3}));
+    EXPECT_EQ(parse(kFree).lighting, Lighting{});
+    EXPECT_EQ(parse(kFree).shading.model, ShadingModel::phong);
     ASSERT_EQ(scene.surfaces.size(), 2u);
     EXPECT_EQ(scene.surfaces[0], (Isosurface{-300, glm::dvec3(0.9, 0.5, 0.25), 0.5}));
     EXPECT_EQ(scene.surfaces[1], (Isosurface{200, glm::dvec3(1), 1}));
@@ -149,6 +174,31 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
              {"/shading/shade", "yes"},
              {"/shading/ambient", -0.1},
              {"/shading/specularPower", nullptr},
+             {"/shading/model", "gouraud"},
+             {"/shading/gradientWeight", {3, 2}},
+             {"/shading/gradientWeight", {-1, 2}},
+             {"/lighting/lights", json::array()},
+             {"/lighting/lights", json::array({{{"kind", "head"}},
+                                               {{"kind", "head"}},
+                                               {{"kind", "head"}},
+                                               {{"kind", "head"}},
+                                               {{"kind", "head"}}})},
+             {"/lighting/lights/0/kind", "spot"},
+             {"/lighting/lights/0/frame", "camera"},
+             {"/lighting/lights/0/position", {1, 2, 3}},
+             {"/lighting/lights/1/attenuation", {1, 0, 0}},
+             {"/lighting/lights/2/direction", {1, 0, 0}},
+             {"/lighting/lights/2/attenuation", {0, 0, 1}},
+             {"/lighting/lights/1/intensity", -1},
+             {"/lighting/lights/1/colour", {0, 0, 2}},
+             {"/lighting/lights/1/softness", 61},
+             {"/lighting/occlusion/rays", 33},
+             {"/lighting/occlusion/radius", 0},
+             {"/lighting/occlusion/gamma", 9},
+             {"/volumes/0/transferFunction/materials/1/from", -1},
+             {"/volumes/0/transferFunction/materials/1/to", 0},
+             {"/volumes/0/transferFunction/materials/0", {{"from", 1}, {"to", 2}}},
+             {"/volumes/0/transferFunction/materials/0/specularPower", 2.5},
              {"/quality/stepVoxels", 0},
              {"/quality/stepVoxels", 17},
              {"/quality/samples", 0},
@@ -246,6 +296,21 @@ TEST(Shading, OfAllThreeKindsOfLightIsTheBrightest) {
     EXPECT_EQ(brightest(shading), 1) << "colours come unlit where nothing can be shaded";
     shading.diffuse = 0.75, shading.on = false;
     EXPECT_EQ(brightest(shading), 1);
+}
+
+// A point light is brightest at its place; the channel with most light counts.
+TEST(Shading, EveryLightAndMaterialMakesItBrighter) {
+    Shading shading;
+    shading.ambient = 0.25, shading.diffuse = 0.5, shading.specular = 0.25;
+    Lighting lighting;
+    lighting.lights = {Light{}, Light{LightKind::point, LightFrame::camera, {}, {1, 2, 3}, {0.5, 1, 1}},
+                       Light{LightKind::directional}};
+    lighting.lights[1].colour = {0.25, 1, 0};
+    lighting.lights[2].intensity = 0;
+    EXPECT_EQ(brightest(shading, lighting), 0.25 + 3 * 0.75);
+    EXPECT_EQ(brightest(shading, lighting, {{0, 1, 0.5, 1, 0.5, 3}, {2, 3, 0, 0, 0, 1}}), 0.5 + 3 * 1.5);
+    shading.on = false;
+    EXPECT_EQ(brightest(shading, lighting, {{0, 1, 0.5, 1, 0.5, 3}}), 1);
 }
 
 TEST(NearestName, IsTheOneThatWasMeant) {

@@ -12,7 +12,8 @@
 
 /// One line a feature. kFeature<Name> is its bit, by its place here; what it is says the function of the
 /// second name, in features/ (a file each, named alike). Integrators, none of the three: midpoint. Gradients,
-/// none of the four: central. March sets integrators and surfaces itself, by its optics.
+/// none of the four: central. March sets integrators, surfaces, lights and materials itself, by its
+/// optics.
 #define TESSERA_FEATURES(FEATURE)                                                                            \
     FEATURE(Shading, shading)                                                                                \
     FEATURE(Skipping, skipping)                                                                              \
@@ -32,7 +33,9 @@
     FEATURE(Surfaces, surfaces)                                                                              \
     FEATURE(Hits, hits)                                                                                      \
     FEATURE(HalfCentralGradient, halfCentralGradient)                                                        \
-    FEATURE(Places, places)
+    FEATURE(Places, places)                                                                                  \
+    FEATURE(Lights, lights)                                                                                  \
+    FEATURE(Materials, materials)
 
 namespace tessera {
 

@@ -9,8 +9,9 @@
 namespace tessera {
 namespace {
 
-std::uint32_t withIntegrator(std::uint32_t features, const Optics& optics) {
-    return (features & ~kIntegratorFeatures) | integratorFeatures(optics.integrator);
+/// That its function, which may change, decides about.
+std::uint32_t withFunction(std::uint32_t features, const Optics& optics) {
+    return withLights((features & ~kIntegratorFeatures) | integratorFeatures(optics.integrator), optics);
 }
 
 std::uint32_t featuresOf(const ScenePlan& scene, const CasterOptions& options) {
@@ -25,7 +26,7 @@ GpuCaster::GpuCaster(const ScenePlan& scene, const GpuEngine& engine, const Cast
     : GpuCaster(scene, engine, featuresOf(scene, options), gpu) {}
 
 GpuCaster::GpuCaster(const ScenePlan& scene, const GpuEngine& engine, std::uint32_t features, Ledger& gpu)
-    : scene_(scene), engine_(engine), gpu_(gpu), features_(withIntegrator(features, scene.volume.optics)),
+    : scene_(scene), engine_(engine), gpu_(gpu), features_(withFunction(features, scene.volume.optics)),
       march_(features, scene.view.frame, scene.info(), scene.strides(), scene.volume.optics,
              (features & kFeatureSkipping) ? &scene.volume.occupancy : nullptr, gpu) {
     if ((features & kFeatureSkipping) && scene.volume.mapsSurfaces)
@@ -39,6 +40,7 @@ void GpuCaster::begin(const Rays& rays) {
         march_.setFeatures(features_, scene_.volume.optics);
     }
     const bool changed = mapIsNew_ && (features_ & kFeatureSkipping) != 0;
+    march_.setLights(scene_.volume.optics); // the camera may be another
     march_.restart(rays, changed ? &scene_.volume.occupancy : nullptr);
     mapIsNew_ = false;
 }
@@ -48,7 +50,7 @@ bool GpuCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& w
 }
 
 void GpuCaster::functionChanged() {
-    features_ = withIntegrator(features_, scene_.volume.optics);
+    features_ = withFunction(features_, scene_.volume.optics);
     march_.setFunction(scene_.volume.optics);
 }
 

@@ -36,7 +36,7 @@ class GpuCaster : public RayCaster {
     const ScenePlan& scene_;
     const GpuEngine& engine_;
     Ledger& gpu_;
-    std::uint32_t features_;    // the integrator's included
+    std::uint32_t features_;    // the integrator's and the lights' included
     bool filtersAgain_ = false; // fetchExactly() took filters away
     bool mapIsNew_ = false;
     March march_;

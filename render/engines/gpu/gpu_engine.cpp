@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "render/engines/gpu/gpu_caster.h"
+#include "render/engines/gpu/march.h"
 #include "render/engines/gpu/visibility_pass.h"
 #include "render/residency/texels.h"
 
@@ -21,7 +22,7 @@ std::uint32_t marchFeatures(const ScenePlan& scene, bool counting) {
     add(scene.volume.optics.termination > 0, kFeatureTermination);
     add(counting, kFeatureCounting);
     add(!scene.volume.optics.surfaces.empty(), kFeatureSurfaces);
-    return f | integratorFeatures(scene.volume.optics.integrator);
+    return withLights(f | integratorFeatures(scene.volume.optics.integrator), scene.volume.optics);
 }
 
 namespace {

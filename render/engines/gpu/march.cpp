@@ -20,9 +20,13 @@ struct GpuWork { // layout of the Work buffer in march.comp
 };
 static_assert(sizeof(GpuWork) == kDrawnCounterBytes);
 
+std::string element(const char* array, std::size_t i) {
+    return array + ("[" + std::to_string(i) + "]");
+}
+
 /// With what follows from the optics.
 std::uint32_t withOptics(std::uint32_t features, const Optics& optics) {
-    features &= ~(kIntegratorFeatures | kFeatureSurfaces);
+    features = withLights(features & ~(kIntegratorFeatures | kFeatureSurfaces), optics);
     if (features & kFeatureVisibility)
         return features; // light by the midpoint rule, and no isosurfaces
     return features | integratorFeatures(optics.integrator) |
@@ -30,6 +34,13 @@ std::uint32_t withOptics(std::uint32_t features, const Optics& optics) {
 }
 
 } // namespace
+
+std::uint32_t withLights(std::uint32_t features, const Optics& optics) {
+    features &= ~std::uint32_t{kFeatureLights | kFeatureMaterials};
+    if (!(features & kFeatureShading) || !optics.hasLights)
+        return features;
+    return features | kFeatureLights | (optics.materials.empty() ? 0u : std::uint32_t{kFeatureMaterials});
+}
 
 Composition marchComposition(std::uint32_t features) {
     static const std::vector<StorageBuffer> own = {
@@ -97,10 +108,9 @@ void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
     program_.set("uSurfaces", static_cast<int>(optics.surfaces.size()));
     program_.set("uVolumeShows", optics.volumeShows ? 1 : 0);
     for (std::size_t i = 0; i < optics.surfaces.size(); ++i) {
-        const auto element = [&](const char* array) { return array + ("[" + std::to_string(i) + "]"); };
-        program_.set(element("uIsovalues").c_str(), optics.surfaces[i].isovalue);
-        program_.set(element("uSurfaceColours").c_str(), optics.surfaces[i].colour);
-        program_.set(element("uSurfaceOpacities").c_str(), optics.surfaces[i].opacity);
+        program_.set(element("uIsovalues", i).c_str(), optics.surfaces[i].isovalue);
+        program_.set(element("uSurfaceColours", i).c_str(), optics.surfaces[i].colour);
+        program_.set(element("uSurfaceOpacities", i).c_str(), optics.surfaces[i].opacity);
     }
     program_.set("uTableScale", optics.scale);
     program_.set("uTableOffset", optics.offset);
@@ -109,6 +119,34 @@ void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
     program_.set("uPhong", optics.phong);
     program_.set("uSpecularPower", optics.specularPower);
     program_.set("uTermination", optics.termination);
+    setLights(optics);
+}
+
+void March::setLights(const Optics& optics) {
+    if (!(features_ & kFeatureLights))
+        return;
+    const leaf::LightingNumbers& lighting = optics.lighting;
+    program_.set("uLights", lighting.count);
+    program_.set("uHalfway", lighting.halfway ? 1 : 0);
+    program_.set("uWeightLow", lighting.weightLow);
+    program_.set("uWeightScale", lighting.weightScale);
+    const auto vector = [](const float(&v)[3]) { return glm::vec3(v[0], v[1], v[2]); };
+    for (int i = 0; i < lighting.count; ++i) {
+        const leaf::LightNumbers& light = lighting.lights[i];
+        const auto number = static_cast<std::size_t>(i);
+        program_.set(element("uLightSort", number).c_str(), static_cast<int>(light.sort));
+        program_.set(element("uLightPlace", number).c_str(), vector(light.place));
+        program_.set(element("uLightColour", number).c_str(), vector(light.colour));
+        program_.set(element("uLightFading", number).c_str(), vector(light.fading));
+    }
+    program_.set("uMaterials", static_cast<int>(optics.materials.size()));
+    for (std::size_t i = 0; i < optics.materials.size(); ++i) {
+        const leaf::MaterialNumbers& m = optics.materials[i];
+        program_.set(element("uMaterialPlaces", i).c_str(),
+                     glm::vec2(placeOf(optics, m.from), placeOf(optics, m.to)));
+        program_.set(element("uMaterialPhong", i).c_str(), glm::vec3(m.ambient, m.diffuse, m.specular));
+        program_.set(element("uMaterialPower", i).c_str(), static_cast<int>(m.power));
+    }
 }
 
 void March::restart(const Rays& rays, const Occupancy* changed) {

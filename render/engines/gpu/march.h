@@ -37,7 +37,7 @@ class March {
   public:
     using Clock = std::chrono::steady_clock;
     /// Compiles the program and allocates table, map of empty space and ray state on the GPU ledger.
-    /// Integrator and isosurfaces are those of optics, whatever features say.
+    /// Integrator, isosurfaces and lights are those of optics, whatever features say.
     /// occupancy is needed exactly when features has kFeatureSkipping; it and info must outlive this.
     March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
           const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu);
@@ -50,6 +50,8 @@ class March {
     bool runUntil(const FieldSource& source, const Slicing& slicing, Clock::time_point deadline, Work& work);
     /// Rays that wait for bricks, once runUntil() has said true.
     std::size_t waiting() const { return waiting_; }
+    /// The same lights from another camera; restart() must follow.
+    void setLights(const Optics& optics);
     /// All rays begin anew, as RayCaster::begin() says. Places are there exactly when the features have
     /// kFeaturePlaces, with which nothing is made: they come by setFeatures().
     /// @param changed  the occupancy that this was made with, where it changed since, else null: then blocks
@@ -96,6 +98,8 @@ class March {
     std::uint64_t skippingVersion_ = 0; // of the occupancy that the texture holds; 0: none
 };
 
+/// The features with lights and materials as the optics have them, where the features have shading.
+std::uint32_t withLights(std::uint32_t features, const Optics& optics);
 /// Sets the uniforms of common_ray.glsl.
 void setRayUniforms(const GlProgram& program, const Rays& rays);
 /// The rays that the GPU makes of a frame, or of places, row by row: for marching the mirror on exactly

@@ -64,7 +64,11 @@ glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const M
             const Real alpha = opacityOf(depth);
             glm::vec<3, Real> colour = segmentColour(optics, front, back, depth, alpha, n);
             if (optics.shading) {
-                colour = shade(optics, colour, field.gradient(stridePosition(ray, i, length)), ray.direction);
+                const glm::vec<3, Real> middle = stridePosition(ray, i, length);
+                const glm::vec<3, Real> gradient = field.gradient(middle);
+                colour = optics.hasLights ? shade(optics, colour, gradient, ray.direction, middle,
+                                                  materialOf(optics, front, back))
+                                          : shade(optics, colour, gradient, ray.direction);
                 work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
             }
             composite(sum, colour, alpha);

@@ -64,8 +64,11 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
         composite(sum, colour, alpha);
         return Real(1) - sum.a < static_cast<Real>(optics.termination) || !(Real(1) - sum.a > Real(0));
     };
-    const auto lit = [&](const Vec& colour, const Vec& gradient) {
-        return optics.shading ? shade(optics, colour, gradient, ray.direction) : colour;
+    const auto lit = [&](const Vec& colour, const Vec& gradient, const Vec& position, const auto& material) {
+        if (!optics.shading)
+            return colour;
+        return optics.hasLights ? shade(optics, colour, gradient, ray.direction, position, material())
+                                : shade(optics, colour, gradient, ray.direction);
     };
     Real front = 0;     // the field at the start of segment i
     bool known = false; // front is
@@ -108,7 +111,8 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
             const Real alpha = opacityOf(depth);
             Vec colour = segmentColour(optics, a, b, depth, alpha, n);
             if (optics.shading) {
-                colour = lit(colour, field.gradient(middle));
+                colour =
+                    lit(colour, field.gradient(middle), middle, [&] { return materialOf(optics, a, b); });
                 work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
             }
             done = over(colour, alpha);
@@ -135,7 +139,8 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
                 hit->normal = glm::vec3(unitNormal(optics, gradient, ray.direction));
                 hit->surface = static_cast<int>(number) + 1;
             }
-            done = over(lit(Vec(surface.colour), gradient), static_cast<Real>(surface.opacity));
+            const auto material = [&] { return materialAt(optics, placeOf(optics, isovalues[number])); };
+            done = over(lit(Vec(surface.colour), gradient, p, material), static_cast<Real>(surface.opacity));
         };
         if (solves) {
             Real w = 0, value = front;

@@ -243,6 +243,12 @@ native::PacketScene NativeCaster::packetScene() const {
     }
     o.ambient = optics.phong.x, o.diffuse = optics.phong.y, o.specular = optics.phong.z;
     o.power = optics.specularPower;
+    o.hasLights = optics.hasLights;
+    o.lighting = optics.lighting;
+    for (leaf::MaterialNumbers m : optics.materials) {
+        m.from = tessera::placeOf(optics, m.from), m.to = tessera::placeOf(optics, m.to);
+        o.materials[o.materialCount++] = m;
+    }
     for (int column = 0; column < 3; ++column)
         for (int row = 0; row < 3; ++row) {
             o.toGradient[3 * column + row] = optics.voxelFromPatientTransposed[column][row];

@@ -3,6 +3,8 @@
 // may bring functions which a linker could share with the rest of the program.
 #pragma once
 
+#include "render/contract/light_numbers.h"
+
 #include <cstddef>
 #include <cstdint>
 
@@ -67,6 +69,10 @@ struct PacketOptics {
     float ambient = 0, diffuse = 0, specular = 0;
     std::int32_t power = 1;
     float toGradient[9] = {}, toPatient[9] = {}; // column by column
+    bool hasLights = false;                      // of the scene's own
+    leaf::LightingNumbers lighting;
+    std::int32_t materialCount = 0;
+    leaf::MaterialNumbers materials[leaf::kMostMaterials]; // from and to as places in the table
 };
 
 struct PacketEmptySpace {

@@ -93,7 +93,10 @@ TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m) {
     return valueAt<K>(s.field, here, p, x, inside, m);
 }
 
-template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const PacketScene& s, PacketJob& job) {
+/// What lights what is shown.
+enum class Light { none, head, lights };
+
+template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const PacketScene& s, PacketJob& job) {
     const PacketField& f = s.field;
     const PacketOptics& o = s.optics;
     const bool skips = s.space.map != nullptr;
@@ -101,7 +104,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
     const F segmentMm = load(job.segmentMm);
     const LeapingRays leaping = leapingRays(rays.entry, rays.step);
     F3 direction{F(0.0f), F(0.0f), F(0.0f)};
-    if constexpr (Lit)
+    if constexpr (By != Light::none)
         direction = transformed(o.toPatient, load3(job.direction));
     Here<Mixed> here;
     if constexpr (!Mixed) {
@@ -211,6 +214,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
         F extinction;
         End back;
         Entries at;
+        F place; // of the values that are lit
         if constexpr (Ends) {
             const M unknown = m & ~known;
             if (any(unknown)) {
@@ -230,6 +234,8 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
             waiting = waiting | lacks;
             active = active & ~lacks;
             extinction = extinctionBetween(o, front, back, m);
+            if constexpr (By == Light::lights)
+                place = F(0.5f) * (front.place + back.place);
         } else {
             const M wanted = m;
             const F value = valueOf<K>(s, here, middle, m);
@@ -237,6 +243,8 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
             waiting = waiting | lacks;
             active = active & ~lacks;
             at = entriesOf(o, value);
+            if constexpr (By == Light::lights)
+                place = placeOf(o, value);
             extinction = entry(o.extinction, at, m);
         }
         M adds = m & (extinction > F(0.0f));
@@ -248,7 +256,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
                 colour = colourBetween(o, front, back, depth, opacity, k, adds);
             else
                 colour = colourAt(o, at, adds);
-            if constexpr (Lit) {
+            if constexpr (By != Light::none) {
                 const M wanted = adds;
                 const F3 gradient = gradientAt<K>(f, s.help, here, o.gradient, middle, adds);
                 const M lacks = wanted & ~adds;
@@ -256,7 +264,10 @@ template <SampleKind K, bool Mixed, bool Ends, bool Lit> void march(const Packet
                 active = active & ~lacks;
                 m = m & ~lacks;
                 gradients += static_cast<unsigned>(count(adds));
-                colour = shaded(o, colour, gradient, direction);
+                if constexpr (By == Light::lights)
+                    colour = shadedByLights(o, colour, gradient, direction, middle, place, leaf::AllLight());
+                else
+                    colour = shaded(o, colour, gradient, direction);
             }
             const F after = alpha + (F(1.0f) - alpha) * opacity;
             const F weight = after - alpha;
@@ -327,9 +338,11 @@ inline void bareSamples(const PacketScene& s, const std::int32_t (&brick)[3], in
 
 template <SampleKind K, bool Mixed> PacketMarch chosen(const PacketScene& s) {
     const bool ends = s.optics.integrator != PacketIntegrator::midpoint;
+    if (s.optics.lit && s.optics.hasLights)
+        return ends ? march<K, Mixed, true, Light::lights> : march<K, Mixed, false, Light::lights>;
     if (s.optics.lit)
-        return ends ? march<K, Mixed, true, true> : march<K, Mixed, false, true>;
-    return ends ? march<K, Mixed, true, false> : march<K, Mixed, false, false>;
+        return ends ? march<K, Mixed, true, Light::head> : march<K, Mixed, false, Light::head>;
+    return ends ? march<K, Mixed, true, Light::none> : march<K, Mixed, false, Light::none>;
 }
 template <SampleKind K> PacketMarch chosen(const PacketScene& s) {
     return s.field.mixed ? chosen<K, true>(s) : chosen<K, false>(s);

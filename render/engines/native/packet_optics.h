@@ -173,4 +173,48 @@ TESSERA_LANE F3 shaded(const PacketOptics& o, F3 colour, F3 gradient, F3 directi
     return select(isLit, lit, colour);
 }
 
+/// leaf::wholePower() with a power a lane.
+TESSERA_LANE F wholePower(F x, I n) {
+    F result(1.0f), square = x;
+    for (int bit = 0; bit <= 10; ++bit) { // 1024 at most
+        result = select((n & I(1 << bit)) == I(0), result, result * square);
+        square = square * square;
+    }
+    return result;
+}
+
+/// Of values at places in the table.
+TESSERA_LANE leaf::Material<F, I> materialAt(const PacketOptics& o, F place) {
+    leaf::Material<F, I> material{F(o.ambient), F(o.diffuse), F(o.specular), I(o.power)};
+    for (int i = 0; i < o.materialCount; ++i) {
+        const leaf::MaterialNumbers& m = o.materials[i];
+        const M here = (place >= F(m.from)) & (place < F(m.to));
+        material = {select(here, F(m.ambient), material.ambient),
+                    select(here, F(m.diffuse), material.diffuse),
+                    select(here, F(m.specular), material.specular), select(here, I(m.power), material.power)};
+    }
+    return material;
+}
+
+/// By the scene's own lights. @param direction  patient space
+/// @param middle, place  of the samples: voxels; of their values, for materials
+template <typename Received>
+inline __attribute__((noinline)) F3 shadedByLights(const PacketOptics& o, const F3& colour,
+                                                   const F3& gradient, const F3& direction, const F3& middle,
+                                                   const F& place, const Received& received) {
+    const F3 g = transformed(o.toGradient, gradient);
+    const auto toPoint = [&](const leaf::LightNumbers& light) {
+        return transformed(o.toPatient, {F(light.place[0]) - middle.x, F(light.place[1]) - middle.y,
+                                         F(light.place[2]) - middle.z});
+    };
+    const auto by = [&](const auto& material) {
+        const auto lit = leaf::litBy<F>(o.lighting, g, direction, material, F(kMostFloat), toPoint, received);
+        return F3{colour.x * lit.scale[0] + lit.add[0], colour.y * lit.scale[1] + lit.add[1],
+                  colour.z * lit.scale[2] + lit.add[2]};
+    };
+    if (o.materialCount == 0)
+        return by(leaf::Material<F>{F(o.ambient), F(o.diffuse), F(o.specular), o.power});
+    return by(materialAt(o, place));
+}
+
 } // namespace tessera::TESSERA_LANES

@@ -14,6 +14,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <vector>
 
 namespace tessera {
 
@@ -24,41 +25,106 @@ namespace tessera {
 class LightAlongRay {
   public:
     /// Patient space. @param gradients  at 0, 1/3, 2/3 and 1
+    /// @param from, to  places of 0 and 1, voxels
     LightAlongRay(const Optics& optics, const glm::dvec3& direction,
-                  const std::array<glm::dvec3, 4>& gradients)
-        : optics_(optics), direction_(direction), x_(along(gradients, {1, 0, 0})),
-          y_(along(gradients, {0, 1, 0})), z_(along(gradients, {0, 0, 1})),
-          facing_(along(gradients, direction)) {}
+                  const std::array<glm::dvec3, 4>& gradients, const glm::dvec3& from, const glm::dvec3& to)
+        : optics_(optics), toPatient_(optics.patientFromVoxel), direction_(direction), from_(from),
+          path_(to - from), x_(along(gradients, {1, 0, 0})), y_(along(gradients, {0, 1, 0})),
+          z_(along(gradients, {0, 0, 1})), facing_(along(gradients, direction)) {}
 
-    /// Below 0 where the gradient points towards the eye.
-    const Cubic& facing() const { return facing_; }
+    /// Corners of the light, from 0 to 1: where the gradient turns away from the ray, or from a light.
+    template <typename Visit> void forEachTurn(const Visit& visit) const {
+        turnsOf(facing_, visit);
+        for (int i = 0; i < optics_.lighting.count; ++i) {
+            const leaf::LightNumbers& light = optics_.lighting.lights[i];
+            if (light.sort == leaf::LightSort::directional)
+                turnsOf(towards(placeOf(light)), visit);
+            else if (light.sort == leaf::LightSort::point)
+                turnsOfPoint(toPatient_ * (placeOf(light) - from_), toPatient_ * path_, visit);
+        }
+    }
 
     /// What becomes of colours: colour * scale + add.
-    template <typename V> leaf::HeadLight<V> at(V u) const {
+    template <typename V> leaf::Lit<V> at(V u, const leaf::Material<double>& material) const {
         struct Vector {
             V x, y, z;
         };
         const Vector gradient{x_(u), y_(u), z_(u)};
         const Vector direction{V(direction_.x), V(direction_.y), V(direction_.z)};
+        if (optics_.hasLights) {
+            const auto toPoint = [&](const leaf::LightNumbers& light) {
+                const glm::dvec3 first = toPatient_ * (placeOf(light) - from_), way = toPatient_ * path_;
+                return Vector{V(first.x) - u * V(way.x), V(first.y) - u * V(way.y),
+                              V(first.z) - u * V(way.z)};
+            };
+            return leaf::litBy<V>(optics_.lighting, gradient, direction,
+                                  leaf::Material<V>{V(material.ambient), V(material.diffuse),
+                                                    V(material.specular), material.power},
+                                  V(std::numeric_limits<double>::max()), toPoint, leaf::AllLight());
+        }
         decltype(u > u) isLit{};
         const leaf::HeadLight<V> light = leaf::headLight<V>(
             gradient, direction, V(double{optics_.phong.x}), V(double{optics_.phong.y}),
             V(double{optics_.phong.z}), optics_.specularPower, V(std::numeric_limits<double>::max()), isLit);
         using leaf::select;
-        return {select(isLit, light.scale, V(1.0)), select(isLit, light.add, V(0.0))};
+        const V scale = select(isLit, light.scale, V(1.0)), add = select(isLit, light.add, V(0.0));
+        return {{scale, scale, scale}, {add, add, add}};
     }
-    glm::dvec3 lit(const glm::dvec3& colour, double u) const {
-        const leaf::HeadLight<double> light = at(u);
-        return colour * light.scale + light.add;
+    glm::dvec3 lit(const glm::dvec3& colour, double u, const leaf::Material<double>& material) const {
+        const leaf::Lit<double> light = at(u, material);
+        return {colour.x * light.scale[0] + light.add[0], colour.y * light.scale[1] + light.add[1],
+                colour.z * light.scale[2] + light.add[2]};
     }
 
   private:
+    static glm::dvec3 placeOf(const leaf::LightNumbers& light) {
+        return {light.place[0], light.place[1], light.place[2]};
+    }
+    Cubic towards(const glm::dvec3& d) const {
+        const auto at = [&](double u) { return x_(u) * d.x + y_(u) * d.y + z_(u) * d.z; };
+        return {at(0), at(1.0 / 3), at(2.0 / 3), at(1)};
+    }
+    template <typename Visit> static void turnsOf(const Cubic& f, const Visit& visit) {
+        std::array<double, 4> ends{};
+        const std::size_t count = f.monotonePieces(ends);
+        for (std::size_t i = 0; i + 1 < count; ++i)
+            if ((f(ends[i]) < 0) != (f(ends[i + 1]) < 0))
+                visit(crossing(f, 0, ends[i], ends[i + 1]));
+    }
+    /// Towards a point it is of the fourth degree; where that turns is a cubic's affair.
+    template <typename Visit>
+    void turnsOfPoint(const glm::dvec3& first, const glm::dvec3& way, const Visit& visit) const {
+        const auto value = [&](double u) {
+            return x_(u) * (first.x - u * way.x) + y_(u) * (first.y - u * way.y) +
+                   z_(u) * (first.z - u * way.z);
+        };
+        const auto slope = [&](double u) {
+            return x_.slope(u) * (first.x - u * way.x) - x_(u) * way.x + y_.slope(u) * (first.y - u * way.y) -
+                   y_(u) * way.y + z_.slope(u) * (first.z - u * way.z) - z_(u) * way.z;
+        };
+        std::vector<double> ends = {0};
+        turnsOf(Cubic(slope(0), slope(1.0 / 3), slope(2.0 / 3), slope(1)),
+                [&](double u) { ends.push_back(u); });
+        ends.push_back(1);
+        for (std::size_t i = 0; i + 1 < ends.size(); ++i) {
+            double a = ends[i], b = ends[i + 1];
+            const bool below = value(a) < 0;
+            if (below == (value(b) < 0))
+                continue;
+            for (int halving = 0; halving < 60; ++halving) {
+                const double middle = 0.5 * (a + b);
+                ((value(middle) < 0) == below ? a : b) = middle;
+            }
+            visit(b);
+        }
+    }
     static Cubic along(const std::array<glm::dvec3, 4>& gradients, const glm::dvec3& d) {
         return {glm::dot(gradients[0], d), glm::dot(gradients[1], d), glm::dot(gradients[2], d),
                 glm::dot(gradients[3], d)};
     }
     const Optics& optics_;
-    glm::dvec3 direction_;
+    glm::dmat3 toPatient_;
+    glm::dvec3 direction_, from_, path_;
     Cubic x_, y_, z_, facing_;
 };
 
@@ -68,6 +134,7 @@ struct PieceOfRay {
     const FunctionPiece& function;
     const LightAlongRay* light; // none: colours stay as they are
     double length;              // mm from 0 to 1
+    leaf::Material<double> material;
 
     void operator()(const ReferenceIntegrator::Places& u, RadiantNodes& at) const {
         for (std::size_t i = 0; i < u.size(); i += 2) {
@@ -79,10 +146,10 @@ struct PieceOfRay {
             Pair red = function.colourAt(value, 0), green = function.colourAt(value, 1),
                  blue = function.colourAt(value, 2);
             if (light) {
-                const leaf::HeadLight<Pair> shade = light->at(place);
-                red = red * shade.scale + shade.add;
-                green = green * shade.scale + shade.add;
-                blue = blue * shade.scale + shade.add;
+                const leaf::Lit<Pair> shade = light->at(place, material);
+                red = red * shade.scale[0] + shade.add[0];
+                green = green * shade.scale[1] + shade.add[1];
+                blue = blue * shade.scale[2] + shade.add[2];
             }
             set(at.red, i, red);
             set(at.green, i, green);

@@ -168,8 +168,10 @@ class RayIntegral {
         const auto gradient = [&](double t) { return toGradient_ * cellGradient(around, low, position(t)); };
         const LightAlongRay light(
             optics_, toPatient_ * ray.direction,
-            {gradient(ta), gradient(ta + length / 3), gradient(ta + 2 * length / 3), gradient(tb)});
-        cutWhereLightTurns(light.facing());
+            {gradient(ta), gradient(ta + length / 3), gradient(ta + 2 * length / 3), gradient(tb)},
+            position(ta), position(tb));
+        light.forEachTurn([&](double u) { cuts.push_back(u); });
+        std::sort(cuts.begin(), cuts.end());
         addPieces(cubic, length, &light, integral);
     }
 
@@ -181,15 +183,19 @@ class RayIntegral {
         for (std::size_t i = 0; i < cuts_.size(); ++i) {
             for (; met != met_.end() && met->at <= cuts_[i]; ++met) {
                 const glm::dvec3& colour = met->surface->colour;
-                integral.addSurface(light ? light->lit(colour, met->at) : colour, met->surface->opacity);
+                integral.addSurface(
+                    light ? light->lit(colour, met->at, function_.materialAt(met->surface->value, optics_))
+                          : colour,
+                    met->surface->opacity);
             }
             if (i + 1 == cuts_.size())
                 return;
             const double from = cuts_[i], to = cuts_[i + 1];
-            const FunctionPiece function = function_.pieceAround(cubic(0.5 * (from + to)));
+            const double inside = cubic(0.5 * (from + to));
+            const FunctionPiece function = function_.pieceAround(inside);
             if (function.isTransparent())
                 continue;
-            const PieceOfRay piece{cubic, function, light, length};
+            const PieceOfRay piece{cubic, function, light, length, function_.materialAt(inside, optics_)};
             for (int k = 0; k < panels_; ++k) {
                 const auto at = [&](int panel) {
                     return from + (to - from) * (static_cast<double>(panel) / panels_);
@@ -216,16 +222,6 @@ class RayIntegral {
                 cuts_.push_back(met_.back().at);
             }
         }
-    }
-
-    /// Light is two-sided, so it has a corner where the gradient that is shaded turns away from the ray.
-    void cutWhereLightTurns(const Cubic& facing) {
-        std::array<double, 4> ends{};
-        const std::size_t count = facing.monotonePieces(ends);
-        for (std::size_t i = 0; i + 1 < count; ++i)
-            if ((facing(ends[i]) < 0) != (facing(ends[i + 1]) < 0))
-                cuts_.push_back(crossing(facing, 0, ends[i], ends[i + 1]));
-        std::sort(cuts_.begin(), cuts_.end());
     }
 
     /// The gradient that the scene shades by, at a place in a given cell. The analytic one jumps between
@@ -302,10 +298,17 @@ std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& 
     return rays;
 }
 
+Optics shadingOf(const ReferenceInput& input) {
+    Optics optics = makeOptics(TransferTable{}, *input.info, input.shading, 0);
+    setLighting(optics, input.shading, input.lighting, input.function->materials(), input.camera,
+                *input.info);
+    return optics;
+}
+
 std::vector<glm::dvec4> renderReference(const ReferenceInput& input, const std::vector<ReferenceRay>& rays,
                                         int threads) {
     const StoredFunction function(*input.function, input.surfaces, *input.info);
-    const Optics optics = makeOptics(TransferTable{}, *input.info, input.shading, 0); // for its shading alone
+    const Optics optics = shadingOf(input);
     std::vector<bool> emptyCells;
     if (const Statistics* s = input.statistics) {
         emptyCells.resize(s->cellMin.size());

@@ -32,6 +32,8 @@ struct ReferenceInput {
     int panels = 1;
     std::vector<Isosurface> surfaces = {}; // of the scene
     ShareDone progress = {};
+    Lighting lighting = {}; // of the scene
+    Camera camera = {};     // that lights may be fixed to
 };
 
 /// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, inf).
@@ -49,6 +51,10 @@ std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& 
 /// Its rays through places on the picture, in pixels.
 std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size,
                                         std::span<const glm::vec2> places);
+
+/// For light alone: it has no table.
+struct Optics;
+Optics shadingOf(const ReferenceInput& input);
 
 /// Premultiplied colour and alpha per ray. Bit-equal at any number of threads.
 std::vector<glm::dvec4> renderReference(const ReferenceInput& input, const std::vector<ReferenceRay>& rays,

@@ -31,10 +31,16 @@ class ReferenceCaster : public RayCaster {
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work&) override {
         const VolumeState& volume = scene_.volume;
         const bool whole = deadline == Clock::time_point::max();
-        const ReferenceInput input{volume.cache.get(), &scene_.info(),
-                                   &volume.function,   shading_,
-                                   &volume.statistics, 1,
-                                   surfaces_,          whole ? slicing.progress : ShareDone{}};
+        const ReferenceInput input{volume.cache.get(),
+                                   &scene_.info(),
+                                   &volume.function,
+                                   shading_,
+                                   &volume.statistics,
+                                   1,
+                                   surfaces_,
+                                   whole ? slicing.progress : ShareDone{},
+                                   scene_.view.lighting,
+                                   scene_.view.camera};
         do {
             const std::size_t left = picture_.pixels.size() - done_;
             const std::size_t count = whole ? left : std::min(left, kRaysAtATime);

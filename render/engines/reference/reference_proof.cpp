@@ -200,7 +200,7 @@ RayProof proveOnRays(const ReferenceInput& scene, const std::vector<ReferenceRay
     ReferenceInput finer = input;
     finer.panels = 2 * input.panels;
     proof.halving = largestDifference(once, renderReference(finer, rays, threads));
-    const Optics optics = makeOptics(TransferTable{}, *input.info, input.shading, 0);
+    const Optics optics = shadingOf(input);
     std::vector<glm::dvec4> simpson(rays.size());
     parallelFor(rays.size(), threads, [&](std::size_t i) {
         LatticeReader samples(*input.cache, *input.info, 0, nullptr);

@@ -31,6 +31,8 @@ class SimpsonRay {
         };
         for (const double kink : function_.kinks())
             kinks_.push_back(stored(kink));
+        for (const Material& m : function_.materials())
+            kinks_.insert(kinks_.end(), {stored(m.from), stored(m.to)});
         std::sort(kinks_.begin(), kinks_.end());
         for (Isosurface& surface : surfaces_)
             surface.value = static_cast<float>(stored(surface.value)); // as all engines have it
@@ -154,7 +156,8 @@ class SimpsonRay {
         std::stable_sort(cuts.begin(), cuts.end(), [](const Cut& x, const Cut& y) { return x.at < y.at; });
         for (std::size_t i = 0; i < cuts.size(); ++i) {
             if (const Isosurface* surface = cuts[i].surface) {
-                colour_ += std::exp(-depth_) * surface->opacity * lit(ray, cuts[i].at, surface->colour);
+                colour_ += std::exp(-depth_) * surface->opacity *
+                           lit(ray, cuts[i].at, surface->colour, surface->value);
                 depth_ -= std::log1p(-surface->opacity);
             }
             if (i + 1 < cuts.size() && cuts[i + 1].at > cuts[i].at && depth_ < 45)
@@ -194,18 +197,25 @@ class SimpsonRay {
             const double t = std::clamp(place, a + inset, b - inset), v = value(ray, t);
             const double tau = extinction(v);
             const glm::dvec3 colour = function_.colour(physical(v));
-            return Point{tau, tau > 0 ? lit(ray, t, colour) : colour};
+            return Point{tau, tau > 0 ? lit(ray, t, colour, v) : colour};
         };
         const Point pa = at(a), pm = at(0.5 * (a + b)), pb = at(b);
         halve(at, a, b, pa, pm, pb, simpson(b - a, pa, pm, pb), 0);
     }
 
-    glm::dvec3 lit(const ReferenceRay& ray, double t, const glm::dvec3& colour) const {
+    glm::dvec3 lit(const ReferenceRay& ray, double t, const glm::dvec3& colour, double stored) const {
         if (!optics_.shading)
             return colour;
         const glm::dvec3 gradient =
             fieldGradient(samples_, ray.base + t * ray.direction, 1.0, optics_.gradient);
-        return shade(optics_, colour, gradient, ray.direction);
+        if (!optics_.hasLights)
+            return shade(optics_, colour, gradient, ray.direction);
+        leaf::Material<double> material{double{optics_.phong.x}, double{optics_.phong.y},
+                                        double{optics_.phong.z}, optics_.specularPower};
+        for (const Material& m : function_.materials())
+            if (m.from <= physical(stored) && physical(stored) < m.to)
+                material = {m.ambient, m.diffuse, m.specular, m.specularPower};
+        return shade(optics_, colour, gradient, ray.direction, ray.base + t * ray.direction, material);
     }
 
     static Panel simpson(double h, const Point& a, const Point& m, const Point& b) {

@@ -5,6 +5,7 @@
 #include "core/scene.h"
 #include "core/transfer_function.h"
 #include "core/volume.h"
+#include "render/contract/optics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -69,8 +70,11 @@ class StoredFunction {
     StoredFunction(const TransferFunction& function, std::vector<Isosurface> surfaces, const VolumeInfo& info)
         : function_(function), slope_(info.rescaleSlope), intercept_(info.rescaleIntercept),
           surfaces_(std::move(surfaces)) {
+        const auto cutAt = [&](double value) { kinks_.push_back((value - intercept_) / slope_); };
         for (const double kink : function.kinks())
-            kinks_.push_back((kink - intercept_) / slope_);
+            cutAt(kink);
+        for (const Material& m : function.materials())
+            cutAt(m.from), cutAt(m.to);
         std::sort(kinks_.begin(), kinks_.end());
         std::erase_if(surfaces_, [](const Isosurface& surface) { return !(surface.opacity > 0); });
         for (Isosurface& surface : surfaces_)
@@ -82,6 +86,14 @@ class StoredFunction {
     double extinction(double stored) const { return function_.extinction(slope_ * stored + intercept_); }
     FunctionPiece pieceAround(double stored) const { return {function_, slope_, intercept_, stored}; }
     const std::vector<double>& kinks() const { return kinks_; }
+    /// What answers to light where the function names none: optics' own.
+    leaf::Material<double> materialAt(double stored, const Optics& optics) const {
+        const double value = slope_ * stored + intercept_;
+        for (const Material& m : function_.materials())
+            if (m.from <= value && value < m.to)
+                return {m.ambient, m.diffuse, m.specular, m.specularPower};
+        return {double{optics.phong.x}, double{optics.phong.y}, double{optics.phong.z}, optics.specularPower};
+    }
     /// Those with an opacity, by value, ascending.
     const std::vector<Isosurface>& surfaces() const { return surfaces_; }
     /// Extinction is 0 on all of [lo,hi] and no isosurface there: extinction is piecewise monotone, so ends

@@ -61,7 +61,7 @@ DeviceMarch::DeviceMarch(DeviceScene& on, const Scene& scene, const Setting& set
     p.settleIntegrator(on.ram_, gpu_, p.volume.table.entries.size());
     p.prepareSegments();
     p.view.quality.stepVoxels = setting.stepVoxels;
-    p.view.aim(p.info());
+    p.aim();
     integrator_ = p.volume.optics.integrator;
     caster_ = on.engine_.caster({counting, false, false}, gpu_);
     caster_->refine(); // once; a viewer does so once for a function
@@ -72,7 +72,7 @@ Frame DeviceMarch::draw(double stepVoxels) {
     ScenePlan& p = on_.prepared_;
     scene_.quality.stepVoxels = stepVoxels;
     p.view.quality = scene_.quality;
-    p.view.aim(p.info());
+    p.aim();
     Frame frame;
     const auto start = Clock::now();
     caster_->begin(raysOf(p));

@@ -174,8 +174,8 @@ class Runner {
         BrickCache cache(store_, ram_, std::max(floor, ram_.freeBytes() / 2), 0);
         const Scene& scene = out_.scene.scene;
         ReferenceInput input{
-            &cache, &p.info(),      &p.volume.function,        scene.shading, &p.volume.statistics,
-            1,      scene.surfaces, common_.progress->shares()};
+            &cache, &p.info(),      &p.volume.function,         scene.shading,  &p.volume.statistics,
+            1,      scene.surfaces, common_.progress->shares(), scene.lighting, p.view.camera};
         const std::vector<ReferenceRay> compared =
             referenceRays(p.view.camera, p.info(), out_.imageSize, out_.pixelStride);
         common_.progress->stage(out_.scene.name + ": drawing the reference");
@@ -232,7 +232,7 @@ class Runner {
             if (s.termination > 0) {
                 Setting whole = s;
                 whole.termination = 0;
-                m.bound = s.termination * brightest(out_.scene.scene.shading);
+                m.bound = s.termination * brightest(out_.scene.scene.shading, out_.scene.scene.lighting);
                 m.boundOk =
                     withinBound(frame.image, marchOf(*scene, whole, false).draw(s.stepVoxels).image, m.bound);
             }

@@ -8,6 +8,7 @@ layout(local_size_x = 64) in; // 8 x 8 pixels
 #include "sampler_field.glsl"
 #include "march_optics.glsl"
 #include "march_segment.glsl"
+#include "march_lights.glsl"
 #include "march_compositing.glsl"
 #include "march_strides.glsl"
 #include "march_skipping.glsl"
@@ -68,7 +69,11 @@ void main() {
     bool known = false;            // front is
     bool frontShows = false;       // something can show there
 #else
+#if FEATURE_MATERIALS
+    const SegmentEnd front = SegmentEnd(0.0, 0.0); // not read
+#else
     const SegmentEnd front = SegmentEnd(0.0); // not read
+#endif
 #endif
     while (i < ray.count && left > 0 && TURNS_LEFT) {
         TURN;
@@ -162,7 +167,10 @@ void main() {
         precise float depth = extinction * (length * ray.segmentMm);
         precise float alpha = opacityOf(depth);
         vec3 colour = segmentColour(front, back, depth, alpha, n);
-#if FEATURE_SHADING
+#if FEATURE_LIGHTS
+        vec3 middle = stridePosition(ray, i, length);
+        colour = shadeByLights(colour, fieldGradient(middle), ray.direction, middle, materialPlace(front, back), allLight());
+#elif FEATURE_SHADING
         colour = shade(colour, fieldGradient(stridePosition(ray, i, length)), ray.direction);
 #endif
 #if FEATURE_PASSES

@@ -1,24 +1,22 @@
 // march_segment.glsl: what a segment of a ray adds, from the values at its two ends or at its middle alone, as places
 // (units of the table's entries); twin of render/contract/integrators.h, operation by operation.
-// Needs FEATURE_LINEAR, FEATURE_PREINTEGRATED, FEATURE_PREINTEGRATION_2D, march_optics.glsl. Gives FEATURE_ENDS, SegmentEnd,
+// Needs FEATURE_LINEAR, FEATURE_PREINTEGRATED, FEATURE_PREINTEGRATION_2D, FEATURE_LIGHTS, FEATURE_MATERIALS, march_optics.glsl. Gives FEATURE_ENDS, SegmentEnd,
 // endOf(stored), segmentExtinction(front, back), segmentColour(front, back, depth, alpha, n).
 
 #define FEATURE_ENDS (FEATURE_LINEAR || FEATURE_PREINTEGRATED)
 
 struct SegmentEnd {
     float place;
+#if FEATURE_MATERIALS && !FEATURE_ENDS
+    float unlimited; // place, also beyond the table
+#endif
 #if FEATURE_PREINTEGRATED
     int bin; // -1 is before the table, its last entry after it
     vec4 entry;
 #endif
 };
 
-#if !FEATURE_ENDS
-SegmentEnd endOf(float stored) { return SegmentEnd(tablePlace(stored)); }
-float segmentExtinction(SegmentEnd front, SegmentEnd back) { return extinctionAt(back.place); }
-vec3 segmentColour(SegmentEnd front, SegmentEnd back, float depth, float alpha, int n) { return colourAt(back.place); }
-#else
-
+#if FEATURE_ENDS || FEATURE_LIGHTS
 const float kFarPlace = 4194304.0;
 
 float placeOf(float stored) {
@@ -26,6 +24,17 @@ float placeOf(float stored) {
     float above = x > -kFarPlace ? x : -kFarPlace; // also where it is no number
     return above < kFarPlace ? above : kFarPlace;
 }
+#endif
+
+#if !FEATURE_ENDS
+#if FEATURE_MATERIALS
+SegmentEnd endOf(float stored) { return SegmentEnd(tablePlace(stored), placeOf(stored)); }
+#else
+SegmentEnd endOf(float stored) { return SegmentEnd(tablePlace(stored)); }
+#endif
+float segmentExtinction(SegmentEnd front, SegmentEnd back) { return extinctionAt(back.place); }
+vec3 segmentColour(SegmentEnd front, SegmentEnd back, float depth, float alpha, int n) { return colourAt(back.place); }
+#else
 
 float onTable(float place) { return clamp(place, 0.0, float(uTableLast)); }
 

@@ -241,8 +241,13 @@ while (solving || (i < ray.count && left > 0 && GOES_ON)) {
             uHits[2 * slot + 1] = vec4(unitNormal(gradient, ray.direction), intBitsToFloat(met + 1));
         }
 #endif
-#if FEATURE_SHADING
+#if FEATURE_LIGHTS
+        float materialAtP = isVolume ? materialPlace(partFront, partBack) : placeOf(uIsovalues[max(met, 0)]);
+        colour = shadeByLights(colour, gradient, ray.direction, p, materialAtP, allLight());
+#elif FEATURE_SHADING
         colour = shade(colour, gradient, ray.direction);
+#endif
+#if FEATURE_SHADING
         samples += kGradientValues;
 #endif
         composite(sum, colour, alpha);

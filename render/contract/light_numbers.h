@@ -1,0 +1,35 @@
+// render/contract/light_numbers.h: a scene's lights and materials as plain floats, one text for all engines;
+// packets include it, so it brings no functions.
+#pragma once
+
+#include <cstdint>
+
+namespace tessera::leaf {
+
+constexpr int kMostLights = 4, kMostMaterials = 8;
+
+enum class LightSort : std::int32_t { head, directional, point };
+
+struct LightNumbers {
+    LightSort sort = LightSort::head;
+    float place[3] = {};         // directional: towards it, unit, patient space, or 0; point: voxels
+    float colour[3] = {1, 1, 1}; // times intensity
+    float fading[3] = {1, 0, 0}; // point: constant, linear, quadratic
+};
+
+struct LightingNumbers {
+    std::int32_t count = 0;
+    bool halfway = false;                // highlights follow the direction halfway between light and viewer
+    float weightLow = 0;                 // of gradients, stored units per mm: none of a surface
+    float weightScale = 3.402823466e38f; // of what is above that; 1 is all of a surface
+    LightNumbers lights[kMostLights];
+};
+
+/// Of stored values from one up to, not with, another, by their places in the table (placeOf()).
+struct MaterialNumbers {
+    float from = 0, to = 0;
+    float ambient = 0, diffuse = 0, specular = 0;
+    std::int32_t power = 1;
+};
+
+} // namespace tessera::leaf

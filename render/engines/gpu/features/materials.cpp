@@ -1,0 +1,13 @@
+// render/engines/gpu/features/materials.cpp: what answers to light by its value. March sets it by its optics.
+#include "render/engines/gpu/features.h"
+
+namespace tessera::features {
+
+FeatureModule materials() {
+    return {.define = "FEATURE_MATERIALS",
+            .meaning = "materials by values",
+            .needs = kFeatureLights,
+            .turns = 20};
+}
+
+} // namespace tessera::features
