@@ -161,6 +161,12 @@ Camera fitCamera(const VolumeInfo& info, View view, Projection projection, const
     return camera;
 }
 
+glm::dmat3 patientFromCamera(const Camera& camera) {
+    const glm::dvec3 towards = glm::normalize(camera.position - camera.focalPoint);
+    const glm::dvec3 right = glm::normalize(glm::cross(camera.viewUp, towards));
+    return {right, glm::cross(towards, right), towards};
+}
+
 RayPlane rayPlane(const Camera& camera, const VolumeInfo& info, const glm::ivec2& imageSize) {
     RayPlane plane;
     plane.forward = glm::normalize(camera.focalPoint - camera.position);

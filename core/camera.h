@@ -4,6 +4,7 @@
 #include "core/volume.h" // VolumeInfo: fitting
 
 #include <array>
+#include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
@@ -24,6 +25,7 @@ struct Camera {
     /// Throws InputError naming where for values that are not finite, a zero view direction, viewUp parallel
     /// to it, or an angle or scale out of range.
     void validate(const std::string& where) const;
+    bool operator==(const Camera&) const = default;
 };
 
 /// A side of the patient's axes in patient space, unit: the picture's right and up, and towards the viewer.
@@ -63,6 +65,10 @@ class ViewFit {
 
 /// Looks at the whole volume from a side of the patient. The volume's box fits the picture tightly.
 Camera fitCamera(const VolumeInfo& info, View view, Projection projection, const glm::ivec2& imageSize);
+
+/// From the camera's axes to those of patient space: the picture's right, its up, and towards the viewer,
+/// unit.
+glm::dmat3 patientFromCamera(const Camera& camera);
 
 /// A pixel's ray in patient space: base + t * direction, t in mm from minT on.
 struct PatientRay {

@@ -13,6 +13,16 @@ std::vector<Light> shiningLights(const std::vector<Light>& lights) {
     return shining;
 }
 
+std::vector<Light> castingLights(const std::vector<Light>& lights) {
+    std::vector<Light> casting = shiningLights(lights);
+    std::erase_if(casting, [](const Light& l) { return !l.shadow || l.kind == LightKind::head; });
+    return casting;
+}
+
+int lightChannels(const Lighting& lighting) {
+    return static_cast<int>(castingLights(lighting.lights).size()) + (lighting.occlusion ? 1 : 0);
+}
+
 bool isHeadLightAlone(const std::vector<Light>& lights) {
     const std::vector<Light> shining = shiningLights(lights);
     return shining.size() == 1 && shining[0].kind == LightKind::head && shining[0].intensity == 1 &&

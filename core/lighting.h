@@ -47,6 +47,10 @@ struct Lighting {
 /// Those that send light, in the scene's order: what numbers of lights mean everywhere else. A head light
 /// where the scene names none.
 std::vector<Light> shiningLights(const std::vector<Light>& lights);
+/// Those of them whose shadows can be seen: a light at the eye casts none that can.
+std::vector<Light> castingLights(const std::vector<Light>& lights);
+/// Light that is kept of every voxel: occlusion, and the share of every light that casts a shadow.
+int lightChannels(const Lighting& lighting);
 /// One white head light of intensity 1 shines, and nothing else.
 bool isHeadLightAlone(const std::vector<Light>& lights);
 /// The most light that comes to any place, of the colour that there is most of.

@@ -113,6 +113,21 @@ template <typename V> struct ReceivedLight {
     TESSERA_LEAF V ambient(V reflected, int channel) const { return fromAllSides[channel] * reflected; }
     TESSERA_LEAF V of(int number, V light) const { return from[number] * light; }
 };
+/// From what voxels have. @param light  of a channel: f(number)
+template <typename V, typename Light>
+TESSERA_LEAF ReceivedLight<V> receivedLight(const LightingNumbers& lighting, const Light& light) {
+    const V one(1.0f);
+    ReceivedLight<V> received{{one, one, one}, {one, one, one, one}};
+    if (lighting.occlusionChannel >= 0) {
+        const V share = light(lighting.occlusionChannel);
+        for (V& all : received.fromAllSides)
+            all = share;
+    }
+    for (int i = 0; i < lighting.count; ++i)
+        if (lighting.lights[i].channel >= 0)
+            received.from[i] = light(lighting.lights[i].channel);
+    return received;
+}
 
 /// @param N  of the power: a whole number, or one a lane
 template <typename V, typename N = int> struct Material {

@@ -15,6 +15,7 @@ struct LightNumbers {
     float place[3] = {};         // directional: towards it, unit, patient space, or 0; point: voxels
     float colour[3] = {1, 1, 1}; // times intensity
     float fading[3] = {1, 0, 0}; // point: constant, linear, quadratic
+    std::int32_t channel = -1;   // of voxels' light: its share that gets there; -1: all of it
 };
 
 struct LightingNumbers {
@@ -23,7 +24,13 @@ struct LightingNumbers {
     float weightLow = 0;                 // of gradients, stored units per mm: none of a surface
     float weightScale = 3.402823466e38f; // of what is above that; 1 is all of a surface
     LightNumbers lights[kMostLights];
+    std::int32_t channels = 0;          // of light that voxels have
+    std::int32_t occlusionChannel = -1; // of them; -1: all ambient light gets everywhere
 };
+
+/// Light of voxels is kept as texel / kLightOne, from 0 to nearly 4.
+constexpr float kLightOne = 16384;
+constexpr int kMostLightChannels = kMostLights + 1;
 
 /// Of stored values from one up to, not with, another, by their places in the table (placeOf()).
 struct MaterialNumbers {

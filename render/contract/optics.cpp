@@ -46,8 +46,9 @@ void setLighting(Optics& o, const Shading& shading, const Lighting& lighting,
                  const std::vector<Material>& materials, const Camera& camera, const VolumeInfo& info) {
     o.lighting = {};
     o.materials.clear();
-    o.hasLights = shading.on && (!isHeadLightAlone(lighting.lights) || !materials.empty() ||
-                                 shading.model != ShadingModel::phong || shading.gradientWeight);
+    o.hasLights =
+        shading.on && (!isHeadLightAlone(lighting.lights) || !materials.empty() ||
+                       shading.model != ShadingModel::phong || shading.gradientWeight || lighting.occlusion);
     if (!o.hasLights)
         return;
     o.lighting.halfway = shading.model == ShadingModel::blinnPhong;
@@ -70,27 +71,27 @@ void setLighting(Optics& o, const Shading& shading, const Lighting& lighting,
 void placeLights(Optics& o, const Lighting& lighting, const Camera& camera, const VolumeInfo& info) {
     if (!o.hasLights)
         return;
-    // The picture's right and up, and towards the viewer.
-    const glm::dvec3 towards = glm::normalize(camera.position - camera.focalPoint);
-    const glm::dvec3 right = glm::normalize(glm::cross(camera.viewUp, towards));
-    const glm::dmat3 patientFromCamera(right, glm::cross(towards, right), towards);
+    const glm::dmat3 axes = patientFromCamera(camera);
     const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
     const auto put = [](float(&to)[3], const glm::dvec3& from) {
         for (int i = 0; i < 3; ++i)
             to[i] = static_cast<float>(from[i]);
     };
     o.lighting.count = 0;
+    o.lighting.channels = 0;
+    o.lighting.occlusionChannel = lighting.occlusion ? o.lighting.channels++ : -1;
     for (const Light& light : shiningLights(lighting.lights)) {
         leaf::LightNumbers& n = o.lighting.lights[o.lighting.count++];
         const bool withCamera = light.frame == LightFrame::camera;
         put(n.colour, light.intensity * light.colour);
+        n.channel = light.shadow && light.kind != LightKind::head ? o.lighting.channels++ : -1;
         switch (light.kind) {
         case LightKind::head:
             n.sort = leaf::LightSort::head;
             break;
         case LightKind::directional: {
             n.sort = leaf::LightSort::directional;
-            const glm::dvec3 d = withCamera ? patientFromCamera * light.direction : light.direction;
+            const glm::dvec3 d = withCamera ? axes * light.direction : light.direction;
             const double length = glm::length(d);
             put(n.place, length > 0 ? d / length : glm::dvec3(0));
             break;
@@ -98,10 +99,9 @@ void placeLights(Optics& o, const Lighting& lighting, const Camera& camera, cons
         case LightKind::point:
             n.sort = leaf::LightSort::point;
             put(n.place,
-                glm::dvec3(voxelFromPatient *
-                           glm::dvec4(withCamera ? camera.position + patientFromCamera * light.position
-                                                 : light.position,
-                                      1)));
+                glm::dvec3(
+                    voxelFromPatient *
+                    glm::dvec4(withCamera ? camera.position + axes * light.position : light.position, 1)));
             put(n.fading, light.attenuation);
             break;
         }

@@ -168,4 +168,16 @@ glm::vec<3, Real> shade(const Optics& o, const glm::vec<3, Real>& colour, const 
             colour.z * lit.scale[2] + lit.add[2]};
 }
 
+/// The same with what voxels receive of the light, where the scene has light of voxels.
+/// @param field  received(p, lighting) where it has
+template <typename Real, typename Field>
+glm::vec<3, Real> shadeReceived(const Optics& o, const glm::vec<3, Real>& colour,
+                                const glm::vec<3, Real>& gradient, const glm::vec<3, Real>& direction,
+                                const glm::vec<3, Real>& position, const leaf::Material<Real>& material,
+                                Field& field) {
+    if (o.lighting.channels == 0)
+        return shade(o, colour, gradient, direction, position, material);
+    return shade(o, colour, gradient, direction, position, material, field.received(position, o.lighting));
+}
+
 } // namespace tessera

@@ -5,18 +5,17 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 namespace tessera {
 namespace {
 
 constexpr std::uint32_t kEntryValue = 0x80000000u, kEntryAbsent = 0x40000000u; // brick_residency.h
 
-std::vector<PlacedLight> castingLights(const ScenePlan& scene) {
+std::vector<PlacedLight> placedLights(const ScenePlan& scene) {
     std::vector<PlacedLight> placed;
-    const Camera& camera = scene.view.camera;
-    for (const Light& light : scene.view.lighting.lights)
-        if (castsShadow(light))
-            placed.push_back(placedLight(light, camera));
+    for (const Light& light : castingLights(scene.view.lighting.lights))
+        placed.push_back(placedLight(light, scene.view.camera));
     return placed;
 }
 
@@ -27,8 +26,8 @@ SceneLight::SceneLight(const ScenePlan& scene, int threads) : scene_(scene), thr
 }
 
 void SceneLight::viewChanged() {
-    for (const Light& light : scene_.view.lighting.lights)
-        if (castsShadow(light) && light.frame == LightFrame::camera)
+    for (const Light& light : castingLights(scene_.view.lighting.lights))
+        if (light.frame == LightFrame::camera)
             shadowsAreNew_ = true;
 }
 
@@ -41,13 +40,10 @@ bool SceneLight::takeChanges() {
 VoxelLight& SceneLight::ready() {
     const VolumeState& volume = scene_.volume;
     if (shadowsAreNew_) {
-        const LitField field{volume.cache.get(),
-                             &scene_.info(),
-                             &volume.selection,
-                             volume.mixed() ? &volume.levels : nullptr,
-                             &volume.optics,
-                             scene_.view.quality.skipping ? &volume.occupancy : nullptr};
-        const std::vector<PlacedLight> lights = castingLights(scene_);
+        const LightPath field{volume.cache.get(), &scene_.info(),
+                              &volume.selection,  volume.mixed() ? &volume.levels : nullptr,
+                              &volume.optics,     scene_.view.quality.skipping ? &volume.occupancy : nullptr};
+        const std::vector<PlacedLight> lights = placedLights(scene_);
         if (!lights.empty() || !light_) {
             light_.reset();
             shadows_.clear();

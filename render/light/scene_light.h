@@ -1,6 +1,6 @@
-// render/light/scene_light.h: the light of a scene's voxels, and the plane that holds it beside the values: in
-// the same pages and slots, one sample of light for every sample. An engine brings planes of its own for the
-// samples, one a channel; what is in them is computed here, whichever engine it is.
+// render/light/scene_light.h: the light of a scene's voxels, and the plane that holds it beside the values:
+// in the same pages and slots, one sample of light for every sample. An engine brings planes of its own for
+// the samples, one a channel; what is in them is computed here, whichever engine it is.
 #pragma once
 
 #include "render/light/voxel_light.h"
@@ -14,16 +14,13 @@
 
 namespace tessera {
 
-/// RAM that a scene's light takes besides what engines keep of it.
-std::size_t lightRamBytes(const Lighting& lighting, const VolumeInfo& info, int threads);
-
 class SceneLight {
   public:
-    /// Of a plan whose lighting needs light of voxels (ScenePlan::lightChannels()); it outlives this and does
+    /// Of a plan whose lighting has channels of light; it outlives this and does
     /// not move.
     SceneLight(const ScenePlan& scene, int threads);
 
-    int channels() const { return VoxelLight::channels(scene_.view.lighting); }
+    int channels() const { return lightChannels(scene_.view.lighting); }
     /// The transfer function, the camera, or levels of bricks are others.
     void functionChanged() { shadowsAreNew_ = functionIsNew_ = true; }
     void viewChanged();

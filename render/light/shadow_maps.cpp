@@ -18,7 +18,7 @@ constexpr double kWidestView = 110; // degrees: beyond, six maps waste less of t
 constexpr double kGoldenAngle = 2.399963229728653;
 
 /// Box of the bricks that show something, patient space: its corners.
-std::vector<glm::dvec3> shownCorners(const LitField& field) {
+std::vector<glm::dvec3> shownCorners(const LightPath& field) {
     const glm::ivec3 grid = field.selection->bricks;
     glm::ivec3 low = grid, high(-1);
     for (std::size_t b = 0; b < field.selection->levels.size(); ++b)
@@ -61,11 +61,11 @@ glm::dvec2 onDisk(int n, int count) {
     return {radius * std::cos(angle), radius * std::sin(angle)};
 }
 
-int mapsOf(const PlacedLight& light) {
-    return light.softness > 0 ? ShadowQuality::kMapsOfSoftLight : 1;
+int mapsOf(double softness) {
+    return softness > 0 ? ShadowQuality::kMapsOfSoftLight : 1;
 }
-int sizeOf(const PlacedLight& light, const ShadowQuality& quality) {
-    return std::max(1, light.softness > 0 ? quality.mapSize / 2 : quality.mapSize);
+int sizeOf(double softness, const ShadowQuality& quality) {
+    return std::max(1, softness > 0 ? quality.mapSize / 2 : quality.mapSize);
 }
 
 Camera parallelCamera(const glm::dvec3& towards, const std::vector<glm::dvec3>& corners) {
@@ -116,7 +116,7 @@ double angleFor(const glm::dvec3& position, const std::vector<glm::dvec3>& corne
 } // namespace
 
 PlacedLight placedLight(const Light& light, const Camera& camera) {
-    const glm::dmat3 axes = light.frame == LightFrame::camera ? cameraAxes(camera) : glm::dmat3(1);
+    const glm::dmat3 axes = light.frame == LightFrame::camera ? patientFromCamera(camera) : glm::dmat3(1);
     PlacedLight placed;
     placed.isPoint = light.kind == LightKind::point;
     placed.softness = light.softness;
@@ -128,9 +128,10 @@ PlacedLight placedLight(const Light& light, const Camera& camera) {
     return placed;
 }
 
-std::size_t ShadowMaps::bytes(const PlacedLight& light, const VolumeInfo&, const ShadowQuality& quality) {
-    return static_cast<std::size_t>(mapsOf(light) * (light.isPoint ? 6 : 1)) *
-           DeepShadowMap::bytes(sizeOf(light, quality));
+std::size_t ShadowMaps::bytes(const Light& light, const ShadowQuality& quality) {
+    const int sides = light.kind == LightKind::point ? 6 : 1;
+    return static_cast<std::size_t>(mapsOf(light.softness) * sides) *
+           DeepShadowMap::bytes(sizeOf(light.softness, quality));
 }
 
 void ShadowMaps::addView(const Camera& camera, const VolumeInfo& info, int size) {
@@ -144,12 +145,12 @@ void ShadowMaps::addView(const Camera& camera, const VolumeInfo& info, int size)
     maps_.emplace_back(size);
 }
 
-ShadowMaps::ShadowMaps(const PlacedLight& light, const LitField& field, const ShadowQuality& quality)
+ShadowMaps::ShadowMaps(const PlacedLight& light, const LightPath& field, const ShadowQuality& quality)
     : quality_(quality), light_(light.isPoint ? light.position : light.towards), isPoint_(light.isPoint),
       offsetMm_(quality.offsetVoxels *
                 std::cbrt(std::abs(glm::determinant(glm::dmat3(field.info->patientFromVoxel))))) {
     const std::vector<glm::dvec3> corners = shownCorners(field);
-    const int maps = mapsOf(light), size = sizeOf(light, quality);
+    const int maps = mapsOf(light.softness), size = sizeOf(light.softness, quality);
     const double half = std::tan(glm::radians(light.softness / 2));
     const bool toAllSides = light.isPoint && angleFor(light.position, corners) > kWidestView;
     perLight_ = toAllSides ? 6 : 1;
@@ -203,7 +204,7 @@ bool ShadowMaps::placeOn(const View& view, const glm::dvec3& place, glm::vec2& a
     return true;
 }
 
-void ShadowMaps::build(const LitField& field, int threads, const ShareDone& progress) {
+void ShadowMaps::build(const LightPath& field, int threads, const ShareDone& progress) {
     const int size = maps_.front().size();
     std::atomic<std::size_t> more = 0;
     std::mutex mutex;

@@ -27,7 +27,7 @@ struct PlacedLight {
 };
 
 /// What light goes through. All outlive what is made of it.
-struct LitField {
+struct LightPath {
     BrickCache* cache = nullptr;
     const VolumeInfo* info = nullptr;
     const Selection* selection = nullptr;
@@ -36,10 +36,7 @@ struct LitField {
     const Occupancy* occupancy = nullptr; // null: nothing is skipped
 };
 
-/// Whether a light casts a shadow that can be seen: one at the eye casts none.
-inline bool castsShadow(const Light& light) {
-    return light.shadow && light.intensity > 0 && light.kind != LightKind::head;
-}
+/// A light as a camera sees it.
 PlacedLight placedLight(const Light& light, const Camera& camera);
 
 struct ShadowQuality {
@@ -53,13 +50,13 @@ struct ShadowQuality {
 class ShadowMaps {
   public:
     /// @param field  its selection decides where there is anything to look at
-    ShadowMaps(const PlacedLight& light, const LitField& field, const ShadowQuality& quality);
+    ShadowMaps(const PlacedLight& light, const LightPath& field, const ShadowQuality& quality);
 
     /// Memory of the maps, which size decides; half the side takes a quarter.
-    static std::size_t bytes(const PlacedLight& light, const VolumeInfo& info, const ShadowQuality& quality);
+    static std::size_t bytes(const Light& light, const ShadowQuality& quality);
 
     /// Sends the rays. @param threads  0: all processors
-    void build(const LitField& field, int threads, const ShareDone& progress = {});
+    void build(const LightPath& field, int threads, const ShareDone& progress = {});
 
     /// Share of the light that gets to a place, patient space; [0,1].
     float light(const glm::dvec3& place) const;
@@ -97,7 +94,7 @@ class ShadowMaps {
 /// The light left along a ray: at the ends of the segments that take some, and where those start.
 /// @param field  value(p)  @param samples  replaced
 template <typename Field>
-void lightAlong(const SegmentedRay<float>& ray, Field& field, const LitField& lit, const Strides& strides,
+void lightAlong(const SegmentedRay<float>& ray, Field& field, const LightPath& lit, const Strides& strides,
                 float mmAtEntry, std::vector<LightLeft>& samples) {
     samples.clear();
     float left = 1;

@@ -39,20 +39,15 @@ ChunkKey chunkHolding(const glm::ivec3& sample, int level) {
 } // namespace
 
 std::uint16_t lightTexel(float light) {
-    return static_cast<std::uint16_t>(std::clamp(std::lround(light * kLightOne), 0L, 65535L));
-}
-
-int VoxelLight::channels(const Lighting& lighting) {
-    const auto shadows = std::count_if(lighting.lights.begin(), lighting.lights.end(), castsShadow);
-    return static_cast<int>(shadows) + (lighting.occlusion ? 1 : 0);
+    return static_cast<std::uint16_t>(std::clamp(std::lround(light * leaf::kLightOne), 0L, 65535L));
 }
 
 VoxelLight::VoxelLight(const VolumeInfo& info, const Statistics& statistics, const Lighting& lighting,
                        std::span<const ShadowMaps> shadows, int threads)
     : info_(info), shadows_(shadows), occlusion_(lighting.occlusion),
-      threads_(threads > 0 ? threads : defaultThreads()), channels_(channels(lighting)),
+      threads_(threads > 0 ? threads : defaultThreads()), channels_(lightChannels(lighting)),
       occluder_(info, statistics, lighting.occlusion) {
-    TESSERA_CHECK(channels_ <= kMostChannels);
+    TESSERA_CHECK(channels_ <= leaf::kMostLightChannels);
     TESSERA_CHECK(static_cast<std::size_t>(channels_) == shadows.size() + (occlusion_ ? 1 : 0));
 }
 
@@ -64,7 +59,7 @@ std::size_t VoxelLight::bytes(const VolumeInfo& info, const Lighting& lighting, 
             reach = glm::max(reach, occlusionRays(*lighting.occlusion, info, level).reach);
     return static_cast<std::size_t>(used) * OcclusionRoom::bytes(reach) +
            2 * kLeastChunks * kChunkTexels * sizeof(std::uint16_t) *
-               static_cast<std::size_t>(channels(lighting));
+               static_cast<std::size_t>(lightChannels(lighting));
 }
 
 void VoxelLight::functionChanged(const TransferTable& table, const Optics& optics) {

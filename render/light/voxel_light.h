@@ -18,8 +18,7 @@
 
 namespace tessera {
 
-/// Light as it is kept: texel / kLightOne, from 0 to nearly 4.
-constexpr float kLightOne = 16384;
+/// Light as it is kept: leaf::kLightOne.
 std::uint16_t lightTexel(float light);
 
 /// A brick that samples are wanted of, at a level below the coarsest.
@@ -30,10 +29,7 @@ struct BrickToLight {
 
 class VoxelLight {
   public:
-    static constexpr int kMostChannels = 4;
-    /// Of a scene's lights: occlusion first, then every light that casts a shadow. 0: none is needed.
-    static int channels(const Lighting& lighting);
-
+    /// Channels are lightChannels() of them: occlusion first, then every light that casts a shadow.
     /// @param shadows  of the lights that cast some, in order, built
     /// All must outlive it.
     VoxelLight(const VolumeInfo& info, const Statistics& statistics, const Lighting& lighting,

@@ -5,6 +5,7 @@
 #include "core/threads.h"
 #include "render/contract/lattice.h"
 #include "render/contract/ray_state.h"
+#include "render/light/light_memory.h"
 #include "render/plan/choose_integrator.h"
 #include "render/plan/framing.h"
 #include "render/plan/visibility_rays.h"
@@ -220,13 +221,19 @@ void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const
     const VolumeInfo& volumeInfo = info();
     const glm::ivec3 extent = volumeInfo.extentVoxels, bricks = brickGrid(extent);
     // What is seen is counted before the picture, in its room; with quality to reach, rays wait for bricks.
+    const int channels = lightChannels(view.lighting);
+    volume.lightCharge = {};
+    view.shadowQuality = shadowQualityFor(view.lighting, ram.freeBytes());
     const std::size_t picture = placedRaysBytes(view.imageSize); // pixels are drawn again
     const std::size_t rays = view.quality.maxError
                                  ? picture + wantedBytes(bricks)
                                  : std::max(picture, visibilityBytes(view.imageSize, bricks));
     MemoryPlan floors;
     floors.need("rays", 0, rays);
-    floors.need("the index of bricks", 0, indexBytes(bricks, limits.indexEntryBytes));
+    floors.need("the index of bricks", 0,
+                indexBytes(bricks, limits.indexEntryBytes) * static_cast<std::size_t>(1 + channels));
+    floors.need("light of voxels while it is computed",
+                lightRamBytes(view.lighting, volumeInfo, view.shadowQuality, threads), 0);
     floors.need("the level map", 0, LevelMap::bytes(bricks));
     floors.need("the transfer function's tables", 0, gpuTableBytes(volume.optics.table.size()));
     floors.need("levels mapped, the smallest cache and the staging of uploads",
@@ -252,6 +259,8 @@ void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const
 }
 
 void ScenePlan::openCache(Ledger& ram, int threads, bool readsOnce) {
+    if (const std::size_t light = lightRamBytes(view.lighting, info(), view.shadowQuality, threads))
+        volume.lightCharge = ram.charge(light, "light of voxels while it is computed");
     // It takes what is left, less upload staging and, where there is plenty, some air.
     const int used = threads > 0 ? threads : defaultThreads();
     const std::size_t free = ram.freeBytes(), staging = stagingBytes(info());
@@ -270,10 +279,12 @@ void ScenePlan::chooseAprons(TextureLimits& limits, std::size_t bricks, const Le
     volume.pageEdge = limits.pageEdge;
 }
 
-void chooseAgain(ScenePlan& p, const Scene& scene, const TextureLimits& most, Ledger& ram, const Ledger& gpu,
-                 int threads, LevelChoice choice) {
+void chooseAgain(ScenePlan& p, const Scene& scene, const TextureLimits& engineLimits, Ledger& ram,
+                 const Ledger& gpu, int threads, LevelChoice choice) {
     p.volume.cache.reset(); // it holds all memory that was left
     p.view.quality = scene.quality;
+    TextureLimits most = engineLimits;
+    most.lightChannels = lightChannels(p.view.lighting);
     p.settleIntegrator(ram, gpu, p.volume.table.entries.size());
     p.planMemory(most, ram, gpu, threads);
     TextureLimits limits = most;

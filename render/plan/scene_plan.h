@@ -70,7 +70,7 @@ struct ScenePlan {
     Integrator preintegration() const;
 };
 
-/// @param limits   of the device, or the defaults where none is used
+/// @param limits   of the device, without the scene's light, or the defaults where none is used
 /// @param ram  the store's reader is charged to it, and little else
 /// @param choice  perBrick, unless in tests and comparisons
 /// @param bytesPerPixel  RAM that the engine and its caller take for a pixel

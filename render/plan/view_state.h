@@ -6,6 +6,7 @@
 #include "core/camera.h"
 #include "core/scene.h"
 #include "render/contract/ray.h"
+#include "render/light/shadow_maps.h" // ShadowQuality
 
 #include <cstdint>
 #include <glm/vec2.hpp>
@@ -17,7 +18,8 @@ struct ViewState {
     glm::ivec2 imageSize{0};
     Quality quality; // step, sampling and fetch as they are; integrator as it is asked for
     RayFrame<double> frame;
-    Lighting lighting;  // the scene's
+    Lighting lighting; // the scene's
+    ShadowQuality shadowQuality;
     Charge imageCharge; // pictures and what an engine keeps of every ray, in RAM
 
     /// The rays of camera, picture and step as they are. ScenePlan::aim() also places lights.

@@ -36,6 +36,7 @@ struct VolumeState {
     TransferTable surfaceTable; // then
     Charge selectionCharge;
     Charge functionCharge;             // the transfer function's table, twice
+    Charge lightCharge;                // what computing the light of voxels takes
     std::unique_ptr<BrickCache> cache; // last member: it goes first, its threads read the store
 
     const VolumeInfo& info() const { return store->info(); }

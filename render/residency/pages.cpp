@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace tessera {
@@ -19,7 +20,8 @@ std::size_t pagesFor(const std::array<std::size_t, kLevelCount + 1>& counts) {
 
 namespace {
 std::size_t pageBytesOf(ValueType type, const TextureLimits& limits) {
-    return cellCount(glm::ivec3(limits.pageEdge)) * texelBytes(type);
+    const std::size_t light = sizeof(std::uint16_t) * static_cast<std::size_t>(limits.lightChannels);
+    return cellCount(glm::ivec3(limits.pageEdge)) * (texelBytes(type) + light);
 }
 } // namespace
 

@@ -19,7 +19,8 @@ struct TextureLimits {
     std::size_t maxBytes = std::size_t{1} << 30;
     int pageEdge = kBrickExtent;     // samples that a page has room for along an axis, aprons included
     bool readsOnce = false;          // chunks are read when bricks are put there, and not again
-    std::size_t indexEntryBytes = 8; // of every brick: where it is, or what it stands for
+    int lightChannels = 0;           // of the scene: planes of 16 bits a sample beside the values
+    std::size_t indexEntryBytes = 8; // of every brick, in each plane: where it is, or what it stands for
 };
 
 /// Pages that bricks take, from their number per level. The coarsest level takes none: its one sample stands

@@ -3,6 +3,7 @@
 
 #include "core/threads.h"
 #include "render/contract/cache_field.h"
+#include "render/light/stored_light.h"
 
 #include <mutex>
 #include <span>
@@ -24,10 +25,25 @@ MirrorInput mirrorInput(const ScenePlan& scene, bool skipping) {
 
 namespace {
 
+/// A field with its light.
+template <typename Real, typename Values> struct LitField {
+    Values& values;
+    const StoredLight* light;
+    Real value(const glm::vec<3, Real>& p) { return values.value(p); }
+    Real pitch(const glm::vec<3, Real>& p) { return values.pitch(p); }
+    glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) { return values.gradient(p); }
+    leaf::ReceivedLight<Real> received(const glm::vec<3, Real>& p, const leaf::LightingNumbers& lighting) {
+        return light->at(p, lighting);
+    }
+};
+
 /// visit(field), with the field of the input.
 template <typename Real, typename Visit> void withField(const MirrorInput& input, const Visit& visit) {
     withCacheField<Real>(*input.cache, *input.info, *input.selection, input.levels, input.optics->gradient,
-                         visit);
+                         [&](auto& values) {
+                             LitField<Real, std::decay_t<decltype(values)>> field{values, input.light};
+                             visit(field);
+                         });
 }
 
 constexpr std::size_t kStrip = 64; // rays a thread takes at a time: neighbours share chunks

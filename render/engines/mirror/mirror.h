@@ -66,8 +66,8 @@ glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const M
             if (optics.shading) {
                 const glm::vec<3, Real> middle = stridePosition(ray, i, length);
                 const glm::vec<3, Real> gradient = field.gradient(middle);
-                colour = optics.hasLights ? shade(optics, colour, gradient, ray.direction, middle,
-                                                  materialOf(optics, front, back))
+                colour = optics.hasLights ? shadeReceived(optics, colour, gradient, ray.direction, middle,
+                                                          materialOf(optics, front, back), field)
                                           : shade(optics, colour, gradient, ray.direction);
                 work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
             }

@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "render/engines/mirror/mirror.h"
+#include "render/light/stored_light.h"
 #include "render/plan/visibility_rays.h"
 
 #include <algorithm>
@@ -14,15 +15,18 @@ constexpr std::size_t kRaysAtATime = 4096; // where there is a deadline
 
 class MirrorCaster : public RayCaster {
   public:
-    MirrorCaster(const ScenePlan& scene, const CasterOptions& options, int threads)
-        : scene_(scene), hits_(options.hits), threads_(threads) {}
+    MirrorCaster(const ScenePlan& scene, const CasterOptions& options, int threads, Ledger& ledger)
+        : scene_(scene), hits_(options.hits), threads_(threads), ledger_(ledger) {}
 
     void begin(const Rays& rays) override {
         check(rays);
         rays_ = rays;
         picture_ = Image(rays.size());
         done_ = 0;
+        if (lightChannels(scene_.view.lighting) > 0)
+            lightBricks();
     }
+    void functionChanged() override { light_.reset(); }
 
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) override {
         const bool whole = deadline == Clock::time_point::max();
@@ -50,15 +54,31 @@ class MirrorCaster : public RayCaster {
     }
 
   private:
+    /// Where they are not lit yet, as the scene is now.
+    void lightBricks() {
+        const std::vector<std::uint8_t>& levels = scene_.volume.selection.levels;
+        if (light_ && litLevels_ == levels && litCamera_ == scene_.view.camera)
+            return;
+        light_.reset();
+        SceneLight light(scene_, threads_);
+        light_.emplace(light, scene_, ledger_);
+        litLevels_ = levels;
+        litCamera_ = scene_.view.camera;
+    }
     MirrorInput input() const {
         MirrorInput input = mirrorInput(scene_, scene_.view.quality.skipping);
         input.strides = rays_.strides;
+        input.light = light_ ? &*light_ : nullptr;
         return input;
     }
 
     const ScenePlan& scene_;
     bool hits_;
     int threads_;
+    Ledger& ledger_;
+    std::optional<StoredLight> light_;
+    std::vector<std::uint8_t> litLevels_; // when light_ was made
+    Camera litCamera_;
     Rays rays_;
     Image picture_;
     std::size_t done_ = 0; // rays
@@ -92,8 +112,8 @@ void MirrorEngine::open(std::span<ScenePlan* const> volumes, std::size_t) {
     scene_ = volumes.front();
 }
 
-std::unique_ptr<RayCaster> MirrorEngine::caster(const CasterOptions& options, Ledger&) {
-    return std::make_unique<MirrorCaster>(*scene_, options, threads_);
+std::unique_ptr<RayCaster> MirrorEngine::caster(const CasterOptions& options, Ledger& gpu) {
+    return std::make_unique<MirrorCaster>(*scene_, options, threads_, gpu);
 }
 
 std::unique_ptr<VisibilityCounter> MirrorEngine::counter(Ledger&) {

@@ -11,6 +11,8 @@
 
 namespace tessera {
 
+class StoredLight;
+
 /// All that a mirror needs besides its rays. The pointed-to objects outlive it.
 struct MirrorInput {
     BrickCache* cache = nullptr;
@@ -20,6 +22,7 @@ struct MirrorInput {
     const Optics* optics = nullptr;
     const Occupancy* occupancy = nullptr;        // null: no skipping
     const Occupancy* surfaceOccupancy = nullptr; // what the surfaces alone show; null: the same as occupancy
+    const StoredLight* light = nullptr;          // of voxels, where the scene has any
     Strides strides;
     ShareDone progress = {}; // of a picture's rays
 };

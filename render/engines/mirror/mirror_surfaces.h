@@ -67,8 +67,9 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
     const auto lit = [&](const Vec& colour, const Vec& gradient, const Vec& position, const auto& material) {
         if (!optics.shading)
             return colour;
-        return optics.hasLights ? shade(optics, colour, gradient, ray.direction, position, material())
-                                : shade(optics, colour, gradient, ray.direction);
+        return optics.hasLights
+                   ? shadeReceived(optics, colour, gradient, ray.direction, position, material(), field)
+                   : shade(optics, colour, gradient, ray.direction);
     };
     Real front = 0;     // the field at the start of segment i
     bool known = false; // front is

@@ -61,13 +61,17 @@ void HostPlane::Free::operator()(std::byte* bytes) const {
 
 HostPlane::HostPlane(const VolumeInfo& info, std::size_t pages, const TextureLimits& limits, int threads,
                      Ledger& memory)
-    : info_(info), kind_(kindOf(info.type)), grid_(brickGrid(info.extentVoxels)),
+    : HostPlane(info, info.type, "the bricks", pages, limits, threads, memory) {}
+
+HostPlane::HostPlane(const VolumeInfo& info, ValueType type, const char* what, std::size_t pages,
+                     const TextureLimits& limits, int threads, Ledger& memory)
+    : info_(info), type_(type), kind_(kindOf(type)), grid_(brickGrid(info.extentVoxels)),
       box_(atlasPages(std::max<std::size_t>(1, pages), info.type, limits)), edge_(limits.pageEdge),
       threads_(threads) {
     TESSERA_CHECK(box_.x > 0);
     const std::size_t count = cellCount(box_), edge = static_cast<std::size_t>(edge_);
     const std::size_t bytes = count * edge * edge * edge * sampleBytes(kind_);
-    charge_ = memory.charge(bytes + cellCount(grid_) * limits.indexEntryBytes, "the bricks");
+    charge_ = memory.charge(bytes + cellCount(grid_) * limits.indexEntryBytes, what);
     const std::size_t whole = (bytes + kBeyond + kHugePage - 1) / kHugePage * kHugePage;
     auto* const room = static_cast<std::byte*>(bytes < kHugePage ? std::malloc(bytes + kBeyond)
                                                                  : std::aligned_alloc(kHugePage, whole));
@@ -112,7 +116,7 @@ void HostPlane::put(const AtlasSlot& slot, const BrickSamples& samples, Work& wo
         first += edge_ > kBrickExtent ? kApronBefore * (slice + row + 1) : 0;
     else
         first += linearIndex(slot.slot, glm::ivec3(1 << slot.level)) * slice * row;
-    switch (info_.type) {
+    switch (type_) {
     case ValueType::u8:
         copyBrick<std::uint8_t>(samples, at<std::uint16_t>(static_cast<std::uint32_t>(first)), row, slice);
         break;

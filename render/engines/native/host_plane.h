@@ -27,6 +27,9 @@ class HostPlane : public Plane {
     /// @param memory  what samples and bricks' entries are charged to
     HostPlane(const VolumeInfo& info, std::size_t pages, const TextureLimits& limits, int threads,
               Ledger& memory);
+    /// The same places for samples of another type.
+    HostPlane(const VolumeInfo& info, ValueType type, const char* what, std::size_t pages,
+              const TextureLimits& limits, int threads, Ledger& memory);
 
     void put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) override;
     void publish(std::span<const BrickEntry> entries) override;
@@ -62,6 +65,7 @@ class HostPlane : public Plane {
     }
 
     const VolumeInfo& info_;
+    ValueType type_;
     native::SampleKind kind_;
     glm::ivec3 grid_{0}, box_{0}; // bricks; pages
     int edge_ = kBrickExtent;     // of a brick of level 0 with its apron

@@ -193,6 +193,13 @@ native::PacketScene NativeCaster::packetScene() const {
     }
     f.uniformSegments = rays_.strides.uniformSegments;
     f.segmentVoxels = static_cast<float>(rays_.strides.segmentVoxels);
+    for (std::size_t n = 0; n < engine_.light().size(); ++n) { // at the same places
+        const HostPlane& light = *engine_.light()[n];
+        s.light[n] = f;
+        s.light[n].samples = light.samples();
+        s.light[n].kind = light.kind();
+        s.light[n].bricks = light.bricks().data();
+    }
     const Optics& optics = volume.optics;
     native::PacketOptics& o = s.optics;
     o.extinction = tables_[0].data();
@@ -265,6 +272,8 @@ native::PacketScene NativeCaster::packetScene() const {
 
 bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& work) {
     const auto start = Clock::now();
+    engine_.settled();
+    engine_.settledLight(work);
     const native::PacketScene packets = packetScene();
     march_ = target_.march(packets);
     const auto packetsOfTile = static_cast<std::uint16_t>(kTileEdge * kTileEdge / target_.lanes());
@@ -280,6 +289,7 @@ bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work
         const VolumeState& volume = scene_.volume;
         NativeField field(engine_.plane(), volume.mixed() ? &volume.levels : nullptr,
                           volume.selection.finest(), volume.optics.gradient);
+        field.setLight(engine_.light());
         const Context context{field, rays_, occupancy(), needsEnds(volume.optics.integrator), deadline, late};
         native::PacketScene mine = packets;
         mine.help = helpOf(context);

@@ -24,7 +24,10 @@ class NativeCaster : public RayCaster {
     std::vector<std::uint32_t> takeWanted() override { return wanted_.take(); }
     Image image() const override;
     std::vector<SurfaceHit> hits() const override { return hits_; }
-    void functionChanged() override { tablesAreNew_ = true; }
+    void functionChanged() override {
+        tablesAreNew_ = true;
+        engine_.functionChanged();
+    }
     void emptySpaceChanged() override { mapIsNew_ = true; }
     std::size_t refine() override;
 

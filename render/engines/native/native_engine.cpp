@@ -82,13 +82,29 @@ void NativeEngine::open(std::span<ScenePlan* const> volumes, std::size_t pages) 
     scene_ = volumes.front();
     TextureLimits limits = this->limits();
     limits.pageEdge = scene_->volume.pageEdge;
+    limits.lightChannels = lightChannels(scene_->view.lighting);
     plane_ = std::make_unique<HostPlane>(scene_->info(), pages, limits, threads_, gpu_);
-    bricks_.emplace(scene_->info(), scene_->volume.selection, pages, limits,
-                    std::vector<Plane*>{plane_.get()}, ram_);
+    std::vector<Plane*> planes{plane_.get()};
+    if (limits.lightChannels > 0) {
+        std::vector<Plane*> channels;
+        for (int n = 0; n < limits.lightChannels; ++n)
+            channels.push_back(lightPlanes_
+                                   .emplace_back(std::make_unique<HostPlane>(scene_->info(), ValueType::u16,
+                                                                             "light of the bricks", pages,
+                                                                             limits, threads_, gpu_))
+                                   .get());
+        sceneLight_.emplace(*scene_, threads_);
+        planes.push_back(&lightPlane_.emplace(*sceneLight_, *scene_, std::move(channels)));
+        litBy_ = scene_->view.camera;
+    }
+    bricks_.emplace(scene_->info(), scene_->volume.selection, pages, limits, std::move(planes), ram_);
 }
 
 void NativeEngine::close() {
     bricks_.reset();
+    lightPlane_.reset();
+    sceneLight_.reset();
+    lightPlanes_.clear();
     plane_.reset();
     scene_ = nullptr;
 }
@@ -97,6 +113,33 @@ const HostPlane& NativeEngine::settled() {
     const VolumeState& volume = scene_->volume;
     plane_->settle(volume.mixed() ? &volume.levels : nullptr, volume.selection.finest());
     return *plane_;
+}
+
+void NativeEngine::levelsChanged() {
+    plane_->levelsChanged();
+    for (const auto& plane : lightPlanes_)
+        plane->levelsChanged();
+    if (sceneLight_)
+        sceneLight_->levelsChanged();
+}
+
+void NativeEngine::functionChanged() {
+    if (sceneLight_)
+        sceneLight_->functionChanged();
+}
+
+const std::vector<std::unique_ptr<HostPlane>>& NativeEngine::settledLight(Work& work) {
+    if (!sceneLight_)
+        return lightPlanes_;
+    if (!(litBy_ == scene_->view.camera)) {
+        litBy_ = scene_->view.camera;
+        sceneLight_->viewChanged();
+    }
+    lightPlane_->settle(work);
+    const VolumeState& volume = scene_->volume;
+    for (const auto& plane : lightPlanes_)
+        plane->settle(volume.mixed() ? &volume.levels : nullptr, volume.selection.finest());
+    return lightPlanes_;
 }
 
 std::unique_ptr<RayCaster> NativeEngine::caster(const CasterOptions& options, Ledger& gpu) {

@@ -5,6 +5,7 @@
 
 #include "render/engine.h"
 #include "render/engines/native/host_plane.h"
+#include "render/light/scene_light.h"
 
 #include <memory>
 #include <optional>
@@ -23,13 +24,19 @@ class NativeEngine : public Engine {
     void open(std::span<ScenePlan* const> volumes, std::size_t pages) override;
     void close() override;
     BrickResidency* bricks() override { return bricks_ ? &*bricks_ : nullptr; }
-    void levelsChanged() override { plane_->levelsChanged(); }
+    void levelsChanged() override;
     std::unique_ptr<RayCaster> caster(const CasterOptions& options, Ledger& gpu) override;
     std::unique_ptr<VisibilityCounter> counter(Ledger& gpu) override;
 
     /// The bricks, ready for rays.
     const HostPlane& settled();
     const HostPlane& plane() const { return *plane_; }
+    /// The light of bricks' samples, ready for rays: a plane a channel of the scene's light; none where it
+    /// has none. Bricks must be settled.
+    const std::vector<std::unique_ptr<HostPlane>>& settledLight(Work& work);
+    const std::vector<std::unique_ptr<HostPlane>>& light() const { return lightPlanes_; }
+    /// Light as it was does not hold any more.
+    void functionChanged();
     int threads() const { return threads_; }
 
   private:
@@ -37,6 +44,10 @@ class NativeEngine : public Engine {
     Ledger &gpu_, &ram_;
     ScenePlan* scene_ = nullptr;
     std::unique_ptr<HostPlane> plane_;
+    std::vector<std::unique_ptr<HostPlane>> lightPlanes_;
+    std::optional<SceneLight> sceneLight_;
+    std::optional<LightPlane> lightPlane_;
+    Camera litBy_; // the camera that lights were placed by
     std::optional<BrickResidency> bricks_;
 };
 

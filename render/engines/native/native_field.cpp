@@ -96,6 +96,21 @@ glm::vec3 NativeField::gradient(const glm::vec3& p) {
     return fieldGradient(*this, p, 1.0f / static_cast<float>(1 << level_), kind_);
 }
 
+void NativeField::setLight(const std::vector<std::unique_ptr<HostPlane>>& planes) {
+    light_.clear();
+    for (const auto& plane : planes)
+        light_.emplace_back(*plane, map_, level_, kind_);
+}
+
+leaf::ReceivedLight<float> NativeField::received(const glm::vec3& p, const leaf::LightingNumbers& lighting) {
+    return leaf::receivedLight<float>(lighting, [&](int channel) {
+        NativeField& field = light_[static_cast<std::size_t>(channel)];
+        const float texel = field.value(p);
+        missing_ = field.takeMissing() || missing_;
+        return texel * (1 / leaf::kLightOne);
+    });
+}
+
 float NativeField::at(int level, const glm::ivec3& i) {
     const glm::ivec3 at = i >> (5 - level);
     const PacketBrick& brick = brickAt(at);

@@ -6,6 +6,7 @@
 #include "render/contract/sampler.h"
 #include "render/engines/native/host_plane.h"
 
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -35,6 +36,10 @@ class NativeField {
     /// Distance of samples at p, voxels: of the brick that it lies in.
     float pitch(const glm::vec3& p) const;
     glm::vec3 gradient(const glm::vec3& p);
+    /// Shares of light that reach p; setLight() must have been called.
+    leaf::ReceivedLight<float> received(const glm::vec3& p, const leaf::LightingNumbers& lighting);
+    /// Fields of light, one a channel.
+    void setLight(const std::vector<std::unique_ptr<HostPlane>>& planes);
 
     /// Whether a brick was lacking since this was last asked.
     bool takeMissing() { return std::exchange(missing_, false); }
@@ -66,6 +71,7 @@ class NativeField {
     int level_;
     glm::ivec3 extent_;
     Gradient kind_;
+    std::vector<NativeField> light_;
     bool missing_ = false;
     WantedBricks* wanted_ = nullptr;
     std::uint32_t ray_ = 0;

@@ -94,6 +94,7 @@ struct PacketHelp {
 
 struct PacketScene {
     PacketField field;
+    PacketField light[leaf::kMostLightChannels]; // as many as optics.lighting says; at the same places
     PacketOptics optics;
     PacketEmptySpace space;
     PacketHelp help;

@@ -96,6 +96,17 @@ TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m) {
 /// What lights what is shown.
 enum class Light { none, head, lights };
 
+/// Shares of light that reach p, of lanes whose gradient there has been taken: no brick is lacking.
+template <bool Mixed>
+TESSERA_LANE leaf::ReceivedLight<F> lightAt(const PacketScene& s, const Here<Mixed>& here, F3 p, M m) {
+    const F3 x = inBrick(here, p);
+    const M inside = m & within(x, here.low, here.high);
+    return leaf::receivedLight<F>(s.optics.lighting, [&](int channel) {
+        M there = m;
+        return F(1 / leaf::kLightOne) * valueAt<SampleKind::u16>(s.light[channel], here, p, x, inside, there);
+    });
+}
+
 template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const PacketScene& s, PacketJob& job) {
     const PacketField& f = s.field;
     const PacketOptics& o = s.optics;
@@ -264,9 +275,14 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
                 active = active & ~lacks;
                 m = m & ~lacks;
                 gradients += static_cast<unsigned>(count(adds));
-                if constexpr (By == Light::lights)
-                    colour = shadedByLights(o, colour, gradient, direction, middle, place, leaf::AllLight());
-                else
+                if constexpr (By == Light::lights) {
+                    if (o.lighting.channels == 0)
+                        colour =
+                            shadedByLights(o, colour, gradient, direction, middle, place, leaf::AllLight());
+                    else
+                        colour = shadedByLights(o, colour, gradient, direction, middle, place,
+                                                lightAt<Mixed>(s, here, middle, adds));
+                } else
                     colour = shaded(o, colour, gradient, direction);
             }
             const F after = alpha + (F(1.0f) - alpha) * opacity;

@@ -33,7 +33,9 @@ Optics slab(double depth, Integrator integrator) {
     table.firstValue = 0;
     table.entriesPerValue = 1;
     table.entries = {glm::vec4(glm::vec3(kFirst), extinction), glm::vec4(glm::vec3(kLast), extinction)};
-    Optics o = makeOptics(table, VolumeInfo{}, Shading{.on = false}, 0, integrator);
+    Shading unlit;
+    unlit.on = false;
+    Optics o = makeOptics(table, VolumeInfo{}, unlit, 0, integrator);
     preparePreintegration2d(o, 1.0 / kStiffSegments, 0, 1);
     return o;
 }

@@ -1,0 +1,35 @@
+// render/light/light_memory.cpp: see light_memory.h.
+#include "render/light/light_memory.h"
+
+#include "render/light/voxel_light.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kPartsForMaps = 8; // maps take at most one of what is free
+constexpr int kLeastMap = 32;            // rays along a side
+
+std::size_t mapBytesOf(const Lighting& lighting, const ShadowQuality& quality) {
+    std::size_t bytes = 0;
+    for (const Light& light : castingLights(lighting.lights))
+        bytes += ShadowMaps::bytes(light, quality);
+    return bytes;
+}
+
+} // namespace
+
+ShadowQuality shadowQualityFor(const Lighting& lighting, std::size_t freeRamBytes) {
+    ShadowQuality quality;
+    while (quality.mapSize > kLeastMap && mapBytesOf(lighting, quality) > freeRamBytes / kPartsForMaps)
+        quality.mapSize /= 2;
+    return quality;
+}
+
+std::size_t lightRamBytes(const Lighting& lighting, const VolumeInfo& info, const ShadowQuality& quality,
+                          int threads) {
+    return lightChannels(lighting) == 0
+               ? 0
+               : mapBytesOf(lighting, quality) + VoxelLight::bytes(info, lighting, threads);
+}
+
+} // namespace tessera
