@@ -120,7 +120,7 @@ json occlusionJson(const Occlusion& occlusion) {
 } // namespace
 
 const Keys& lightingKeys() {
-    static const Keys keys = {"lights", "occlusion"};
+    static const Keys keys = {"lights", "occlusion", "finestLevel"};
     return keys;
 }
 const Keys& lightKeys() {
@@ -146,6 +146,8 @@ Lighting parseLighting(const JsonValue& value) {
     }
     if (value.has("occlusion"))
         lighting.occlusion = parseOcclusion(value.at("occlusion"));
+    if (value.has("finestLevel"))
+        lighting.finestLevel = value.at("finestLevel").integer(0, 3);
     return lighting;
 }
 
@@ -158,6 +160,8 @@ json lightingJson(const Lighting& lighting) {
     }
     if (lighting.occlusion)
         out["occlusion"] = occlusionJson(*lighting.occlusion);
+    if (lighting.finestLevel > 0)
+        out["finestLevel"] = lighting.finestLevel;
     return out;
 }
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -31,6 +32,8 @@ OcclusionRoom::OcclusionRoom(const glm::ivec3& reach)
     const std::size_t samples = cellCount(size + glm::ivec3(0, 1, 1));
     extinction.resize(samples);
     opacity.resize(samples);
+    rowShows.resize(samples / static_cast<std::size_t>(size.x));
+    rowIsSet.resize(rowShows.size());
     constexpr int kEdge = kChunkExtent + 2 * kAround;
     low.resize(static_cast<std::size_t>(kEdge * kEdge * kRunsPerRow));
     high.resize(low.size());
@@ -132,13 +135,18 @@ void Occluder::readChunk(const glm::ivec3& first, const glm::ivec3& low, const g
     };
     for (int z = low.z; z < high.z; ++z)
         for (int y = low.y; y < high.y; ++y) {
-            float* const to =
-                room.extinction.data() + linearIndex(glm::ivec3(low.x, y, z) - first, room.size);
+            const glm::ivec3 at = glm::ivec3(low.x, y, z) - first;
+            float* const to = room.extinction.data() + linearIndex(at, room.size);
             const auto* const from =
                 reinterpret_cast<const Stored*>(chunk.bytes.get()) +
                 linearIndex(glm::ivec3(low.x, y, z) & (kChunkExtent - 1), glm::ivec3(kChunkExtent));
-            for (int x = 0; x < high.x - low.x; ++x)
+            float most = 0;
+            for (int x = 0; x < high.x - low.x; ++x) {
                 to[x] = extinctionOf(from[x]);
+                most = std::max(most, to[x]);
+            }
+            if (most > 0)
+                room.rowShows[static_cast<std::size_t>(at.z * room.size.y + at.y)] = 1;
         }
     forEachRun(first, low, high, room, [&](const glm::ivec3& from, int count, float& least, float& most) {
         const auto* const values = reinterpret_cast<const Stored*>(chunk.bytes.get()) +
@@ -147,6 +155,25 @@ void Occluder::readChunk(const glm::ivec3& first, const glm::ivec3& low, const g
         least = std::min(least, static_cast<float>(*lowest));
         most = std::max(most, static_cast<float>(*highest));
     });
+}
+
+/// Whether nothing can show in a chunk nor within two samples of it.
+bool Occluder::nothingNear(const ChunkKey& chunk) const {
+    Range range = rangeOf(chunk);
+    if (chunk.level == 0) {
+        const std::size_t b = linearIndex({chunk.i, chunk.j, chunk.k}, statistics_.bricks);
+        range = {statistics_.wideMin[b], statistics_.wideMax[b]};
+    } else {
+        const glm::ivec3 at(chunk.i, chunk.j, chunk.k), grid = chunkGrid(info_.extentVoxels, chunk.level);
+        const glm::ivec3 low = glm::max(at - 1, glm::ivec3(0)), high = glm::min(at + 1, grid - 1);
+        for (int z = low.z; z <= high.z; ++z)
+            for (int y = low.y; y <= high.y; ++y)
+                for (int x = low.x; x <= high.x; ++x) {
+                    const Range beside = rangeOf({chunk.level, x, y, z});
+                    range = {std::min(range.low, beside.low), std::max(range.high, beside.high)};
+                }
+    }
+    return isEmpty(range);
 }
 
 /// Of the voxels in and around a run of samples: what values near it can be, at its level and at finer ones.
@@ -171,7 +198,10 @@ Occluder::Range Occluder::rangeAround(const glm::ivec3& sample, int level) const
 }
 
 void Occluder::read(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& room) const {
-    std::fill(room.extinction.begin(), room.extinction.end(), 0.0f);
+    for (std::size_t row = 0; row < room.rowShows.size(); ++row)
+        if (std::exchange(room.rowShows[row], std::uint8_t{0}) != 0)
+            std::fill_n(room.extinction.begin() + static_cast<std::ptrdiff_t>(row) * room.size.x, room.size.x,
+                        0.0f);
     std::fill(room.low.begin(), room.low.end(), std::numeric_limits<float>::max());
     std::fill(room.high.begin(), room.high.end(), std::numeric_limits<float>::lowest());
     const glm::ivec3 extent = levelExtent(info_.extentVoxels, chunk.level);
@@ -196,8 +226,10 @@ void Occluder::read(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& roo
 
 void Occluder::find(const ChunkKey& chunk, std::span<const std::uint8_t> bricks, BrickCache& cache,
                     OcclusionRoom& room) const {
-    read(chunk, cache, room);
     room.runs.clear();
+    if (nothingNear(chunk))
+        return;
+    read(chunk, cache, room);
 
     // Which runs are wanted: by bricks, and by what can show near them.
     const glm::ivec3 own = glm::ivec3(chunk.i, chunk.j, chunk.k) * kChunkExtent;
@@ -269,8 +301,15 @@ void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
                  static_cast<float>(0.5 / (static_cast<double>(ray.steps) * double(rays.rays.size())))});
             next += ray.steps;
         }
-        target_.opacities(room.extinction.data(), static_cast<int>(room.extinction.size()) / kRun * kRun,
-                          static_cast<float>(rays.rays[first].stepMm), room.opacity.data());
+        for (std::size_t row = 0; row < room.rowShows.size(); ++row) {
+            const std::size_t at = row * static_cast<std::size_t>(room.size.x);
+            if (room.rowShows[row] != 0)
+                target_.opacities(room.extinction.data() + at, room.size.x,
+                                  static_cast<float>(rays.rays[first].stepMm), room.opacity.data() + at);
+            else if (room.rowIsSet[row] != 0)
+                std::fill_n(room.opacity.begin() + static_cast<std::ptrdiff_t>(at), room.size.x, 0.0f);
+            room.rowIsSet[row] = room.rowShows[row];
+        }
         for (const OcclusionRoom::Run& run : room.runs)
             target_.occlude(room.opacity.data() + run.from, paths.data(), static_cast<int>(paths.size()),
                             room.light.data() + run.to);

@@ -29,6 +29,8 @@ class OcclusionRoom {
 
     glm::ivec3 reach, size; // samples before the chunk; all
     std::vector<float> extinction, opacity;
+    /// Of every row along x: whether it has an extinction; whether opacity has anything there.
+    std::vector<std::uint8_t> rowShows, rowIsSet;
     /// Level 0: range of stored values along every run of samples, two more at either end.
     std::vector<float> low, high;
     std::vector<float> light; // of the chunk's samples
@@ -74,6 +76,7 @@ class Occluder {
                    OcclusionRoom& room) const;
     Range rangeAround(const glm::ivec3& sample, int level) const;
     Range rangeOf(const ChunkKey& chunk) const;
+    bool nothingNear(const ChunkKey& chunk) const;
     bool isEmpty(const Range& range) const;
 
     const VolumeInfo& info_;

@@ -46,7 +46,8 @@ VoxelLight::VoxelLight(const VolumeInfo& info, const Statistics& statistics, con
                        std::span<const ShadowMaps> shadows, int threads)
     : info_(info), shadows_(shadows), occlusion_(lighting.occlusion),
       threads_(threads > 0 ? threads : defaultThreads()), channels_(lightChannels(lighting)),
-      occluder_(info, statistics, lighting.occlusion) {
+      occluder_(info, statistics, lighting.occlusion),
+      finest_(std::max(occluder_.finestLevel(), std::clamp(lighting.finestLevel, 0, kLevelCount - 1))) {
     TESSERA_CHECK(channels_ <= leaf::kMostLightChannels);
     TESSERA_CHECK(static_cast<std::size_t>(channels_) == shadows.size() + (occlusion_ ? 1 : 0));
 }
@@ -136,7 +137,7 @@ void VoxelLight::forget(std::size_t most) {
 
 void VoxelLight::light(std::vector<BrickToLight> bricks, BrickCache& cache, const Put& put) {
     const glm::ivec3 grid = brickGrid(info_.extentVoxels);
-    const auto levelOf = [&](const BrickToLight& b) { return std::max(b.level, occluder_.finestLevel()); };
+    const auto levelOf = [&](const BrickToLight& b) { return std::max(b.level, finest_); };
     const auto chunkOfBrick = [&](const BrickToLight& b) {
         const int level = levelOf(b);
         const glm::ivec3 at = gridPosition(b.brick, grid) >> level;
@@ -214,51 +215,82 @@ void VoxelLight::light(std::vector<BrickToLight> bricks, BrickCache& cache, cons
     }
 }
 
+namespace {
+
+/// Between samples of a cube, at places that are twice, four times ... as dense.
+/// @param width  of the cube, one more than needed around; @param scale  samples from one place to the next
+void fillBetween(const std::vector<float>& cube, int width, float scale, int edge, std::uint16_t* out) {
+    std::vector<float> slice(static_cast<std::size_t>(width * width)), row(static_cast<std::size_t>(width));
+    const auto place = [&](int i) { return (static_cast<float>(i) + 0.5f) * scale + 0.5f; };
+    const auto between = [](const float* a, const float* b, float part, std::size_t count, float* to) {
+        for (std::size_t n = 0; n < count; ++n)
+            to[n] = a[n] + part * (b[n] - a[n]);
+    };
+    for (int z = 0; z < edge; ++z) {
+        const auto k = static_cast<int>(place(z));
+        const float* const low = cube.data() + k * width * width;
+        between(low, low + width * width, place(z) - static_cast<float>(k), slice.size(), slice.data());
+        for (int y = 0; y < edge; ++y) {
+            const auto j = static_cast<int>(place(y));
+            between(slice.data() + j * width, slice.data() + (j + 1) * width,
+                    place(y) - static_cast<float>(j), row.size(), row.data());
+            std::uint16_t* const to = out + linearIndex({0, y, z}, glm::ivec3(kChunkExtent));
+            for (int x = 0; x < edge; ++x) {
+                const auto i = static_cast<int>(place(x));
+                const float part = place(x) - static_cast<float>(i);
+                const float value =
+                    row[static_cast<std::size_t>(i)] +
+                    part * (row[static_cast<std::size_t>(i) + 1] - row[static_cast<std::size_t>(i)]);
+                to[x] = static_cast<std::uint16_t>(value + 0.5f);
+            }
+        }
+    }
+}
+
+} // namespace
+
 /// @param out  32^3 texels of which a brick's are the first along each axis
 void VoxelLight::fill(const BrickToLight& b, int channel, std::uint16_t* out) const {
     const glm::ivec3 at = gridPosition(b.brick, brickGrid(info_.extentVoxels));
-    const int level = std::max(b.level, occluder_.finestLevel()), edge = kBrickExtent >> b.level;
-    const glm::ivec3 last = levelExtent(info_.extentVoxels, level) - 1;
-    const auto texelAt = [&](const glm::ivec3& sample) {
-        const LitChunk& chunk = chunks_.at(chunkHolding(sample, level));
-        return chunk.texels.empty()
-                   ? lightTexel(1)
-                   : chunk.texels[static_cast<std::size_t>(channel) * kChunkTexels +
-                                  linearIndex(sample & (kChunkExtent - 1), glm::ivec3(kChunkExtent))];
-    };
-    const glm::ivec3 chunkEdge(kChunkExtent);
-    if (level == b.level) {
+    const int level = std::max(b.level, finest_), edge = kBrickExtent >> b.level;
+    const glm::ivec3 last = levelExtent(info_.extentVoxels, level) - 1, chunkEdge(kChunkExtent);
+    const std::size_t texels = static_cast<std::size_t>(channel) * kChunkTexels;
+    if (level == b.level) { // all in one chunk
+        const ChunkKey key = chunkHolding(at * edge, level);
+        const LitChunk& chunk = chunks_.at(key);
+        const glm::ivec3 first = at * edge - placeOf(key) * kChunkExtent;
         for (int z = 0; z < edge; ++z)
-            for (int y = 0; y < edge; ++y)
-                for (int x = 0; x < edge; ++x)
-                    out[linearIndex({x, y, z}, chunkEdge)] =
-                        texelAt(glm::min(at * edge + glm::ivec3(x, y, z), last));
+            for (int y = 0; y < edge; ++y) {
+                std::uint16_t* const to = out + linearIndex({0, y, z}, chunkEdge);
+                if (chunk.texels.empty())
+                    std::fill_n(to, edge, lightTexel(1));
+                else
+                    std::copy_n(chunk.texels.data() + texels +
+                                    linearIndex(first + glm::ivec3(0, y, z), chunkEdge),
+                                edge, to);
+            }
         return;
     }
     // Coarser samples in and around the brick, then between them.
     const int coarse = kBrickExtent >> level, width = coarse + 2;
     std::vector<float> samples(static_cast<std::size_t>(width * width * width));
+    bool any = false;
     for (int z = 0; z < width; ++z)
         for (int y = 0; y < width; ++y)
-            for (int x = 0; x < width; ++x)
+            for (int x = 0; x < width; ++x) {
+                const glm::ivec3 sample =
+                    glm::clamp(at * coarse + glm::ivec3(x, y, z) - 1, glm::ivec3(0), last);
+                const LitChunk& chunk = chunks_.at(chunkHolding(sample, level));
+                any = any || !chunk.texels.empty();
                 samples[linearIndex({x, y, z}, glm::ivec3(width))] =
-                    texelAt(glm::clamp(at * coarse + glm::ivec3(x, y, z) - 1, glm::ivec3(0), last));
-    const float scale = std::ldexp(1.0f, b.level - level);
-    const auto place = [&](int i) { return (static_cast<float>(i) + 0.5f) * scale + 0.5f; };
-    for (int z = 0; z < edge; ++z)
-        for (int y = 0; y < edge; ++y)
-            for (int x = 0; x < edge; ++x) {
-                const glm::vec3 p(place(x), place(y), place(z));
-                const glm::ivec3 low(p);
-                const glm::vec3 part = p - glm::vec3(low);
-                const auto sample = [&](int n) {
-                    return samples[linearIndex(low + glm::ivec3(n & 1, (n >> 1) & 1, n >> 2),
-                                               glm::ivec3(width))];
-                };
-                const float value = leaf::trilinear(sample(0), sample(1), sample(2), sample(3), sample(4),
-                                                    sample(5), sample(6), sample(7), part.x, part.y, part.z);
-                out[linearIndex({x, y, z}, chunkEdge)] = static_cast<std::uint16_t>(std::lround(value));
+                    chunk.texels.empty()
+                        ? lightTexel(1)
+                        : chunk.texels[texels + linearIndex(sample & (kChunkExtent - 1), chunkEdge)];
             }
+    if (any)
+        fillBetween(samples, width, std::ldexp(1.0f, b.level - level), edge, out);
+    else
+        std::fill_n(out, kChunkTexels, lightTexel(1));
 }
 
 std::uint16_t VoxelLight::standing(std::size_t brick, int channel, BrickCache& cache) {

@@ -69,6 +69,7 @@ class VoxelLight {
     std::optional<Occlusion> occlusion_;
     int threads_, channels_;
     Occluder occluder_;
+    int finest_; // level of light; finer bricks take it from there
     Chunks chunks_;
     std::uint64_t turn_ = 0, chunksLit_ = 0;
 };
