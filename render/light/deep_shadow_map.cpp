@@ -32,7 +32,7 @@ int fitted(std::span<const LightLeft> samples, float error,
         // No line from the last place passes all: a place at the sample before.
         const float before = samples[n - 1].mm;
         const float slope = 0.5f * (low + high);
-        from = {before, std::clamp(from.light + slope * (before - from.mm), 0.0f, 1.0f)};
+        from = {before, from.light + slope * (before - from.mm)};
         if (count > DeepShadowMap::kLayers - 1)
             return DeepShadowMap::kLayers + 1;
         places[static_cast<std::size_t>(count++)] = from;
@@ -46,8 +46,7 @@ int fitted(std::span<const LightLeft> samples, float error,
             return DeepShadowMap::kLayers + 1;
         // What lies beyond the last place has its light: as near to the truth as can be.
         const float slope = std::clamp((samples.back().light - from.light) / (last - from.mm), low, high);
-        places[static_cast<std::size_t>(count++)] = {
-            last, std::clamp(from.light + slope * (last - from.mm), 0.0f, 1.0f)};
+        places[static_cast<std::size_t>(count++)] = {last, from.light + slope * (last - from.mm)};
     }
     return count;
 }
@@ -97,8 +96,8 @@ float DeepShadowMap::nearest(const glm::vec2& at, float mm) const {
     const auto edge = static_cast<float>(size_);
     if (!(at.x >= 0 && at.y >= 0 && at.x < edge && at.y < edge))
         return 1;
-    return lightOf(rays_[static_cast<std::size_t>(static_cast<int>(at.y) * size_ + static_cast<int>(at.x))],
-                   mm);
+    const std::size_t ray = static_cast<std::size_t>(static_cast<int>(at.y) * size_ + static_cast<int>(at.x));
+    return std::clamp(lightOf(rays_[ray], mm), 0.0f, 1.0f); // lines may pass by either by the error
 }
 
 float DeepShadowMap::between(const glm::vec2& at, float mm) const {

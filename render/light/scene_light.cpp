@@ -31,13 +31,23 @@ void SceneLight::viewChanged() {
             shadowsAreNew_ = true;
 }
 
+/// Integrators come and go by the same way as functions, and change no light.
+void SceneLight::lookAtFunction() {
+    if (std::exchange(functionMayBeNew_, false) && litTable_ != scene_.volume.optics.table) {
+        litTable_ = scene_.volume.optics.table;
+        shadowsAreNew_ = functionIsNew_ = true;
+    }
+}
+
 bool SceneLight::takeChanges() {
+    lookAtFunction();
     if (shadowsAreNew_ || functionIsNew_)
         ready();
     return std::exchange(changed_, false);
 }
 
 VoxelLight& SceneLight::ready() {
+    lookAtFunction();
     const VolumeState& volume = scene_.volume;
     if (shadowsAreNew_) {
         const LightPath field{volume.cache.get(), &scene_.info(),

@@ -21,8 +21,8 @@ class SceneLight {
     SceneLight(const ScenePlan& scene, int threads);
 
     int channels() const { return lightChannels(scene_.view.lighting); }
-    /// The transfer function, the camera, or levels of bricks are others.
-    void functionChanged() { shadowsAreNew_ = functionIsNew_ = true; }
+    /// The transfer function, the camera, or levels of bricks may be others.
+    void functionChanged() { functionMayBeNew_ = true; }
     void viewChanged();
     void levelsChanged() { shadowsAreNew_ = true; }
 
@@ -33,11 +33,14 @@ class SceneLight {
     const std::vector<ShadowMaps>& shadows() const { return shadows_; }
 
   private:
+    void lookAtFunction();
+
     const ScenePlan& scene_;
     int threads_;
     std::vector<ShadowMaps> shadows_;
     std::optional<VoxelLight> light_;
-    bool shadowsAreNew_ = true, functionIsNew_ = true, changed_ = true;
+    std::vector<glm::vec4> litTable_; // by which light was computed
+    bool shadowsAreNew_ = true, functionMayBeNew_ = true, functionIsNew_ = true, changed_ = true;
 };
 
 /// Light beside values, for a BrickResidency.

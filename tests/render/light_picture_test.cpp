@@ -1,0 +1,171 @@
+// tests/render/light_picture_test.cpp: pictures with light of voxels, occlusion and shadows: the native
+// engine has the mirror's bits, whatever levels meet; light is there where it should be, and costs nothing
+// where it is not asked for.
+#include "render/light/stored_light.h"
+#include "tests/support/mixed_fixture.h"
+#include "tests/support/native_fixture.h"
+
+#include <gtest/gtest.h>
+
+namespace tessera::test {
+namespace {
+
+Light keyLight(double softness = 0) {
+    Light light;
+    light.kind = LightKind::directional;
+    light.direction = {-1, 1, 1};
+    light.shadow = true;
+    light.softness = softness;
+    return light;
+}
+Light pointLight(const VolumeInfo& info) { // inside the volume
+    Light light;
+    light.kind = LightKind::point;
+    light.frame = LightFrame::patient;
+    light.position = glm::dvec3(info.patientFromVoxel * glm::dvec4(glm::dvec3(info.extentVoxels) * 0.45, 1));
+    light.shadow = true;
+    return light;
+}
+
+Scene litScene(const std::string& store, const std::string& preset, int camera, Lighting lighting,
+               const glm::ivec2& size = {24, 24}) {
+    Scene scene = sceneOn(infoOf(store), preset, camera, size);
+    scene.lighting = std::move(lighting);
+    return scene;
+}
+
+/// With maps that are made soon.
+struct LitPlan {
+    LitPlan(const std::string& store, const Scene& scene) : prepared(store, scene) {
+        prepared.p.view.shadowQuality.mapSize = 64;
+    }
+    Prepared prepared;
+};
+
+Image mirrorWithLight(Prepared& prepared) {
+    const ScenePlan& p = prepared.p;
+    SceneLight light(p, 0);
+    const StoredLight stored(light, p, prepared.budgets.ram);
+    MirrorInput input = mirrorInput(p, p.view.quality.skipping);
+    input.light = &stored;
+    Image image(p.view.imageSize);
+    Work work;
+    image.pixels =
+        mirrorRays<float>(input, image.pixels.size(), frameRays(cast<float>(p.view.frame)), 0, work);
+    return image;
+}
+
+void expectNativeIsTheMirror(Prepared& prepared, const std::string& what) {
+    const Image mirror = mirrorWithLight(prepared);
+    for (const native::PacketTarget* target : nativeTargets())
+        for (const bool aprons : {true, false}) {
+            NativeChoices choices;
+            choices.target = target;
+            choices.aprons = aprons;
+            EXPECT_EQ(differing(nativePicture(prepared, choices).image, mirror), 0u)
+                << what << ", " << target->name << (aprons ? " with aprons" : "");
+        }
+}
+
+TEST(LightPicture, NativeIsTheMirror) {
+    const VolumeInfo info = infoOf("torso");
+    Lighting occluded, shadowed, all;
+    occluded.occlusion = Occlusion{};
+    shadowed.lights = {keyLight()};
+    all.occlusion = Occlusion{.rays = 16, .radiusMm = 9};
+    all.lights = {Light{}, keyLight(10), pointLight(info)};
+    all.lights[0].intensity = 0.3;
+    all.finestLevel = 1;
+    int camera = 0;
+    for (const auto& [lighting, what] :
+         {std::pair(occluded, "occlusion"), std::pair(shadowed, "a shadow"), std::pair(all, "all light")})
+        for (const Integrator integrator : {Integrator::midpoint, Integrator::preintegrated}) {
+            Scene scene = litScene("torso", "soft-tissue", camera++ % 3, lighting);
+            scene.quality.integrator = integrator;
+            LitPlan lit("torso", scene);
+            expectNativeIsTheMirror(lit.prepared, what);
+        }
+}
+
+TEST(LightPicture, NativeIsTheMirrorWhereLevelsMix) {
+    Lighting all;
+    all.occlusion = Occlusion{.rays = 16, .radiusMm = 12};
+    all.lights = {keyLight(), Light{}};
+    for (unsigned seed = 0; seed < 3; ++seed) {
+        LitPlan lit("torso", litScene("torso", "soft-tissue", static_cast<int>(seed), all));
+        ScenePlan& p = lit.prepared.p;
+        p.setSelection(randomShownLevels(p.volume.selection, seed), lit.prepared.budgets.ram);
+        expectNativeIsTheMirror(lit.prepared, "levels of seed " + std::to_string(seed));
+    }
+}
+
+TEST(LightPicture, SurfacesAreLitToo) {
+    Lighting all;
+    all.occlusion = Occlusion{};
+    all.lights = {keyLight()};
+    Scene scene = litScene("torso", "soft-tissue", 0, all);
+    scene.surfaces = {{300, {1, 0.9, 0.8}, 0.7}};
+    LitPlan lit("torso", scene);
+    expectNativeIsTheMirror(lit.prepared, "a surface");
+}
+
+/// A sphere on nothing: what faces the light is lit, what does not is dark, and it darkens what lies behind.
+TEST(LightPicture, DarkensWhatIsHidden) {
+    const auto mean = [](const Image& image) {
+        double sum = 0;
+        for (const glm::vec4& p : image.pixels)
+            sum += static_cast<double>(p.r + p.g + p.b);
+        return sum / static_cast<double>(image.pixels.size());
+    };
+    Lighting plain, open, shadow, occlusion;
+    plain.lights = {keyLight()};
+    plain.lights[0].shadow = false;
+    shadow.lights = {keyLight()};
+    occlusion = plain;
+    occlusion.occlusion = Occlusion{};
+    open = plain;
+    open.occlusion = Occlusion{.radiusMm = 1e-3, .bias = 0, .gamma = 1e-6}; // I^0: all of it
+    const auto drawn = [&](const Lighting& lighting) {
+        LitPlan lit("torso", litScene("torso", "bone", 0, lighting));
+        return nativePicture(lit.prepared).image;
+    };
+    const Image bright = drawn(plain);
+    EXPECT_LT(mean(drawn(shadow)), 0.95 * mean(bright));
+    EXPECT_LT(mean(drawn(occlusion)), 0.98 * mean(bright));
+    EXPECT_NEAR(mean(drawn(open)), mean(bright), 1e-3 * mean(bright));
+}
+
+TEST(LightPicture, CutsAndThreadsChangeNothing) {
+    Lighting all;
+    all.occlusion = Occlusion{};
+    all.lights = {keyLight(5)};
+    LitPlan lit("torso", litScene("torso", "bone", 0, all));
+    const Image picture = nativePicture(lit.prepared).image;
+    NativeChoices one, shreds, refined;
+    one.threads = 1;
+    shreds.shreds = true;
+    shreds.slicing.fixedIterations = 3;
+    refined.refine = true;
+    for (const NativeChoices& choices : {one, shreds, refined})
+        EXPECT_EQ(differing(nativePicture(lit.prepared, choices).image, picture), 0u);
+}
+
+/// Bytes, samples and pictures of a scene without light are those of a scene that never heard of it.
+TEST(LightPicture, CostsNothingWhereItIsNotAskedFor) {
+    Lighting none;
+    Light off = keyLight();
+    off.intensity = 0;
+    Lighting dark;
+    dark.lights = {Light{}, off};
+    Prepared plain("torso", litScene("torso", "bone", 0, none)),
+        unlit("torso", litScene("torso", "bone", 0, dark));
+    EXPECT_EQ(lightChannels(dark), 0);
+    const NativePicture a = nativePicture(plain), b = nativePicture(unlit);
+    EXPECT_EQ(differing(a.image, b.image), 0u);
+    EXPECT_EQ(a.work.bytesUploaded, b.work.bytesUploaded);
+    EXPECT_EQ(plain.budgets.gpu.peakBytes(), unlit.budgets.gpu.peakBytes());
+    EXPECT_EQ(plain.budgets.ram.peakBytes(), unlit.budgets.ram.peakBytes());
+}
+
+} // namespace
+} // namespace tessera::test
