@@ -23,6 +23,11 @@ int lightChannels(const Lighting& lighting) {
     return static_cast<int>(castingLights(lighting.lights).size()) + (lighting.occlusion ? 1 : 0);
 }
 
+int keptLightChannels(const Lighting& lighting) {
+    const int channels = lightChannels(lighting);
+    return channels == 3 ? 4 : channels;
+}
+
 bool isHeadLightAlone(const std::vector<Light>& lights) {
     const std::vector<Light> shining = shiningLights(lights);
     return shining.size() == 1 && shining[0].kind == LightKind::head && shining[0].intensity == 1 &&

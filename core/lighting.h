@@ -52,6 +52,9 @@ std::vector<Light> shiningLights(const std::vector<Light>& lights);
 std::vector<Light> castingLights(const std::vector<Light>& lights);
 /// Light that is kept of every voxel: occlusion, and the share of every light that casts a shadow.
 int lightChannels(const Lighting& lighting);
+constexpr int kMostLightChannels = 4;
+/// The same, as many as memory is kept for: three take the room of four.
+int keptLightChannels(const Lighting& lighting);
 /// One white head light of intensity 1 shines, and nothing else.
 bool isHeadLightAlone(const std::vector<Light>& lights);
 /// The most light that comes to any place, of the colour that there is most of.

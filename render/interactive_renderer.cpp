@@ -43,7 +43,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     const std::size_t bricks = cellCount(brickGrid(p_.info().extentVoxels));
     charge_ = ram.charge(kBytesPerBrick * bricks, "levels that change");
     TextureLimits limits = engine.limits();
-    limits.lightChannels = lightChannels(p_.view.lighting);
+    limits.lightChannels = keptLightChannels(p_.view.lighting);
     p_.settleIntegrator(ram, gpu, TransferTable::kMaxEntries);
     p_.planMemory(limits, ram, gpu, threads, true);
     // Of any function: the march's tables and the table of what is seen.

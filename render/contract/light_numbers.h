@@ -30,7 +30,7 @@ struct LightingNumbers {
 
 /// Light of voxels is kept as texel / kLightOne, from 0 to nearly 4.
 constexpr float kLightOne = 16384;
-constexpr int kMostLightChannels = kMostLights + 1;
+constexpr int kMostLightChannels = 4;
 
 /// Of stored values from one up to, not with, another, by their places in the table (placeOf()).
 struct MaterialNumbers {

@@ -221,7 +221,7 @@ void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const
     const VolumeInfo& volumeInfo = info();
     const glm::ivec3 extent = volumeInfo.extentVoxels, bricks = brickGrid(extent);
     // What is seen is counted before the picture, in its room; with quality to reach, rays wait for bricks.
-    const int channels = lightChannels(view.lighting);
+    const int channels = keptLightChannels(view.lighting);
     volume.lightCharge = {};
     view.shadowQuality = shadowQualityFor(view.lighting, ram.freeBytes());
     const std::size_t picture = placedRaysBytes(view.imageSize); // pixels are drawn again
@@ -284,7 +284,7 @@ void chooseAgain(ScenePlan& p, const Scene& scene, const TextureLimits& engineLi
     p.volume.cache.reset(); // it holds all memory that was left
     p.view.quality = scene.quality;
     TextureLimits most = engineLimits;
-    most.lightChannels = lightChannels(p.view.lighting);
+    most.lightChannels = keptLightChannels(p.view.lighting);
     p.settleIntegrator(ram, gpu, p.volume.table.entries.size());
     p.planMemory(most, ram, gpu, threads);
     TextureLimits limits = most;

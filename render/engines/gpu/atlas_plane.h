@@ -46,9 +46,17 @@ class AtlasPlane : public Plane {
 struct Atlas {
     AtlasPlane values;
     BrickResidency bricks;
+    /// @param beside  planes that hold more of the bricks; they outlive this
     Atlas(const VolumeInfo& info, const Selection& selection, std::size_t pages, const TextureLimits& limits,
-          Ledger& gpu, Ledger& ram)
-        : values(info, pages, limits, gpu, ram), bricks(info, selection, pages, limits, {&values}, ram) {}
+          Ledger& gpu, Ledger& ram, std::vector<Plane*> beside = {})
+        : values(info, pages, limits, gpu, ram),
+          bricks(info, selection, pages, limits, with(values, std::move(beside)), ram) {}
+
+  private:
+    static std::vector<Plane*> with(Plane& values, std::vector<Plane*> planes) {
+        planes.insert(planes.begin(), &values);
+        return planes;
+    }
 };
 
 } // namespace tessera

@@ -35,7 +35,8 @@
     FEATURE(HalfCentralGradient, halfCentralGradient)                                                        \
     FEATURE(Places, places)                                                                                  \
     FEATURE(Lights, lights)                                                                                  \
-    FEATURE(Materials, materials)
+    FEATURE(Materials, materials)                                                                            \
+    FEATURE(VoxelLight, voxelLight)
 
 namespace tessera {
 

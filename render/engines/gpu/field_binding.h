@@ -9,6 +9,7 @@
 #include "render/engines/gpu/atlas_plane.h"
 #include "render/engines/gpu/features.h"
 #include "render/engines/gpu/gl/program.h"
+#include "render/engines/gpu/light_atlas.h"
 #include "render/residency/texels.h"
 
 #include <cmath>
@@ -17,7 +18,8 @@ namespace tessera {
 
 // Of textures and of images alike.
 constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kSkippingUnit = 2, kCornerUnit = 3, kFactsUnit = 4,
-                 kSurfaceMapUnit = 5, kExtinctionUnit = 6, kColourUnit = 7, kSumsUnit = 8;
+                 kSurfaceMapUnit = 5, kExtinctionUnit = 6, kColourUnit = 7, kSumsUnit = 8, kLightUnit = 9,
+                 kStandingLightUnit = 10;
 
 /// The level map as the shaders read it.
 struct LevelTextures {
@@ -42,6 +44,7 @@ struct FieldSource {
     int level = 0;                           // unless kFeatureMixed
     const LevelMap* map = nullptr;           // kFeatureMixed only
     const LevelTextures* textures = nullptr; // kFeatureMixed only: of map
+    const LightAtlas* light = nullptr;       // kFeatureVoxelLight only
 };
 
 inline void bindField(const GlProgram& program, std::uint32_t features, const VolumeInfo& info,
@@ -58,6 +61,12 @@ inline void bindField(const GlProgram& program, std::uint32_t features, const Vo
     program.set("uVoxelsPerSample", std::ldexp(1.0f, source.level));
     program.set("uBrickShift", 5 - source.level);
     program.set("uStoredBias", texelFormat(info.type).bias);
+    if ((features & kFeatureVoxelLight) != 0) {
+        TESSERA_CHECK(source.light);
+        source.light->bind(kLightUnit, kStandingLightUnit);
+        program.set("uLightTexels", static_cast<int>(kLightUnit));
+        program.set("uLightStanding", static_cast<int>(kStandingLightUnit));
+    }
     if (!mixed)
         return;
     source.textures->corners.bind(kCornerUnit);

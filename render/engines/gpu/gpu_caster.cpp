@@ -21,11 +21,10 @@ std::uint32_t featuresOf(const ScenePlan& scene, const CasterOptions& options) {
 
 } // namespace
 
-GpuCaster::GpuCaster(const ScenePlan& scene, const GpuEngine& engine, const CasterOptions& options,
-                     Ledger& gpu)
+GpuCaster::GpuCaster(const ScenePlan& scene, GpuEngine& engine, const CasterOptions& options, Ledger& gpu)
     : GpuCaster(scene, engine, featuresOf(scene, options), gpu) {}
 
-GpuCaster::GpuCaster(const ScenePlan& scene, const GpuEngine& engine, std::uint32_t features, Ledger& gpu)
+GpuCaster::GpuCaster(const ScenePlan& scene, GpuEngine& engine, std::uint32_t features, Ledger& gpu)
     : scene_(scene), engine_(engine), gpu_(gpu), features_(withFunction(features, scene.volume.optics)),
       march_(features, scene.view.frame, scene.info(), scene.strides(), scene.volume.optics,
              (features & kFeatureSkipping) ? &scene.volume.occupancy : nullptr, gpu) {
@@ -46,12 +45,14 @@ void GpuCaster::begin(const Rays& rays) {
 }
 
 bool GpuCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& work) {
+    engine_.settleLight(work);
     return march_.runUntil(engine_.field(), slicing, deadline, work);
 }
 
 void GpuCaster::functionChanged() {
     features_ = withFunction(features_, scene_.volume.optics);
     march_.setFunction(scene_.volume.optics);
+    engine_.functionChanged();
 }
 
 bool GpuCaster::fetchExactly() {

@@ -13,9 +13,9 @@ namespace tessera {
 class GpuCaster : public RayCaster {
   public:
     /// Scene and engine outlive it.
-    GpuCaster(const ScenePlan& scene, const GpuEngine& engine, const CasterOptions& options, Ledger& gpu);
+    GpuCaster(const ScenePlan& scene, GpuEngine& engine, const CasterOptions& options, Ledger& gpu);
     /// The same with exactly these features: for tests and studies that leave out what the scene asks for.
-    GpuCaster(const ScenePlan& scene, const GpuEngine& engine, std::uint32_t features, Ledger& gpu);
+    GpuCaster(const ScenePlan& scene, GpuEngine& engine, std::uint32_t features, Ledger& gpu);
 
     void begin(const Rays& rays) override;
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) override;
@@ -34,7 +34,7 @@ class GpuCaster : public RayCaster {
 
   private:
     const ScenePlan& scene_;
-    const GpuEngine& engine_;
+    GpuEngine& engine_;
     Ledger& gpu_;
     std::uint32_t features_;    // the integrator's and the lights' included
     bool filtersAgain_ = false; // fetchExactly() took filters away

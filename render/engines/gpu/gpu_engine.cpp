@@ -68,7 +68,13 @@ void GpuEngine::open(std::span<ScenePlan* const> volumes, std::size_t pages) {
     TESSERA_CHECK(volumes.size() == 1);
     close();
     scene_ = volumes.front(); // first, so that two are never charged
-    atlas_.emplace(scene_->info(), scene_->volume.selection, pages, limits(), gpu_, ram_);
+    TextureLimits limits = this->limits();
+    limits.lightChannels = keptLightChannels(scene_->view.lighting);
+    std::vector<Plane*> beside;
+    if (limits.lightChannels > 0)
+        beside.push_back(&light_.emplace(*scene_, pages, limits, 0, gpu_).plane());
+    litBy_ = scene_->view.camera;
+    atlas_.emplace(scene_->info(), scene_->volume.selection, pages, limits, gpu_, ram_, std::move(beside));
     levelsChanged();
 }
 
@@ -76,6 +82,7 @@ void GpuEngine::close() {
     field_ = {};
     textures_.reset();
     atlas_.reset();
+    light_.reset();
     scene_ = nullptr;
 }
 
@@ -91,6 +98,24 @@ void GpuEngine::levelsChanged() {
     field_.level = volume.selection.finest();
     field_.map = textures_ ? &volume.levels : nullptr;
     field_.textures = textures_ ? &*textures_ : nullptr;
+    field_.light = light_ ? &*light_ : nullptr;
+    if (light_)
+        light_->light().levelsChanged();
+}
+
+void GpuEngine::settleLight(Work& work) {
+    if (!light_)
+        return;
+    if (!(litBy_ == scene_->view.camera)) {
+        litBy_ = scene_->view.camera;
+        light_->light().viewChanged();
+    }
+    light_->settle(work);
+}
+
+void GpuEngine::functionChanged() {
+    if (light_)
+        light_->light().functionChanged();
 }
 
 std::unique_ptr<RayCaster> GpuEngine::caster(const CasterOptions& options, Ledger& gpu) {

@@ -38,12 +38,18 @@ class GpuEngine : public Engine {
 
     /// What marches read the bricks and their levels from.
     const FieldSource& field() const { return field_; }
+    /// Light as things are; before rays are drawn.
+    void settleLight(Work& work);
+    /// Light as it was may not hold any more.
+    void functionChanged();
 
   private:
     const GlContext* context_ = nullptr;
     Ledger &gpu_, &ram_;
     ScenePlan* scene_ = nullptr;
+    std::optional<LightAtlas> light_;
     std::optional<Atlas> atlas_;
+    Camera litBy_;                          // the camera that lights were placed by
     std::optional<LevelTextures> textures_; // of mixed levels
     FieldSource field_;
 };

@@ -36,10 +36,11 @@ std::uint32_t withOptics(std::uint32_t features, const Optics& optics) {
 } // namespace
 
 std::uint32_t withLights(std::uint32_t features, const Optics& optics) {
-    features &= ~std::uint32_t{kFeatureLights | kFeatureMaterials};
+    features &= ~std::uint32_t{kFeatureLights | kFeatureMaterials | kFeatureVoxelLight};
     if (!(features & kFeatureShading) || !optics.hasLights)
         return features;
-    return features | kFeatureLights | (optics.materials.empty() ? 0u : std::uint32_t{kFeatureMaterials});
+    return features | kFeatureLights | (optics.materials.empty() ? 0u : std::uint32_t{kFeatureMaterials}) |
+           (optics.lighting.channels == 0 ? 0u : std::uint32_t{kFeatureVoxelLight});
 }
 
 Composition marchComposition(std::uint32_t features) {
@@ -128,6 +129,7 @@ void March::setLights(const Optics& optics) {
     const leaf::LightingNumbers& lighting = optics.lighting;
     program_.set("uLights", lighting.count);
     program_.set("uHalfway", lighting.halfway ? 1 : 0);
+    program_.set("uOcclusionChannel", static_cast<int>(lighting.occlusionChannel));
     program_.set("uWeightLow", lighting.weightLow);
     program_.set("uWeightScale", lighting.weightScale);
     const auto vector = [](const float(&v)[3]) { return glm::vec3(v[0], v[1], v[2]); };
@@ -135,6 +137,7 @@ void March::setLights(const Optics& optics) {
         const leaf::LightNumbers& light = lighting.lights[i];
         const auto number = static_cast<std::size_t>(i);
         program_.set(element("uLightSort", number).c_str(), static_cast<int>(light.sort));
+        program_.set(element("uLightChannel", number).c_str(), static_cast<int>(light.channel));
         program_.set(element("uLightPlace", number).c_str(), vector(light.place));
         program_.set(element("uLightColour", number).c_str(), vector(light.colour));
         program_.set(element("uLightFading", number).c_str(), vector(light.fading));

@@ -82,12 +82,12 @@ void NativeEngine::open(std::span<ScenePlan* const> volumes, std::size_t pages) 
     scene_ = volumes.front();
     TextureLimits limits = this->limits();
     limits.pageEdge = scene_->volume.pageEdge;
-    limits.lightChannels = lightChannels(scene_->view.lighting);
+    limits.lightChannels = keptLightChannels(scene_->view.lighting);
     plane_ = std::make_unique<HostPlane>(scene_->info(), pages, limits, threads_, gpu_);
     std::vector<Plane*> planes{plane_.get()};
     if (limits.lightChannels > 0) {
         std::vector<Plane*> channels;
-        for (int n = 0; n < limits.lightChannels; ++n)
+        for (int n = 0; n < lightChannels(scene_->view.lighting); ++n)
             channels.push_back(lightPlanes_
                                    .emplace_back(std::make_unique<HostPlane>(scene_->info(), ValueType::u16,
                                                                              "light of the bricks", pages,

@@ -9,6 +9,7 @@ layout(local_size_x = 64) in; // 8 x 8 pixels
 #include "march_optics.glsl"
 #include "march_segment.glsl"
 #include "march_lights.glsl"
+#include "sampler_light.glsl"
 #include "march_compositing.glsl"
 #include "march_strides.glsl"
 #include "march_skipping.glsl"
@@ -169,7 +170,7 @@ void main() {
         vec3 colour = segmentColour(front, back, depth, alpha, n);
 #if FEATURE_LIGHTS
         vec3 middle = stridePosition(ray, i, length);
-        colour = shadeByLights(colour, fieldGradient(middle), ray.direction, middle, materialPlace(front, back), allLight());
+        colour = shadeByLights(colour, fieldGradient(middle), ray.direction, middle, materialPlace(front, back), receivedLight(middle));
 #elif FEATURE_SHADING
         colour = shade(colour, fieldGradient(stridePosition(ray, i, length)), ray.direction);
 #endif

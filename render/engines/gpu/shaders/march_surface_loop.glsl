@@ -243,7 +243,7 @@ while (solving || (i < ray.count && left > 0 && GOES_ON)) {
 #endif
 #if FEATURE_LIGHTS
         float materialAtP = isVolume ? materialPlace(partFront, partBack) : placeOf(uIsovalues[max(met, 0)]);
-        colour = shadeByLights(colour, gradient, ray.direction, p, materialAtP, allLight());
+        colour = shadeByLights(colour, gradient, ray.direction, p, materialAtP, receivedLight(p));
 #elif FEATURE_SHADING
         colour = shade(colour, gradient, ray.direction);
 #endif
