@@ -14,8 +14,9 @@ namespace {
 using nlohmann::json;
 using Keys = std::vector<std::string>;
 
-const Keys kKinds = {"head", "directional", "point"}; // in the order of LightKind
-const Keys kFrames = {"camera", "patient"};           // in the order of LightFrame
+const Keys kKinds = {"head", "directional", "point"};       // in the order of LightKind
+const Keys kMethods = {"local", "positional", "rejecting"}; // in the order of OcclusionMethod
+const Keys kFrames = {"camera", "patient"};                 // in the order of LightFrame
 constexpr double kMostMm = 1e7, kMostIntensity = 1e6, kMostSoftness = 60;
 /// At the light itself; less would be more light than numbers hold.
 constexpr double kLeastAttenuation = 1e-6, kMostAttenuation = 1e6;
@@ -94,6 +95,8 @@ json lightJson(const Light& light) {
 Occlusion parseOcclusion(const JsonValue& value) {
     value.requireKeys(occlusionKeys());
     Occlusion occlusion;
+    if (value.has("method"))
+        occlusion.method = named<OcclusionMethod>(value.at("method"), kMethods);
     if (value.has("rays")) {
         occlusion.rays = value.at("rays").integer(kRays.front(), kRays.back());
         if (std::find(kRays.begin(), kRays.end(), occlusion.rays) == kRays.end())
@@ -113,8 +116,13 @@ Occlusion parseOcclusion(const JsonValue& value) {
 }
 
 json occlusionJson(const Occlusion& occlusion) {
-    return {{"rays", occlusion.rays}, {"radius", occlusion.radiusMm}, {"offset", occlusion.offsetMm},
-            {"bias", occlusion.bias}, {"gamma", occlusion.gamma},     {"emission", occlusion.emission}};
+    return {{"method", kMethods[static_cast<std::size_t>(occlusion.method)]},
+            {"rays", occlusion.rays},
+            {"radius", occlusion.radiusMm},
+            {"offset", occlusion.offsetMm},
+            {"bias", occlusion.bias},
+            {"gamma", occlusion.gamma},
+            {"emission", occlusion.emission}};
 }
 
 } // namespace
@@ -129,7 +137,7 @@ const Keys& lightKeys() {
     return keys;
 }
 const Keys& occlusionKeys() {
-    static const Keys keys = {"rays", "radius", "offset", "bias", "gamma", "emission"};
+    static const Keys keys = {"method", "rays", "radius", "offset", "bias", "gamma", "emission"};
     return keys;
 }
 

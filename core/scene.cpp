@@ -7,6 +7,7 @@
 #include "core/json_reader.h"
 #include "core/lighting_json.h"
 #include "core/nearest_name.h"
+#include "core/shading_json.h"
 #include "core/transfer_json.h"
 
 #include <algorithm>
@@ -27,8 +28,6 @@ const Keys kVolumeKeys = {"path", "transferFunction", "unit"};
 const Keys kFittedKeys = {"view", "fit", "parallelProjection"};
 const Keys kFreeCameraKeys = {"position",  "focalPoint",         "viewUp",
                               "viewAngle", "parallelProjection", "parallelScale"};
-const Keys kShadingKeys = {"shade",         "ambient",  "diffuse", "specular",
-                           "specularPower", "gradient", "model",   "gradientWeight"};
 const Keys kSurfaceKeys = {"value", "rgb", "opacity"};
 const Keys kQualityKeys = {"stepVoxels", "integrator",   "fetch",    "terminationTransmittance",
                            "skipping",   "edgeFunction", "sampling", "maxError",
@@ -120,29 +119,6 @@ CameraChoice parseCamera(const JsonValue& value) {
         camera.parallelScale = value.at("parallelScale").number();
     camera.validate(value.place());
     return camera;
-}
-
-Shading parseShading(const JsonValue& value) {
-    value.requireKeys(kShadingKeys);
-    Shading shading;
-    readBoolean(value, "shade", shading.on);
-    readNumber(value, "ambient", 0, 1, shading.ambient);
-    readNumber(value, "diffuse", 0, 1, shading.diffuse);
-    readNumber(value, "specular", 0, 1, shading.specular);
-    readNumber(value, "specularPower", 0, 1024, shading.specularPower);
-    if (value.has("gradient"))
-        shading.gradient = parseGradient(value.at("gradient").oneOf(gradientNames()), value.place());
-    if (value.has("model"))
-        shading.model = static_cast<ShadingModel>(
-            nameIndex(value.at("model").oneOf(shadingModelNames()), shadingModelNames(), value.place()));
-    if (value.has("gradientWeight")) {
-        const JsonValue weight = value.at("gradientWeight");
-        const std::vector<double> ends = weight.numbers(2);
-        if (!(ends[0] >= 0 && ends[0] <= ends[1]))
-            weight.refuse("[low, high], 0 or more, ascending");
-        shading.gradientWeight = GradientWeight{ends[0], ends[1]};
-    }
-    return shading;
 }
 
 Isosurface parseSurface(const JsonValue& value) {
@@ -481,7 +457,7 @@ std::map<std::string, std::vector<std::string>> sceneKeys() {
             {"$.volumes[].transferFunction", transferKeys()},
             {"$.camera", cameraKeys()},
             {"$.volumes[].transferFunction.materials[]", materialKeys()},
-            {"$.shading", kShadingKeys},
+            {"$.shading", shadingKeys()},
             {"$.lighting", lightingKeys()},
             {"$.lighting.lights[]", lightKeys()},
             {"$.lighting.occlusion", occlusionKeys()},

@@ -27,6 +27,7 @@ struct SurfaceLook {
     float isovalue = 0; // stored units
     glm::vec3 colour{1};
     float opacity = 1;
+    float occlusion = 0; // extinction per mm of what lies behind, as occlusion and shadows have it
 };
 
 /// The transfer table addressed by stored values: entry = stored * scale + offset. Float, as the shader has
@@ -97,6 +98,16 @@ template <typename Real> glm::vec<4, Real> lookUp(const Optics& o, Real stored) 
     const glm::vec<4, Real> a(o.table[static_cast<std::size_t>(i)]),
         b(o.table[static_cast<std::size_t>(i) + 1]);
     return a + (x - static_cast<Real>(i)) * (b - a);
+}
+
+/// Extinction per mm of what stands in the light's way: the function's, and behind each isosurface that of
+/// what lets as much light through a voxel's length as the surface does.
+template <typename Real> Real occlusionExtinction(const Optics& o, Real stored) {
+    Real extinction = lookUp(o, stored).a;
+    for (const SurfaceLook& s : o.surfaces)
+        if (stored >= static_cast<Real>(s.isovalue))
+            extinction += static_cast<Real>(s.occlusion);
+    return extinction;
 }
 
 /// 1 - exp(-depth).

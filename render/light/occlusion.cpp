@@ -52,6 +52,9 @@ Occluder::Occluder(const VolumeInfo& info, const Statistics& statistics,
                    const std::optional<Occlusion>& occlusion, const native::PacketTarget* target)
     : info_(info), statistics_(statistics), target_(target ? *target : native::packetTarget()),
       finest_(occlusion ? occlusionLevel(*occlusion, info) : 0) {
+    if (occlusion && occlusion->method != OcclusionMethod::local)
+        sum_ = occlusion->method == OcclusionMethod::positional ? native::OcclusionSum::positional
+                                                                : native::OcclusionSum::rejecting;
     for (int level = finest_; occlusion && level < kLevelCount; ++level)
         rays_[static_cast<std::size_t>(level)] = occlusionRays(*occlusion, info, level);
 }
@@ -62,7 +65,7 @@ void Occluder::setFunction(const TransferTable& table, const Optics& optics) {
     extinctionOf_.clear();
     const auto fill = [&](int lowest, int highest) {
         for (int stored = lowest; stored <= highest; ++stored)
-            extinctionOf_.push_back(lookUp(optics, static_cast<float>(stored)).a);
+            extinctionOf_.push_back(occlusionExtinction(optics, static_cast<float>(stored)));
     };
     if (info_.type == ValueType::u8)
         fill(0, 255);
@@ -131,7 +134,7 @@ void Occluder::readChunk(const glm::ivec3& first, const glm::ivec3& low, const g
             return extinctionOf_[static_cast<std::size_t>(int(stored) -
                                                           int(std::numeric_limits<Stored>::min()))];
         else
-            return lookUp(*optics_, stored).a;
+            return occlusionExtinction(*optics_, stored);
     };
     for (int z = low.z; z < high.z; ++z)
         for (int y = low.y; y < high.y; ++y) {
@@ -271,6 +274,9 @@ void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
     if (room.runs.empty())
         return;
 
+    const auto shareOf = [&](const OcclusionRay& ray) {
+        return sum_ == native::OcclusionSum::local ? 0.5 / ray.steps : 1.0;
+    };
     // Rays of one length of step read the same opacities.
     const std::int32_t pitch[3] = {1, room.size.x, room.size.x * room.size.y};
     std::vector<native::OcclusionStep> steps;
@@ -296,9 +302,8 @@ void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
         const native::OcclusionStep* next = steps.data();
         for (std::size_t r = first; r < end; ++r) {
             const OcclusionRay& ray = rays.rays[r];
-            paths.push_back(
-                {next, ray.steps, pitch[(ray.axis + 1) % 3], pitch[(ray.axis + 2) % 3],
-                 static_cast<float>(0.5 / (static_cast<double>(ray.steps) * double(rays.rays.size())))});
+            paths.push_back({next, ray.steps, pitch[(ray.axis + 1) % 3], pitch[(ray.axis + 2) % 3],
+                             static_cast<float>(shareOf(ray) / double(rays.rays.size()))});
             next += ray.steps;
         }
         for (std::size_t row = 0; row < room.rowShows.size(); ++row) {
@@ -312,7 +317,7 @@ void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
         }
         for (const OcclusionRoom::Run& run : room.runs)
             target_.occlude(room.opacity.data() + run.from, paths.data(), static_cast<int>(paths.size()),
-                            room.light.data() + run.to);
+                            sum_, room.light.data() + run.to);
         first = end;
     }
 }

@@ -83,6 +83,7 @@ class Occluder {
     const Statistics& statistics_;
     const native::PacketTarget& target_;
     int finest_;
+    native::OcclusionSum sum_ = native::OcclusionSum::local;
     std::array<OcclusionRays, kLevelCount> rays_;
     const TransferTable* table_ = nullptr;
     const Optics* optics_ = nullptr;

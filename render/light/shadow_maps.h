@@ -110,7 +110,7 @@ void lightAlong(const SegmentedRay<float>& ray, Field& field, const LightPath& l
                 continue;
             }
         }
-        const float extinction = lookUp(*lit.optics, field.value(middle)).a;
+        const float extinction = occlusionExtinction(*lit.optics, field.value(middle));
         if (extinction > 0) {
             if (last != i)
                 samples.push_back({mmAtEntry + static_cast<float>(i) * ray.segmentMm, left});

@@ -27,6 +27,16 @@ void checkIntegrator(const Quality& quality) {
             "found " +
             integratorNames()[static_cast<std::size_t>(quality.integrator)]);
 }
+/// What light needs, and what is not built.
+void checkLight(const Scene& scene) {
+    if (lightChannels(scene.lighting) > 0 && !scene.shading.on)
+        throw InputError("lighting: occlusion and shadows are light, and this picture has none (shading is "
+                         "off); leave them out, or shade with ambient 1 and diffuse 0");
+    if (scene.lighting.occlusion && scene.lighting.occlusion->emission > 0)
+        throw InputError("lighting.occlusion.emission: expected 0, found " +
+                         std::to_string(scene.lighting.occlusion->emission) +
+                         ": tissue that shines is not drawn yet");
+}
 /// An integrator that is not asked for by name takes tables only where they are a small part of what is free.
 constexpr std::size_t kPartsForTables = 16;
 /// Of chunks that are on their way to where they are kept: as many as keep the loaders busy.
@@ -173,6 +183,7 @@ void ScenePlan::chooseByVisibility(std::span<const SeenBrick> seen, Ledger& ram)
 ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, int threads,
                    std::size_t bytesPerPixel) {
     checkIntegrator(scene.quality);
+    checkLight(scene);
     ScenePlan p;
     p.view.quality = scene.quality;
     p.view.lighting = scene.lighting;

@@ -3,6 +3,7 @@
 #include "bricking/store/store_reader.h"
 #include "core/error.h"
 #include "core/interrupt.h"
+#include "core/look.h"
 #include "core/nearest_name.h"
 #include "core/output_file.h"
 #include "core/preset.h"
@@ -49,6 +50,7 @@ struct RenderArguments {
     std::string samples, pixelFilter; // "": as the scene says
     int seed = -1;                    // negative: as the scene says
     std::string unit, edgeFunction, sampling, integrator, gradient, first;
+    std::string light;
     std::vector<std::string> surfaces;
     std::string verify;
     bool noShading = false, noSkipping = false, noCheck = false, explain = false, json = false;
@@ -133,6 +135,10 @@ int parseSamples(const std::string& text) {
 void applyOptions(const RenderArguments& arguments, Scene& scene) {
     if (!arguments.unit.empty())
         scene.volumes.front().unit = parseUnit(arguments.unit);
+    if (!arguments.light.empty()) {
+        chosen(arguments.light, lookNames(), "--light");
+        applyLook(arguments.light, scene);
+    }
     if (!arguments.preset.empty()) {
         chosen(arguments.preset, presetNames(), "--preset");
         scene.volumes.front().transferFunction = arguments.preset;
@@ -469,6 +475,9 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
     command->add_option("-o,--output", a->out, "picture to write: .png, .exr, .tif; replaced if it exists")
         ->required();
     command->add_option("--size", a->size, "pixels, WIDTHxHEIGHT (default: 512x512)");
+    command->add_option("--light", a->light,
+                        joinNames(lookNames()) +
+                            ": lights, shadows and occlusion (default: plain, or the scene's)");
     command->add_option("--preset", a->preset,
                         joinNames(presetNames()) + " (default: bone for HU, auto for other values)");
     command->add_option("--view", a->view,

@@ -145,6 +145,8 @@ struct CellRanges {
 
 /// Samples that are lit side by side.
 constexpr int kOcclusionRun = 16;
+/// As OcclusionMethod of core/lighting.h.
+enum class OcclusionSum { local, positional, rejecting };
 /// Where a ray of occlusion reads: between four samples of a layer of the lattice.
 struct OcclusionStep {
     std::int32_t offset = 0; // of the first of them from the sample that is lit
@@ -153,7 +155,7 @@ struct OcclusionStep {
 struct OcclusionPath {
     const OcclusionStep* steps = nullptr;
     std::int32_t count = 0, strideA = 0, strideB = 0;
-    float share = 0; // of half a step in the mean over all rays
+    float share = 0; // local: of half a step in the mean over all rays; else of a ray
 };
 
 using PacketMarch = void (*)(const PacketScene&, PacketJob&);
@@ -171,7 +173,8 @@ struct PacketTarget {
     void (*opacities)(const float* extinction, int count, float stepMm, float* out) = nullptr;
     /// Adds the light that gets to each of a run of samples. @param opacity  of the first one, of paths whose
     /// steps are of one length
-    void (*occlude)(const float* opacity, const OcclusionPath* paths, int count, float* light) = nullptr;
+    void (*occlude)(const float* opacity, const OcclusionPath* paths, int count, OcclusionSum sum,
+                    float* light) = nullptr;
     /// For measurements: what taking trilinear samples costs and nothing else: so many turns along rays
     /// inside a brick of level 0. Adds the values to job.colour[0].
     void (*bareSamples)(const PacketScene&, const std::int32_t (&brick)[3], int turns,

@@ -44,23 +44,34 @@ template <typename Take> TESSERA_LANE LightRun runwise(const Take& take) {
     return run;
 }
 
-inline void occlude(const float* opacity, const OcclusionPath* paths, int count, float* light) {
+template <native::OcclusionSum Kind>
+inline void occludeBy(const float* opacity, const OcclusionPath* paths, int count, float* light) {
+    using native::OcclusionSum;
     using single::F;
     LightRun sum = runwise([](int) { return F(0.0f); });
     for (const OcclusionPath* path = paths; path != paths + count; ++path) {
         const std::int64_t a = path->strideA, b = path->strideB;
         LightRun through = runwise([](int) { return F(1.0f); }), seen = runwise([](int) { return F(0.0f); });
+        LightRun before = seen; // opacity, of what rejects
+        if constexpr (Kind == OcclusionSum::rejecting)
+            before = runwise([&](int r) { return single::load(opacity + r * single::kWidth); });
         for (int n = 0; n < path->count; ++n) {
             const OcclusionStep& step = path->steps[n];
             const float* const from = opacity + step.offset;
             const F weights[4] = {F(step.weight[0]), F(step.weight[1]), F(step.weight[2]), F(step.weight[3])};
             const LightRun after = runwise([&](int r) {
                 const float* const q = from + r * single::kWidth;
-                const F alpha = (weights[0] * single::load(q) + weights[1] * single::load(q + a)) +
-                                (weights[2] * single::load(q + b) + weights[3] * single::load(q + (a + b)));
+                F alpha = (weights[0] * single::load(q) + weights[1] * single::load(q + a)) +
+                          (weights[2] * single::load(q + b) + weights[3] * single::load(q + (a + b)));
+                if constexpr (Kind == OcclusionSum::rejecting) {
+                    const F last = before.v[r];
+                    before.v[r] = alpha;
+                    alpha = select(alpha < last, F(0.0f), alpha);
+                }
                 return through.v[r] - through.v[r] * alpha;
             });
-            seen = runwise([&](int r) { return seen.v[r] + (through.v[r] + after.v[r]); });
+            if constexpr (Kind == OcclusionSum::local)
+                seen = runwise([&](int r) { return seen.v[r] + (through.v[r] + after.v[r]); });
             through = after;
             if (n % kStepsBetweenLooks ==
                 kStepsBetweenLooks - 1) { // a run together, however many lanes there are
@@ -71,11 +82,24 @@ inline void occlude(const float* opacity, const OcclusionPath* paths, int count,
                     break;
             }
         }
-        sum = runwise([&](int r) { return sum.v[r] + F(path->share) * seen.v[r]; });
+        const LightRun& got = Kind == OcclusionSum::local ? seen : through;
+        sum = runwise([&](int r) { return sum.v[r] + F(path->share) * got.v[r]; });
     }
     for (int r = 0; r < native::kOcclusionRun / single::kWidth; ++r) {
         float* const to = light + r * single::kWidth;
         single::store(to, single::load(to) + sum.v[r]);
+    }
+}
+
+inline void occlude(const float* opacity, const OcclusionPath* paths, int count, native::OcclusionSum sum,
+                    float* light) {
+    switch (sum) {
+    case native::OcclusionSum::local:
+        return occludeBy<native::OcclusionSum::local>(opacity, paths, count, light);
+    case native::OcclusionSum::positional:
+        return occludeBy<native::OcclusionSum::positional>(opacity, paths, count, light);
+    case native::OcclusionSum::rejecting:
+        return occludeBy<native::OcclusionSum::rejecting>(opacity, paths, count, light);
     }
 }
 

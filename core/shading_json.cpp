@@ -1,0 +1,50 @@
+// core/shading_json.cpp: see shading_json.h.
+#include "core/shading_json.h"
+
+#include <nlohmann/json.hpp>
+
+namespace tessera {
+namespace {
+
+void readNumber(const JsonValue& value, const char* key, double lowest, double highest, double& target) {
+    if (value.has(key))
+        target = value.at(key).number(lowest, highest);
+}
+
+void readBoolean(const JsonValue& value, const char* key, bool& target) {
+    if (value.has(key))
+        target = value.at(key).boolean();
+}
+
+} // namespace
+
+const std::vector<std::string>& shadingKeys() {
+    static const std::vector<std::string> keys = {"shade",         "ambient",  "diffuse", "specular",
+                                                  "specularPower", "gradient", "model",   "gradientWeight"};
+    return keys;
+}
+
+Shading parseShading(const JsonValue& value) {
+    value.requireKeys(shadingKeys());
+    Shading shading;
+    readBoolean(value, "shade", shading.on);
+    readNumber(value, "ambient", 0, 1, shading.ambient);
+    readNumber(value, "diffuse", 0, 1, shading.diffuse);
+    readNumber(value, "specular", 0, 1, shading.specular);
+    readNumber(value, "specularPower", 0, 1024, shading.specularPower);
+    if (value.has("gradient"))
+        shading.gradient = parseGradient(value.at("gradient").oneOf(gradientNames()), value.place());
+    if (value.has("model"))
+        shading.model = value.at("model").oneOf(shadingModelNames()) == "phong" ? ShadingModel::phong
+                                                                                : ShadingModel::blinnPhong;
+    if (value.has("gradientWeight")) {
+        const JsonValue weight = value.at("gradientWeight");
+        const std::vector<double> ends = weight.numbers(2);
+        if (!(ends[0] >= 0 && ends[0] <= ends[1]))
+            weight.refuse("[low, high], 0 or more, ascending");
+        shading.gradientWeight = GradientWeight{ends[0], ends[1]};
+    }
+    return shading;
+}
+
+} // namespace tessera
