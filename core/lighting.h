@@ -39,8 +39,8 @@ struct Occlusion {
 
 struct Lighting {
     static constexpr std::size_t kMaxLights = 4;
-    std::vector<Light> lights; // none: one head light
-    std::optional<Occlusion> occlusion;
+    std::vector<Light> lights = {}; // none: one head light
+    std::optional<Occlusion> occlusion = {};
     bool operator==(const Lighting&) const = default;
 };
 
