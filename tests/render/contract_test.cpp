@@ -62,7 +62,8 @@ INSTANTIATE_TEST_SUITE_P(Integrators, Contract,
 INSTANTIATE_TEST_SUITE_P(Lights, Contract,
                          testing::Values(Case{"torso", "soft-tissue", 0, Integrator::midpoint, true},
                                          Case{"torso", "soft-tissue", 2, Integrator::linear, true},
-                                         Case{"abdomen", "bone", 1, Integrator::preintegrated, true}));
+                                         Case{"torso", "bone", 1, Integrator::preintegrated, true},
+                                         Case{"abdomen", "bone", 1, Integrator::preintegrated2d, true}));
 
 // Row: skipping on and off; tile size; dispatch splitting; resume: bit-equal, exact mode, termination off.
 TEST_P(Contract, CuttingTheWorkAndSkippingChangeNoBit) {

@@ -89,8 +89,8 @@ TEST_F(ProofOnRays, HoldsWithEveryGradient) {
 TEST_F(ProofOnRays, HoldsUnderManyLights) {
     load("torso", {48, 36, 56});
     Lighting lighting;
-    lighting.lights = fourLights(store_->info());
-    const TransferFunction function = presetWithMaterials("soft-tissue");
+    lighting.lights = test::fourLights(store_->info());
+    const TransferFunction function = test::presetWithMaterials("soft-tissue");
     for (const bool surfaces : {false, true})
         for (const bool weighed : {false, true}) {
             const RayProof proof = prove(

@@ -5,6 +5,7 @@
 #include "core/preset.h"
 #include "core/scene.h"
 #include "core/volume.h"
+#include "render/plan/scene_plan.h"
 
 #include <string>
 
@@ -46,6 +47,16 @@ inline void lightWithAll(Scene& scene, const VolumeInfo& info, ShadingModel mode
     if (materials)
         scene.volumes[0].transferFunction =
             presetWithMaterials(std::get<std::string>(scene.volumes[0].transferFunction));
+}
+
+/// All that there is of light, for a plan that is made.
+inline void lightPlanWithAll(ScenePlan& p) {
+    Shading shading;
+    shading.gradientWeight = GradientWeight{2, 60};
+    Lighting lighting;
+    lighting.lights = fourLights(p.info());
+    setLighting(p.volume.optics, shading, lighting, presetWithMaterials("bone").materials(), p.view.camera,
+                p.info());
 }
 
 } // namespace tessera::test
