@@ -343,6 +343,42 @@ TEST(LitPlane, ALightAtTheSampleItselfIsFinite) {
     expectNoLightAtTheLightItself<double>();
 }
 
+// The most light that there can be, from a lamp inside a medium without a gradient and in one with: what is
+// seen is finite and no more than was said.
+TEST(LitPlane, TheMostLightThereCanBeIsFinite) {
+    const GlContext context({"software"});
+    const Planes planes(kSpaces[2].patientFromVoxel);
+    Scene scene = planes.scene(kCosine, kSine, 4, Projection::perspective);
+    const Camera camera = std::get<Camera>(scene.camera);
+    Light lamp{LightKind::point, LightFrame::patient};
+    lamp.position = camera.focalPoint;
+    lamp.attenuation = {1e-6, 1e6, 1e6};
+    lamp.intensity = 1e6;
+    Light sun = directional(LightFrame::patient, {1e7, -1e7, 1e7}, 1e6);
+    Light far{LightKind::point, LightFrame::camera, {}, {1e7, -1e7, 1e7}};
+    scene.lighting.lights = {lamp, sun, far, Light{}};
+    for (const bool weighed : {false, true}) {
+        setMedium(scene);
+        if (weighed)
+            scene.shading.gradientWeight = GradientWeight{1e9, 1e9};
+        const double most = brightest(scene.shading, scene.lighting);
+        EXPECT_GT(most, 1e11);
+        const auto prepared = planes.prepare(scene);
+        const Image march = marchOn(*prepared, marchFeatures(prepared->p, true)).image,
+                    mirror = mirrorPicture(*prepared);
+        EXPECT_EQ(differing(nativePicture(*prepared).image, mirror), 0u);
+        prepared->p.openCache(prepared->budgets.ram, 1);
+        for (const Image& image : {march, mirror, referencePicture(scene, prepared->p)})
+            for (const glm::vec4& pixel : image.pixels)
+                for (int c = 0; c < 3; ++c) {
+                    EXPECT_GE(pixel[c], 0.0f);
+                    EXPECT_LE(static_cast<double>(pixel[c]),
+                              most * static_cast<double>(pixel.a) * (1 + 1e-5));
+                    EXPECT_GT(pixel[c], 100.0f) << "a sun of a million";
+                }
+    }
+}
+
 // What changes nothing is nothing: one head light, said aloud, is the program that there is without lights.
 TEST(LitPlane, AHeadLightThatIsNamedIsTheOneThatIsNot) {
     const GlContext context({"software"});
