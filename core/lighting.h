@@ -45,8 +45,8 @@ struct Occlusion {
 
 struct Lighting {
     static constexpr std::size_t kMaxLights = 4;
-    std::vector<Light> lights; // none: one head light
-    std::optional<Occlusion> occlusion;
+    std::vector<Light> lights = {}; // none: one head light
+    std::optional<Occlusion> occlusion = {};
     int finestLevel = 0; // of light that is kept of voxels; 1: one sample for 2^3 voxels, and so on
     bool operator==(const Lighting&) const = default;
 };

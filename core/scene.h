@@ -39,7 +39,7 @@ struct Shading {
     double ambient = 0.2, diffuse = 0.8, specular = 0.25, specularPower = 20;
     Gradient gradient = Gradient::central;
     ShadingModel model = ShadingModel::phong;
-    std::optional<GradientWeight> gradientWeight; // none: every gradient makes a surface
+    std::optional<GradientWeight> gradientWeight = {}; // none: every gradient makes a surface
 };
 
 /// The largest component that a lit colour can have, of colours in [0,1]; 1 at least, because a colour stays

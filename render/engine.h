@@ -12,12 +12,14 @@
 #include "render/contract/ray_state.h"
 #include "render/contract/slicing.h"
 #include "render/contract/strides.h"
+#include "render/light/scene_light.h" // LightReport
 #include "render/plan/scene_plan.h"
 #include "render/residency/brick_residency.h"
 
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -135,6 +137,8 @@ class Engine {
     /// @param gpu  what it takes is charged here
     virtual std::unique_ptr<RayCaster> caster(const CasterOptions& options, Ledger& gpu) = 0;
     virtual std::unique_ptr<VisibilityCounter> counter(Ledger& gpu) = 0;
+    /// What the light of voxels came to, for who asks what a picture took; nothing where there is none.
+    virtual std::optional<LightReport> lightReport() const { return std::nullopt; }
     /// What went wrong unseen since the last call; empty: nothing.
     virtual std::string fault() { return {}; }
 };

@@ -136,6 +136,7 @@ bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     if (!engine.bricks())
         result.passes = 0;
     result.features = caster->features();
+    result.light = engine.lightReport();
     result.secondsDrawing = secondsSince(drawing);
     const auto checking = Clock::now();
     if (checks && options.checking) {
@@ -430,6 +431,21 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              static_cast<unsigned long long>(r.work.segments),
              static_cast<unsigned long long>(r.work.samples), static_cast<unsigned long long>(r.work.fetches),
              static_cast<unsigned long long>(r.work.dispatches), r.work.longestDispatchMs);
+    if (const auto& occlusion = scene.lighting.occlusion)
+        line("occlusion: %d rays of %g mm from each sample, kept beside the values", occlusion->rays,
+             occlusion->radiusMm);
+    if (r.light)
+        line("light of voxels: %d of 16 bits a sample, %s beside the bricks", r.light->channels,
+             formatBytes(r.light->planeBytes).c_str());
+    if (r.light && r.light->maps > 0)
+        line("shadows: %zu deep shadow maps of %d x %d rays, %s, within %.2g of the light but for %.2g %% of "
+             "the rays "
+             "(%.2g there)",
+             r.light->maps, r.light->mapSize, r.light->mapSize, formatBytes(r.light->mapBytes).c_str(),
+             static_cast<double>(ShadowQuality().error), 100 * r.light->shareOfMore,
+             static_cast<double>(r.light->mapError));
+    if (!r.light)
+        line("light of voxels: none; no planes, no maps of shadows");
     line("segments: %g voxels, %s", r.stepVoxels,
          integratorNames()[static_cast<std::size_t>(r.integrator)].c_str());
     if (r.pixels.asked == 1)

@@ -110,10 +110,12 @@ void placeLights(Optics& o, const Lighting& lighting, const Camera& camera, cons
 
 std::vector<SurfaceLook> surfaceLooks(const std::vector<Isosurface>& surfaces, const VolumeInfo& info) {
     std::vector<SurfaceLook> looks;
+    const double voxelMm = std::cbrt(std::abs(glm::determinant(glm::dmat3(info.patientFromVoxel))));
     for (const Isosurface& s : surfaces)
         if (s.opacity > 0)
             looks.push_back({static_cast<float>((s.value - info.rescaleIntercept) / info.rescaleSlope),
-                             glm::vec3(s.colour), static_cast<float>(s.opacity)});
+                             glm::vec3(s.colour), static_cast<float>(s.opacity),
+                             static_cast<float>(-std::log1p(-std::min(s.opacity, 1 - 0x1p-24)) / voxelMm)});
     std::stable_sort(looks.begin(), looks.end(),
                      [](const SurfaceLook& a, const SurfaceLook& b) { return a.isovalue < b.isovalue; });
     return looks;

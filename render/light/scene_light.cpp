@@ -74,6 +74,27 @@ VoxelLight& SceneLight::ready() {
     return *light_;
 }
 
+LightReport SceneLight::report(std::size_t planeBytes) const {
+    LightReport report;
+    report.channels = channels();
+    report.planeBytes = planeBytes;
+    std::size_t more = 0, rays = 0;
+    for (const ShadowMaps& shadow : shadows_)
+        for (const DeepShadowMap& map : shadow.maps()) {
+            ++report.maps;
+            report.mapSize = map.size();
+            report.mapBytes += DeepShadowMap::bytes(map.size());
+        }
+    for (const ShadowMaps& shadow : shadows_) {
+        const std::size_t of = shadow.maps().size();
+        more += static_cast<std::size_t>(shadow.shareOfMore() * 1e6) * of;
+        rays += of;
+        report.mapError = std::max(report.mapError, shadow.largestError());
+    }
+    report.shareOfMore = rays == 0 ? 0 : 1e-6 * static_cast<double>(more) / static_cast<double>(rays);
+    return report;
+}
+
 LightPlane::LightPlane(SceneLight& light, const ScenePlan& scene, std::vector<Plane*> channels)
     : light_(light), scene_(scene), channels_(std::move(channels)),
       entries_(cellCount(brickGrid(scene.info().extentVoxels)), BrickEntry(kEntryAbsent, 0)),

@@ -14,6 +14,16 @@
 
 namespace tessera {
 
+/// What the light of a scene's voxels came to.
+struct LightReport {
+    int channels = 0;
+    std::size_t planeBytes = 0, mapBytes = 0; // beside the bricks; maps of shadows
+    std::size_t maps = 0;
+    int mapSize = 0;        // rays along a side of one
+    float mapError = 0;     // of the light that maps hold, at most
+    double shareOfMore = 0; // of their rays that err by more than was asked
+};
+
 class SceneLight {
   public:
     /// Of a plan whose lighting has channels of light; it outlives this and does
@@ -31,6 +41,8 @@ class SceneLight {
     /// The light as things are: builds maps of shadows where it must. Valid until something changes.
     VoxelLight& ready();
     const std::vector<ShadowMaps>& shadows() const { return shadows_; }
+    /// @param planeBytes  what engines keep of it
+    LightReport report(std::size_t planeBytes) const;
 
   private:
     void lookAtFunction();

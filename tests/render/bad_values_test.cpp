@@ -78,7 +78,7 @@ TEST(BadVoxels, AreDrawnAsTheLowestValue) {
                 scene.quality.fetch = fetch;
                 Prepared prepared((folder / (bad ? "bad" : "good")).string(), scene);
                 pictures[bad] = marchOn(prepared, marchFeatures(prepared.p, true)).image;
-                expectInRange(widened(pictures[bad].pixels), scene.shading, "march");
+                expectInRange(widened(pictures[bad].pixels), scene, "march");
             }
             EXPECT_FALSE(isBlank(pictures[0]));
             EXPECT_TRUE(bitEqual(pictures[0], pictures[1]));
@@ -163,7 +163,7 @@ TEST(SmallBudgets, DrawNastyScenesInRange) {
             RenderOptions options;
             options.device.text = "software";
             const RenderResult result = renderScene(scene, store, ram, gpu, options);
-            expectInRange(widened(result.image.pixels), scene.shading, "march");
+            expectInRange(widened(result.image.pixels), scene, "march");
             EXPECT_LE(gpu.peakBytes(), least + extra);
             int levels = 0;
             for (std::size_t l = 0; l < kLevelCount; ++l)

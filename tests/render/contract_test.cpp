@@ -1,6 +1,7 @@
 // The table at the end of docs/sampling.md, row by row, on a phantom and on real scans, three cameras each,
 // one of them inside the volume. Pictures come from the software device, which every machine has.
 #include "core/image_metrics.h"
+#include "tests/support/lights.h"
 #include "tests/support/scene_fixture.h"
 
 #include <cmath>
@@ -19,10 +20,11 @@ struct Case {
     const char* preset;
     int camera;
     Integrator integrator = Integrator::midpoint;
+    bool lights = false; // the scene's own, with materials
 };
 std::ostream& operator<<(std::ostream& out, const Case& c) {
     return out << c.store << ", " << c.preset << ", camera " << c.camera << ", "
-               << integratorNames()[static_cast<std::size_t>(c.integrator)];
+               << integratorNames()[static_cast<std::size_t>(c.integrator)] << (c.lights ? ", lights" : "");
 }
 
 class Contract : public testing::TestWithParam<Case> {
@@ -37,6 +39,9 @@ class Contract : public testing::TestWithParam<Case> {
         Scene s = sceneOn(reader.info(), GetParam().preset, GetParam().camera, kSize);
         s.shading.on = shading;
         s.quality.integrator = GetParam().integrator;
+        if (GetParam().lights)
+            lightWithAll(s, reader.info(),
+                         GetParam().camera == 1 ? ShadingModel::blinnPhong : ShadingModel::phong, true);
         return s;
     }
 };
@@ -54,6 +59,11 @@ INSTANTIATE_TEST_SUITE_P(Integrators, Contract,
                                          Case{"abdomen", "vessels", 0, Integrator::linear},
                                          Case{"abdomen", "soft-tissue", 2, Integrator::preintegrated},
                                          Case{"head", "bone", 1, Integrator::preintegrated2d}));
+INSTANTIATE_TEST_SUITE_P(Lights, Contract,
+                         testing::Values(Case{"torso", "soft-tissue", 0, Integrator::midpoint, true},
+                                         Case{"torso", "soft-tissue", 2, Integrator::linear, true},
+                                         Case{"torso", "bone", 1, Integrator::preintegrated, true},
+                                         Case{"abdomen", "bone", 1, Integrator::preintegrated2d, true}));
 
 // Row: skipping on and off; tile size; dispatch splitting; resume: bit-equal, exact mode, termination off.
 TEST_P(Contract, CuttingTheWorkAndSkippingChangeNoBit) {
@@ -177,7 +187,7 @@ TEST_P(Contract, TerminationLeavesOutNoMoreThanItSays) {
     const Image a = marchOn(full, kExact | kFeatureShading).image;
     const Image b = marchOn(ended, kExact | kFeatureShading | kFeatureTermination).image;
     // Shaded colour can exceed 1 by the specular part; alpha's bound is the threshold itself.
-    const double most = brightest(s.shading);
+    const double most = brightest(s.shading, s.lighting, full.p.volume.function.materials());
     for (std::size_t i = 0; i < a.pixels.size(); ++i)
         for (int c = 0; c < 4; ++c) {
             const double left = static_cast<double>(a.pixels[i][c]) - static_cast<double>(b.pixels[i][c]);

@@ -98,7 +98,7 @@ class ExtremeRun {
         slicing.fixedIterations = 512;
         const GpuPicture gpu = marchOn(prepared, marchFeatures(p, true), slicing);
         const std::vector<glm::dvec4> marched = widened(gpu.image.pixels);
-        expectInRange(marched, scene.shading, "march");
+        expectInRange(marched, scene, "march");
         const std::vector<SegmentedRay<float>> rays = gpuRays(p.view.frame, prepared.budgets.gpu);
         expectRaysOfCamera(p, rays);
         std::size_t segments = 0, longest = 0;
@@ -122,7 +122,7 @@ class ExtremeRun {
         Work work, unused;
         const auto single = mirrorRays<float>(
             input, rays.size(), [&](std::size_t i) { return rays[i]; }, 1, work);
-        expectInRange(widened(single), scene.shading, "float mirror");
+        expectInRange(widened(single), scene, "float mirror");
         if (structure.skipping && !volume.beyondFloat) { // skipping never changes the picture
             EXPECT_EQ(single, mirrorRays<float>(
                                   mirrorInput(p, false), rays.size(), [&](std::size_t i) { return rays[i]; },
@@ -131,7 +131,7 @@ class ExtremeRun {
         }
         const auto exact = mirrorRays<double>(
             input, rays.size(), [&](std::size_t i) { return inDouble(rays[i]); }, 1, unused);
-        expectInRange(exact, scene.shading, "double mirror");
+        expectInRange(exact, scene, "double mirror");
         if (structure.fetch == Fetch::exact) {
             // SAMPLING's rule; the slack is what the driver's square root and the order of a dot product may
             // add where float and double happen to agree.
@@ -180,7 +180,7 @@ class ExtremeRun {
         const std::vector<glm::dvec4> truth = renderReference(
             {p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, &p.volume.statistics},
             referenceRays(p.view.camera, p.info(), p.view.imageSize), 1);
-        expectInRange(truth, scene.shading, "reference");
+        expectInRange(truth, scene, "reference");
         const auto mirror = mirrorInDouble(p, q);
         const std::vector<double> uncertain = uncertainInDouble(p);
         if (isConstant(c)) { // the table's floats are off by 2^-24 of a depth, so by 2^-24/e of alpha at most

@@ -79,11 +79,13 @@ std::vector<std::uint32_t> coveringCombinations() {
 TEST(Features, ProgramsOfAllTriplesCompileAndOmitWhatTheyDoNotNeed) {
     const GlContext context({"software"});
     const std::vector<std::uint32_t> rows = coveringCombinations();
-    EXPECT_EQ(allowedCombinations().size(), 32000u);
-    EXPECT_EQ(rows.size(), 48u);
+    EXPECT_EQ(allowedCombinations().size(), 64000u);
+    EXPECT_EQ(rows.size(), 52u);
     for (const std::uint32_t f : rows) {
         const GlProgram program = marchComposition(f).program("march.comp");
         EXPECT_EQ(program.hasUniform("uPhong"), (f & kFeatureShading) != 0) << f;
+        EXPECT_EQ(program.hasUniform("uLights"), (f & kFeatureLights) != 0) << f;
+        EXPECT_EQ(program.hasUniform("uMaterials"), (f & kFeatureMaterials) != 0) << f;
         EXPECT_EQ(program.hasUniform("uSkipping"), (f & kFeatureSkipping) != 0) << f;
         EXPECT_EQ(program.hasUniform("uIsovalues"), (f & kFeatureSurfaces) != 0) << f;
         EXPECT_EQ(program.hasUniform("uCorners"), (f & kFeatureMixed) != 0) << f;
@@ -120,6 +122,8 @@ TEST(Features, WhatDoesNotGoTogetherIsRefused) {
                 testing::AllOf(HasSubstr("FEATURE_HITS"), HasSubstr("needs FEATURE_SURFACES")));
     EXPECT_THAT(refusal(kFeatureSurfaces | kFeatureVisibility), HasSubstr("does not go with"));
     EXPECT_THAT(refusal(kFeatureVisibility | kFeatureLinear), HasSubstr("does not go with FEATURE_LINEAR"));
+    EXPECT_THAT(refusal(kFeatureLights), HasSubstr("needs FEATURE_SHADING"));
+    EXPECT_THAT(refusal(kFeatureLights | kFeatureShading | kFeatureMaterials), "");
     EXPECT_THAT(refusal(kFeatureLinear | kFeaturePreintegrated), HasSubstr("does not go with"));
     EXPECT_THAT(refusal(kFeaturePreintegration2d), HasSubstr("needs FEATURE_PREINTEGRATED"));
     EXPECT_THAT(refusal(kFeatureSobelGradient | kFeatureForwardGradient), HasSubstr("does not go with"));

@@ -5,6 +5,8 @@
 #include "core/preset.h"
 #include "render/renderer.h"
 #include "tests/support/interactive_fixture.h"
+#include "tests/support/lights.h"
+#include "tests/support/native_fixture.h"
 
 #include <functional>
 #include <gtest/gtest.h>
@@ -102,13 +104,15 @@ struct Case {
     const char* name;
     bool lit, surfaces;
     Integrator integrator;
-    bool native = false;
+    bool native = false, lights = false;
 };
 class InteractiveChange : public testing::TestWithParam<Case> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, InteractiveChange,
                          testing::Values(Case{"lit", true, false, Integrator::automatic},
                                          Case{"surfacesUnlit", false, true, Integrator::midpoint},
                                          Case{"native", true, false, Integrator::automatic, true},
+                                         Case{"lights", true, false, Integrator::midpoint, false, true},
+                                         Case{"nativeLights", true, true, Integrator::midpoint, true, true},
                                          Case{"nativeSurfaces", false, true, Integrator::midpoint, true}),
                          [](const auto& info) { return std::string(info.param.name); });
 
@@ -117,6 +121,8 @@ TEST_P(InteractiveChange, ComesToWhatAFreshOneComesTo) {
     Scene scene = interactiveScene("soft-tissue", 0, kSize);
     scene.shading.on = GetParam().lit;
     scene.quality.integrator = GetParam().integrator;
+    if (GetParam().lights)
+        lightWithAll(scene, infoOf("torso"), ShadingModel::phong, false);
     if (GetParam().surfaces)
         scene.surfaces = {{-300, {0.9, 0.6, 0.5}, 0.3}, {250, {0.95, 0.9, 0.8}, 1}};
     const bool native = GetParam().native;

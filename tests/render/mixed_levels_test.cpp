@@ -3,6 +3,7 @@
 // the contract's rows hold on pictures of mixed levels, outside and inside the volume.
 #include "core/image_metrics.h"
 #include "render/engines/gpu/probe.h"
+#include "tests/support/lights.h"
 #include "tests/support/mixed_fixture.h"
 
 #include <algorithm>
@@ -274,6 +275,8 @@ TEST_P(MixedPicture, ContractHolds) {
     scene.choose(randomShownLevels(scene.p().volume.selection, 7));
     ScenePlan& p = scene.p();
     ASSERT_TRUE(p.volume.mixed());
+    if (c.camera == 2)
+        lightPlanWithAll(p);
     const std::uint32_t features = kFeatureSkipping | kFeatureShading;
     const GpuPicture whole = marchOn(*scene.prepared, features);
     EXPECT_FALSE(isBlank(whole.image));

@@ -1,6 +1,7 @@
 // tests/render/native_test.cpp: the native engine has the bits of the float mirror, whatever a scene asks
 // for, whatever set of instructions draws it, and however the work is cut.
 #include "render/plan/visibility_rays.h"
+#include "tests/support/lights.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
 #include "tests/support/surface_fixture.h"
@@ -33,11 +34,12 @@ struct NativeCase {
     int camera;
     Integrator integrator = Integrator::midpoint;
     Gradient gradient = Gradient::central;
+    bool lights = false; // the scene's own, with materials
 };
 std::ostream& operator<<(std::ostream& out, const NativeCase& c) {
     return out << c.store << ", " << c.preset << ", camera " << c.camera << ", "
                << integratorNames()[static_cast<std::size_t>(c.integrator)] << ", "
-               << gradientNames()[static_cast<std::size_t>(c.gradient)];
+               << gradientNames()[static_cast<std::size_t>(c.gradient)] << (c.lights ? ", lights" : "");
 }
 class Native : public testing::TestWithParam<NativeCase> {
   protected:
@@ -49,6 +51,10 @@ class Native : public testing::TestWithParam<NativeCase> {
         Scene s = sceneOn(infoOf(GetParam().store), GetParam().preset, GetParam().camera, kSize);
         s.quality.integrator = GetParam().integrator;
         s.shading.gradient = GetParam().gradient;
+        if (GetParam().lights)
+            lightWithAll(s, infoOf(GetParam().store),
+                         GetParam().camera == 1 ? ShadingModel::blinnPhong : ShadingModel::phong,
+                         GetParam().camera != 2);
         return s;
     }
 };
@@ -66,6 +72,13 @@ INSTANTIATE_TEST_SUITE_P(Integrators, Native,
                                          NativeCase{"abdomen", "vessels", 0, Integrator::linear},
                                          NativeCase{"abdomen", "soft-tissue", 2, Integrator::preintegrated},
                                          NativeCase{"head", "bone", 1, Integrator::preintegrated2d}));
+INSTANTIATE_TEST_SUITE_P(
+    Lights, Native,
+    testing::Values(NativeCase{"torso", "bone", 0, Integrator::midpoint, Gradient::central, true},
+                    NativeCase{"torso", "soft-tissue", 1, Integrator::linear, Gradient::sobel, true},
+                    NativeCase{"torso", "soft-tissue", 2, Integrator::preintegrated, Gradient::central, true},
+                    NativeCase{"torso", "soft-tissue", 0, Integrator::preintegrated2d, Gradient::analytic,
+                               true}));
 INSTANTIATE_TEST_SUITE_P(
     Gradients, Native,
     testing::Values(NativeCase{"torso", "soft-tissue", 0, Integrator::midpoint, Gradient::centralHalf},
@@ -188,6 +201,8 @@ TEST_P(NativeMixed, HasTheMirrorsBits) {
     for (const unsigned seed : {1u, 2u}) {
         MixedScene mixed("torso", "soft-tissue", c.camera, c.edge, c.sampling, kSize, c.integrator);
         mixed.p().volume.optics.gradient = c.gradient;
+        if (seed == 2)
+            lightPlanWithAll(mixed.p());
         mixed.choose(seed == 1 ? randomShownLevels(mixed.p().volume.selection, seed)
                                : randomLevels(mixed.p().volume.selection, seed, true));
         ASSERT_TRUE(mixed.p().volume.mixed());

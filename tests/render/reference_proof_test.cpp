@@ -7,8 +7,10 @@
 #include "core/preset.h"
 #include "core/scratch_folder.h"
 #include "datasets/phantom.h"
+#include "tests/support/lights.h"
 
 #include <gtest/gtest.h>
+#include <optional>
 
 namespace tessera {
 namespace {
@@ -34,16 +36,19 @@ class ProofOnRays : public testing::Test {
         cache_ = std::make_unique<BrickCache>(*store_, ram_, std::size_t{64} << 20, 2);
     }
     RayProof prove(const TransferFunction& function, bool lit, const std::vector<Isosurface>& surfaces = {},
-                   Gradient gradient = Gradient::central) {
+                   Gradient gradient = Gradient::central, const Lighting& lighting = {},
+                   const std::optional<GradientWeight>& weight = {}) {
         Shading shading;
         shading.on = lit;
         shading.gradient = gradient;
+        shading.gradientWeight = weight;
         shading.ambient = 0.3; // by default what faces the eye has the colour of what is not lit
         const VolumeInfo& info = store_->info();
         const glm::ivec2 size(64);
         const Camera camera = fitCamera(info, View::anterior, Projection::perspective, size);
-        return proveOnRays({cache_.get(), &info, &function, shading, &statistics_, 1, surfaces},
-                           sampledRays(referenceRays(camera, info, size), 49), 0);
+        return proveOnRays(
+            {cache_.get(), &info, &function, shading, &statistics_, 1, surfaces, {}, lighting, camera},
+            sampledRays(referenceRays(camera, info, size), 49), 0);
     }
     const ScratchFolder folder_;
     Ledger ram_{"RAM", "--ram", std::size_t{512} << 20};
@@ -77,6 +82,24 @@ TEST_F(ProofOnRays, HoldsWithEveryGradient) {
         EXPECT_LE(proof.halving, RayProof::kHalvingLimit) << gradientNames()[kind];
         EXPECT_LE(proof.independent, RayProof::kIndependentLimit) << gradientNames()[kind];
     }
+}
+
+// Lights of the scene's own, two of them points: rays are cut where the gradient turns away from each, and
+// where materials change.
+TEST_F(ProofOnRays, HoldsUnderManyLights) {
+    load("torso", {48, 36, 56});
+    Lighting lighting;
+    lighting.lights = test::fourLights(store_->info());
+    const TransferFunction function = test::presetWithMaterials("soft-tissue");
+    for (const bool surfaces : {false, true})
+        for (const bool weighed : {false, true}) {
+            const RayProof proof = prove(
+                function, true,
+                surfaces ? std::vector<Isosurface>{{-300, glm::dvec3(0.5), 0.3}} : std::vector<Isosurface>{},
+                Gradient::central, lighting, weighed ? std::optional(GradientWeight{2, 60}) : std::nullopt);
+            EXPECT_TRUE(proof.holds()) << proof.halving << ", " << proof.independent;
+            EXPECT_GT(proof.independent, 0);
+        }
 }
 
 // Inside cubes of one value nothing has a direction, and colours stay as they are.

@@ -27,6 +27,7 @@ namespace tessera::test {
 struct Structure {
     Fetch fetch = Fetch::exact;
     bool termination = false, mixed = false, shading = false, skipping = true;
+    bool lights = false; // of the scene's own, one where the camera is
     Integrator integrator = Integrator::midpoint;
     Gradient gradient = Gradient::central;
     bool operator==(const Structure&) const = default;
@@ -38,13 +39,13 @@ inline const std::vector<Structure>& structures() {
     static const std::vector<Structure> all = [] {
         std::vector<Structure> out;
         const auto gradient = [&] { return static_cast<Gradient>(out.size() % 5); };
-        for (const std::vector<int>& r : coveringArray({4, 2, 2, 2, 2}, 1))
-            out.push_back({Fetch::exact, r[1] == 1, r[2] == 1, r[3] == 1, r[4] == 0,
+        for (const std::vector<int>& r : coveringArray({4, 2, 2, 3, 2}, 1))
+            out.push_back({Fetch::exact, r[1] == 1, r[2] == 1, r[3] >= 1, r[4] == 0, r[3] == 2,
                            static_cast<Integrator>(r[0] + 1), gradient()});
         for (int i = 1; i <= 4; ++i)
-            out.push_back({Fetch::hardware, i % 2 == 0, i >= 3, i == 1 || i == 4, i != 2,
+            out.push_back({Fetch::hardware, i % 2 == 0, i >= 3, i == 1 || i == 4, i != 2, i == 4,
                            static_cast<Integrator>(i), gradient()});
-        out.push_back({Fetch::exact, true, false, true, true, Integrator::automatic, gradient()});
+        out.push_back({Fetch::exact, true, false, true, true, false, Integrator::automatic, gradient()});
         return out;
     }();
     return all;
@@ -123,7 +124,7 @@ inline std::ostream& operator<<(std::ostream& out, const ExtremeCase& c) {
         << (s.fetch == Fetch::exact ? ", exact" : ", hardware") << (s.termination ? ", termination" : "")
         << (s.mixed ? ", mixed levels" : "")
         << (s.shading ? ", lit by gradient " + gradientNames()[static_cast<std::size_t>(s.gradient)] : "")
-        << (s.skipping ? ", skipping" : "");
+        << (s.lights ? ", by lights of its own" : "") << (s.skipping ? ", skipping" : "");
     const char* factors[kFactorCount] = {"",       "strength", "function", "volume",   "spacing",
                                          "origin", "axes",     "lens",     "camera",   "direction",
                                          "step",   "picture",  "edge",     "sampling", "variant"};
@@ -392,6 +393,21 @@ inline Scene sceneOf(const ExtremeCase& c, const ExtremeVolume& volume) {
     scene.camera = cameraOf(c, volume.info);
     scene.shading.on = s.shading;
     scene.shading.gradient = s.gradient;
+    if (s.lights) {
+        std::vector<Light>& lights = scene.lighting.lights;
+        lights.resize(4);
+        lights[0].kind = LightKind::point; // at the eye, which may be a sample's place
+        lights[0].attenuation = {1, 1e-3, 1e-6};
+        lights[1].kind = LightKind::point; // on a corner of the volume, where its origin may be far away
+        lights[1].frame = LightFrame::patient;
+        lights[1].position = glm::dvec3(volume.info.patientFromVoxel[3]);
+        lights[2].kind = LightKind::directional;
+        lights[2].direction = glm::dvec3(c[kVariant] == 0 ? 0 : 1, 0, 0);
+        lights[3].intensity = 0.25;
+        scene.shading.model = c[kVariant] % 2 == 0 ? ShadingModel::phong : ShadingModel::blinnPhong;
+        if (c[kVariant] == 2)
+            scene.shading.gradientWeight = GradientWeight{0, 100};
+    }
     scene.quality.stepVoxels = std::array{2.0, 1.0, 0.5, 0.25, 1.0 / 16}[static_cast<std::size_t>(c[kStep])];
     scene.quality.fetch = s.fetch;
     scene.quality.integrator = s.integrator;
@@ -438,13 +454,14 @@ inline std::vector<glm::dvec4> widened(const std::vector<glm::vec4>& pixels) {
 }
 
 /// Finite; alpha in [0,1]; no component above what alpha allows: colours of transfer functions are at most 1,
-/// so premultiplied ones are at most alpha, and lit ones at most alpha times the sum of Phong's parts. Sums
+/// so premultiplied ones are at most alpha, and lit ones at most alpha times the sum of light's parts. Sums
 /// of n rounded terms may exceed this by n/2^24 of themselves: 1e-5 is for 170 segments in one direction.
-inline void expectInRange(const std::vector<glm::dvec4>& pixels, const Shading& shading, const char* what) {
+inline void expectInRange(const std::vector<glm::dvec4>& pixels, const Scene& scene, const char* what) {
+    const double brightestHere = brightest(scene.shading, scene.lighting);
     for (std::size_t i = 0; i < pixels.size(); ++i)
         for (int c = 0; c < 4; ++c) {
             const double value = pixels[i][c];
-            const double most = c == 3 ? 1 + 1e-6 : pixels[i].a * brightest(shading) * (1 + 1e-5) + 1e-30;
+            const double most = c == 3 ? 1 + 1e-6 : pixels[i].a * brightestHere * (1 + 1e-5) + 1e-30;
             ASSERT_TRUE(value >= 0 && value <= most) << what << ": pixel " << i << ", component " << c
                                                      << " is " << value << ", alpha " << pixels[i].a;
         }

@@ -32,6 +32,9 @@ class GpuEngine : public Engine {
     void close() override;
     BrickResidency* bricks() override { return atlas_ ? &atlas_->bricks : nullptr; }
     void levelsChanged() override;
+    std::optional<LightReport> lightReport() const override {
+        return light_ ? std::optional(light_->report()) : std::nullopt;
+    }
     std::unique_ptr<RayCaster> caster(const CasterOptions& options, Ledger& gpu) override;
     std::unique_ptr<VisibilityCounter> counter(Ledger& gpu) override;
     std::string fault() override;

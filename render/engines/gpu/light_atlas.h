@@ -26,6 +26,7 @@ class LightAtlas {
     /// Light as things are; before rays are drawn.
     void settle(Work& work) { plane_.settle(work); }
     SceneLight& light() { return light_; }
+    LightReport report() const { return light_.report(texels_.bytes() + standing_.bytes()); }
     void bind(GLuint lightUnit, GLuint standingUnit) const;
 
   private:

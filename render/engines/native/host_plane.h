@@ -39,6 +39,7 @@ class HostPlane : public Plane {
     /// @param map  of mixed levels, or null; @param level  else: of all bricks
     void settle(const LevelMap* map, int level);
 
+    std::size_t bytes() const { return charge_.bytes(); }
     const std::vector<native::PacketBrick>& bricks() const { return bricks_; }
     const void* samples() const { return samples_.get(); }
     native::SampleKind kind() const { return kind_; }

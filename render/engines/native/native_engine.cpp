@@ -123,6 +123,15 @@ void NativeEngine::levelsChanged() {
         sceneLight_->levelsChanged();
 }
 
+std::optional<LightReport> NativeEngine::lightReport() const {
+    if (!sceneLight_)
+        return std::nullopt;
+    std::size_t bytes = 0;
+    for (const auto& plane : lightPlanes_)
+        bytes += plane->bytes();
+    return sceneLight_->report(bytes);
+}
+
 void NativeEngine::functionChanged() {
     if (sceneLight_)
         sceneLight_->functionChanged();

@@ -25,6 +25,7 @@ class NativeEngine : public Engine {
     void close() override;
     BrickResidency* bricks() override { return bricks_ ? &*bricks_ : nullptr; }
     void levelsChanged() override;
+    std::optional<LightReport> lightReport() const override;
     std::unique_ptr<RayCaster> caster(const CasterOptions& options, Ledger& gpu) override;
     std::unique_ptr<VisibilityCounter> counter(Ledger& gpu) override;
 

@@ -6,6 +6,7 @@
 // the whole (NUMERICS: 2e-14 relative over extinction from 0 to 1e6 per length).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -53,6 +54,12 @@ class ReferenceIntegrator {
     };
     static constexpr double kTolerance = 1e-14; // of a panel, against its own size and the picture's
     static constexpr int kMaxHalvings = 48;
+    /// What a colour's differences are told against: lights can be so strong that what a double rounds off is
+    /// above any fixed tolerance, and panels would be halved without end.
+    static double brightness(double colour) {
+        constexpr double kCommon = 4; // up to this, colours are told as they are
+        return std::max(1.0, colour / kCommon);
+    }
     static constexpr double kMaxPanelDepth = 1;
 
     template <typename Function>
@@ -102,7 +109,8 @@ class ReferenceIntegrator {
         const glm::dvec3 both = a.colour + passed * b.colour;
         double difference = std::abs(a.depth + b.depth - whole.depth);
         for (int c = 0; c < 3; ++c)
-            difference = std::max(difference, std::abs(both[c] - whole.colour[c]));
+            difference =
+                std::max(difference, std::abs(both[c] - whole.colour[c]) / brightness(both[c] / whole.depth));
         const bool small = whole.depth <= kMaxPanelDepth;
         const bool agree = difference <= kTolerance * (1e-3 + std::abs(whole.depth));
         if ((small && agree) || halvings >= kMaxHalvings || !(middle > t0 && middle < t1)) {

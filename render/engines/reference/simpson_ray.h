@@ -237,7 +237,8 @@ class SimpsonRay {
         const glm::dvec3 both = first.colour + std::exp(-first.depth) * second.colour;
         const glm::dvec3 gap = glm::abs(both - whole.colour);
         const double difference =
-            std::max({std::abs(first.depth + second.depth - whole.depth), gap.x, gap.y, gap.z});
+            std::max({std::abs(first.depth + second.depth - whole.depth), gap.x, gap.y, gap.z}) /
+            std::max(1.0, std::max({pm.colour.x, pm.colour.y, pm.colour.z}) / 4); // of strong lights
         if (halvings < kMaxHalvings && difference > kTolerance && depth_ < 45) {
             halve(at, a, m, pa, left, pm, first, halvings + 1);
             halve(at, m, b, pm, right, pb, second, halvings + 1);
