@@ -147,7 +147,7 @@ void ShadowMaps::addView(const Camera& camera, const VolumeInfo& info, int size)
 
 ShadowMaps::ShadowMaps(const PlacedLight& light, const LightPath& field, const ShadowQuality& quality)
     : quality_(quality), light_(light.isPoint ? light.position : light.towards), isPoint_(light.isPoint),
-      offsetMm_(quality.offsetVoxels *
+      offsetMm_(quality.offset *
                 std::cbrt(std::abs(glm::determinant(glm::dmat3(field.info->patientFromVoxel))))) {
     const std::vector<glm::dvec3> corners = shownCorners(field);
     const int maps = mapsOf(light.softness), size = sizeOf(light.softness, quality);
@@ -248,10 +248,11 @@ void ShadowMaps::build(const LightPath& field, int threads, const ShareDone& pro
     shareOfMore_ = static_cast<double>(more) / static_cast<double>(rows * static_cast<std::size_t>(size));
 }
 
-float ShadowMaps::light(const glm::dvec3& place) const {
+float ShadowMaps::light(const glm::dvec3& place, int level) const {
     const glm::dvec3 towards = isPoint_ ? light_ - place : light_;
     const double far = glm::length(towards);
-    const glm::dvec3 from = far > offsetMm_ ? place + towards * (offsetMm_ / far) : place;
+    const double offsetMm = std::ldexp(offsetMm_, level);
+    const glm::dvec3 from = far > offsetMm ? place + towards * (offsetMm / far) : place;
     const std::size_t lights = maps_.size() / static_cast<std::size_t>(perLight_);
     float sum = 0;
     for (std::size_t n = 0; n < views_.size(); ++n) {

@@ -40,10 +40,12 @@ struct LightPath {
 PlacedLight placedLight(const Light& light, const Camera& camera);
 
 struct ShadowQuality {
-    int mapSize = 512;         // rays along a side of the one map of a light without size
-    double stepVoxels = 1;     // of its rays
-    float error = 1.0f / 128;  // of the light that maps hold, where eight layers are enough
-    double offsetVoxels = 1.5; // towards the light, of the place whose light is asked for
+    int mapSize = 512;        // rays along a side of the one map of a light without size
+    double stepVoxels = 1;    // of its rays
+    float error = 1.0f / 128; // of the light that maps hold, where eight layers are enough
+    /// Towards the light, of the place whose light is asked for, in samples of the light's level: what is
+    /// shown of a surface lies in the light, not in the shade of its outermost samples.
+    double offset = 2;
     static constexpr int kMapsOfSoftLight = 8;
 };
 
@@ -58,8 +60,9 @@ class ShadowMaps {
     /// Sends the rays. @param threads  0: all processors
     void build(const LightPath& field, int threads, const ShareDone& progress = {});
 
-    /// Share of the light that gets to a place, patient space; [0,1].
-    float light(const glm::dvec3& place) const;
+    /// Share of the light that gets to a place, patient space; [0,1]. @param level  of the samples that it is
+    /// for
+    float light(const glm::dvec3& place, int level = 0) const;
 
     /// The largest error that a ray's fit may make, and the share of rays whose fit may make more than was
     /// asked for.

@@ -111,7 +111,7 @@ void expectAsByRays(const ShadowCase& c) {
     ShadowQuality quality;
     quality.mapSize = 256;
     quality.stepVoxels = 0.25;
-    quality.offsetVoxels = 0;
+    quality.offset = 0;
     ShadowMaps maps(light, path, quality);
     maps.build(path, 0);
     std::mt19937 random(7);
