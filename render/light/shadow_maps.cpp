@@ -141,6 +141,8 @@ void ShadowMaps::addView(const Camera& camera, const VolumeInfo& info, int size)
     view.right = view.plane.right / glm::dot(view.plane.right, view.plane.right);
     view.up = view.plane.up / glm::dot(view.plane.up, view.plane.up);
     view.far = glm::length(view.plane.toCentre);
+    if (!view.plane.perspective)
+        rayMm_ = std::max(rayMm_, quality_.offset * camera.parallelScale / size);
     views_.push_back(view);
     maps_.emplace_back(size);
 }
@@ -251,7 +253,7 @@ void ShadowMaps::build(const LightPath& field, int threads, const ShareDone& pro
 float ShadowMaps::light(const glm::dvec3& place, int level) const {
     const glm::dvec3 towards = isPoint_ ? light_ - place : light_;
     const double far = glm::length(towards);
-    const double offsetMm = std::ldexp(offsetMm_, level);
+    const double offsetMm = std::max(std::ldexp(offsetMm_, level), rayMm_);
     const glm::dvec3 from = far > offsetMm ? place + towards * (offsetMm / far) : place;
     const std::size_t lights = maps_.size() / static_cast<std::size_t>(perLight_);
     float sum = 0;
@@ -263,7 +265,7 @@ float ShadowMaps::light(const glm::dvec3& place, int level) const {
         const auto edge = static_cast<float>(maps_[n].size());
         if (perLight_ > 1 && !(at.x >= 0 && at.y >= 0 && at.x < edge && at.y < edge))
             continue; // another side's
-        sum += lights > 1 ? maps_[n].nearest(at, mm) : maps_[n].between(at, mm);
+        sum += maps_[n].between(at, mm);
     }
     return std::min(1.0f, sum / static_cast<float>(lights));
 }

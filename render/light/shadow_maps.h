@@ -43,8 +43,9 @@ struct ShadowQuality {
     int mapSize = 512;        // rays along a side of the one map of a light without size
     double stepVoxels = 1;    // of its rays
     float error = 1.0f / 128; // of the light that maps hold, where eight layers are enough
-    /// Towards the light, of the place whose light is asked for, in samples of the light's level: what is
-    /// shown of a surface lies in the light, not in the shade of its outermost samples.
+    /// Towards the light, of the place whose light is asked for, in samples of the light's level and, where
+    /// that is more, half of what lies between a map's rays: what is shown of a surface lies in the light,
+    /// not in the shade of its outermost samples.
     double offset = 2;
     static constexpr int kMapsOfSoftLight = 8;
 };
@@ -86,8 +87,9 @@ class ShadowMaps {
     ShadowQuality quality_;
     glm::dvec3 light_{0}; // a direction, or a place
     bool isPoint_ = false;
-    double offsetMm_ = 0;
-    int perLight_ = 1; // views that look to different sides
+    double offsetMm_ = 0; // of level 0
+    double rayMm_ = 0;    // directional: what lies between rays of a map at most, as far as offset says
+    int perLight_ = 1;    // views that look to different sides
     std::vector<View> views_;
     std::vector<DeepShadowMap> maps_;
     float largestError_ = 0;
