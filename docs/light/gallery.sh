@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# Draws the pictures of docs/light.md: gallery.sh [DATA] [OUT]; DATA holds the scans that docs/light.md names (absent ones are left
+# out), OUT is docs/light unless it is given. TESSERA names the program (build/release/tessera).
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+data=${1:-$root/../shared/data}
+out=${2:-$root/docs/light}
+tessera=${TESSERA:-$root/build/release/tessera}
+stores=$(mktemp -d)
+trap 'rm -rf "$stores"' EXIT
+mkdir -p "$out"
+
+draw() { # NAME STORE OPTIONS...: in every look
+    local name=$1 store=$2 look
+    shift 2
+    for look in plain studio soft dramatic; do
+        "$tessera" render "$store" --quiet --force --size 320x320 --light "$look" "$@" -o "$out/$name-$look.png"
+    done
+}
+scan() { # NAME SOURCE OPTIONS...
+    local name=$1 source=$data/$2
+    shift 2
+    if [[ ! -e $source ]]; then
+        echo "$name: left out, $source is absent"
+        return
+    fi
+    "$tessera" import "$source" "$stores/$name.zarr" --quiet --largest
+    draw "$name" "$stores/$name.zarr" "$@"
+}
+scan abdomen ct-abdomen-dicom --preset bone
+scan chest ct-thorax-dicom --preset skin --view right
+scan head small-volumes/headsq --preset auto --view left
+scan bonsai scivis/bonsai.nii.gz --preset auto --view superior
+"$tessera" phantom torso --size 256x192x300 -o "$stores/torso.zarr" --quiet
+draw torso "$stores/torso.zarr" --preset soft-tissue
