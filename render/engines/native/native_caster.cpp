@@ -162,6 +162,7 @@ void NativeCaster::begin(const Rays& rays) {
     if (mapIsNew_) { // what was made finer is of another one
         map_ = surfaceMap_ = {};
         mapCharge_ = {};
+        surfaceMapCharge_ = {};
         mapIsNew_ = false;
     }
     raysCharge_ = {};
@@ -445,24 +446,26 @@ Image NativeCaster::image() const {
 }
 
 std::size_t NativeCaster::refine() {
-    const Occupancy* const empty = occupancy();
-    if (!empty || options_.passes ||
-        !fineBlocksPay(*empty, scene_.volume.mixed(), rayCount(scene_.view.imageSize)))
-        return 0;
-    const std::size_t bytes = empty->map().size() * sizeof(SkippingTexel) * (mapsSurfaces() ? 2 : 1);
-    if (gpu_.freeBytes() < bytes)
-        return 0;
-    mapCharge_ = gpu_.charge(bytes, "the map of empty space");
     const VolumeState& volume = scene_.volume;
-    const auto refined = [&](const Occupancy& of, const TransferTable& table,
-                             std::vector<SkippingTexel>& map) {
-        map = of.map();
-        return refineBlocks(engine_.settled(), of, volume.statistics,
+    const auto refined = [&](const Occupancy& cells, const TransferTable& table, Charge& charge,
+                             std::vector<SkippingTexel>& map) -> std::size_t {
+        const std::size_t bytes = cells.map().size() * sizeof(SkippingTexel);
+        if (!fineBlocksPay(cells, volume.mixed(), rayCount(scene_.view.imageSize)) ||
+            gpu_.freeBytes() < bytes)
+            return 0;
+        charge = gpu_.charge(bytes, "the map of empty space");
+        map = cells.map();
+        return refineBlocks(engine_.settled(), cells, volume.statistics,
                             volume.mixed() ? &volume.levels : nullptr, volume.selection.finest(), table,
                             volume.optics, target_, engine_.threads(), map);
     };
-    return refined(*empty, volume.table, map_) +
-           (mapsSurfaces() ? refined(volume.surfaceOccupancy, volume.surfaceTable, surfaceMap_) : 0);
+    const Occupancy* const all = occupancy();
+    if (!all || options_.passes)
+        return 0;
+    return refined(*all, volume.table, mapCharge_, map_) +
+           (mapsSurfaces()
+                ? refined(volume.surfaceOccupancy, volume.surfaceTable, surfaceMapCharge_, surfaceMap_)
+                : 0);
 }
 
 } // namespace tessera

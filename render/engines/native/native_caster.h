@@ -57,7 +57,7 @@ class NativeCaster : public RayCaster {
     CasterOptions options_;
     const native::PacketTarget& target_;
     native::PacketMarch march_ = nullptr;
-    Charge raysCharge_, tablesCharge_, mapCharge_;
+    Charge raysCharge_, tablesCharge_, mapCharge_, surfaceMapCharge_;
     std::vector<float> tables_[4]; // extinction, red, green, blue
     /// Of empty space, made finer; else those of the scene are read.
     std::vector<SkippingTexel> map_, surfaceMap_;

@@ -40,6 +40,24 @@ inline __attribute__((noinline)) M clearBetween(const PacketEmptySpace& space, c
     return m;
 }
 
+/// leaves(), rounded as the mirror's: a stride that spans more than two blocks is taken or leapt over by
+/// that, and where values jump between bricks (edge function nearest) it can hold a crossing that no block
+/// holds.
+TESSERA_LANE F leavesAsTheMirror(const PacketEmptySpace& space, const PacketRays& rays,
+                                 const LeapingRays& leaping, const BoxAt& box) {
+    const auto [reach, shift] = emptyReach(space, leaping, box);
+    F leave(kMostFloat);
+    const auto axis = [&, reach = reach, shift = shift](int n, F entry, F d) {
+        const M up = leaping.ascends[n] == I(1);
+        const F side = number(shl(sar(box.voxel[n], shift) + select(up, reach, I(1) - reach), shift));
+        const F at = (side + select(up, F(-kMargin), F(kMargin)) - entry) / d;
+        leave = select(d == F(0.0f), leave, min(leave, at));
+    };
+    axis(0, rays.entry.x, rays.step.x), axis(1, rays.entry.y, rays.step.y);
+    axis(2, rays.entry.z, rays.step.z);
+    return leave;
+}
+
 /// Where rays first meet a plane of sample centres beyond w, in segments from start; twin of nextPlane().
 TESSERA_LANE F nextPlane(F3 start, F3 step, F w, F pitch, float segmentVoxels) {
     F next(kMostFloat);
@@ -320,13 +338,15 @@ template <SampleKind K, bool Mixed> void marchSurfaces(const PacketScene& s, Pac
         job.iterations += static_cast<unsigned>(count(active & ~ready));
         I k = stridesAt<Mixed>(s, rays, strides.here, i, active);
         F length = strideLength(rays, i, shl(I(1), k));
-        if (skips) {
+        if (!skips) {
+            ready = active;
+        } else {
             const M looking = active & ~ready;
             const BoxAt box = boxAt(s.space, f, along(rays, number(i)), looking);
             const M empty = looking & ~box.shows;
             ready = ready | box.shows;
             if (any(empty)) {
-                const F beyond = floor(leaves(s.space, leaping, box));
+                const F beyond = floor(leavesAsTheMirror(s.space, rays, leaping, box));
                 const M ends = empty & ~(beyond < number(rays.count));
                 const M goes = empty & ~ends;
                 I to = max(truncated(select(goes, beyond, F(0.0f))), I(0));
@@ -335,7 +355,8 @@ template <SampleKind K, bool Mixed> void marchSurfaces(const PacketScene& s, Pac
                 else
                     to = to & I(-f.uniformSegments);
                 to = select(goes, max(i, to), i);
-                known = known & ~(goes & (to != i));
+                const M stays = to == i;
+                known = known & (stays | ~goes);
                 i = select(ends, rays.count, to);
                 active = active & ~ends;
                 k = stridesAt<Mixed>(s, rays, strides.here, i, active);
@@ -344,13 +365,12 @@ template <SampleKind K, bool Mixed> void marchSurfaces(const PacketScene& s, Pac
                     clearBetween(s.space, f, along(rays, number(i)), along(rays, number(i) + length), goes);
                 known = known & ~passes;
                 i = select(passes, i + shl(I(1), k), i);
-                ready = ready | (goes & ~passes);
+                const M goesOn = goes & (passes | ~stays); // and is looked at again
+                ready = ready | (goes & ~goesOn);
                 active = active & (i < rays.count);
-                if (count(passes & active) * 2 > count(ready))
+                if (count(goesOn & active) * 2 > count(ready))
                     continue;
             }
-        } else {
-            ready = active;
         }
         if (!any(ready))
             continue;
