@@ -96,6 +96,28 @@ TEST_P(NativeSurfaces, OfMixedLevelsAreTheMirrors) {
     }
 }
 
+/// Lights and materials of the scene: of the volume by its values, of surfaces by theirs.
+TEST(NativeSurfaceLights, PicturesAreTheMirrors) {
+    const VolumeInfo info = infoOf("torso");
+    Light point;
+    point.kind = LightKind::point;
+    point.frame = LightFrame::patient;
+    point.position = glm::dvec3(info.patientFromVoxel * glm::dvec4(glm::dvec3(info.extentVoxels) * 0.4, 1));
+    point.colour = {1, 0.8, 0.5};
+    for (const Integrator integrator : {Integrator::midpoint, Integrator::preintegrated}) {
+        Scene s = torsoScene(0, true, integrator, kSize);
+        s.lighting.lights = {Light{}, point};
+        s.lighting.lights[0].intensity = 0.4;
+        TransferFunction function =
+            TransferFunction::fromOpacity({{-200, 0}, {400, 0.05}}, {{0, {1, 0.5, 0.2}}}, 1);
+        function.setMaterials(
+            {{.from = -400, .to = 100, .diffuse = 0.3}, {.from = 100, .to = 900, .specular = 0.9}});
+        s.volumes[0].transferFunction = function;
+        Prepared prepared("torso", s);
+        expectTheMirrorsBits(prepared);
+    }
+}
+
 // Rays wait for bricks in the middle of strides, and go on as if they had not.
 TEST_P(NativeSurfaces, ScarceBricksChangeNothing) {
     Prepared prepared("torso", scene());

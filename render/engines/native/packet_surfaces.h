@@ -149,6 +149,16 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
         done = done | (m & ((left < F(o.termination)) | ~(left > F(0.0f))));
     }
 
+    /// @param position, place  of what is lit: voxels; of its value in the table
+    F3 lit(F3 colour, F3 gradient, F3 position, F place, M m) const {
+        if (!o.hasLights)
+            return shaded(o, colour, gradient, direction);
+        if (o.lighting.channels == 0)
+            return shadedByLights(o, colour, gradient, direction, position, place, leaf::AllLight());
+        return shadedByLights(o, colour, gradient, direction, position, place,
+                              lightAt<Mixed>(s, here, position, m));
+    }
+
     /// The volume between two places of a stride, segments from its start.
     __attribute__((noinline)) void addVolume(F low, F high, F valueLow, F valueHigh, M m) {
         const F part = high - low;
@@ -163,7 +173,9 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
             a = endOf(o, valueLow, m), b = endOf(o, valueHigh, m);
             extinction = extinctionBetween(o, a, b, m);
         } else {
-            at = entriesOf(o, valueOf(middle, m));
+            const F value = valueOf(middle, m);
+            at = entriesOf(o, value);
+            b.place = placeOf(o, value);
             extinction = entry(o.extinction, at, m);
         }
         m = m & (extinction > F(0.0f));
@@ -174,7 +186,7 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
         F3 colour = ends ? colourBetween(o, a, b, depth, opacity, stride, m) : colourAt(o, at, m);
         if (o.lit) {
             const F3 gradient = gradientOf(middle, m);
-            colour = shaded(o, colour, gradient, direction);
+            colour = lit(colour, gradient, middle, ends ? F(0.5f) * (a.place + b.place) : b.place, m);
         }
         composite(colour, opacity, m);
     }
@@ -215,7 +227,7 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
         const auto look = [&](const float* column) { return word(column, surface, m); };
         F3 colour{look(surfaces.red), look(surfaces.green), look(surfaces.blue)};
         if (o.lit)
-            colour = shaded(o, colour, gradient, direction);
+            colour = lit(colour, gradient, p, placeOf(o, isovalue), m);
         composite(colour, look(surfaces.opacity), m);
     }
 
