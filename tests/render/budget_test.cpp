@@ -109,6 +109,52 @@ TEST(RenderBudget, GpuMemoryIsKeptAndLevelsCoarsenMonotonically) {
     EXPECT_GE(levels.size(), 3u) << "the budgets must force several levels";
 }
 
+/// Samples of all bricks that a picture was drawn from, bytes. Those of level 5 stand in the index.
+std::size_t sampleBytes(const RenderResult& result) {
+    std::size_t samples = 0;
+    for (int level = 0; level + 1 < kLevelCount; ++level) {
+        const auto edge = static_cast<std::size_t>(kBrickExtent >> level);
+        samples += result.bricksOfLevel[static_cast<std::size_t>(level)] * edge * edge * edge;
+    }
+    return 2 * samples;
+}
+
+// The native engine has no memory but RAM: what its planes take counts as the GPU's, all of it.
+TEST(RenderBudget, NativePlanesCountAndTheBudgetIsKept) {
+    Ledger trial("RAM", "--ram", kRoomy), none("GPU memory", "--gpu-memory", 1);
+    const StoreReader first(storePath("torso"), trial);
+    Scene scene = sceneOn(first.info(), "bone", 0, kPicture);
+    scene.surfaces = {{250, {0.95, 0.9, 0.8}, 0.5}};
+    RenderOptions options;
+    options.engine = EngineKind::native;
+    options.threads = 2;
+    const std::size_t floor = statedFloor(refusal([&] { renderScene(scene, first, trial, none, options); }));
+    int accepted = 0, refused = 0;
+    std::set<std::size_t> taken;
+    for (const std::size_t bytes : budgetsDown(floor, 24 << 20, 12)) {
+        SCOPED_TRACE(bytes);
+        Ledger ram("RAM", "--ram", kRoomy), gpu("GPU memory", "--gpu-memory", bytes);
+        const StoreReader reader(storePath("torso"), ram);
+        std::optional<RenderResult> result;
+        const std::string why = refusal([&] { result = renderScene(scene, reader, ram, gpu, options); });
+        if (!result) {
+            EXPECT_LT(bytes, floor);
+            EXPECT_EQ(statedFloor(why), floor) << why;
+            ++refused;
+            continue;
+        }
+        EXPECT_FALSE(isBlank(result->image));
+        EXPECT_LE(gpu.peakBytes(), bytes);
+        const std::size_t samples = sampleBytes(*result);
+        EXPECT_GE(gpu.peakBytes(), samples + rayStateBytes(kPicture)) << "planes are not charged";
+        taken.insert(samples);
+        ++accepted;
+    }
+    EXPECT_GE(accepted, 8);
+    EXPECT_GE(refused, 1);
+    EXPECT_GE(taken.size(), 3u) << "the budgets must force other levels";
+}
+
 TEST(RenderBudget, RamIsKeptAndNeverChangesThePicture) {
     int accepted = 0, refused = 0;
     for (const char* name : {"torso", "marschner-lobb"})

@@ -103,10 +103,16 @@ TEST(LightPicture, SurfacesAreLitToo) {
     Lighting all;
     all.occlusion = Occlusion{};
     all.lights = {keyLight()};
-    Scene scene = litScene("torso", "soft-tissue", 0, all);
-    scene.surfaces = {{300, {1, 0.9, 0.8}, 0.7}};
-    LitPlan lit("torso", scene);
-    expectNativeIsTheMirror(lit.prepared, "a surface");
+    for (const bool mixed : {false, true}) {
+        Scene scene = litScene("torso", "soft-tissue", 0, all);
+        scene.quality.integrator = mixed ? Integrator::midpoint : Integrator::preintegrated;
+        scene.surfaces = {{300, {1, 0.9, 0.8}, 0.7}};
+        LitPlan lit("torso", scene);
+        ScenePlan& p = lit.prepared.p;
+        if (mixed)
+            p.setSelection(randomShownLevels(p.volume.selection, 2), lit.prepared.budgets.ram);
+        expectNativeIsTheMirror(lit.prepared, mixed ? "a surface, mixed levels" : "a surface");
+    }
 }
 
 /// A sphere on nothing: what faces the light is lit, what does not is dark, and it darkens what lies behind.

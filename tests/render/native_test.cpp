@@ -4,7 +4,7 @@
 #include "tests/support/lights.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
-#include "tests/support/surface_fixture.h"
+#include "tests/support/surface_fixture.h" // Stored
 
 #include <gtest/gtest.h>
 
@@ -213,20 +213,6 @@ TEST_P(NativeMixed, HasTheMirrorsBits) {
                   0u)
             << "five turns at a time";
     }
-}
-
-TEST(NativeSurfaces, PicturesAndHitsAreTheMirrors) {
-    for (const bool volume : {true, false})
-        for (const Integrator integrator : {Integrator::midpoint, Integrator::preintegrated}) {
-            Prepared prepared("torso", torsoScene(0, volume, integrator, kSize));
-            NativeChoices choices;
-            choices.hits = true;
-            const NativePicture picture = nativePicture(prepared, choices);
-            EXPECT_EQ(differing(picture.image, mirrorPicture(prepared)), 0u);
-            const ScenePlan& p = prepared.p;
-            EXPECT_TRUE(picture.hits == mirrorHits<float>(mirrorInput(p, true), rayCount(kSize),
-                                                          frameRays(cast<float>(p.view.frame)), 0));
-        }
 }
 
 TEST(NativeVisibility, CountsWhatTheMirrorCounts) {

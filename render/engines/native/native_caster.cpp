@@ -60,6 +60,15 @@ native::PacketHelp helpOf(const Context& context) {
     return help;
 }
 
+native::PacketEmptySpace spaceOf(const Occupancy& empty, const std::vector<SkippingTexel>& finer) {
+    native::PacketEmptySpace space;
+    space.map = finer.empty() ? empty.map().data() : finer.data();
+    for (int axis = 0; axis < 3; ++axis)
+        space.grid[axis] = empty.grid()[axis];
+    space.shift = boxShift(empty.scale());
+    return space;
+}
+
 native::PacketFrame packetFrameOf(const RayFrame<float>& frame) {
     native::PacketFrame f;
     for (int axis = 0; axis < 3; ++axis) {
@@ -77,10 +86,16 @@ native::PacketFrame packetFrameOf(const RayFrame<float>& frame) {
     return f;
 }
 
-/// All that the next sample of a ray needs is named.
+SurfaceHit hitOf(const native::PacketHits& hits, int lane) {
+    const auto three = [lane](const float(&v)[3][native::kMostLanes]) {
+        return glm::vec3(v[0][lane], v[1][lane], v[2][lane]);
+    };
+    return {three(hits.position), hits.depthMm[lane], three(hits.normal), hits.surface[lane]};
+}
+
+/// Reads all that the next sample of a ray needs.
 void nameSample(NativeField& field, const Context& context, const Optics& optics,
-                const SegmentedRay<float>& ray, int i, WantedBricks& wanted, std::uint32_t number) {
-    field.name(&wanted, number);
+                const SegmentedRay<float>& ray, int i) {
     const int n = strideAt(context.rays.strides, ray, i);
     const float length = strideLength(ray, i, n);
     const glm::vec3 middle = stridePosition(ray, i, length);
@@ -92,8 +107,6 @@ void nameSample(NativeField& field, const Context& context, const Optics& optics
     }
     if (optics.shading)
         field.gradient(middle);
-    field.name(nullptr, 0);
-    field.takeMissing();
 }
 
 } // namespace
@@ -115,6 +128,10 @@ NativeCaster::NativeCaster(const ScenePlan& scene, NativeEngine& engine, const C
 const Occupancy* NativeCaster::occupancy() const {
     return scene_.view.quality.skipping && scene_.volume.occupancy.exists() ? &scene_.volume.occupancy
                                                                             : nullptr;
+}
+
+bool NativeCaster::mapsSurfaces() const {
+    return occupancy() && scene_.volume.mapsSurfaces;
 }
 
 void NativeCaster::fillTables() {
@@ -143,8 +160,9 @@ void NativeCaster::begin(const Rays& rays) {
     if (tablesAreNew_)
         fillTables();
     if (mapIsNew_) { // what was made finer is of another one
-        map_ = {};
+        map_ = surfaceMap_ = {};
         mapCharge_ = {};
+        surfaceMapCharge_ = {};
         mapIsNew_ = false;
     }
     raysCharge_ = {};
@@ -262,11 +280,19 @@ native::PacketScene NativeCaster::packetScene() const {
             o.toPatient[3 * column + row] = optics.patientFromVoxel[column][row];
         }
     if (const Occupancy* const empty = occupancy()) {
-        s.space.map = map_.empty() ? empty->map().data() : map_.data();
-        for (int axis = 0; axis < 3; ++axis)
-            s.space.grid[axis] = empty->grid()[axis];
-        s.space.shift = boxShift(empty->scale());
+        s.space = spaceOf(*empty, map_);
+        if (mapsSurfaces())
+            s.surfaces.space = spaceOf(volume.surfaceOccupancy, surfaceMap_);
     }
+    native::PacketSurfaces& surfaces = s.surfaces;
+    TESSERA_CHECK(optics.surfaces.size() <= native::kMostSurfaces);
+    for (const SurfaceLook& look : optics.surfaces) {
+        const int n = surfaces.count++;
+        surfaces.isovalue[n] = look.isovalue;
+        surfaces.red[n] = look.colour.r, surfaces.green[n] = look.colour.g, surfaces.blue[n] = look.colour.b;
+        surfaces.opacity[n] = look.opacity;
+    }
+    surfaces.volumeShows = optics.volumeShows;
     return s;
 }
 
@@ -301,10 +327,8 @@ bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work
         for (std::uint16_t& p = packet_[number]; p < packetsOfTile;) {
             const glm::ivec2 origin =
                 first + glm::ivec2(p % perRow, p / perRow) * glm::ivec2(target_.columns, target_.rows);
-            const bool ended =
-                glm::any(glm::greaterThanEqual(origin, size_)) ||
-                (volume.optics.surfaces.empty() ? drawPacket(origin, mine, field, slicing, counts)
-                                                : drawSurfaces(origin, field, counts));
+            const bool ended = glm::any(glm::greaterThanEqual(origin, size_)) ||
+                               drawPacket(origin, mine, field, slicing, counts);
             p = static_cast<std::uint16_t>(p + (ended ? 1 : 0));
             if (mine.help.expired(&context))
                 break;
@@ -328,10 +352,25 @@ glm::vec2 NativeCaster::placeOf(const glm::ivec2& at, std::size_t slot) const {
     return rays_.places.empty() ? glm::vec2(at) + 0.5f : rays_.places[slot];
 }
 
+/// Reads all that the next stride of a ray among surfaces needs.
+void NativeCaster::nameStride(NativeField& field, const SegmentedRay<float>& ray, int i,
+                              const glm::vec4& sum) {
+    MirrorInput input;
+    input.optics = &scene_.volume.optics;
+    input.occupancy = occupancy();
+    input.surfaceOccupancy = mapsSurfaces() ? &scene_.volume.surfaceOccupancy : nullptr;
+    input.strides = rays_.strides;
+    Work unused;
+    SurfaceHit nowhere;
+    SurfaceRayState<float> state{i, sum};
+    surfaceRay(ray, field, input, unused, options_.hits ? &nowhere : nullptr, state);
+}
+
 /// True when all rays of it are at their end or wait.
 bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScene& packets,
                               NativeField& field, const Slicing& slicing, Counts& counts) {
     native::PacketJob job;
+    native::PacketHits hits;
     native::PacketPlaces places{};
     std::size_t slots[native::kMostLanes] = {};
     bool within[native::kMostLanes] = {}, any = false;
@@ -357,25 +396,36 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScen
             job.next[lane] = next_[slots[lane]];
             colour = colour_[slots[lane]];
             any = any || job.count[lane] > 0;
+            if (options_.hits)
+                hits.surface[lane] = hits_[slots[lane]].surface;
         }
         for (int c = 0; c < 4; ++c)
             job.colour[c][lane] = colour[c];
     }
     if (!any)
         return true;
+    job.hits = options_.hits ? &hits : nullptr;
     job.turns = slicing.fixedIterations;
     march_(packets, job);
     bool ended = true;
+    const bool surfaces = !scene_.volume.optics.surfaces.empty();
     for (int lane = 0; lane < target_.lanes(); ++lane) {
         if (job.count[lane] == 0)
             continue;
         const std::size_t slot = slots[lane];
         colour_[slot] = {job.colour[0][lane], job.colour[1][lane], job.colour[2][lane], job.colour[3][lane]};
         next_[slot] = job.next[lane] < job.count[lane] ? job.next[lane] : kEnded;
+        if (options_.hits && hits_[slot].surface == 0 && hits.surface[lane] != 0)
+            hits_[slot] = hitOf(hits, lane);
         if (job.waiting >> lane & 1u) {
             ++counts.waiting;
-            nameSample(field, *counts.context, scene_.volume.optics, rayOf(job, lane), job.next[lane],
-                       wanted_, static_cast<std::uint32_t>(slot));
+            field.name(&wanted_, static_cast<std::uint32_t>(slot));
+            if (surfaces)
+                nameStride(field, rayOf(job, lane), job.next[lane], colour_[slot]);
+            else
+                nameSample(field, *counts.context, scene_.volume.optics, rayOf(job, lane), job.next[lane]);
+            field.name(nullptr, 0);
+            field.takeMissing();
         } else {
             ended = ended && next_[slot] == kEnded;
         }
@@ -389,43 +439,6 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScen
     return ended;
 }
 
-/// Rays among surfaces go one by one.
-bool NativeCaster::drawSurfaces(const glm::ivec2& origin, NativeField& field, Counts& counts) {
-    const VolumeState& volume = scene_.volume;
-    MirrorInput input;
-    input.optics = &volume.optics;
-    input.occupancy = occupancy();
-    input.surfaceOccupancy = input.occupancy && volume.mapsSurfaces ? &volume.surfaceOccupancy : nullptr;
-    input.strides = rays_.strides;
-    for (int lane = 0; lane < target_.lanes(); ++lane) {
-        const glm::ivec2 pixel = origin + glm::ivec2(lane % target_.columns, lane / target_.columns);
-        if (glm::any(glm::greaterThanEqual(pixel, size_)))
-            continue;
-        const std::size_t slot = static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(size_.x) +
-                                 static_cast<std::size_t>(pixel.x);
-        if (next_[slot] == kEnded)
-            continue;
-        const SegmentedRay<float> ray = segmentedRay(frame_, placeOf(pixel, slot));
-        SurfaceRayState<float> state{next_[slot], colour_[slot]};
-        SurfaceHit* const hit = options_.hits ? &hits_[slot] : nullptr;
-        surfaceRay(ray, field, input, counts.work, hit, state);
-        colour_[slot] = state.sum;
-        if (state.next >= ray.count) {
-            next_[slot] = kEnded;
-            continue;
-        }
-        next_[slot] = state.next; // waits: the same stride again, naming all that it needs
-        ++counts.waiting;
-        field.name(&wanted_, static_cast<std::uint32_t>(slot));
-        Work unused;
-        SurfaceHit nowhere;
-        surfaceRay(ray, field, input, unused, options_.hits ? &nowhere : nullptr, state);
-        field.name(nullptr, 0);
-        field.takeMissing();
-    }
-    return true;
-}
-
 Image NativeCaster::image() const {
     Image image(size_);
     image.pixels = colour_;
@@ -433,19 +446,26 @@ Image NativeCaster::image() const {
 }
 
 std::size_t NativeCaster::refine() {
-    const Occupancy* const empty = occupancy();
-    if (!empty || options_.passes || !scene_.volume.optics.surfaces.empty() ||
-        !fineBlocksPay(*empty, scene_.volume.mixed(), rayCount(scene_.view.imageSize)))
-        return 0;
-    const std::size_t bytes = empty->map().size() * sizeof(SkippingTexel);
-    if (gpu_.freeBytes() < bytes)
-        return 0;
-    mapCharge_ = gpu_.charge(bytes, "the map of empty space");
-    map_ = empty->map();
     const VolumeState& volume = scene_.volume;
-    return refineBlocks(engine_.settled(), *empty, volume.statistics,
-                        volume.mixed() ? &volume.levels : nullptr, volume.selection.finest(), volume.table,
-                        volume.optics, target_, engine_.threads(), map_);
+    const auto refined = [&](const Occupancy& cells, const TransferTable& table, Charge& charge,
+                             std::vector<SkippingTexel>& map) -> std::size_t {
+        const std::size_t bytes = cells.map().size() * sizeof(SkippingTexel);
+        if (!fineBlocksPay(cells, volume.mixed(), rayCount(scene_.view.imageSize)) ||
+            gpu_.freeBytes() < bytes)
+            return 0;
+        charge = gpu_.charge(bytes, "the map of empty space");
+        map = cells.map();
+        return refineBlocks(engine_.settled(), cells, volume.statistics,
+                            volume.mixed() ? &volume.levels : nullptr, volume.selection.finest(), table,
+                            volume.optics, target_, engine_.threads(), map);
+    };
+    const Occupancy* const all = occupancy();
+    if (!all || options_.passes)
+        return 0;
+    return refined(*all, volume.table, mapCharge_, map_) +
+           (mapsSurfaces()
+                ? refined(volume.surfaceOccupancy, volume.surfaceTable, surfaceMapCharge_, surfaceMap_)
+                : 0);
 }
 
 } // namespace tessera

@@ -46,9 +46,10 @@ class NativeCaster : public RayCaster {
     glm::vec2 placeOf(const glm::ivec2& at, std::size_t slot) const;
     bool drawPacket(const glm::ivec2& origin, const native::PacketScene& packets, NativeField& field,
                     const Slicing& slicing, Counts& counts);
-    bool drawSurfaces(const glm::ivec2& origin, NativeField& field, Counts& counts);
+    void nameStride(NativeField& field, const SegmentedRay<float>& ray, int i, const glm::vec4& sum);
     void fillTables();
     const Occupancy* occupancy() const;
+    bool mapsSurfaces() const;
 
     const ScenePlan& scene_;
     NativeEngine& engine_;
@@ -56,9 +57,10 @@ class NativeCaster : public RayCaster {
     CasterOptions options_;
     const native::PacketTarget& target_;
     native::PacketMarch march_ = nullptr;
-    Charge raysCharge_, tablesCharge_, mapCharge_;
-    std::vector<float> tables_[4];   // extinction, red, green, blue
-    std::vector<SkippingTexel> map_; // of empty space, made finer; else that of the scene is read
+    Charge raysCharge_, tablesCharge_, mapCharge_, surfaceMapCharge_;
+    std::vector<float> tables_[4]; // extinction, red, green, blue
+    /// Of empty space, made finer; else those of the scene are read.
+    std::vector<SkippingTexel> map_, surfaceMap_;
     bool tablesAreNew_ = true, mapIsNew_ = false;
 
     Rays rays_;

@@ -11,6 +11,7 @@
 namespace tessera::native {
 
 constexpr int kMostLanes = 32;
+constexpr int kMostSurfaces = 8;
 
 enum class SampleKind { i16, u16, f32 };
 /// As Gradient and Integrator of core/scene.h.
@@ -81,6 +82,16 @@ struct PacketEmptySpace {
     std::int32_t shift = 3; // log2 of a box's edge, voxels
 };
 
+/// Isosurfaces, by value, ascending.
+struct PacketSurfaces {
+    std::int32_t count = 0;
+    float isovalue[kMostSurfaces] = {}; // as stored
+    float red[kMostSurfaces] = {}, green[kMostSurfaces] = {}, blue[kMostSurfaces] = {};
+    float opacity[kMostSurfaces] = {};
+    bool volumeShows = true; // between them
+    PacketEmptySpace space;  // what they alone show; no map: wherever anything shows
+};
+
 struct PacketJob;
 
 /// What is rare is left to the scalar text of render/contract. All thread-safe.
@@ -97,7 +108,16 @@ struct PacketScene {
     PacketField light[leaf::kMostLightChannels]; // as many as optics.lighting says; at the same places
     PacketOptics optics;
     PacketEmptySpace space;
+    PacketSurfaces surfaces;
     PacketHelp help;
+};
+
+/// As SurfaceHit of render/contract/ray_state.h.
+struct PacketHits {
+    alignas(64) float position[3][kMostLanes];
+    alignas(64) float depthMm[kMostLanes];
+    alignas(64) float normal[3][kMostLanes];
+    alignas(64) std::int32_t surface[kMostLanes];
 };
 
 /// Rays side by side, and how far they are.
@@ -111,6 +131,7 @@ struct PacketJob {
     alignas(64) std::int32_t next[kMostLanes]; // segment; count at the ray's end
     alignas(64) float colour[4][kMostLanes];   // premultiplied; alpha
     std::uint32_t waiting = 0;                 // bits: lanes whose next sample needs a brick that is absent
+    PacketHits* hits = nullptr;                // null: nobody asks
     std::int32_t turns = 0; // of its loop that the packet may take; then it stops where it is
     std::uint64_t iterations = 0, segments = 0, values = 0, gradients = 0; // as Work counts them
     std::uint64_t turnsTaken = 0;                                          // that took samples

@@ -2,15 +2,15 @@
 #define TESSERA_LANES lanes_avx2
 #include "render/engines/native/packet_blocks.h"
 #include "render/engines/native/packet_light.h"
-#include "render/engines/native/packet_march.h"
 #include "render/engines/native/packet_rays.h"
+#include "render/engines/native/packet_surfaces.h"
 
 namespace tessera::native {
 
 const PacketTarget kAvx2Target{"avx2",
                                lanes_avx2::kColumns,
                                lanes_avx2::kWidth / lanes_avx2::kColumns,
-                               lanes_avx2::chooseMarch,
+                               lanes_avx2::chooseAnyMarch,
                                lanes_avx2::makeRays,
                                lanes_avx2::cellRanges,
                                lanes_avx2::opacities,

@@ -2,15 +2,15 @@
 #define TESSERA_LANES lanes_avx512
 #include "render/engines/native/packet_blocks.h"
 #include "render/engines/native/packet_light.h"
-#include "render/engines/native/packet_march.h"
 #include "render/engines/native/packet_rays.h"
+#include "render/engines/native/packet_surfaces.h"
 
 namespace tessera::native {
 
 const PacketTarget kAvx512Target{"avx512",
                                  lanes_avx512::kColumns,
                                  lanes_avx512::kWidth / lanes_avx512::kColumns,
-                                 lanes_avx512::chooseMarch,
+                                 lanes_avx512::chooseAnyMarch,
                                  lanes_avx512::makeRays,
                                  lanes_avx512::cellRanges,
                                  lanes_avx512::opacities,

@@ -2,15 +2,15 @@
 #define TESSERA_LANES lanes_baseline
 #include "render/engines/native/packet_blocks.h"
 #include "render/engines/native/packet_light.h"
-#include "render/engines/native/packet_march.h"
 #include "render/engines/native/packet_rays.h"
+#include "render/engines/native/packet_surfaces.h"
 
 namespace tessera::native {
 
 const PacketTarget kBaselineTarget{"baseline",
                                    lanes_baseline::kColumns,
                                    lanes_baseline::kWidth / lanes_baseline::kColumns,
-                                   lanes_baseline::chooseMarch,
+                                   lanes_baseline::chooseAnyMarch,
                                    lanes_baseline::makeRays,
                                    lanes_baseline::cellRanges,
                                    lanes_baseline::opacities,

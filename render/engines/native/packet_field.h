@@ -287,7 +287,8 @@ inline __attribute__((noinline)) F3 differencesElsewhere(const PacketField& f, P
             return;
         for (int n = filled; n < kWidth; ++n)
             qx[n] = qx[0], qy[n] = qy[0], qz[n] = qz[0];
-        const unsigned asked = (1u << filled) - 1u;
+        // Of 64 bits: all lanes of AVX-512 are as many as an unsigned has.
+        const auto asked = static_cast<unsigned>((std::uint64_t{1} << filled) - 1u);
         M lanes = fromBits(asked);
         store(results, valueElsewhere<K, Mixed>(f, {load(qx), load(qy), load(qz)}, lanes));
         const unsigned lacking = asked & ~bits(lanes);

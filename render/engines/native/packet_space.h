@@ -50,6 +50,13 @@ struct BoxAt {
     M shows;      // its block
 };
 
+/// Of an occupied box.
+TESSERA_LANE M blockShows(const Pair& texel, I x, I y, I z) {
+    const I bit = min(x | shl<2>(y) | shl<4>(z), I(62));
+    const I word = select(bit < I(32), texel.low, texel.high);
+    return (shr(word, bit & I(31)) & I(1)) == I(1);
+}
+
 TESSERA_LANE BoxAt boxAt(const PacketEmptySpace& space, const PacketField& f, F3 p, M m) {
     BoxAt box;
     const auto voxel = [&](F at, int axis) { return min(max(truncated(at), I(0)), I(f.lastVoxel[axis])); };
@@ -61,9 +68,7 @@ TESSERA_LANE BoxAt boxAt(const PacketEmptySpace& space, const PacketField& f, F3
     box.texel = gatherPair<8>(space.map, index, m);
     box.isOccupied = box.texel.high < I(0);
     const auto block = [&](int axis) { return sar(box.voxel[axis], blockShift) & I(3); };
-    const I bit = min(block(0) | shl<2>(block(1)) | shl<4>(block(2)), I(62));
-    const I word = select(bit < I(32), box.texel.low, box.texel.high);
-    box.shows = m & box.isOccupied & ((shr(word, bit & I(31)) & I(1)) == I(1));
+    box.shows = m & box.isOccupied & blockShows(box.texel, block(0), block(1), block(2));
     return box;
 }
 
