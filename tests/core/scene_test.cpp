@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/json_reader.h"
+#include "core/look.h"
 #include "core/nearest_name.h"
 #include "core/preset.h"
 
@@ -311,6 +312,34 @@ TEST(Shading, EveryLightAndMaterialMakesItBrighter) {
     EXPECT_EQ(brightest(shading, lighting, {{0, 1, 0.5, 1, 0.5, 3}, {2, 3, 0, 0, 0, 1}}), 0.5 + 3 * 1.5);
     shading.on = false;
     EXPECT_EQ(brightest(shading, lighting, {{0, 1, 0.5, 1, 0.5, 3}}), 1);
+}
+
+TEST(Look, AllAreReadableAndKeepWhatTheyAreNotAbout) {
+    for (const std::string& name : lookNames()) {
+        Scene scene;
+        scene.volumes = {SceneVolume{"volume.zarr"}};
+        scene.shading.gradient = Gradient::sobel;
+        scene.shading.specularPower = 77;
+        scene.lighting.finestLevel = 3;
+        applyLook(name, scene);
+        EXPECT_EQ(scene.shading.gradient, Gradient::sobel) << name;
+        EXPECT_TRUE(scene.shading.on);
+        EXPECT_NE(scene.shading.specularPower, 77) << name; // a look starts from what is there by default
+        EXPECT_EQ(lightChannels(scene.lighting), name == "plain" ? 0 : name == "soft" ? 1 : 2) << name;
+        EXPECT_EQ(name == "plain", isHeadLightAlone(scene.lighting.lights)) << name;
+        const Scene again = parseScene(sceneJson(scene), "/", "look");
+        EXPECT_EQ(again.lighting, scene.lighting) << name;
+    }
+}
+
+TEST(Look, RefusalsHelp) {
+    Scene scene;
+    try {
+        applyLook("studioo", scene);
+        FAIL();
+    } catch (const InputError& e) {
+        EXPECT_THAT(e.what(), testing::HasSubstr("nearest: \"studio\""));
+    }
 }
 
 TEST(NearestName, IsTheOneThatWasMeant) {

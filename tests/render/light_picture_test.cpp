@@ -1,7 +1,10 @@
 // tests/render/light_picture_test.cpp: pictures with light of voxels, occlusion and shadows: the native
 // engine has the mirror's bits, whatever levels meet; light is there where it should be, and costs nothing
 // where it is not asked for.
+#include "core/preset.h"
 #include "render/light/stored_light.h"
+#include "render/renderer.h"
+#include "tests/support/interactive_fixture.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
 
@@ -200,6 +203,48 @@ TEST(LightPicture, CutsAndThreadsChangeNothing) {
     refined.refine = true;
     for (const NativeChoices& choices : {one, shreds, refined})
         EXPECT_EQ(differing(nativePicture(lit.prepared, choices).image, picture), 0u);
+}
+
+/// Planes, maps and what threads work in are inside both budgets, whichever engine; less is drawn coarser,
+/// never more taken.
+TEST(LightPicture, KeepsItsBudgets) {
+    Lighting all;
+    all.occlusion = Occlusion{.rays = 8, .radiusMm = 6};
+    all.lights = {keyLight(4), Light{}};
+    for (const EngineKind kind : {EngineKind::native, EngineKind::gpu})
+        for (const std::size_t mib : {4, 9, 40}) {
+            Ledger ram("RAM", "--ram", std::size_t{160} << 20), gpu("GPU memory", "--gpu-memory", mib << 20);
+            StoreReader reader(storePath("torso"), ram);
+            RenderOptions options;
+            options.engine = kind;
+            options.device = {"software"};
+            options.verify = Verify::none;
+            const RenderResult result =
+                renderScene(litScene("torso", "soft-tissue", 0, all), reader, ram, gpu, options);
+            EXPECT_LE(gpu.peakBytes(), gpu.limitBytes());
+            EXPECT_LE(ram.peakBytes(), ram.limitBytes());
+            ASSERT_TRUE(result.light);
+            EXPECT_EQ(result.light->channels, 2);
+            EXPECT_GT(result.light->planeBytes, 0u);
+            if (mib == 4) {
+                EXPECT_LT(result.bricksOfLevel[0], result.residentBricks);
+            }
+        }
+}
+
+/// An interactive picture after an edit of the function has the light of the new one.
+TEST(LightPicture, FollowsAnEdit) {
+    Scene before = interactiveScene("bone", 0, {24, 24});
+    before.lighting.occlusion = Occlusion{.rays = 8, .radiusMm = 9};
+    Scene after = before;
+    after.volumes[0].transferFunction = "skin";
+    Session edited(before, std::size_t{64} << 20, {}, storePath("torso"), true);
+    edited.converge();
+    edited.renderer.setFunction(presetFunction("skin", {-1000, 2000, true, 1, {}}));
+    edited.converge();
+    Session fresh(after, std::size_t{64} << 20, {}, storePath("torso"), true);
+    fresh.converge();
+    EXPECT_EQ(differing(edited.renderer.picture(), fresh.renderer.picture()), 0u);
 }
 
 /// Bytes, samples and pictures of a scene without light are those of a scene that never heard of it.

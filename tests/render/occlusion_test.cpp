@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <gtest/gtest.h>
+#include <utility>
 
 namespace tessera::test {
 namespace {
@@ -53,14 +54,17 @@ class Plainly {
             const double stepMm = std::ldexp(1 / steepest, level_);
             const double steps = std::max(1.0, std::min(32.0, std::round(occlusion_.radiusMm / stepMm)));
             const double skipped = std::min(steps - 1, std::round(occlusion_.offsetMm / stepMm));
-            double through = 1, seen = 0;
+            double through = 1, seen = 0, last = opacity(glm::dvec3(sample), stepMm);
             for (double n = skipped + 1; n <= steps; ++n) {
                 const glm::dvec3 place = glm::dvec3(sample) + n * along / steepest;
-                const double after = through * (1 - opacity(place, stepMm));
+                double taken = opacity(place, stepMm);
+                if (occlusion_.method == OcclusionMethod::rejecting && taken < std::exchange(last, taken))
+                    taken = 0;
+                const double after = through * (1 - taken);
                 seen += (through + after) / 2;
                 through = after;
             }
-            sum += seen / (steps - skipped);
+            sum += occlusion_.method == OcclusionMethod::local ? seen / (steps - skipped) : through;
         }
         return sum / static_cast<double>(directions.size());
     }
@@ -156,6 +160,10 @@ TEST(Occluder, IsWhatTheContractSays) {
     expectAsPlainly({"torso", "bone", {.rays = 80, .radiusMm = 9, .offsetMm = 2}});
     expectAsPlainly({"sphere", "bone", {.rays = 16, .radiusMm = 1000}});
     expectAsPlainly({"thin", "bone", {.rays = 8, .radiusMm = 0.01}});
+    expectAsPlainly(
+        {"torso", "soft-tissue", {.method = OcclusionMethod::positional, .rays = 20, .radiusMm = 8}});
+    // Rejecting takes differences of opacities that rounding alone decides: not where the medium is even.
+    expectAsPlainly({"sphere", "bone", {.method = OcclusionMethod::rejecting, .rays = 16, .radiusMm = 8}});
 }
 
 } // namespace
