@@ -36,7 +36,8 @@ const char* const kFitted = R"({"tesseraScene":1,
        "shadow":true,"softness":2.5},
       {"kind":"point","frame":"camera","position":[-100,200,0],"attenuation":[1,0.25,0.125],"intensity":2,
        "colour":[0,0,1],"shadow":false,"softness":0}],
-    "occlusion":{"rays":64,"radius":20,"offset":0.5,"bias":0.2,"gamma":0.75,"emission":3}},
+    "occlusion":{"method":"positional","rays":64,"radius":20,"offset":0.5,"bias":0.2,"gamma":0.75,"emission":3},
+    "finestLevel":2},
   "isosurfaces":[{"value":-300,"rgb":[0.9,0.5,0.25],"opacity":0.5},{"value":200,"rgb":[1,1,1],"opacity":1}],
   "quality":{"stepVoxels":0.25,"integrator":"pre-integrated","fetch":"exact","terminationTransmittance":0,"skipping":false,
     "edgeFunction":"split","sampling":"naive","maxError":2.5,
@@ -100,7 +101,8 @@ TEST(Scene, EveryKeyIsRead) {
     Light lamp{LightKind::point, LightFrame::camera, {0, 0, 1}, {-100, 200, 0}, {1, 0.25, 0.125}};
     lamp.intensity = 2, lamp.colour = {0, 0, 1};
     EXPECT_EQ(scene.lighting.lights[2], lamp);
-    EXPECT_EQ(scene.lighting.occlusion, (Occlusion{64, 20, 0.5, 0.2, 0.75, 3}));
+    EXPECT_EQ(scene.lighting.occlusion, (Occlusion{OcclusionMethod::positional, 64, 20, 0.5, 0.2, 0.75, 3}));
+    EXPECT_EQ(scene.lighting.finestLevel, 2);
     EXPECT_EQ(parse(kFree).lighting, Lighting{});
     EXPECT_EQ(parse(kFree).shading.model, ShadingModel::phong);
     ASSERT_EQ(scene.surfaces.size(), 2u);
@@ -193,6 +195,8 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
              {"/lighting/lights/1/intensity", -1},
              {"/lighting/lights/1/colour", {0, 0, 2}},
              {"/lighting/lights/1/softness", 61},
+             {"/lighting/finestLevel", -1},
+             {"/lighting/occlusion/method", "remote"},
              {"/lighting/occlusion/rays", 33},
              {"/lighting/occlusion/radius", 0},
              {"/lighting/occlusion/gamma", 9},
