@@ -47,6 +47,9 @@ glm::dvec4 integrate(const Optics& optics, const LineField& line, int n, double 
         }
         glm::vec<3, Real> gradient(const glm::vec<3, Real>&) const { return glm::vec<3, Real>(0); }
         Real pitch(const glm::vec<3, Real>&) const { return 1; }
+        leaf::ReceivedLight<Real> received(const glm::vec<3, Real>&, const leaf::LightingNumbers&) const {
+            return {};
+        }
     } field{line};
     SegmentedRay<Real> ray;
     ray.step = {Real(1) / static_cast<Real>(n), 0, 0};
