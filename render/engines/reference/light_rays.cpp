@@ -121,11 +121,34 @@ LightSources::LightSources(const ReferenceInput& input) {
     }
 }
 
-LightRays::LightRays(const VolumeInfo& info, const StoredFunction& function, const LightSources& sources,
+Obstacles::Obstacles(const StoredFunction& function, const VolumeInfo& info)
+    : function_(function), kinks_(function.kinks()) {
+    const double voxelMm = std::cbrt(std::abs(glm::determinant(glm::dmat3(info.patientFromVoxel))));
+    for (const Isosurface& surface : function.surfaces()) {
+        kinks_.push_back(surface.value);
+        ofSurfaces_.push_back(-std::log1p(-std::min(surface.opacity, 1 - 0x1p-24)) / voxelMm);
+    }
+    std::sort(kinks_.begin(), kinks_.end());
+}
+
+bool Obstacles::emptyOver(double lo, double hi) const {
+    const std::vector<Isosurface>& surfaces = function_.surfaces();
+    return (surfaces.empty() || hi < surfaces.front().value) && function_.emptyOver(lo, hi);
+}
+
+double Obstacles::behindSurfaces(double stored) const {
+    double sum = 0;
+    for (std::size_t n = 0; n < ofSurfaces_.size() && stored >= function_.surfaces()[n].value; ++n)
+        sum += ofSurfaces_[n];
+    return sum;
+}
+
+LightRays::LightRays(const VolumeInfo& info, const Obstacles& obstacles, const LightSources& sources,
                      const std::vector<bool>& emptyCells, LatticeReader& samples, int panels)
-    : info_(info), function_(function), sources_(sources), emptyCells_(emptyCells), samples_(samples),
+    : info_(info), obstacles_(obstacles), sources_(sources), emptyCells_(emptyCells), samples_(samples),
       cells_(cellGrid(info.extentVoxels)), panels_(panels),
       channels_(static_cast<int>(sources.casters.size()) + (sources.hasOcclusion ? 1 : 0)),
+      rejects_(sources.hasOcclusion && sources.occlusion.method == OcclusionMethod::rejecting),
       toPatient_(info.patientFromVoxel), toVoxels_(glm::inverse(info.patientFromVoxel)) {}
 
 LightShares LightRays::at(const glm::dvec3& voxel) {
@@ -164,7 +187,10 @@ double LightRays::openness(const glm::dvec3& place, const glm::dvec3& direction)
     const double from = sources_.occlusion.offsetMm, mm = sources_.occlusion.radiusMm - from;
     if (!(mm > 0))
         return 1; // what it comes to as the ends meet
-    return walk<true>(place + from * direction, direction, mm).seen / mm;
+    const glm::dvec3 first = place + from * direction;
+    if (sources_.occlusion.method == OcclusionMethod::local)
+        return walk<true>(first, direction, mm).seen / mm;
+    return walk<true>(first, direction, mm).left;
 }
 
 template <bool withSeen>
@@ -207,18 +233,22 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
     const auto position = [&](double t) { return ray.base + t * ray.direction; };
     const Cell cell(samples_, glm::ivec3(glm::floor(position(0.5 * (ta + tb)) - 0.5)));
     const double lo = cell.lowest(), hi = cell.highest(), length = tb - ta;
-    if (function_.emptyOver(lo, hi)) {
+    if (obstacles_.emptyOver(lo, hi)) {
         walk.seen += walk.left * length;
         return;
     }
     const auto stored = [&](double t) { return cell.at(position(t)); };
     const Cubic cubic(stored(ta), stored(ta + length / 3), stored(ta + 2 * length / 3), stored(tb));
-    const auto& kinks = function_.kinks();
+    const auto& kinks = obstacles_.kinks();
     cuts_.clear();
     cuts_.push_back(0);
-    if (auto k = std::lower_bound(kinks.begin(), kinks.end(), lo); k != kinks.end() && *k <= hi) {
+    const bool rejects = withSeen && rejects_;
+    if (auto k = std::lower_bound(kinks.begin(), kinks.end(), lo);
+        rejects || (k != kinks.end() && *k <= hi)) {
         std::array<double, 4> ends{};
         const std::size_t count = cubic.monotonePieces(ends);
+        for (std::size_t i = 1; rejects && i + 1 < count; ++i)
+            cuts_.push_back(ends[i]);
         for (; k != kinks.end() && *k <= hi; ++k)
             for (std::size_t i = 0; i + 1 < count; ++i)
                 if ((cubic(ends[i]) < *k) != (cubic(ends[i + 1]) < *k))
@@ -230,24 +260,27 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
         const double from = cuts_[i], to = cuts_[i + 1];
         if (!(to > from))
             continue;
-        const FunctionPiece function = function_.pieceAround(cubic(0.5 * (from + to)));
-        if (function.isTransparent()) {
+        const double inside = cubic(0.5 * (from + to)), behind = obstacles_.behindSurfaces(inside);
+        const FunctionPiece function = obstacles_.pieceAround(inside);
+        const auto extinctionAt = [&](double u) { return function.extinctionAt(function.value(cubic(u))); };
+        const bool isNothing = function.isTransparent() && behind == 0;
+        if (isNothing || (rejects && !function.hasOneExtinction() && extinctionAt(to) < extinctionAt(from))) {
             walk.seen += walk.left * length * (to - from);
         } else if (function.hasOneExtinction()) {
-            const double depth = function.extinction() * length * (to - from);
+            const double depth = (function.extinction() + behind) * length * (to - from);
             walk.seen += walk.left * length * (to - from) * meanLeft(depth);
             walk.left *= std::exp(-depth);
         } else {
             for (int n = 0; n < panels_; ++n)
-                throughPiece<withSeen>(cubic, function, from + (to - from) * n / panels_,
+                throughPiece<withSeen>(cubic, function, behind, from + (to - from) * n / panels_,
                                        from + (to - from) * (n + 1) / panels_, length, walk, 0);
         }
     }
 }
 
 template <bool withSeen>
-void LightRays::throughPiece(const Cubic& cubic, const FunctionPiece& function, double u0, double u1,
-                             double length, Walk& walk, int halvings) {
+void LightRays::throughPiece(const Cubic& cubic, const FunctionPiece& function, double behind, double u0,
+                             double u1, double length, Walk& walk, int halvings) {
     constexpr double kMostDepth = 0.5;
     constexpr int kMostHalvings = 12;
     const Rule& rule = gauss4();
@@ -256,15 +289,15 @@ void LightRays::throughPiece(const Cubic& cubic, const FunctionPiece& function, 
     double depth = 0;
     for (std::size_t i = 0; i < Rule::kPoints; ++i) {
         const double stored = cubic(u0 + (u1 - u0) * rule.node[i]);
-        extinction[i] = function.extinctionAt(function.value(stored));
+        extinction[i] = function.extinctionAt(function.value(stored)) + behind;
         depth += rule.weight[i] * extinction[i];
     }
     depth *= mm;
     if (depth > kMostDepth && halvings < kMostHalvings) {
         const double middle = 0.5 * (u0 + u1);
-        throughPiece<withSeen>(cubic, function, u0, middle, length, walk, halvings + 1);
+        throughPiece<withSeen>(cubic, function, behind, u0, middle, length, walk, halvings + 1);
         if (walk.left >= kDark)
-            throughPiece<withSeen>(cubic, function, middle, u1, length, walk, halvings + 1);
+            throughPiece<withSeen>(cubic, function, behind, middle, u1, length, walk, halvings + 1);
         return;
     }
     if constexpr (withSeen) {

@@ -27,7 +27,7 @@ class LightSources {
     explicit LightSources(const ReferenceInput& input);
 
     static constexpr int kPlacesOfSoftLight = 8;
-    static constexpr double kOffsetVoxels = 1.5; // towards a light, of where rays of shadow start
+    static constexpr double kOffsetVoxels = 2; // towards a light, of where rays of shadow start
 
     struct Caster {
         bool isPoint = false;
@@ -41,12 +41,31 @@ class LightSources {
     double offsetMm = 0;
 };
 
+/// What stands in the light's way: the function, and behind each isosurface what lets as much light through a
+/// voxel's length as the surface does. Stored values.
+class Obstacles {
+  public:
+    Obstacles(const StoredFunction& function, const VolumeInfo& info);
+
+    /// Where extinction is not smooth, ascending.
+    const std::vector<double>& kinks() const { return kinks_; }
+    bool emptyOver(double lo, double hi) const;
+    FunctionPiece pieceAround(double stored) const { return function_.pieceAround(stored); }
+    /// Of the surfaces that a value is behind, 1/mm.
+    double behindSurfaces(double stored) const;
+
+  private:
+    const StoredFunction& function_;
+    std::vector<double> kinks_;
+    std::vector<double> ofSurfaces_; // 1/mm
+};
+
 /// One thread's. All that it is given outlives it.
 class LightRays {
   public:
-    /// @param emptyCells  of 8^3 voxels, passed in one stride; may be empty
+    /// @param emptyCells  of 8^3 voxels, nothing in the light's way: passed in one stride; may be empty
     /// @param panels  that a smooth piece of a ray starts with
-    LightRays(const VolumeInfo& info, const StoredFunction& function, const LightSources& sources,
+    LightRays(const VolumeInfo& info, const Obstacles& obstacles, const LightSources& sources,
               const std::vector<bool>& emptyCells, LatticeReader& samples, int panels);
 
     /// @param place  voxels
@@ -55,7 +74,8 @@ class LightRays {
 
     /// Share of the light that gets to a place, mm, from so far away. @param direction  unit, towards it
     double shadow(const glm::dvec3& place, const glm::dvec3& direction, double mm);
-    /// Equation 6.1 for one direction.
+    /// Equation 6.1 for one direction; by the scene's method only what is left of light at the ray's end, and
+    /// only what grows denser along it, or stays as it is, taking any.
     double openness(const glm::dvec3& place, const glm::dvec3& direction);
 
     /// Below this share of light the rest of a ray is dark.
@@ -69,16 +89,17 @@ class LightRays {
     template <bool withSeen> Walk walk(const glm::dvec3& place, const glm::dvec3& direction, double mm);
     template <bool withSeen> void throughCell(const ReferenceRay& ray, double ta, double tb, Walk& walk);
     template <bool withSeen>
-    void throughPiece(const Cubic& cubic, const FunctionPiece& function, double u0, double u1, double length,
-                      Walk& walk, int halvings);
+    void throughPiece(const Cubic& cubic, const FunctionPiece& function, double behind, double u0, double u1,
+                      double length, Walk& walk, int halvings);
 
     const VolumeInfo& info_;
-    const StoredFunction& function_;
+    const Obstacles& obstacles_;
     const LightSources& sources_;
     const std::vector<bool>& emptyCells_;
     LatticeReader& samples_;
     glm::ivec3 cells_;
     int panels_, channels_;
+    bool rejects_;
     glm::dmat4 toPatient_, toVoxels_;
     std::vector<double> cuts_;
 };

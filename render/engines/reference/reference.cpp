@@ -53,17 +53,35 @@ bool cutsHalfwayBetweenSamples(Gradient gradient) {
     return gradient == Gradient::forward || gradient == Gradient::centralHalf;
 }
 
+/// What rays of light are made of, for all threads.
+struct Lit {
+    LightSources sources;
+    Obstacles obstacles;
+    std::vector<bool> emptyCells;
+};
+
+/// Cells of 8^3 voxels that nothing shows in, by their ranges; none where the input has no ranges.
+template <typename Function> std::vector<bool> emptyCellsOf(const ReferenceInput& input, const Function& f) {
+    std::vector<bool> empty;
+    if (const Statistics* s = input.statistics) {
+        empty.resize(s->cellMin.size());
+        for (std::size_t i = 0; i < empty.size(); ++i)
+            empty[i] = f.emptyOver(static_cast<double>(s->cellMin[i]), static_cast<double>(s->cellMax[i]));
+    }
+    return empty;
+}
+
 class RayIntegral {
   public:
-    /// @param sources  null: all light gets everywhere
+    /// @param lit  null: all light gets everywhere
     RayIntegral(const ReferenceInput& input, const StoredFunction& function, const Optics& optics,
-                LatticeReader& samples, const std::vector<bool>& emptyCells, const LightSources* sources)
+                LatticeReader& samples, const std::vector<bool>& emptyCells, const Lit* lit)
         : info_(*input.info), function_(function), optics_(optics), samples_(samples),
           emptyCells_(emptyCells), cells_(cellGrid(info_.extentVoxels)), panels_(input.panels),
           toGradient_(optics.voxelFromPatientTransposed), toPatient_(optics.patientFromVoxel),
           lightTolerance_(input.lightTolerance) {
-        if (sources)
-            lightRays_.emplace(info_, function_, *sources, emptyCells_, samples_, panels_);
+        if (lit)
+            lightRays_.emplace(info_, lit->obstacles, lit->sources, lit->emptyCells, samples_, panels_);
     }
 
     glm::dvec4 operator()(const ReferenceRay& ray) {
@@ -317,15 +335,11 @@ std::vector<glm::dvec4> renderReference(const ReferenceInput& input, const std::
                                         int threads) {
     const StoredFunction function(*input.function, input.surfaces, *input.info);
     const Optics optics = shadingOf(input);
-    std::optional<LightSources> sources;
-    if (optics.lighting.channels > 0)
-        sources.emplace(input);
-    std::vector<bool> emptyCells;
-    if (const Statistics* s = input.statistics) {
-        emptyCells.resize(s->cellMin.size());
-        for (std::size_t i = 0; i < emptyCells.size(); ++i)
-            emptyCells[i] =
-                function.emptyOver(static_cast<double>(s->cellMin[i]), static_cast<double>(s->cellMax[i]));
+    const std::vector<bool> emptyCells = emptyCellsOf(input, function);
+    std::optional<Lit> lit;
+    if (optics.lighting.channels > 0) {
+        lit.emplace(Lit{LightSources(input), Obstacles(function, *input.info), {}});
+        lit->emptyCells = emptyCellsOf(input, lit->obstacles);
     }
     constexpr std::size_t kStrip = 16;
     std::vector<glm::dvec4> out(rays.size());
@@ -333,7 +347,7 @@ std::vector<glm::dvec4> renderReference(const ReferenceInput& input, const std::
                 [&](std::size_t strip) {
                     LatticeReader samples(*input.cache, *input.info, 0, nullptr);
                     RayIntegral integral(input, function, optics, samples, emptyCells,
-                                         sources ? &*sources : nullptr);
+                                         lit ? &*lit : nullptr);
                     for (std::size_t i = strip * kStrip; i < std::min(rays.size(), (strip + 1) * kStrip); ++i)
                         out[i] = integral(rays[i]);
                 },
