@@ -9,6 +9,7 @@
 #include "tests/support/surface_fixture.h"
 
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <glm/trigonometric.hpp>
 #include <gtest/gtest.h>
@@ -18,18 +19,16 @@
 namespace tessera::test {
 namespace {
 
+/// What was measured, for those who ask: TESSERA_TELL=1.
+template <typename... Values> void tell(const char* format, const Values&... values) {
+    if (std::getenv("TESSERA_TELL"))
+        std::printf(format, values...);
+}
+
 ReferenceInput referenceInput(const Prepared& prepared, const Scene& scene) {
     const ScenePlan& p = prepared.p;
-    return {p.volume.cache.get(),
-            &p.info(),
-            &p.volume.function,
-            scene.shading,
-            &p.volume.statistics,
-            1,
-            scene.surfaces,
-            {},
-            p.view.lighting,
-            p.view.camera};
+    return {p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, &p.volume.statistics, 1,
+            scene.surfaces,       {},        p.view.lighting,    p.view.camera};
 }
 Image referencePicture(const ReferenceInput& input, const Prepared& prepared) {
     const ScenePlan& p = prepared.p;
@@ -100,13 +99,15 @@ TEST(ReferenceLight, OcclusionInOneMedium) {
                 double border = std::numeric_limits<double>::max(); // mm
                 for (int axis = 0; axis < 3; ++axis)
                     if (std::abs(along[axis]) > 1e-12)
-                        border = std::min(border, ((along[axis] > 0 ? extent[axis] : 0) - place[axis]) / along[axis]);
+                        border = std::min(border,
+                                          ((along[axis] > 0 ? extent[axis] : 0) - place[axis]) / along[axis]);
                 const double inside = std::min(border, radius) - 2;
                 const double seen =
                     -std::expm1(-tau * inside) / tau + std::exp(-tau * inside) * (radius - 2 - inside);
                 const double expected = seen / (radius - 2);
+                // Rays end where less is left than kDark: a share of a short ray, a little of a long one.
                 ASSERT_NEAR(rays.light.openness(rays.patient(place), direction), expected,
-                            1e-12 + 2e-6 * expected)
+                            radius > 100 ? LightRays::kDark : 1e-12 + 2e-6 * expected)
                     << tau << " to " << radius;
                 sum += expected;
             }
@@ -175,7 +176,8 @@ TEST(ReferenceLight, OtherSums) {
             const double rise = rays.voxelsPerMm(direction).x;
             const double depth = 2.0 / 44 * 11 * (place.x + rise * 11 / 2);
             const bool takes = method == OcclusionMethod::positional || rise > 0;
-            ASSERT_NEAR(rays.light.openness(rays.patient(place), direction), takes ? std::exp(-depth) : 1, 1e-6);
+            ASSERT_NEAR(rays.light.openness(rays.patient(place), direction), takes ? std::exp(-depth) : 1,
+                        1e-6);
         }
     }
 }
@@ -220,9 +222,11 @@ TEST(ReferenceLight, ShadowsOfASlab) {
     // From x = 25 on an isosurface's inside takes 0.7 of the light in a voxel's length.
     scene.surfaces = {{25, {1, 1, 1}, 0.7}};
     RaysOfLight more(*prepared, scene);
-    const double voxelMm = std::cbrt(std::abs(glm::determinant(glm::dmat3(rays.input.info->patientFromVoxel))));
+    const double voxelMm =
+        std::cbrt(std::abs(glm::determinant(glm::dmat3(rays.input.info->patientFromVoxel))));
     const double inside = 30; // mm, from a place behind it
-    EXPECT_NEAR(more.light.shadow(more.patient({27, 20, 24}), {1, 0, 0}, 3), std::pow(0.3, 3 / voxelMm), 1e-9);
+    EXPECT_NEAR(more.light.shadow(more.patient({27, 20, 24}), {1, 0, 0}, 3), std::pow(0.3, 3 / voxelMm),
+                1e-9);
     EXPECT_LT(more.light.shadow(more.patient({27, 20, 24}), {1, 0, 0}, inside), 1e-3);
 }
 
@@ -271,9 +275,8 @@ TEST(ReferenceLight, FinerRaysChangeNothing) {
         std::uniform_real_distribution<double> anywhere(0.05, 0.95);
         double panels = 0, shade = 0;
         for (int n = 0; n < 200; ++n) {
-            const glm::dvec3 place =
-                glm::dvec3(prepared.p.info().extentVoxels) *
-                glm::dvec3(anywhere(random), anywhere(random), anywhere(random));
+            const glm::dvec3 place = glm::dvec3(prepared.p.info().extentVoxels) *
+                                     glm::dvec3(anywhere(random), anywhere(random), anywhere(random));
             const LightShares a = once.light.at(place), b = finer.light.at(place);
             panels = std::max({panels, std::abs(a[0] - b[0]), std::abs(a[1] - b[1])});
             shade += 1 - a[1];
@@ -285,7 +288,7 @@ TEST(ReferenceLight, FinerRaysChangeNothing) {
         closer.lightTolerance = input.lightTolerance / 10;
         const ImageDifference d =
             compare(referencePicture(input, prepared), referencePicture(closer, prepared));
-        std::printf("%s: panels %.3g; tolerance rms %.3g largest %.3g\n", preset, panels, d.rms, d.maxAbs);
+        tell("%s: panels %.3g; tolerance rms %.3g largest %.3g\n", preset, panels, d.rms, d.maxAbs);
         EXPECT_LT(d.maxAbs, 5e-4) << preset;
         EXPECT_LT(d.rms, 5e-5) << preset;
     }
@@ -329,9 +332,9 @@ void expectNear(const PictureCase& c) {
         image.pixels =
             mirrorRays<float>(input, image.pixels.size(), frameRays(cast<float>(p.view.frame)), 0, work);
         const ImageDifference d = compare(image, truth);
-        std::printf("%s %s%s%s level %d: rms %.3g bias %.3g luv mean %.3g p99 %.3g pixels %zu\n", c.store,
-                    c.preset, c.occlusion ? " occlusion" : "", c.shadow ? " shadow" : "", level, d.rms, d.bias,
-                    d.luvMean, d.luvP99, d.maskedPixels);
+        tell("%s %s%s%s level %d: rms %.3g bias %.3g luv mean %.3g p99 %.3g pixels %zu\n", c.store, c.preset,
+             c.occlusion ? " occlusion" : "", c.shadow ? " shadow" : "", level, d.rms, d.bias, d.luvMean,
+             d.luvP99, d.maskedPixels);
         const std::string what = std::string(c.store) + (c.occlusion ? " occlusion" : "") +
                                  (c.shadow ? " shadow" : "") + " at level " + std::to_string(level);
         EXPECT_LT(d.rms, c.rms[level]) << what;
@@ -340,19 +343,102 @@ void expectNear(const PictureCase& c) {
     }
 }
 
+// Twice what was measured. Of the rms and the distances of no light at all (0.010 and 3.6; 0.0094 and 8.4)
+// the march's step makes part of each; the rest is light that is known at samples only: surfaces lie between
+// them, where light changes most, and at level 1 between samples twice as far apart. Where directional
+// lights' shadows begin at the sample itself, the rms is 0.07.
 TEST(ReferenceLight, PicturesOfTheTorso) {
-    expectNear({"torso", "bone", false, false, {1, 1}, {100, 100}});
-    expectNear({"torso", "bone", true, false, {1, 1}, {100, 100}});
-    expectNear({"torso", "bone", false, true, {1, 1}, {100, 100}});
-    expectNear({"torso", "bone", true, true, {1, 1}, {100, 100}});
+    expectNear({"torso", "bone", false, false, {0.021, 0.021}, {7.3, 7.3}});
+    expectNear({"torso", "bone", true, false, {0.037, 0.06}, {6.5, 9}});
+    expectNear({"torso", "bone", false, true, {0.018, 0.025}, {7.8, 12.2}});
+    expectNear({"torso", "bone", true, true, {0.032, 0.061}, {12.7, 26}});
 }
 TEST(ReferenceLight, PicturesOfTheAbdomen) {
     if (!std::filesystem::exists(storePath("abdomen")))
         GTEST_SKIP() << "the scan is absent";
-    expectNear({"abdomen", "bone", false, false, {1, 1}, {100, 100}});
-    expectNear({"abdomen", "bone", true, false, {1, 1}, {100, 100}});
-    expectNear({"abdomen", "bone", false, true, {1, 1}, {100, 100}});
-    expectNear({"abdomen", "bone", true, true, {1, 1}, {100, 100}});
+    expectNear({"abdomen", "bone", false, false, {0.019, 0.019}, {16.8, 16.8}});
+    expectNear({"abdomen", "bone", true, false, {0.031, 0.046}, {16.9, 16.9}});
+    expectNear({"abdomen", "bone", false, true, {0.024, 0.041}, {14.8, 21}});
+    expectNear({"abdomen", "bone", true, true, {0.029, 0.058}, {16.7, 27.4}});
+}
+
+/// As evenly spread as directions can be: a spiral with one of them for every equal slice of the sphere.
+std::vector<glm::dvec3> spiral(int count) {
+    std::vector<glm::dvec3> all;
+    for (int n = 0; n < count; ++n) {
+        const double z = 1 - (2 * n + 1.0) / count, r = std::sqrt(1 - z * z), angle = n * 2.399963229728653;
+        all.emplace_back(r * std::cos(angle), r * std::sin(angle), z);
+    }
+    return all;
+}
+
+/// Parts of the sphere that are nearest to each direction; together 1.
+std::vector<double> partsOfSphere(const std::vector<glm::dvec3>& directions) {
+    std::vector<double> parts(directions.size());
+    const std::vector<glm::dvec3> places = spiral(40000);
+    for (const glm::dvec3& place : places) {
+        std::size_t nearest = 0;
+        for (std::size_t n = 1; n < directions.size(); ++n)
+            if (glm::dot(directions[n], place) > glm::dot(directions[nearest], place))
+                nearest = n;
+        parts[nearest] += 1.0 / static_cast<double>(places.size());
+    }
+    return parts;
+}
+
+/// Errors of K rays against 4096, at samples that show something. Weighted by the parts of the sphere that
+/// they stand for they fall at least as their number's root. All alike, as occlusion takes them, they do so
+/// down to a floor: faces cut into four at the middles of their edges are not of one size, so that directions
+/// crowd around a solid's corners, around a tetrahedron's most.
+void expectFallingWithRays(const char* store, const char* preset) {
+    Scene scene = sceneOn(infoOf(store), preset, 0, {8, 8});
+    scene.lighting.occlusion = Occlusion{};
+    Prepared prepared(store, scene);
+    std::mt19937 random(3);
+    std::vector<glm::dvec3> places; // patient space
+    RaysOfLight rays(prepared, scene);
+    const glm::ivec3 extent = prepared.p.info().extentVoxels;
+    while (places.size() < 120) {
+        const glm::ivec3 voxel(std::uniform_int_distribution(0, extent.x - 1)(random),
+                               std::uniform_int_distribution(0, extent.y - 1)(random),
+                               std::uniform_int_distribution(0, extent.z - 1)(random));
+        if (rays.function.extinction(rays.samples.at(voxel)) > 0)
+            places.push_back(rays.patient(glm::dvec3(voxel) + 0.5));
+    }
+    const auto mean = [&](const glm::dvec3& place, const std::vector<glm::dvec3>& directions,
+                          const std::vector<double>& parts) {
+        double sum = 0;
+        for (std::size_t n = 0; n < directions.size(); ++n)
+            sum += parts[n] * rays.light.openness(place, directions[n]);
+        return sum;
+    };
+    std::vector<double> truth;
+    for (const glm::dvec3& place : places)
+        truth.push_back(mean(place, spiral(4096), std::vector<double>(4096, 1.0 / 4096)));
+    double first = 0;
+    constexpr double kFloor = 0.009;
+    for (const int count : {4, 8, 16, 20, 32, 64, 80, 128, 256, 320, 512}) {
+        const std::vector<glm::dvec3> directions = sphereDirections(count);
+        const std::vector<double> parts = partsOfSphere(directions), alike(directions.size(), 1.0 / count);
+        double sum = 0, weighted = 0;
+        for (std::size_t n = 0; n < places.size(); ++n) {
+            sum += std::pow(mean(places[n], directions, alike) - truth[n], 2);
+            weighted += std::pow(mean(places[n], directions, parts) - truth[n], 2);
+        }
+        const double rms = std::sqrt(sum / static_cast<double>(places.size())),
+                     rmsWeighted = std::sqrt(weighted / static_cast<double>(places.size()));
+        first = count == 4 ? rms : first;
+        const double root = first * std::sqrt(4.0 / count);
+        tell("| %s, %s | %d | %.5f | %.5f | %.5f |\n", store, preset, count, rms, rmsWeighted, root);
+        EXPECT_LT(rms, std::max(1.25 * root, kFloor)) << store << ", " << count;
+        EXPECT_LT(rmsWeighted, 1.25 * root) << store << ", " << count;
+    }
+}
+
+TEST(ReferenceLight, OcclusionFallsWithRays) {
+    expectFallingWithRays("torso", "soft-tissue");
+    if (std::filesystem::exists(storePath("abdomen")))
+        expectFallingWithRays("abdomen", "bone");
 }
 
 /// Lights that nobody would set, by native engine, march and reference: finite, no brighter than the light

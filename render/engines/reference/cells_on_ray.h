@@ -1,4 +1,5 @@
-// render/engines/reference/cells_on_ray.h: the cells of the field that a ray goes through, and the field in one.
+// render/engines/reference/cells_on_ray.h: the cells of the field that a ray goes through, and the field in
+// one.
 #pragma once
 
 #include "render/contract/lattice.h"

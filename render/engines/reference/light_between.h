@@ -1,6 +1,6 @@
-// render/engines/reference/light_between.h: light along a piece of a ray, between places whose light is known.
-// Rays of light are too dear for every place that the integrator asks about; a parabola through three places
-// stands in where it agrees with two more between them, else the piece is halved.
+// render/engines/reference/light_between.h: light along a piece of a ray, between places whose light is
+// known. Rays of light are too dear for every place that the integrator asks about; a parabola through three
+// places stands in where it agrees with two more between them, else the piece is halved.
 #pragma once
 
 #include "render/engines/reference/light_rays.h"
@@ -56,8 +56,8 @@ class LightBetween {
         const V x = (u - V(p.from)) * V(scale);
         return leaf::receivedLight<V>(lighting, [&](int channel) {
             const auto c = static_cast<std::size_t>(channel);
-            return V(p.a[c]) + x * (V(4 * p.m[c] - 3 * p.a[c] - p.b[c]) +
-                                    x * V(2 * (p.a[c] + p.b[c]) - 4 * p.m[c]));
+            return V(p.a[c]) +
+                   x * (V(4 * p.m[c] - 3 * p.a[c] - p.b[c]) + x * V(2 * (p.a[c] + p.b[c]) - 4 * p.m[c]));
         });
     }
 
@@ -89,8 +89,7 @@ class LightBetween {
         return out;
     }
     static bool isGood(double difference, const Need& need, double share) {
-        return difference <= need.tolerance ||
-               difference * need.weight <= need.tolerance * need.part * share;
+        return difference <= need.tolerance || difference * need.weight <= need.tolerance * need.part * share;
     }
     template <typename Light>
     void refine(const Places& u, const Shares& s, int channels, const Need& need, const Light& light,

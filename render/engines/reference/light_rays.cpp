@@ -1,7 +1,7 @@
-// render/engines/reference/light_rays.cpp: see light_rays.h. As for what is seen, the field between two planes
-// of sample centres is a cubic, cut where it crosses a point of the function. On a piece a four-point Gauss
-// rule gives the depth, and the depth up to each of its points, which the light that is left there follows
-// from; pieces deeper than a half are halved.
+// render/engines/reference/light_rays.cpp: see light_rays.h. As for what is seen, the field between two
+// planes of sample centres is a cubic, cut where it crosses a point of the function. On a piece a four-point
+// Gauss rule gives the depth, and the depth up to each of its points, which the light that is left there
+// follows from; pieces deeper than a half are halved.
 #include "render/engines/reference/light_rays.h"
 
 #include "render/contract/ray.h"
@@ -113,8 +113,8 @@ LightSources::LightSources(const ReferenceInput& input) {
         const auto [right, up] = across(towards);
         for (int n = 0; n < places; ++n) {
             const double out = places > 1 ? radius * std::sqrt((n + 0.5) / places) : 0;
-            const glm::dvec3 place = middle + out * std::cos(n * kGoldenAngle) * right +
-                                     out * std::sin(n * kGoldenAngle) * up;
+            const glm::dvec3 place =
+                middle + out * std::cos(n * kGoldenAngle) * right + out * std::sin(n * kGoldenAngle) * up;
             caster.places.push_back(caster.isPoint ? place : glm::normalize(place));
         }
         casters.push_back(caster);

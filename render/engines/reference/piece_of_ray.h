@@ -31,8 +31,8 @@ class LightAlongRay {
     LightAlongRay(const Optics& optics, const glm::dvec3& direction,
                   const std::array<glm::dvec3, 4>& gradients, const glm::dvec3& from, const glm::dvec3& to,
                   const LightBetween* received)
-        : optics_(optics), received_(received), toPatient_(optics.patientFromVoxel), direction_(direction), from_(from),
-          path_(to - from), x_(along(gradients, {1, 0, 0})), y_(along(gradients, {0, 1, 0})),
+        : optics_(optics), received_(received), toPatient_(optics.patientFromVoxel), direction_(direction),
+          from_(from), path_(to - from), x_(along(gradients, {1, 0, 0})), y_(along(gradients, {0, 1, 0})),
           z_(along(gradients, {0, 0, 1})), facing_(along(gradients, direction)) {}
 
     /// Corners of the light, from 0 to 1: where the gradient turns away from the ray, or from a light.

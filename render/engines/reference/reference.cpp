@@ -346,8 +346,7 @@ std::vector<glm::dvec4> renderReference(const ReferenceInput& input, const std::
     parallelFor((rays.size() + kStrip - 1) / kStrip, threads,
                 [&](std::size_t strip) {
                     LatticeReader samples(*input.cache, *input.info, 0, nullptr);
-                    RayIntegral integral(input, function, optics, samples, emptyCells,
-                                         lit ? &*lit : nullptr);
+                    RayIntegral integral(input, function, optics, samples, emptyCells, lit ? &*lit : nullptr);
                     for (std::size_t i = strip * kStrip; i < std::min(rays.size(), (strip + 1) * kStrip); ++i)
                         out[i] = integral(rays[i]);
                 },
