@@ -254,7 +254,8 @@ float ShadowMaps::light(const glm::dvec3& place, int level) const {
     const glm::dvec3 towards = isPoint_ ? light_ - place : light_;
     const double far = glm::length(towards);
     const double offsetMm = std::max(std::ldexp(offsetMm_, level), rayMm_);
-    const glm::dvec3 from = far > offsetMm ? place + towards * (offsetMm / far) : place;
+    const bool isFar = !isPoint_ || far > offsetMm; // directions are unit vectors, whatever the offset
+    const glm::dvec3 from = isFar ? place + towards * (offsetMm / far) : place;
     const std::size_t lights = maps_.size() / static_cast<std::size_t>(perLight_);
     float sum = 0;
     for (std::size_t n = 0; n < views_.size(); ++n) {

@@ -5,6 +5,7 @@
 #include "render/contract/leaves.h"
 #include "render/contract/optics.h"
 #include "render/engines/reference/cubic.h"
+#include "render/engines/reference/light_between.h"
 #include "render/engines/reference/pair.h"
 #include "render/engines/reference/reference_integrator.h"
 #include "render/engines/reference/stored_function.h"
@@ -26,10 +27,12 @@ class LightAlongRay {
   public:
     /// Patient space. @param gradients  at 0, 1/3, 2/3 and 1
     /// @param from, to  places of 0 and 1, voxels
+    /// @param received  what gets there of it, by u; none: all of it, everywhere
     LightAlongRay(const Optics& optics, const glm::dvec3& direction,
-                  const std::array<glm::dvec3, 4>& gradients, const glm::dvec3& from, const glm::dvec3& to)
-        : optics_(optics), toPatient_(optics.patientFromVoxel), direction_(direction), from_(from),
-          path_(to - from), x_(along(gradients, {1, 0, 0})), y_(along(gradients, {0, 1, 0})),
+                  const std::array<glm::dvec3, 4>& gradients, const glm::dvec3& from, const glm::dvec3& to,
+                  const LightBetween* received)
+        : optics_(optics), received_(received), toPatient_(optics.patientFromVoxel), direction_(direction),
+          from_(from), path_(to - from), x_(along(gradients, {1, 0, 0})), y_(along(gradients, {0, 1, 0})),
           z_(along(gradients, {0, 0, 1})), facing_(along(gradients, direction)) {}
 
     /// Corners of the light, from 0 to 1: where the gradient turns away from the ray, or from a light.
@@ -57,10 +60,14 @@ class LightAlongRay {
                 return Vector{V(first.x) - u * V(way.x), V(first.y) - u * V(way.y),
                               V(first.z) - u * V(way.z)};
             };
-            return leaf::litBy<V>(optics_.lighting, gradient, direction,
-                                  leaf::Material<V>{V(material.ambient), V(material.diffuse),
-                                                    V(material.specular), material.power},
-                                  V(std::numeric_limits<double>::max()), toPoint, leaf::AllLight());
+            const leaf::Material<V> answer{V(material.ambient), V(material.diffuse), V(material.specular),
+                                           material.power};
+            const V most(std::numeric_limits<double>::max());
+            if (received_)
+                return leaf::litBy<V>(optics_.lighting, gradient, direction, answer, most, toPoint,
+                                      received_->at(u, optics_.lighting));
+            return leaf::litBy<V>(optics_.lighting, gradient, direction, answer, most, toPoint,
+                                  leaf::AllLight());
         }
         decltype(u > u) isLit{};
         const leaf::HeadLight<V> light = leaf::headLight<V>(
@@ -123,6 +130,7 @@ class LightAlongRay {
                 glm::dot(gradients[3], d)};
     }
     const Optics& optics_;
+    const LightBetween* received_;
     glm::dmat3 toPatient_;
     glm::dvec3 direction_, from_, path_;
     Cubic x_, y_, z_, facing_;

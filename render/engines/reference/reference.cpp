@@ -2,7 +2,7 @@
 // along a ray is a cubic; it is cut where it crosses a point of the transfer function or the value of an
 // isosurface, and each smooth piece goes to the integrator (NUMERICS C2). Shading adds the planes where the
 // values that the gradient is made of change their cell, and cuts where that gradient turns away from the
-// ray.
+// ray. Occlusion and shadows are taken by rays of their own (light_rays.h), where anything is to be seen.
 #include "render/engines/reference/reference.h"
 
 #include "core/image.h"
@@ -12,7 +12,9 @@
 #include "render/contract/optics.h"
 #include "render/contract/ray.h"
 #include "render/contract/sampler.h"
+#include "render/engines/reference/cells_on_ray.h"
 #include "render/engines/reference/cubic.h"
+#include "render/engines/reference/light_rays.h"
 #include "render/engines/reference/piece_of_ray.h"
 #include "render/engines/reference/reference_integrator.h"
 #include "render/engines/reference/stored_function.h"
@@ -21,62 +23,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 
 namespace tessera {
 namespace {
-
-/// Calls visit(ta, tb) for each interval of [t0,t1] between crossings of the planes offset + k * spacing.
-template <typename Visit>
-void forEachInterval(const ReferenceRay& ray, double t0, double t1, double spacing, double offset,
-                     const Visit& visit) {
-    std::array<double, 3> plane{}, advance{}, next{};
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto a = static_cast<std::size_t>(axis);
-        const double d = ray.direction[axis];
-        next[a] = std::numeric_limits<double>::infinity();
-        if (d == 0)
-            continue;
-        const double at = (ray.base[axis] + t0 * d - offset) / spacing;
-        plane[a] = d > 0 ? std::floor(at) + 1 : std::ceil(at) - 1;
-        advance[a] = d > 0 ? 1 : -1;
-        next[a] = (offset + plane[a] * spacing - ray.base[axis]) / d;
-    }
-    for (double t = t0; t < t1;) {
-        const std::size_t a =
-            static_cast<std::size_t>(std::min_element(next.begin(), next.end()) - next.begin());
-        const double end = std::min(next[a], t1);
-        if (end > t) {
-            visit(t, end);
-            t = end;
-        }
-        if (!(next[a] < t1))
-            break;
-        plane[a] += advance[a];
-        next[a] = (offset + plane[a] * spacing - ray.base[static_cast<int>(a)]) /
-                  ray.direction[static_cast<int>(a)];
-    }
-}
-
-/// The eight samples of a cell of the field. Beyond the outermost sample centres both samples of an axis are
-/// the same one.
-class Cell {
-  public:
-    Cell(LatticeReader& reader, const glm::ivec3& low) : low_(low) { reader.cube<2>(low, values_.data()); }
-    double lowest() const { return *std::min_element(values_.begin(), values_.end()); }
-    double highest() const { return *std::max_element(values_.begin(), values_.end()); }
-    /// Trilinear also a rounding error outside of the cell, so that the cubic is exact.
-    double at(const glm::dvec3& p) const {
-        const glm::dvec3 f = p - 0.5 - glm::dvec3(low_);
-        return leaf::trilinear(values_[0], values_[1], values_[2], values_[3], values_[4], values_[5],
-                               values_[6], values_[7], f.x, f.y, f.z);
-    }
-
-  private:
-    glm::ivec3 low_;
-    std::array<double, 8> values_;
-};
 
 /// The 4x4x4 samples around a cell: all that gradients in it can reach.
 class Neighbourhood {
@@ -101,13 +53,36 @@ bool cutsHalfwayBetweenSamples(Gradient gradient) {
     return gradient == Gradient::forward || gradient == Gradient::centralHalf;
 }
 
+/// What rays of light are made of, for all threads.
+struct Lit {
+    LightSources sources;
+    Obstacles obstacles;
+    std::vector<bool> emptyCells;
+};
+
+/// Cells of 8^3 voxels that nothing shows in, by their ranges; none where the input has no ranges.
+template <typename Function> std::vector<bool> emptyCellsOf(const ReferenceInput& input, const Function& f) {
+    std::vector<bool> empty;
+    if (const Statistics* s = input.statistics) {
+        empty.resize(s->cellMin.size());
+        for (std::size_t i = 0; i < empty.size(); ++i)
+            empty[i] = f.emptyOver(static_cast<double>(s->cellMin[i]), static_cast<double>(s->cellMax[i]));
+    }
+    return empty;
+}
+
 class RayIntegral {
   public:
+    /// @param lit  null: all light gets everywhere
     RayIntegral(const ReferenceInput& input, const StoredFunction& function, const Optics& optics,
-                LatticeReader& samples, const std::vector<bool>& emptyCells)
+                LatticeReader& samples, const std::vector<bool>& emptyCells, const Lit* lit)
         : info_(*input.info), function_(function), optics_(optics), samples_(samples),
           emptyCells_(emptyCells), cells_(cellGrid(info_.extentVoxels)), panels_(input.panels),
-          toGradient_(optics.voxelFromPatientTransposed), toPatient_(optics.patientFromVoxel) {}
+          toGradient_(optics.voxelFromPatientTransposed), toPatient_(optics.patientFromVoxel),
+          lightTolerance_(input.lightTolerance) {
+        if (lit)
+            lightRays_.emplace(info_, lit->obstacles, lit->sources, lit->emptyCells, samples_, panels_);
+    }
 
     glm::dvec4 operator()(const ReferenceRay& ray) {
         RayLine<double> line{ray.base, ray.direction, ray.tMin, 1};
@@ -116,6 +91,8 @@ class RayIntegral {
             return glm::dvec4(0);
         ReferenceIntegrator integral;
         lastEnd_ = std::numeric_limits<double>::quiet_NaN();
+        lastLit_ = lastEnd_;
+        wayMm_ = t1 - t0;
         const bool halves = optics_.shading && cutsHalfwayBetweenSamples(optics_.gradient);
         forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
             if (integral.opaque())
@@ -169,10 +146,53 @@ class RayIntegral {
         const LightAlongRay light(
             optics_, toPatient_ * ray.direction,
             {gradient(ta), gradient(ta + length / 3), gradient(ta + 2 * length / 3), gradient(tb)},
-            position(ta), position(tb));
+            position(ta), position(tb), lightRays_ ? &received_ : nullptr);
         light.forEachTurn([&](double u) { cuts.push_back(u); });
         std::sort(cuts.begin(), cuts.end());
+        if (lightRays_) {
+            receive(ray, ta, tb, cubic, function_.mostExtinction(lo, hi), integral);
+            received_.forEachJoint([&](double u) { cuts.push_back(u); });
+            std::sort(cuts.begin(), cuts.end());
+        }
         addPieces(cubic, length, &light, integral);
+    }
+
+    /// What gets there of the light, into received_: from the first to the last place between cuts where
+    /// anything is to be seen.
+    void receive(const ReferenceRay& ray, double ta, double tb, const Cubic& cubic, double mostExtinction,
+                 const ReferenceIntegrator& integral) {
+        received_.clear();
+        double first = 2, last = -1;
+        for (std::size_t i = 0; i + 1 < cuts_.size(); ++i)
+            if (cuts_[i] < cuts_[i + 1] &&
+                !function_.pieceAround(cubic(0.5 * (cuts_[i] + cuts_[i + 1]))).isTransparent()) {
+                first = std::min(first, cuts_[i]);
+                last = cuts_[i + 1];
+            }
+        for (const Met& met : met_) {
+            first = std::min(first, met.at);
+            last = std::max(last, met.at);
+        }
+        if (first > last)
+            return received_.add(0, 1, lastShares_);
+        const auto placeOf = [&](double u) { return u == 1 ? tb : ta + u * (tb - ta); };
+        const auto light = [&](double u) {
+            const double t = placeOf(u);
+            return t == lastLit_ ? lastShares_ : lightRays_->at(ray.base + t * ray.direction);
+        };
+        const double length = (tb - ta) * (last - first);
+        const double adds = met_.empty() ? -std::expm1(-mostExtinction * length) : 1;
+        const LightBetween::Need need{lightTolerance_, std::exp(-integral.depth()) * adds, length / wayMm_};
+        if (need.weight <= need.tolerance * need.part) // whatever light there is
+            received_.add(first, last, std::isnan(lastLit_) ? light(first) : lastShares_);
+        else if (first < last)
+            received_.add(first, last, lightRays_->channels(), need, light);
+        else
+            received_.add(first, last, light(first));
+        if (need.weight > need.tolerance * need.part || std::isnan(lastLit_)) {
+            lastLit_ = placeOf(last);
+            lastShares_ = received_.last();
+        }
     }
 
     /// What lies between the cuts, and the surfaces that are met at some of them.
@@ -247,6 +267,12 @@ class RayIntegral {
     };
     std::vector<Met> met_;
     double lastEnd_ = 0, lastValue_ = 0; // where the interval before ended, and the field there
+    double wayMm_ = 0;                   // through the volume
+    std::optional<LightRays> lightRays_;
+    double lightTolerance_;
+    LightBetween received_;
+    double lastLit_ = 0; // where light was taken last
+    LightShares lastShares_{};
 };
 
 } // namespace
@@ -309,19 +335,18 @@ std::vector<glm::dvec4> renderReference(const ReferenceInput& input, const std::
                                         int threads) {
     const StoredFunction function(*input.function, input.surfaces, *input.info);
     const Optics optics = shadingOf(input);
-    std::vector<bool> emptyCells;
-    if (const Statistics* s = input.statistics) {
-        emptyCells.resize(s->cellMin.size());
-        for (std::size_t i = 0; i < emptyCells.size(); ++i)
-            emptyCells[i] =
-                function.emptyOver(static_cast<double>(s->cellMin[i]), static_cast<double>(s->cellMax[i]));
+    const std::vector<bool> emptyCells = emptyCellsOf(input, function);
+    std::optional<Lit> lit;
+    if (optics.lighting.channels > 0) {
+        lit.emplace(Lit{LightSources(input), Obstacles(function, *input.info), {}});
+        lit->emptyCells = emptyCellsOf(input, lit->obstacles);
     }
     constexpr std::size_t kStrip = 16;
     std::vector<glm::dvec4> out(rays.size());
     parallelFor((rays.size() + kStrip - 1) / kStrip, threads,
                 [&](std::size_t strip) {
                     LatticeReader samples(*input.cache, *input.info, 0, nullptr);
-                    RayIntegral integral(input, function, optics, samples, emptyCells);
+                    RayIntegral integral(input, function, optics, samples, emptyCells, lit ? &*lit : nullptr);
                     for (std::size_t i = strip * kStrip; i < std::min(rays.size(), (strip + 1) * kStrip); ++i)
                         out[i] = integral(rays[i]);
                 },

@@ -34,6 +34,9 @@ struct ReferenceInput {
     ShareDone progress = {};
     Lighting lighting = {}; // of the scene
     Camera camera = {};     // that lights may be fixed to
+    /// How well shares of light are known along a ray, where the scene has occlusion or shadows: errors come
+    /// to about twice as much of a pixel's light at most (light_between.h).
+    double lightTolerance = 1e-3;
 };
 
 /// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, inf).

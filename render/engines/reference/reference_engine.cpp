@@ -9,7 +9,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kRaysAtATime = 512; // where there is a deadline
+constexpr std::size_t kRaysAtATime = 512, kLitRaysAtATime = 64; // where there is a deadline
 
 class ReferenceCaster : public RayCaster {
   public:
@@ -41,9 +41,10 @@ class ReferenceCaster : public RayCaster {
                                    whole ? slicing.progress : ShareDone{},
                                    scene_.view.lighting,
                                    scene_.view.camera};
+        const std::size_t most = lightChannels(scene_.view.lighting) > 0 ? kLitRaysAtATime : kRaysAtATime;
         do {
             const std::size_t left = picture_.pixels.size() - done_;
-            const std::size_t count = whole ? left : std::min(left, kRaysAtATime);
+            const std::size_t count = whole ? left : std::min(left, most);
             const auto first = rays_.begin() + static_cast<std::ptrdiff_t>(done_);
             const auto last = first + static_cast<std::ptrdiff_t>(count);
             const auto values = whole && done_ == 0 ? renderReference(input, rays_, threads_)

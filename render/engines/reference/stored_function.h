@@ -113,6 +113,17 @@ class StoredFunction {
         return true;
     }
 
+    /// The most extinction on [lo,hi], for the same reason.
+    double mostExtinction(double lo, double hi) const {
+        double most = std::max(extinction(lo), extinction(hi));
+        for (auto k = std::lower_bound(kinks_.begin(), kinks_.end(), lo); k != kinks_.end() && *k <= hi;
+             ++k) {
+            const double inside = std::nextafter(*k, -std::numeric_limits<double>::infinity());
+            most = std::max({most, extinction(*k), extinction(std::max(lo, inside))});
+        }
+        return most;
+    }
+
   private:
     const TransferFunction& function_;
     double slope_, intercept_;

@@ -1,0 +1,69 @@
+// render/engines/reference/cells_on_ray.h: the cells of the field that a ray goes through, and the field in
+// one.
+#pragma once
+
+#include "render/contract/lattice.h"
+#include "render/contract/leaves.h"
+#include "render/engines/reference/reference.h" // ReferenceRay
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <glm/vec3.hpp>
+#include <limits>
+
+namespace tessera {
+
+/// Calls visit(ta, tb) for each interval of [t0,t1] between crossings of the planes offset + k * spacing.
+template <typename Visit>
+void forEachInterval(const ReferenceRay& ray, double t0, double t1, double spacing, double offset,
+                     const Visit& visit) {
+    std::array<double, 3> plane{}, advance{}, next{};
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        const double d = ray.direction[axis];
+        next[a] = std::numeric_limits<double>::infinity();
+        if (d == 0)
+            continue;
+        const double at = (ray.base[axis] + t0 * d - offset) / spacing;
+        plane[a] = d > 0 ? std::floor(at) + 1 : std::ceil(at) - 1;
+        advance[a] = d > 0 ? 1 : -1;
+        next[a] = (offset + plane[a] * spacing - ray.base[axis]) / d;
+    }
+    for (double t = t0; t < t1;) {
+        const std::size_t a =
+            static_cast<std::size_t>(std::min_element(next.begin(), next.end()) - next.begin());
+        const double end = std::min(next[a], t1);
+        if (end > t) {
+            visit(t, end);
+            t = end;
+        }
+        if (!(next[a] < t1))
+            break;
+        plane[a] += advance[a];
+        next[a] = (offset + plane[a] * spacing - ray.base[static_cast<int>(a)]) /
+                  ray.direction[static_cast<int>(a)];
+    }
+}
+
+/// The eight samples of a cell of the field. Beyond the outermost sample centres both samples of an axis are
+/// the same one.
+class Cell {
+  public:
+    Cell(LatticeReader& reader, const glm::ivec3& low) : low_(low) { reader.cube<2>(low, values_.data()); }
+    double lowest() const { return *std::min_element(values_.begin(), values_.end()); }
+    double highest() const { return *std::max_element(values_.begin(), values_.end()); }
+    /// Trilinear also a rounding error outside of the cell, so that the cubic is exact.
+    double at(const glm::dvec3& p) const {
+        const glm::dvec3 f = p - 0.5 - glm::dvec3(low_);
+        return leaf::trilinear(values_[0], values_[1], values_[2], values_[3], values_[4], values_[5],
+                               values_[6], values_[7], f.x, f.y, f.z);
+    }
+
+  private:
+    glm::ivec3 low_;
+    std::array<double, 8> values_;
+};
+
+} // namespace tessera

@@ -1,0 +1,316 @@
+// render/engines/reference/light_rays.cpp: see light_rays.h. As for what is seen, the field between two
+// planes of sample centres is a cubic, cut where it crosses a point of the function. On a piece a four-point
+// Gauss rule gives the depth, and the depth up to each of its points, which the light that is left there
+// follows from; pieces deeper than a half are halved.
+#include "render/engines/reference/light_rays.h"
+
+#include "render/contract/ray.h"
+#include "render/light/directions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+#include <limits>
+#include <numbers>
+
+namespace tessera {
+namespace {
+
+/// Gauss-Legendre on [0,1]; inner[i][j]: the integral from 0 to node i of the j-th Lagrange polynomial.
+struct Rule {
+    static constexpr std::size_t kPoints = 4;
+    std::array<double, kPoints> node, weight;
+    std::array<std::array<double, kPoints>, kPoints> inner;
+};
+const Rule& gauss4() {
+    static const Rule rule = [] {
+        Rule r{};
+        const double near = std::sqrt(3.0 / 7 - 2.0 / 7 * std::sqrt(6.0 / 5)),
+                     far = std::sqrt(3.0 / 7 + 2.0 / 7 * std::sqrt(6.0 / 5));
+        const double heavy = (18 + std::sqrt(30.0)) / 72, light = (18 - std::sqrt(30.0)) / 72;
+        r.node = {(1 - far) / 2, (1 - near) / 2, (1 + near) / 2, (1 + far) / 2};
+        r.weight = {light, heavy, heavy, light};
+        for (std::size_t i = 0; i < Rule::kPoints; ++i)
+            for (std::size_t j = 0; j < Rule::kPoints; ++j)
+                for (std::size_t q = 0; q < Rule::kPoints; ++q) {
+                    double lagrange = 1;
+                    for (std::size_t m = 0; m < Rule::kPoints; ++m)
+                        if (m != j)
+                            lagrange *= (r.node[i] * r.node[q] - r.node[m]) / (r.node[j] - r.node[m]);
+                    r.inner[i][j] += r.node[i] * r.weight[q] * lagrange;
+                }
+        return r;
+    }();
+    return rule;
+}
+
+/// (1 - exp(-depth)) / depth: the mean of what is left of light along a piece of one extinction.
+double meanLeft(double depth) {
+    return depth > 1e-8 ? -std::expm1(-depth) / depth : 1 - 0.5 * depth;
+}
+
+constexpr double kGoldenAngle = std::numbers::pi * (3 - 2.23606797749978969641); // 3 - sqrt(5)
+
+/// Across a direction: two unit vectors at right angles to it and to each other, the second its "up".
+std::array<glm::dvec3, 2> across(const glm::dvec3& direction) {
+    const glm::dvec3 axis = std::abs(direction.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
+    const glm::dvec3 up = glm::normalize(axis - direction * glm::dot(axis, direction));
+    return {glm::cross(up, direction), up};
+}
+
+/// Middle of the box around all bricks that can show something, patient space.
+glm::dvec3 middleOfWhatShows(const ReferenceInput& input) {
+    glm::dvec3 low(0), high(input.info->extentVoxels);
+    if (const Statistics* s = input.statistics) {
+        const StoredFunction function(*input.function, {}, *input.info);
+        glm::ivec3 first = s->bricks, last(-1);
+        for (std::size_t b = 0; b < s->wideMin.size(); ++b)
+            if (!function.emptyOver(double{s->wideMin[b]}, double{s->wideMax[b]})) {
+                first = glm::min(first, gridPosition(b, s->bricks));
+                last = glm::max(last, gridPosition(b, s->bricks));
+            }
+        if (last.x >= 0) {
+            low = glm::dvec3(first * kBrickExtent);
+            high = glm::min(high, glm::dvec3((last + 1) * kBrickExtent));
+        }
+    }
+    return glm::dvec3(input.info->patientFromVoxel * glm::dvec4(0.5 * (low + high), 1));
+}
+
+} // namespace
+
+LightSources::LightSources(const ReferenceInput& input) {
+    hasOcclusion = input.lighting.occlusion.has_value();
+    if (hasOcclusion) {
+        occlusion = *input.lighting.occlusion;
+        directions = sphereDirections(occlusion.rays);
+    }
+    offsetMm =
+        kOffsetVoxels * std::cbrt(std::abs(glm::determinant(glm::dmat3(input.info->patientFromVoxel))));
+    const glm::dmat3 axes = patientFromCamera(input.camera);
+    for (const Light& light : castingLights(input.lighting.lights)) {
+        const bool withCamera = light.frame == LightFrame::camera;
+        Caster caster;
+        caster.isPoint = light.kind == LightKind::point;
+        glm::dvec3 middle(0), towards(0); // of the disk; from what is lit, by which the disk is turned
+        double far = 1;
+        if (caster.isPoint) {
+            middle = withCamera ? input.camera.position + axes * light.position : light.position;
+            towards = middleOfWhatShows(input) - middle;
+            far = glm::length(towards);
+            towards = far > 0 ? towards / far : glm::dvec3(0, 0, 1);
+        } else {
+            // Without a direction it comes from where the others have it come from.
+            const double length = glm::length(light.direction);
+            const glm::dvec3 d = length > 0 ? light.direction / length : glm::dvec3(0, 0, 1);
+            middle = withCamera && length > 0 ? axes * d : d;
+            towards = middle;
+        }
+        caster.middle = middle;
+        const int places = light.softness > 0 && far > 0 ? kPlacesOfSoftLight : 1;
+        const double radius = far * std::tan(glm::radians(light.softness / 2));
+        const auto [right, up] = across(towards);
+        for (int n = 0; n < places; ++n) {
+            const double out = places > 1 ? radius * std::sqrt((n + 0.5) / places) : 0;
+            const glm::dvec3 place =
+                middle + out * std::cos(n * kGoldenAngle) * right + out * std::sin(n * kGoldenAngle) * up;
+            caster.places.push_back(caster.isPoint ? place : glm::normalize(place));
+        }
+        casters.push_back(caster);
+    }
+}
+
+Obstacles::Obstacles(const StoredFunction& function, const VolumeInfo& info)
+    : function_(function), kinks_(function.kinks()) {
+    const double voxelMm = std::cbrt(std::abs(glm::determinant(glm::dmat3(info.patientFromVoxel))));
+    for (const Isosurface& surface : function.surfaces()) {
+        kinks_.push_back(surface.value);
+        ofSurfaces_.push_back(-std::log1p(-std::min(surface.opacity, 1 - 0x1p-24)) / voxelMm);
+    }
+    std::sort(kinks_.begin(), kinks_.end());
+}
+
+bool Obstacles::emptyOver(double lo, double hi) const {
+    const std::vector<Isosurface>& surfaces = function_.surfaces();
+    return (surfaces.empty() || hi < surfaces.front().value) && function_.emptyOver(lo, hi);
+}
+
+double Obstacles::behindSurfaces(double stored) const {
+    double sum = 0;
+    for (std::size_t n = 0; n < ofSurfaces_.size() && stored >= function_.surfaces()[n].value; ++n)
+        sum += ofSurfaces_[n];
+    return sum;
+}
+
+LightRays::LightRays(const VolumeInfo& info, const Obstacles& obstacles, const LightSources& sources,
+                     const std::vector<bool>& emptyCells, LatticeReader& samples, int panels)
+    : info_(info), obstacles_(obstacles), sources_(sources), emptyCells_(emptyCells), samples_(samples),
+      cells_(cellGrid(info.extentVoxels)), panels_(panels),
+      channels_(static_cast<int>(sources.casters.size()) + (sources.hasOcclusion ? 1 : 0)),
+      rejects_(sources.hasOcclusion && sources.occlusion.method == OcclusionMethod::rejecting),
+      toPatient_(info.patientFromVoxel), toVoxels_(glm::inverse(info.patientFromVoxel)) {}
+
+LightShares LightRays::at(const glm::dvec3& voxel) {
+    LightShares shares{};
+    std::size_t channel = 0;
+    const glm::dvec3 place(toPatient_ * glm::dvec4(voxel, 1));
+    if (sources_.hasOcclusion) {
+        double sum = 0;
+        for (const glm::dvec3& direction : sources_.directions)
+            sum += openness(place, direction);
+        shares[channel++] =
+            std::pow(sources_.occlusion.bias + sum / static_cast<double>(sources_.directions.size()),
+                     sources_.occlusion.gamma);
+    }
+    for (const LightSources::Caster& light : sources_.casters) {
+        glm::dvec3 from = place;
+        const glm::dvec3 towards = light.isPoint ? light.middle - place : light.middle;
+        if (const double far = glm::length(towards); far > sources_.offsetMm || !light.isPoint)
+            from += towards * (sources_.offsetMm / far);
+        double sum = 0;
+        for (const glm::dvec3& to : light.places) {
+            const glm::dvec3 way = light.isPoint ? to - from : to;
+            const double mm = light.isPoint ? glm::length(way) : std::numeric_limits<double>::infinity();
+            sum += mm > 0 ? shadow(from, light.isPoint ? way / mm : way, mm) : 1;
+        }
+        shares[channel++] = sum / static_cast<double>(light.places.size());
+    }
+    return shares;
+}
+
+double LightRays::shadow(const glm::dvec3& place, const glm::dvec3& direction, double mm) {
+    return walk<false>(place, direction, mm).left;
+}
+
+double LightRays::openness(const glm::dvec3& place, const glm::dvec3& direction) {
+    const double from = sources_.occlusion.offsetMm, mm = sources_.occlusion.radiusMm - from;
+    if (!(mm > 0))
+        return 1; // what it comes to as the ends meet
+    const glm::dvec3 first = place + from * direction;
+    if (sources_.occlusion.method == OcclusionMethod::local)
+        return walk<true>(first, direction, mm).seen / mm;
+    return walk<true>(first, direction, mm).left;
+}
+
+template <bool withSeen>
+LightRays::Walk LightRays::walk(const glm::dvec3& place, const glm::dvec3& direction, double mm) {
+    const ReferenceRay ray{glm::dvec3(toVoxels_ * glm::dvec4(place, 1)), glm::dmat3(toVoxels_) * direction,
+                           0};
+    Walk walk;
+    double t0 = 0, t1 = 0;
+    const RayLine<double> line{ray.base, ray.direction, 0, 1};
+    if (!clipToBox(line, glm::dvec3(info_.extentVoxels), t0, t1) || !(t0 < mm)) {
+        walk.seen = mm;
+        return walk;
+    }
+    t1 = std::min(t1, mm);
+    walk.seen = t0;
+    forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
+        if (walk.left < kDark)
+            return;
+        const glm::dvec3 middle = ray.base + 0.5 * (ta + tb) * ray.direction;
+        const glm::ivec3 cell =
+            glm::clamp(glm::ivec3(glm::floor(middle)) / kCellExtent, glm::ivec3(0), cells_ - 1);
+        if (!emptyCells_.empty() && emptyCells_[linearIndex(cell, cells_)]) {
+            walk.seen += walk.left * (tb - ta);
+            return;
+        }
+        forEachInterval(ray, ta, tb, 1.0, 0.5, [&](double a, double b) {
+            if (walk.left >= kDark)
+                throughCell<withSeen>(ray, a, b, walk);
+        });
+    });
+    if (walk.left < kDark)
+        walk.left = 0;
+    else if (t1 < mm)
+        walk.seen += walk.left * (mm - t1);
+    return walk;
+}
+
+template <bool withSeen>
+void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk& walk) {
+    const auto position = [&](double t) { return ray.base + t * ray.direction; };
+    const Cell cell(samples_, glm::ivec3(glm::floor(position(0.5 * (ta + tb)) - 0.5)));
+    const double lo = cell.lowest(), hi = cell.highest(), length = tb - ta;
+    if (obstacles_.emptyOver(lo, hi)) {
+        walk.seen += walk.left * length;
+        return;
+    }
+    const auto stored = [&](double t) { return cell.at(position(t)); };
+    const Cubic cubic(stored(ta), stored(ta + length / 3), stored(ta + 2 * length / 3), stored(tb));
+    const auto& kinks = obstacles_.kinks();
+    cuts_.clear();
+    cuts_.push_back(0);
+    const bool rejects = withSeen && rejects_;
+    if (auto k = std::lower_bound(kinks.begin(), kinks.end(), lo);
+        rejects || (k != kinks.end() && *k <= hi)) {
+        std::array<double, 4> ends{};
+        const std::size_t count = cubic.monotonePieces(ends);
+        for (std::size_t i = 1; rejects && i + 1 < count; ++i)
+            cuts_.push_back(ends[i]);
+        for (; k != kinks.end() && *k <= hi; ++k)
+            for (std::size_t i = 0; i + 1 < count; ++i)
+                if ((cubic(ends[i]) < *k) != (cubic(ends[i + 1]) < *k))
+                    cuts_.push_back(crossing(cubic, *k, ends[i], ends[i + 1]));
+        std::sort(cuts_.begin(), cuts_.end());
+    }
+    cuts_.push_back(1);
+    for (std::size_t i = 0; i + 1 < cuts_.size() && walk.left >= kDark; ++i) {
+        const double from = cuts_[i], to = cuts_[i + 1];
+        if (!(to > from))
+            continue;
+        const double inside = cubic(0.5 * (from + to)), behind = obstacles_.behindSurfaces(inside);
+        const FunctionPiece function = obstacles_.pieceAround(inside);
+        const auto extinctionAt = [&](double u) { return function.extinctionAt(function.value(cubic(u))); };
+        const bool isNothing = function.isTransparent() && behind == 0;
+        if (isNothing || (rejects && !function.hasOneExtinction() && extinctionAt(to) < extinctionAt(from))) {
+            walk.seen += walk.left * length * (to - from);
+        } else if (function.hasOneExtinction()) {
+            const double depth = (function.extinction() + behind) * length * (to - from);
+            walk.seen += walk.left * length * (to - from) * meanLeft(depth);
+            walk.left *= std::exp(-depth);
+        } else {
+            for (int n = 0; n < panels_; ++n)
+                throughPiece<withSeen>(cubic, function, behind, from + (to - from) * n / panels_,
+                                       from + (to - from) * (n + 1) / panels_, length, walk, 0);
+        }
+    }
+}
+
+template <bool withSeen>
+void LightRays::throughPiece(const Cubic& cubic, const FunctionPiece& function, double behind, double u0,
+                             double u1, double length, Walk& walk, int halvings) {
+    constexpr double kMostDepth = 0.5;
+    constexpr int kMostHalvings = 12;
+    const Rule& rule = gauss4();
+    const double mm = (u1 - u0) * length;
+    std::array<double, Rule::kPoints> extinction{};
+    double depth = 0;
+    for (std::size_t i = 0; i < Rule::kPoints; ++i) {
+        const double stored = cubic(u0 + (u1 - u0) * rule.node[i]);
+        extinction[i] = function.extinctionAt(function.value(stored)) + behind;
+        depth += rule.weight[i] * extinction[i];
+    }
+    depth *= mm;
+    if (depth > kMostDepth && halvings < kMostHalvings) {
+        const double middle = 0.5 * (u0 + u1);
+        throughPiece<withSeen>(cubic, function, behind, u0, middle, length, walk, halvings + 1);
+        if (walk.left >= kDark)
+            throughPiece<withSeen>(cubic, function, behind, middle, u1, length, walk, halvings + 1);
+        return;
+    }
+    if constexpr (withSeen) {
+        double mean = 0;
+        for (std::size_t i = 0; i < Rule::kPoints; ++i) {
+            double before = 0;
+            for (std::size_t j = 0; j < Rule::kPoints; ++j)
+                before += rule.inner[i][j] * extinction[j];
+            mean += rule.weight[i] * std::exp(-mm * before);
+        }
+        walk.seen += walk.left * mm * mean;
+    }
+    walk.left *= std::exp(-depth);
+}
+
+} // namespace tessera

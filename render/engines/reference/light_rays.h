@@ -1,0 +1,107 @@
+// render/engines/reference/light_rays.h: how much light gets to a place, by rays of the reference's own:
+// through level 0, by the function's points, in double. Shadows are exp(-integral of extinction) from a place
+// to the light or the volume's border; occlusion is equations 6.1, 6.3 and 6.4 of the course notes. Slow, and
+// knows nothing of render/light/ but the directions.
+#pragma once
+
+#include "render/contract/lattice.h"
+#include "render/contract/optics.h"
+#include "render/engines/reference/cells_on_ray.h"
+#include "render/engines/reference/cubic.h"
+#include "render/engines/reference/reference.h"
+#include "render/engines/reference/stored_function.h"
+
+#include <array>
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+namespace tessera {
+
+/// Shares of light by channel (LightingNumbers): occlusion first, then every light that casts a shadow.
+using LightShares = std::array<double, leaf::kMostLightChannels>;
+
+/// Where the light of a scene comes from, patient space; the same for all of its rays.
+class LightSources {
+  public:
+    explicit LightSources(const ReferenceInput& input);
+
+    static constexpr int kPlacesOfSoftLight = 8;
+    static constexpr double kOffsetVoxels = 2; // towards a light, of where rays of shadow start
+
+    struct Caster {
+        bool isPoint = false;
+        glm::dvec3 middle{0};           // unit, towards the light; or a place, mm
+        std::vector<glm::dvec3> places; // over its disk, the same; one alone: the middle
+    };
+    bool hasOcclusion = false;
+    Occlusion occlusion;
+    std::vector<glm::dvec3> directions; // of occlusion
+    std::vector<Caster> casters;
+    double offsetMm = 0;
+};
+
+/// What stands in the light's way: the function, and behind each isosurface what lets as much light through a
+/// voxel's length as the surface does. Stored values.
+class Obstacles {
+  public:
+    Obstacles(const StoredFunction& function, const VolumeInfo& info);
+
+    /// Where extinction is not smooth, ascending.
+    const std::vector<double>& kinks() const { return kinks_; }
+    bool emptyOver(double lo, double hi) const;
+    FunctionPiece pieceAround(double stored) const { return function_.pieceAround(stored); }
+    /// Of the surfaces that a value is behind, 1/mm.
+    double behindSurfaces(double stored) const;
+
+  private:
+    const StoredFunction& function_;
+    std::vector<double> kinks_;
+    std::vector<double> ofSurfaces_; // 1/mm
+};
+
+/// One thread's. All that it is given outlives it.
+class LightRays {
+  public:
+    /// @param emptyCells  of 8^3 voxels, nothing in the light's way: passed in one stride; may be empty
+    /// @param panels  that a smooth piece of a ray starts with
+    LightRays(const VolumeInfo& info, const Obstacles& obstacles, const LightSources& sources,
+              const std::vector<bool>& emptyCells, LatticeReader& samples, int panels);
+
+    /// @param place  voxels
+    LightShares at(const glm::dvec3& place);
+    int channels() const { return channels_; }
+
+    /// Share of the light that gets to a place, mm, from so far away. @param direction  unit, towards it
+    double shadow(const glm::dvec3& place, const glm::dvec3& direction, double mm);
+    /// Equation 6.1 for one direction; by the scene's method only what is left of light at the ray's end, and
+    /// only what grows denser along it, or stays as it is, taking any.
+    double openness(const glm::dvec3& place, const glm::dvec3& direction);
+
+    /// Below this share of light the rest of a ray is dark.
+    static constexpr double kDark = 1e-6;
+
+  private:
+    struct Walk {
+        double left = 1; // of the light
+        double seen = 0; // its integral over the ray, mm
+    };
+    template <bool withSeen> Walk walk(const glm::dvec3& place, const glm::dvec3& direction, double mm);
+    template <bool withSeen> void throughCell(const ReferenceRay& ray, double ta, double tb, Walk& walk);
+    template <bool withSeen>
+    void throughPiece(const Cubic& cubic, const FunctionPiece& function, double behind, double u0, double u1,
+                      double length, Walk& walk, int halvings);
+
+    const VolumeInfo& info_;
+    const Obstacles& obstacles_;
+    const LightSources& sources_;
+    const std::vector<bool>& emptyCells_;
+    LatticeReader& samples_;
+    glm::ivec3 cells_;
+    int panels_, channels_;
+    bool rejects_;
+    glm::dmat4 toPatient_, toVoxels_;
+    std::vector<double> cuts_;
+};
+
+} // namespace tessera
