@@ -47,7 +47,7 @@ struct ShadowQuality {
     /// that is more, half of what lies between a map's rays: what is shown of a surface lies in the light,
     /// not in the shade of its outermost samples.
     double offset = 2;
-    static constexpr int kMapsOfSoftLight = 8;
+    static constexpr int kMapsOfSoftLight = 4;
 };
 
 class ShadowMaps {

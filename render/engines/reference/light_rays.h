@@ -26,7 +26,7 @@ class LightSources {
   public:
     explicit LightSources(const ReferenceInput& input);
 
-    static constexpr int kPlacesOfSoftLight = 8;
+    static constexpr int kPlacesOfSoftLight = 4;
     static constexpr double kOffsetVoxels = 2; // towards a light, of where rays of shadow start
 
     struct Caster {
