@@ -57,7 +57,7 @@ struct RenderResult {
     int level = 0;                                            // finest resident level; 0 for the reference
     std::array<std::size_t, kLevelCount + 1> bricksOfLevel{}; // the last: empty ones
     std::size_t residentBricks = 0, emptyBricks = 0;
-    std::size_t unseenBricks = 0; // no ray comes near them; neither resident nor counted as empty
+    std::size_t unseenBricks = 0;     // no ray comes near them; neither resident nor counted as empty
     std::optional<LightReport> light; // of voxels, where the scene has any
     std::size_t selectionPages = 0, atlasPages = 0; // of 32^3 texels: wanted, and there at once
     int passes = 0;                                 // over the rays; gpu and native

@@ -91,7 +91,8 @@ void VoxelLight::light(const ChunkKey& key, LitChunk& chunk, BrickCache& cache, 
             const glm::dvec3 place(info_.patientFromVoxel * glm::dvec4(first, 1)),
                 step = voxels * glm::dvec3(info_.patientFromVoxel[0]);
             for (int n = 0; n < native::kOcclusionRun; ++n)
-                to[run.to + static_cast<std::size_t>(n)] = lightTexel(shadow.light(place + double(n) * step, key.level));
+                to[run.to + static_cast<std::size_t>(n)] =
+                    lightTexel(shadow.light(place + double(n) * step, key.level));
         }
         to += kChunkTexels;
     }

@@ -19,8 +19,8 @@ using BrickEntry = glm::uvec2;
 /// A brick's samples inside a chunk of the cache.
 struct BrickSamples {
     const Chunk& chunk;
-    glm::ivec3 first; // in the chunk
-    int edge;         // samples
+    glm::ivec3 first;      // in the chunk
+    int edge;              // samples
     std::size_t brick = 0; // number in the brick grid
 };
 

@@ -168,6 +168,8 @@ struct CellRanges {
 constexpr int kOcclusionRun = 16;
 /// As OcclusionMethod of core/lighting.h.
 enum class OcclusionSum { local, positional, rejecting };
+/// What opacity must fall by to be rejected: more than rounding makes of an even medium.
+constexpr float kRejectedFall = 1.0f / 1048576;
 /// Where a ray of occlusion reads: between four samples of a layer of the lattice.
 struct OcclusionStep {
     std::int32_t offset = 0; // of the first of them from the sample that is lit

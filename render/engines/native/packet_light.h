@@ -66,7 +66,7 @@ inline void occludeBy(const float* opacity, const OcclusionPath* paths, int coun
                 if constexpr (Kind == OcclusionSum::rejecting) {
                     const F last = before.v[r];
                     before.v[r] = alpha;
-                    alpha = select(alpha < last, F(0.0f), alpha);
+                    alpha = select(alpha + F(native::kRejectedFall) < last, F(0.0f), alpha);
                 }
                 return through.v[r] - through.v[r] * alpha;
             });

@@ -8,6 +8,7 @@
 #include "render/contract/optics.h"
 #include "render/engines/reference/cells_on_ray.h"
 #include "render/engines/reference/cubic.h"
+#include "render/engines/reference/light_sources.h"
 #include "render/engines/reference/reference.h"
 #include "render/engines/reference/stored_function.h"
 
@@ -20,26 +21,6 @@ namespace tessera {
 
 /// Shares of light by channel (LightingNumbers): occlusion first, then every light that casts a shadow.
 using LightShares = std::array<double, leaf::kMostLightChannels>;
-
-/// Where the light of a scene comes from, patient space; the same for all of its rays.
-class LightSources {
-  public:
-    explicit LightSources(const ReferenceInput& input);
-
-    static constexpr int kPlacesOfSoftLight = 4;
-    static constexpr double kOffsetVoxels = 2; // towards a light, of where rays of shadow start
-
-    struct Caster {
-        bool isPoint = false;
-        glm::dvec3 middle{0};           // unit, towards the light; or a place, mm
-        std::vector<glm::dvec3> places; // over its disk, the same; one alone: the middle
-    };
-    bool hasOcclusion = false;
-    Occlusion occlusion;
-    std::vector<glm::dvec3> directions; // of occlusion
-    std::vector<Caster> casters;
-    double offsetMm = 0;
-};
 
 /// What stands in the light's way: the function, and behind each isosurface what lets as much light through a
 /// voxel's length as the surface does. Stored values.

@@ -1,0 +1,31 @@
+// render/engines/reference/light_sources.h: where the light of a scene comes from.
+#pragma once
+
+#include "render/engines/reference/reference.h"
+
+#include <glm/vec3.hpp>
+#include <vector>
+
+namespace tessera {
+
+/// Patient space; the same for all rays of light.
+class LightSources {
+  public:
+    explicit LightSources(const ReferenceInput& input);
+
+    static constexpr int kPlacesOfSoftLight = 4;
+    static constexpr double kOffsetVoxels = 2; // towards a light, of where rays of shadow start
+
+    struct Caster {
+        bool isPoint = false;
+        glm::dvec3 middle{0};           // unit, towards the light; or a place, mm
+        std::vector<glm::dvec3> places; // over its disk, the same; one alone: the middle
+    };
+    bool hasOcclusion = false;
+    Occlusion occlusion;
+    std::vector<glm::dvec3> directions; // of occlusion
+    std::vector<Caster> casters;
+    double offsetMm = 0;
+};
+
+} // namespace tessera
