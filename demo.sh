@@ -55,7 +55,7 @@ echo
 pictures=()
 for view in anterior left posterior; do
     picture=$out/$name-$view.png
-    "$tessera" render "$store" -o "$picture" --view "$view"
+    "$tessera" render "$store" -o "$picture" --view "$view" --light studio
     pictures+=("$picture")
 done
 echo "Pictures:"

@@ -14,7 +14,7 @@ draw() { # NAME STORE OPTIONS...: in every look
     local name=$1 store=$2 look
     shift 2
     for look in plain studio soft dramatic; do
-        "$tessera" render "$store" --quiet --force --size 320x320 --light "$look" "$@" -o "$out/$name-$look.png"
+        "$tessera" render "$store" --verify quick --size 320x320 --light "$look" "$@" -o "$out/$name-$look.png"
     done
 }
 scan() { # NAME SOURCE OPTIONS...
@@ -24,12 +24,12 @@ scan() { # NAME SOURCE OPTIONS...
         echo "$name: left out, $source is absent"
         return
     fi
-    "$tessera" import "$source" "$stores/$name.zarr" --quiet --largest
+    "$tessera" import "$source" "$stores/$name.zarr" --largest > /dev/null
     draw "$name" "$stores/$name.zarr" "$@"
 }
 scan abdomen ct-abdomen-dicom --preset bone
 scan chest ct-thorax-dicom --preset skin --view right
 scan head small-volumes/headsq --preset auto --view left
-scan bonsai scivis/bonsai.nii.gz --preset auto --view superior
-"$tessera" phantom torso --size 256x192x300 -o "$stores/torso.zarr" --quiet
+scan bonsai scivis/OpenSciVis/bonsai.nii.gz --preset auto --view superior
+"$tessera" phantom torso --size 256x192x300 -o "$stores/torso.zarr" > /dev/null
 draw torso "$stores/torso.zarr" --preset soft-tissue
