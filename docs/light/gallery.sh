@@ -29,7 +29,7 @@ scan() { # NAME SOURCE OPTIONS...
 }
 scan abdomen ct-abdomen-dicom --preset bone
 scan chest ct-thorax-dicom --preset skin --view right
-scan head small-volumes/headsq --preset auto --view left
+scan head nifti/CT_AVM.nii.gz --preset auto --view left
 scan bonsai scivis/OpenSciVis/bonsai.nii.gz --preset auto --view superior
 "$tessera" phantom torso --size 256x192x300 -o "$stores/torso.zarr" > /dev/null
 draw torso "$stores/torso.zarr" --preset soft-tissue

@@ -34,19 +34,16 @@ const std::vector<Command>& commands() {
         {"render",
          "s.zarr --engine mirror --size 8x8 -o out.png",
          {{"--output", none}, // none of these ends in .png
-          {"--size", none},       {"--preset", none},
-          {"--view", none},       {"--fit", none},
-          {"--projection", none}, {"--background", none},
-          {"--engine", none},     {"--step", none},
+          {"--size", none},          {"--preset", none},        {"--light", none},
+          {"--view", none},          {"--fit", none},           {"--projection", none},
+          {"--background", none},    {"--engine", none},        {"--step", none},
           {"--max-error", {"0"}}, // the finest levels that show
-          {"--first", none},      {"--edge-function", none},
-          {"--sampling", none},   {"--isosurface", numbers}, // values of the volume
-          {"--integrator", none}, {"--fetch", none},
-          {"--samples", none},    {"--pixel-filter", none},
-          {"--seed", {"0"}},      {"--verify", none},
-          {"--gradient", none},   {"--gpu-memory", none},
-          {"--ram", none},        {"--gl-device", {"0"}},
-          {"--series", none},     {"--phase", none},
+          {"--first", none},         {"--edge-function", none}, {"--sampling", none},
+          {"--isosurface", numbers}, // values of the volume
+          {"--integrator", none},    {"--fetch", none},         {"--samples", none},
+          {"--pixel-filter", none},  {"--seed", {"0"}},         {"--verify", none},
+          {"--gradient", none},      {"--gpu-memory", none},    {"--ram", none},
+          {"--gl-device", {"0"}},    {"--series", none},        {"--phase", none},
           {"--unit", none}}},
         {"accuracy",
          "s.zarr",
