@@ -15,7 +15,7 @@ namespace tessera {
 namespace {
 
 constexpr std::size_t kChunkTexels = std::size_t{kChunkExtent} * kChunkExtent * kChunkExtent;
-constexpr std::size_t kChunksAtATime = 32;
+constexpr std::size_t kChunksAtATime = 32, kBricksAtATime = 32;
 constexpr std::size_t kLeastChunks = 128, kMostChunks = 1024; // kept for those beside them
 
 /// A curve through chunks whose neighbours along it are neighbours in space.
@@ -136,6 +136,29 @@ void VoxelLight::forget(std::size_t most) {
         chunks_.erase(kept[n].second);
 }
 
+/// Bricks [first, end): of several at once only as many as little memory holds.
+void VoxelLight::fillAndPut(const std::vector<Ordered>& ordered, std::size_t first, std::size_t end,
+                            const Put& put) const {
+    struct Filled {
+        int channel;
+        Chunk samples;
+    };
+    std::vector<Filled> filled((end - first) * static_cast<std::size_t>(channels_));
+    parallelFor(filled.size(), threads_, [&](std::size_t n) {
+        const BrickToLight& b = ordered[first + n / static_cast<std::size_t>(channels_)].second;
+        Filled& f = filled[n];
+        f.channel = static_cast<int>(n % static_cast<std::size_t>(channels_));
+        // Laid out as a chunk's samples, so that planes take it as one.
+        f.samples.size = kChunkTexels * sizeof(std::uint16_t);
+        f.samples.bytes = std::make_unique<std::byte[]>(f.samples.size);
+        fill(b, f.channel, reinterpret_cast<std::uint16_t*>(f.samples.bytes.get()));
+    });
+    for (std::size_t n = 0; n < filled.size(); ++n) {
+        const BrickToLight& b = ordered[first + n / static_cast<std::size_t>(channels_)].second;
+        put(b, filled[n].channel, filled[n].samples, kBrickExtent >> b.level);
+    }
+}
+
 void VoxelLight::light(std::vector<BrickToLight> bricks, BrickCache& cache, const Put& put) {
     const glm::ivec3 grid = brickGrid(info_.extentVoxels);
     const auto levelOf = [&](const BrickToLight& b) { return std::max(b.level, finest_); };
@@ -144,7 +167,7 @@ void VoxelLight::light(std::vector<BrickToLight> bricks, BrickCache& cache, cons
         const glm::ivec3 at = gridPosition(b.brick, grid) >> level;
         return ChunkKey{level, at.x, at.y, at.z};
     };
-    std::vector<std::pair<std::pair<int, std::uint64_t>, BrickToLight>> ordered;
+    std::vector<Ordered> ordered;
     for (const BrickToLight& b : bricks)
         ordered.push_back({{levelOf(b), mortonOf(chunkOfBrick(b))}, b});
     std::sort(ordered.begin(), ordered.end(), [](const auto& a, const auto& b) {
@@ -193,24 +216,8 @@ void VoxelLight::light(std::vector<BrickToLight> bricks, BrickCache& cache, cons
         }
         lightChunks(std::vector<ChunkKey>(wanted.begin(), wanted.end()), cache);
 
-        struct Filled {
-            int channel;
-            Chunk samples;
-        };
-        std::vector<Filled> filled((end - first) * static_cast<std::size_t>(channels_));
-        parallelFor(filled.size(), threads_, [&](std::size_t n) {
-            const BrickToLight& b = ordered[first + n / static_cast<std::size_t>(channels_)].second;
-            Filled& f = filled[n];
-            f.channel = static_cast<int>(n % static_cast<std::size_t>(channels_));
-            // Laid out as a chunk's samples, so that planes take it as one.
-            f.samples.size = kChunkTexels * sizeof(std::uint16_t);
-            f.samples.bytes = std::make_unique<std::byte[]>(f.samples.size);
-            fill(b, f.channel, reinterpret_cast<std::uint16_t*>(f.samples.bytes.get()));
-        });
-        for (std::size_t n = 0; n < filled.size(); ++n) {
-            const BrickToLight& b = ordered[first + n / static_cast<std::size_t>(channels_)].second;
-            put(b, filled[n].channel, filled[n].samples, kBrickExtent >> b.level);
-        }
+        for (std::size_t from = first; from < end; from += kBricksAtATime)
+            fillAndPut(ordered, from, std::min(end, from + kBricksAtATime), put);
         forget(kLeastChunks);
         first = end;
     }

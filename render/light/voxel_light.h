@@ -58,9 +58,12 @@ class VoxelLight {
         bool isWhole = false;              // all of them are
         std::uint64_t used = 0;
     };
+    using Ordered = std::pair<std::pair<int, std::uint64_t>, BrickToLight>; // by level and place
     using Chunks = std::map<ChunkKey, LitChunk>;
     void light(const ChunkKey& key, LitChunk& chunk, BrickCache& cache, OcclusionRoom& room) const;
     void lightChunks(std::span<const ChunkKey> keys, BrickCache& cache);
+    void fillAndPut(const std::vector<Ordered>& ordered, std::size_t first, std::size_t end,
+                    const Put& put) const;
     void forget(std::size_t most);
     void fill(const BrickToLight& brick, int channel, std::uint16_t* out) const;
 
