@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kChunkTexels = std::size_t{kChunkExtent} * kChunkExtent * kChunkExtent;
 constexpr std::size_t kChunksAtATime = 32, kBricksAtATime = 32;
-constexpr std::size_t kLeastChunks = 128, kMostChunks = 1024; // kept for those beside them
+constexpr std::size_t kLeastChunks = 128; // kept for those beside them
 
 /// A curve through chunks whose neighbours along it are neighbours in space.
 std::uint64_t mortonOf(const ChunkKey& key) {
@@ -120,7 +120,6 @@ void VoxelLight::lightChunks(std::span<const ChunkKey> keys, BrickCache& cache) 
         const std::lock_guard lock(mutex);
         rooms.push_back(std::move(room));
     });
-    chunksLit_ += keys.size();
 }
 
 /// Those that were not used for longest; chunks without texels take no room.

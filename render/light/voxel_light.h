@@ -48,9 +48,6 @@ class VoxelLight {
     /// Of bricks that stand as one value: that of the coarsest level's sample.
     std::uint16_t standing(std::size_t brick, int channel, BrickCache& cache);
 
-    /// Chunks whose light was computed so far.
-    std::uint64_t chunksLit() const { return chunksLit_; }
-
   private:
     struct LitChunk {
         std::vector<std::uint16_t> texels; // channel by channel, 32^3 each
@@ -74,7 +71,7 @@ class VoxelLight {
     Occluder occluder_;
     int finest_; // level of light; finer bricks take it from there
     Chunks chunks_;
-    std::uint64_t turn_ = 0, chunksLit_ = 0;
+    std::uint64_t turn_ = 0;
 };
 
 } // namespace tessera
