@@ -20,6 +20,7 @@ constexpr std::chrono::milliseconds kPatience{800};
 
 std::atomic<int> caught{0};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler writes it");
+thread_local const Cancellation::Flag* cancelled = nullptr;
 int wake = -1; // end of a pipe that the handler writes to
 
 /// Paths that a watchdog removes, by number.
@@ -87,6 +88,20 @@ void catchInterrupts() {
 void checkInterrupted() {
     if (const int signal = caught.load(std::memory_order_relaxed))
         throw Interrupted(signal);
+    if (cancelled && cancelled->load(std::memory_order_relaxed))
+        throw Cancelled();
+}
+
+Cancellation::Cancellation(const Flag* flag) : before_(cancelled) {
+    cancelled = flag;
+}
+
+Cancellation::~Cancellation() {
+    cancelled = before_;
+}
+
+const Cancellation::Flag* Cancellation::current() {
+    return cancelled;
 }
 
 TemporaryPath::TemporaryPath(const fs::path& path) {

@@ -35,9 +35,10 @@ std::string timeText(double seconds) {
 
 } // namespace
 
-Progress::Progress(Verbosity verbosity)
+Progress::Progress(Verbosity verbosity, bool asked)
     : quiet_(verbosity == Verbosity::quiet), terminal_(!quiet_ && ::isatty(STDERR_FILENO) == 1),
-      lines_(!terminal_ && verbosity == Verbosity::verbose), began_(Clock::now()), shown_(began_) {}
+      lines_(!terminal_ && verbosity == Verbosity::verbose), asked_(asked), began_(Clock::now()),
+      shown_(began_) {}
 
 Progress::~Progress() {
     clear();
@@ -53,13 +54,20 @@ void Progress::stage(const std::string& what) {
 }
 
 void Progress::update(double share) {
-    if (!terminal_ && !lines_)
+    if (!terminal_ && !lines_ && !asked_)
         return;
     const std::lock_guard lock(mutex_);
     share_ = std::clamp(share, share_, 1.0); // threads may come late
+    if (!terminal_ && !lines_)
+        return;
     const auto now = Clock::now();
     if (now - shown_ >= (terminal_ ? Clock::duration(kRedraw) : Clock::duration(kPlainLine)))
         draw(now);
+}
+
+Progress::Stage Progress::now() const {
+    const std::lock_guard lock(mutex_);
+    return {what_, share_};
 }
 
 void Progress::end() {

@@ -20,11 +20,18 @@ class Progress {
   public:
     /// Says nothing at all.
     Progress() : Progress(Verbosity::quiet) {}
-    explicit Progress(Verbosity verbosity);
+    /// @param asked  somebody reads now(), whatever is written
+    explicit Progress(Verbosity verbosity, bool asked = false);
     /// Takes the line away.
     ~Progress();
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
+
+    struct Stage {
+        std::string what; // empty: none has begun
+        double share = 0; // that is done; 0: not known
+    };
+    Stage now() const;
 
     /// Whether somebody sees the line: worth some effort of its own.
     bool watched() const { return terminal_; }
@@ -46,9 +53,9 @@ class Progress {
     void draw(Clock::time_point now);
     void clear();
 
-    std::mutex mutex_;
-    bool quiet_, terminal_, lines_; // lines_: plain ones, now and then
-    bool drawn_ = false;            // a line stands on the terminal
+    mutable std::mutex mutex_;
+    bool quiet_, terminal_, lines_, asked_; // lines_: plain ones, now and then
+    bool drawn_ = false;                    // a line stands on the terminal
     std::string what_;
     double share_ = 0; // 0: not known
     Clock::time_point began_, shown_;

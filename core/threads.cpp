@@ -23,7 +23,9 @@ void parallelFor(std::size_t count, int threads, const std::function<void(std::s
     std::atomic<std::size_t> next{0}, done{0};
     std::mutex mutex;
     std::exception_ptr failure;
+    const Cancellation::Flag* const cancellation = Cancellation::current();
     const auto work = [&] {
+        const Cancellation asked(cancellation);
         try {
             for (std::size_t i = next++; i < count; i = next++) {
                 checkInterrupted();

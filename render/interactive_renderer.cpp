@@ -114,6 +114,17 @@ void InteractiveRenderer::cancel() {
     drawing_ = false;
 }
 
+void InteractiveRenderer::setHaste(const std::optional<Haste>& haste) {
+    if (haste == haste_)
+        return;
+    if (haste) {
+        TESSERA_CHECK(glm::all(glm::greaterThan(haste->imageSize, glm::ivec2(0))) &&
+                      glm::all(glm::lessThanEqual(haste->imageSize, scene_.imageSize)));
+    }
+    haste_ = haste;
+    forPicture_.add(kCameraChanged);
+}
+
 void InteractiveRenderer::setPath(std::vector<Camera> next) {
     path_ = std::move(next);
     lookedAhead_ = 0;
@@ -168,16 +179,19 @@ void InteractiveRenderer::startChoosing(const Camera& camera, std::vector<float>
     raysReserve_ = {};
     choosing_ = std::async(std::launch::async,
                            [chooser = chooser_.get(), r = std::move(request)] { return choose(chooser, r); });
+    choosingBegan_ = Clock::now();
 }
 
 void InteractiveRenderer::finishChoosing() {
     if (!choosing_.valid() || choosing_.wait_for(milliseconds(0)) != std::future_status::ready)
         return;
+    chosenAt_ = Clock::now();
     const bool forPath = std::exchange(forPath_, false);
     Choice choice = choosing_.get();
     predicts_ = choice.predicted;
     reserveForRays();
-    if (forChoice_.any())
+    // In haste the last view's levels are better than those of the one before it.
+    if (forChoice_.any(haste_ ? kFunctionChanged : ~0u))
         return; // it answers what is no longer asked
     if (forPath) {
         lookAhead(choice);
@@ -190,8 +204,13 @@ void InteractiveRenderer::finishChoosing() {
     plan();
 }
 
+bool InteractiveRenderer::mayChoose() const {
+    constexpr int kOtherShares = 4;
+    return !haste_ || !wanted_ || Clock::now() > chosenAt_ + kOtherShares * (chosenAt_ - choosingBegan_);
+}
+
 void InteractiveRenderer::chooseWhatIsNew() {
-    if (choosing_.valid())
+    if (choosing_.valid() || !mayChoose())
         return;
     if (forChoice_.any()) {
         // What the last view saw is the best guess at what this one will see, unless the function is another.
@@ -236,7 +255,8 @@ void InteractiveRenderer::applyFunction() {
 
 void InteractiveRenderer::countVisibility(Clock::time_point deadline) {
     if (!counting_) {
-        if (!wanted_ || !moves_.empty() || choosing_.valid() || forChoice_.any() || countsLeft_ == 0)
+        if (haste_ || !wanted_ || !moves_.empty() || choosing_.valid() || forChoice_.any() ||
+            countsLeft_ == 0)
             return;
         --countsLeft_;
         if (!predicts_ || predicted_.mean == 0)
@@ -269,11 +289,17 @@ void InteractiveRenderer::mapResident() {
 }
 
 void InteractiveRenderer::beginPicture() {
+    const double step = haste_ ? haste_->stepVoxels : scene_.quality.stepVoxels;
+    if (step != p_.view.quality.stepVoxels)
+        p_.setStep(step);
     mapResident();
     p_.aim();
     if (forDevice_.take(kEmptySpaceChanged))
         caster_->emptySpaceChanged();
-    caster_->begin(raysOf(p_));
+    Rays rays = raysOf(p_);
+    if (haste_)
+        rays.frame = rayFrame(p_.view.camera, p_.info(), haste_->imageSize, step);
+    caster_->begin(rays);
     forPicture_ = Changes();
     drawing_ = true;
     pictureBegan_ = Clock::now();

@@ -51,6 +51,15 @@ class InteractiveRenderer {
     void setCamera(const Camera& camera);
     void setFunction(const TransferFunction& function);
     void cancel();
+    /// How pictures are drawn while something moves: fewer pixels, longer segments; and levels are chosen
+    /// anew only a fifth of the time, because choosing takes processors from drawing.
+    struct Haste {
+        glm::ivec2 imageSize{0}; // at most the scene's along each axis, at least 1
+        double stepVoxels = 0.5; // as Quality's
+        bool operator==(const Haste&) const = default;
+    };
+    /// From the next picture on; none: as the scene says.
+    void setHaste(const std::optional<Haste>& haste);
     /// Where the camera will be next, in order: their bricks are loaded into the cache when there is nothing
     /// else to load.
     void setPath(std::vector<Camera> next);
@@ -68,6 +77,12 @@ class InteractiveRenderer {
     Progress advance(Clock::time_point deadline);
     /// The last whole picture: linear, premultiplied, on nothing. Empty before the first.
     const Image& picture() const { return picture_; }
+
+    /// From the last picture's begin to its end, milliseconds.
+    double pictureMs() const { return std::chrono::duration<double, std::milli>(pictureTook_).count(); }
+    /// As it was set; a camera by side spelled out.
+    const Camera& camera() const { return p_.view.camera; }
+    const VolumeState& volume() const { return p_.volume; }
 
     /// For reports and tests.
     const Selection& resident() const { return p_.volume.selection; }
@@ -106,6 +121,7 @@ class InteractiveRenderer {
     Slicing slicing() const;
     void mapResident();
     void beginPicture();
+    bool mayChoose() const;
     bool pictureIsDue() const;
     bool settled() const;
 
@@ -136,6 +152,8 @@ class InteractiveRenderer {
     int countsLeft_ = 1;       // times that levels are chosen again by what was seen
     bool direct_ = false;      // bricks skip the coarse level: the atlas was packed anew
     std::optional<TransferFunction> nextFunction_;
+    std::optional<Haste> haste_;
+    Clock::time_point choosingBegan_, chosenAt_; // levels, the last time
 
     bool drawing_ = false, counting_ = false; // a picture; what is seen
     // What is new: since levels were last chosen; since the last picture began; and not yet mapped, or not

@@ -89,6 +89,9 @@ int run(int argc, char** argv) {
     addImportCommand(program, common, action);
     addInfoCommand(program, common, action);
     addRenderCommand(program, common, action);
+#if TESSERA_WITH_WINDOW
+    addViewCommand(program, common, action);
+#endif
     addPhantomCommand(program, common, action);
     addAccuracyCommand(program, common, action);
     addBenchCommand(program, common, action);

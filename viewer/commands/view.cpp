@@ -1,0 +1,90 @@
+// viewer/commands/view.cpp: `tessera view [X]`: a window on a scene, a store or source files.
+#include "core/budget.h"
+#include "core/error.h"
+#include "core/nearest_name.h"
+#include "viewer/commands/commands.h"
+#include "viewer/input/selection_options.h"
+#include "viewer/options/option_values.h"
+#include "viewer/session/view_session.h"
+#include "viewer/window/run_window.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+
+namespace tessera {
+namespace {
+
+struct ViewArguments {
+    std::string in, engine = "auto", ram, gpuMemory, device = "auto", size, script;
+    double frameMs = 60;
+    bool noStills = false, noPanels = false;
+    InputOptions input;
+};
+
+const std::vector<std::string> kEngines = {"auto", "gpu", "native"}; // in the order of EngineKind
+
+void runView(const ViewArguments& arguments, const CommonOptions& common) {
+    const auto engine = std::find(kEngines.begin(), kEngines.end(), arguments.engine);
+    if (engine == kEngines.end())
+        throw badFile("--engine", "one of " + joinNames(kEngines),
+                      "\"" + arguments.engine + "\"; nearest: \"" + nearestName(arguments.engine, kEngines) +
+                          "\"");
+    ViewSessionOptions session;
+    session.engine = static_cast<EngineKind>(engine - kEngines.begin());
+    session.device.text = arguments.device;
+    session.ramBytes = budgetBytes(arguments.ram, "--ram", common);
+    session.gpuBytes = budgetBytes(arguments.gpuMemory, "--gpu-memory", common);
+    session.frameMs = arguments.frameMs;
+    session.stills = !arguments.noStills;
+    session.input = arguments.input;
+    session.common = common;
+    WindowOptions window;
+    window.path = arguments.in;
+    window.panels = !arguments.noPanels;
+    if (!arguments.size.empty())
+        window.size = parseImageSize(arguments.size, "--size", Scene::kMaxImageExtent);
+    if (!arguments.script.empty())
+        window.script = arguments.script;
+    window.makeViewing = [&](std::function<void()> news) {
+        session.news = std::move(news);
+        return makeViewSession(session);
+    };
+    runWindow(window);
+}
+
+} // namespace
+
+void addViewCommand(CLI::App& program, const CommonOptions& common, Action& action) {
+    auto* command = program.add_subcommand("view", "Open a window on a scene, a store or source files");
+    auto a = std::make_shared<ViewArguments>();
+    command->add_option(
+        "X", a->in,
+        "scene (.json), store (.zarr), DICOM folder, .nii, ... (default: none, drop one on the window)");
+    command->add_option("--size", a->size,
+                        "of the window, WIDTHxHEIGHT (default: as it was last, 1280x720 at first)");
+    command
+        ->add_option("--engine", a->engine,
+                     joinNames(kEngines) + "; auto: gpu where there is one, else native")
+        ->capture_default_str();
+    command->add_option(
+        "--gpu-memory", a->gpuMemory,
+        "budget, e.g. 256MiB (default: 1 GiB at most); half of it for what moves, half for stills");
+    command->add_option("--ram", a->ram,
+                        "budget, e.g. 512MiB (default: 1 GiB at most); halved in the same way");
+    command->add_option("--gl-device", a->device, "auto, software, or a device's number")
+        ->capture_default_str();
+    command
+        ->add_option("--frame-ms", a->frameMs, "milliseconds that a picture may take while something moves")
+        ->check(numberWithin(5, 10000, "milliseconds from 5 to 10000"))
+        ->capture_default_str();
+    command->add_flag("--no-stills", a->noStills, "at rest stays at one ray a pixel");
+    command->add_flag("--no-panels", a->noPanels, "begins with the picture alone");
+    command->add_option("--script", a->script,
+                        "file of steps to take instead of a hand (user guide, \"The window\")");
+    addSelectionOptions(*command, a->input);
+    command->footer("Example:\n  tessera view ct-abdomen/");
+    command->callback([a, &common, &action] { action = [a, &common] { runView(*a, common); }; });
+}
+
+} // namespace tessera

@@ -1,0 +1,23 @@
+// viewer/session/display_pixels.h: a picture as a screen shows it: on its background, as large as the window,
+// 8-bit sRGB.
+#pragma once
+
+#include "core/image.h"
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <vector>
+
+namespace tessera {
+
+/// One pixel after the other, top row first, bytes red, green, blue, 255. A picture of that size has the very
+/// bytes of its PNG on the background. A smaller one is enlarged by cubic interpolation (Catmull-Rom) that
+/// stays within the four pixels around a place, so that edges stay sharp and get no rims.
+/// @param background  linear; none: dark grey
+/// @param size  at least the image's along each axis
+std::vector<std::uint32_t> displayPixels(const Image& image, const std::optional<glm::vec3>& background,
+                                         const glm::ivec2& size, int threads);
+
+} // namespace tessera

@@ -1,0 +1,127 @@
+// viewer/session/picking.cpp: see picking.h.
+#include "viewer/session/picking.h"
+
+#include "core/error.h"
+#include "render/contract/lattice.h"
+#include "render/contract/ray.h"
+#include "render/contract/sampler.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/mat4x4.hpp>
+
+namespace tessera {
+namespace {
+
+constexpr double kStepVoxels = 0.5;
+constexpr int kReach = 2; // segments to either side of a place: a voxel
+constexpr double kLeast = 1.0 / 255, kEndOfLight = 1.0 / 512;
+
+/// What each segment of a ray adds to the picture's opacity, and where its middle is, in segments.
+struct Shares {
+    std::vector<double> added, at;
+};
+
+/// The surface that a ray crosses between two values, nearest to the first; null: none.
+const SurfaceValue* crossed(const std::vector<SurfaceValue>& surfaces, double a, double b) {
+    const SurfaceValue* nearest = nullptr;
+    for (const SurfaceValue& s : surfaces)
+        if (s.opacity > 0 && s.value >= std::min(a, b) && s.value <= std::max(a, b) && a != b &&
+            (!nearest || std::abs(s.value - a) < std::abs(nearest->value - a)))
+            nearest = &s;
+    return nearest;
+}
+
+/// @param from, to  segments, whole ones
+/// @param value  of a place, in segments from the entry; physical units
+template <typename Value>
+Shares sharesAlong(const SegmentedRay<double>& ray, int from, int to, const VolumeState& volume,
+                   const Value& value) {
+    Shares s;
+    double left = 1, before = value(static_cast<double>(from));
+    for (int i = from; i < to && left > kEndOfLight; ++i) {
+        const double length = strideLength(ray, i, 1), behind = value(i + length);
+        if (const SurfaceValue* const surface = crossed(volume.table.surfaces, before, behind)) {
+            const double part = (surface->value - before) / (behind - before);
+            s.added.push_back(left * surface->opacity);
+            s.at.push_back(i + part * length);
+            left *= 1 - surface->opacity;
+        }
+        before = behind;
+        const double middle = i + length / 2;
+        const double opacity =
+            -std::expm1(-volume.function.extinction(value(middle)) * ray.segmentMm * length);
+        if (opacity <= 0)
+            continue;
+        s.added.push_back(left * opacity);
+        s.at.push_back(middle);
+        left *= 1 - opacity;
+    }
+    return s;
+}
+
+/// The segments' place where most is added within a voxel to either side; negative: nothing is seen.
+double placeOfMost(const Shares& s) {
+    double most = kLeast, place = -1;
+    for (std::size_t i = 0; i < s.added.size(); ++i) {
+        double sum = 0, weighted = 0;
+        for (std::size_t j = i; j-- > 0 && s.at[i] - s.at[j] <= kReach;)
+            sum += s.added[j], weighted += s.added[j] * s.at[j];
+        for (std::size_t j = i; j < s.added.size() && s.at[j] - s.at[i] <= kReach; ++j)
+            sum += s.added[j], weighted += s.added[j] * s.at[j];
+        if (sum > most * 1.0001) // the first of equals
+            most = sum, place = weighted / sum;
+    }
+    return place;
+}
+
+/// The finest level of which a ray meets few chunks.
+int quickLevel(const VolumeInfo& info) {
+    constexpr int kMostChunks = 12; // along the longest axis
+    const int longest = std::max({info.extentVoxels.x, info.extentVoxels.y, info.extentVoxels.z});
+    int level = 0;
+    while (level < kLevelCount - 1 && (longest >> level) > kMostChunks * kChunkExtent)
+        ++level;
+    return level;
+}
+
+} // namespace
+
+PickedPlace pickPlace(const VolumeState& volume, const Camera& camera, const glm::ivec2& imageSize,
+                      const glm::dvec2& place) {
+    const VolumeInfo& info = volume.info();
+    PickedPlace picked;
+    const SegmentedRay<double> ray = segmentedRay(rayFrame(camera, info, imageSize, kStepVoxels), place);
+    if (ray.count == 0)
+        return picked;
+    const auto position = [&](double segments) { return ray.entry + segments * ray.step; };
+    const auto placeAt = [&](int level, int from, int to) {
+        LatticeReader samples(*volume.cache, info, level, nullptr);
+        const double perVoxel = std::exp2(-level);
+        return placeOfMost(sharesAlong(ray, from, to, volume, [&](double segments) {
+            return info.rescaleSlope * fieldValue(samples, position(segments), perVoxel) +
+                   info.rescaleIntercept;
+        }));
+    };
+    picked.level = quickLevel(info);
+    double at = placeAt(picked.level, 0, ray.count);
+    if (at < 0)
+        return picked;
+    try {
+        const int reach = static_cast<int>(2 / kStepVoxels) << picked.level, middle = static_cast<int>(at);
+        const double finer = placeAt(0, std::max(0, middle - reach), std::min(ray.count, middle + reach + 1));
+        at = finer < 0 ? at : finer;
+        picked.level = 0;
+    } catch (const Error&) { // damaged
+    }
+    picked.hit = true;
+    picked.voxel = glm::clamp(position(at), glm::dvec3(0), glm::dvec3(info.extentVoxels));
+    picked.mm = glm::dvec3(info.patientFromVoxel * glm::dvec4(picked.voxel, 1));
+    LatticeReader samples(*volume.cache, info, picked.level, nullptr);
+    picked.value = info.rescaleSlope * fieldValue(samples, picked.voxel, std::exp2(-picked.level)) +
+                   info.rescaleIntercept;
+    return picked;
+}
+
+} // namespace tessera

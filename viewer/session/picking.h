@@ -1,0 +1,21 @@
+// viewer/session/picking.h: which place in the volume one sees at a place of the picture.
+#pragma once
+
+#include "core/camera.h"
+#include "render/plan/volume_state.h"
+#include "viewer/session/viewing.h"
+
+#include <glm/vec2.hpp>
+
+namespace tessera {
+
+/// Along the ray, the place where the picture gets most of what it shows: where opacity rises most, over a
+/// voxel to either side, or the first isosurface that is not fainter than that. Found at a level that is read
+/// quickly, then once more around that place at level 0, whatever levels are drawn; where level 0 cannot be
+/// read, it stays at the coarse place, and says so.
+/// @param place  of the picture, pixels, x right, y down
+/// Throws what decoding the coarse level threw.
+PickedPlace pickPlace(const VolumeState& volume, const Camera& camera, const glm::ivec2& imageSize,
+                      const glm::dvec2& place);
+
+} // namespace tessera

@@ -1,0 +1,42 @@
+// viewer/session/still.h: the picture of `tessera render`, drawn on a thread of its own until somebody calls
+// it off.
+#pragma once
+
+#include "bricking/store/store_reader.h"
+#include "core/interrupt.h"
+#include "core/scene.h"
+#include "render/renderer.h"
+#include "viewer/session/viewing.h"
+
+#include <cstdint>
+#include <functional>
+#include <future>
+#include <memory>
+#include <string>
+
+namespace tessera {
+
+struct FinishedStill {
+    std::shared_ptr<ShownPicture> picture; // null: it was called off
+    std::string measured, problem;         // sentences; empty: nothing to say
+};
+
+class Still {
+  public:
+    /// Begins. @param ended  is called from the thread just before it ends
+    /// store and ledgers outlive this.
+    Still(const Scene& scene, std::uint64_t asked, const StoreReader& store, Ledger& ram, Ledger& gpu,
+          const RenderOptions& options, std::function<void()> ended);
+    /// Calls it off, and waits.
+    ~Still();
+    void callOff() { calledOff_ = true; }
+    bool isCalledOff() const { return calledOff_; }
+    /// Waits. Once.
+    FinishedStill take() { return result_.get(); }
+
+  private:
+    Cancellation::Flag calledOff_{false};
+    std::future<FinishedStill> result_;
+};
+
+} // namespace tessera

@@ -1,0 +1,507 @@
+// viewer/session/view_session.cpp: see view_session.h. Everything that is open belongs to one thread; what
+// others see of it is copied under one lock.
+#include "viewer/session/view_session.h"
+
+#include "core/error.h"
+#include "core/interrupt.h"
+#include "render/interactive_renderer.h"
+#include "viewer/session/display_pixels.h"
+#include "viewer/session/frame_pace.h"
+#include "viewer/session/picking.h"
+#include "viewer/session/still.h"
+#include "viewer/session/volume_histogram.h"
+#if TESSERA_WITH_IMAGE_FILES
+#include "core/image_file.h"
+#endif
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+constexpr int kHistogramBinsSeen = 256;
+constexpr double kMovingStepVoxels = 1;
+constexpr milliseconds kTurn{20}; // after which wishes are looked at again
+/// Pictures that are kept at once: the one that is shown, the next, and the one that a window still reads.
+constexpr std::size_t kKeptPictures = 3;
+
+/// All that belongs to an open volume. In the order in which it must be let go, backwards.
+struct Open {
+    Open(const ViewSessionOptions& options, const fs::path& named)
+        : path(named), ram("RAM", "--ram", options.ramBytes / 2),
+          gpu("GPU memory", "--gpu-memory", options.gpuBytes / 2),
+          stillRam("RAM", "--ram", options.ramBytes / 2),
+          stillGpu("GPU memory", "--gpu-memory", options.gpuBytes / 2) {}
+
+    fs::path path;
+    Ledger ram, gpu, stillRam, stillGpu;
+    std::unique_ptr<StoreReader> store;
+    Charge pictures;
+    std::shared_ptr<Engine> engine;
+    std::unique_ptr<InteractiveRenderer> renderer;
+    Scene scene; // that the renderer draws
+    std::unique_ptr<Still> still;
+};
+
+/// A scene without what a renderer can be told while it goes on.
+std::string fixedPart(Scene scene) {
+    scene.camera = FittedView{};
+    scene.volumes.front().transferFunction = std::string();
+    return sceneJson(scene);
+}
+
+TransferFunction resolved(const TransferChoice& choice, const ValueSummary& values) {
+    if (const auto* name = std::get_if<std::string>(&choice))
+        return presetFunction(*name, values);
+    return std::get<TransferFunction>(choice);
+}
+
+class ViewSession final : public Viewing {
+  public:
+    explicit ViewSession(const ViewSessionOptions& options)
+        : options_(options), pace_(options.frameMs), thread_([this] { run(); }) {}
+    ~ViewSession() override {
+        {
+            const std::lock_guard lock(mutex_);
+            stop_ = true;
+        }
+        openingCalledOff_ = true;
+        wake_.notify_all();
+        thread_.join();
+    }
+
+    void open(const fs::path& path, const glm::ivec2& pictureSize) override {
+        {
+            const std::lock_guard lock(mutex_);
+            toOpen_ = {path, pictureSize};
+            wish_.reset();
+            state_.kind = ViewingState::Kind::opening;
+            state_.what = "opening " + path.filename().string();
+            state_.share = 0;
+            state_.problem.clear();
+        }
+        openingCalledOff_ = true; // of one before
+        wake_.notify_all();
+    }
+    std::shared_ptr<const VolumeSeen> volume() const override {
+        const std::lock_guard lock(mutex_);
+        return volume_;
+    }
+    std::uint64_t show(const Scene& scene, bool moving) override {
+        std::get<Camera>(scene.camera).validate("camera");
+        std::uint64_t number = 0;
+        {
+            const std::lock_guard lock(mutex_);
+            number = ++wishes_;
+            wish_ = Wish{scene, moving, number};
+        }
+        wake_.notify_all();
+        return number;
+    }
+    std::shared_ptr<const ShownPicture> picture() const override {
+        const std::lock_guard lock(mutex_);
+        return picture_;
+    }
+    ViewingState state() const override {
+        const std::lock_guard lock(mutex_);
+        ViewingState state = state_;
+        if (state.kind == ViewingState::Kind::opening) {
+            const Progress::Stage stage = opening_ ? opening_->now() : Progress::Stage{};
+            if (!stage.what.empty())
+                state.what = stage.what, state.share = stage.share;
+        }
+        return state;
+    }
+    std::uint64_t pick(const glm::dvec2& place) override {
+        std::uint64_t number = 0;
+        {
+            const std::lock_guard lock(mutex_);
+            number = ++questions_;
+            question_ = place;
+        }
+        wake_.notify_all();
+        return number;
+    }
+    std::optional<PickedPlace> picked() const override {
+        const std::lock_guard lock(mutex_);
+        return picked_;
+    }
+    void saveScreenshot(const fs::path& path) const override;
+    void problemSeen() override {
+        const std::lock_guard lock(mutex_);
+        state_.problem.clear();
+    }
+
+  private:
+    struct ToOpen {
+        fs::path path;
+        glm::ivec2 pictureSize{0};
+    };
+    struct Wish {
+        Scene scene;
+        bool moving = false;
+        std::uint64_t number = 0;
+    };
+
+    void run();
+    bool waitForWork();
+    void openVolume(const ToOpen& what);
+    void makeRenderer(const Scene& scene);
+    void take(const Wish& wish);
+    void answer(const glm::dvec2& place, std::uint64_t number);
+    void proceed();
+    void publishPicture(const InteractiveRenderer::Progress& progress);
+    void prepareDisplay(ShownPicture& picture) const;
+    void startStill();
+    void finishStill();
+    void tellState(const InteractiveRenderer::Progress& progress);
+    void tellProblem(const std::string& problem);
+
+    const ViewSessionOptions options_;
+
+    mutable std::mutex mutex_; // of all up to the next blank line
+    std::condition_variable wake_;
+    bool stop_ = false;
+    std::uint64_t stillEnded_ = 0; // the wish that it was of; 0: none
+    std::optional<ToOpen> toOpen_;
+    std::optional<Wish> wish_;
+    std::optional<glm::dvec2> question_;
+    std::uint64_t wishes_ = 0, questions_ = 0;
+    std::shared_ptr<const VolumeSeen> volume_;
+    std::shared_ptr<const ShownPicture> picture_;
+    std::optional<PickedPlace> picked_;
+    ViewingState state_;
+    std::shared_ptr<Progress> opening_;
+
+    // Of the thread alone.
+    std::unique_ptr<Open> open_;
+    std::uint64_t asked_ = 0; // the wish that is being drawn
+    bool moving_ = false, resting_ = true;
+    bool drawsMoving_ = false;  // the picture in the works is one of few pixels
+    std::uint64_t stillOf_ = 0; // the wish whose still was begun
+    FramePace pace_;
+
+    Cancellation::Flag openingCalledOff_{false};
+    std::thread thread_; // last: it uses all of the above
+};
+
+bool ViewSession::waitForWork() {
+    std::unique_lock lock(mutex_);
+    wake_.wait(lock, [&] { return stop_ || toOpen_ || wish_ || question_ || stillEnded_ != 0 || !resting_; });
+    return !stop_;
+}
+
+void ViewSession::run() {
+    while (waitForWork()) {
+        std::optional<ToOpen> path;
+        std::optional<Wish> wish;
+        std::optional<glm::dvec2> question;
+        std::uint64_t number = 0;
+        std::uint64_t stillEnded = 0;
+        {
+            const std::lock_guard lock(mutex_);
+            path = std::exchange(toOpen_, {});
+            wish = std::exchange(wish_, {});
+            question = std::exchange(question_, {});
+            number = questions_;
+            stillEnded = std::exchange(stillEnded_, 0);
+        }
+        try {
+            if (path)
+                openVolume(*path);
+            if (stillEnded != 0 && stillEnded == stillOf_)
+                finishStill();
+            if (wish && open_)
+                take(*wish);
+            if (question && open_)
+                answer(*question, number);
+            proceed();
+        } catch (const Cancelled&) { // another volume, or the end
+        } catch (const Interrupted&) {
+            tellProblem("interrupted");
+            resting_ = true;
+        } catch (const std::exception& e) {
+            tellProblem(e.what());
+            resting_ = true;
+        }
+        options_.news();
+    }
+    open_.reset(); // here: engines belong to the thread
+}
+
+void ViewSession::openVolume(const ToOpen& what) {
+    const fs::path& path = what.path;
+    openingCalledOff_ = false;
+    const Cancellation asks(&openingCalledOff_);
+    auto progress = std::make_shared<Progress>(Verbosity::quiet, true);
+    {
+        const std::lock_guard lock(mutex_);
+        opening_ = progress;
+    }
+    try {
+        auto next = std::make_unique<Open>(options_, path);
+        Scene scene = isSceneFile(path) ? loadScene(path) : defaultScene(path);
+        scene.imageSize = what.pictureSize;
+        if (!scene.quality.pixels.named)
+            scene.quality.pixels.samples = PixelSampling::kAutomatic, scene.quality.pixels.named = true;
+        CommonOptions common = options_.common;
+        common.progress = progress;
+        SceneVolume& volume = scene.volumes.front();
+        volume.path = storeFor(volume.path, options_.input, next->ram, common);
+        progress->stage("opening " + path.filename().string());
+        next->store = std::make_unique<StoreReader>(volume.path, next->ram);
+        const VolumeInfo& info = next->store->info();
+        if (const auto* name = std::get_if<std::string>(&volume.transferFunction); name && name->empty())
+            volume.transferFunction = std::string(info.unit == "HU" || volume.unit == "HU" ? "bone" : "auto");
+        open_ = std::move(next); // the one before goes
+        makeRenderer(scene);
+        auto seen = std::make_shared<VolumeSeen>();
+        seen->path = path;
+        seen->info = info;
+        seen->values = summarise(open_->renderer->volume().statistics, info, volume.unit);
+        open_->scene.camera = open_->renderer->camera();
+        open_->scene.volumes.front().transferFunction = resolved(volume.transferFunction, seen->values);
+        seen->scene = open_->scene;
+        seen->histogram = volumeHistogram(open_->renderer->volume(), seen->values.lowest,
+                                          seen->values.highest, kHistogramBinsSeen);
+        const std::lock_guard lock(mutex_);
+        opening_.reset();
+        volume_ = std::move(seen);
+        picture_.reset();
+        picked_.reset();
+        asked_ = ++wishes_;
+        state_ = {};
+        state_.kind = ViewingState::Kind::open;
+        state_.engine = open_->engine->about().device;
+        moving_ = resting_ = false;
+    } catch (const Cancelled&) {
+        const std::lock_guard lock(mutex_);
+        opening_.reset();
+        throw;
+    } catch (const std::exception& e) {
+        const std::lock_guard lock(mutex_);
+        opening_.reset();
+        if (open_ && volume_ && open_->renderer) { // what was open stays
+            state_.kind = ViewingState::Kind::open;
+            state_.problem = e.what();
+        } else {
+            open_.reset();
+            volume_.reset();
+            state_ = {};
+            state_.kind = ViewingState::Kind::failed;
+            state_.what = e.what();
+        }
+        resting_ = true;
+    }
+}
+
+/// Of the open volume, for a scene of which more has changed than a renderer can be told.
+void ViewSession::makeRenderer(const Scene& scene) {
+    Open& o = *open_;
+    o.renderer.reset();
+    o.engine.reset();
+    o.pictures = {};
+    o.pictures = o.ram.charge(kKeptPictures * (sizeof(glm::vec4) + sizeof(std::uint32_t)) *
+                                  static_cast<std::size_t>(scene.imageSize.x) *
+                                  static_cast<std::size_t>(scene.imageSize.y),
+                              "the pictures that a window shows");
+    RenderOptions render;
+    render.engine = options_.engine;
+    render.device = options_.device;
+    render.threads = options_.threads;
+    o.engine = makeEngine(scene, render, o.ram, o.gpu);
+    InteractiveOptions interactive;
+    interactive.threads = options_.threads;
+    o.renderer = std::make_unique<InteractiveRenderer>(scene, *o.store, *o.engine, o.ram, o.gpu, interactive);
+    o.scene = scene;
+    pace_.forget();
+    resting_ = false;
+    drawsMoving_ = false;
+}
+
+void ViewSession::take(const Wish& wish) {
+    Open& o = *open_;
+    if (wish.scene.volumes.front().path != o.scene.volumes.front().path)
+        return; // of the volume before
+    if (o.still)
+        o.still->callOff();
+    const bool changed = sceneJson(wish.scene) != sceneJson(o.scene);
+    if (fixedPart(wish.scene) != fixedPart(o.scene)) {
+        makeRenderer(wish.scene);
+    } else if (changed) {
+        const Camera& camera = std::get<Camera>(wish.scene.camera);
+        if (camera != o.renderer->camera())
+            o.renderer->setCamera(camera);
+        o.renderer->setFunction(std::get<TransferFunction>(wish.scene.volumes.front().transferFunction));
+        if (!drawsMoving_)
+            o.renderer->cancel();
+        o.scene = wish.scene;
+    }
+    asked_ = wish.number;
+    moving_ = wish.moving;
+    resting_ = false;
+}
+
+void ViewSession::answer(const glm::dvec2& place, std::uint64_t number) {
+    PickedPlace picked =
+        pickPlace(open_->renderer->volume(), open_->renderer->camera(), open_->scene.imageSize, place);
+    picked.number = number;
+    const std::lock_guard lock(mutex_);
+    picked_ = picked;
+}
+
+void ViewSession::proceed() {
+    if (resting_ || !open_ || !open_->renderer) {
+        resting_ = true;
+        return;
+    }
+    Open& o = *open_;
+    if (moving_)
+        o.renderer->setHaste(InteractiveRenderer::Haste{pace_.sizeFor(o.scene.imageSize), kMovingStepVoxels});
+    else
+        o.renderer->setHaste(std::nullopt);
+    drawsMoving_ = moving_;
+    const InteractiveRenderer::Progress progress = o.renderer->advance(Clock::now() + kTurn);
+    if (progress.newPicture)
+        publishPicture(progress);
+    resting_ = progress.converged;
+    if (resting_ && !moving_ && options_.stills && stillOf_ != asked_ && !o.still)
+        startStill();
+    tellState(progress);
+}
+
+void ViewSession::publishPicture(const InteractiveRenderer::Progress& progress) {
+    auto picture = std::make_shared<ShownPicture>();
+    const InteractiveRenderer& r = *open_->renderer;
+    picture->image = r.picture();
+    picture->stage = picture->image.size != open_->scene.imageSize || moving_ ? Stage::moving
+                     : progress.movesLeft > 0 || progress.choosing            ? Stage::loading
+                                                                              : Stage::whole;
+    picture->camera = r.camera();
+    picture->asked = asked_;
+    picture->drawingMs = r.pictureMs();
+    pace_.drew(picture->image.size, picture->drawingMs);
+    prepareDisplay(*picture);
+    const std::lock_guard lock(mutex_);
+    picture_ = std::move(picture);
+    ++state_.pictures;
+}
+
+void ViewSession::prepareDisplay(ShownPicture& picture) const {
+    const Scene& scene = open_->scene;
+    picture.displaySize = scene.imageSize;
+    picture.display = displayPixels(picture.image, scene.background, scene.imageSize, options_.threads);
+}
+
+void ViewSession::startStill() {
+    Open& o = *open_;
+    RenderOptions render;
+    render.engine = options_.engine;
+    render.device = options_.device;
+    render.threads = options_.threads;
+    render.searching = render.checking = true;
+    render.verify = Verify::quick;
+    stillOf_ = asked_;
+    o.still = std::make_unique<Still>(o.scene, asked_, *o.store, o.stillRam, o.stillGpu, render,
+                                      [this, asked = asked_] {
+                                          {
+                                              const std::lock_guard lock(mutex_);
+                                              stillEnded_ = asked;
+                                          }
+                                          wake_.notify_all();
+                                      });
+}
+
+void ViewSession::finishStill() {
+    Open& o = *open_;
+    FinishedStill finished = o.still->take();
+    o.still.reset();
+    if (finished.picture)
+        prepareDisplay(*finished.picture);
+    const std::lock_guard lock(mutex_);
+    if (finished.picture && finished.picture->asked == asked_) {
+        picture_ = finished.picture;
+        ++state_.pictures;
+        state_.measured = finished.measured;
+        state_.drawingStill = false;
+        state_.atRest = true;
+    } else if (!finished.problem.empty()) {
+        state_.problem = finished.problem;
+        state_.drawingStill = false;
+    } else {
+        resting_ = false; // called off: the wish that did so gets one of its own
+    }
+}
+
+void ViewSession::tellState(const InteractiveRenderer::Progress& progress) {
+    Open& o = *open_;
+    const InteractiveRenderer& r = *o.renderer;
+    ViewingState s;
+    s.ramUsed = o.ram.usedBytes() + o.stillRam.usedBytes(), s.ramLimit = options_.ramBytes;
+    s.gpuUsed = o.gpu.usedBytes() + o.stillGpu.usedBytes(), s.gpuLimit = options_.gpuBytes;
+    const Selection& has = r.resident();
+    s.bricks = has.levels.size();
+    s.bricksShown = has.shownBricks();
+    if (const auto& wanted = r.wanted())
+        for (std::size_t b = 0; b < has.levels.size(); ++b)
+            s.bricksAsWanted += has.levels[b] != Selection::kEmpty && has.levels[b] <= wanted->levels[b];
+    s.finestLevel = kLevelCount - 1;
+    for (int level = kLevelCount - 1; level >= 0; --level)
+        if (has.counts[static_cast<std::size_t>(level)] > 0)
+            s.finestLevel = level, s.coarsestLevel = std::max(s.coarsestLevel, level);
+    s.movesLeft = progress.movesLeft;
+    s.choosing = progress.choosing;
+    s.drawingStill = o.still != nullptr;
+    s.atRest = resting_ && !o.still;
+    const std::lock_guard lock(mutex_);
+    s.kind = state_.kind;
+    s.what = state_.what;
+    s.problem = state_.problem;
+    s.engine = state_.engine;
+    s.pictures = state_.pictures;
+    s.damagedChunks = state_.damagedChunks;
+    state_ = std::move(s);
+}
+
+void ViewSession::tellProblem(const std::string& problem) {
+    const std::lock_guard lock(mutex_);
+    state_.problem = problem;
+}
+
+void ViewSession::saveScreenshot(const fs::path& path) const {
+#if TESSERA_WITH_IMAGE_FILES
+    const std::shared_ptr<const ShownPicture> shown = picture();
+    const std::shared_ptr<const VolumeSeen> seen = volume();
+    if (!shown || !seen)
+        throw InputError("there is no picture to save");
+    checkImagePath(path);
+    const auto background = seen->scene.background;
+    writeImage(path, background ? overBackground(shown->image, *background) : shown->image,
+               shown->manifest.empty() ? R"({"notice":"not for diagnosis","coarse":true})" : shown->manifest);
+#else
+    throw InputError(path.string() + ": this program was built without picture files");
+#endif
+}
+
+} // namespace
+
+Scene defaultScene(const fs::path& path) {
+    Scene scene;
+    scene.quality.automaticStep = true;
+    scene.volumes.push_back({path, std::string()});
+    return scene;
+}
+
+std::unique_ptr<Viewing> makeViewSession(const ViewSessionOptions& options) {
+    return std::make_unique<ViewSession>(options);
+}
+
+} // namespace tessera

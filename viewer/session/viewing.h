@@ -1,0 +1,109 @@
+// viewer/session/viewing.h: a volume that is looked at: what a window asks for, and gets. The interface
+// alone, so that windows know nothing of engines, stores and threads.
+#pragma once
+
+#include "core/image.h"
+#include "core/preset.h" // ValueSummary
+#include "core/scene.h"
+#include "core/volume.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <glm/vec2.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// How good a picture is.
+enum class Stage {
+    moving,  // fewer pixels, longer steps: something moves
+    loading, // all pixels; bricks are still on their way
+    whole,   // all pixels, through their middles, bricks as chosen
+    still    // what `tessera render` draws
+};
+
+struct ShownPicture {
+    Image image; // linear, premultiplied, on nothing; of fewer pixels than the scene's where something moves
+    glm::ivec2 displaySize{0};
+    /// The same on the scene's background, as large as the scene's picture, as displayPixels() makes it.
+    std::vector<std::uint32_t> display;
+    Stage stage = Stage::moving;
+    Camera camera;
+    std::uint64_t asked = 0; // the number of the wish that it answers
+    double drawingMs = 0;    // from its begin to its end
+    std::string manifest;    // of a still, JSON; else empty
+};
+
+/// A place in the volume under a place of the picture.
+struct PickedPlace {
+    std::uint64_t number = 0; // of the question
+    bool hit = false;
+    glm::dvec3 mm{0};    // patient space
+    glm::dvec3 voxel{0}; // level-0 voxels
+    double value = 0;    // physical units
+    int level = 0;       // that place and value were read at: not 0 means that they are coarse
+};
+
+struct VolumeSeen {
+    VolumeInfo info;
+    ValueSummary values;
+    /// Counts of values over equal bins of [values.lowest, values.highest], of a coarse level; 256 or fewer.
+    std::vector<double> histogram;
+    Scene scene;                // as opened: camera and function spelled out
+    std::filesystem::path path; // as it was named
+};
+
+struct ViewingState {
+    enum class Kind { nothing, opening, open, failed } kind = Kind::nothing;
+    std::string what;    // opening: what is done; failed: why
+    double share = 0;    // opening: of it, [0,1]; 0: not known
+    std::string problem; // the last that went wrong with an open volume; empty: nothing
+    std::string engine;  // that draws
+    std::size_t ramUsed = 0, ramLimit = 0, gpuUsed = 0, gpuLimit = 0;
+    std::size_t bricks = 0, bricksShown = 0, bricksAsWanted = 0;
+    std::size_t movesLeft = 0;
+    bool choosing = false;
+    int finestLevel = 0, coarsestLevel = 0; // of what is drawn
+    bool atRest = false;                    // nothing more will come until something is asked
+    bool drawingStill = false;
+    std::string measured; // the still's measured error as a sentence; empty: none yet
+    std::uint64_t pictures = 0;
+    std::size_t damagedChunks = 0;
+};
+
+class Viewing {
+  public:
+    virtual ~Viewing() = default;
+
+    /// Opens a store, a scene, a folder or file; what is open is let go once the new one is there.
+    /// @param pictureSize  of the first pictures, pixels, in place of the scene's
+    virtual void open(const std::filesystem::path& path, const glm::ivec2& pictureSize) = 0;
+    /// The last that was opened; null before. Another pointer for another volume.
+    virtual std::shared_ptr<const VolumeSeen> volume() const = 0;
+
+    /// What to draw from now on, with the camera spelled out. The latest wish counts; those before it that
+    /// were not drawn yet never are.
+    /// @param moving  more of the kind is about to come: pictures have to come in time
+    /// Returns the wish's number.
+    virtual std::uint64_t show(const Scene& scene, bool moving) = 0;
+    /// The newest picture, null before there is one. Another pointer for another picture.
+    virtual std::shared_ptr<const ShownPicture> picture() const = 0;
+    virtual ViewingState state() const = 0;
+
+    /// Asks what is under a place of the picture, in pixels of the scene's picture. Returns the question's
+    /// number.
+    virtual std::uint64_t pick(const glm::dvec2& place) = 0;
+    /// The last answer.
+    virtual std::optional<PickedPlace> picked() const = 0;
+
+    /// Writes the newest picture with its manifest. Throws Error or InputError.
+    virtual void saveScreenshot(const std::filesystem::path& path) const = 0;
+    /// Forgets the problem that state() tells.
+    virtual void problemSeen() = 0;
+};
+
+} // namespace tessera

@@ -1,0 +1,137 @@
+// viewer/window/desk.cpp: see desk.h.
+#include "viewer/window/desk.h"
+
+#include "viewer/session/camera_moves.h"
+
+#include <algorithm>
+
+namespace tessera {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr auto kRestAfter = 180ms; // without input, nothing moves any more
+constexpr auto kSizeStays = 200ms; // before a picture gets another size
+constexpr std::size_t kMostTimes = 200;
+
+} // namespace
+
+void Latency::drew(double ms, WindowClock::time_point now) {
+    lastMs = ms;
+    recentMs.push_back(ms);
+    if (recentMs.size() > kMostTimes)
+        recentMs.pop_front();
+    pictureTimes.push_back(now);
+}
+
+double Latency::picturesPerSecond(WindowClock::time_point now) const {
+    const auto recent = std::count_if(pictureTimes.begin(), pictureTimes.end(),
+                                      [&](WindowClock::time_point t) { return now - t < 1s; });
+    return static_cast<double>(recent);
+}
+
+void Desk::update() {
+    const auto now = WindowClock::now();
+    if (auto volume = viewing_.volume(); volume != volume_) {
+        volume_ = std::move(volume);
+        picture_.reset();
+        picked_.reset();
+        history_ = {};
+        if (volume_) {
+            scene_ = volume_->scene;
+            settings_.opened(volume_->path);
+        }
+    }
+    if (auto picture = viewing_.picture(); picture != picture_ && volume_) {
+        picture_ = std::move(picture);
+        if (picture_ && picture_->asked >= asked_ && askedAt_ != WindowClock::time_point()) {
+            latency_.drew(std::chrono::duration<double, std::milli>(now - askedAt_).count(), now);
+            askedAt_ = {};
+        } else if (picture_) {
+            latency_.pictureTimes.push_back(now);
+        }
+        while (latency_.pictureTimes.size() > kMostTimes)
+            latency_.pictureTimes.pop_front();
+    }
+    picked_ = viewing_.picked();
+    state_ = viewing_.state();
+    if (!state_.problem.empty()) {
+        tell(state_.problem, true);
+        viewing_.problemSeen();
+    }
+    if (message_ && now > message_->until)
+        message_.reset();
+}
+
+void Desk::send(bool moving) {
+    if (!volume_)
+        return;
+    lastInput_ = WindowClock::now();
+    if (askedAt_ == WindowClock::time_point())
+        askedAt_ = lastInput_; // of the first input that no picture has answered
+    asked_ = viewing_.show(scene_, moving);
+    owesRest_ = moving;
+}
+
+void Desk::setScene(const Scene& scene, bool moving) {
+    const glm::ivec2 size = scene_.imageSize;
+    scene_ = scene;
+    scene_.imageSize = size;
+    send(moving);
+}
+
+void Desk::setCamera(const Camera& camera, bool moving) {
+    scene_.camera = camera;
+    send(moving);
+}
+
+void Desk::setFunction(const TransferFunction& function, bool moving) {
+    scene_.volumes.front().transferFunction = function;
+    send(moving);
+}
+
+void Desk::setPictureSize(const glm::ivec2& size) {
+    if (size == wantedSize_)
+        return;
+    wantedSize_ = size;
+    sizeChanged_ = WindowClock::now();
+}
+
+bool Desk::settle() {
+    const auto now = WindowClock::now();
+    if (volume_ && wantedSize_.x > 0 && wantedSize_ != scene_.imageSize) {
+        if (now - sizeChanged_ < kSizeStays)
+            return true;
+        scene_.imageSize = wantedSize_;
+        send(false);
+    }
+    if (owesRest_ && now - lastInput_ >= kRestAfter) {
+        owesRest_ = false;
+        viewing_.show(scene_, false);
+    }
+    return owesRest_ || message_;
+}
+
+void Desk::undo() {
+    if (history_.canUndo())
+        setScene(history_.undo(scene_), false);
+}
+
+void Desk::redo() {
+    if (history_.canRedo())
+        setScene(history_.redo(scene_), false);
+}
+
+void Desk::resetCamera() {
+    if (volume_)
+        setCamera(std::get<Camera>(volume_->scene.camera), false);
+}
+
+void Desk::open(const std::filesystem::path& path) {
+    viewing_.open(path, wantedSize_.x > 0 ? wantedSize_ : Scene().imageSize);
+}
+
+void Desk::tell(const std::string& text, bool problem) {
+    message_ = Message{text, problem, WindowClock::now() + (problem ? 12s : 4s)};
+}
+
+} // namespace tessera

@@ -1,0 +1,28 @@
+// viewer/window/function_editor.h: the transfer function over the volume's histogram, to be dragged.
+#pragma once
+
+#include "viewer/window/desk.h"
+
+#include <cstddef>
+#include <optional>
+
+namespace tessera {
+
+/// A part of a panel. Points are dragged; a click beside them makes another, a right click takes one away; a
+/// double click on a point asks for its colour. The histogram is of logarithms.
+class FunctionEditor {
+  public:
+    void draw(Desk& desk);
+
+  private:
+    void presets(Desk& desk);
+    void curve(Desk& desk);
+    void colourOf(Desk& desk);
+
+    std::optional<std::size_t> held_; // opacity point
+    std::size_t coloured_ = 0;        // whose colour is asked
+    double from_ = 0, to_ = 0;        // values that are shown
+    const VolumeSeen* of_ = nullptr;
+};
+
+} // namespace tessera

@@ -1,0 +1,26 @@
+// viewer/window/function_edits.h: edits of a transfer function, each giving another one. Values in physical
+// units.
+#pragma once
+
+#include "core/transfer_function.h"
+
+#include <cstddef>
+
+namespace tessera {
+
+/// All points (opacities, colours, materials) go by `shift`, away from the middle of the opacity points by
+/// the factor.
+TransferFunction shiftedAndStretched(const TransferFunction& function, double shift, double factor);
+/// The opacity point goes there, but not past its neighbours. @param point  index
+TransferFunction withPointAt(const TransferFunction& function, std::size_t point, double value,
+                             double opacity);
+/// Another opacity point, with what the function has there; `index` is what it becomes.
+TransferFunction withNewPoint(const TransferFunction& function, double value, double opacity,
+                              std::size_t& index);
+/// Without an opacity point; the last one stays.
+TransferFunction withoutPoint(const TransferFunction& function, std::size_t point);
+/// The colour at the colour point nearest to the value, or at a new one where none is within `reach`.
+TransferFunction withColourAt(const TransferFunction& function, double value, const glm::dvec3& colour,
+                              double reach);
+
+} // namespace tessera

@@ -1,0 +1,177 @@
+// viewer/window/overlays.cpp: see overlays.h.
+#include "viewer/window/overlays.h"
+
+#include "viewer/session/camera_moves.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <glm/trigonometric.hpp>
+#include <imgui.h>
+#include <string>
+
+namespace tessera {
+namespace {
+
+constexpr ImU32 kText = IM_COL32(235, 235, 235, 255), kFaint = IM_COL32(235, 235, 235, 130),
+                kWarning = IM_COL32(255, 190, 70, 255);
+
+void text(ImDrawList& draw, const ImVec2& at, ImU32 colour, const std::string& words) {
+    draw.AddText({at.x + 1, at.y + 1}, IM_COL32(0, 0, 0, 200), words.c_str());
+    draw.AddText(at, colour, words.c_str());
+}
+
+/// A cube with a letter on every side that faces the viewer: left, right, anterior, posterior, head, foot.
+void drawCube(ImDrawList& draw, const Camera& camera, const ImVec2& middle, float half) {
+    const glm::dmat3 cameraFromPatient = glm::transpose(patientFromCamera(camera));
+    const auto project = [&](const glm::dvec3& p) {
+        const glm::dvec3 c = cameraFromPatient * p;
+        return ImVec2(middle.x + half * static_cast<float>(c.x), middle.y - half * static_cast<float>(c.y));
+    };
+    constexpr const char* kLetters[3][2] = {{"R", "L"}, {"A", "P"}, {"F", "H"}}; // LPS: to -, to +
+    for (int axis = 0; axis < 3; ++axis)
+        for (const int side : {-1, 1}) {
+            glm::dvec3 normal(0);
+            normal[axis] = side;
+            const double facing = (cameraFromPatient * normal).z;
+            if (facing <= 0.02)
+                continue;
+            glm::dvec3 u(0), v(0);
+            u[(axis + 1) % 3] = 1;
+            v[(axis + 2) % 3] = 1;
+            const double edge = 0.62;
+            const ImVec2 corners[4] = {project(edge * (normal + u + v)), project(edge * (normal + u - v)),
+                                       project(edge * (normal - u - v)), project(edge * (normal - u + v))};
+            const int grey = static_cast<int>(50 + 90 * facing);
+            draw.AddConvexPolyFilled(corners, 4, IM_COL32(grey, grey, grey + 12, 215));
+            draw.AddPolyline(corners, 4, kFaint, ImDrawFlags_Closed, 1.0f);
+            if (facing > 0.3) {
+                const char* const letter = kLetters[axis][side > 0];
+                const ImVec2 size = ImGui::CalcTextSize(letter), at = project(edge * normal);
+                draw.AddText({at.x - size.x / 2, at.y - size.y / 2}, kText, letter);
+            }
+        }
+}
+
+void drawScaleBar(ImDrawList& draw, const Area& area, const Camera& camera) {
+    const double unitsPerMm = area.size.y / (2 * camera.parallelScale);
+    const double mm = roundLength(0.25 * area.size.x / unitsPerMm);
+    const auto length = static_cast<float>(mm * unitsPerMm);
+    const ImVec2 at(static_cast<float>(area.from.x) + 18, static_cast<float>(area.from.y + area.size.y) - 44);
+    draw.AddLine(at, {at.x + length, at.y}, kText, 2);
+    for (const float x : {at.x, at.x + length})
+        draw.AddLine({x, at.y - 5}, {x, at.y + 5}, kText, 2);
+    char words[48];
+    std::snprintf(words, sizeof words, mm >= 10000 ? "%.3g m" : "%g mm", mm >= 10000 ? mm / 1000 : mm);
+    text(draw, {at.x + length + 8, at.y - 8}, kText, words);
+}
+
+/// How good the picture is, where it is not as good as it can be.
+std::string badge(const Desk& desk) {
+    const ShownPicture* const picture = desk.picture();
+    const ViewingState& s = desk.state();
+    if (!picture)
+        return {};
+    switch (picture->stage) {
+    case Stage::moving:
+        return "coarse: moving";
+    case Stage::loading:
+        return "coarse: " + std::to_string(s.movesLeft) + " bricks on their way";
+    case Stage::whole:
+        return s.drawingStill ? "one ray a pixel; the still is being drawn" : "one ray a pixel";
+    case Stage::still:
+        return {};
+    }
+    return {};
+}
+
+} // namespace
+
+double roundLength(double mm) {
+    if (!(mm > 0) || !std::isfinite(mm))
+        return 1;
+    const double power = std::pow(10.0, std::floor(std::log10(mm)));
+    for (const double part : {5.0, 2.0})
+        if (part * power <= mm)
+            return part * power;
+    return power;
+}
+
+bool pictureFromPatient(const Camera& camera, const glm::ivec2& imageSize, const glm::dvec3& mm,
+                        glm::dvec2& pixel) {
+    const glm::dmat3 axes = patientFromCamera(camera);
+    const glm::dvec3 c = glm::transpose(axes) * (mm - camera.position);
+    const double half = glm::tan(glm::radians(camera.viewAngle) / 2);
+    double perHeight = 0; // of half the picture's height, of a mm at that depth
+    if (camera.projection == Projection::parallel)
+        perHeight = 1 / camera.parallelScale;
+    else if (c.z < -1e-9)
+        perHeight = 1 / (-c.z * half);
+    else
+        return false;
+    const double pixels = perHeight * imageSize.y / 2;
+    pixel = {imageSize.x / 2.0 + c.x * pixels, imageSize.y / 2.0 - c.y * pixels};
+    return true;
+}
+
+void drawOverlays(Desk& desk, const Area& area, const PictureHand& hand) {
+    ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+    const auto left = static_cast<float>(area.from.x), top = static_cast<float>(area.from.y),
+               right = static_cast<float>(area.from.x + area.size.x),
+               bottom = static_cast<float>(area.from.y + area.size.y);
+    draw.PushClipRect({left, top}, {right, bottom});
+    text(draw, {right - ImGui::CalcTextSize("not for diagnosis").x - 10, bottom - 22}, kFaint,
+         "not for diagnosis");
+    if (const VolumeSeen* volume = desk.volume()) {
+        drawCube(draw, desk.camera(), {right - 52, top + 52}, 42);
+        if (desk.camera().projection == Projection::parallel)
+            drawScaleBar(draw, area, desk.camera());
+        if (const std::string words = badge(desk); !words.empty())
+            text(draw, {left + 12, top + 10}, kWarning, words);
+        if (const auto& picked = desk.picked(); picked && picked->hit && hand.isOver()) {
+            char words[160];
+            std::snprintf(words, sizeof words, "%.4g %s at %.1f, %.1f, %.1f mm%s", picked->value,
+                          volume->info.unit.c_str(), picked->mm.x, picked->mm.y, picked->mm.z,
+                          picked->level > 0 ? " (coarse)" : "");
+            text(draw, {left + 12, bottom - 22}, kText, words);
+            glm::dvec2 pixel(0);
+            if (pictureFromPatient(desk.camera(), area.pixels(), picked->mm, pixel)) {
+                const glm::dvec2 at = area.from + pixel / area.pixelsPerUnit;
+                draw.AddCircle({static_cast<float>(at.x), static_cast<float>(at.y)}, 4, kWarning, 0, 1.5f);
+            }
+        }
+    }
+    const ViewingState& s = desk.state();
+    const ImVec2 middle((left + right) / 2, (top + bottom) / 2);
+    const auto centred = [&](const std::string& words, float y, ImU32 colour) {
+        const ImVec2 size = ImGui::CalcTextSize(words.c_str(), nullptr, false, (right - left) * 0.8f);
+        draw.AddText(nullptr, 0, {middle.x - size.x / 2, y}, colour, words.c_str(), nullptr,
+                     (right - left) * 0.8f);
+    };
+    if (s.kind == ViewingState::Kind::opening) {
+        centred(s.what, middle.y - 30, kText);
+        const float half = std::min(200.0f, (right - left) / 3);
+        draw.AddRect({middle.x - half, middle.y}, {middle.x + half, middle.y + 12}, kFaint);
+        draw.AddRectFilled({middle.x - half, middle.y},
+                           {middle.x - half + 2 * half * static_cast<float>(s.share), middle.y + 12}, kText);
+    } else if (s.kind == ViewingState::Kind::failed) {
+        centred(s.what, middle.y - 10, kWarning);
+    } else if (s.kind == ViewingState::Kind::nothing) {
+        centred("drop a DICOM folder, a NIfTI file, a store or a scene here", middle.y - 10, kFaint);
+    }
+    if (const auto& message = desk.message()) {
+        const float wrap = (right - left) * 0.8f;
+        const ImVec2 size = ImGui::CalcTextSize(message->text.c_str(), nullptr, false, wrap);
+        const ImVec2 at(middle.x - size.x / 2, bottom - 60 - size.y);
+        draw.AddRectFilled({at.x - 10, at.y - 6}, {at.x + size.x + 10, at.y + size.y + 6},
+                           IM_COL32(20, 20, 24, 230), 4);
+        draw.AddText(nullptr, 0, at, message->problem ? kWarning : kText, message->text.c_str(), nullptr,
+                     wrap);
+    }
+    draw.PopClipRect();
+}
+
+} // namespace tessera

@@ -1,0 +1,246 @@
+// viewer/window/panels.cpp: see panels.h.
+#include "viewer/window/panels.h"
+
+#include "core/budget.h" // formatBytes
+#include "core/error.h"
+#include "core/look.h"
+#include "core/output_file.h"
+#include "viewer/session/camera_moves.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <imgui.h>
+
+namespace tessera {
+namespace {
+
+const char* const kStages[] = {"moving", "loading", "whole", "still"};
+
+bool edited() {
+    return ImGui::IsItemActivated();
+}
+
+} // namespace
+
+void Panels::files(Desk& desk) {
+    ImGui::SetNextItemWidth(-60);
+    const bool entered = ImGui::InputTextWithHint("##path", "file or folder", path_, sizeof path_,
+                                                  ImGuiInputTextFlags_EnterReturnsTrue);
+    ImGui::SameLine();
+    if ((ImGui::Button("open") || entered) && path_[0] != '\0')
+        desk.open(path_);
+    if (!desk.settings().recent.empty() && ImGui::BeginCombo("##recent", "recent ...")) {
+        for (const auto& path : desk.settings().recent)
+            if (ImGui::Selectable(path.string().c_str())) {
+                desk.open(std::filesystem::path(path));
+                break;
+            }
+        ImGui::EndCombo();
+    }
+    if (!desk.volume())
+        return;
+    const auto save = [&](const char* what, const char* extension, const auto& write) {
+        const std::string file = desk.volume()->path.stem().string() + extension;
+        try {
+            write(file);
+            desk.tell(std::string("wrote ") + what + " " + std::filesystem::absolute(file).string());
+        } catch (const std::exception& e) {
+            desk.tell(e.what(), true);
+        }
+    };
+    if (ImGui::Button("save picture"))
+        save("picture", ".png", [&](const std::string& file) { desk.viewing().saveScreenshot(file); });
+    ImGui::SameLine();
+    if (ImGui::Button("save scene"))
+        save("scene", ".json",
+             [&](const std::string& file) { writeOutputFile(file, sceneJson(desk.scene()) + "\n"); });
+}
+
+void Panels::view(Desk& desk) {
+    const char* const names[] = {"anterior", "posterior", "left", "right", "superior", "inferior"};
+    for (int n = 0; n < 6; ++n) {
+        if (n % 3 != 0)
+            ImGui::SameLine();
+        if (ImGui::Button(names[n], {98, 0}))
+            desk.setCamera(seenFrom(desk.camera(), static_cast<View>(n)), false);
+    }
+    int projection = desk.camera().projection == Projection::parallel;
+    ImGui::RadioButton("perspective", &projection, 0);
+    ImGui::SameLine();
+    ImGui::RadioButton("parallel", &projection, 1);
+    if (projection != static_cast<int>(desk.camera().projection == Projection::parallel))
+        desk.setCamera(
+            projectedBy(desk.camera(), projection ? Projection::parallel : Projection::perspective), false);
+    if (desk.camera().projection == Projection::perspective) {
+        float angle = static_cast<float>(desk.camera().viewAngle);
+        if (ImGui::SliderFloat("angle", &angle, 5, 150, "%.0f deg")) {
+            Camera camera = desk.camera();
+            camera.viewAngle = static_cast<double>(angle);
+            desk.setCamera(camera, true);
+        }
+    }
+    ImGui::Checkbox("fly (W A S D, Q E, drag to look)", &desk.flying);
+    if (ImGui::Button("whole volume (R)"))
+        desk.resetCamera();
+}
+
+void Panels::light(Desk& desk) {
+    if (ImGui::BeginCombo("look", look_.c_str())) {
+        for (const std::string& name : lookNames())
+            if (ImGui::Selectable(name.c_str(), name == look_)) {
+                Scene scene = desk.scene();
+                applyLook(name, scene);
+                look_ = name;
+                desk.beginEdit();
+                desk.setScene(scene, false);
+            }
+        ImGui::EndCombo();
+    }
+    Scene scene = desk.scene();
+    bool changed = false;
+    if (ImGui::Checkbox("shading", &scene.shading.on)) {
+        desk.beginEdit();
+        changed = true;
+    }
+    if (scene.shading.on) {
+        const auto slider = [&](const char* name, double& value, float most) {
+            float shown = static_cast<float>(value);
+            const bool moved = ImGui::SliderFloat(name, &shown, 0, most, "%.2f");
+            if (edited())
+                desk.beginEdit();
+            if (moved)
+                value = static_cast<double>(shown), changed = true;
+        };
+        slider("ambient", scene.shading.ambient, 1);
+        slider("diffuse", scene.shading.diffuse, 1);
+        slider("specular", scene.shading.specular, 1);
+    }
+    if (changed)
+        desk.setScene(scene, false);
+}
+
+void Panels::surfaces(Desk& desk) {
+    Scene scene = desk.scene();
+    const VolumeSeen& volume = *desk.volume();
+    bool changed = false;
+    for (std::size_t i = 0; i < scene.surfaces.size(); ++i) {
+        ImGui::PushID(static_cast<int>(i));
+        Isosurface& surface = scene.surfaces[i];
+        float value = static_cast<float>(surface.value), opacity = static_cast<float>(surface.opacity);
+        ImGui::SetNextItemWidth(120);
+        const bool moved = ImGui::DragFloat(
+            "##value", &value, static_cast<float>((volume.values.highest - volume.values.lowest) / 2000),
+            static_cast<float>(volume.values.lowest), static_cast<float>(volume.values.highest), "%.0f");
+        if (edited())
+            desk.beginEdit();
+        ImGui::SameLine();
+        ImGui::SetNextItemWidth(90);
+        const bool faded = ImGui::SliderFloat("##opacity", &opacity, 0, 1, "%.2f");
+        if (edited())
+            desk.beginEdit();
+        ImGui::SameLine();
+        const bool gone = ImGui::SmallButton("remove");
+        ImGui::PopID();
+        if (moved || faded) {
+            surface.value = static_cast<double>(value);
+            surface.opacity = static_cast<double>(opacity);
+            changed = true;
+        }
+        if (gone) {
+            desk.beginEdit();
+            scene.surfaces.erase(scene.surfaces.begin() + static_cast<std::ptrdiff_t>(i));
+            changed = true;
+            break;
+        }
+    }
+    if (scene.surfaces.size() < Scene::kMaxSurfaces && ImGui::Button("add isosurface")) {
+        desk.beginEdit();
+        const auto& points = desk.function().opacityPoints();
+        scene.surfaces.push_back({points.empty() ? volume.values.lowest : points.back().value, {1, 1, 1}, 1});
+        changed = true;
+    }
+    if (changed)
+        desk.setScene(scene, false);
+}
+
+void Panels::state(Desk& desk) {
+    const ViewingState& s = desk.state();
+    const auto now = WindowClock::now();
+    ImGui::Text("%.0f pictures a second, %.0f ms after input", desk.latency().picturesPerSecond(now),
+                desk.latency().lastMs);
+    if (const ShownPicture* picture = desk.picture())
+        ImGui::Text("%s: %d x %d, %.0f ms", kStages[static_cast<int>(picture->stage)], picture->image.size.x,
+                    picture->image.size.y, picture->drawingMs);
+    ImGui::Text("RAM %s of %s", formatBytes(s.ramUsed).c_str(), formatBytes(s.ramLimit).c_str());
+    ImGui::Text("bricks' memory %s of %s", formatBytes(s.gpuUsed).c_str(), formatBytes(s.gpuLimit).c_str());
+    if (s.bricksShown > 0)
+        ImGui::Text("%.0f %% of %zu bricks at their level, levels %d to %d",
+                    100.0 * static_cast<double>(s.bricksAsWanted) / static_cast<double>(s.bricksShown),
+                    s.bricksShown, s.finestLevel, std::max(s.finestLevel, s.coarsestLevel));
+    if (s.movesLeft > 0)
+        ImGui::Text("%zu bricks are on their way", s.movesLeft);
+    if (s.drawingStill)
+        ImGui::TextUnformatted("drawing the still ...");
+    if (!s.measured.empty())
+        ImGui::TextWrapped("%s", s.measured.c_str());
+    ImGui::TextWrapped("%s", s.engine.c_str());
+}
+
+void Panels::draw(Desk& desk, float height) {
+    if (!desk.showPanels)
+        return;
+    ImGui::SetNextWindowPos({0, 0});
+    ImGui::SetNextWindowSize({kWidth, height});
+    ImGui::Begin("panels", nullptr,
+                 ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus);
+    files(desk);
+    if (desk.volume()) {
+        const auto part = [&](const char* name, const auto& body, bool open = true) {
+            if (ImGui::CollapsingHeader(name, open ? ImGuiTreeNodeFlags_DefaultOpen : 0))
+                body();
+        };
+        part("View", [&] { view(desk); });
+        part("Transfer function", [&] { function_.draw(desk); });
+        part("Light", [&] { light(desk); });
+        part(
+            "Isosurfaces", [&] { surfaces(desk); }, false);
+        part("State", [&] { state(desk); });
+    }
+    ImGui::End();
+}
+
+void drawHelp(Desk& desk) {
+    if (!desk.showHelp)
+        return;
+    ImGui::SetNextWindowSize({430, 0});
+    if (ImGui::Begin("Keys and mouse", &desk.showHelp,
+                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoResize)) {
+        const char* const rows[][2] = {{"left drag", "turn"},
+                                       {"Shift + left, middle drag", "shift"},
+                                       {"right drag, wheel", "nearer, farther"},
+                                       {"Ctrl + left drag", "roll"},
+                                       {"Alt + left drag", "shift and stretch the transfer function"},
+                                       {"double click", "what is there comes to the middle"},
+                                       {"1 ... 6", "anterior, posterior, left, right, superior, inferior"},
+                                       {"P", "perspective or parallel"},
+                                       {"R", "whole volume"},
+                                       {"F; W A S D, Q E", "fly"},
+                                       {"Ctrl Z, Ctrl Y", "undo, redo"},
+                                       {"Tab", "panels"},
+                                       {"F12", "save the picture"},
+                                       {"?", "this list"}};
+        if (ImGui::BeginTable("keys", 2)) {
+            for (const auto& row : rows) {
+                ImGui::TableNextColumn();
+                ImGui::TextUnformatted(row[0]);
+                ImGui::TableNextColumn();
+                ImGui::TextWrapped("%s", row[1]);
+            }
+            ImGui::EndTable();
+        }
+    }
+    ImGui::End();
+}
+
+} // namespace tessera

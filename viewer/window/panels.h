@@ -1,0 +1,34 @@
+// viewer/window/panels.h: the panel at the left: what is open, how it is seen, lit and coloured, and what it
+// costs.
+#pragma once
+
+#include "viewer/window/desk.h"
+#include "viewer/window/function_editor.h"
+
+#include <string>
+
+namespace tessera {
+
+class Panels {
+  public:
+    static constexpr float kWidth = 330; // in the screen's units
+
+    /// Draws them where desk.showPanels says so. @param height  of the window
+    void draw(Desk& desk, float height);
+
+  private:
+    void files(Desk& desk);
+    void view(Desk& desk);
+    void light(Desk& desk);
+    void surfaces(Desk& desk);
+    void state(Desk& desk);
+
+    FunctionEditor function_;
+    char path_[1024] = {};
+    std::string look_ = "plain";
+};
+
+/// What keys and mouse do.
+void drawHelp(Desk& desk);
+
+} // namespace tessera

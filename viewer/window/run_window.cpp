@@ -1,0 +1,297 @@
+// viewer/window/run_window.cpp: see run_window.h: GLFW, ImGui and the loop. A frame is drawn when something
+// happened: an event, news from the viewing, or something that moves on its own. Between frames the thread
+// sleeps.
+#include "viewer/window/run_window.h"
+
+#include "core/error.h"
+#include "core/interrupt.h"
+#include "core/output_file.h"
+#include "viewer/window/desk.h"
+#include "viewer/window/overlays.h"
+#include "viewer/window/panels.h"
+#include "viewer/window/picture_view.h"
+#include "viewer/window/script.h"
+
+#include <algorithm>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <cstring>
+#include <epoxy/gl.h> // before GLFW, which would include GL's own
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <imgui.h>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kAwakeSeconds = 1.0 / 60, kDozingSeconds = 0.1;
+constexpr int kFramesAfterEvent = 3; // ImGui answers some events a frame late
+constexpr const char* kFonts[] = {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
+                                  "/usr/share/fonts/TTF/DejaVuSans.ttf",
+                                  "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf"};
+
+std::string lastGlfwProblem;
+void onProblem(int, const char* words) {
+    lastGlfwProblem = words;
+}
+
+/// GLFW as long as it lives.
+struct Glfw {
+    Glfw() {
+        glfwSetErrorCallback(onProblem);
+        if (!glfwInit())
+            throw Error("no window can be opened: " + lastGlfwProblem +
+                        " (tessera render draws pictures without a display)");
+    }
+    ~Glfw() { glfwTerminate(); }
+};
+
+/// What events leave for the next frame.
+struct Events {
+    int framesOwed = kFramesAfterEvent;
+    std::vector<fs::path> dropped;
+};
+
+class Window {
+  public:
+    Window(const glm::ivec2& size, Events& events) {
+        glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+        glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+        glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+        glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+        window_ = glfwCreateWindow(size.x, size.y, "Tessera", nullptr, nullptr);
+        if (!window_)
+            throw Error("no window can be opened: " + lastGlfwProblem);
+        glfwMakeContextCurrent(window_);
+        glfwSwapInterval(1);
+        glfwSetWindowUserPointer(window_, &events);
+        const auto owed = [](GLFWwindow* w) {
+            static_cast<Events*>(glfwGetWindowUserPointer(w))->framesOwed = kFramesAfterEvent;
+        };
+        static const auto note = owed;
+        glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double, double) { note(w); });
+        glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int, int, int) { note(w); });
+        glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double) { note(w); });
+        glfwSetKeyCallback(window_, [](GLFWwindow* w, int, int, int, int) { note(w); });
+        glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned) { note(w); });
+        glfwSetFramebufferSizeCallback(window_, [](GLFWwindow* w, int, int) { note(w); });
+        glfwSetWindowRefreshCallback(window_, [](GLFWwindow* w) { note(w); });
+        glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
+            note(w);
+            for (int i = 0; i < count; ++i)
+                static_cast<Events*>(glfwGetWindowUserPointer(w))->dropped.emplace_back(paths[i]);
+        });
+    }
+    ~Window() { glfwDestroyWindow(window_); }
+    Window(const Window&) = delete;
+    Window& operator=(const Window&) = delete;
+
+    GLFWwindow* get() const { return window_; }
+    glm::ivec2 framebuffer() const {
+        glm::ivec2 size(0);
+        glfwGetFramebufferSize(window_, &size.x, &size.y);
+        return size;
+    }
+    glm::ivec2 size() const {
+        glm::ivec2 size(0);
+        glfwGetWindowSize(window_, &size.x, &size.y);
+        return size;
+    }
+    float scale() const {
+        float x = 1, y = 1;
+        glfwGetWindowContentScale(window_, &x, &y);
+        return std::max(1.0f, x);
+    }
+
+  private:
+    GLFWwindow* window_;
+};
+
+/// ImGui on that window; after its callbacks were set, which ImGui calls too.
+struct Gui {
+    explicit Gui(const Window& window) {
+        IMGUI_CHECKVERSION();
+        ImGui::CreateContext();
+        ImGuiIO& io = ImGui::GetIO();
+        io.IniFilename = nullptr;
+        const glm::ivec2 size = window.size(), pixels = window.framebuffer();
+        // On some systems a unit is a pixel and letters must grow, on others units grow.
+        const float perUnit = size.x > 0 ? static_cast<float>(pixels.x) / static_cast<float>(size.x) : 1;
+        const float grow = window.scale() / std::max(1.0f, perUnit);
+        std::error_code ignored;
+        for (const char* font : kFonts)
+            if (fs::exists(font, ignored)) {
+                io.Fonts->AddFontFromFileTTF(font, 14 * grow * perUnit);
+                io.FontGlobalScale = 1 / perUnit;
+                break;
+            }
+        ImGui::StyleColorsDark();
+        ImGui::GetStyle().ScaleAllSizes(grow);
+        ImGui::GetStyle().WindowBorderSize = 0;
+        ImGui_ImplGlfw_InitForOpenGL(window.get(), true);
+        ImGui_ImplOpenGL3_Init("#version 330 core");
+    }
+    ~Gui() {
+        ImGui_ImplOpenGL3_Shutdown();
+        ImGui_ImplGlfw_Shutdown();
+        ImGui::DestroyContext();
+    }
+};
+
+/// The window as it is shown, as PPM: a few lines, and no library for a picture that is only looked at.
+void capture(const Window& window, const fs::path& path) {
+    const glm::ivec2 size = window.framebuffer();
+    const auto row = static_cast<std::size_t>(size.x) * 3;
+    std::vector<unsigned char> pixels(row * static_cast<std::size_t>(size.y));
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glReadPixels(0, 0, size.x, size.y, GL_RGB, GL_UNSIGNED_BYTE, pixels.data());
+    std::string text = "P6\n" + std::to_string(size.x) + " " + std::to_string(size.y) + "\n255\n";
+    for (int y = size.y - 1; y >= 0; --y)
+        text.append(reinterpret_cast<const char*>(&pixels[static_cast<std::size_t>(y) * row]), row);
+    writeOutputFile(path, text);
+}
+
+class Loop {
+  public:
+    Loop(const WindowOptions& options, Settings& settings)
+        : settings_(settings), window_(startSize(options, settings), events_), gui_(window_),
+          viewing_(options.makeViewing([] { glfwPostEmptyEvent(); })), desk_(*viewing_, settings),
+          script_(options.script ? Script(*options.script) : Script()) {
+        desk_.showPanels = options.panels && settings.panels;
+        if (!options.path.empty())
+            toOpen_ = options.path;
+    }
+
+    void run() {
+        while (!glfwWindowShouldClose(window_.get())) {
+            checkInterrupted();
+            frame();
+            sleep();
+        }
+        settings_.windowSize = window_.size();
+        settings_.panels = desk_.showPanels;
+    }
+
+  private:
+    static glm::ivec2 startSize(const WindowOptions& options, const Settings& settings) {
+        return settings.windowSize.x > 0 && !options.script ? settings.windowSize : options.size;
+    }
+
+    Area pictureArea() const {
+        const glm::ivec2 size = window_.size(), pixels = window_.framebuffer();
+        Area area;
+        const double panels = desk_.showPanels ? static_cast<double>(Panels::kWidth) : 0.0;
+        area.from = {std::min(panels, size.x - 1.0), 0};
+        area.size = glm::dvec2(size) - area.from;
+        area.pixelsPerUnit = size.x > 0 ? static_cast<double>(pixels.x) / size.x : 1;
+        return area;
+    }
+
+    void frame() {
+        ImGui_ImplOpenGL3_NewFrame();
+        ImGui_ImplGlfw_NewFrame();
+        ImGui::NewFrame();
+        const glm::ivec2 pixels = window_.framebuffer();
+        const Area area = pictureArea();
+        if (pixels.x > 0 && pixels.y > 0)
+            desk_.setPictureSize(area.pixels());
+        if (toOpen_)
+            desk_.open(*std::exchange(toOpen_, {}));
+        for (const fs::path& path : std::exchange(events_.dropped, {}))
+            desk_.open(path);
+        desk_.update();
+        moves_ = hand_.handle(desk_, area);
+        const ImGuiIO& io = ImGui::GetIO();
+        if (!io.WantTextInput && ImGui::IsKeyPressed('/', false) && io.KeyShift)
+            desk_.showHelp = !desk_.showHelp;
+        if (ImGui::IsKeyPressed(GLFW_KEY_F12, false) && desk_.volume())
+            savePicture();
+        scripted_ = script_.advance(
+            desk_, {[this](const glm::ivec2& size) { glfwSetWindowSize(window_.get(), size.x, size.y); },
+                    [this](const fs::path& path) { toCapture_ = path; },
+                    [this] { glfwSetWindowShouldClose(window_.get(), GLFW_TRUE); }});
+        waits_ = desk_.settle();
+        drawPicture(area);
+        drawOverlays(desk_, area, hand_);
+        panels_.draw(desk_, static_cast<float>(window_.size().y));
+        drawHelp(desk_);
+        ImGui::Render();
+        glViewport(0, 0, pixels.x, pixels.y);
+        glClearColor(0.055f, 0.058f, 0.066f, 1);
+        glClear(GL_COLOR_BUFFER_BIT);
+        ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+        if (toCapture_)
+            capture(window_, *std::exchange(toCapture_, {}));
+        glfwSwapBuffers(window_.get());
+    }
+
+    void drawPicture(const Area& area) {
+        texture_.show(viewing_->picture());
+        if (!desk_.picture() || texture_.size().x == 0)
+            return;
+        // Of another size until one of this size is there: in the middle, with its own proportions.
+        const glm::dvec2 size = glm::dvec2(texture_.size()) / area.pixelsPerUnit;
+        const double fits = std::min(area.size.x / size.x, area.size.y / size.y);
+        const glm::dvec2 shown = texture_.size() == area.pixels() ? area.size : size * fits;
+        const glm::dvec2 from = area.from + 0.5 * (area.size - shown);
+        ImGui::GetBackgroundDrawList()->AddImage(
+            reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(texture_.name())),
+            {static_cast<float>(from.x), static_cast<float>(from.y)},
+            {static_cast<float>(from.x + shown.x), static_cast<float>(from.y + shown.y)});
+    }
+
+    void savePicture() {
+        const fs::path file = desk_.volume()->path.stem().string() + ".png";
+        try {
+            viewing_->saveScreenshot(file);
+            desk_.tell("wrote " + fs::absolute(file).string());
+        } catch (const Error& e) {
+            desk_.tell(e.what(), true);
+        }
+    }
+
+    /// Until something happens.
+    void sleep() {
+        const bool opening = desk_.state().kind == ViewingState::Kind::opening;
+        if (moves_ || events_.framesOwed > 0)
+            glfwWaitEventsTimeout(events_.framesOwed > 0 ? 0.001 : kAwakeSeconds);
+        else if (waits_ || scripted_ || opening || ImGui::GetIO().WantTextInput)
+            glfwWaitEventsTimeout(scripted_ ? kAwakeSeconds : kDozingSeconds);
+        else
+            glfwWaitEvents();
+        events_.framesOwed = std::max(0, events_.framesOwed - 1);
+    }
+
+    Settings& settings_;
+    Events events_;
+    Window window_;
+    Gui gui_;
+    PictureTexture texture_;
+    std::unique_ptr<Viewing> viewing_;
+    Desk desk_;
+    PictureHand hand_;
+    Panels panels_;
+    Script script_;
+    std::optional<fs::path> toOpen_, toCapture_;
+    bool moves_ = false, waits_ = false, scripted_ = false;
+};
+
+} // namespace
+
+void runWindow(const WindowOptions& options) {
+    if (options.script)
+        Script(*options.script); // a mistake is told before there is a window
+    const fs::path file = options.script ? fs::path() : settingsFile();
+    Settings settings = loadSettings(file);
+    const Glfw glfw;
+    Loop(options, settings).run();
+    if (const std::string problem = saveSettings(settings, file); !problem.empty())
+        throw Error(problem);
+}
+
+} // namespace tessera

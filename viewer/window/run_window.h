@@ -1,0 +1,30 @@
+// viewer/window/run_window.h: the window: what a hand does goes to a Viewing, what comes back is shown. It
+// draws no volume itself: what it can show, a scene can (viewer/session/viewing.h).
+#pragma once
+
+#include "viewer/session/viewing.h"
+
+#include <filesystem>
+#include <functional>
+#include <glm/vec2.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace tessera {
+
+struct WindowOptions {
+    std::filesystem::path path;                  // opened at once; empty: none
+    glm::ivec2 size{1280, 720};                  // of the window, in the screen's units
+    std::optional<std::filesystem::path> script; // what to do, instead of a hand (script.h)
+    bool panels = true;
+    /// Makes what draws. The function that it gets is to be called from any thread when there is news.
+    std::function<std::unique_ptr<Viewing>(std::function<void()>)> makeViewing;
+};
+
+/// Shows the window until it is closed. On the thread that it is called on, which must be the program's
+/// first. Throws Error where no window can be opened, and InputError for a script with a mistake, naming file
+/// and line.
+void runWindow(const WindowOptions& options);
+
+} // namespace tessera

@@ -1,0 +1,204 @@
+// viewer/window/script.cpp: see script.h.
+#include "viewer/window/script.h"
+
+#include "core/error.h"
+#include "core/look.h"
+#include "core/output_file.h"
+#include "core/preset.h"
+#include "viewer/session/camera_moves.h"
+#include "viewer/window/function_edits.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <glm/trigonometric.hpp>
+#include <map>
+#include <sstream>
+
+namespace tessera {
+namespace {
+
+/// Words that follow each step's name: at least.
+const std::map<std::string, std::size_t>& wordsOfSteps() {
+    static const std::map<std::string, std::size_t> words = {
+        {"open", 1}, {"wait", 1},  {"orbit", 2},      {"pan", 2},    {"zoom", 1},  {"roll", 1},
+        {"view", 1}, {"turn", 2},  {"preset", 1},     {"light", 1},  {"shift", 2}, {"isosurface", 1},
+        {"size", 1}, {"pick", 2},  {"picture", 1},    {"window", 1}, {"scene", 1}, {"panels", 1},
+        {"help", 1}, {"print", 1}, {"projection", 1}, {"quit", 0}};
+    return words;
+}
+
+double percentile(std::vector<double> values, double share) {
+    if (values.empty())
+        return 0;
+    std::sort(values.begin(), values.end());
+    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+} // namespace
+
+Script::Script(const std::filesystem::path& file) : file_(file) {
+    std::ifstream stream(file);
+    if (!stream)
+        throw badFile(file.string(), "a script", "a file that cannot be read");
+    std::string line;
+    for (int n = 1; std::getline(stream, line); ++n) {
+        std::istringstream words(line);
+        Step step{n, {}};
+        for (std::string word; words >> word;)
+            step.words.push_back(word);
+        if (step.words.empty() || step.words.front().front() == '#')
+            continue;
+        const auto known = wordsOfSteps().find(step.words.front());
+        if (known == wordsOfSteps().end())
+            refuse(step, "a step (see the user guide)");
+        if (step.words.size() - 1 < known->second)
+            refuse(step, std::to_string(known->second) + " words after " + known->first);
+        steps_.push_back(std::move(step));
+    }
+}
+
+void Script::refuse(const Step& step, const std::string& expected) const {
+    std::string found;
+    for (const std::string& word : step.words)
+        found += (found.empty() ? "" : " ") + word;
+    throw badFile(file_.string() + ", line " + std::to_string(step.line), expected, "\"" + found + "\"");
+}
+
+double Script::number(const Step& step, std::size_t word) const {
+    char* end = nullptr;
+    const double value = std::strtod(step.words[word].c_str(), &end);
+    if (*end != '\0' || !std::isfinite(value))
+        refuse(step, "a number");
+    return value;
+}
+
+bool Script::waits(const Step& step, Desk& desk) {
+    const std::string& what = step.words[1];
+    const ViewingState& s = desk.state();
+    const ShownPicture* const picture = desk.picture();
+    if (s.kind == ViewingState::Kind::failed)
+        refuse(step, "a volume, but: " + s.what);
+    const bool settled = !desk.settle();
+    if (what == "volume")
+        return !desk.volume();
+    if (what == "picture")
+        return !picture;
+    if (what == "whole")
+        return !settled || !picture || (picture->stage != Stage::whole && picture->stage != Stage::still);
+    if (what == "still")
+        return !settled || !picture || picture->stage != Stage::still || !s.atRest;
+    if (what == "rest")
+        return !settled || !s.atRest;
+    return WindowClock::now() - began_ < std::chrono::duration<double, std::milli>(number(step, 1));
+}
+
+bool Script::take(const Step& step, Desk& desk, const Window& window) {
+    const std::string& name = step.words.front();
+    const auto word = [&](std::size_t i) -> const std::string& { return step.words[i]; };
+    if (name == "open")
+        return desk.open(word(1)), true;
+    if (name == "wait")
+        return !waits(step, desk);
+    if (name == "size") {
+        int width = 0, height = 0;
+        if (std::sscanf(word(1).c_str(), "%dx%d", &width, &height) != 2 || width < 64 || height < 64)
+            refuse(step, "WIDTHxHEIGHT");
+        return window.resize({width, height}), true;
+    }
+    if (name == "panels")
+        return desk.showPanels = word(1) == "on", true;
+    if (name == "help")
+        return desk.showHelp = word(1) == "on", true;
+    if (name == "quit")
+        return window.close(), true;
+    if (name == "window")
+        return window.capture(word(1)), true;
+    if (!desk.volume())
+        refuse(step, "an open volume first (wait volume)");
+    const Camera& camera = desk.camera();
+    if (name == "orbit")
+        desk.setCamera(orbited(camera, glm::radians(glm::dvec2(number(step, 1), number(step, 2)))), true);
+    else if (name == "pan")
+        desk.setCamera(panned(camera, {number(step, 1), number(step, 2)}), true);
+    else if (name == "zoom")
+        desk.setCamera(zoomed(camera, number(step, 1)), true);
+    else if (name == "roll")
+        desk.setCamera(rolled(camera, glm::radians(number(step, 1))), true);
+    else if (name == "view")
+        desk.setCamera(seenFrom(camera, parseView(word(1), file_.string())), false);
+    else if (name == "projection")
+        desk.setCamera(
+            projectedBy(camera, word(1) == "parallel" ? Projection::parallel : Projection::perspective),
+            false);
+    else if (name == "turn") {
+        const int frames = static_cast<int>(number(step, 2));
+        if (turned_ > 0 && desk.state().pictures == pictures_)
+            return false; // the picture of the step before is not there yet
+        if (turned_ >= frames)
+            return turned_ = 0, true;
+        pictures_ = desk.state().pictures;
+        desk.setCamera(orbited(camera, {glm::radians(number(step, 1)) / std::max(1, frames), 0}), true);
+        ++turned_;
+        return false;
+    } else if (name == "preset") {
+        desk.setFunction(presetFunction(word(1), desk.volume()->values), false);
+    } else if (name == "shift") {
+        desk.setFunction(shiftedAndStretched(desk.function(), number(step, 1), number(step, 2)), true);
+    } else if (name == "light" || name == "isosurface") {
+        Scene scene = desk.scene();
+        if (name == "light")
+            applyLook(word(1), scene);
+        else
+            scene.surfaces.push_back({number(step, 1), {1, 0.95, 0.85}, 1});
+        desk.setScene(scene, false);
+    } else if (name == "pick") {
+        if (question_ == 0)
+            question_ = desk.viewing().pick({number(step, 1), number(step, 2)});
+        const auto& picked = desk.picked();
+        if (!picked || picked->number < question_)
+            return false;
+        question_ = 0;
+        if (picked->hit)
+            std::printf("picked %.6g at %.3f %.3f %.3f mm, level %d\n", picked->value, picked->mm.x,
+                        picked->mm.y, picked->mm.z, picked->level);
+        else
+            std::printf("picked nothing\n");
+    } else if (name == "picture") {
+        desk.viewing().saveScreenshot(word(1));
+    } else if (name == "scene") {
+        writeOutputFile(word(1), sceneJson(desk.scene()) + "\n");
+    } else if (name == "print") {
+        const ViewingState& s = desk.state();
+        if (word(1) == "latency") {
+            const std::vector<double> ms(desk.latency().recentMs.begin(), desk.latency().recentMs.end());
+            std::printf("latency of %zu pictures: median %.1f ms, 95th percentile %.1f ms, most %.1f ms\n",
+                        ms.size(), percentile(ms, 0.5), percentile(ms, 0.95), percentile(ms, 1));
+        } else {
+            std::printf("pictures %llu, RAM %zu, GPU %zu, bricks %zu of %zu, moves left %zu, at rest %d\n",
+                        static_cast<unsigned long long>(s.pictures), s.ramUsed, s.gpuUsed, s.bricksAsWanted,
+                        s.bricksShown, s.movesLeft, s.atRest ? 1 : 0);
+        }
+    }
+    std::fflush(stdout);
+    return true;
+}
+
+bool Script::advance(Desk& desk, const Window& window) {
+    while (next_ < steps_.size()) {
+        if (!stepBegan_)
+            began_ = WindowClock::now();
+        stepBegan_ = true;
+        if (!take(steps_[next_], desk, window))
+            return true;
+        stepBegan_ = false;
+        ++next_;
+        if (steps_[next_ - 1].words.front() == "window" || steps_[next_ - 1].words.front() == "quit")
+            return true; // after the next frame
+    }
+    return false;
+}
+
+} // namespace tessera

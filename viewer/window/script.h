@@ -1,0 +1,61 @@
+// viewer/window/script.h: what to do in the window, from a file instead of a hand: for figures, measurements
+// and tests. A line is a step; empty lines and those that begin with # are none:
+//
+//   open PATH                 wait volume | picture | whole | still | rest | MILLISECONDS
+//   orbit RIGHT UP            degrees          pan X Y         parts of the picture's height
+//   zoom FACTOR               roll DEGREES     view SIDE       projection parallel|perspective
+//   turn DEGREES FRAMES       orbits in so many steps, each after the picture of the one before
+//   preset NAME               light LOOK       shift VALUE FACTOR      of the transfer function
+//   isosurface VALUE          size WxH         of the window
+//   pick X Y                  pixels of the picture; prints what is there
+//   picture FILE              saves the picture          window FILE.ppm  the whole window as it is shown
+//   scene FILE                saves the scene            panels on|off    help on|off
+//   print latency|state       quit
+#pragma once
+
+#include "viewer/window/desk.h"
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+class Script {
+  public:
+    /// What a window can do that a desk cannot.
+    struct Window {
+        std::function<void(const glm::ivec2&)> resize;
+        std::function<void(const std::filesystem::path&)> capture; // what is shown, after the next frame
+        std::function<void()> close;
+    };
+
+    Script() = default; // none
+    /// Throws InputError naming file and line for what is no step.
+    explicit Script(const std::filesystem::path& file);
+    /// Takes steps until one has to wait. Once a frame. Returns whether there are more.
+    /// Throws InputError naming file and line for a step that cannot be taken.
+    bool advance(Desk& desk, const Window& window);
+
+  private:
+    struct Step {
+        int line = 0;
+        std::vector<std::string> words;
+    };
+    [[noreturn]] void refuse(const Step& step, const std::string& expected) const;
+    double number(const Step& step, std::size_t word) const;
+    bool take(const Step& step, Desk& desk, const Window& window);
+    bool waits(const Step& step, Desk& desk);
+
+    std::filesystem::path file_;
+    std::vector<Step> steps_;
+    std::size_t next_ = 0;
+    int turned_ = 0;                // frames of a turn
+    std::uint64_t pictures_ = 0;    // when the step began
+    std::uint64_t question_ = 0;    // of a pick
+    WindowClock::time_point began_; // of the step
+    bool stepBegan_ = false;
+};
+
+} // namespace tessera

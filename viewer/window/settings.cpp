@@ -1,0 +1,74 @@
+// viewer/window/settings.cpp: see settings.h.
+#include "viewer/window/settings.h"
+
+#include "core/error.h"
+#include "core/output_file.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+namespace tessera {
+namespace fs = std::filesystem;
+
+void Settings::opened(const fs::path& path) {
+    std::error_code ignored;
+    const fs::path whole = fs::absolute(path, ignored).lexically_normal();
+    std::erase(recent, whole);
+    recent.insert(recent.begin(), whole);
+    if (recent.size() > kMostRecent)
+        recent.resize(kMostRecent);
+}
+
+fs::path settingsFile() {
+    const char* const config = std::getenv("XDG_CONFIG_HOME");
+    const char* const home = std::getenv("HOME");
+    if (config && *config == '/')
+        return fs::path(config) / "tessera" / "window.json";
+    if (home && *home == '/')
+        return fs::path(home) / ".config" / "tessera" / "window.json";
+    return {};
+}
+
+Settings loadSettings(const fs::path& file) {
+    Settings settings;
+    std::ifstream stream(file);
+    const std::string text((std::istreambuf_iterator<char>(stream)), {});
+    const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
+    if (!json.is_object())
+        return settings;
+    const auto found = [&](const char* key) { return json.contains(key) ? json[key] : nlohmann::json(); };
+    if (const auto size = found("windowSize");
+        size.is_array() && size.size() == 2 && size[0].is_number_integer() && size[1].is_number_integer())
+        settings.windowSize = {std::clamp(size[0].get<int>(), 320, 16384),
+                               std::clamp(size[1].get<int>(), 240, 16384)};
+    if (const auto recent = found("recent"); recent.is_array())
+        for (const auto& path : recent)
+            if (path.is_string() && settings.recent.size() < Settings::kMostRecent)
+                settings.recent.emplace_back(path.get<std::string>());
+    if (const auto panels = found("panels"); panels.is_boolean())
+        settings.panels = panels.get<bool>();
+    return settings;
+}
+
+std::string saveSettings(const Settings& settings, const fs::path& file) {
+    if (file.empty())
+        return {};
+    nlohmann::json json = {{"windowSize", {settings.windowSize.x, settings.windowSize.y}},
+                           {"panels", settings.panels},
+                           {"recent", nlohmann::json::array()}};
+    for (const fs::path& path : settings.recent)
+        json["recent"].push_back(path.string());
+    try {
+        std::error_code ignored;
+        fs::create_directories(file.parent_path(), ignored);
+        writeOutputFile(file, json.dump(2, ' ', true, nlohmann::json::error_handler_t::replace) + "\n");
+    } catch (const Error& e) {
+        return e.what();
+    }
+    return {};
+}
+
+} // namespace tessera
