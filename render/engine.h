@@ -118,6 +118,8 @@ class Engine {
         std::string device = "CPU";
         std::string version;       // of OpenGL; "" where none is used
         bool choosesSteps = false; // step and errors are tried and told by drawing some pixels again
+        /// Whether levels mix is compiled in: where they can come to mix, they are mapped from the start.
+        bool compilesLevels = false;
     };
     virtual About about() const = 0;
     virtual TextureLimits limits() const { return {}; }

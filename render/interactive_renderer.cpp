@@ -35,7 +35,8 @@ struct InteractiveRenderer::Request {
 
 InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& store, Engine& engine,
                                          Ledger& ram, Ledger& gpu, const InteractiveOptions& options)
-    : scene_(scene), engine_(engine), ram_(ram), gpu_(gpu), options_(options) {
+    : scene_(scene), engine_(engine), ram_(ram), gpu_(gpu), options_(options),
+      mapsAlways_(engine.about().compilesLevels) {
     scene_.quality.maxError.reset();
     const int threads = options.threads;
     p_ = planView(scene_, store, ram, threads);
@@ -74,7 +75,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
         raysReserve_ = ram.charge(std::min(mostRays_, (ram.freeBytes() - p_.memory.ramBytes()) / 4),
                                   "what is known of more bricks");
     }
-    p_.mapLevels(ram, true);
+    p_.mapLevels(ram, mapsAlways_);
     p_.openCache(ram, threads);
     ScenePlan* const volumes[] = {&p_};
     engine_.open(volumes, pages_);
@@ -281,7 +282,7 @@ Slicing InteractiveRenderer::slicing() const {
 void InteractiveRenderer::mapResident() {
     if (!forDevice_.take(kLevelsChanged))
         return;
-    p_.mapLevels(ram_, true);
+    p_.mapLevels(ram_, mapsAlways_);
     engine_.levelsChanged();
     engine_.bricks()->publish();
     forDevice_.add(kEmptySpaceChanged);

@@ -129,7 +129,8 @@ class InteractiveRenderer {
     Engine& engine_;
     Ledger &ram_, &gpu_;
     InteractiveOptions options_;
-    ScenePlan p_; // its selection is what is resident
+    const bool mapsAlways_; // levels, also where all bricks have one
+    ScenePlan p_;           // its selection is what is resident
     Charge charge_;
     std::size_t pages_ = 0, chosenPages_ = 0;
     std::unique_ptr<LevelChooser> chooser_;

@@ -16,7 +16,7 @@ namespace tessera {
 namespace {
 
 struct ViewArguments {
-    std::string in, engine = "auto", ram, gpuMemory, device = "auto", size, script;
+    std::string in, engine = "auto", ram, gpuMemory, size, script;
     double frameMs = 60;
     bool noStills = false, noPanels = false;
     InputOptions input;
@@ -32,7 +32,6 @@ void runView(const ViewArguments& arguments, const CommonOptions& common) {
                           "\"");
     ViewSessionOptions session;
     session.engine = static_cast<EngineKind>(engine - kEngines.begin());
-    session.device.text = arguments.device;
     session.ramBytes = budgetBytes(arguments.ram, "--ram", common);
     session.gpuBytes = budgetBytes(arguments.gpuMemory, "--gpu-memory", common);
     session.frameMs = arguments.frameMs;
@@ -72,8 +71,6 @@ void addViewCommand(CLI::App& program, const CommonOptions& common, Action& acti
         "budget, e.g. 256MiB (default: 1 GiB at most); half of it for what moves, half for stills");
     command->add_option("--ram", a->ram,
                         "budget, e.g. 512MiB (default: 1 GiB at most); halved in the same way");
-    command->add_option("--gl-device", a->device, "auto, software, or a device's number")
-        ->capture_default_str();
     command
         ->add_option("--frame-ms", a->frameMs, "milliseconds that a picture may take while something moves")
         ->check(numberWithin(5, 10000, "milliseconds from 5 to 10000"))

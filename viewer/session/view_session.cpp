@@ -58,6 +58,12 @@ std::string fixedPart(Scene scene) {
     return sceneJson(scene);
 }
 
+std::string functionPart(const Scene& scene) {
+    Scene alone;
+    alone.volumes = {{"v", scene.volumes.front().transferFunction}};
+    return sceneJson(alone);
+}
+
 TransferFunction resolved(const TransferChoice& choice, const ValueSummary& values) {
     if (const auto* name = std::get_if<std::string>(&choice))
         return presetFunction(*name, values);
@@ -333,15 +339,17 @@ void ViewSession::take(const Wish& wish) {
         return; // of the volume before
     if (o.still)
         o.still->callOff();
-    const bool changed = sceneJson(wish.scene) != sceneJson(o.scene);
     if (fixedPart(wish.scene) != fixedPart(o.scene)) {
         makeRenderer(wish.scene);
-    } else if (changed) {
+    } else {
         const Camera& camera = std::get<Camera>(wish.scene.camera);
-        if (camera != o.renderer->camera())
+        const bool turned = camera != o.renderer->camera();
+        const bool recoloured = functionPart(wish.scene) != functionPart(o.scene);
+        if (turned)
             o.renderer->setCamera(camera);
-        o.renderer->setFunction(std::get<TransferFunction>(wish.scene.volumes.front().transferFunction));
-        if (!drawsMoving_)
+        if (recoloured)
+            o.renderer->setFunction(std::get<TransferFunction>(wish.scene.volumes.front().transferFunction));
+        if ((turned || recoloured) && !drawsMoving_)
             o.renderer->cancel();
         o.scene = wish.scene;
     }

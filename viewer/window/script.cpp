@@ -176,10 +176,15 @@ bool Script::take(const Step& step, Desk& desk, const Window& window) {
             const std::vector<double> ms(desk.latency().recentMs.begin(), desk.latency().recentMs.end());
             std::printf("latency of %zu pictures: median %.1f ms, 95th percentile %.1f ms, most %.1f ms\n",
                         ms.size(), percentile(ms, 0.5), percentile(ms, 0.95), percentile(ms, 1));
+            if (const ShownPicture* const p = desk.picture())
+                std::printf("last picture: %d x %d in %.1f ms\n", p->image.size.x, p->image.size.y,
+                            p->drawingMs);
         } else {
-            std::printf("pictures %llu, RAM %zu, GPU %zu, bricks %zu of %zu, moves left %zu, at rest %d\n",
+            std::printf("pictures %llu, RAM %zu, GPU %zu, bricks %zu of %zu, levels %d to %d, moves left "
+                        "%zu, at rest %d\n",
                         static_cast<unsigned long long>(s.pictures), s.ramUsed, s.gpuUsed, s.bricksAsWanted,
-                        s.bricksShown, s.movesLeft, s.atRest ? 1 : 0);
+                        s.bricksShown, s.finestLevel, std::max(s.finestLevel, s.coarsestLevel), s.movesLeft,
+                        s.atRest ? 1 : 0);
         }
     }
     std::fflush(stdout);

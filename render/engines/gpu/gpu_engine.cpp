@@ -51,7 +51,7 @@ class GpuCounter : public VisibilityCounter {
 } // namespace
 
 Engine::About GpuEngine::about() const {
-    return {context_ ? context_->renderer() : "OpenGL", context_ ? context_->version() : "", true};
+    return {context_ ? context_->renderer() : "OpenGL", context_ ? context_->version() : "", true, true};
 }
 
 TextureLimits GpuEngine::limits() const {

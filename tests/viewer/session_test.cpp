@@ -1,0 +1,247 @@
+// tests/viewer/session_test.cpp: what a session shows: at rest the very picture that renderScene() draws,
+// while something moves one that is there in time; what is under a place of it; what cannot be opened is
+// said, and nothing is lost.
+#include "bricking/import/importer.h"
+#include "bricking/store/store_reader.h"
+#include "core/preset.h"
+#include "core/scratch_folder.h"
+#include "render/renderer.h"
+#include "tests/support/formula_source.h"
+#include "tests/support/scene_fixture.h"
+#include "viewer/session/camera_moves.h"
+#include "viewer/session/still.h"
+#include "viewer/session/view_session.h"
+
+#include <chrono>
+#include <condition_variable>
+#include <cstring>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <mutex>
+
+namespace tessera::test {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+constexpr std::size_t kRamBytes = std::size_t{512} << 20, kGpuBytes = std::size_t{256} << 20;
+const glm::ivec2 kPicture(96, 72);
+
+/// A session and what a window does with it.
+class Looker {
+  public:
+    Looker() {
+        ViewSessionOptions options;
+        options.engine = EngineKind::native;
+        options.ramBytes = kRamBytes;
+        options.gpuBytes = kGpuBytes;
+        options.news = [this] {
+            const std::lock_guard lock(mutex_);
+            ++news_;
+            changed_.notify_all();
+        };
+        viewing = makeViewSession(options);
+    }
+    ~Looker() { viewing.reset(); } // first: its thread tells news
+
+    template <typename Condition>::testing::AssertionResult comesTo(const Condition& condition) {
+        std::unique_lock lock(mutex_);
+        const auto end = std::chrono::steady_clock::now() + 100s;
+        while (!condition()) {
+            if (changed_.wait_until(lock, std::min(end, std::chrono::steady_clock::now() + 50ms)) ==
+                    std::cv_status::timeout &&
+                std::chrono::steady_clock::now() > end)
+                return ::testing::AssertionFailure() << "it never came";
+        }
+        return ::testing::AssertionSuccess();
+    }
+    Scene opened(const fs::path& path) {
+        viewing->open(path, kPicture);
+        EXPECT_TRUE(comesTo([&] {
+            const auto volume = viewing->volume();
+            return volume && volume->path == path;
+        }));
+        return viewing->volume()->scene;
+    }
+    std::shared_ptr<const ShownPicture> stillOf(std::uint64_t wish) {
+        EXPECT_TRUE(comesTo([&] {
+            const auto picture = viewing->picture();
+            return picture && picture->asked >= wish && picture->stage == Stage::still;
+        }));
+        return viewing->picture();
+    }
+    std::unique_ptr<Viewing> viewing;
+
+  private:
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    int news_ = 0;
+};
+
+/// What `tessera render` draws of the scene with half of the budgets.
+Image rendered(const Scene& scene) {
+    Ledger ram("RAM", "--ram", kRamBytes / 2), gpu("GPU memory", "--gpu-memory", kGpuBytes / 2);
+    const StoreReader store(scene.volumes.front().path, ram);
+    RenderOptions options;
+    options.engine = EngineKind::native;
+    options.searching = options.checking = true;
+    options.verify = Verify::quick;
+    return renderScene(parseScene(sceneJson(scene), "/", "scene"), store, ram, gpu, options).image;
+}
+
+bool sameBits(const Image& a, const Image& b) {
+    return a.size == b.size &&
+           std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(glm::vec4)) == 0;
+}
+
+TEST(ViewSession, AtRestShowsTheVeryPictureOfTheProgram) {
+    Looker looker;
+    Scene scene = looker.opened(storePath("torso"));
+    const auto first = looker.stillOf(0);
+    EXPECT_TRUE(sameBits(first->image, rendered(scene)));
+    EXPECT_THAT(first->manifest, HasSubstr("not for diagnosis"));
+    EXPECT_EQ(first->displaySize, kPicture);
+
+    // After a camera that went its way, another function, a surface: without a trace of what was before.
+    Camera camera = std::get<Camera>(scene.camera);
+    std::uint64_t wish = 0;
+    for (int n = 0; n < 12; ++n) {
+        camera = orbited(camera, {0.1, 0.04});
+        scene.camera = camera;
+        wish = looker.viewing->show(scene, true);
+        std::this_thread::sleep_for(5ms);
+    }
+    scene.volumes.front().transferFunction = presetFunction("soft-tissue", looker.viewing->volume()->values);
+    looker.viewing->show(scene, true);
+    scene.surfaces.push_back({300, {1, 0.9, 0.8}, 0.7});
+    wish = looker.viewing->show(scene, false);
+    const auto last = looker.stillOf(wish);
+    EXPECT_TRUE(sameBits(last->image, rendered(scene)));
+    EXPECT_FALSE(sameBits(last->image, first->image));
+    EXPECT_TRUE(looker.comesTo([&] { return looker.viewing->state().atRest; }));
+    EXPECT_THAT(looker.viewing->state().measured, HasSubstr("L*u*v*"));
+}
+
+TEST(ViewSession, WhileSomethingMovesPicturesAreSmallerAndOfTheLastWish) {
+    Looker looker;
+    Scene scene = looker.opened(storePath("torso"));
+    looker.stillOf(0);
+    const std::uint64_t before = looker.viewing->state().pictures;
+    scene.camera = orbited(std::get<Camera>(scene.camera), {0.5, 0});
+    const std::uint64_t wish = looker.viewing->show(scene, true);
+    ASSERT_TRUE(looker.comesTo([&] { return looker.viewing->picture()->asked == wish; }));
+    const auto moving = looker.viewing->picture();
+    EXPECT_EQ(moving->stage, Stage::moving);
+    EXPECT_EQ(moving->camera, std::get<Camera>(scene.camera));
+    EXPECT_LE(moving->image.size.x, kPicture.x);
+    EXPECT_EQ(moving->displaySize, kPicture);
+    EXPECT_EQ(moving->display.size(), static_cast<std::size_t>(kPicture.x) * kPicture.y);
+    // No still comes as long as more is promised.
+    std::this_thread::sleep_for(300ms);
+    EXPECT_EQ(looker.viewing->picture()->stage, Stage::moving);
+    EXPECT_LE(looker.viewing->state().pictures, before + 3) << "a picture that nobody asked for";
+    looker.stillOf(looker.viewing->show(scene, false));
+}
+
+TEST(ViewSession, SaysWhatCannotBeOpenedAndKeepsWhatIs) {
+    Looker looker;
+    const ScratchFolder folder;
+    looker.viewing->open(folder / "nowhere.zarr", kPicture);
+    ASSERT_TRUE(looker.comesTo([&] { return looker.viewing->state().kind == ViewingState::Kind::failed; }));
+    EXPECT_THAT(looker.viewing->state().what, HasSubstr("nowhere.zarr"));
+    EXPECT_EQ(looker.viewing->volume(), nullptr);
+
+    const Scene scene = looker.opened(storePath("torso"));
+    const auto volume = looker.viewing->volume();
+    std::ofstream(folder / "broken.json") << R"({"tesseraScene": 1, "volumes": [)";
+    looker.viewing->open(folder / "broken.json", kPicture);
+    ASSERT_TRUE(looker.comesTo([&] { return !looker.viewing->state().problem.empty(); }));
+    EXPECT_THAT(looker.viewing->state().problem, HasSubstr("broken.json"));
+    EXPECT_EQ(looker.viewing->state().kind, ViewingState::Kind::open);
+    EXPECT_EQ(looker.viewing->volume(), volume);
+    looker.viewing->problemSeen();
+    EXPECT_EQ(looker.viewing->state().problem, "");
+    EXPECT_TRUE(sameBits(looker.stillOf(looker.viewing->show(scene, false))->image, rendered(scene)));
+}
+
+TEST(ViewSession, StaysInItsBudgets) {
+    Looker looker;
+    Scene scene = looker.opened(storePath("torso"));
+    for (int n = 0; n < 10; ++n) {
+        scene.camera = orbited(std::get<Camera>(scene.camera), {0.3, 0});
+        looker.viewing->show(scene, n % 3 != 0);
+        std::this_thread::sleep_for(30ms);
+        const ViewingState s = looker.viewing->state();
+        EXPECT_LE(s.ramUsed, kRamBytes);
+        EXPECT_LE(s.gpuUsed, kGpuBytes);
+        EXPECT_GT(s.ramUsed, 0u);
+    }
+}
+
+TEST(ViewSession, APlaceOfThePictureIsWhereOneSeesSomething) {
+    // A wall at y = 20 voxels of 2 mm: nothing before it, opaque behind; values rise on to the back.
+    const ScratchFolder folder;
+    VolumeInfo info;
+    info.extentVoxels = {40, 48, 36};
+    info.type = ValueType::i16;
+    info.patientFromVoxel = glm::dmat4(2);
+    info.patientFromVoxel[3] = {-11, 7, 5, 1};
+    FormulaSource source(info, [](const glm::dvec3& p) { return p.y < 20 ? 0.0 : 500 + 10 * (p.y - 20); });
+    Ledger ram("RAM", "--ram", kRamBytes);
+    importToStore(source, folder / "wall.zarr", ram, {});
+
+    Looker looker;
+    Scene scene = looker.opened(folder / "wall.zarr");
+    scene.volumes.front().transferFunction =
+        TransferFunction::fromOpacity({{300, 0}, {400, 0.9}}, {{300, {1, 1, 1}}}, 1);
+    scene.camera = fitCamera(info, View::anterior, Projection::parallel, kPicture);
+    looker.stillOf(looker.viewing->show(scene, false));
+    const std::uint64_t question = looker.viewing->pick({kPicture.x / 2.0 + 7, kPicture.y / 2.0 - 5});
+    ASSERT_TRUE(looker.comesTo(
+        [&] { return looker.viewing->picked() && looker.viewing->picked()->number >= question; }));
+    const PickedPlace place = *looker.viewing->picked();
+    ASSERT_TRUE(place.hit);
+    EXPECT_EQ(place.level, 0);
+    EXPECT_NEAR(place.voxel.y, 20.5, 1.0) << "where opacity rises";
+    EXPECT_NEAR(place.mm.y, 2 * place.voxel.y + 7, 1e-9);
+    const Camera& camera = std::get<Camera>(scene.camera);
+    const double mmPerPixel = 2 * camera.parallelScale / kPicture.y;
+    EXPECT_NEAR(place.mm.x, camera.focalPoint.x + 7 * mmPerPixel, 1e-6) << "patient's left is at the right";
+    EXPECT_NEAR(place.mm.z, camera.focalPoint.z + 5 * mmPerPixel, 1e-6);
+    EXPECT_GT(place.value, 250);
+
+    const std::uint64_t beside = looker.viewing->pick({0.5, 0.5});
+    ASSERT_TRUE(looker.comesTo([&] { return looker.viewing->picked()->number >= beside; }));
+    EXPECT_FALSE(looker.viewing->picked()->hit) << "outside the volume";
+}
+
+TEST(Still, IsCalledOffAtOnce) {
+    Ledger ram("RAM", "--ram", kRamBytes), gpu("GPU memory", "--gpu-memory", kGpuBytes);
+    const StoreReader store(storePath("torso"), ram);
+    Scene scene = sceneOn(store.info(), "soft-tissue", 0, {1024, 1024});
+    scene.quality.pixels.samples = 64; // some seconds
+    scene.quality.stepVoxels = 0.125;
+    RenderOptions options;
+    options.engine = EngineKind::native;
+    std::mutex mutex;
+    std::condition_variable changed;
+    bool ended = false;
+    const auto began = std::chrono::steady_clock::now();
+    Still still(scene, 7, store, ram, gpu, options, [&] {
+        const std::lock_guard lock(mutex);
+        ended = true;
+        changed.notify_all();
+    });
+    std::this_thread::sleep_for(200ms);
+    still.callOff();
+    std::unique_lock lock(mutex);
+    ASSERT_TRUE(changed.wait_for(lock, 20s, [&] { return ended; }));
+    EXPECT_EQ(still.take().picture, nullptr)
+        << "it ended by itself, after " << (std::chrono::steady_clock::now() - began) / 1ms << " ms";
+}
+
+} // namespace
+} // namespace tessera::test
