@@ -50,8 +50,13 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     // Of any function: the march's tables and the table of what is seen.
     const std::size_t tables =
         p_.gpuTableBytes(TransferTable::kMaxEntries) + TransferTable::kMaxEntries * sizeof(glm::vec4);
+    // Nothing is resident: every brick that shows something stands as its mean.
+    volume.selection =
+        cullBricks(volume.statistics, volume.table, p_.info(), kMean, cullingFor(scene_.shading));
+    const std::size_t shown = volume.selection.shownBricks();
+    // Room for as many bricks again: another function may show them.
     if (limits.pageEdge > kBrickExtent)
-        p_.chooseAprons(limits, bricks, gpu);
+        p_.chooseAprons(limits, std::min(bricks, 2 * shown), gpu);
     const std::size_t fixed =
         p_.memory.gpuBytes() + tables + visibilityBytes(scene.imageSize, brickGrid(p_.info().extentVoxels));
     pages_ = pagesThatFit(gpu.freeBytes() - std::min(gpu.freeBytes(), fixed), p_.info().type, limits);
@@ -62,10 +67,6 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
                          " are free");
     chosenPages_ = pages_ - static_cast<std::size_t>(static_cast<double>(pages_) *
                                                      std::clamp(options.spareShare, 0.0, 0.5));
-    // Nothing is resident: every brick that shows something stands as its mean.
-    volume.selection =
-        cullBricks(volume.statistics, volume.table, p_.info(), kMean, cullingFor(scene_.shading));
-    const std::size_t shown = volume.selection.shownBricks();
     if (ram.freeBytes() >= p_.memory.ramBytes() + LevelChooser::bytes(shown, bricks)) {
         chooser_ = std::make_unique<LevelChooser>(store, ram, threads);
         chooser_->setFunction(volume.statistics, volume.table,
@@ -295,8 +296,10 @@ void InteractiveRenderer::beginPicture() {
         p_.setStep(step);
     mapResident();
     p_.aim();
-    if (forDevice_.take(kEmptySpaceChanged))
+    if (forDevice_.take(kEmptySpaceChanged)) {
         caster_->emptySpaceChanged();
+        refined_ = false;
+    }
     Rays rays = raysOf(p_);
     if (haste_)
         rays.frame = rayFrame(p_.view.camera, p_.info(), haste_->imageSize, step);
@@ -354,15 +357,18 @@ InteractiveRenderer::Progress InteractiveRenderer::advance(Clock::time_point dea
             pictureTook_ = lastPicture_ - pictureBegan_;
             break; // to be shown
         }
-        if (settled())
+        if (settled()) {
+            if (!std::exchange(refined_, true))
+                caster_->refine(); // the next pictures of these bricks are drawn sooner
             break;
+        }
         const auto soon = std::min(deadline, Clock::now() + milliseconds(10));
         if (choosing_.valid())
             choosing_.wait_until(soon);
         else
             p_.volume.cache->waitForWanted(soon);
     } while (Clock::now() < deadline);
-    progress.converged = settled();
+    progress.converged = settled() && refined_;
     progress.movesLeft = moves_.size();
     progress.choosing = choosing_.valid();
     return progress;
