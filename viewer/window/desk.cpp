@@ -1,7 +1,8 @@
 // viewer/window/desk.cpp: see desk.h.
 #include "viewer/window/desk.h"
 
-#include "viewer/session/camera_moves.h"
+#include "core/error.h"
+#include "core/output_file.h"
 
 #include <algorithm>
 
@@ -128,6 +129,31 @@ void Desk::resetCamera() {
 
 void Desk::open(const std::filesystem::path& path) {
     viewing_.open(path, wantedSize_.x > 0 ? wantedSize_ : Scene().imageSize);
+}
+
+template <typename Write> void Desk::save(const char* what, const char* extension, const Write& write) {
+    if (!volume_)
+        return;
+    const std::string stem = volume_->path.stem().string();
+    std::filesystem::path file = stem + extension;
+    std::error_code ignored;
+    for (int n = 2; std::filesystem::exists(file, ignored); ++n)
+        file = stem + "-" + std::to_string(n) + extension;
+    try {
+        write(file);
+        tell(std::string("wrote the ") + what + " " + std::filesystem::absolute(file, ignored).string());
+    } catch (const Error& e) {
+        tell(e.what(), true);
+    }
+}
+
+void Desk::savePicture() {
+    save("picture", ".png", [&](const std::filesystem::path& file) { viewing_.saveScreenshot(file); });
+}
+
+void Desk::saveScene() {
+    save("scene", ".json",
+         [&](const std::filesystem::path& file) { writeOutputFile(file, sceneJson(scene_) + "\n"); });
 }
 
 void Desk::tell(const std::string& text, bool problem) {

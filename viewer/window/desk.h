@@ -69,17 +69,24 @@ class Desk {
     void resetCamera();
 
     void open(const std::filesystem::path& path);
+    /// The picture as PNG with its manifest, the scene as JSON: into the folder where the program was
+    /// started, named after the volume, with a number where the name is taken. Tells what came of it.
+    void savePicture();
+    void saveScene();
     void tell(const std::string& text, bool problem = false);
     const std::optional<Message>& message() const { return message_; }
 
     /// Whether a wish has been sent whose last word (not moving) is still owed; sends it when its time has
     /// come. Returns whether to look again soon.
     bool settle();
+    /// Whether all that was asked has been sent, for good.
+    bool hasAsked() const { return !owesRest_ && (wantedSize_ == scene_.imageSize || !volume_); }
 
     bool showPanels = true, showHelp = false, flying = false;
 
   private:
     void send(bool moving);
+    template <typename Write> void save(const char* what, const char* extension, const Write& write);
 
     Viewing& viewing_;
     Settings& settings_;

@@ -2,9 +2,7 @@
 #include "viewer/window/panels.h"
 
 #include "core/budget.h" // formatBytes
-#include "core/error.h"
 #include "core/look.h"
-#include "core/output_file.h"
 #include "viewer/session/camera_moves.h"
 
 #include <algorithm>
@@ -39,21 +37,11 @@ void Panels::files(Desk& desk) {
     }
     if (!desk.volume())
         return;
-    const auto save = [&](const char* what, const char* extension, const auto& write) {
-        const std::string file = desk.volume()->path.stem().string() + extension;
-        try {
-            write(file);
-            desk.tell(std::string("wrote ") + what + " " + std::filesystem::absolute(file).string());
-        } catch (const std::exception& e) {
-            desk.tell(e.what(), true);
-        }
-    };
     if (ImGui::Button("save picture"))
-        save("picture", ".png", [&](const std::string& file) { desk.viewing().saveScreenshot(file); });
+        desk.savePicture();
     ImGui::SameLine();
     if (ImGui::Button("save scene"))
-        save("scene", ".json",
-             [&](const std::string& file) { writeOutputFile(file, sceneJson(desk.scene()) + "\n"); });
+        desk.saveScene();
 }
 
 void Panels::view(Desk& desk) {
@@ -227,8 +215,8 @@ void drawHelp(Desk& desk) {
                                        {"R", "whole volume"},
                                        {"F; W A S D, Q E", "fly"},
                                        {"Ctrl Z, Ctrl Y", "undo, redo"},
-                                       {"Tab", "panels"},
-                                       {"F12", "save the picture"},
+                                       {"Tab; Ctrl Q", "panels; close"},
+                                       {"F12, Ctrl S", "save the picture, the scene"},
                                        {"?", "this list"}};
         if (ImGui::BeginTable("keys", 2)) {
             for (const auto& row : rows) {

@@ -111,6 +111,8 @@ void PictureHand::keys(Desk& desk) {
             desk.undo();
         else if (pressed('Y') || pressed('Z'))
             desk.redo();
+        else if (pressed('S'))
+            desk.saveScene();
         return;
     }
     constexpr View kViews[] = {View::anterior, View::posterior, View::left,

@@ -209,13 +209,16 @@ class Loop {
         const ImGuiIO& io = ImGui::GetIO();
         if (!io.WantTextInput && ImGui::IsKeyPressed('/', false) && io.KeyShift)
             desk_.showHelp = !desk_.showHelp;
+        if (io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_Q, false))
+            glfwSetWindowShouldClose(window_.get(), GLFW_TRUE);
         if (ImGui::IsKeyPressed(GLFW_KEY_F12, false) && desk_.volume())
-            savePicture();
+            desk_.savePicture();
         scripted_ = script_.advance(
             desk_, {[this](const glm::ivec2& size) { glfwSetWindowSize(window_.get(), size.x, size.y); },
                     [this](const fs::path& path) { toCapture_ = path; },
                     [this] { glfwSetWindowShouldClose(window_.get(), GLFW_TRUE); }});
         waits_ = desk_.settle();
+        nameWindow();
         drawPicture(area);
         drawOverlays(desk_, area, hand_);
         panels_.draw(desk_, static_cast<float>(window_.size().y));
@@ -245,14 +248,19 @@ class Loop {
             {static_cast<float>(from.x + shown.x), static_cast<float>(from.y + shown.y)});
     }
 
-    void savePicture() {
-        const fs::path file = desk_.volume()->path.stem().string() + ".png";
-        try {
-            viewing_->saveScreenshot(file);
-            desk_.tell("wrote " + fs::absolute(file).string());
-        } catch (const Error& e) {
-            desk_.tell(e.what(), true);
-        }
+    /// What is open and how good the picture is: seen in lists of windows, and by what drives one.
+    void nameWindow() {
+        std::string title = "Tessera";
+        if (const VolumeSeen* const volume = desk_.volume())
+            title = volume->path.stem().string() + " - " + title;
+        const ViewingState& s = desk_.state();
+        if (s.kind == ViewingState::Kind::opening)
+            title += " (opening)";
+        else if (s.atRest && desk_.hasAsked() && desk_.volume())
+            title += " (at rest)";
+        if (title != title_)
+            glfwSetWindowTitle(window_.get(), title.c_str());
+        title_ = title;
     }
 
     /// Until something happens.
@@ -278,6 +286,7 @@ class Loop {
     Panels panels_;
     Script script_;
     std::optional<fs::path> toOpen_, toCapture_;
+    std::string title_;
     bool moves_ = false, waits_ = false, scripted_ = false;
 };
 

@@ -9,6 +9,7 @@
 #include "viewer/window/function_edits.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -79,9 +80,10 @@ bool Script::waits(const Step& step, Desk& desk) {
     const std::string& what = step.words[1];
     const ViewingState& s = desk.state();
     const ShownPicture* const picture = desk.picture();
-    if (s.kind == ViewingState::Kind::failed)
+    const bool isTime = std::isdigit(static_cast<unsigned char>(what.front())) != 0;
+    if (s.kind == ViewingState::Kind::failed && !isTime)
         refuse(step, "a volume, but: " + s.what);
-    const bool settled = !desk.settle();
+    const bool settled = desk.hasAsked();
     if (what == "volume")
         return !desk.volume();
     if (what == "picture")

@@ -1,0 +1,303 @@
+// tests/program/window_test.cpp: the real window on a display of its own (Xvfb), driven by a hand that does
+// not know that it is none (xdotool): what is saved there is, bit for bit, what `tessera render` draws of the
+// scene that was saved beside it.
+#include "core/image_file.h"
+#include "core/image_metrics.h"
+#include "core/scratch_folder.h"
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <fcntl.h>
+#include <filesystem>
+#include <fstream>
+#include <glm/geometric.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <iterator>
+#include <numeric>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+#include <vector>
+
+namespace tessera::test {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+
+std::string readAll(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// A process that ends with it.
+class Process {
+  public:
+    Process(const std::vector<std::string>& words, const fs::path& folder, const fs::path& said,
+            int keptOpen = -1) {
+        child_ = ::fork();
+        if (child_ != 0)
+            return;
+        fs::current_path(folder);
+        if (const int out = ::open(said.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644); out >= 0) {
+            if (keptOpen != 1)
+                ::dup2(out, 1);
+            ::dup2(out, 2);
+        }
+        std::vector<char*> argv;
+        for (const std::string& word : words)
+            argv.push_back(const_cast<char*>(word.c_str()));
+        argv.push_back(nullptr);
+        ::execvp(argv[0], argv.data());
+        ::_exit(127);
+    }
+    ~Process() {
+        if (child_ > 0 && !exitCode(0s)) {
+            ::kill(child_, SIGKILL);
+            ::waitpid(child_, nullptr, 0);
+        }
+    }
+    Process(const Process&) = delete;
+    Process& operator=(const Process&) = delete;
+
+    pid_t id() const { return child_; }
+    /// Once it has ended, within that time.
+    std::optional<int> exitCode(std::chrono::seconds patience) {
+        const auto end = std::chrono::steady_clock::now() + patience;
+        do {
+            int status = 0;
+            if (child_ > 0 && ::waitpid(child_, &status, WNOHANG) == child_) {
+                child_ = 0;
+                code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+            }
+            if (child_ == 0)
+                return code_;
+            std::this_thread::sleep_for(20ms);
+        } while (std::chrono::steady_clock::now() < end);
+        return std::nullopt;
+    }
+
+  private:
+    pid_t child_ = 0;
+    int code_ = 0;
+};
+
+class WindowTest : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        if (std::system("command -v Xvfb >/dev/null && command -v xdotool >/dev/null") != 0)
+            GTEST_SKIP() << "Xvfb or xdotool is not installed";
+        ::setenv("XDG_CONFIG_HOME", (folder_ / "config").c_str(), 1);
+        ::setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
+        int ends[2];
+        ASSERT_EQ(::pipe(ends), 0);
+        display_.emplace(std::vector<std::string>{"Xvfb", "-displayfd", std::to_string(ends[1]), "-screen",
+                                                  "0", "1400x1000x24", "-nolisten", "tcp"},
+                         folder_.path(), folder_ / "xvfb.txt");
+        ::close(ends[1]);
+        std::string number;
+        for (char c = 0; ::read(ends[0], &c, 1) == 1 && c != '\n';)
+            number += c;
+        ::close(ends[0]);
+        ASSERT_FALSE(number.empty()) << readAll(folder_ / "xvfb.txt");
+        ::setenv("DISPLAY", (":" + number).c_str(), 1);
+    }
+    void TearDown() override {
+        window_.reset();
+        display_.reset();
+    }
+
+    void start(const std::string& path, const std::string& more = "") {
+        std::vector<std::string> words = {TESSERA_PROGRAM, "view",   path,           "--size", "900x600",
+                                          "--ram",         "512MiB", "--gpu-memory", "256MiB"};
+        if (!more.empty())
+            words.insert(words.end(), {"--script", more});
+        window_.emplace(words, folder_.path(), folder_ / "window.txt");
+    }
+    /// What a command prints.
+    std::string printed(const std::string& command) const {
+        std::string text;
+        if (std::FILE* const pipe = ::popen((command + " 2>/dev/null").c_str(), "r")) {
+            char part[256];
+            while (std::fgets(part, sizeof part, pipe))
+                text += part;
+            ::pclose(pipe);
+        }
+        while (!text.empty() && text.back() == '\n')
+            text.pop_back();
+        return text;
+    }
+    std::string title() const {
+        return printed("xdotool getwindowname $(xdotool search --name Tessera | tail -1)");
+    }
+    ::testing::AssertionResult rests() {
+        const auto end = std::chrono::steady_clock::now() + 60s;
+        std::string last;
+        while (std::chrono::steady_clock::now() < end) {
+            last = title();
+            if (last.find("(at rest)") != std::string::npos)
+                return ::testing::AssertionSuccess();
+            if (window_->exitCode(0s))
+                return ::testing::AssertionFailure()
+                       << "the window is gone: " << readAll(folder_ / "window.txt");
+            std::this_thread::sleep_for(50ms);
+        }
+        return ::testing::AssertionFailure() << "\"" << last << "\": " << readAll(folder_ / "window.txt");
+    }
+    /// Does something that begins another picture, and waits for its end.
+    ::testing::AssertionResult after(const std::string& hand) {
+        if (std::system(("xdotool " + hand).c_str()) != 0)
+            return ::testing::AssertionFailure() << hand;
+        std::this_thread::sleep_for(600ms); // the title goes from rest first
+        return rests();
+    }
+    /// Saves picture and scene, and draws the scene without a window.
+    ::testing::AssertionResult isThePictureOfItsScene() {
+        for (const char* const file : {"torso.png", "torso.json", "drawn.png"})
+            fs::remove(folder_ / file);
+        if (std::system("xdotool key F12 sleep 0.3 key ctrl+s") != 0)
+            return ::testing::AssertionFailure() << "no key";
+        const auto end = std::chrono::steady_clock::now() + 20s;
+        while (!fs::exists(folder_ / "torso.png") || !fs::exists(folder_ / "torso.json")) {
+            if (std::chrono::steady_clock::now() > end)
+                return ::testing::AssertionFailure() << "nothing was saved";
+            std::this_thread::sleep_for(50ms);
+        }
+        // Half of both budgets: what stills have.
+        Process render({TESSERA_PROGRAM, "render", "torso.json", "-o", "drawn.png", "--ram", "256MiB",
+                        "--gpu-memory", "128MiB"},
+                       folder_.path(), folder_ / "render.txt");
+        if (render.exitCode(60s) != 0)
+            return ::testing::AssertionFailure() << readAll(folder_ / "render.txt");
+        picture_ = readImage(folder_ / "torso.png");
+        const Image drawn = readImage(folder_ / "drawn.png");
+        if (picture_.size != drawn.size)
+            return ::testing::AssertionFailure() << "sizes differ";
+        const auto differing =
+            static_cast<long>(picture_.pixels.size()) -
+            std::inner_product(picture_.pixels.begin(), picture_.pixels.end(), drawn.pixels.begin(), 0L,
+                               std::plus<>(), [](const auto& a, const auto& b) { return a == b ? 1L : 0L; });
+        if (differing > 0)
+            return ::testing::AssertionFailure() << differing << " pixels differ";
+        return ::testing::AssertionSuccess();
+    }
+    double differenceFrom(const Image& before) const {
+        double sum = 0;
+        for (std::size_t i = 0; i < before.pixels.size(); ++i)
+            sum += glm::length(before.pixels[i] - picture_.pixels[i]);
+        return sum / static_cast<double>(before.pixels.size());
+    }
+
+    ScratchFolder folder_;
+    std::optional<Process> display_, window_;
+    Image picture_;
+};
+
+TEST_F(WindowTest, WhatAHandDoesIsWhatTheProgramDraws) {
+    start(TESSERA_TORSO);
+    ASSERT_TRUE(rests());
+    ASSERT_EQ(std::system("xdotool windowfocus --sync $(xdotool search --name Tessera | tail -1)"), 0);
+    ASSERT_TRUE(isThePictureOfItsScene());
+    const Image first = picture_;
+    EXPECT_FALSE(isBlank(first));
+
+    // Left drag: it turns.
+    ASSERT_TRUE(after(
+        "mousemove 600 300 mousedown 1 mousemove 640 310 mousemove 700 330 mousemove 720 335 mouseup 1"));
+    ASSERT_TRUE(isThePictureOfItsScene());
+    const Image turned = picture_;
+    EXPECT_GT(differenceFrom(first), 0.01);
+
+    // A point of the function's curve, dragged down: the panel is 330 wide, its curve at y 297 to 447.
+    ASSERT_TRUE(after(
+        "mousemove 222 309 mousedown 1 sleep 0.1 mousemove 224 340 sleep 0.1 mousemove 226 400 sleep 0.1 "
+        "mouseup 1 mousemove 600 300"));
+    ASSERT_TRUE(isThePictureOfItsScene());
+    EXPECT_GT(differenceFrom(turned), 0.002) << "the curve's point was not dragged";
+    // Taken back: the very scene of before.
+    ASSERT_TRUE(after("key ctrl+z"));
+    ASSERT_TRUE(isThePictureOfItsScene());
+    EXPECT_EQ(differenceFrom(turned), 0);
+
+    // The wheel, a double click, a side by its key.
+    ASSERT_TRUE(after("mousemove 560 260 click 4 click 4 click 4"));
+    ASSERT_TRUE(isThePictureOfItsScene());
+    const Image nearer = picture_;
+    EXPECT_GT(differenceFrom(turned), 0.01);
+    ASSERT_TRUE(after("mousemove 600 330 click --repeat 2 --delay 60 1"));
+    ASSERT_TRUE(after("key 3"));
+    ASSERT_TRUE(isThePictureOfItsScene());
+    EXPECT_GT(differenceFrom(nearer), 0.01);
+
+    // Without panels the picture is as wide as the window.
+    ASSERT_TRUE(after("key Tab"));
+    ASSERT_TRUE(isThePictureOfItsScene());
+    EXPECT_EQ(picture_.size, glm::ivec2(900, 600));
+    ASSERT_TRUE(after("windowsize --sync $(xdotool search --name Tessera | tail -1) 640 420"));
+    ASSERT_TRUE(isThePictureOfItsScene());
+    EXPECT_EQ(picture_.size, glm::ivec2(640, 420));
+
+    EXPECT_EQ(std::system("xdotool key ctrl+q"), 0);
+    EXPECT_EQ(window_->exitCode(10s), 0) << readAll(folder_ / "window.txt");
+    EXPECT_THAT(readAll(folder_ / "config/tessera/window.json"), HasSubstr("torso.zarr"));
+}
+
+TEST_F(WindowTest, AtRestItTakesNoProcessor) {
+    start(TESSERA_TORSO);
+    ASSERT_TRUE(rests());
+    std::this_thread::sleep_for(5s); // messages go
+    const auto ticks = [&] {
+        const std::string stat = readAll("/proc/" + std::to_string(window_->id()) + "/stat");
+        std::istringstream fields(stat.substr(stat.rfind(')') + 2));
+        std::string field;
+        long user = 0, system = 0;
+        for (int i = 3; i < 14; ++i)
+            fields >> field;
+        fields >> user >> system;
+        return user + system;
+    };
+    const long before = ticks();
+    std::this_thread::sleep_for(3s);
+    EXPECT_LE(ticks() - before, 6) << "hundredths of a second in three: 2 % of a processor";
+}
+
+TEST_F(WindowTest, AScriptWithAMistakeIsRefusedByItsLine) {
+    std::ofstream(folder_ / "s.txt") << "wait rest\n\nspin 10\n";
+    start(TESSERA_TORSO, "s.txt");
+    EXPECT_EQ(window_->exitCode(20s), 2);
+    EXPECT_THAT(readAll(folder_ / "window.txt"), HasSubstr("line 3"));
+}
+
+TEST_F(WindowTest, WithoutADisplayItSaysSo) {
+    ::setenv("DISPLAY", ":7777", 1);
+    start(TESSERA_TORSO);
+    EXPECT_EQ(window_->exitCode(20s), 1);
+    EXPECT_THAT(readAll(folder_ / "window.txt"), HasSubstr("no window can be opened"));
+}
+
+TEST_F(WindowTest, WhatCannotBeOpenedIsSaidInTheWindow) {
+    std::ofstream(folder_ / "s.txt") << "wait 500\nwindow shown.ppm\nquit\n";
+    start("nowhere.zarr", "s.txt");
+    EXPECT_EQ(window_->exitCode(30s), 0) << readAll(folder_ / "window.txt");
+    EXPECT_GT(fs::file_size(folder_ / "shown.ppm"), 900u * 600 * 3);
+    // Letters in the colour of warnings in the middle, where else nothing is.
+    const std::string picture = readAll(folder_ / "shown.ppm");
+    const std::size_t pixels = picture.size() - 900u * 600 * 3;
+    int letters = 0;
+    for (std::size_t y = 280; y < 310; ++y)
+        for (std::size_t x = 340; x < 890; ++x) {
+            const std::size_t at = pixels + 3 * (y * 900 + x);
+            letters += static_cast<unsigned char>(picture[at]) > 200 &&
+                       static_cast<unsigned char>(picture[at + 2]) < 120;
+        }
+    EXPECT_GT(letters, 100);
+}
+
+} // namespace
+} // namespace tessera::test
