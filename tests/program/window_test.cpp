@@ -139,9 +139,11 @@ class WindowTest : public ::testing::Test {
     ::testing::AssertionResult rests() {
         const auto end = std::chrono::steady_clock::now() + 60s;
         std::string last;
+        int still = 0;
         while (std::chrono::steady_clock::now() < end) {
             last = title();
-            if (last.find("(at rest)") != std::string::npos)
+            still = last.find("(at rest)") != std::string::npos ? still + 1 : 0;
+            if (still == 8)
                 return ::testing::AssertionSuccess();
             if (window_->exitCode(0s))
                 return ::testing::AssertionFailure()
@@ -208,15 +210,15 @@ TEST_F(WindowTest, WhatAHandDoesIsWhatTheProgramDraws) {
     EXPECT_FALSE(isBlank(first));
 
     // Left drag: it turns.
-    ASSERT_TRUE(after(
-        "mousemove 600 300 mousedown 1 mousemove 640 310 mousemove 700 330 mousemove 720 335 mouseup 1"));
+    ASSERT_TRUE(after("mousemove 600 300 sleep 0.2 mousedown 1 sleep 0.3 mousemove 640 310 sleep 0.2 "
+                      "mousemove 720 335 sleep 0.2 mouseup 1"));
     ASSERT_TRUE(isThePictureOfItsScene());
     const Image turned = picture_;
     EXPECT_GT(differenceFrom(first), 0.01);
 
     // A point of the function's curve, dragged down: the panel is 330 wide, its curve at y 297 to 447.
     ASSERT_TRUE(after(
-        "mousemove 222 309 mousedown 1 sleep 0.1 mousemove 224 340 sleep 0.1 mousemove 226 400 sleep 0.1 "
+        "mousemove 222 309 mousedown 1 sleep 0.2 mousemove 224 340 sleep 0.2 mousemove 226 400 sleep 0.2 "
         "mouseup 1 mousemove 600 300"));
     ASSERT_TRUE(isThePictureOfItsScene());
     EXPECT_GT(differenceFrom(turned), 0.002) << "the curve's point was not dragged";

@@ -103,34 +103,31 @@ bool PictureHand::fly(Desk& desk) {
     return true;
 }
 
-void PictureHand::keys(Desk& desk) {
-    const ImGuiIO& io = ImGui::GetIO();
-    const auto pressed = [](int letter) { return ImGui::IsKeyPressed(letter, false); };
-    if (io.KeyCtrl) {
-        if (pressed('Z') && !io.KeyShift)
+void PictureHand::press(Desk& desk, int key, bool control, bool shift) {
+    if (!desk.volume())
+        return;
+    if (control) {
+        if (key == 'Z' && !shift)
             desk.undo();
-        else if (pressed('Y') || pressed('Z'))
+        else if (key == 'Y' || key == 'Z')
             desk.redo();
-        else if (pressed('S'))
+        else if (key == 'S')
             desk.saveScene();
         return;
     }
     constexpr View kViews[] = {View::anterior, View::posterior, View::left,
                                View::right,    View::superior,  View::inferior};
-    for (int n = 0; n < 6; ++n)
-        if (pressed('1' + n))
-            desk.setCamera(seenFrom(desk.camera(), kViews[n]), false);
-    if (pressed('R'))
+    if (key >= '1' && key <= '6')
+        desk.setCamera(seenFrom(desk.camera(), kViews[key - '1']), false);
+    else if (key == 'R')
         desk.resetCamera();
-    if (pressed('P'))
+    else if (key == 'P')
         desk.setCamera(projectedBy(desk.camera(), desk.camera().projection == Projection::parallel
                                                       ? Projection::perspective
                                                       : Projection::parallel),
                        false);
-    if (pressed('F'))
+    else if (key == 'F')
         desk.flying = !desk.flying;
-    if (pressed(258)) // Tab
-        desk.showPanels = !desk.showPanels;
 }
 
 bool PictureHand::handle(Desk& desk, const Area& area) {
@@ -189,10 +186,7 @@ bool PictureHand::handle(Desk& desk, const Area& area) {
         pickedAt_ = pointer_;
         desk.viewing().pick(pointer_);
     }
-    if (io.WantTextInput)
-        return false;
-    keys(desk);
-    return (desk.flying && fly(desk)) || (over_ && now - pointerMoved_ <= kRests);
+    return (desk.flying && !io.WantTextInput && fly(desk)) || (over_ && now - pointerMoved_ <= kRests);
 }
 
 } // namespace tessera

@@ -41,6 +41,8 @@ class PictureHand {
   public:
     /// Once a frame, while ImGui's frame is open. Returns whether something is held that moves on its own.
     bool handle(Desk& desk, const Area& area);
+    /// A key that went down, as GLFW names it: a letter's capital in ASCII.
+    void press(Desk& desk, int key, bool control, bool shift);
     /// Where the pointer rests over the picture, pixels; what is there is asked when it has rested.
     const glm::dvec2& pointer() const { return pointer_; }
     bool isOver() const { return over_; }
@@ -49,7 +51,6 @@ class PictureHand {
     enum class Drag { none, orbit, pan, zoom, roll, window };
     bool fly(Desk& desk);
     void drag(Desk& desk, const Area& area, const glm::dvec2& delta);
-    void keys(Desk& desk);
 
     Drag drag_ = Drag::none;
     bool over_ = false;

@@ -55,6 +55,11 @@ struct Glfw {
 struct Events {
     int framesOwed = kFramesAfterEvent;
     std::vector<fs::path> dropped;
+    struct Key {
+        int key = 0, modifiers = 0;
+    };
+    /// In order; kept here because ImGui forgets a key that goes up again before the next frame.
+    std::vector<Key> pressed;
 };
 
 class Window {
@@ -77,7 +82,11 @@ class Window {
         glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double, double) { note(w); });
         glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int, int, int) { note(w); });
         glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double) { note(w); });
-        glfwSetKeyCallback(window_, [](GLFWwindow* w, int, int, int, int) { note(w); });
+        glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int modifiers) {
+            note(w);
+            if (action == GLFW_PRESS)
+                static_cast<Events*>(glfwGetWindowUserPointer(w))->pressed.push_back({key, modifiers});
+        });
         glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned) { note(w); });
         glfwSetFramebufferSizeCallback(window_, [](GLFWwindow* w, int, int) { note(w); });
         glfwSetWindowRefreshCallback(window_, [](GLFWwindow* w) { note(w); });
@@ -206,13 +215,9 @@ class Loop {
             desk_.open(path);
         desk_.update();
         moves_ = hand_.handle(desk_, area);
-        const ImGuiIO& io = ImGui::GetIO();
-        if (!io.WantTextInput && ImGui::IsKeyPressed('/', false) && io.KeyShift)
-            desk_.showHelp = !desk_.showHelp;
-        if (io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_Q, false))
-            glfwSetWindowShouldClose(window_.get(), GLFW_TRUE);
-        if (ImGui::IsKeyPressed(GLFW_KEY_F12, false) && desk_.volume())
-            desk_.savePicture();
+        for (const Events::Key& key : std::exchange(events_.pressed, {}))
+            if (!ImGui::GetIO().WantTextInput)
+                press(key);
         scripted_ = script_.advance(
             desk_, {[this](const glm::ivec2& size) { glfwSetWindowSize(window_.get(), size.x, size.y); },
                     [this](const fs::path& path) { toCapture_ = path; },
@@ -231,6 +236,21 @@ class Loop {
         if (toCapture_)
             capture(window_, *std::exchange(toCapture_, {}));
         glfwSwapBuffers(window_.get());
+    }
+
+    void press(const Events::Key& key) {
+        const bool control = (key.modifiers & GLFW_MOD_CONTROL) != 0,
+                   shift = (key.modifiers & GLFW_MOD_SHIFT) != 0;
+        if (control && key.key == GLFW_KEY_Q)
+            glfwSetWindowShouldClose(window_.get(), GLFW_TRUE);
+        else if (shift && key.key == GLFW_KEY_SLASH)
+            desk_.showHelp = !desk_.showHelp;
+        else if (key.key == GLFW_KEY_F12)
+            desk_.savePicture();
+        else if (key.key == GLFW_KEY_TAB)
+            desk_.showPanels = !desk_.showPanels;
+        else
+            hand_.press(desk_, key.key, control, shift);
     }
 
     void drawPicture(const Area& area) {
