@@ -191,9 +191,11 @@ class ViewSession final : public Viewing {
     std::unique_ptr<Open> open_;
     std::uint64_t asked_ = 0; // the wish that is being drawn
     bool moving_ = false, resting_ = true;
+    bool quickFirst_ = false;   // something is new: one picture of few pixels before one of all
     bool drawsMoving_ = false;  // the picture in the works is one of few pixels
     std::uint64_t stillOf_ = 0; // the wish whose still was begun
     FramePace pace_;
+    glm::ivec2 hastySize_{1}; // of pictures while something moves
 
     Cancellation::Flag openingCalledOff_{false};
     std::thread thread_; // last: it uses all of the above
@@ -331,6 +333,8 @@ void ViewSession::makeRenderer(const Scene& scene) {
     pace_.forget();
     resting_ = false;
     drawsMoving_ = false;
+    quickFirst_ = true;
+    hastySize_ = pace_.sizeFor(scene.imageSize);
 }
 
 void ViewSession::take(const Wish& wish) {
@@ -349,10 +353,14 @@ void ViewSession::take(const Wish& wish) {
             o.renderer->setCamera(camera);
         if (recoloured)
             o.renderer->setFunction(std::get<TransferFunction>(wish.scene.volumes.front().transferFunction));
-        if ((turned || recoloured) && !drawsMoving_)
-            o.renderer->cancel();
+        if (turned || recoloured) {
+            quickFirst_ = true;
+            if (!drawsMoving_)
+                o.renderer->cancel();
+        }
         o.scene = wish.scene;
     }
+    hastySize_ = pace_.sizeFor(o.scene.imageSize); // once a wish: nothing is drawn again for a better guess
     asked_ = wish.number;
     moving_ = wish.moving;
     resting_ = false;
@@ -372,15 +380,18 @@ void ViewSession::proceed() {
         return;
     }
     Open& o = *open_;
-    if (moving_)
-        o.renderer->setHaste(InteractiveRenderer::Haste{pace_.sizeFor(o.scene.imageSize), kMovingStepVoxels});
+    const bool hasty = moving_ || quickFirst_;
+    if (hasty)
+        o.renderer->setHaste(InteractiveRenderer::Haste{hastySize_, kMovingStepVoxels});
     else
         o.renderer->setHaste(std::nullopt);
-    drawsMoving_ = moving_;
+    drawsMoving_ = hasty;
     const InteractiveRenderer::Progress progress = o.renderer->advance(Clock::now() + kTurn);
-    if (progress.newPicture)
+    if (progress.newPicture) {
         publishPicture(progress);
-    resting_ = progress.converged;
+        quickFirst_ = false;
+    }
+    resting_ = progress.converged && hasty == moving_;
     if (resting_ && !moving_ && options_.stills && stillOf_ != asked_ && !o.still)
         startStill();
     tellState(progress);

@@ -54,6 +54,8 @@ void Desk::update() {
             latency_.pictureTimes.pop_front();
     }
     picked_ = viewing_.picked();
+    if (picked_ && picked_->number <= pickedBefore_)
+        picked_.reset();
     state_ = viewing_.state();
     if (!state_.problem.empty()) {
         tell(state_.problem, true);
@@ -70,6 +72,9 @@ void Desk::send(bool moving) {
     if (askedAt_ == WindowClock::time_point())
         askedAt_ = lastInput_; // of the first input that no picture has answered
     asked_ = viewing_.show(scene_, moving);
+    if (picked_)
+        pickedBefore_ = picked_->number;
+    picked_.reset();
     owesRest_ = moving;
 }
 
@@ -107,7 +112,7 @@ bool Desk::settle() {
     }
     if (owesRest_ && now - lastInput_ >= kRestAfter) {
         owesRest_ = false;
-        viewing_.show(scene_, false);
+        asked_ = viewing_.show(scene_, false);
     }
     return owesRest_ || message_;
 }

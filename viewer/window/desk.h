@@ -46,7 +46,11 @@ class Desk {
     const VolumeSeen* volume() const { return volume_.get(); }
     const ShownPicture* picture() const { return picture_.get(); }
     const ViewingState& state() const { return state_; }
+    /// What was under the pointer, of the picture as it is asked now.
     const std::optional<PickedPlace>& picked() const { return picked_; }
+    /// The number of the last wish, and whether there is a picture of it.
+    std::uint64_t asked() const { return asked_; }
+    bool isAnswered() const { return picture_ && picture_->asked >= asked_; }
     const Latency& latency() const { return latency_; }
 
     const Scene& scene() const { return scene_; }
@@ -100,7 +104,7 @@ class Desk {
     Latency latency_;
     bool owesRest_ = false;
     WindowClock::time_point lastInput_, askedAt_;
-    std::uint64_t asked_ = 0;
+    std::uint64_t asked_ = 0, pickedBefore_ = 0; // pickedBefore_: answers up to it are of another picture
     bool askedMoving_ = false;
     glm::ivec2 wantedSize_{0};
     WindowClock::time_point sizeChanged_;

@@ -77,7 +77,7 @@ std::string badge(const Desk& desk) {
         return {};
     switch (picture->stage) {
     case Stage::moving:
-        return "coarse: moving";
+        return "coarse";
     case Stage::loading:
         return "coarse: " + std::to_string(s.movesLeft) + " bricks on their way";
     case Stage::whole:

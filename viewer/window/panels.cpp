@@ -14,6 +14,18 @@ namespace {
 
 const char* const kStages[] = {"moving", "loading", "whole", "still"};
 
+/// The look that a scene has, "its own" where it is none of those with a name.
+std::string lookOf(const Scene& scene) {
+    const std::string text = sceneJson(scene);
+    for (const std::string& name : lookNames()) {
+        Scene same = scene;
+        applyLook(name, same);
+        if (sceneJson(same) == text)
+            return name;
+    }
+    return "its own";
+}
+
 bool edited() {
     return ImGui::IsItemActivated();
 }
@@ -73,12 +85,15 @@ void Panels::view(Desk& desk) {
 }
 
 void Panels::light(Desk& desk) {
+    if (lookOf_ != desk.asked()) {
+        lookOf_ = desk.asked();
+        look_ = lookOf(desk.scene());
+    }
     if (ImGui::BeginCombo("look", look_.c_str())) {
         for (const std::string& name : lookNames())
             if (ImGui::Selectable(name.c_str(), name == look_)) {
                 Scene scene = desk.scene();
                 applyLook(name, scene);
-                look_ = name;
                 desk.beginEdit();
                 desk.setScene(scene, false);
             }

@@ -5,6 +5,7 @@
 #include "viewer/window/desk.h"
 #include "viewer/window/function_editor.h"
 
+#include <cstdint>
 #include <string>
 
 namespace tessera {
@@ -25,7 +26,8 @@ class Panels {
 
     FunctionEditor function_;
     char path_[1024] = {};
-    std::string look_ = "plain";
+    std::string look_;
+    std::uint64_t lookOf_ = 0; // the wish that look_ is of
 };
 
 /// What keys and mouse do.

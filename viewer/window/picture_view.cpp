@@ -182,11 +182,14 @@ bool PictureHand::handle(Desk& desk, const Area& area) {
         else
             desk.tell("nothing is seen there");
     }
-    if (over_ && drag_ == Drag::none && now - pointerMoved_ > kRests && pickedAt_ != pointer_) {
+    const bool another = pickedAt_ != pointer_ || pickedFor_ != desk.asked();
+    const bool rests = now - pointerMoved_ > kRests && desk.hasAsked();
+    if (over_ && drag_ == Drag::none && another && rests) {
         pickedAt_ = pointer_;
+        pickedFor_ = desk.asked();
         desk.viewing().pick(pointer_);
     }
-    return (desk.flying && !io.WantTextInput && fly(desk)) || (over_ && now - pointerMoved_ <= kRests);
+    return (desk.flying && !io.WantTextInput && fly(desk)) || (over_ && another && !rests);
 }
 
 } // namespace tessera

@@ -55,6 +55,7 @@ class PictureHand {
     Drag drag_ = Drag::none;
     bool over_ = false;
     glm::dvec2 pointer_{0}, pickedAt_{-1, -1};
+    std::uint64_t pickedFor_ = 0; // the wish
     WindowClock::time_point pointerMoved_;
     std::uint64_t centreOn_ = 0; // the question whose answer comes to the middle
     WindowClock::time_point flewAt_;

@@ -89,11 +89,12 @@ bool Script::waits(const Step& step, Desk& desk) {
     if (what == "picture")
         return !picture;
     if (what == "whole")
-        return !settled || !picture || (picture->stage != Stage::whole && picture->stage != Stage::still);
+        return !settled || !desk.isAnswered() ||
+               (picture->stage != Stage::whole && picture->stage != Stage::still);
     if (what == "still")
-        return !settled || !picture || picture->stage != Stage::still || !s.atRest;
+        return !settled || !desk.isAnswered() || picture->stage != Stage::still || !s.atRest;
     if (what == "rest")
-        return !settled || !s.atRest;
+        return !settled || !desk.isAnswered() || !s.atRest;
     return WindowClock::now() - began_ < std::chrono::duration<double, std::milli>(number(step, 1));
 }
 
