@@ -1,13 +1,19 @@
 #!/usr/bin/env bash
 # Draws something to look at. Without arguments: a CT-like phantom. With one: a DICOM folder, a NIfTI file or a
 # store, e.g. ./demo.sh ../shared/data/ct-abdomen-dicom; what follows it goes to `tessera import`, e.g. --resample-z.
+# With --view first: opens it in a window instead.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 source "$root/cmake/setup.sh"
 
 if [[ ${1:-} == -h || ${1:-} == --help ]]; then
-    echo "usage: demo.sh [FILE|FOLDER|STORE [import options]]"
+    echo "usage: demo.sh [--view] [FILE|FOLDER|STORE [import options]]"
     exit 0
+fi
+view=no
+if [[ ${1:-} == --view ]]; then
+    view=yes
+    shift
 fi
 ensure_packages "$root/cmake/debian-packages.txt"
 build_release tessera
@@ -49,6 +55,9 @@ else
     fi
 fi
 
+if [[ $view == yes ]]; then
+    exec "$tessera" view "$store"
+fi
 echo
 "$tessera" info "$store"
 echo
@@ -63,6 +72,7 @@ printf '    %s\n' "${pictures[@]}"
 
 if "$tessera" info "$store" --json --quiet | grep -q '"unit": "HU"'; then preset=skin; else preset=auto; fi
 echo "Try next:"
+echo "    $tessera view $store"
 echo "    $tessera render $store -o $out/$name-$preset.png --preset $preset --view right"
 echo "    $tessera render $store -o $out/$name-small-budget.png --gpu-memory 16MiB --explain"
 echo "    $tessera render $store -o $out/$name-large.exr --size 1024x1024 --projection parallel --background transparent"

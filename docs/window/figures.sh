@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# Makes docs/images/window.png anew: the window on a phantom, driven by steps in a file instead of a hand, on a display of its own.
+#   docs/window/figures.sh [TESSERA]
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+tessera=${1:-$root/build/release/tessera}
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+"$tessera" phantom torso --size 256x192x300 -o torso.zarr -q
+cat >steps.txt <<'STEPS'
+wait still
+light studio
+orbit -30 12
+wait still
+window window.ppm
+quit
+STEPS
+xvfb-run -a -s "-screen 0 1400x900x24" "$tessera" view torso.zarr --size 1100x640 --script steps.txt
+python3 - window.ppm "$root/docs/images/window.png" <<'PNG'
+import struct, sys, zlib
+data = open(sys.argv[1], "rb").read()
+magic, size, most, pixels = data.split(b"\n", 3)
+width, height = map(int, size.split())
+rows = b"".join(b"\0" + pixels[3 * width * y:3 * width * (y + 1)] for y in range(height))
+part = lambda name, body: struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
+open(sys.argv[2], "wb").write(b"\x89PNG\r\n\x1a\n" + part(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
+                              + part(b"IDAT", zlib.compress(rows, 9)) + part(b"IEND", b""))
+PNG
+echo "wrote $root/docs/images/window.png"
