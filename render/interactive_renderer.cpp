@@ -154,7 +154,8 @@ InteractiveRenderer::Choice InteractiveRenderer::choose(LevelChooser* chooser, c
     c.predicted = true;
     chooser->setCamera(r.camera, r.scene->view.imageSize);
     const std::vector<float> visible = r.visible.empty() ? chooser->predictedVisibility() : r.visible;
-    BestLevels best = bestLevels(*chooser, statistics.brickMean, r.pages, visible);
+    BestLevels best =
+        bestLevels(*chooser, statistics.brickMean, r.pages, visible, Unseen::kept, LevelsFor::interactive);
     c.selection = std::move(best.selection);
     c.error = best.error;
     c.gain.resize(visible.size());

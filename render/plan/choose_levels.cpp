@@ -28,10 +28,20 @@ int quickLevel(const glm::ivec3& extentVoxels) {
     return level;
 }
 
-/// Pages that one level for all may take beyond those of a mix of which no level can be told from it, as a
-/// share of these: mixed levels are drawn 1.3 to 2.3 times slower (docs/performance.md), but pages take
-/// loading, on a fast device most of a picture's time.
-constexpr std::size_t kShareForSpeed = 4;
+/// Pages that one level for all may take beyond those of a mix of which no level can be told from it: mixed
+/// levels are drawn 1.3 to 3 times slower, but pages take loading (docs/performance.md). As a share of the
+/// mix's pages, which is never much to load; and one for so many rays through bricks, for what they gain.
+constexpr std::size_t kShareForSpeed = 4, kRaysForPage = 100;
+
+/// Rays that go through bricks and still show them: a ray counts for every brick that it is seen in.
+double raysThroughBricks(const Selection& s, const ViewWeights& weights, Visibility visible) {
+    double rays = 0;
+    for (std::size_t brick = 0; brick < s.levels.size(); ++brick)
+        if (s.levels[brick] != Selection::kEmpty)
+            rays += static_cast<double>(weights.area[brick]) *
+                    (visible.empty() ? 1 : static_cast<double>(visible[brick]));
+    return rays;
+}
 
 /// Levels finer than a pixel that the mean of its samples still shows: a level is a mean of values, a pixel
 /// one of what they look like. With two of them levels cost pictures of 48 to 320 pixels on three scans 0.07
@@ -60,7 +70,7 @@ std::size_t leaveOutUnseen(Selection& s, const ViewWeights& weights) {
 } // namespace
 
 BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
-                      Visibility visible, Unseen unseen) {
+                      Visibility visible, Unseen unseen, LevelsFor picture) {
     BestLevels best{chooser.best(means, pages, visible), {}, 0};
     Selection& s = best.selection;
     best.error = chooser.predict(s, visible);
@@ -75,7 +85,11 @@ BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means,
     counts[finest] = s.shownBricks();
     counts[Selection::kEmpty] = s.counts[Selection::kEmpty];
     const std::size_t mixed = pagesFor(s.counts);
-    if (pagesFor(counts) > std::min(pages, mixed + mixed / kShareForSpeed))
+    const std::size_t forSpeed =
+        picture == LevelsFor::still
+            ? static_cast<std::size_t>(raysThroughBricks(s, chooser.weights(), visible)) / kRaysForPage
+            : 0;
+    if (pagesFor(counts) > std::min(pages, mixed + std::max(mixed / kShareForSpeed, forSpeed)))
         return best;
     for (std::uint8_t& level : s.levels)
         if (level != Selection::kEmpty)

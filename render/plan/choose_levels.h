@@ -42,8 +42,9 @@ constexpr std::size_t neighbourhoodPages(bool shading, bool ends) {
 
 /// The best selection of so many pages (LevelChooser::best()) and its predicted error. Where none is left,
 /// one level for all, the finest of the selection's, if that is drawn sooner: within the pages and without
-/// much more to load. Never further from the truth. An interactive picture, which always takes the path of
-/// mixed levels, takes it only to come to the still's picture.
+/// more to load than drawing gains. Never further from the truth. An interactive picture, which always takes
+/// the path of mixed levels, gains nothing: it takes it where there is little to load, to come to the still's
+/// picture.
 struct BestLevels {
     Selection selection;
     PredictedError error;
@@ -52,8 +53,9 @@ struct BestLevels {
 /// Bricks that no ray of a still comes near need no level of their own: with them left out, a close camera's
 /// bricks are mostly of one level.
 enum class Unseen { kept, leftOut };
+enum class LevelsFor { still, interactive };
 BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
-                      Visibility visible, Unseen unseen = Unseen::kept);
+                      Visibility visible, Unseen unseen = Unseen::kept, LevelsFor picture = LevelsFor::still);
 
 /// @param gpuFixed  bytes that the scene takes of gpu besides its bricks
 /// @param ramKept   bytes of ram that must stay free for what comes after

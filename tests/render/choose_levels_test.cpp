@@ -15,7 +15,8 @@ namespace {
 using namespace test;
 
 // A picture so small that some bricks may be coarse without a loss: one level for all where that fits and
-// takes at most a quarter more pages, else the mix; and no error is predicted for either.
+// takes at most a quarter more pages, or one for every hundred rays that are seen in bricks, else the mix;
+// and no error is predicted for either.
 TEST(BestLevels, AreOneLevelWhereAMixGainsNothing) {
     Ledger ram("RAM", "--ram", std::size_t{512} << 20);
     const StoreReader store(storePath("torso"), ram);
@@ -24,8 +25,8 @@ TEST(BestLevels, AreOneLevelWhereAMixGainsNothing) {
     const TransferTable table = makeTable(presetFunction("bone", summarise(statistics, info)));
     LevelChooser chooser(store, ram, 0);
     chooser.setFunction(statistics, table, Culling::unlit);
-    std::size_t mixes = 0;
-    for (const int edge : {12, 16, 24, 32, 40, 48}) {
+    std::size_t mixes = 0, kept = 0, forRays = 0;
+    for (const int edge : {6, 8, 10, 12, 16, 24, 32, 40, 48}) {
         chooser.setCamera(fitCamera(info, View::anterior, Projection::perspective, glm::ivec2(edge)),
                           glm::ivec2(edge));
         const std::vector<float> visible = chooser.predictedVisibility();
@@ -39,7 +40,18 @@ TEST(BestLevels, AreOneLevelWhereAMixGainsNothing) {
         EXPECT_EQ(best.error.mean, 0);
         EXPECT_EQ(best.selection.finest(), mix.finest());
         EXPECT_EQ(best.selection.shownBricks(), mix.shownBricks());
-        EXPECT_EQ(best.selection.uniform(), mix.uniform() || 4 * (all - pages) <= pages) << edge;
+        double rays = 0;
+        for (std::size_t b = 0; b < mix.levels.size(); ++b)
+            if (mix.levels[b] != Selection::kEmpty)
+                rays += static_cast<double>(chooser.weights().area[b]) * static_cast<double>(visible[b]);
+        const bool few = 4 * (all - pages) <= pages;
+        const bool gains = 100 * static_cast<double>(all - pages) <= rays;
+        EXPECT_EQ(best.selection.uniform(), mix.uniform() || few || gains) << edge;
+        const BestLevels moving =
+            bestLevels(chooser, statistics.brickMean, 4096, visible, Unseen::kept, LevelsFor::interactive);
+        EXPECT_EQ(moving.selection.uniform(), mix.uniform() || few) << edge;
+        kept += !best.selection.uniform();
+        forRays += !mix.uniform() && gains && !few;
         if (mix.uniform() || all == pages)
             continue;
         ++mixes;
@@ -47,6 +59,8 @@ TEST(BestLevels, AreOneLevelWhereAMixGainsNothing) {
         EXPECT_EQ(bestLevels(chooser, statistics.brickMean, all - 1, visible).selection.levels, mix.levels);
     }
     EXPECT_GT(mixes, 1u);
+    EXPECT_GT(kept, 0u);
+    EXPECT_GT(forRays, 0u);
 }
 
 // A camera close to the volume: bricks that no ray comes near are left out, those that are left are of one

@@ -20,7 +20,6 @@ using native::PacketBrick;
 using native::SampleKind;
 
 constexpr std::uint32_t kEntryValue = 0x80000000u, kEntryAbsent = 0x40000000u; // brick_residency.h
-constexpr std::size_t kBeyond = 64; // bytes that a load of several samples may reach too far
 constexpr std::size_t kHugePage = std::size_t{2} << 20;
 constexpr int kBias = 8; // of a box's bytes
 
@@ -72,12 +71,14 @@ HostPlane::HostPlane(const VolumeInfo& info, ValueType type, const char* what, s
     const std::size_t count = cellCount(box_), edge = static_cast<std::size_t>(edge_);
     const std::size_t bytes = count * edge * edge * edge * sampleBytes(kind_);
     charge_ = memory.charge(bytes + cellCount(grid_) * limits.indexEntryBytes, what);
-    const std::size_t whole = (bytes + kBeyond + kHugePage - 1) / kHugePage * kHugePage;
-    auto* const room = static_cast<std::byte*>(bytes < kHugePage ? std::malloc(bytes + kBeyond)
+    const std::size_t around = kAround * sampleBytes(kind_), needed = around + bytes + around;
+    const std::size_t whole = (needed + kHugePage - 1) / kHugePage * kHugePage;
+    auto* const room = static_cast<std::byte*>(bytes < kHugePage ? std::malloc(needed)
                                                                  : std::aligned_alloc(kHugePage, whole));
     if (!room)
         throw std::bad_alloc();
-    samples_.reset(room);
+    room_.reset(room);
+    samples_ = room + around;
     if (bytes >= kHugePage)
         madvise(room, whole,
                 MADV_HUGEPAGE); // fewer faults and fewer misses; a wish, so what it says is no matter
@@ -143,13 +144,13 @@ float HostPlane::sampleAt(const PacketBrick& brick, int level, const glm::ivec3&
         brick.base + static_cast<std::size_t>((in.z * rowPitch(level) + in.y) * rowPitch(level) + in.x);
     switch (kind_) {
     case SampleKind::i16:
-        return reinterpret_cast<const std::int16_t*>(samples_.get())[n];
+        return reinterpret_cast<const std::int16_t*>(samples_)[n];
     case SampleKind::u16:
-        return reinterpret_cast<const std::uint16_t*>(samples_.get())[n];
+        return reinterpret_cast<const std::uint16_t*>(samples_)[n];
     case SampleKind::f32:
         break;
     }
-    return reinterpret_cast<const float*>(samples_.get())[n];
+    return reinterpret_cast<const float*>(samples_)[n];
 }
 
 void HostPlane::settle(const LevelMap* map, int level) {

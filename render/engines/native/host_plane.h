@@ -23,6 +23,10 @@ constexpr int kApronedEdge = kApronBefore + kBrickExtent + kApronBehind;
 
 class HostPlane : public Plane {
   public:
+    /// Samples before the first brick and behind the last that may be read, of no value: of 4^3 samples
+    /// around one in a brick most lie in the next slices; loads of several reach further.
+    static constexpr std::size_t kAround = 2 * (kApronedEdge + 1) * kApronedEdge + 32;
+
     /// @param limits  of the engine: how many samples a page has
     /// @param memory  what samples and bricks' entries are charged to
     HostPlane(const VolumeInfo& info, std::size_t pages, const TextureLimits& limits, int threads,
@@ -41,7 +45,7 @@ class HostPlane : public Plane {
 
     std::size_t bytes() const { return charge_.bytes(); }
     const std::vector<native::PacketBrick>& bricks() const { return bricks_; }
-    const void* samples() const { return samples_.get(); }
+    const void* samples() const { return samples_; }
     native::SampleKind kind() const { return kind_; }
     std::int32_t rowPitch(int level) const { return level == 0 ? edge_ : kBrickExtent >> level; }
     std::int32_t slicePitch(int level) const { return rowPitch(level) * rowPitch(level); }
@@ -62,7 +66,7 @@ class HostPlane : public Plane {
     void setBox(std::size_t brick, const LevelMap* map, int level);
     template <typename Sample> bool fillApronOf(const glm::ivec3& brick);
     template <typename Sample> Sample* at(std::uint32_t sample) {
-        return reinterpret_cast<Sample*>(samples_.get()) + sample;
+        return reinterpret_cast<Sample*>(samples_) + sample;
     }
 
     const VolumeInfo& info_;
@@ -72,7 +76,8 @@ class HostPlane : public Plane {
     int edge_ = kBrickExtent;     // of a brick of level 0 with its apron
     int threads_;
     Charge charge_;
-    std::unique_ptr<std::byte[], Free> samples_;
+    std::unique_ptr<std::byte[], Free> room_;
+    std::byte* samples_ = nullptr; // in it
     std::vector<std::uint8_t> levelOfPage_;
     std::vector<std::uint8_t> putInPage_;      // since aprons were filled: pages whose samples are new
     std::vector<BrickEntry> entries_, filled_; // as published; as they were when aprons were filled

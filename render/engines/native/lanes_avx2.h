@@ -175,4 +175,16 @@ template <int Scale> TESSERA_LANE Pair gatherPair(const void* base, I index, M m
             I::make(_mm256_permute4x64_epi64(_mm256_castps_si256(high), 0xd8))};
 }
 
+TESSERA_LANE __m256i lowestOnes(M m) {
+    const std::uint64_t bytes = _pdep_u64(bits(m), 0x0101010101010101u) * 255u;
+    const auto order = static_cast<long long>(_pext_u64(0x0706050403020100u, bytes));
+    return _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(order));
+}
+TESSERA_LANE F compress(F a, M m) {
+    return F::make(_mm256_permutevar8x32_ps(a.v, lowestOnes(m)));
+}
+TESSERA_LANE I compress(I a, M m) {
+    return I::make(_mm256_permutevar8x32_epi32(a.v, lowestOnes(m)));
+}
+
 } // namespace tessera::TESSERA_LANES::single

@@ -170,4 +170,12 @@ template <int Scale> TESSERA_LANE Pair gatherPair(const void* base, I index, M m
     return {I::make(_mm512_permutex2var_epi32(a, even, b)), I::make(_mm512_permutex2var_epi32(a, odd, b))};
 }
 
+/// The lanes of m go to the lowest ones; what the others have then is of no account.
+TESSERA_LANE F compress(F a, M m) {
+    return F::make(_mm512_maskz_compress_ps(m.v, a.v));
+}
+TESSERA_LANE I compress(I a, M m) {
+    return I::make(_mm512_maskz_compress_epi32(m.v, a.v));
+}
+
 } // namespace tessera::TESSERA_LANES::single

@@ -205,4 +205,13 @@ template <int Scale> TESSERA_LANE Pair gatherPair(const void* base, I index, M m
     return r;
 }
 
+template <typename T> TESSERA_LANE T compress(T a, M m) {
+    T r = a;
+    int to = 0;
+    for (int k = 0; k < kWidth; ++k)
+        if (m.v[k] != 0)
+            r.v[to++] = a.v[k];
+    return r;
+}
+
 } // namespace tessera::TESSERA_LANES::single

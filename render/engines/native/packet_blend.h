@@ -1,6 +1,7 @@
-// render/engines/native/packet_blend.h: values where a lane's cell needs more than one brick: cells of one
-// level across bricks, and blends of bricks of unlike levels: twin of fieldValue() and interblockValue() in
-// render/contract/sampler.h; and what the levels around a place say of strides. For packet_*.cpp alone.
+// render/engines/native/packet_blend.h: bricks around a place, of one register of lanes: cells of one level
+// across bricks, what a brick has of its own, and the weights by which bricks of unlike levels are blended:
+// twin of fieldValue() and interblockValue() in render/contract/sampler.h, whose sums packet_points.h makes;
+// and what the levels around a place say of strides. For packet_*.cpp alone.
 #pragma once
 
 #include "render/contract/leaves.h"
@@ -12,17 +13,13 @@ namespace tessera::TESSERA_LANES {
 using native::PacketBrick;
 using native::PacketField;
 using native::SampleKind;
+#include "render/engines/native/packet_samples.h"
+
+namespace single {
+#include "render/engines/native/packet_samples.h"
 
 // Codes of bricks, as BrickCorner's.
 constexpr int kCoarsestCode = 5, kEmptyCode = 6, kOutsideCode = 7, kNoReachCode = 15;
-
-/// Half a sample of a level, in voxels: exact.
-TESSERA_LANE F halfSample(I level) {
-    return asFloat(shl<23>(I(126) + level));
-}
-TESSERA_LANE F samplesPerVoxel(I level) {
-    return asFloat(shl<23>(I(127) - level));
-}
 
 template <SampleKind K> TESSERA_LANE F sampleAt(const void* samples, I index, M m) {
     if constexpr (K == SampleKind::f32)
@@ -33,22 +30,6 @@ template <SampleKind K> TESSERA_LANE F sampleAt(const void* samples, I index, M 
     }
 }
 
-/// Two samples beside one another.
-struct Row2 {
-    F a, b;
-};
-template <SampleKind K> TESSERA_LANE Row2 row2(const void* samples, I index, M m) {
-    if constexpr (K == SampleKind::f32) {
-        const Pair pair = gatherPair<4>(samples, index, m);
-        return {asFloat(pair.low), asFloat(pair.high)};
-    } else {
-        const I pair = gather<2>(samples, index, m);
-        if constexpr (K == SampleKind::i16)
-            return {number(sar<16>(shl<16>(pair))), number(sar<16>(pair))};
-        else
-            return {number(pair & I(0xffff)), number(shr<16>(pair))};
-    }
-}
 /// An entry of PacketField::bricks.
 struct BrickEntries {
     I base, state;
@@ -71,11 +52,6 @@ TESSERA_LANE CellAxis cellAxis(F p, F perVoxel, I last, I shift) {
     const I low = truncated(at), high = min(low + I(1), last); // not negative, so this is floor
     const I mask = shl(I(1), shift) - I(1);
     return {{sar(low, shift), sar(high, shift)}, {low & mask, high & mask}, at - number(low)};
-}
-
-/// Samples from a row of a brick to the next; a slice is as many rows.
-TESSERA_LANE I rowPitch(const PacketField& f, I level) {
-    return select(level == I(0), I(f.rowPitch[0]), shr(I(32), level));
 }
 
 /// Plain trilinear interpolation of one level's samples, whichever bricks have them; empty ones read as their
@@ -145,6 +121,27 @@ TESSERA_LANE I nearAxes(const Corner& c) {
     return near;
 }
 
+/// The bricks that have weight where bricks of `near` axes meet are numbered from the current one on: the
+/// bits of n, lowest first, are those axes. Ascending numbers are ascending bricks, as the scalar text goes
+/// through them.
+struct NearBricks {
+    I axis[3]; // the bit of the first near axis, of the second, of the third; 0 where there is none
+    TESSERA_LANE NearBricks of(I near) {
+        const I rest = near & (near - I(1)), last = rest & (rest - I(1));
+        return {near ^ rest, rest ^ last, last};
+    }
+    /// Across which axes the n-th one lies; none in lanes that have fewer are taken from m.
+    __attribute__((always_inline)) I across(int n, M& m) const {
+        I all(0);
+        for (int bit = 0; bit < 3; ++bit)
+            if (n >> bit & 1) {
+                all = all | axis[bit];
+                m = m & (axis[bit] != I(0));
+            }
+        return all;
+    }
+};
+
 /// As edgeWeight() of render/contract/brick_corner.h over edgeReach().
 TESSERA_LANE F edgeWeight(const PacketField& f, I own, I other, F into, M upper) {
     const I empty(kEmptyCode);
@@ -156,12 +153,13 @@ TESSERA_LANE F edgeWeight(const PacketField& f, I own, I other, F into, M upper)
     if (f.edgeFunction == 3) // maximum
         mine = theirs = max(own, other);
     const M ahead = into >= F(0.0f);
-    F reach = halfSample(select(besideEmpty, level, select(ahead, mine, theirs)));
-    if (f.edgeFunction == 0) // nearest
-        reach = select(besideEmpty, reach, F(0.0f));
-    const F rising = min(max(F(0.5f) + F(0.5f) * (into / reach), F(0.0f)), F(1.0f));
-    const F step = select((into > F(0.0f)) | ((into == F(0.0f)) & upper), F(1.0f), F(0.0f));
-    return select(reach == F(0.0f), step, rising);
+    // Over half a sample of that level, a power of two: the product is the quotient.
+    const F perReach = asFloat(shl<23>(I(128) - select(besideEmpty, level, select(ahead, mine, theirs))));
+    const F rising = min(max(F(0.5f) + F(0.5f) * (into * perReach), F(0.0f)), F(1.0f));
+    if (f.edgeFunction != 0)
+        return rising;
+    const F step = select((into > F(0.0f)) | ((into == F(0.0f)) & upper), F(1.0f), F(0.0f)); // nearest
+    return select(besideEmpty, rising, step);
 }
 
 /// Weight of brick n of the corner, before normalisation.
@@ -170,9 +168,12 @@ TESSERA_LANE F cornerWeight(const PacketField& f, const Corner& c, I n, I near) 
     F weight(1.0f);
     for (int axis = 0; axis < 3; ++axis) {
         const I bit(1 << axis);
+        const M isNear = (near & bit) != I(0);
+        if (!any(isNear))
+            continue;
         const I other = codeOf(c, n ^ bit);
         const M upper = (n & bit) != I(0);
-        const M counts = ((near & bit) != I(0)) & (other != outside);
+        const M counts = isNear & (other != outside);
         const F offset = offsetAlong(c, axis);
         const F edge = edgeWeight(f, own, other, select(upper, offset, F(0.0f) - offset), upper);
         weight = select(counts, weight * edge, weight);
@@ -181,17 +182,17 @@ TESSERA_LANE F cornerWeight(const PacketField& f, const Corner& c, I n, I near) 
 }
 
 /// A brick's own value: trilinear between its samples, clamped to them. Lanes that lack it are taken from m.
-template <SampleKind K> TESSERA_LANE F brickValue(const PacketField& f, I x, I y, I z, I code, F3 p, M& m) {
+/// @param code  where levels are not mixed, the level of those that have samples
+template <SampleKind K, bool Mixed>
+TESSERA_LANE F brickValue(const PacketField& f, I x, I y, I z, I code, F3 p, M& m) {
     const I number_ = (z * I(f.grid[1]) + y) * I(f.grid[0]) + x;
-    const M isValue = m & ~(code < I(kCoarsestCode));
+    const I kept(static_cast<int>(PacketBrick::kValue));
+    const BrickEntries entry = entriesOf(f, number_, m);
+    const M isValue = m & (Mixed ? ~(code < I(kCoarsestCode)) : entry.state == kept);
     F value(0.0f);
     if (any(isValue))
         value = meanOf(f, number_, isValue);
-    M stored = m & ~isValue;
-    if (!any(stored))
-        return value;
-    const BrickEntries entry = entriesOf(f, number_, stored);
-    stored = stored & (entry.state < I(static_cast<int>(PacketBrick::kValue)));
+    const M stored = m & ~isValue & (entry.state < kept);
     m = isValue | stored;
     const I level = select(stored, code, I(0)), shift = I(5) - level;
     const F perVoxel = samplesPerVoxel(level);
@@ -222,63 +223,20 @@ template <SampleKind K> TESSERA_LANE F brickValue(const PacketField& f, I x, I y
     return select(stored, inside, value);
 }
 
-/// The field where bricks' levels are not all the same, or bricks are not blended. Lanes that lack a brick
-/// are taken from m.
-template <SampleKind K> inline __attribute__((noinline)) F blendedValue(const PacketField& f, F3 p, M& m) {
-    const Corner c = cornerAt(f, p, m);
-    const M agree = m & ((shr<12>(c.facts) & I(1)) == I(1));
-    F value(0.0f);
-    M there = none();
-    if (any(agree)) {
-        const I level = shr<13>(c.facts) & I(7);
-        M plain = agree & (level < I(kCoarsestCode));
-        if (any(plain))
-            value = latticeValue<K>(f, p, select(plain, level, I(0)), plain);
-        M coarsest = agree & ~(level < I(kCoarsestCode));
-        if (any(coarsest))
-            value = select(coarsest, latticeValue<K>(f, p, I(kCoarsestCode), coarsest), value);
-        there = plain | coarsest;
-    }
-    const M mixes = m & ~agree;
-    if (any(mixes)) {
-        const I near = nearAxes(c);
-        F sum(0.0f), weights(0.0f);
-        M whole = mixes;
-        for (int subset = 0; subset < 8; ++subset) {
-            const M lanes = mixes & ((I(subset) & ~near) == I(0));
-            if (!any(lanes))
-                continue;
-            const I n = c.current ^ I(subset);
-            const F weight = cornerWeight(f, c, n, near);
-            const M counts = lanes & (weight > F(0.0f));
-            if (!any(counts))
-                continue;
-            M here = counts;
-            const F own = brickValue<K>(f, c.x - I(1) + (n & I(1)), c.y - I(1) + (shr<1>(n) & I(1)),
-                                        c.z - I(1) + shr<2>(n), codeOf(c, n), p, here);
-            whole = whole & ~(counts & ~here);
-            sum = select(counts, sum + weight * own, sum);
-            weights = select(counts, weights + weight, weights);
-        }
-        value = select(mixes, select(near == I(0), sum, sum / weights), value);
-        there = there | whole;
-    }
-    m = there;
-    return value;
-}
-
 /// Distance of samples at p, voxels, with the weights of their values; empty bricks count as the finest
 /// level.
-inline __attribute__((noinline)) F blendedPitch(const PacketField& f, F3 p, M m) {
+TESSERA_LANE F blendedPitch(const PacketField& f, F3 p, M m) {
     const Corner c = cornerAt(f, p, m);
     const M agree = (shr<12>(c.facts) & I(1)) == I(1);
     const I near = select(agree, I(0), nearAxes(c));
+    const NearBricks bricks = NearBricks::of(near);
     F sum(0.0f), weights(0.0f);
-    for (int subset = 0; subset < 8; ++subset) {
-        const M lanes = m & ((I(subset) & ~near) == I(0));
+    for (int brick = 0; brick < 8; ++brick) {
+        M lanes = m;
+        const I n = c.current ^ bricks.across(brick, lanes);
         if (!any(lanes))
-            continue;
-        const I n = c.current ^ I(subset), code = codeOf(c, n);
+            break;
+        const I code = codeOf(c, n);
         const F weight = cornerWeight(f, c, n, near);
         const F pitch = asFloat(shl<23>(I(127) + select(code == I(kEmptyCode), I(f.finest), code)));
         sum = select(lanes, sum + weight * pitch, sum);
@@ -306,6 +264,39 @@ TESSERA_LANE I strideExponent(const PacketField& f, F3 p, M m) {
         k = select(reaches, min(k, codeOf(c, c.current ^ I(other))), k);
     }
     return k;
+}
+
+/// Of the brick that p lies in.
+TESSERA_LANE I codeAt(const PacketField& f, F3 p, M m) {
+    const Corner c = cornerAt(f, p, m);
+    return codeOf(c, c.current);
+}
+
+} // namespace single
+
+TESSERA_LANE single::F3 lowerHalf(F3 p) {
+    return {p.x.a, p.y.a, p.z.a};
+}
+TESSERA_LANE single::F3 upperHalf(F3 p) {
+    return {p.x.b, p.y.b, p.z.b};
+}
+/// Of two registers, those that have lanes to look for.
+template <typename Result, typename Of> TESSERA_LANE Result halves(F3 p, M m, const Of& of) {
+    Result result(0);
+    if (single::any(m.a))
+        result.a = of(lowerHalf(p), m.a);
+    if (single::any(m.b))
+        result.b = of(upperHalf(p), m.b);
+    return result;
+}
+inline __attribute__((noinline)) F blendedPitch(const PacketField& f, F3 p, M m) {
+    return halves<F>(p, m, [&](single::F3 q, single::M n) { return single::blendedPitch(f, q, n); });
+}
+TESSERA_LANE I strideExponent(const PacketField& f, F3 p, M m) {
+    return halves<I>(p, m, [&](single::F3 q, single::M n) { return single::strideExponent(f, q, n); });
+}
+TESSERA_LANE I codeAt(const PacketField& f, F3 p, M m) {
+    return halves<I>(p, m, [&](single::F3 q, single::M n) { return single::codeAt(f, q, n); });
 }
 
 } // namespace tessera::TESSERA_LANES

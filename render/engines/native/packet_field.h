@@ -1,11 +1,12 @@
 // render/engines/native/packet_field.h: values and gradients of the field for all lanes of a packet: twin of
-// render/contract/sampler.h where a brick needs no other, and a call of it elsewhere. For packet_*.cpp alone.
+// render/contract/sampler.h where a brick needs no other; elsewhere values go to packet_points.h. For
+// packet_*.cpp alone.
 #pragma once
 
 #include "render/contract/leaves.h"
 #include "render/engines/native/lanes.h"
 #include "render/engines/native/packet.h"
-#include "render/engines/native/packet_blend.h"
+#include "render/engines/native/packet_points.h"
 
 namespace tessera::TESSERA_LANES {
 
@@ -144,13 +145,25 @@ TESSERA_LANE F valueHere(const PacketField& f, const Here<Mixed>& here, F3 x, M 
     return leaf::trilinear(r00.a, r00.b, r01.a, r01.b, r10.a, r10.b, r11.a, r11.b, part.x, part.y, part.z);
 }
 
+TESSERA_LANE I laneNumbers() {
+    return {single::lanesFrom(0), single::lanesFrom(single::kWidth)};
+}
+
 /// Where a lane's cell needs other bricks too. Lanes that lack a brick are taken from m.
 template <SampleKind K, bool Mixed>
 inline __attribute__((noinline)) F valueElsewhere(const PacketField& f, F3 p, M& m) {
-    if constexpr (Mixed)
-        return blendedValue<K>(f, p, m);
-    else
-        return latticeValue<K>(f, p, I(f.level), m);
+    Points points;
+    points.add(p, laneNumbers(), m);
+    evaluate<K, Mixed>(f, points);
+    alignas(64) float value[kWidth] = {};
+    unsigned there = bits(m);
+    for (int n = 0; n < points.count; ++n) {
+        value[points.name[n]] = points.value[n];
+        if (points.lacks[n])
+            there &= ~(1u << points.name[n]);
+    }
+    m = fromBits(there);
+    return load(value);
 }
 
 /// The field at p. Lanes that lack a brick are taken from m.
@@ -166,10 +179,18 @@ TESSERA_LANE F valueAt(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x
     return value;
 }
 
-/// Central differences of lanes whose neighbourhood of 4^3 samples lies in their brick: all six values from
-/// its rows. Lanes for which rounding says otherwise are taken from m.
+/// The values that differences are made of: at sides of p as side() numbers them.
+struct Sides {
+    F value[6];
+    M known[6];
+};
+
+/// Central differences' values of lanes whose own cell lies in their brick: all that lie there too, from one
+/// neighbourhood of 4^3 samples. Where rounding says otherwise, or a value is another brick's, it is not
+/// known.
 template <SampleKind K, bool Mixed>
-TESSERA_LANE F3 centralHere(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x, F h, M& m) {
+TESSERA_LANE void centralHere(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x, F h, M m,
+                              Sides& to) {
     using leaf::mix;
     const F one(1.0f);
     const F3 cell{floor(x.x), floor(x.y), floor(x.z)};
@@ -178,19 +199,22 @@ TESSERA_LANE F3 centralHere(const PacketField& f, const Here<Mixed>& here, F3 p,
     const F3 behind = inBrick(here, F3{p.x - h, p.y - h, p.z - h});
     const F3 up{floor(ahead.x), floor(ahead.y), floor(ahead.z)};
     const F3 down{floor(behind.x), floor(behind.y), floor(behind.z)};
-    m = m & (up.x == cell.x + one) & (up.y == cell.y + one) & (up.z == cell.z + one) &
-        (down.x == cell.x - one) & (down.y == cell.y - one) & (down.z == cell.z - one);
+    to.known[0] = m & (up.x == cell.x + one) & (ahead.x < here.high.x);
+    to.known[1] = m & (down.x == cell.x - one) & (here.low.x <= behind.x);
+    to.known[2] = m & (up.y == cell.y + one) & (ahead.y < here.high.y);
+    to.known[3] = m & (down.y == cell.y - one) & (here.low.y <= behind.y);
+    to.known[4] = m & (up.z == cell.z + one) & (ahead.z < here.high.z);
+    to.known[5] = m & (down.z == cell.z - one) & (here.low.z <= behind.z);
     const F3 partUp = ahead - up, partDown = behind - down;
     const I row = truncated(here.row), slice = truncated(here.slice);
     const I index = indexOf(here, cell), left = index - I(1);
-    const void* const s = f.samples;
+    const void* const s = f.samples; // HostPlane::kAround: no row leaves the memory, whoever's samples it has
     const Row4 r00 = row4<K>(s, left, m), r01 = row4<K>(s, left + row, m); // slice, row
     const Row4 r10 = row4<K>(s, left + slice, m), r11 = row4<K>(s, left + (slice + row), m);
-    F3 front, back;
-    front.x = mix(mix(mix(r00.c, r00.d, partUp.x), mix(r01.c, r01.d, partUp.x), part.y),
-                  mix(mix(r10.c, r10.d, partUp.x), mix(r11.c, r11.d, partUp.x), part.y), part.z);
-    back.x = mix(mix(mix(r00.a, r00.b, partDown.x), mix(r01.a, r01.b, partDown.x), part.y),
-                 mix(mix(r10.a, r10.b, partDown.x), mix(r11.a, r11.b, partDown.x), part.y), part.z);
+    to.value[0] = mix(mix(mix(r00.c, r00.d, partUp.x), mix(r01.c, r01.d, partUp.x), part.y),
+                      mix(mix(r10.c, r10.d, partUp.x), mix(r11.c, r11.d, partUp.x), part.y), part.z);
+    to.value[1] = mix(mix(mix(r00.a, r00.b, partDown.x), mix(r01.a, r01.b, partDown.x), part.y),
+                      mix(mix(r10.a, r10.b, partDown.x), mix(r11.a, r11.b, partDown.x), part.y), part.z);
     const F c00 = mix(r00.b, r00.c, part.x), c01 = mix(r01.b, r01.c, part.x);
     const F c10 = mix(r10.b, r10.c, part.x), c11 = mix(r11.b, r11.c, part.x);
     const auto along = [&](I at) {
@@ -200,15 +224,13 @@ TESSERA_LANE F3 centralHere(const PacketField& f, const Here<Mixed>& here, F3 p,
     const I row2nd = row + row, slice2nd = slice + slice;
     const F y0 = along(index - row), y1 = along(index + (slice - row));
     const F y2 = along(index + row2nd), y3 = along(index + (slice + row2nd));
-    front.y = mix(mix(c01, y2, partUp.y), mix(c11, y3, partUp.y), part.z);
-    back.y = mix(mix(y0, c00, partDown.y), mix(y1, c10, partDown.y), part.z);
+    to.value[2] = mix(mix(c01, y2, partUp.y), mix(c11, y3, partUp.y), part.z);
+    to.value[3] = mix(mix(y0, c00, partDown.y), mix(y1, c10, partDown.y), part.z);
     const F z0 = along(index - slice), z1 = along(index + (row - slice));
     const F z2 = along(index + slice2nd), z3 = along(index + (slice2nd + row));
     const F middle0 = mix(c00, c01, part.y), middle1 = mix(c10, c11, part.y);
-    front.z = mix(middle1, mix(z2, z3, part.y), partUp.z);
-    back.z = mix(mix(z0, z1, part.y), middle0, partDown.z);
-    const F both = F(2.0f) * h;
-    return {(front.x - back.x) / both, (front.y - back.y) / both, (front.z - back.z) / both};
+    to.value[4] = mix(middle1, mix(z2, z3, part.y), partUp.z);
+    to.value[5] = mix(mix(z0, z1, part.y), middle0, partDown.z);
 }
 
 /// Sobel's operator from the values at 27 sides, x fastest.
@@ -248,76 +270,91 @@ inline __attribute__((noinline)) F3 slopeOf(const PacketHelp& help, F3 p, M& m) 
     return {load(gx), load(gy), load(gz)};
 }
 
-/// Differences of lanes whose neighbourhood needs other bricks. They are few, so that their values fill lanes
-/// better than the lanes themselves would: all values of the first lane that needs some, then those of the
-/// next.
+/// Distance of samples at p, voxels, of lanes whose own cell needs other bricks than theirs.
+template <bool Mixed> TESSERA_LANE F pitchElsewhere(const PacketField& f, F3 p, M m) {
+    if constexpr (Mixed)
+        return blendedPitch(f, p, m);
+    else
+        return F(1.0f) / samplesPerVoxel(I(f.level));
+}
+
+/// One of six sides, h ahead and behind along the axes.
+TESSERA_LANE F3 side(int n, F3 p, F h) {
+    const F by = n % 2 == 0 ? h : F(0.0f) - h; // p + -h is p - h
+    return {n / 2 == 0 ? p.x + by : p.x, n / 2 == 1 ? p.y + by : p.y, n / 2 == 2 ? p.z + by : p.z};
+}
+
+/// The values that are not known, of lanes m; those that lack a brick are taken from m.
+template <SampleKind K, bool Mixed>
+inline __attribute__((noinline)) void valuesOfSides(const PacketField& f, F3 p, F h, Sides& sides, M& m) {
+    Points points;
+    const I lanes = laneNumbers();
+    for (int n = 0; n < 6; ++n)
+        points.add(side(n, p, h), lanes + I(n * kWidth), m & ~sides.known[n]);
+    evaluate<K, Mixed>(f, points);
+    alignas(64) float value[6][kWidth];
+    for (int n = 0; n < 6; ++n)
+        store(value[n], sides.value[n]);
+    unsigned there = bits(m);
+    for (int n = 0; n < points.count; ++n) {
+        value[points.name[n] / kWidth][points.name[n] % kWidth] = points.value[n];
+        if (points.lacks[n])
+            there &= ~(1u << (points.name[n] % kWidth));
+    }
+    for (int n = 0; n < 6; ++n)
+        sides.value[n] = load(value[n]);
+    m = fromBits(there);
+}
+
+TESSERA_LANE F3 differencesOf(const Sides& s, F h) {
+    const F both = F(2.0f) * h;
+    return {(s.value[0] - s.value[1]) / both, (s.value[2] - s.value[3]) / both,
+            (s.value[4] - s.value[5]) / both};
+}
+
+/// Differences of lanes whose neighbourhood needs other bricks; of the kinds but central and analytic.
 template <SampleKind K, bool Mixed>
 inline __attribute__((noinline)) F3 differencesElsewhere(const PacketField& f, PacketGradient kind, F3 p,
                                                          M& m) {
-    constexpr int kMostValues = 27;
-    const F one(1.0f), half(0.5f);
-    F pitch = one / samplesPerVoxel(I(f.level));
-    if constexpr (Mixed)
-        pitch = blendedPitch(f, p, m);
-    const F reach = min(pitch, F(16.0f));
-    const F h = kind == PacketGradient::forward || kind == PacketGradient::centralHalf ? half * pitch : reach;
-    // Sides to take values at: all 27 of Sobel's; else here, and h ahead and behind along the axes.
-    const int values = kind == PacketGradient::sobel ? 27 : kind == PacketGradient::forward ? 4 : 6;
-    alignas(64) float value[kMostValues + 1][kWidth], x[kMostValues * kWidth + kWidth],
-        y[kMostValues * kWidth + kWidth], z[kMostValues * kWidth + kWidth];
+    const F half(0.5f);
+    const F pitch = pitchElsewhere<Mixed>(f, p, m);
+    if (kind == PacketGradient::centralHalf) {
+        const F h = half * pitch;
+        Sides sides;
+        for (M& known : sides.known)
+            known = none();
+        for (F& value : sides.value)
+            value = F(0.0f);
+        valuesOfSides<K, Mixed>(f, p, h, sides, m);
+        return differencesOf(sides, h);
+    }
+    const F h = kind == PacketGradient::forward ? half * pitch : min(pitch, F(16.0f));
+    // All 27 sides of Sobel's; else here, and h ahead along the axes.
+    const int values = kind == PacketGradient::sobel ? 27 : 4;
+    Points points;
+    const I lanes = laneNumbers();
     for (int n = 0; n < values; ++n) {
-        F3 at = p;
-        if (kind == PacketGradient::sobel) {
+        F3 at;
+        if (kind == PacketGradient::sobel)
             at = {p.x + h * F(static_cast<float>(n % 3 - 1)), p.y + h * F(static_cast<float>(n / 3 % 3 - 1)),
                   p.z + h * F(static_cast<float>(n / 9 - 1))};
-        } else if (kind == PacketGradient::forward) {
+        else
             at = {n == 1 ? p.x + h : p.x, n == 2 ? p.y + h : p.y, n == 3 ? p.z + h : p.z};
-        } else {
-            const F side = n % 2 == 0 ? h : F(0.0f) - h; // p + -h is p - h
-            at = {n / 2 == 0 ? p.x + side : p.x, n / 2 == 1 ? p.y + side : p.y,
-                  n / 2 == 2 ? p.z + side : p.z};
-        }
-        store(x + n * kWidth, at.x), store(y + n * kWidth, at.y), store(z + n * kWidth, at.z);
+        points.add(at, lanes + I(n * kWidth), m);
     }
-    alignas(64) float qx[kWidth], qy[kWidth], qz[kWidth], results[kWidth];
-    int to[kWidth], filled = 0; // where results go: value * kWidth + lane
+    evaluate<K, Mixed>(f, points);
+    alignas(64) float value[27][kWidth] = {};
     unsigned there = bits(m);
-    const auto evaluate = [&] {
-        if (filled == 0)
-            return;
-        for (int n = filled; n < kWidth; ++n)
-            qx[n] = qx[0], qy[n] = qy[0], qz[n] = qz[0];
-        // Of 64 bits: all lanes of AVX-512 are as many as an unsigned has.
-        const auto asked = static_cast<unsigned>((std::uint64_t{1} << filled) - 1u);
-        M lanes = fromBits(asked);
-        store(results, valueElsewhere<K, Mixed>(f, {load(qx), load(qy), load(qz)}, lanes));
-        const unsigned lacking = asked & ~bits(lanes);
-        for (int n = 0; n < filled; ++n) {
-            value[to[n] / kWidth][to[n] % kWidth] = results[n];
-            if (lacking >> n & 1u)
-                there &= ~(1u << (to[n] % kWidth));
-        }
-        filled = 0;
-    };
-    for (unsigned left = there; left != 0; left &= left - 1) {
-        const int lane = __builtin_ctz(left);
-        for (int n = 0; n < values; ++n) {
-            qx[filled] = x[n * kWidth + lane], qy[filled] = y[n * kWidth + lane],
-            qz[filled] = z[n * kWidth + lane];
-            to[filled] = n * kWidth + lane;
-            if (++filled == kWidth)
-                evaluate();
-        }
+    for (int n = 0; n < points.count; ++n) {
+        value[points.name[n] / kWidth][points.name[n] % kWidth] = points.value[n];
+        if (points.lacks[n])
+            there &= ~(1u << (points.name[n] % kWidth));
     }
-    evaluate();
     m = fromBits(there);
     const auto v = [&](int n) { return load(value[n]); };
     if (kind == PacketGradient::forward)
         return {(v(1) - v(0)) / h, (v(2) - v(0)) / h, (v(3) - v(0)) / h};
-    if (kind == PacketGradient::sobel)
-        return sobel([&](int n) { return v(n); }, h);
-    const F both = F(2.0f) * h;
-    return {(v(0) - v(1)) / both, (v(2) - v(3)) / both, (v(4) - v(5)) / both};
+    return sobel([&](int n) { return v(n); }, h);
 }
 
 /// Of the kinds but analytic, of lanes whose neighbourhood lies in their brick.
@@ -349,24 +386,34 @@ TESSERA_LANE F3 differencesHere(const PacketField& f, const Here<Mixed>& here, P
 template <SampleKind K, bool Mixed>
 TESSERA_LANE F3 gradientAt(const PacketField& f, const PacketHelp& help, const Here<Mixed>& here,
                            PacketGradient kind, F3 p, M& m) {
+    if (kind == PacketGradient::analytic)
+        return slopeOf(help, p, m);
     const F3 x = inBrick(here, p);
     const F one(1.0f);
+    F pitch = one / here.perVoxel; // at most 16: bricks of one sample have no box
+    if (kind == PacketGradient::central) {
+        const M own = m & within(x, here.low, here.high);
+        Sides sides;
+        centralHere<K>(f, here, p, x, pitch, own, sides);
+        M known = own;
+        for (const M& side : sides.known)
+            known = known & side;
+        M rest = m & ~known;
+        if (any(rest)) [[unlikely]] {
+            const M other = m & ~own;
+            if (any(other))
+                pitch = select(other, min(pitchElsewhere<Mixed>(f, p, other), F(16.0f)), pitch);
+            valuesOfSides<K, Mixed>(f, p, pitch, sides, rest);
+            m = known | rest;
+        }
+        return differencesOf(sides, pitch);
+    }
     const F3 ones{one, one, one};
-    const F pitch = one / here.perVoxel; // at most 16: bricks of one sample have no box
-    M inside = m & within(x, here.low + ones, here.high - ones);
-    F3 g{F(0.0f), F(0.0f), F(0.0f)};
-    if (kind == PacketGradient::central)
-        g = centralHere<K>(f, here, p, x, pitch, inside);
-    else if (kind == PacketGradient::analytic)
-        inside = none();
-    else
-        g = differencesHere<K>(f, here, kind, p, pitch, inside);
+    const M inside = m & within(x, here.low + ones, here.high - ones);
+    F3 g = differencesHere<K>(f, here, kind, p, pitch, inside);
     M rest = m & ~inside;
     if (any(rest)) [[unlikely]] {
-        const F3 elsewhere = kind == PacketGradient::analytic
-                                 ? slopeOf(help, p, rest)
-                                 : differencesElsewhere<K, Mixed>(f, kind, p, rest);
-        g = select(rest, elsewhere, g);
+        g = select(rest, differencesElsewhere<K, Mixed>(f, kind, p, rest), g);
         m = inside | rest;
     }
     return g;

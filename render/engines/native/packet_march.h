@@ -62,8 +62,7 @@ TESSERA_LANE I stridesAt(const PacketScene& s, const PacketRays& rays, const Her
 inline __attribute__((noinline)) I strideStarts(const PacketField& f, const PacketRays& rays, I i, M m) {
     I most(f.mostStride);
     if (!f.naive) { // a stride never reaches into a brick that is finer than itself
-        const Corner c = cornerAt(f, along(rays, number(i)), m);
-        most = min(most, codeOf(c, c.current));
+        most = min(most, codeAt(f, along(rays, number(i)), m));
     }
     I to = i;
     for (int k = f.mostStride; k > 0; --k) {

@@ -267,9 +267,8 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
     F pitchAt(F3 p, M m) const {
         if constexpr (!Mixed)
             return F(static_cast<float>(1 << f.level));
-        const Corner c = cornerAt(f, p, m);
-        const I code = codeOf(c, c.current);
-        return asFloat(shl<23>(I(127) + select(code == I(kEmptyCode), I(f.finest), code)));
+        const I code = codeAt(f, p, m);
+        return asFloat(shl<23>(I(127) + select(code == I(single::kEmptyCode), I(f.finest), code)));
     }
 
     void addSurfaces(F front, F back, M m) {
