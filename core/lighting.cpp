@@ -19,8 +19,12 @@ std::vector<Light> castingLights(const std::vector<Light>& lights) {
     return casting;
 }
 
+int ambientChannels(const Lighting& lighting) {
+    return !lighting.occlusion ? 0 : lighting.occlusion->emission > 0 ? 3 : 1;
+}
+
 int lightChannels(const Lighting& lighting) {
-    return static_cast<int>(castingLights(lighting.lights).size()) + (lighting.occlusion ? 1 : 0);
+    return static_cast<int>(castingLights(lighting.lights).size()) + ambientChannels(lighting);
 }
 
 int keptLightChannels(const Lighting& lighting) {

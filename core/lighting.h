@@ -39,7 +39,7 @@ struct Occlusion {
     double radiusMm = 16; // how far they look
     double offsetMm = 0;  // where they begin
     double bias = 0.1, gamma = 0.6;
-    double emission = 0; // of tissue, as a light of its own; 0: none
+    double emission = 0; // how strongly tissue that sends light lights what is around it; 0: not at all
     bool operator==(const Occlusion&) const = default;
 };
 
@@ -56,7 +56,9 @@ struct Lighting {
 std::vector<Light> shiningLights(const std::vector<Light>& lights);
 /// Those of them whose shadows can be seen: a light at the eye casts none that can.
 std::vector<Light> castingLights(const std::vector<Light>& lights);
-/// Light that is kept of every voxel: occlusion, and the share of every light that casts a shadow.
+/// Of light from all sides that is kept of every voxel: none, one for all colours, or one each.
+int ambientChannels(const Lighting& lighting);
+/// Light that is kept of every voxel: that from all sides, and the share of every light that casts a shadow.
 int lightChannels(const Lighting& lighting);
 constexpr int kMostLightChannels = 4;
 /// The same, as many as memory is kept for: three take the room of four.

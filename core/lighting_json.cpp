@@ -155,8 +155,9 @@ Lighting parseLighting(const JsonValue& value) {
     if (value.has("occlusion"))
         lighting.occlusion = parseOcclusion(value.at("occlusion"));
     if (lightChannels(lighting) > kMostLightChannels)
-        value.refuse("at most " + std::to_string(kMostLightChannels - 1) +
-                     " lights with shadows beside occlusion");
+        value.refuse("at most " + std::to_string(kMostLightChannels - ambientChannels(lighting)) +
+                     (ambientChannels(lighting) > 1 ? " light with a shadow beside occlusion with emission"
+                                                    : " lights with shadows beside occlusion"));
     if (value.has("finestLevel"))
         lighting.finestLevel = value.at("finestLevel").integer(0, 3);
     return lighting;

@@ -293,7 +293,8 @@ double brightest(const Shading& shading, const Lighting& lighting, const std::ve
     const double light = mostLight(lighting.lights);
     double most = std::max(1.0, shading.ambient + light * (shading.diffuse + shading.specular));
     for (const Material& m : materials)
-        most = std::max(most, m.ambient + light * (m.diffuse + m.specular));
+        most = std::max(most, m.ambient + light * (m.diffuse + m.specular) +
+                                  std::max({m.emission.r, m.emission.g, m.emission.b}));
     return most;
 }
 

@@ -97,6 +97,11 @@ void TransferFunction::setMaterials(std::vector<Material> materials, const std::
     materials_ = std::move(materials);
 }
 
+bool TransferFunction::emits() const {
+    return std::any_of(materials_.begin(), materials_.end(),
+                       [](const Material& m) { return m.emission != glm::dvec3(0); });
+}
+
 double TransferFunction::extinction(double value) const {
     if (opacity_.empty())
         return 0;

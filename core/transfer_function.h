@@ -23,6 +23,7 @@ struct Material {
     double from = 0, to = 0; // physical units, to not with it
     double ambient = 0.2, diffuse = 0.8, specular = 0.25;
     int specularPower = 20;
+    glm::dvec3 emission{0}; // light that it sends, beside what it reflects: linear, [0,1]
     bool operator==(const Material&) const = default;
 };
 
@@ -59,6 +60,8 @@ class TransferFunction {
     /// kMaxMaterials.
     void setMaterials(std::vector<Material> materials, const std::string& where = "transfer function");
     const std::vector<Material>& materials() const { return materials_; }
+    /// A material sends light.
+    bool emits() const;
 
   private:
     std::vector<OpacityPoint> opacity_;

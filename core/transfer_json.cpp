@@ -15,14 +15,14 @@ const std::vector<std::string>& transferKeys() {
 }
 
 const std::vector<std::string>& materialKeys() {
-    static const std::vector<std::string> keys = {"from",    "to",       "ambient",
-                                                  "diffuse", "specular", "specularPower"};
+    static const std::vector<std::string> keys = {
+        "from", "to", "ambient", "diffuse", "specular", "specularPower", "emission"};
     return keys;
 }
 
 namespace {
 
-/// All keys are needed: what a scene's shading says is for values without a material.
+/// All keys but emission are needed: what a scene's shading says is for values without a material.
 Material parseMaterial(const JsonValue& value) {
     value.requireKeys(materialKeys());
     Material m;
@@ -32,13 +32,23 @@ Material parseMaterial(const JsonValue& value) {
     m.diffuse = value.at("diffuse").number(0, 1);
     m.specular = value.at("specular").number(0, 1);
     m.specularPower = value.at("specularPower").integer(1, 1024);
+    if (value.has("emission")) {
+        const JsonValue emission = value.at("emission");
+        if (!emission.isList() || emission.items().size() != 3)
+            emission.refuse("[r, g, b], linear");
+        for (int c = 0; c < 3; ++c)
+            m.emission[c] = emission.items()[static_cast<std::size_t>(c)].number(0, 1);
+    }
     return m;
 }
 
 nlohmann::json materialJson(const Material& m) {
-    return {{"from", m.from},         {"to", m.to},
-            {"ambient", m.ambient},   {"diffuse", m.diffuse},
-            {"specular", m.specular}, {"specularPower", m.specularPower}};
+    nlohmann::json out = {{"from", m.from},         {"to", m.to},
+                          {"ambient", m.ambient},   {"diffuse", m.diffuse},
+                          {"specular", m.specular}, {"specularPower", m.specularPower}};
+    if (m.emission != glm::dvec3(0))
+        out["emission"] = {m.emission.r, m.emission.g, m.emission.b};
+    return out;
 }
 
 } // namespace

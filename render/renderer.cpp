@@ -349,6 +349,7 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
     ScenePlan p = planScene(coarse, store, limits, ram, gpu, options.threads,
                             first ? LevelChoice::quick : options.levels,
                             pictureBytesPerPixel(made.kind, scene.quality.pixels));
+    p.view.shadowQuality.layers = options.shadowLayers;
     std::optional<SamplesDrawn> ofOnePicture; // that no other goes on from
     if (first) {
         RenderResult quick;
@@ -432,11 +433,13 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              static_cast<unsigned long long>(r.work.samples), static_cast<unsigned long long>(r.work.fetches),
              static_cast<unsigned long long>(r.work.dispatches), r.work.longestDispatchMs);
     if (const auto& occlusion = scene.lighting.occlusion)
-        line("occlusion: %d rays of %g mm from each sample, kept beside the values", occlusion->rays,
-             occlusion->radiusMm);
+        line("occlusion: %d rays of %g mm from each sample, kept beside the values%s", occlusion->rays,
+             occlusion->radiusMm,
+             r.light && r.light->emission ? ", and the light that tissue sends to it, red, green and blue"
+                                          : "");
     if (r.light)
-        line("light of voxels: %d of 16 bits a sample, %s beside the bricks", r.light->channels,
-             formatBytes(r.light->planeBytes).c_str());
+        line("light of voxels: %d of 16 bits a sample, %s beside the bricks, computed in %.1f s",
+             r.light->channels, formatBytes(r.light->planeBytes).c_str(), r.light->seconds);
     if (r.light && r.light->maps > 0)
         line("shadows: %zu deep shadow maps of %d x %d rays, %s, within %.2g of the light but for %.2g %% of "
              "the rays "

@@ -28,6 +28,13 @@ scan() { # NAME SOURCE OPTIONS...
     draw "$name" "$stores/$name.zarr" "$@"
 }
 scan abdomen ct-abdomen-dicom --preset bone
+if [[ -e $stores/abdomen.zarr ]]; then # tissue that sends light, and the same without
+    cp "$root/docs/light/glow.json" "$stores/glow.json"
+    sed 's/, "emission": \[[^]]*\]//; s/, "emission": [0-9.]*//' "$stores/glow.json" > "$stores/glow-without.json"
+    for scene in glow glow-without; do
+        "$tessera" render "$stores/$scene.json" --verify quick -o "$out/$scene.png"
+    done
+fi
 scan chest ct-thorax-dicom --preset skin --view right
 scan head nifti/CT_AVM.nii.gz --preset auto --view left
 scan bonsai scivis/OpenSciVis/bonsai.nii.gz --preset auto --view superior

@@ -119,9 +119,14 @@ TESSERA_LEAF ReceivedLight<V> receivedLight(const LightingNumbers& lighting, con
     const V one(1.0f);
     ReceivedLight<V> received{{one, one, one}, {one, one, one, one}};
     if (lighting.occlusionChannel >= 0) {
-        const V share = light(lighting.occlusionChannel);
-        for (V& all : received.fromAllSides)
-            all = share;
+        if (lighting.ambientChannels == 1) {
+            const V share = light(lighting.occlusionChannel);
+            for (V& all : received.fromAllSides)
+                all = share;
+        } else {
+            for (int c = 0; c < 3; ++c)
+                received.fromAllSides[c] = light(lighting.occlusionChannel + c);
+        }
     }
     for (int i = 0; i < lighting.count; ++i)
         if (lighting.lights[i].channel >= 0)
@@ -133,6 +138,7 @@ TESSERA_LEAF ReceivedLight<V> receivedLight(const LightingNumbers& lighting, con
 template <typename V, typename N = int> struct Material {
     V ambient, diffuse, specular;
     N power;
+    V emission[3] = {V(0.0f), V(0.0f), V(0.0f)}; // is added to what litBy() makes of a colour
 };
 /// What lights make of colours: colour * scale + add, by channel.
 template <typename V> struct Lit { V scale[3], add[3]; };

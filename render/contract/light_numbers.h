@@ -26,6 +26,8 @@ struct LightingNumbers {
     LightNumbers lights[kMostLights];
     std::int32_t channels = 0;          // of light that voxels have
     std::int32_t occlusionChannel = -1; // of them; -1: all ambient light gets everywhere
+    std::int32_t ambientChannels = 1;   // from that one on: one for all colours, or one each
+    bool emits = false;                 // a material does
 };
 
 /// Light of voxels is kept as texel / kLightOne, from 0 to nearly 4.
@@ -37,6 +39,7 @@ struct MaterialNumbers {
     float from = 0, to = 0;
     float ambient = 0, diffuse = 0, specular = 0;
     std::int32_t power = 1;
+    float emission[3] = {};
 };
 
 } // namespace tessera::leaf

@@ -61,10 +61,17 @@ void setLighting(Optics& o, const Shading& shading, const Lighting& lighting,
     const auto stored = [&](double value) {
         return static_cast<float>((value - info.rescaleIntercept) / info.rescaleSlope);
     };
-    for (const Material& m : materials)
-        o.materials.push_back({stored(m.from), stored(m.to), static_cast<float>(m.ambient),
-                               static_cast<float>(m.diffuse), static_cast<float>(m.specular),
-                               m.specularPower});
+    for (const Material& m : materials) {
+        o.materials.push_back({stored(m.from),
+                               stored(m.to),
+                               static_cast<float>(m.ambient),
+                               static_cast<float>(m.diffuse),
+                               static_cast<float>(m.specular),
+                               m.specularPower,
+                               {static_cast<float>(m.emission.r), static_cast<float>(m.emission.g),
+                                static_cast<float>(m.emission.b)}});
+        o.lighting.emits = o.lighting.emits || m.emission != glm::dvec3(0);
+    }
     placeLights(o, lighting, camera, info);
 }
 
@@ -78,8 +85,9 @@ void placeLights(Optics& o, const Lighting& lighting, const Camera& camera, cons
             to[i] = static_cast<float>(from[i]);
     };
     o.lighting.count = 0;
-    o.lighting.channels = 0;
-    o.lighting.occlusionChannel = lighting.occlusion ? o.lighting.channels++ : -1;
+    o.lighting.occlusionChannel = lighting.occlusion ? 0 : -1;
+    o.lighting.channels = ambientChannels(lighting);
+    o.lighting.ambientChannels = std::max(1, o.lighting.channels);
     for (const Light& light : shiningLights(lighting.lights)) {
         leaf::LightNumbers& n = o.lighting.lights[o.lighting.count++];
         const bool withCamera = light.frame == LightFrame::camera;

@@ -110,6 +110,17 @@ template <typename Real> Real occlusionExtinction(const Optics& o, Real stored) 
     return extinction;
 }
 
+template <typename Real> leaf::Material<Real> materialAt(const Optics& o, Real place);
+
+/// Light that tissue of a value sends into occlusion's rays: its material's, where it stands in the light's
+/// way.
+template <typename Real> glm::vec<3, Real> occlusionEmission(const Optics& o, Real stored) {
+    if (!o.lighting.emits || !(occlusionExtinction(o, stored) > Real(0)))
+        return glm::vec<3, Real>(0);
+    const leaf::Material<Real> m = materialAt(o, placeOf(o, stored));
+    return {m.emission[0], m.emission[1], m.emission[2]};
+}
+
 /// 1 - exp(-depth).
 inline double opacityOf(double depth) {
     return -std::expm1(-depth);
@@ -151,8 +162,12 @@ glm::vec<3, Real> shade(const Optics& o, const glm::vec<3, Real>& colour, const 
 template <typename Real> leaf::Material<Real> materialAt(const Optics& o, Real place) {
     for (const leaf::MaterialNumbers& m : o.materials)
         if (place >= placeOf(o, static_cast<Real>(m.from)) && place < placeOf(o, static_cast<Real>(m.to)))
-            return {static_cast<Real>(m.ambient), static_cast<Real>(m.diffuse), static_cast<Real>(m.specular),
-                    m.power};
+            return {static_cast<Real>(m.ambient),
+                    static_cast<Real>(m.diffuse),
+                    static_cast<Real>(m.specular),
+                    m.power,
+                    {static_cast<Real>(m.emission[0]), static_cast<Real>(m.emission[1]),
+                     static_cast<Real>(m.emission[2])}};
     return {static_cast<Real>(o.phong.x), static_cast<Real>(o.phong.y), static_cast<Real>(o.phong.z),
             o.specularPower};
 }
@@ -175,8 +190,11 @@ glm::vec<3, Real> shade(const Optics& o, const glm::vec<3, Real>& colour, const 
     };
     const leaf::Lit<Real> lit =
         leaf::litBy<Real>(o.lighting, g, d, material, std::numeric_limits<Real>::max(), toPoint, received);
-    return {colour.x * lit.scale[0] + lit.add[0], colour.y * lit.scale[1] + lit.add[1],
-            colour.z * lit.scale[2] + lit.add[2]};
+    Vec seen(colour.x * lit.scale[0] + lit.add[0], colour.y * lit.scale[1] + lit.add[1],
+             colour.z * lit.scale[2] + lit.add[2]);
+    if (o.lighting.emits)
+        seen += Vec(material.emission[0], material.emission[1], material.emission[2]);
+    return seen;
 }
 
 /// The same with what voxels receive of the light, where the scene has light of voxels.

@@ -11,8 +11,8 @@ namespace tessera {
 namespace {
 
 /// Places of a fit within an error of all samples, the first sample the first place; at most one more than
-/// there is room for.
-int fitted(std::span<const LightLeft> samples, float error,
+/// so many layers have room for.
+int fitted(std::span<const LightLeft> samples, float error, int layers,
            std::array<LightLeft, DeepShadowMap::kLayers + 1>& places) {
     int count = 0;
     places[static_cast<std::size_t>(count++)] = samples.front();
@@ -33,8 +33,8 @@ int fitted(std::span<const LightLeft> samples, float error,
         const float before = samples[n - 1].mm;
         const float slope = 0.5f * (low + high);
         from = {before, from.light + slope * (before - from.mm)};
-        if (count > DeepShadowMap::kLayers - 1)
-            return DeepShadowMap::kLayers + 1;
+        if (count > layers - 1)
+            return layers + 1;
         places[static_cast<std::size_t>(count++)] = from;
         const float rest = samples[n].mm - from.mm;
         low = (samples[n].light - error - from.light) / rest;
@@ -42,8 +42,8 @@ int fitted(std::span<const LightLeft> samples, float error,
     }
     const float last = samples.back().mm;
     if (last > from.mm) {
-        if (count > DeepShadowMap::kLayers - 1)
-            return DeepShadowMap::kLayers + 1;
+        if (count > layers - 1)
+            return layers + 1;
         // What lies beyond the last place has its light: as near to the truth as can be.
         const float slope = std::clamp((samples.back().light - from.light) / (last - from.mm), low, high);
         places[static_cast<std::size_t>(count++)] = {last, from.light + slope * (last - from.mm)};
@@ -53,7 +53,9 @@ int fitted(std::span<const LightLeft> samples, float error,
 
 } // namespace
 
-DeepShadowMap::DeepShadowMap(int size) : size_(size), rays_(static_cast<std::size_t>(size * size)) {
+DeepShadowMap::DeepShadowMap(int size, int layers)
+    : size_(size), layers_(layers), rays_(static_cast<std::size_t>(size * size)) {
+    TESSERA_CHECK(layers >= 2 && layers <= kLayers);
     for (Ray& ray : rays_) {
         ray.mm.fill(std::numeric_limits<float>::max());
         ray.light.fill(1);
@@ -69,10 +71,10 @@ float DeepShadowMap::fit(const glm::ivec2& at, std::span<const LightLeft> sample
         return error;
     }
     std::array<LightLeft, kLayers + 1> places;
-    int count = fitted(samples, error, places);
-    while (count > kLayers) {
+    int count = fitted(samples, error, layers_, places);
+    while (count > layers_) {
         error *= 2;
-        count = fitted(samples, error, places);
+        count = fitted(samples, error, layers_, places);
     }
     for (std::size_t n = 0; n < kLayers; ++n) {
         const LightLeft& place = places[std::min(n, static_cast<std::size_t>(count - 1))];

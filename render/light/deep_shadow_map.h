@@ -24,7 +24,8 @@ class DeepShadowMap {
     static constexpr float kDark = 1.0f / 1024;
 
     /// @param size  rays along either side
-    explicit DeepShadowMap(int size);
+    /// @param layers  places kept of a ray, 2 to kLayers
+    explicit DeepShadowMap(int size, int layers = kLayers);
     static std::size_t bytes(int size) { return sizeof(Ray) * static_cast<std::size_t>(size * size); }
 
     /// Takes a ray's light. @param samples  by distance, light falling from 1; none: nothing is in its way
@@ -47,7 +48,7 @@ class DeepShadowMap {
     };
     static float lightOf(const Ray& ray, float mm);
 
-    int size_;
+    int size_, layers_;
     std::vector<Ray> rays_;
 };
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 namespace tessera {
 namespace {
@@ -48,6 +49,14 @@ std::vector<Face> icosahedron() {
     return faces;
 }
 
+/// Of a triangle's projection onto the sphere, as a part of all of it. @param f  unit vectors
+/// Source: Van Oosterom, Strackee, The solid angle of a plane triangle, 1983, equation 8.
+double partOfSphere(const Face& f) {
+    const double volume = std::abs(glm::dot(f[0], glm::cross(f[1], f[2])));
+    const double around = 1 + glm::dot(f[0], f[1]) + glm::dot(f[1], f[2]) + glm::dot(f[2], f[0]);
+    return 2 * std::atan2(volume, around) / (4 * std::numbers::pi);
+}
+
 /// Faces of the solid that has 4^n times as few; n.
 int halvings(int count, int faces) {
     int n = 0;
@@ -62,7 +71,7 @@ bool isDirectionCount(int count) {
     return halvings(count, 4) >= 0 || halvings(count, 8) >= 0 || halvings(count, 20) >= 0;
 }
 
-std::vector<glm::dvec3> sphereDirections(int count) {
+std::vector<SphereDirection> sphereDirections(int count) {
     TESSERA_CHECK(isDirectionCount(count));
     std::vector<Face> faces = halvings(count, 4) >= 0   ? tetrahedron()
                               : halvings(count, 8) >= 0 ? octahedron()
@@ -78,9 +87,11 @@ std::vector<glm::dvec3> sphereDirections(int count) {
         }
         faces = std::move(finer);
     }
-    std::vector<glm::dvec3> directions;
-    for (const Face& f : faces)
-        directions.push_back(glm::normalize(f[0] + f[1] + f[2]));
+    std::vector<SphereDirection> directions;
+    for (const Face& f : faces) {
+        const Face unit{glm::normalize(f[0]), glm::normalize(f[1]), glm::normalize(f[2])};
+        directions.push_back({glm::normalize(unit[0] + unit[1] + unit[2]), partOfSphere(unit)});
+    }
     return directions;
 }
 

@@ -26,7 +26,7 @@ std::size_t runIndex(int run, int y, int z) {
 
 } // namespace
 
-OcclusionRoom::OcclusionRoom(const glm::ivec3& reach)
+OcclusionRoom::OcclusionRoom(const glm::ivec3& reach, bool emits)
     : reach(glm::max(reach, glm::ivec3(kAround))), size(kChunkExtent + 2 * this->reach) {
     size.x = roundedUp(size.x + 1, kRun); // a step reads a sample further
     const std::size_t samples = cellCount(size + glm::ivec3(0, 1, 1));
@@ -38,20 +38,27 @@ OcclusionRoom::OcclusionRoom(const glm::ivec3& reach)
     low.resize(static_cast<std::size_t>(kEdge * kEdge * kRunsPerRow));
     high.resize(low.size());
     light.resize(cellCount(glm::ivec3(kChunkExtent)));
+    for (std::size_t c = 0; c < 3 && emits; ++c) {
+        emission[c].resize(samples);
+        shine[c].resize(light.size());
+    }
 }
 
-std::size_t OcclusionRoom::bytes(const glm::ivec3& reach) {
+std::size_t OcclusionRoom::bytes(const glm::ivec3& reach, bool emits) {
     glm::ivec3 size = kChunkExtent + 2 * glm::max(reach, glm::ivec3(kAround));
     size.x = roundedUp(size.x + 1, kRun);
     constexpr int kEdge = kChunkExtent + 2 * kAround;
-    return sizeof(float) * (2 * cellCount(size + glm::ivec3(0, 1, 1)) + cellCount(glm::ivec3(kChunkExtent)) +
+    const std::size_t colours = emits ? 3 : 0;
+    return sizeof(float) * ((2 + colours) * cellCount(size + glm::ivec3(0, 1, 1)) +
+                            (1 + colours) * cellCount(glm::ivec3(kChunkExtent)) +
                             std::size_t{2} * kEdge * kEdge * kRunsPerRow);
 }
 
 Occluder::Occluder(const VolumeInfo& info, const Statistics& statistics,
                    const std::optional<Occlusion>& occlusion, const native::PacketTarget* target)
     : info_(info), statistics_(statistics), target_(target ? *target : native::packetTarget()),
-      finest_(occlusion ? occlusionLevel(*occlusion, info) : 0) {
+      finest_(occlusion ? occlusionLevel(*occlusion, info) : 0),
+      strength_(occlusion ? occlusion->emission : 0) {
     if (occlusion && occlusion->method != OcclusionMethod::local)
         sum_ = occlusion->method == OcclusionMethod::positional ? native::OcclusionSum::positional
                                                                 : native::OcclusionSum::rejecting;
@@ -63,9 +70,14 @@ void Occluder::setFunction(const TransferTable& table, const Optics& optics) {
     table_ = &table;
     optics_ = &optics;
     extinctionOf_.clear();
+    emissionOf_.clear();
     const auto fill = [&](int lowest, int highest) {
-        for (int stored = lowest; stored <= highest; ++stored)
+        for (int stored = lowest; stored <= highest; ++stored) {
             extinctionOf_.push_back(occlusionExtinction(optics, static_cast<float>(stored)));
+            if (gathersEmission())
+                emissionOf_.push_back(static_cast<float>(strength_) *
+                                      occlusionEmission(optics, static_cast<float>(stored)));
+        }
     };
     if (info_.type == ValueType::u8)
         fill(0, 255);
@@ -103,6 +115,11 @@ bool Occluder::isEmpty(const Range& range) const {
     return table_->emptyOver(std::min(a, b), std::max(a, b));
 }
 
+/// What lies behind an isosurface takes light, though nothing shows there.
+bool Occluder::letsAllThrough(const Range& range) const {
+    return isEmpty(range) && (optics_->surfaces.empty() || range.high < optics_->surfaces.front().isovalue);
+}
+
 namespace {
 
 /// Runs around which samples [low,high) lie: with the first of those, how many follow along x, and the range.
@@ -129,12 +146,20 @@ void forEachRun(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3
 template <typename Stored>
 void Occluder::readChunk(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3& high,
                          const Chunk& chunk, OcclusionRoom& room) const {
+    const auto entryOf = [](auto stored) {
+        return static_cast<std::size_t>(int(stored) - int(std::numeric_limits<Stored>::min()));
+    };
     const auto extinctionOf = [&](Stored stored) {
         if constexpr (std::is_integral_v<Stored>)
-            return extinctionOf_[static_cast<std::size_t>(int(stored) -
-                                                          int(std::numeric_limits<Stored>::min()))];
+            return extinctionOf_[entryOf(stored)];
         else
             return occlusionExtinction(*optics_, stored);
+    };
+    const auto emissionOf = [&](Stored stored) {
+        if constexpr (std::is_integral_v<Stored>)
+            return emissionOf_[entryOf(stored)];
+        else
+            return static_cast<float>(strength_) * occlusionEmission(*optics_, stored);
     };
     for (int z = low.z; z < high.z; ++z)
         for (int y = low.y; y < high.y; ++y) {
@@ -150,6 +175,12 @@ void Occluder::readChunk(const glm::ivec3& first, const glm::ivec3& low, const g
             }
             if (most > 0)
                 room.rowShows[static_cast<std::size_t>(at.z * room.size.y + at.y)] = 1;
+            for (int x = 0; gathersEmission() && most > 0 && x < high.x - low.x; ++x) {
+                const glm::vec3 sent = emissionOf(from[x]);
+                for (int c = 0; c < 3; ++c)
+                    room.emission[static_cast<std::size_t>(c)]
+                                 [linearIndex(at, room.size) + static_cast<std::size_t>(x)] = sent[c];
+            }
         }
     forEachRun(first, low, high, room, [&](const glm::ivec3& from, int count, float& least, float& most) {
         const auto* const values = reinterpret_cast<const Stored*>(chunk.bytes.get()) +
@@ -202,9 +233,13 @@ Occluder::Range Occluder::rangeAround(const glm::ivec3& sample, int level) const
 
 void Occluder::read(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& room) const {
     for (std::size_t row = 0; row < room.rowShows.size(); ++row)
-        if (std::exchange(room.rowShows[row], std::uint8_t{0}) != 0)
-            std::fill_n(room.extinction.begin() + static_cast<std::ptrdiff_t>(row) * room.size.x, room.size.x,
-                        0.0f);
+        if (std::exchange(room.rowShows[row], std::uint8_t{0}) != 0) {
+            const auto at = static_cast<std::ptrdiff_t>(row) * room.size.x;
+            std::fill_n(room.extinction.begin() + at, room.size.x, 0.0f);
+            for (std::vector<float>& sent : room.emission)
+                if (!sent.empty())
+                    std::fill_n(sent.begin() + at, room.size.x, 0.0f);
+        }
     std::fill(room.low.begin(), room.low.end(), std::numeric_limits<float>::max());
     std::fill(room.high.begin(), room.high.end(), std::numeric_limits<float>::lowest());
     const glm::ivec3 extent = levelExtent(info_.extentVoxels, chunk.level);
@@ -218,7 +253,7 @@ void Occluder::read(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& roo
                 const ChunkKey key{chunk.level, x, y, z};
                 const glm::ivec3 corner = glm::ivec3(x, y, z) * kChunkExtent;
                 const glm::ivec3 from = glm::max(low, corner), to = glm::min(high, corner + kChunkExtent);
-                if (isEmpty(rangeOf(key))) // nor does anything show within a voxel of it
+                if (letsAllThrough(rangeOf(key))) // and so does what is within a voxel of it
                     continue;
                 const ChunkPointer samples = cache.get(key);
                 withValueType(info_.type, [&](auto typed) {
@@ -271,11 +306,13 @@ void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
     std::fill(room.light.begin(), room.light.end(), 1.0f);
     for (const OcclusionRoom::Run& run : room.runs)
         std::fill_n(room.light.begin() + static_cast<std::ptrdiff_t>(run.to), kRun, 0.0f);
+    for (std::vector<float>& got : room.shine)
+        std::fill(got.begin(), got.end(), 0.0f);
     if (room.runs.empty())
         return;
 
     const auto shareOf = [&](const OcclusionRay& ray) {
-        return sum_ == native::OcclusionSum::local ? 0.5 / ray.steps : 1.0;
+        return ray.part * (sum_ == native::OcclusionSum::local ? 0.5 / ray.steps : 1.0);
     };
     // Rays of one length of step read the same opacities.
     const std::int32_t pitch[3] = {1, room.size.x, room.size.x * room.size.y};
@@ -288,7 +325,7 @@ void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
         steps.clear();
         paths.clear();
         for (std::size_t r = first; r < end; ++r)
-            for (int n = 1; n <= rays.rays[r].steps; ++n) {
+            for (int n = 0; n <= rays.rays[r].steps; ++n) {
                 const OcclusionRay& ray = rays.rays[r];
                 const glm::dvec3 at = ray.step * double(ray.skipped + n);
                 const int a = (ray.axis + 1) % 3, b = (ray.axis + 2) % 3;
@@ -302,9 +339,9 @@ void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
         const native::OcclusionStep* next = steps.data();
         for (std::size_t r = first; r < end; ++r) {
             const OcclusionRay& ray = rays.rays[r];
-            paths.push_back({next, ray.steps, pitch[(ray.axis + 1) % 3], pitch[(ray.axis + 2) % 3],
-                             static_cast<float>(shareOf(ray) / double(rays.rays.size()))});
-            next += ray.steps;
+            paths.push_back({next, ray.steps + 1, pitch[(ray.axis + 1) % 3], pitch[(ray.axis + 2) % 3],
+                             static_cast<float>(shareOf(ray))});
+            next += ray.steps + 1;
         }
         for (std::size_t row = 0; row < room.rowShows.size(); ++row) {
             const std::size_t at = row * static_cast<std::size_t>(room.size.x);
@@ -315,9 +352,21 @@ void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
                 std::fill_n(room.opacity.begin() + static_cast<std::ptrdiff_t>(at), room.size.x, 0.0f);
             room.rowIsSet[row] = room.rowShows[row];
         }
-        for (const OcclusionRoom::Run& run : room.runs)
-            target_.occlude(room.opacity.data() + run.from, paths.data(), static_cast<int>(paths.size()),
-                            sum_, room.light.data() + run.to);
+        const auto count = static_cast<int>(paths.size());
+        for (const OcclusionRoom::Run& run : room.runs) {
+            const float* const opacity = room.opacity.data() + run.from;
+            float* const light = room.light.data() + run.to;
+            if (!gathersEmission()) {
+                target_.occlude(opacity, paths.data(), count, sum_, light);
+                continue;
+            }
+            const float* const sent[3] = {room.emission[0].data() + run.from,
+                                          room.emission[1].data() + run.from,
+                                          room.emission[2].data() + run.from};
+            float* const got[3] = {room.shine[0].data() + run.to, room.shine[1].data() + run.to,
+                                   room.shine[2].data() + run.to};
+            target_.occludeAndShine(opacity, sent, paths.data(), count, light, got);
+        }
         first = end;
     }
 }

@@ -23,9 +23,9 @@ namespace tessera {
 /// Samples of a chunk, and all around them that rays reach: what a thread works in.
 class OcclusionRoom {
   public:
-    /// Of rays with such a reach.
-    explicit OcclusionRoom(const glm::ivec3& reach);
-    static std::size_t bytes(const glm::ivec3& reach);
+    /// Of rays with such a reach. @param emits  tissue may send light
+    explicit OcclusionRoom(const glm::ivec3& reach, bool emits = false);
+    static std::size_t bytes(const glm::ivec3& reach, bool emits = false);
 
     glm::ivec3 reach, size; // samples before the chunk; all
     std::vector<float> extinction, opacity;
@@ -34,6 +34,9 @@ class OcclusionRoom {
     /// Level 0: range of stored values along every run of samples, two more at either end.
     std::vector<float> low, high;
     std::vector<float> light; // of the chunk's samples
+    /// Red, green, blue, where tissue may send light: what is sent, laid out as extinction; what gets to
+    /// samples.
+    std::array<std::vector<float>, 3> emission, shine;
 
     /// Samples side by side whose light is wanted, kOcclusionRun of them.
     struct Run {
@@ -56,6 +59,8 @@ class Occluder {
     glm::ivec3 mostReach() const;
     /// Finest level whose samples have light of their own; finer ones take that of this one.
     int finestLevel() const { return finest_; }
+    /// Whether light that tissue sends is gathered too.
+    bool gathersEmission() const { return strength_ > 0; }
 
     /// Reads a chunk and what is around it, and finds the runs of samples near which anything can show:
     /// within two samples.
@@ -63,7 +68,7 @@ class Occluder {
     void find(const ChunkKey& chunk, std::span<const std::uint8_t> bricks, BrickCache& cache,
               OcclusionRoom& room) const;
     /// Share of the light of its sphere that gets to each sample of the runs found, equation 6.3, in
-    /// room.light; 1 elsewhere.
+    /// room.light; 1 elsewhere. What tissue sends (6.5) in room.shine; 0 elsewhere.
     void occlude(const ChunkKey& chunk, OcclusionRoom& room) const;
 
   private:
@@ -78,16 +83,20 @@ class Occluder {
     Range rangeOf(const ChunkKey& chunk) const;
     bool nothingNear(const ChunkKey& chunk) const;
     bool isEmpty(const Range& range) const;
+    bool letsAllThrough(const Range& range) const;
 
     const VolumeInfo& info_;
     const Statistics& statistics_;
     const native::PacketTarget& target_;
     int finest_;
+    double strength_ = 0; // of light that tissue sends
     native::OcclusionSum sum_ = native::OcclusionSum::local;
     std::array<OcclusionRays, kLevelCount> rays_;
     const TransferTable* table_ = nullptr;
     const Optics* optics_ = nullptr;
-    std::vector<float> extinctionOf_; // of every stored value of 16 bits, from the lowest; else empty
+    // Of every stored value of 16 bits, from the lowest; else empty.
+    std::vector<float> extinctionOf_;
+    std::vector<glm::vec3> emissionOf_; // empty where nothing is gathered, too
 };
 
 } // namespace tessera

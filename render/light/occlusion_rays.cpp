@@ -13,10 +13,11 @@ namespace tessera {
 namespace {
 
 /// A step along the axis that a direction is steepest to, samples of level 0.
-OcclusionRay rayAlong(const glm::dvec3& direction, const glm::dmat3& voxelFromPatient) {
+OcclusionRay rayAlong(const SphereDirection& direction, const glm::dmat3& voxelFromPatient) {
     OcclusionRay ray;
-    ray.direction = direction;
-    const glm::dvec3 voxelsPerMm = voxelFromPatient * direction;
+    ray.direction = direction.towards;
+    ray.part = direction.part;
+    const glm::dvec3 voxelsPerMm = voxelFromPatient * direction.towards;
     for (int axis = 1; axis < 3; ++axis)
         if (std::abs(voxelsPerMm[axis]) > std::abs(voxelsPerMm[ray.axis]) * (1 + 1e-9))
             ray.axis = axis;
@@ -36,7 +37,7 @@ int stepsWithin(double mm, double stepMm) {
 int occlusionLevel(const Occlusion& occlusion, const VolumeInfo& info) {
     const glm::dmat3 voxelFromPatient = glm::inverse(glm::dmat3(info.patientFromVoxel));
     double shortest = 0;
-    for (const glm::dvec3& direction : sphereDirections(occlusion.rays)) {
+    for (const SphereDirection& direction : sphereDirections(occlusion.rays)) {
         const double step = rayAlong(direction, voxelFromPatient).stepMm;
         shortest = shortest > 0 ? std::min(shortest, step) : step;
     }
@@ -50,7 +51,7 @@ int occlusionLevel(const Occlusion& occlusion, const VolumeInfo& info) {
 OcclusionRays occlusionRays(const Occlusion& occlusion, const VolumeInfo& info, int level) {
     const glm::dmat3 voxelFromPatient = glm::inverse(glm::dmat3(info.patientFromVoxel));
     OcclusionRays all;
-    for (const glm::dvec3& direction : sphereDirections(occlusion.rays)) {
+    for (const SphereDirection& direction : sphereDirections(occlusion.rays)) {
         OcclusionRay ray = rayAlong(direction, voxelFromPatient);
         ray.stepMm = std::ldexp(ray.stepMm, level);
         const int whole = std::clamp(stepsWithin(occlusion.radiusMm, ray.stepMm), 1, kMostOcclusionSteps);

@@ -14,11 +14,12 @@ namespace tessera {
 
 struct OcclusionRay {
     glm::dvec3 direction; // unit, patient space
+    double part = 0;      // of the sphere that it stands for
     int axis = 0;         // that its steps are a sample along
     glm::dvec3 step;      // samples of the level
     double stepMm = 0;    // a step's length
     int skipped = 0;      // steps before the first that counts
-    int steps = 1;        // that count
+    int steps = 1;        // that count; the field is read at both ends of each
 };
 
 struct OcclusionRays {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <utility>
 
 namespace tessera {
@@ -78,6 +79,8 @@ LightReport SceneLight::report(std::size_t planeBytes) const {
     LightReport report;
     report.channels = channels();
     report.planeBytes = planeBytes;
+    report.seconds = seconds_;
+    report.emission = ambientChannels(scene_.view.lighting) > 1;
     std::size_t more = 0, rays = 0;
     for (const ShadowMaps& shadow : shadows_)
         for (const DeepShadowMap& map : shadow.maps()) {
@@ -111,6 +114,7 @@ void LightPlane::publish(std::span<const BrickEntry> entries) {
 }
 
 void LightPlane::settle(Work& work) {
+    const auto start = std::chrono::steady_clock::now();
     if (light_.takeChanges()) {
         std::fill(isLit_.begin(), isLit_.end(), std::uint8_t{0});
         published_ = true;
@@ -140,6 +144,7 @@ void LightPlane::settle(Work& work) {
         channels_[c]->publish(entries);
     }
     published_ = false;
+    light_.took(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
 
 } // namespace tessera

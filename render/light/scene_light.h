@@ -17,11 +17,13 @@ namespace tessera {
 /// What the light of a scene's voxels came to.
 struct LightReport {
     int channels = 0;
+    bool emission = false;                    // light that tissue sends is among them
     std::size_t planeBytes = 0, mapBytes = 0; // beside the bricks; maps of shadows
     std::size_t maps = 0;
     int mapSize = 0;        // rays along a side of one
     float mapError = 0;     // of the light that maps hold, at most
     double shareOfMore = 0; // of their rays that err by more than was asked
+    double seconds = 0;     // that computing all of it took so far
 };
 
 class SceneLight {
@@ -41,6 +43,8 @@ class SceneLight {
     /// The light as things are: builds maps of shadows where it must. Valid until something changes.
     VoxelLight& ready();
     const std::vector<ShadowMaps>& shadows() const { return shadows_; }
+    /// Computing took so long.
+    void took(double seconds) { seconds_ += seconds; }
     /// @param planeBytes  what engines keep of it
     LightReport report(std::size_t planeBytes) const;
 
@@ -52,6 +56,7 @@ class SceneLight {
     std::vector<ShadowMaps> shadows_;
     std::optional<VoxelLight> light_;
     std::vector<glm::vec4> litTable_; // by which light was computed
+    double seconds_ = 0;              // that computing took
     bool shadowsAreNew_ = true, functionMayBeNew_ = true, functionIsNew_ = true, changed_ = true;
 };
 

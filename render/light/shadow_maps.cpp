@@ -144,7 +144,7 @@ void ShadowMaps::addView(const Camera& camera, const VolumeInfo& info, int size)
     if (!view.plane.perspective)
         rayMm_ = std::max(rayMm_, quality_.offset * camera.parallelScale / size);
     views_.push_back(view);
-    maps_.emplace_back(size);
+    maps_.emplace_back(size, quality_.layers);
 }
 
 ShadowMaps::ShadowMaps(const PlacedLight& light, const LightPath& field, const ShadowQuality& quality)

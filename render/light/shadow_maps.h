@@ -40,9 +40,10 @@ struct LightPath {
 PlacedLight placedLight(const Light& light, const Camera& camera);
 
 struct ShadowQuality {
-    int mapSize = 512;        // rays along a side of the one map of a light without size
-    double stepVoxels = 1;    // of its rays
-    float error = 1.0f / 128; // of the light that maps hold, where eight layers are enough
+    int mapSize = 512;                   // rays along a side of the one map of a light without size
+    double stepVoxels = 1;               // of its rays
+    float error = 1.0f / 128;            // of the light that maps hold, where layers are enough
+    int layers = DeepShadowMap::kLayers; // places kept of a ray; at most so many
     /// Towards the light, of the place whose light is asked for, in samples of the light's level and, where
     /// that is more, half of what lies between a map's rays: what is shown of a surface lies in the light,
     /// not in the shade of its outermost samples.

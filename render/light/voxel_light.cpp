@@ -49,7 +49,7 @@ VoxelLight::VoxelLight(const VolumeInfo& info, const Statistics& statistics, con
       occluder_(info, statistics, lighting.occlusion),
       finest_(std::max(occluder_.finestLevel(), std::clamp(lighting.finestLevel, 0, kLevelCount - 1))) {
     TESSERA_CHECK(channels_ <= leaf::kMostLightChannels);
-    TESSERA_CHECK(static_cast<std::size_t>(channels_) == shadows.size() + (occlusion_ ? 1 : 0));
+    TESSERA_CHECK(channels_ == static_cast<int>(shadows.size()) + ambientChannels(lighting));
 }
 
 std::size_t VoxelLight::bytes(const VolumeInfo& info, const Lighting& lighting, int threads) {
@@ -58,7 +58,7 @@ std::size_t VoxelLight::bytes(const VolumeInfo& info, const Lighting& lighting, 
     if (lighting.occlusion)
         for (int level = occlusionLevel(*lighting.occlusion, info); level < kLevelCount; ++level)
             reach = glm::max(reach, occlusionRays(*lighting.occlusion, info, level).reach);
-    return static_cast<std::size_t>(used) * OcclusionRoom::bytes(reach) +
+    return static_cast<std::size_t>(used) * OcclusionRoom::bytes(reach, ambientChannels(lighting) > 1) +
            2 * kLeastChunks * kChunkTexels * sizeof(std::uint16_t) *
                static_cast<std::size_t>(lightChannels(lighting));
 }
@@ -78,11 +78,13 @@ void VoxelLight::light(const ChunkKey& key, LitChunk& chunk, BrickCache& cache, 
     std::uint16_t* to = chunk.texels.data();
     if (occlusion_) {
         occluder_.occlude(key, room);
-        for (const OcclusionRoom::Run& run : room.runs)
-            for (std::size_t n = run.to; n < run.to + native::kOcclusionRun; ++n)
-                to[n] = lightTexel(std::pow(static_cast<float>(occlusion_->bias) + room.light[n],
-                                            static_cast<float>(occlusion_->gamma)));
-        to += kChunkTexels;
+        const auto bias = static_cast<float>(occlusion_->bias), gamma = static_cast<float>(occlusion_->gamma);
+        const std::size_t colours = occluder_.gathersEmission() ? 3 : 1;
+        for (std::size_t c = 0; c < colours; ++c, to += kChunkTexels)
+            for (const OcclusionRoom::Run& run : room.runs)
+                for (std::size_t n = run.to; n < run.to + native::kOcclusionRun; ++n)
+                    to[n] = lightTexel(
+                        std::pow(bias + room.light[n] + (colours > 1 ? room.shine[c][n] : 0.0f), gamma));
     }
     const double voxels = std::ldexp(1, key.level);
     for (const ShadowMaps& shadow : shadows_) {
@@ -115,7 +117,7 @@ void VoxelLight::lightChunks(std::span<const ChunkKey> keys, BrickCache& cache) 
             }
         }
         if (!room)
-            room = std::make_unique<OcclusionRoom>(occluder_.mostReach());
+            room = std::make_unique<OcclusionRoom>(occluder_.mostReach(), occluder_.gathersEmission());
         light(keys[n], *chunks[n], cache, *room);
         const std::lock_guard lock(mutex);
         rooms.push_back(std::move(room));

@@ -32,11 +32,20 @@ void checkLight(const Scene& scene) {
     if (lightChannels(scene.lighting) > 0 && !scene.shading.on)
         throw InputError("lighting: occlusion and shadows are light, and this picture has none (shading is "
                          "off); leave them out, or shade with ambient 1 and diffuse 0");
-    if (scene.lighting.occlusion && scene.lighting.occlusion->emission > 0)
-        throw InputError("lighting.occlusion.emission: expected 0, found " +
-                         std::to_string(scene.lighting.occlusion->emission) +
-                         ": tissue that shines is not drawn yet");
+    if (ambientChannels(scene.lighting) > 1 && scene.lighting.occlusion->method != OcclusionMethod::local)
+        throw InputError(
+            "lighting.occlusion: light that tissue sends is gathered along a ray (method \"local\"), and "
+            "this method looks at the ray's end alone; set emission to 0, or take the other method");
 }
+
+/// Without what nothing needs: light of each colour, where no tissue sends any.
+Scene withoutUnusedLight(Scene scene) {
+    const auto* function = std::get_if<TransferFunction>(&scene.volumes.at(0).transferFunction);
+    if (scene.lighting.occlusion && !(function && function->emits())) // presets send none
+        scene.lighting.occlusion->emission = 0;
+    return scene;
+}
+
 /// An integrator that is not asked for by name takes tables only where they are a small part of what is free.
 constexpr std::size_t kPartsForTables = 16;
 /// Of chunks that are on their way to where they are kept: as many as keep the loaders busy.
@@ -72,7 +81,7 @@ void ScenePlan::setFunction(const TransferFunction& f, const Scene& scene, Ledge
         makeOptics(volume.table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
     volume.optics.seen = std::move(seen);
     volume.optics.surfaces = surfaceLooks(scene.surfaces, info());
-    setLighting(volume.optics, scene.shading, scene.lighting, f.materials(), view.camera, info());
+    setLighting(volume.optics, scene.shading, view.lighting, f.materials(), view.camera, info());
     if (!volume.selection.levels.empty())
         prepareSegments();
 }
@@ -216,7 +225,7 @@ ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, in
 
 ScenePlan planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits, Ledger& ram,
                     const Ledger& gpu, int threads, LevelChoice choice, std::size_t bytesPerPixel) {
-    ScenePlan p = planView(scene, store, ram, threads, bytesPerPixel);
+    ScenePlan p = planView(withoutUnusedLight(scene), store, ram, threads, bytesPerPixel);
     chooseAgain(p, scene, limits, ram, gpu, threads, choice);
     return p;
 }
@@ -234,7 +243,9 @@ void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const
     // What is seen is counted before the picture, in its room; with quality to reach, rays wait for bricks.
     const int channels = keptLightChannels(view.lighting);
     volume.lightCharge = {};
+    const int layers = view.shadowQuality.layers; // as it was asked for
     view.shadowQuality = shadowQualityFor(view.lighting, ram.freeBytes());
+    view.shadowQuality.layers = layers;
     const std::size_t picture = placedRaysBytes(view.imageSize); // pixels are drawn again
     const std::size_t rays = view.quality.maxError
                                  ? picture + wantedBytes(bricks)

@@ -4,14 +4,23 @@
 //
 //   interactive_bench --store t512.zarr --preset bone --size 512 --steps 12 --gpu-memory 64MiB --ram 512MiB
 //                     --deadline-ms 16 --device auto
+//
+// With --edit PRESET the camera stays, and what is timed is an edit of the transfer function: to the first
+// picture that has it, and to the last. --light gives the scene a look; --engine native draws on the
+// processor.
+#include "core/look.h"
+#include "core/preset.h"
 #include "render/engines/gpu/gpu_engine.h"
+#include "render/engines/native/native_engine.h"
 #include "render/interactive_renderer.h"
 #include "tests/bench/bench_tools.h"
 
 #include <algorithm>
 #include <cstdio>
+#include <ctime>
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/mat4x4.hpp>
+#include <memory>
 
 namespace tessera::bench {
 namespace {
@@ -67,6 +76,9 @@ void run(int argc, char** argv) {
                                  {"--degrees", "10"},
                                  {"--deadline-ms", "16"},
                                  {"--device", "software"},
+                                 {"--engine", "gpu"},
+                                 {"--light", "plain"},
+                                 {"--edit", ""},
                                  {"--ram", "512MiB"},
                                  {"--gpu-memory", "256MiB"}});
     const auto number = [&](const std::string& name) { return parseNumbers(options[name], name).at(0); };
@@ -80,14 +92,41 @@ void run(int argc, char** argv) {
     scene.volumes = {{path, options["--preset"]}};
     scene.imageSize = glm::ivec2(size);
     scene.camera = fitCamera(store.info(), View::anterior, Projection::perspective, scene.imageSize);
+    applyLook(options["--light"], scene);
+    const bool onProcessor = options["--engine"] == "native";
+    const auto engineFor = [&](Ledger& gpu) -> std::unique_ptr<Engine> {
+        if (onProcessor)
+            return std::make_unique<NativeEngine>(0, gpu, ram);
+        return std::make_unique<GpuEngine>(context, gpu, ram);
+    };
+    if (!options["--edit"].empty()) {
+        Ledger gpu("GPU memory", "--gpu-memory", parseBytes(options["--gpu-memory"], "--gpu-memory"));
+        const std::unique_ptr<Engine> engine = engineFor(gpu);
+        InteractiveOptions choices;
+        choices.dispatchMs = deadlineMs / 2;
+        InteractiveRenderer renderer(scene, store, *engine, ram, gpu, choices);
+        std::printf("function,first ms,last ms,late ms,CPU s,pictures,bricks,MiB\n");
+        for (int n = 0; n < steps; ++n) { // there and back
+            const std::string& name = n % 2 != 0 ? options["--edit"] : options["--preset"];
+            renderer.setFunction(presetFunction(name, {-1024, 3071, true, 1, {}}));
+            const std::clock_t before = std::clock();
+            const Step s = measure(renderer, deadlineMs);
+            const double seconds = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+            std::printf("%s,%.1f,%.1f,%.1f,%.2f,%d,%llu,%.2f\n", name.c_str(), s.firstMs, s.lastMs, s.lateMs,
+                        seconds, s.pictures, static_cast<unsigned long long>(s.bricks),
+                        static_cast<double>(s.bytes) / (1 << 20));
+            std::fflush(stdout);
+        }
+        return;
+    }
     const std::vector<Camera> cameras = orbit(std::get<Camera>(scene.camera), steps, degrees);
     std::printf("path told,step,first ms,last ms,late ms,pictures,bricks,MiB,chunks decoded,pages,repacks\n");
     for (const bool told : {false, true}) {
         Ledger gpu("GPU memory", "--gpu-memory", parseBytes(options["--gpu-memory"], "--gpu-memory"));
         InteractiveOptions choices;
         choices.dispatchMs = deadlineMs / 2;
-        GpuEngine engine(context, gpu, ram);
-        InteractiveRenderer renderer(scene, store, engine, ram, gpu, choices);
+        const std::unique_ptr<Engine> engine = engineFor(gpu);
+        InteractiveRenderer renderer(scene, store, *engine, ram, gpu, choices);
         for (int n = 0; n < steps; ++n) {
             renderer.setCamera(cameras[static_cast<std::size_t>(n)]);
             if (told && n + 1 < steps)

@@ -79,13 +79,16 @@ std::vector<std::uint32_t> coveringCombinations() {
 TEST(Features, ProgramsOfAllTriplesCompileAndOmitWhatTheyDoNotNeed) {
     const GlContext context({"software"});
     const std::vector<std::uint32_t> rows = coveringCombinations();
-    EXPECT_EQ(allowedCombinations().size(), 96000u);
-    EXPECT_EQ(rows.size(), 54u);
+    EXPECT_EQ(allowedCombinations().size(), 160000u);
+    EXPECT_EQ(rows.size(), 59u);
     for (const std::uint32_t f : rows) {
         const GlProgram program = marchComposition(f).program("march.comp");
         EXPECT_EQ(program.hasUniform("uPhong"), (f & kFeatureShading) != 0) << f;
         EXPECT_EQ(program.hasUniform("uLights"), (f & kFeatureLights) != 0) << f;
         EXPECT_EQ(program.hasUniform("uMaterials"), (f & kFeatureMaterials) != 0) << f;
+        EXPECT_EQ(program.hasUniform("uMaterialEmission"),
+                  (f & kFeatureEmission) != 0 && (f & kFeatureMaterials) != 0)
+            << f;
         EXPECT_EQ(program.hasUniform("uSkipping"), (f & kFeatureSkipping) != 0) << f;
         EXPECT_EQ(program.hasUniform("uIsovalues"), (f & kFeatureSurfaces) != 0) << f;
         EXPECT_EQ(program.hasUniform("uCorners"), (f & kFeatureMixed) != 0) << f;

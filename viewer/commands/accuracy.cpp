@@ -12,6 +12,7 @@
 #include "viewer/options/option_values.h"
 #include "viewer/studies/accuracy/accuracy_report.h"
 #include "viewer/studies/accuracy/area_sweep.h"
+#include "viewer/studies/accuracy/light_sweep.h"
 #include "viewer/studies/accuracy/scene_section.h"
 #include "viewer/studies/accuracy/scenes.h"
 #include "viewer/studies/lod/workbench.h" // scansFolder
@@ -32,7 +33,7 @@ struct AccuracyArguments {
     std::string in, out, scans, keptScenes, ram, gpuMemory, size, preset, device = "auto";
     std::vector<std::string> only, integrators, peers;
     double seconds = 0;
-    bool all = false, quick = false, noShading = false, pixelsOnly = false;
+    bool all = false, quick = false, noShading = false, pixelsOnly = false, lightOnly = false;
     InputOptions input;
 };
 
@@ -165,6 +166,7 @@ std::string commandText(const AccuracyArguments& a) {
     add("--gl-device", a.device == "auto" ? "" : a.device);
     add("--series", a.input.series > 0 ? std::to_string(a.input.series) : "");
     addFlag("--pixels-only", a.pixelsOnly);
+    addFlag("--light-only", a.lightOnly);
     addFlag("--largest", a.input.largest);
     addFlag("--resample-z", a.input.resampleZ);
     return text;
@@ -234,8 +236,18 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
 
     std::vector<AreaSweep> areas;
     for (const NamedScene& scene : scenes) {
+        if (arguments.lightOnly)
+            break;
         common.progress->stage(scene.name + ": samples of a pixel");
         areas.push_back(runAreaSweep(scene, options));
+    }
+    std::vector<LightSweep> lights;
+    for (const NamedScene& scene : scenes) {
+        if (arguments.pixelsOnly)
+            break;
+        common.progress->stage(scene.name + ": light of voxels");
+        if (auto light = runLightSweep(scene, options))
+            lights.push_back(std::move(*light));
     }
     const std::string commit = buildCommit();
     const auto write = [&](const std::vector<bench::Report>& reports, const std::string& machine,
@@ -251,12 +263,15 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
             common.note(bench::withoutFigures(withoutFigure));
         common.note("wrote " + (fs::path(arguments.out) / "accuracy.md").string());
     };
-    if (arguments.pixelsOnly) { // the page keeps its other sections
-        std::vector<std::string> order = {"reference", "pixels"};
+    if (arguments.lightOnly && lights.empty())
+        throw InputError("accuracy: --light-only: expected a scene with occlusion or shadows, found none");
+    if (arguments.pixelsOnly || arguments.lightOnly) { // the page keeps its other sections
+        std::vector<std::string> order = {"reference", "pixels", "light"};
         for (const std::string& name : standardSceneNames())
             order.push_back("scene-" + name);
         order.insert(order.end(), {"stiff", "defaults", "runs"});
-        return write({areaSection(areas)}, bench::describeMachine("CPU"), order);
+        return write({arguments.lightOnly ? lightSection(lights) : areaSection(areas)},
+                     bench::describeMachine("CPU"), order);
     }
 
     std::vector<Sweep> sweeps;
@@ -269,6 +284,8 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
 
     const MeasuredOn on{"Tessera " TESSERA_VERSION, commit, bench::describeMachine(sweeps.front().device)};
     std::vector<bench::Report> reports = {referenceSection(sweeps, on, options.effort), areaSection(areas)};
+    if (!lights.empty())
+        reports.push_back(lightSection(lights));
     for (const Sweep& sweep : sweeps)
         reports.push_back(sceneSection(sweep, peers));
     reports.push_back(stiffSection());
@@ -296,6 +313,10 @@ void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& 
                         "with --all: folder with the public scans (default: $TESSERA_TEST_DATA)");
     command->add_flag("--pixels-only", a->pixelsOnly,
                       "measure what samples of a pixel cost and gain, and nothing else");
+    command
+        ->add_flag("--light-only", a->lightOnly,
+                   "measure what light of voxels errs by and takes, and nothing else")
+        ->excludes("--pixels-only");
     command->add_flag("--quick", a->quick, "small pictures, fewer settings and repeats: about a minute");
     command
         ->add_option("--seconds", a->seconds,

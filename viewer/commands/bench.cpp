@@ -79,6 +79,7 @@ const Page& levelsPage() {
                                {"skipping", skippingReport, VolumeSet::levels},
                                {"reductions", reductionsReport, VolumeSet::levels},
                                {"prediction", predictionReport, VolumeSet::levels},
+                               {"occlusion", occlusionReport, VolumeSet::levels},
                                {"memory", memoryReport, VolumeSet::levels},
                                {"calibration", calibrationReport, VolumeSet::calibration}}};
     return page;

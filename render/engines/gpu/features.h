@@ -36,7 +36,8 @@
     FEATURE(Places, places)                                                                                  \
     FEATURE(Lights, lights)                                                                                  \
     FEATURE(Materials, materials)                                                                            \
-    FEATURE(VoxelLight, voxelLight)
+    FEATURE(VoxelLight, voxelLight)                                                                          \
+    FEATURE(Emission, emission)
 
 namespace tessera {
 

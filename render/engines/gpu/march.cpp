@@ -36,11 +36,13 @@ std::uint32_t withOptics(std::uint32_t features, const Optics& optics) {
 } // namespace
 
 std::uint32_t withLights(std::uint32_t features, const Optics& optics) {
-    features &= ~std::uint32_t{kFeatureLights | kFeatureMaterials | kFeatureVoxelLight};
+    features &= ~std::uint32_t{kFeatureLights | kFeatureMaterials | kFeatureVoxelLight | kFeatureEmission};
     if (!(features & kFeatureShading) || !optics.hasLights)
         return features;
     return features | kFeatureLights | (optics.materials.empty() ? 0u : std::uint32_t{kFeatureMaterials}) |
-           (optics.lighting.channels == 0 ? 0u : std::uint32_t{kFeatureVoxelLight});
+           (optics.lighting.channels == 0 ? 0u : std::uint32_t{kFeatureVoxelLight}) |
+           (optics.lighting.emits || optics.lighting.ambientChannels > 1 ? std::uint32_t{kFeatureEmission}
+                                                                         : 0u);
 }
 
 Composition marchComposition(std::uint32_t features) {
@@ -130,6 +132,7 @@ void March::setLights(const Optics& optics) {
     program_.set("uLights", lighting.count);
     program_.set("uHalfway", lighting.halfway ? 1 : 0);
     program_.set("uOcclusionChannel", static_cast<int>(lighting.occlusionChannel));
+    program_.set("uAmbientChannels", static_cast<int>(lighting.ambientChannels));
     program_.set("uWeightLow", lighting.weightLow);
     program_.set("uWeightScale", lighting.weightScale);
     const auto vector = [](const float(&v)[3]) { return glm::vec3(v[0], v[1], v[2]); };
@@ -149,6 +152,7 @@ void March::setLights(const Optics& optics) {
                      glm::vec2(placeOf(optics, m.from), placeOf(optics, m.to)));
         program_.set(element("uMaterialPhong", i).c_str(), glm::vec3(m.ambient, m.diffuse, m.specular));
         program_.set(element("uMaterialPower", i).c_str(), static_cast<int>(m.power));
+        program_.set(element("uMaterialEmission", i).c_str(), vector(m.emission));
     }
 }
 

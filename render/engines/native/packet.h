@@ -170,14 +170,16 @@ constexpr int kOcclusionRun = 16;
 enum class OcclusionSum { local, positional, rejecting };
 /// What opacity must fall by to be rejected: more than rounding makes of an even medium.
 constexpr float kRejectedFall = 1.0f / 1048576;
-/// Where a ray of occlusion reads: between four samples of a layer of the lattice.
+/// Where a ray of occlusion reads: between four samples of a layer of the lattice. What is there stands for
+/// the step around it; the first and the last of a ray for half a step.
 struct OcclusionStep {
     std::int32_t offset = 0; // of the first of them from the sample that is lit
     float weight[4] = {};    // of it, of those strideA and strideB on, and of the one across
 };
 struct OcclusionPath {
     const OcclusionStep* steps = nullptr;
-    std::int32_t count = 0, strideA = 0, strideB = 0;
+    std::int32_t count = 0; // of places that are read, two or more: one more than steps
+    std::int32_t strideA = 0, strideB = 0;
     float share = 0; // local: of half a step in the mean over all rays; else of a ray
 };
 
@@ -198,6 +200,11 @@ struct PacketTarget {
     /// steps are of one length
     void (*occlude)(const float* opacity, const OcclusionPath* paths, int count, OcclusionSum sum,
                     float* light) = nullptr;
+    /// The same, local, where tissue sends light too: adds that, red, green and blue.
+    /// @param emission  of the sample of opacity, laid out alike
+    void (*occludeAndShine)(const float* opacity, const float* const (&emission)[3],
+                            const OcclusionPath* paths, int count, float* light,
+                            float* const (&shine)[3]) = nullptr;
     /// For measurements: what taking trilinear samples costs and nothing else: so many turns along rays
     /// inside a brick of level 0. Adds the values to job.colour[0].
     void (*bareSamples)(const PacketScene&, const std::int32_t (&brick)[3], int turns,

@@ -15,6 +15,7 @@ const PacketTarget kAvx2Target{"avx2",
                                lanes_avx2::cellRanges,
                                lanes_avx2::opacities,
                                lanes_avx2::occlude,
+                               lanes_avx2::occludeAndShine,
                                lanes_avx2::bareSamples};
 
 } // namespace tessera::native

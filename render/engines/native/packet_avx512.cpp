@@ -15,6 +15,7 @@ const PacketTarget kAvx512Target{"avx512",
                                  lanes_avx512::cellRanges,
                                  lanes_avx512::opacities,
                                  lanes_avx512::occlude,
+                                 lanes_avx512::occludeAndShine,
                                  lanes_avx512::bareSamples};
 
 } // namespace tessera::native

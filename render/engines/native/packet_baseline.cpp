@@ -15,6 +15,7 @@ const PacketTarget kBaselineTarget{"baseline",
                                    lanes_baseline::cellRanges,
                                    lanes_baseline::opacities,
                                    lanes_baseline::occlude,
+                                   lanes_baseline::occludeAndShine,
                                    lanes_baseline::bareSamples};
 
 } // namespace tessera::native

@@ -44,51 +44,115 @@ template <typename Take> TESSERA_LANE LightRun runwise(const Take& take) {
     return run;
 }
 
-template <native::OcclusionSum Kind>
-inline void occludeBy(const float* opacity, const OcclusionPath* paths, int count, float* light) {
+/// Between the four samples that a step reads. @param from  the first of them, of register r
+TESSERA_LANE single::F between(const float* from, const OcclusionStep& step, const OcclusionPath& path,
+                               int r) {
+    using single::F;
+    const std::int64_t a = path.strideA, b = path.strideB;
+    const float* const q = from + step.offset + r * single::kWidth;
+    return (F(step.weight[0]) * single::load(q) + F(step.weight[1]) * single::load(q + a)) +
+           (F(step.weight[2]) * single::load(q + b) + F(step.weight[3]) * single::load(q + (a + b)));
+}
+
+/// What half a step leaves of light, by a step's opacity, which rounding may take beyond 1.
+TESSERA_LANE single::F leftOfHalf(single::F opacity) {
+    using single::F;
+    return sqrt(max(F(0.0f), F(1.0f) - opacity));
+}
+
+/// Light of all paths together that gets to each of a run. @param visit  at every place that is read: (step,
+/// path, light before it, behind it, half a step or a whole one)
+template <native::OcclusionSum Kind, typename Visit>
+TESSERA_LANE LightRun lightOver(const float* opacity, const OcclusionPath* paths, int count,
+                                const Visit& visit) {
     using native::OcclusionSum;
     using single::F;
     LightRun sum = runwise([](int) { return F(0.0f); });
     for (const OcclusionPath* path = paths; path != paths + count; ++path) {
-        const std::int64_t a = path->strideA, b = path->strideB;
-        LightRun through = runwise([](int) { return F(1.0f); }), seen = runwise([](int) { return F(0.0f); });
-        LightRun before = seen; // opacity, of what rejects
-        if constexpr (Kind == OcclusionSum::rejecting)
-            before = runwise([&](int r) { return single::load(opacity + r * single::kWidth); });
-        for (int n = 0; n < path->count; ++n) {
-            const OcclusionStep& step = path->steps[n];
-            const float* const from = opacity + step.offset;
-            const F weights[4] = {F(step.weight[0]), F(step.weight[1]), F(step.weight[2]), F(step.weight[3])};
-            const LightRun after = runwise([&](int r) {
-                const float* const q = from + r * single::kWidth;
-                F alpha = (weights[0] * single::load(q) + weights[1] * single::load(q + a)) +
-                          (weights[2] * single::load(q + b) + weights[3] * single::load(q + (a + b)));
-                if constexpr (Kind == OcclusionSum::rejecting) {
-                    const F last = before.v[r];
-                    before.v[r] = alpha;
-                    alpha = select(alpha + F(native::kRejectedFall) < last, F(0.0f), alpha);
-                }
-                return through.v[r] - through.v[r] * alpha;
-            });
+        const OcclusionStep* const steps = path->steps;
+        const int last = path->count - 1;
+        LightRun before = runwise([&](int r) { return between(opacity, steps[0], *path, r); });
+        LightRun through = runwise([&](int r) {
+            F alpha = before.v[r];
+            if constexpr (Kind == OcclusionSum::rejecting)
+                alpha = select(between(opacity, steps[1], *path, r) + F(native::kRejectedFall) < alpha,
+                               F(0.0f), alpha);
+            return leftOfHalf(alpha);
+        });
+        LightRun seen = runwise([](int) { return F(0.0f); });
+        // By what falls from a place to the next nothing is taken.
+        const auto taken = [&](int n, int r) {
+            F alpha = between(opacity, steps[n], *path, r);
+            if constexpr (Kind == OcclusionSum::rejecting) {
+                const F one = before.v[r];
+                before.v[r] = alpha;
+                alpha = select(alpha + F(native::kRejectedFall) < one, F(0.0f), alpha);
+            }
+            return alpha;
+        };
+        const auto see = [&](int n, const LightRun& from, const LightRun& to, F part) {
             if constexpr (Kind == OcclusionSum::local)
-                seen = runwise([&](int r) { return seen.v[r] + (through.v[r] + after.v[r]); });
+                seen = runwise([&](int r) { return seen.v[r] + part * (from.v[r] + to.v[r]); });
+            visit(steps[n], *path, from, to, part);
+        };
+        see(0, runwise([](int) { return F(1.0f); }), through, F(0.5f));
+        bool isDark = false;
+        for (int n = 1; n < last && !isDark; ++n) {
+            const LightRun after = runwise([&](int r) { return through.v[r] - through.v[r] * taken(n, r); });
+            see(n, through, after, F(1.0f));
             through = after;
-            if (n % kStepsBetweenLooks ==
-                kStepsBetweenLooks - 1) { // a run together, however many lanes there are
+            if (n % kStepsBetweenLooks == 0) { // a run together, however many lanes there are
                 unsigned lit = 0;
                 for (const F& t : through.v)
                     lit |= bits(F(kNoLight) < t);
-                if (lit == 0)
-                    break;
+                isDark = lit == 0;
             }
+        }
+        if (!isDark) {
+            const LightRun after = runwise([&](int r) { return through.v[r] * leftOfHalf(taken(last, r)); });
+            see(last, through, after, F(0.5f));
+            through = after;
         }
         const LightRun& got = Kind == OcclusionSum::local ? seen : through;
         sum = runwise([&](int r) { return sum.v[r] + F(path->share) * got.v[r]; });
     }
+    return sum;
+}
+TESSERA_LANE void addRun(const LightRun& run, float* light) {
     for (int r = 0; r < native::kOcclusionRun / single::kWidth; ++r) {
         float* const to = light + r * single::kWidth;
-        single::store(to, single::load(to) + sum.v[r]);
+        single::store(to, single::load(to) + run.v[r]);
     }
+}
+
+template <native::OcclusionSum Kind>
+inline void occludeBy(const float* opacity, const OcclusionPath* paths, int count, float* light) {
+    addRun(lightOver<Kind>(opacity, paths, count,
+                           [](const OcclusionStep&, const OcclusionPath&, const LightRun&, const LightRun&,
+                              single::F) {}),
+           light);
+}
+
+inline void occludeAndShine(const float* opacity, const float* const (&emission)[3],
+                            const OcclusionPath* paths, int count, float* light, float* const (&shine)[3]) {
+    using single::F;
+    LightRun sum[3];
+    for (LightRun& run : sum)
+        run = runwise([](int) { return F(0.0f); });
+    const LightRun open = lightOver<native::OcclusionSum::local>(
+        opacity, paths, count,
+        [&](const OcclusionStep& step, const OcclusionPath& path, const LightRun& from, const LightRun& to,
+            F part) {
+            const F share = F(path.share) * part;
+            for (int c = 0; c < 3; ++c)
+                sum[c] = runwise([&](int r) {
+                    return sum[c].v[r] +
+                           (share * (from.v[r] + to.v[r])) * between(emission[c], step, path, r);
+                });
+        });
+    addRun(open, light);
+    for (int c = 0; c < 3; ++c)
+        addRun(sum[c], shine[c]);
 }
 
 inline void occlude(const float* opacity, const OcclusionPath* paths, int count, native::OcclusionSum sum,

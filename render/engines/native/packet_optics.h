@@ -196,6 +196,17 @@ TESSERA_LANE leaf::Material<F, I> materialAt(const PacketOptics& o, F place) {
     return material;
 }
 
+/// Light that what has such values sends. @param place  in the table
+TESSERA_LANE F3 emissionAt(const PacketOptics& o, F place) {
+    F3 sent{F(0.0f), F(0.0f), F(0.0f)};
+    for (int i = 0; i < o.materialCount; ++i) {
+        const leaf::MaterialNumbers& m = o.materials[i];
+        const M here = (place >= F(m.from)) & (place < F(m.to));
+        sent = select(here, F3{F(m.emission[0]), F(m.emission[1]), F(m.emission[2])}, sent);
+    }
+    return sent;
+}
+
 /// By the scene's own lights. @param direction  patient space
 /// @param middle, place  of the samples: voxels; of their values, for materials
 template <typename Received>
@@ -214,7 +225,8 @@ inline __attribute__((noinline)) F3 shadedByLights(const PacketOptics& o, const 
     };
     if (o.materialCount == 0)
         return by(leaf::Material<F>{F(o.ambient), F(o.diffuse), F(o.specular), o.power});
-    return by(materialAt(o, place));
+    const F3 lit = by(materialAt(o, place));
+    return o.lighting.emits ? lit + emissionAt(o, place) : lit;
 }
 
 } // namespace tessera::TESSERA_LANES

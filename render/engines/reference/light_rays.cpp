@@ -42,6 +42,9 @@ const Rule& gauss4() {
     return rule;
 }
 
+/// More than this no light of voxels can be.
+constexpr double kMostLight = 65535 / double{leaf::kLightOne};
+
 /// (1 - exp(-depth)) / depth: the mean of what is left of light along a piece of one extinction.
 double meanLeft(double depth) {
     return depth > 1e-8 ? -std::expm1(-depth) / depth : 1 - 0.5 * depth;
@@ -75,21 +78,27 @@ LightRays::LightRays(const VolumeInfo& info, const Obstacles& obstacles, const L
                      const std::vector<bool>& emptyCells, LatticeReader& samples, int panels)
     : info_(info), obstacles_(obstacles), sources_(sources), emptyCells_(emptyCells), samples_(samples),
       cells_(cellGrid(info.extentVoxels)), panels_(panels),
-      channels_(static_cast<int>(sources.casters.size()) + (sources.hasOcclusion ? 1 : 0)),
+      channels_(static_cast<int>(sources.casters.size()) + sources.ambientChannels),
       rejects_(sources.hasOcclusion && sources.occlusion.method == OcclusionMethod::rejecting),
-      toPatient_(info.patientFromVoxel), toVoxels_(glm::inverse(info.patientFromVoxel)) {}
+      gathersEmission_(sources.ambientChannels > 1), toPatient_(info.patientFromVoxel),
+      toVoxels_(glm::inverse(info.patientFromVoxel)) {}
 
 LightShares LightRays::at(const glm::dvec3& voxel) {
     LightShares shares{};
     std::size_t channel = 0;
     const glm::dvec3 place(toPatient_ * glm::dvec4(voxel, 1));
     if (sources_.hasOcclusion) {
-        double sum = 0;
-        for (const glm::dvec3& direction : sources_.directions)
-            sum += openness(place, direction);
-        shares[channel++] =
-            std::pow(sources_.occlusion.bias + sum / static_cast<double>(sources_.directions.size()),
-                     sources_.occlusion.gamma);
+        const Occlusion& occlusion = sources_.occlusion;
+        GatheredLight sum;
+        for (const SphereDirection& direction : sources_.directions) {
+            const GatheredLight light = gathered(place, direction.towards);
+            sum.open += direction.part * light.open;
+            sum.sent += direction.part * light.sent;
+        }
+        for (int c = 0; c < sources_.ambientChannels; ++c) {
+            const double all = occlusion.bias + sum.open + occlusion.emission * sum.sent[c];
+            shares[channel++] = std::min(kMostLight, std::pow(all, occlusion.gamma));
+        }
     }
     for (const LightSources::Caster& light : sources_.casters) {
         glm::dvec3 from = place;
@@ -111,14 +120,15 @@ double LightRays::shadow(const glm::dvec3& place, const glm::dvec3& direction, d
     return walk<false>(place, direction, mm).left;
 }
 
-double LightRays::openness(const glm::dvec3& place, const glm::dvec3& direction) {
+GatheredLight LightRays::gathered(const glm::dvec3& place, const glm::dvec3& direction) {
     const double from = sources_.occlusion.offsetMm, mm = sources_.occlusion.radiusMm - from;
     if (!(mm > 0))
-        return 1; // what it comes to as the ends meet
+        return {1, {}}; // what it comes to as the ends meet
     const glm::dvec3 first = place + from * direction;
+    const Walk light = walk<true>(first, direction, mm);
     if (sources_.occlusion.method == OcclusionMethod::local)
-        return walk<true>(first, direction, mm).seen / mm;
-    return walk<true>(first, direction, mm).left;
+        return {light.seen / mm, light.sent / mm};
+    return {light.left, {}};
 }
 
 template <bool withSeen>
@@ -192,6 +202,7 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
         const FunctionPiece function = obstacles_.pieceAround(inside);
         const auto extinctionAt = [&](double u) { return function.extinctionAt(function.value(cubic(u))); };
         const bool isNothing = function.isTransparent() && behind == 0;
+        const double seenBefore = walk.seen;
         if (isNothing || (rejects && !function.hasOneExtinction() && extinctionAt(to) < extinctionAt(from))) {
             walk.seen += walk.left * length * (to - from);
         } else if (function.hasOneExtinction()) {
@@ -203,6 +214,8 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
                 throughPiece<withSeen>(cubic, function, behind, from + (to - from) * n / panels_,
                                        from + (to - from) * (n + 1) / panels_, length, walk, 0);
         }
+        if (gathersEmission_ && !isNothing)
+            walk.sent += (walk.seen - seenBefore) * obstacles_.emission(inside);
     }
 }
 

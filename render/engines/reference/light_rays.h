@@ -22,6 +22,12 @@ namespace tessera {
 /// Shares of light by channel (LightingNumbers): occlusion first, then every light that casts a shadow.
 using LightShares = std::array<double, leaf::kMostLightChannels>;
 
+/// What one ray of occlusion brings: equation 6.5's two parts.
+struct GatheredLight {
+    double open = 0;    // of the light that comes from all sides
+    glm::dvec3 sent{0}; // by tissue on its way
+};
+
 /// What stands in the light's way: the function, and behind each isosurface what lets as much light through a
 /// voxel's length as the surface does. Stored values.
 class Obstacles {
@@ -31,6 +37,7 @@ class Obstacles {
     /// Where extinction is not smooth, ascending.
     const std::vector<double>& kinks() const { return kinks_; }
     bool emptyOver(double lo, double hi) const;
+    glm::dvec3 emission(double stored) const { return function_.emission(stored); }
     FunctionPiece pieceAround(double stored) const { return function_.pieceAround(stored); }
     /// Of the surfaces that a value is behind, 1/mm.
     double behindSurfaces(double stored) const;
@@ -57,15 +64,19 @@ class LightRays {
     double shadow(const glm::dvec3& place, const glm::dvec3& direction, double mm);
     /// Equation 6.1 for one direction; by the scene's method only what is left of light at the ray's end, and
     /// only what grows denser along it, or stays as it is, taking any.
-    double openness(const glm::dvec3& place, const glm::dvec3& direction);
+    double openness(const glm::dvec3& place, const glm::dvec3& direction) {
+        return gathered(place, direction).open;
+    }
+    GatheredLight gathered(const glm::dvec3& place, const glm::dvec3& direction);
 
     /// Below this share of light the rest of a ray is dark.
     static constexpr double kDark = 1e-6;
 
   private:
     struct Walk {
-        double left = 1; // of the light
-        double seen = 0; // its integral over the ray, mm
+        double left = 1;    // of the light
+        double seen = 0;    // its integral over the ray, mm
+        glm::dvec3 sent{0}; // the same, of light that tissue sends
     };
     template <bool withSeen> Walk walk(const glm::dvec3& place, const glm::dvec3& direction, double mm);
     template <bool withSeen> void throughCell(const ReferenceRay& ray, double ta, double tb, Walk& walk);
@@ -80,7 +91,7 @@ class LightRays {
     LatticeReader& samples_;
     glm::ivec3 cells_;
     int panels_, channels_;
-    bool rejects_;
+    bool rejects_, gathersEmission_;
     glm::dmat4 toPatient_, toVoxels_;
     std::vector<double> cuts_;
 };

@@ -3,7 +3,6 @@
 
 #include "core/brick.h"
 #include "render/engines/reference/stored_function.h"
-#include "render/light/directions.h"
 
 #include <array>
 #include <cmath>
@@ -47,6 +46,7 @@ glm::dvec3 middleOfWhatShows(const ReferenceInput& input) {
 
 LightSources::LightSources(const ReferenceInput& input) {
     hasOcclusion = input.lighting.occlusion.has_value();
+    ambientChannels = tessera::ambientChannels(input.lighting);
     if (hasOcclusion) {
         occlusion = *input.lighting.occlusion;
         directions = sphereDirections(occlusion.rays);

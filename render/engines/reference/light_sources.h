@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/engines/reference/reference.h"
+#include "render/light/directions.h"
 
 #include <glm/vec3.hpp>
 #include <vector>
@@ -23,7 +24,8 @@ class LightSources {
     };
     bool hasOcclusion = false;
     Occlusion occlusion;
-    std::vector<glm::dvec3> directions; // of occlusion
+    std::vector<SphereDirection> directions; // of occlusion
+    int ambientChannels = 0;                 // of light from all sides
     std::vector<Caster> casters;
     double offsetMm = 0;
 };

@@ -63,11 +63,13 @@ class LightAlongRay {
             const leaf::Material<V> answer{V(material.ambient), V(material.diffuse), V(material.specular),
                                            material.power};
             const V most(std::numeric_limits<double>::max());
-            if (received_)
-                return leaf::litBy<V>(optics_.lighting, gradient, direction, answer, most, toPoint,
-                                      received_->at(u, optics_.lighting));
-            return leaf::litBy<V>(optics_.lighting, gradient, direction, answer, most, toPoint,
-                                  leaf::AllLight());
+            leaf::Lit<V> lit = received_ ? leaf::litBy<V>(optics_.lighting, gradient, direction, answer, most,
+                                                          toPoint, received_->at(u, optics_.lighting))
+                                         : leaf::litBy<V>(optics_.lighting, gradient, direction, answer, most,
+                                                          toPoint, leaf::AllLight());
+            for (int c = 0; c < 3 && optics_.lighting.emits; ++c)
+                lit.add[c] = lit.add[c] + V(material.emission[c]);
+            return lit;
         }
         decltype(u > u) isLit{};
         const leaf::HeadLight<V> light = leaf::headLight<V>(

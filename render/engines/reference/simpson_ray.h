@@ -214,7 +214,11 @@ class SimpsonRay {
                                         double{optics_.phong.z}, optics_.specularPower};
         for (const Material& m : function_.materials())
             if (m.from <= physical(stored) && physical(stored) < m.to)
-                material = {m.ambient, m.diffuse, m.specular, m.specularPower};
+                material = {m.ambient,
+                            m.diffuse,
+                            m.specular,
+                            m.specularPower,
+                            {m.emission.r, m.emission.g, m.emission.b}};
         return shade(optics_, colour, gradient, ray.direction, ray.base + t * ray.direction, material);
     }
 

@@ -86,12 +86,24 @@ class StoredFunction {
     double extinction(double stored) const { return function_.extinction(slope_ * stored + intercept_); }
     FunctionPiece pieceAround(double stored) const { return {function_, slope_, intercept_, stored}; }
     const std::vector<double>& kinks() const { return kinks_; }
+    /// What tissue sends of light of its own.
+    glm::dvec3 emission(double stored) const {
+        const double value = slope_ * stored + intercept_;
+        for (const Material& m : function_.materials())
+            if (m.from <= value && value < m.to)
+                return m.emission;
+        return glm::dvec3(0);
+    }
     /// What answers to light where the function names none: optics' own.
     leaf::Material<double> materialAt(double stored, const Optics& optics) const {
         const double value = slope_ * stored + intercept_;
         for (const Material& m : function_.materials())
             if (m.from <= value && value < m.to)
-                return {m.ambient, m.diffuse, m.specular, m.specularPower};
+                return {m.ambient,
+                        m.diffuse,
+                        m.specular,
+                        m.specularPower,
+                        {m.emission.r, m.emission.g, m.emission.b}};
         return {double{optics.phong.x}, double{optics.phong.y}, double{optics.phong.z}, optics.specularPower};
     }
     /// Those with an opacity, by value, ascending.

@@ -18,6 +18,8 @@ Report skippingReport(const Workbench& bench);
 Report reductionsReport(const Workbench& bench);
 /// Predicted against true errors, and choices made by them and by less (prediction.cpp).
 Report predictionReport(const Workbench& bench);
+/// Ambient occlusion at data reductions: table 6.1 (occlusion_cost.cpp).
+Report occlusionReport(const Workbench& bench);
 /// What fills a picture, by what its camera is fitted to (framing.cpp).
 Report framingReport(const Workbench& bench);
 /// Normals by the kind of gradient, against surfaces' own (grain.cpp).

@@ -233,12 +233,13 @@ Camera cameraNamed(const std::string& name, const VolumeInfo& info, const glm::i
 }
 
 SceneBench::SceneBench(const Workbench& bench, const BenchVolume& volume, const std::string& preset,
-                       const std::string& camera, int pixels)
+                       const std::string& camera, int pixels, const Lighting& lighting)
     : bench_(bench), context_({bench.device}), name_(volume.name + ", " + preset + ", " + camera),
       ram_("RAM", "--ram", bench.ramBytes / 2), analysisRam_("RAM", "--ram", bench.ramBytes / 2),
       gpu_("GPU memory", "--gpu-memory", kAmpleGpuBytes), store_(volume.store, ram_) {
     const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
-    const Scene scene = sceneOf(volume, preset, camera, store_.info(), bench.pixels());
+    Scene scene = sceneOf(volume, preset, camera, store_.info(), bench.pixels());
+    scene.lighting = lighting;
     prepared_ = planScene(scene, store_, limits, ram_, gpu_, 0, LevelChoice::oneForAll);
     if (pixels > 0)
         prepared_.view.frame =
@@ -264,6 +265,7 @@ Drawn SceneBench::draw(Selection selection, const Setting& setting) {
     caster->begin(raysOf(p));
     drawToTheEnd(*caster, engine, p, Slicing{}, drawn.work);
     drawn.image = caster->image();
+    drawn.light = engine.lightReport();
     bench_.common.detail(name_ + ": marched in " + formatNumber(drawn.work.marchMs, 3) + " ms");
     return drawn;
 }

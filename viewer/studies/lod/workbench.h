@@ -86,6 +86,7 @@ struct Setting {
 struct Drawn {
     Image image;
     Work work;
+    std::optional<LightReport> light; // of voxels, where the scene has any
 };
 
 /// A volume, a function and a camera on a device. One at a time: its GL context is the current one.
@@ -94,7 +95,7 @@ class SceneBench {
     /// Levels are always chosen for bench.pixels().
     /// @param pixels  of the pictures that are drawn, an axis; 0: bench.pixels()
     SceneBench(const Workbench& bench, const BenchVolume& volume, const std::string& preset,
-               const std::string& camera, int pixels = 0);
+               const std::string& camera, int pixels = 0, const Lighting& lighting = {});
     const ScenePlan& prepared() const { return prepared_; }
     const VolumeInfo& info() const { return prepared_.info(); }
     const StoreReader& store() const { return store_; }

@@ -1,6 +1,6 @@
 // march_lights.glsl: the scene's own lights, and what answers to them; twin of litBy() in render/contract/leaves.h,
 // operation by operation.
-// Needs FEATURE_LIGHTS, FEATURE_MATERIALS, march_optics.glsl, march_segment.glsl. Gives ReceivedLight, allLight(),
+// Needs FEATURE_LIGHTS, FEATURE_MATERIALS, FEATURE_EMISSION, march_optics.glsl, march_segment.glsl. Gives ReceivedLight, allLight(),
 // materialPlace(front, back), shadeByLights(...).
 
 #if FEATURE_LIGHTS
@@ -43,6 +43,19 @@ Material materialAt(float place) {
             material = Material(uMaterialPhong[i], uMaterialPower[i]);
     return material;
 }
+
+#if FEATURE_EMISSION
+uniform vec3 uMaterialEmission[kMostMaterials];
+
+// Light that what has such a value sends.
+vec3 emissionAt(float place) {
+    vec3 sent = vec3(0.0);
+    TURNS(8);
+    for (int i = 0; i < uMaterials; ++i)
+        if (place >= uMaterialPlaces[i].x && place < uMaterialPlaces[i].y) sent = uMaterialEmission[i];
+    return sent;
+}
+#endif
 
 // Of the value halfway between a segment's ends.
 float materialPlace(SegmentEnd front, SegmentEnd back) {
@@ -128,6 +141,9 @@ vec3 shadeByLights(vec3 colour, vec3 gradient, vec3 direction, vec3 p, float pla
     precise vec3 scale = volume + weight * (surface - volume);
     precise vec3 add = weight * (m.phong.z * mirrored);
     precise vec3 lit = colour * scale + add;
+#if FEATURE_EMISSION && FEATURE_MATERIALS
+    lit = lit + emissionAt(place);
+#endif
     return lit;
 }
 #endif

@@ -1,12 +1,15 @@
 // sampler_light.glsl: light of voxels: the field of sampler_field.glsl over the planes of light, which lie in the same slots;
 // twin of NativeField::received() and StoredLight. Always by texels and float arithmetic: there are no filtered fetches of it.
-// Needs FEATURE_VOXEL_LIGHT, sampler_field.glsl, march_lights.glsl. Gives receivedLight(p).
+// Needs FEATURE_VOXEL_LIGHT, FEATURE_EMISSION, sampler_field.glsl, march_lights.glsl. Gives receivedLight(p).
 
 #if FEATURE_VOXEL_LIGHT
 uniform sampler3D uLightTexels;   // a component a channel, at the texels of the atlas
 uniform sampler3D uLightStanding; // of bricks that stand as one value
 uniform int uOcclusionChannel;    // -1: none
 uniform int uLightChannel[kMostLights];
+#if FEATURE_EMISSION
+uniform int uAmbientChannels; // of light from all sides: one for all colours, or the first three
+#endif
 
 vec4 lightTexels(vec4 texel) { return floor(texel * 65535.0 + 0.5); }
 vec4 lightAt(ivec3 at) {
@@ -107,6 +110,9 @@ ReceivedLight receivedLight(vec3 p) {
     precise vec4 light = lightTexelsAt(p) * (1.0 / 16384.0);
     ReceivedLight received = allLight();
     if (uOcclusionChannel >= 0) received.fromAllSides = vec3(light[uOcclusionChannel]);
+#if FEATURE_EMISSION
+    if (uAmbientChannels > 1) received.fromAllSides = light.rgb;
+#endif
     TURNS(4);
     for (int i = 0; i < kMostLights; ++i)
         if (uLightChannel[i] >= 0) received.from[i] = light[uLightChannel[i]];
