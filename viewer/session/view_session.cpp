@@ -8,6 +8,7 @@
 #include "viewer/session/display_pixels.h"
 #include "viewer/session/frame_pace.h"
 #include "viewer/session/picking.h"
+#include "viewer/session/slice_thread.h"
 #include "viewer/session/still.h"
 #include "viewer/session/volume_histogram.h"
 #if TESSERA_WITH_IMAGE_FILES
@@ -29,20 +30,22 @@ using std::chrono::milliseconds;
 
 constexpr int kHistogramBinsSeen = 256;
 constexpr double kMovingStepVoxels = 1;
-constexpr milliseconds kTurn{20}; // after which wishes are looked at again
+constexpr milliseconds kTurn{20};      // after which wishes are looked at again
+constexpr std::size_t kSliceParts = 8; // of the RAM, one is for the three planes
 /// Pictures that are kept at once: the one that is shown, the next, and the one that a window still reads.
 constexpr std::size_t kKeptPictures = 3;
 
 /// All that belongs to an open volume. In the order in which it must be let go, backwards.
 struct Open {
     Open(const ViewSessionOptions& options, const fs::path& named)
-        : path(named), ram("RAM", "--ram", options.ramBytes / 2),
+        : path(named), ram("RAM", "--ram", options.ramBytes / 2 - options.ramBytes / kSliceParts),
           gpu("GPU memory", "--gpu-memory", options.gpuBytes / 2),
+          sliceRam("RAM", "--ram", options.ramBytes / kSliceParts),
           stillRam("RAM", "--ram", options.ramBytes / 2),
           stillGpu("GPU memory", "--gpu-memory", options.gpuBytes / 2) {}
 
     fs::path path;
-    Ledger ram, gpu, stillRam, stillGpu;
+    Ledger ram, gpu, sliceRam, stillRam, stillGpu;
     std::unique_ptr<StoreReader> store;
     Charge pictures;
     std::shared_ptr<Engine> engine;
@@ -126,6 +129,15 @@ class ViewSession final : public Viewing {
         }
         return state;
     }
+    void showSlices(const SliceWish& wish) override {
+        const std::lock_guard lock(mutex_);
+        if (slices_)
+            slices_->show(wish);
+    }
+    std::shared_ptr<const ShownSlices> slices() const override {
+        const std::lock_guard lock(mutex_);
+        return slices_ ? slices_->shown() : nullptr;
+    }
     std::uint64_t pick(const glm::dvec2& place) override {
         std::uint64_t number = 0;
         {
@@ -147,6 +159,12 @@ class ViewSession final : public Viewing {
     }
 
   private:
+    /// Ends the planes' thread, before what it reads goes.
+    void dropSlices() {
+        std::unique_ptr<SliceThread> last; // ends after the lock
+        const std::lock_guard lock(mutex_);
+        last.swap(slices_);
+    }
     struct ToOpen {
         fs::path path;
         glm::ivec2 pictureSize{0};
@@ -186,6 +204,7 @@ class ViewSession final : public Viewing {
     std::optional<PickedPlace> picked_;
     ViewingState state_;
     std::shared_ptr<Progress> opening_;
+    std::unique_ptr<SliceThread> slices_; // of what is open
 
     // Of the thread alone.
     std::unique_ptr<Open> open_;
@@ -242,6 +261,7 @@ void ViewSession::run() {
         }
         options_.news();
     }
+    dropSlices();
     open_.reset(); // here: engines belong to the thread
 }
 
@@ -269,7 +289,8 @@ void ViewSession::openVolume(const ToOpen& what) {
         const VolumeInfo& info = next->store->info();
         if (const auto* name = std::get_if<std::string>(&volume.transferFunction); name && name->empty())
             volume.transferFunction = std::string(info.unit == "HU" || volume.unit == "HU" ? "bone" : "auto");
-        open_ = std::move(next); // the one before goes
+        dropSlices(); // of the one before, which goes
+        open_ = std::move(next);
         makeRenderer(scene);
         auto seen = std::make_shared<VolumeSeen>();
         seen->path = path;
@@ -280,7 +301,12 @@ void ViewSession::openVolume(const ToOpen& what) {
         seen->scene = open_->scene;
         seen->histogram = volumeHistogram(open_->renderer->volume(), seen->values.lowest,
                                           seen->values.highest, kHistogramBinsSeen);
+        std::unique_ptr<SliceThread> slices;
+        if (open_->sliceRam.freeBytes() > 2 * SliceThread::floorBytes(info, options_.threads))
+            slices = std::make_unique<SliceThread>(*open_->store, open_->sliceRam, options_.threads,
+                                                   options_.news);
         const std::lock_guard lock(mutex_);
+        slices_ = std::move(slices);
         opening_.reset();
         volume_ = std::move(seen);
         picture_.reset();
@@ -464,7 +490,8 @@ void ViewSession::tellState(const InteractiveRenderer::Progress& progress) {
     Open& o = *open_;
     const InteractiveRenderer& r = *o.renderer;
     ViewingState s;
-    s.ramUsed = o.ram.usedBytes() + o.stillRam.usedBytes(), s.ramLimit = options_.ramBytes;
+    s.ramUsed = o.ram.usedBytes() + o.sliceRam.usedBytes() + o.stillRam.usedBytes(),
+    s.ramLimit = options_.ramBytes;
     s.gpuUsed = o.gpu.usedBytes() + o.stillGpu.usedBytes(), s.gpuLimit = options_.gpuBytes;
     const Selection& has = r.resident();
     s.bricks = has.levels.size();

@@ -6,6 +6,7 @@
 #include "core/preset.h" // ValueSummary
 #include "core/scene.h"
 #include "core/volume.h"
+#include "viewer/session/slice_frame.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -93,6 +94,11 @@ class Viewing {
     /// The newest picture, null before there is one. Another pointer for another picture.
     virtual std::shared_ptr<const ShownPicture> picture() const = 0;
     virtual ViewingState state() const = 0;
+
+    /// The three planes that are wanted from now on; until then none is drawn.
+    virtual void showSlices(const SliceWish& wish) = 0;
+    /// The newest, null before there is one. Another pointer for others.
+    virtual std::shared_ptr<const ShownSlices> slices() const = 0;
 
     /// Asks what is under a place of the picture, in pixels of the scene's picture. Returns the question's
     /// number.

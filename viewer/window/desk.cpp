@@ -40,6 +40,11 @@ void Desk::update() {
         if (volume_) {
             scene_ = volume_->scene;
             settings_.opened(volume_->path);
+            const VolumeInfo& info = volume_->info;
+            slices_ = {};
+            slices_.placeMm =
+                glm::dvec3(info.patientFromVoxel * glm::dvec4(0.5 * glm::dvec3(info.extentVoxels), 1));
+            slices_.window = windowOf(std::string("auto"), volume_->values);
         }
     }
     if (auto picture = viewing_.picture(); picture != picture_ && volume_) {
@@ -115,6 +120,11 @@ bool Desk::settle() {
         asked_ = viewing_.show(scene_, false);
     }
     return owesRest_ || message_;
+}
+
+void Desk::setSlices(const SliceWish& wish) {
+    slices_ = wish;
+    viewing_.showSlices(wish);
 }
 
 void Desk::undo() {

@@ -62,6 +62,9 @@ class Desk {
     void setScene(const Scene& scene, bool moving);
     void setCamera(const Camera& camera, bool moving);
     void setFunction(const TransferFunction& function, bool moving);
+    /// The three planes beside the volume, and what is asked of them.
+    const SliceWish& slices() const { return slices_; }
+    void setSlices(const SliceWish& wish);
     /// Of the picture, pixels. Waits until the size has stayed for a moment.
     void setPictureSize(const glm::ivec2& size);
     /// An edit begins that undo() takes back.
@@ -86,7 +89,7 @@ class Desk {
     /// Whether all that was asked has been sent, for good.
     bool hasAsked() const { return !owesRest_ && (wantedSize_ == scene_.imageSize || !volume_); }
 
-    bool showPanels = true, showHelp = false, flying = false;
+    bool showPanels = true, showSlices = true, showHelp = false, flying = false;
 
   private:
     void send(bool moving);
@@ -100,6 +103,7 @@ class Desk {
     ViewingState state_;
     Scene scene_;
     History history_;
+    SliceWish slices_;
     std::optional<Message> message_;
     Latency latency_;
     bool owesRest_ = false;

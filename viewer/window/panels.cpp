@@ -84,6 +84,27 @@ void Panels::view(Desk& desk) {
         desk.resetCamera();
 }
 
+void Panels::planes(Desk& desk) {
+    ImGui::Checkbox("beside the volume (X)", &desk.showSlices);
+    SliceWish wish = desk.slices();
+    bool changed = false;
+    if (ImGui::BeginCombo("window", "choose ...")) {
+        for (const std::string& name : windowNames())
+            if (ImGui::Selectable(name.c_str())) {
+                wish.window = windowOf(name, desk.volume()->values);
+                changed = true;
+            }
+        ImGui::EndCombo();
+    }
+    float window[2] = {static_cast<float>(wish.window.centre), static_cast<float>(wish.window.width)};
+    if (ImGui::DragFloat2("centre, width", window, 2, 0, 0, "%.0f") && window[1] > 0) {
+        wish.window = {static_cast<double>(window[0]), static_cast<double>(window[1])};
+        changed = true;
+    }
+    if (changed)
+        desk.setSlices(wish);
+}
+
 void Panels::light(Desk& desk) {
     if (lookOf_ != desk.asked()) {
         lookOf_ = desk.asked();
@@ -205,6 +226,7 @@ void Panels::draw(Desk& desk, float height) {
         };
         part("View", [&] { view(desk); });
         part("Transfer function", [&] { function_.draw(desk); });
+        part("Planes", [&] { planes(desk); });
         part("Light", [&] { light(desk); });
         part(
             "Isosurfaces", [&] { surfaces(desk); }, false);
@@ -226,7 +248,10 @@ void drawHelp(Desk& desk) {
                                        {"Alt + left drag", "shift and stretch the transfer function"},
                                        {"double click", "what is there comes to the middle"},
                                        {"1 ... 6", "anterior, posterior, left, right, superior, inferior"},
-                                       {"P", "perspective or parallel"},
+                                       {"P, X", "perspective or parallel; planes"},
+                                       {"planes: left drag", "the crosshair"},
+                                       {"planes: right drag", "window: centre, width"},
+                                       {"planes: wheel, Ctrl wheel", "through the volume; nearer"},
                                        {"R", "whole volume"},
                                        {"F; W A S D, Q E", "fly"},
                                        {"Ctrl Z, Ctrl Y", "undo, redo"},

@@ -20,6 +20,7 @@ class Panels {
   private:
     void files(Desk& desk);
     void view(Desk& desk);
+    void planes(Desk& desk);
     void light(Desk& desk);
     void surfaces(Desk& desk);
     void state(Desk& desk);

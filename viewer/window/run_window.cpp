@@ -11,10 +11,12 @@
 #include "viewer/window/panels.h"
 #include "viewer/window/picture_view.h"
 #include "viewer/window/script.h"
+#include "viewer/window/slice_panel.h"
 
 #include <algorithm>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
+#include <cmath>
 #include <cstring>
 #include <epoxy/gl.h> // before GLFW, which would include GL's own
 #define GLFW_INCLUDE_NONE
@@ -197,7 +199,17 @@ class Loop {
         const double panels = desk_.showPanels ? static_cast<double>(Panels::kWidth) : 0.0;
         area.from = {std::min(panels, size.x - 1.0), 0};
         area.size = glm::dvec2(size) - area.from;
+        if (desk_.showSlices && desk_.volume())
+            area.size.x = std::max(1.0, std::floor(area.size.x * (1 - SlicePanel::kShare)));
         area.pixelsPerUnit = size.x > 0 ? static_cast<double>(pixels.x) / size.x : 1;
+        return area;
+    }
+
+    /// What is right of the picture.
+    Area slicesBeside(const Area& picture) const {
+        Area area = picture;
+        area.from.x = picture.from.x + picture.size.x + 2;
+        area.size.x = window_.size().x - area.from.x;
         return area;
     }
 
@@ -226,6 +238,8 @@ class Loop {
         nameWindow();
         drawPicture(area);
         drawOverlays(desk_, area, hand_);
+        if (desk_.showSlices && desk_.volume())
+            slices_.draw(desk_, slicesBeside(area));
         panels_.draw(desk_, static_cast<float>(window_.size().y));
         drawHelp(desk_);
         ImGui::Render();
@@ -247,6 +261,8 @@ class Loop {
             desk_.showHelp = !desk_.showHelp;
         else if (key.key == GLFW_KEY_F12)
             desk_.savePicture();
+        else if (key.key == GLFW_KEY_X)
+            desk_.showSlices = !desk_.showSlices;
         else if (key.key == GLFW_KEY_TAB)
             desk_.showPanels = !desk_.showPanels;
         else
@@ -300,6 +316,7 @@ class Loop {
     Window window_;
     Gui gui_;
     PictureTexture texture_;
+    SlicePanel slices_;
     std::unique_ptr<Viewing> viewing_;
     Desk desk_;
     PictureHand hand_;

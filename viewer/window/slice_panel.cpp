@@ -1,0 +1,132 @@
+// viewer/window/slice_panel.cpp: see slice_panel.h.
+#include "viewer/window/slice_panel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <epoxy/gl.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <imgui.h>
+
+namespace tessera {
+namespace {
+
+constexpr ImU32 kLine[] = {IM_COL32(230, 90, 80, 150), IM_COL32(90, 200, 110, 150),
+                           IM_COL32(100, 150, 240, 150)};
+constexpr ImU32 kText = IM_COL32(235, 235, 235, 255);
+/// At the edges of each plane: left, right, upper, lower.
+constexpr const char* kLetters[3][4] = {{"R", "L", "A", "P"}, {"R", "L", "H", "F"}, {"A", "P", "H", "F"}};
+
+ImVec2 at(const glm::dvec2& p) {
+    return {static_cast<float>(p.x), static_cast<float>(p.y)};
+}
+
+} // namespace
+
+SlicePanel::SlicePanel() {
+    glGenTextures(static_cast<GLsizei>(textures_.size()), textures_.data());
+    for (const unsigned texture : textures_) {
+        glBindTexture(GL_TEXTURE_2D, texture);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    }
+}
+
+SlicePanel::~SlicePanel() {
+    glDeleteTextures(static_cast<GLsizei>(textures_.size()), textures_.data());
+}
+
+void SlicePanel::hand(Desk& desk, const Area& view, int plane, const SliceFrame& frame) {
+    const ImGuiIO& io = ImGui::GetIO();
+    const glm::dvec2 mouse(io.MousePos.x, io.MousePos.y);
+    const bool over = !io.WantCaptureMouse && mouse.x >= view.from.x && mouse.y >= view.from.y &&
+                      mouse.x < view.from.x + view.size.x && mouse.y < view.from.y + view.size.y;
+    SliceWish wish = desk.slices();
+    if (over && held_ < 0 && (ImGui::IsMouseClicked(0) || ImGui::IsMouseClicked(1))) {
+        held_ = plane;
+        windows_ = ImGui::IsMouseClicked(1);
+    }
+    if (held_ == plane && !ImGui::IsMouseDown(0) && !ImGui::IsMouseDown(1))
+        held_ = -1;
+    if (held_ == plane && windows_) {
+        wish.window.centre += static_cast<double>(io.MouseDelta.y) * wish.window.width / 300;
+        wish.window.width =
+            std::max(1e-3, wish.window.width * std::exp2(static_cast<double>(io.MouseDelta.x) / 150));
+    } else if (held_ == plane) {
+        wish.placeMm = frame.patientFromPicture(view.pictureFromWindow(mouse));
+    } else if (over && io.MouseWheel != 0 && io.KeyCtrl) {
+        wish.zoom = std::clamp(wish.zoom * std::exp2(0.25 * static_cast<double>(io.MouseWheel)), 1.0, 32.0);
+    } else if (over && io.MouseWheel != 0) { // through the volume, a voxel a notch
+        const glm::dvec3 spacing = desk.volume()->info.spacingMm();
+        const double step = plane == 0 ? spacing.z : plane == 1 ? spacing.y : spacing.x;
+        wish.placeMm += static_cast<double>(io.MouseWheel) * step * frame.pose.normal;
+    }
+    if (!(wish == desk.slices()))
+        desk.setSlices(wish);
+}
+
+void SlicePanel::draw(Desk& desk, const Area& area) {
+    if (!desk.volume() || area.size.x < 20)
+        return;
+    SliceWish wish = desk.slices();
+    std::array<Area, 3> views;
+    for (std::size_t n = 0; n < 3; ++n) {
+        views[n] = area;
+        views[n].size.y = area.size.y / 3 - 2;
+        views[n].from.y += static_cast<double>(n) * area.size.y / 3;
+        wish.sizes[n] = views[n].pixels();
+    }
+    if (!(wish == desk.slices()))
+        desk.setSlices(wish);
+    if (const auto shown = desk.viewing().slices(); shown != shown_) {
+        shown_ = shown;
+        for (std::size_t n = 0; shown && n < 3; ++n) {
+            const ShownSlice& plane = shown->planes[n];
+            if (plane.display.empty())
+                continue;
+            glBindTexture(GL_TEXTURE_2D, textures_[n]);
+            glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+            glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, plane.frame.size.x, plane.frame.size.y, 0, GL_RGBA,
+                         GL_UNSIGNED_BYTE, plane.display.data());
+        }
+    }
+    ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+    for (std::size_t n = 0; n < 3; ++n) {
+        const Area& view = views[n];
+        const SliceFrame frame = sliceFrame(desk.volume()->info, static_cast<Orientation>(n),
+                                            desk.slices().placeMm, view.pixels(), desk.slices().zoom);
+        hand(desk, view, static_cast<int>(n), frame);
+        draw.PushClipRect(at(view.from), at(view.from + view.size));
+        draw.AddRectFilled(at(view.from), at(view.from + view.size), IM_COL32(0, 0, 0, 255));
+        if (shown_ && !shown_->planes[n].display.empty())
+            draw.AddImage(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(textures_[n])),
+                          at(view.from), at(view.from + view.size));
+        const glm::dvec2 cross =
+            view.from + frame.pictureFromPatient(desk.slices().placeMm) / view.pixelsPerUnit;
+        // A line is the plane that it stands for: axial, coronal, sagittal.
+        const std::size_t across = n == 0 ? 1 : 0, along = n == 2 ? 1 : 2;
+        draw.AddLine(at({view.from.x, cross.y}), at({view.from.x + view.size.x, cross.y}), kLine[across]);
+        draw.AddLine(at({cross.x, view.from.y}), at({cross.x, view.from.y + view.size.y}), kLine[along]);
+        draw.AddRect(at(view.from), at(view.from + view.size - 1.0), kLine[n]);
+        const glm::dvec2 middle = view.from + 0.5 * view.size;
+        draw.AddText(at({view.from.x + 5, middle.y - 7}), kText, kLetters[n][0]);
+        draw.AddText(at({view.from.x + view.size.x - 14, middle.y - 7}), kText, kLetters[n][1]);
+        draw.AddText(at({middle.x - 4, view.from.y + 3}), kText, kLetters[n][2]);
+        draw.AddText(at({middle.x - 4, view.from.y + view.size.y - 18}), kText, kLetters[n][3]);
+        if (n == 0 && shown_) {
+            char text[96];
+            std::snprintf(text, sizeof text, "%.4g %s   C %.0f W %.0f", shown_->value,
+                          desk.volume()->info.unit.c_str(), shown_->wish.window.centre,
+                          shown_->wish.window.width);
+            draw.AddText(at({view.from.x + 5, view.from.y + 3}), kText, text);
+        }
+        if (shown_ && !shown_->fine)
+            draw.AddText(at({view.from.x + 5, view.from.y + view.size.y - 18}), IM_COL32(255, 190, 70, 255),
+                         "coarse");
+        draw.PopClipRect();
+    }
+}
+
+} // namespace tessera

@@ -1,0 +1,35 @@
+// viewer/window/slice_panel.h: the three planes beside the volume, linked by a crosshair, and the hand on
+// them.
+#pragma once
+
+#include "viewer/window/desk.h"
+#include "viewer/window/picture_view.h" // Area
+
+#include <array>
+#include <memory>
+
+namespace tessera {
+
+class SlicePanel {
+  public:
+    /// Part of the window's width that the planes take.
+    static constexpr double kShare = 0.28;
+
+    SlicePanel();
+    ~SlicePanel();
+    SlicePanel(const SlicePanel&) = delete;
+    SlicePanel& operator=(const SlicePanel&) = delete;
+    /// Draws them into the area, one above the other, and takes what a hand does there. While ImGui's frame
+    /// is open.
+    void draw(Desk& desk, const Area& area);
+
+  private:
+    void hand(Desk& desk, const Area& view, int plane, const SliceFrame& frame);
+
+    std::array<unsigned, 3> textures_{};
+    std::shared_ptr<const ShownSlices> shown_;
+    int held_ = -1;        // plane under a button that is down
+    bool windows_ = false; // it changes the window, not the place
+};
+
+} // namespace tessera
