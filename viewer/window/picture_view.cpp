@@ -177,9 +177,12 @@ bool PictureHand::handle(Desk& desk, const Area& area) {
     }
     if (const auto& picked = desk.picked(); picked && centreOn_ != 0 && picked->number >= centreOn_) {
         centreOn_ = 0;
-        if (picked->hit)
+        if (picked->hit) {
+            SliceWish planes = desk.slices();
+            planes.placeMm = picked->mm;
+            desk.setSlices(planes);
             desk.setCamera(centredOn(desk.camera(), picked->mm), false);
-        else
+        } else
             desk.tell("nothing is seen there");
     }
     const bool another = pickedAt_ != pointer_ || pickedFor_ != desk.asked();

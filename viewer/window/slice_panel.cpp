@@ -120,7 +120,7 @@ void SlicePanel::draw(Desk& desk, const Area& area) {
             std::snprintf(text, sizeof text, "%.4g %s   C %.0f W %.0f", shown_->value,
                           desk.volume()->info.unit.c_str(), shown_->wish.window.centre,
                           shown_->wish.window.width);
-            draw.AddText(at({view.from.x + 5, view.from.y + 3}), kText, text);
+            draw.AddText(at({view.from.x + 5, view.from.y + 18}), kText, text);
         }
         if (shown_ && !shown_->fine)
             draw.AddText(at({view.from.x + 5, view.from.y + view.size.y - 18}), IM_COL32(255, 190, 70, 255),
