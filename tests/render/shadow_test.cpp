@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
 #include <random>
 
 namespace tessera::test {
@@ -55,6 +56,23 @@ TEST(DeepShadowMap, FewerPlacesThanStepsMakeALargerErrorThatIsKnown) {
     EXPECT_GT(made, 0.001f);
     for (const LightLeft& s : samples)
         EXPECT_NEAR(map.nearest({0.5f, 0.5f}, s.mm), s.light, made * 1.001);
+}
+
+/// Fewer places, more error, of which each map still tells.
+TEST(DeepShadowMap, ErrsByNoMoreThanItSaysWithFewerLayers) {
+    const std::vector<LightLeft> samples =
+        sampled([](double s) { return std::exp(-(1 - std::exp(-s / 4)) * 3); }, 20, 2000);
+    float before = std::numeric_limits<float>::infinity();
+    for (const int layers : {2, 3, 4, 6, 8}) {
+        DeepShadowMap map(1, layers);
+        const float made = map.fit({0, 0}, samples, 1e-4f);
+        EXPECT_LE(map.layersOf({0, 0}), layers);
+        EXPECT_LE(made, before) << layers;
+        for (const LightLeft& s : samples)
+            ASSERT_NEAR(map.nearest({0.5f, 0.5f}, s.mm), s.light, made * 1.001f) << layers;
+        before = made;
+    }
+    EXPECT_LT(before, 0.02f);
 }
 
 TEST(DeepShadowMap, NothingInTheWayAndBeyondTheEdgesIsAllLight) {

@@ -8,6 +8,7 @@
 #include "datasets/phantom.h"
 #include "render/plan/scene_plan.h"
 #include "viewer/studies/accuracy/area_sweep.h"
+#include "viewer/studies/accuracy/light_sweep.h"
 #include "viewer/studies/accuracy/runs_table.h"
 #include "viewer/studies/accuracy/scene_section.h"
 
@@ -50,6 +51,49 @@ TEST(AnAreaSweep, FindsThatSamplesGainWhatStepsDoNot) {
     const bench::Report report = areaSection({sweep});
     EXPECT_EQ(report.tables.at(0).rows.size(), sweep.points.size());
     EXPECT_EQ(report.plots.at(0).curves.size(), 3u);
+}
+
+// Light of voxels: more rays are nearer to the reference, a scene without such light has no section.
+TEST(ALightSweep, FindsWhatRaysAndReachGain) {
+    const ScratchFolder folder;
+    {
+        Ledger ram("RAM", "--ram", std::size_t{256} << 20);
+        ImportOptions options;
+        options.durable = false;
+        importToStore(*makePhantom("torso", {48, 36, 56}), folder / "v.zarr", ram, options);
+    }
+    NamedScene scene{"torso", "A phantom.", plainScene(), 0};
+    scene.scene.volumes[0].path = folder / "v.zarr";
+    scene.scene.imageSize = {40, 32};
+    scene.scene.shading.on = true;
+    SweepOptions options;
+    options.ramBytes = options.gpuBytes = std::size_t{256} << 20;
+    options.effort.quick = true;
+    EXPECT_FALSE(runLightSweep(scene, options));
+    scene.scene.lighting.occlusion = Occlusion{.radiusMm = 60};
+    Light key;
+    key.kind = LightKind::directional;
+    key.direction = {-1, 1, 1};
+    key.shadow = true;
+    scene.scene.lighting.lights = {key};
+    const auto sweep = runLightSweep(scene, options);
+    ASSERT_TRUE(sweep);
+    EXPECT_EQ(sweep->truthRays, 320);
+    const auto find = [&](const std::string& setting) {
+        return *std::find_if(sweep->points.begin(), sweep->points.end(),
+                             [&](const LightPoint& p) { return p.setting == setting; });
+    };
+    for (const LightPoint& p : sweep->points) {
+        EXPECT_TRUE(std::isfinite(p.rms)) << p.axis << p.setting;
+        EXPECT_GT(p.seconds, 0) << p.axis << p.setting;
+        EXPECT_GT(p.bytes, 0) << p.axis << p.setting;
+    }
+    EXPECT_EQ(find("32 rays").rms, find("").rms); // the scene as it is
+    EXPECT_GT(find("30 mm").bias, find("").bias); // that see less of what is around
+    EXPECT_NE(find("2 layers").rms, find("").rms);
+    const bench::Report report = lightSection({*sweep});
+    EXPECT_EQ(report.tables.at(0).rows.size(), sweep->points.size());
+    EXPECT_EQ(report.plots.at(0).curves.size(), 5u);
 }
 
 // A whole sweep: finite, bounded, and nearer to the truth with every halving of the step.
