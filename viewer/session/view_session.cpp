@@ -129,6 +129,15 @@ class ViewSession final : public Viewing {
         }
         return state;
     }
+    void showLevels(bool shown) override {
+        const std::lock_guard lock(mutex_);
+        if (shown == levelsShown_)
+            return;
+        levelsShown_ = stateAsked_ = shown;
+        if (!shown)
+            state_.levels.reset();
+        wake_.notify_all();
+    }
     void showSlices(const SliceWish& wish) override {
         const std::lock_guard lock(mutex_);
         if (slices_)
@@ -199,6 +208,7 @@ class ViewSession final : public Viewing {
     std::optional<Wish> wish_;
     std::optional<glm::dvec2> question_;
     std::uint64_t wishes_ = 0, questions_ = 0;
+    bool levelsShown_ = false, stateAsked_ = false;
     std::shared_ptr<const VolumeSeen> volume_;
     std::shared_ptr<const ShownPicture> picture_;
     std::optional<PickedPlace> picked_;
@@ -210,9 +220,11 @@ class ViewSession final : public Viewing {
     std::unique_ptr<Open> open_;
     std::uint64_t asked_ = 0; // the wish that is being drawn
     bool moving_ = false, resting_ = true;
-    bool quickFirst_ = false;   // something is new: one picture of few pixels before one of all
-    bool drawsMoving_ = false;  // the picture in the works is one of few pixels
-    std::uint64_t stillOf_ = 0; // the wish whose still was begun
+    bool quickFirst_ = false;                // something is new: one picture of few pixels before one of all
+    bool drawsMoving_ = false;               // the picture in the works is one of few pixels
+    std::uint64_t stillOf_ = 0;              // the wish whose still was begun
+    InteractiveRenderer::Progress progress_; // the last
+    std::string measured_;                   // of the still of asked_
     FramePace pace_;
     glm::ivec2 hastySize_{1}; // of pictures while something moves
 
@@ -222,7 +234,9 @@ class ViewSession final : public Viewing {
 
 bool ViewSession::waitForWork() {
     std::unique_lock lock(mutex_);
-    wake_.wait(lock, [&] { return stop_ || toOpen_ || wish_ || question_ || stillEnded_ != 0 || !resting_; });
+    wake_.wait(lock, [&] {
+        return stop_ || toOpen_ || wish_ || question_ || stateAsked_ || stillEnded_ != 0 || !resting_;
+    });
     return !stop_;
 }
 
@@ -233,6 +247,7 @@ void ViewSession::run() {
         std::optional<glm::dvec2> question;
         std::uint64_t number = 0;
         std::uint64_t stillEnded = 0;
+        bool asksState = false;
         {
             const std::lock_guard lock(mutex_);
             path = std::exchange(toOpen_, {});
@@ -240,6 +255,7 @@ void ViewSession::run() {
             question = std::exchange(question_, {});
             number = questions_;
             stillEnded = std::exchange(stillEnded_, 0);
+            asksState = std::exchange(stateAsked_, false);
         }
         try {
             if (path)
@@ -251,6 +267,8 @@ void ViewSession::run() {
             if (question && open_)
                 answer(*question, number);
             proceed();
+            if (asksState && open_ && open_->renderer)
+                tellState(progress_);
         } catch (const Cancelled&) { // another volume, or the end
         } catch (const Interrupted&) {
             tellProblem("interrupted");
@@ -387,6 +405,7 @@ void ViewSession::take(const Wish& wish) {
         o.scene = wish.scene;
     }
     hastySize_ = pace_.sizeFor(o.scene.imageSize); // once a wish: nothing is drawn again for a better guess
+    measured_.clear();
     asked_ = wish.number;
     moving_ = wish.moving;
     resting_ = false;
@@ -413,6 +432,7 @@ void ViewSession::proceed() {
         o.renderer->setHaste(std::nullopt);
     drawsMoving_ = hasty;
     const InteractiveRenderer::Progress progress = o.renderer->advance(Clock::now() + kTurn);
+    progress_ = progress;
     if (progress.newPicture) {
         publishPicture(progress);
         quickFirst_ = false;
@@ -475,7 +495,7 @@ void ViewSession::finishStill() {
     if (finished.picture && finished.picture->asked == asked_) {
         picture_ = finished.picture;
         ++state_.pictures;
-        state_.measured = finished.measured;
+        state_.measured = measured_ = finished.measured;
         state_.drawingStill = false;
         state_.atRest = true;
     } else if (!finished.problem.empty()) {
@@ -507,13 +527,17 @@ void ViewSession::tellState(const InteractiveRenderer::Progress& progress) {
     s.choosing = progress.choosing;
     s.drawingStill = o.still != nullptr;
     s.atRest = resting_ && !o.still;
+    s.measured = measured_;
     const std::lock_guard lock(mutex_);
+    if (levelsShown_) {
+        s.levels = std::make_shared<const std::vector<std::uint8_t>>(has.levels);
+        s.brickGrid = has.bricks;
+    }
     s.kind = state_.kind;
     s.what = state_.what;
     s.problem = state_.problem;
     s.engine = state_.engine;
     s.pictures = state_.pictures;
-    s.damagedChunks = state_.damagedChunks;
     state_ = std::move(s);
 }
 

@@ -73,7 +73,9 @@ struct ViewingState {
     bool drawingStill = false;
     std::string measured; // the still's measured error as a sentence; empty: none yet
     std::uint64_t pictures = 0;
-    std::size_t damagedChunks = 0;
+    /// Where showLevels() asked for it: the level of each brick, [z][y][x]; Selection's numbers.
+    std::shared_ptr<const std::vector<std::uint8_t>> levels;
+    glm::ivec3 brickGrid{0}; // of the grid
 };
 
 class Viewing {
@@ -94,6 +96,9 @@ class Viewing {
     /// The newest picture, null before there is one. Another pointer for another picture.
     virtual std::shared_ptr<const ShownPicture> picture() const = 0;
     virtual ViewingState state() const = 0;
+
+    /// Whether state() tells the level of every brick.
+    virtual void showLevels(bool shown) = 0;
 
     /// The three planes that are wanted from now on; until then none is drawn.
     virtual void showSlices(const SliceWish& wish) = 0;

@@ -61,6 +61,7 @@ void Desk::update() {
     picked_ = viewing_.picked();
     if (picked_ && picked_->number <= pickedBefore_)
         picked_.reset();
+    viewing_.showLevels(showLevels);
     state_ = viewing_.state();
     if (!state_.problem.empty()) {
         tell(state_.problem, true);

@@ -89,7 +89,7 @@ class Desk {
     /// Whether all that was asked has been sent, for good.
     bool hasAsked() const { return !owesRest_ && (wantedSize_ == scene_.imageSize || !volume_); }
 
-    bool showPanels = true, showSlices = true, showHelp = false, flying = false;
+    bool showPanels = true, showSlices = true, showHelp = false, showLevels = false, flying = false;
 
   private:
     void send(bool moving);

@@ -1,6 +1,7 @@
 // viewer/window/overlays.cpp: see overlays.h.
 #include "viewer/window/overlays.h"
 
+#include "core/brick.h"
 #include "viewer/session/camera_moves.h"
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
 #include <imgui.h>
+#include <iterator>
 #include <string>
 
 namespace tessera {
@@ -88,6 +90,46 @@ std::string badge(const Desk& desk) {
     return {};
 }
 
+/// From the finest level, green, to bricks that stand as one value, red.
+constexpr ImU32 kLevelColours[] = {IM_COL32(70, 220, 110, 200), IM_COL32(170, 220, 60, 200),
+                                   IM_COL32(240, 210, 50, 200), IM_COL32(250, 150, 40, 200),
+                                   IM_COL32(240, 90, 60, 200),  IM_COL32(220, 50, 80, 200)};
+
+/// A mark in the middle of every brick that shows something, as large as a fifth of it.
+void drawLevels(ImDrawList& draw, const Desk& desk, const Area& area) {
+    const ViewingState& s = desk.state();
+    const VolumeInfo& info = desk.volume()->info;
+    const glm::ivec3 grid = s.brickGrid;
+    const double edge =
+        kBrickExtent * std::cbrt(std::abs(glm::determinant(glm::dmat3(info.patientFromVoxel))));
+    const glm::dmat3 axes = patientFromCamera(desk.camera());
+    std::size_t n = 0;
+    for (int z = 0; z < grid.z; ++z)
+        for (int y = 0; y < grid.y; ++y)
+            for (int x = 0; x < grid.x; ++x, ++n) {
+                const std::uint8_t level = (*s.levels)[n];
+                if (level >= std::size(kLevelColours))
+                    continue; // shows nothing
+                const glm::dvec3 voxel = static_cast<double>(kBrickExtent) * (glm::dvec3(x, y, z) + 0.5);
+                const glm::dvec3 mm(info.patientFromVoxel * glm::dvec4(voxel, 1));
+                glm::dvec2 middle(0), beside(0);
+                if (!pictureFromPatient(desk.camera(), area.pixels(), mm, middle) ||
+                    !pictureFromPatient(desk.camera(), area.pixels(), mm + 0.1 * edge * axes[0], beside))
+                    continue;
+                const auto half = static_cast<float>(
+                    std::clamp(glm::length(beside - middle) / area.pixelsPerUnit, 1.0, 12.0));
+                const glm::dvec2 at = area.from + middle / area.pixelsPerUnit;
+                const ImVec2 p(static_cast<float>(at.x), static_cast<float>(at.y));
+                draw.AddRectFilled({p.x - half, p.y - half}, {p.x + half, p.y + half}, kLevelColours[level]);
+            }
+    for (std::size_t level = 0; level < std::size(kLevelColours); ++level) {
+        const ImVec2 p(static_cast<float>(area.from.x) + 14,
+                       static_cast<float>(area.from.y) + 36 + 18 * static_cast<float>(level));
+        draw.AddRectFilled(p, {p.x + 10, p.y + 10}, kLevelColours[level]);
+        text(draw, {p.x + 16, p.y - 3}, kText, level == 5 ? "one value" : "level " + std::to_string(level));
+    }
+}
+
 } // namespace
 
 double roundLength(double mm) {
@@ -126,6 +168,8 @@ void drawOverlays(Desk& desk, const Area& area, const PictureHand& hand) {
     text(draw, {right - ImGui::CalcTextSize("not for diagnosis").x - 10, bottom - 22}, kFaint,
          "not for diagnosis");
     if (const VolumeSeen* volume = desk.volume()) {
+        if (desk.showLevels && desk.state().levels)
+            drawLevels(draw, desk, area);
         drawCube(draw, desk.camera(), {right - 52, top + 52}, 42);
         if (desk.camera().projection == Projection::parallel)
             drawScaleBar(draw, area, desk.camera());

@@ -201,6 +201,7 @@ void Panels::state(Desk& desk) {
         ImGui::Text("%.0f %% of %zu bricks at their level, levels %d to %d",
                     100.0 * static_cast<double>(s.bricksAsWanted) / static_cast<double>(s.bricksShown),
                     s.bricksShown, s.finestLevel, std::max(s.finestLevel, s.coarsestLevel));
+    ImGui::Checkbox("colour bricks by level (L)", &desk.showLevels);
     if (s.movesLeft > 0)
         ImGui::Text("%zu bricks are on their way", s.movesLeft);
     if (s.drawingStill)
@@ -255,6 +256,7 @@ void drawHelp(Desk& desk) {
                                        {"R", "whole volume"},
                                        {"F; W A S D, Q E", "fly"},
                                        {"Ctrl Z, Ctrl Y", "undo, redo"},
+                                       {"L", "bricks coloured by their level"},
                                        {"Tab; Ctrl Q", "panels; close"},
                                        {"F12, Ctrl S", "save the picture, the scene"},
                                        {"?", "this list"}};

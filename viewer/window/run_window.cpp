@@ -261,6 +261,8 @@ class Loop {
             desk_.showHelp = !desk_.showHelp;
         else if (key.key == GLFW_KEY_F12)
             desk_.savePicture();
+        else if (key.key == GLFW_KEY_L)
+            desk_.showLevels = !desk_.showLevels;
         else if (key.key == GLFW_KEY_X)
             desk_.showSlices = !desk_.showSlices;
         else if (key.key == GLFW_KEY_TAB)

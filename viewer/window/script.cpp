@@ -24,10 +24,11 @@ namespace {
 /// Words that follow each step's name: at least.
 const std::map<std::string, std::size_t>& wordsOfSteps() {
     static const std::map<std::string, std::size_t> words = {
-        {"open", 1}, {"wait", 1},   {"orbit", 2},   {"pan", 2},    {"zoom", 1},       {"roll", 1},
-        {"view", 1}, {"turn", 2},   {"preset", 1},  {"light", 1},  {"shift", 2},      {"isosurface", 1},
-        {"size", 1}, {"pick", 2},   {"picture", 1}, {"window", 1}, {"scene", 1},      {"panels", 1},
-        {"help", 1}, {"planes", 1}, {"place", 3},   {"print", 1},  {"projection", 1}, {"quit", 0}};
+        {"open", 1},   {"wait", 1},       {"orbit", 2},  {"pan", 2},        {"zoom", 1},
+        {"roll", 1},   {"view", 1},       {"turn", 2},   {"preset", 1},     {"light", 1},
+        {"shift", 2},  {"isosurface", 1}, {"size", 1},   {"pick", 2},       {"picture", 1},
+        {"window", 1}, {"scene", 1},      {"panels", 1}, {"help", 1},       {"planes", 1},
+        {"levels", 1}, {"place", 3},      {"print", 1},  {"projection", 1}, {"quit", 0}};
     return words;
 }
 
@@ -115,6 +116,8 @@ bool Script::take(const Step& step, Desk& desk, const Window& window) {
         return desk.showPanels = word(1) == "on", true;
     if (name == "help")
         return desk.showHelp = word(1) == "on", true;
+    if (name == "levels")
+        return desk.showLevels = word(1) == "on", true;
     if (name == "planes")
         return desk.showSlices = word(1) == "on", true;
     if (name == "quit")

@@ -9,7 +9,7 @@
 //   isosurface VALUE          size WxH         of the window
 //   pick X Y                  pixels of the picture; prints what is there
 //   picture FILE              saves the picture          window FILE.ppm  the whole window as it is shown
-//   scene FILE                saves the scene            panels, planes, help on|off
+//   scene FILE                saves the scene            panels, planes, levels, help on|off
 //   place X Y Z               of the crosshair, mm
 //   print latency|state       quit
 #pragma once
