@@ -167,6 +167,30 @@ TEST(ViewSession, SaysWhatCannotBeOpenedAndKeepsWhatIs) {
     EXPECT_TRUE(sameBits(looker.stillOf(looker.viewing->show(scene, false))->image, rendered(scene)));
 }
 
+TEST(ViewSession, WhatIsDamagedIsDrawnCoarserAndSaid) {
+    const ScratchFolder folder;
+    fs::copy(storePath("torso"), folder / "torso.zarr", fs::copy_options::recursive);
+    // A byte in the middle of every file of level 0.
+    for (const auto& file : fs::recursive_directory_iterator(folder / "torso.zarr" / "0" / "c"))
+        if (file.is_regular_file() && file.file_size() > 4096) {
+            std::fstream stream(file.path(), std::ios::in | std::ios::out | std::ios::binary);
+            const auto middle = static_cast<std::streamoff>(file.file_size() / 2);
+            stream.seekg(middle);
+            const char flipped = static_cast<char>(stream.get() ^ 0x55);
+            stream.seekp(middle);
+            stream.put(flipped);
+        }
+    Looker looker;
+    looker.opened(folder / "torso.zarr");
+    ASSERT_TRUE(looker.comesTo([&] {
+        const auto picture = looker.viewing->picture();
+        return picture && picture->stage == Stage::whole && looker.viewing->state().damagedChunks > 0;
+    }));
+    EXPECT_FALSE(isBlank(looker.viewing->picture()->image));
+    EXPECT_THAT(looker.viewing->state().problem, HasSubstr("torso.zarr"));
+    EXPECT_EQ(looker.viewing->state().kind, ViewingState::Kind::open);
+}
+
 TEST(ViewSession, StaysInItsBudgets) {
     Looker looker;
     Scene scene = looker.opened(storePath("torso"));

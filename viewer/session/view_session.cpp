@@ -122,6 +122,8 @@ class ViewSession final : public Viewing {
     ViewingState state() const override {
         const std::lock_guard lock(mutex_);
         ViewingState state = state_;
+        if (slices_ && state.problem.empty())
+            state.problem = slices_->takeProblem();
         if (state.kind == ViewingState::Kind::opening) {
             const Progress::Stage stage = opening_ ? opening_->now() : Progress::Stage{};
             if (!stage.what.empty())
@@ -225,6 +227,7 @@ class ViewSession final : public Viewing {
     std::uint64_t stillOf_ = 0;              // the wish whose still was begun
     InteractiveRenderer::Progress progress_; // the last
     std::string measured_;                   // of the still of asked_
+    std::size_t damaged_ = 0;                // chunks that could not be read
     FramePace pace_;
     glm::ivec2 hastySize_{1}; // of pictures while something moves
 
@@ -317,8 +320,12 @@ void ViewSession::openVolume(const ToOpen& what) {
         open_->scene.camera = open_->renderer->camera();
         open_->scene.volumes.front().transferFunction = resolved(volume.transferFunction, seen->values);
         seen->scene = open_->scene;
-        seen->histogram = volumeHistogram(open_->renderer->volume(), seen->values.lowest,
-                                          seen->values.highest, kHistogramBinsSeen);
+        try {
+            seen->histogram = volumeHistogram(open_->renderer->volume(), seen->values.lowest,
+                                              seen->values.highest, kHistogramBinsSeen);
+        } catch (const Error&) { // damaged: told when it is drawn
+            seen->histogram = seen->values.histogram;
+        }
         std::unique_ptr<SliceThread> slices;
         if (open_->sliceRam.freeBytes() > 2 * SliceThread::floorBytes(info, options_.threads))
             slices = std::make_unique<SliceThread>(*open_->store, open_->sliceRam, options_.threads,
@@ -374,6 +381,7 @@ void ViewSession::makeRenderer(const Scene& scene) {
     interactive.threads = options_.threads;
     o.renderer = std::make_unique<InteractiveRenderer>(scene, *o.store, *o.engine, o.ram, o.gpu, interactive);
     o.scene = scene;
+    damaged_ = 0; // each is told once a renderer
     pace_.forget();
     resting_ = false;
     drawsMoving_ = false;
@@ -431,7 +439,14 @@ void ViewSession::proceed() {
     else
         o.renderer->setHaste(std::nullopt);
     drawsMoving_ = hasty;
-    const InteractiveRenderer::Progress progress = o.renderer->advance(Clock::now() + kTurn);
+    InteractiveRenderer::Progress progress;
+    try {
+        progress = o.renderer->advance(Clock::now() + kTurn);
+    } catch (const Error& e) { // a chunk that cannot be read: its bricks stay as coarse as they are
+        ++damaged_;
+        tellProblem(e.what());
+        return;
+    }
     progress_ = progress;
     if (progress.newPicture) {
         publishPicture(progress);
@@ -528,6 +543,7 @@ void ViewSession::tellState(const InteractiveRenderer::Progress& progress) {
     s.drawingStill = o.still != nullptr;
     s.atRest = resting_ && !o.still;
     s.measured = measured_;
+    s.damagedChunks = damaged_;
     const std::lock_guard lock(mutex_);
     if (levelsShown_) {
         s.levels = std::make_shared<const std::vector<std::uint8_t>>(has.levels);

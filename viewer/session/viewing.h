@@ -73,6 +73,7 @@ struct ViewingState {
     bool drawingStill = false;
     std::string measured; // the still's measured error as a sentence; empty: none yet
     std::uint64_t pictures = 0;
+    std::size_t damagedChunks = 0; // that cannot be read: what they hold is drawn from coarser levels
     /// Where showLevels() asked for it: the level of each brick, [z][y][x]; Selection's numbers.
     std::shared_ptr<const std::vector<std::uint8_t>> levels;
     glm::ivec3 brickGrid{0}; // of the grid

@@ -75,6 +75,10 @@ void drawScaleBar(ImDrawList& draw, const Area& area, const Camera& camera) {
 std::string badge(const Desk& desk) {
     const ShownPicture* const picture = desk.picture();
     const ViewingState& s = desk.state();
+    if (s.damagedChunks > 0)
+        return std::to_string(s.damagedChunks) +
+               (s.damagedChunks == 1 ? " damaged part of the store is" : " damaged parts of the store are") +
+               " drawn from coarser levels";
     if (!picture)
         return {};
     switch (picture->stage) {
