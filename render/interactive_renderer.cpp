@@ -35,7 +35,7 @@ struct InteractiveRenderer::Request {
 
 InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& store, Engine& engine,
                                          Ledger& ram, Ledger& gpu, const InteractiveOptions& options)
-    : scene_(scene), engine_(engine), ram_(ram), gpu_(gpu), options_(options) {
+    : scene_(asDrawn(scene)), engine_(engine), ram_(ram), gpu_(gpu), options_(options) {
     scene_.quality.maxError.reset();
     const int threads = options.threads;
     p_ = planView(scene_, store, ram, threads);
@@ -65,7 +65,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     volume.selection =
         cullBricks(volume.statistics, volume.table, p_.info(), kMean, cullingFor(scene_.shading));
     const std::size_t shown = volume.selection.shownBricks();
-    if (ram.freeBytes() >= p_.memory.ramBytes() + LevelChooser::bytes(shown, bricks)) {
+    if (!volume.reduces() && ram.freeBytes() >= p_.memory.ramBytes() + LevelChooser::bytes(shown, bricks)) {
         chooser_ = std::make_unique<LevelChooser>(store, ram, threads);
         chooser_->setFunction(volume.statistics, volume.table,
                               cullingFor(scene_.shading)); // before the cache takes the memory that is left
@@ -218,7 +218,7 @@ void InteractiveRenderer::applyFunction() {
         setLevel(b, culled.levels[b]);
     }
     if (scene_.quality.skipping) {
-        p_.volume.functionChanged(p_.view.quality.edgeFunction, options_.threads);
+        p_.volume.functionChanged(p_.view.quality, ram_, options_.threads);
         forDevice_.add(kEmptySpaceChanged);
     }
     caster_->functionChanged();
