@@ -3,9 +3,11 @@
 #include "core/scene.h"
 
 #include "core/colour.h"
+#include "core/cuts_json.h"
 #include "core/error.h"
 #include "core/json_reader.h"
 #include "core/lighting_json.h"
+#include "core/measurement_json.h"
 #include "core/nearest_name.h"
 #include "core/shading_json.h"
 #include "core/transfer_json.h"
@@ -22,12 +24,12 @@ namespace {
 using nlohmann::json;
 using Keys = std::vector<std::string>;
 
-const Keys kSceneKeys = {"tesseraScene", "volumes",     "camera",  "shading",
-                         "lighting",     "isosurfaces", "quality", "image"};
+const Keys kSceneKeys = {"tesseraScene", "volumes",      "camera",  "shading",     "lighting",
+                         "isosurfaces",  "mode",         "window",  "valueColour", "slice",
+                         "cuts",         "measurements", "quality", "image"};
+const Keys kSliceKeys = {"plane", "position", "point", "normal", "thickness", "reduction"};
 const Keys kVolumeKeys = {"path", "transferFunction", "unit"};
 const Keys kFittedKeys = {"view", "fit", "parallelProjection"};
-const Keys kFreeCameraKeys = {"position",  "focalPoint",         "viewUp",
-                              "viewAngle", "parallelProjection", "parallelScale"};
 const Keys kSurfaceKeys = {"value", "rgb", "opacity"};
 const Keys kQualityKeys = {"stepVoxels", "integrator",   "fetch",    "terminationTransmittance",
                            "skipping",   "edgeFunction", "sampling", "maxError",
@@ -36,7 +38,7 @@ const Keys kImageKeys = {"size", "background"};
 
 Keys cameraKeys() {
     Keys keys = kFittedKeys;
-    for (const std::string& key : kFreeCameraKeys)
+    for (const std::string& key : freeCameraKeys())
         if (std::find(keys.begin(), keys.end(), key) == keys.end())
             keys.push_back(key);
     return keys;
@@ -96,29 +98,19 @@ CameraChoice parseCamera(const JsonValue& value) {
     readBoolean(value, "parallelProjection", parallel);
     const Projection projection = parallel ? Projection::parallel : Projection::perspective;
     if (value.has("view")) {
-        for (const std::string& key : kFreeCameraKeys)
+        for (const std::string& key : freeCameraKeys())
             if (value.has(key) && key != "parallelProjection")
                 throw badFile(value.place(), "either \"view\" or \"position\" and its companions",
                               "\"view\" and \"" + key + "\"");
         FittedView view{parseView(value.at("view").oneOf(viewNames()), value.place()), projection};
         if (value.has("fit"))
             view.fit = parseFit(value.at("fit").oneOf(fitNames()), value.place());
+        view.named = true;
         return view;
     }
     if (value.has("fit"))
         throw badFile(value.place(), "\"view\" beside \"fit\"", "none");
-    Camera camera;
-    camera.projection = projection;
-    camera.position = vector(value.at("position"));
-    camera.focalPoint = vector(value.at("focalPoint"));
-    if (value.has("viewUp"))
-        camera.viewUp = vector(value.at("viewUp"));
-    if (value.has("viewAngle"))
-        camera.viewAngle = value.at("viewAngle").number();
-    if (value.has("parallelScale"))
-        camera.parallelScale = value.at("parallelScale").number();
-    camera.validate(value.place());
-    return camera;
+    return parseFreeCamera(value);
 }
 
 Isosurface parseSurface(const JsonValue& value) {
@@ -143,6 +135,38 @@ std::vector<Isosurface> parseSurfaces(const JsonValue& value) {
     if (surfaces.size() > Scene::kMaxSurfaces)
         value.refuse("at most " + std::to_string(Scene::kMaxSurfaces) + " isosurfaces");
     return surfaces;
+}
+
+WindowChoice parseWindowJson(const JsonValue& value) {
+    if (value.isText())
+        return value.oneOf(windowNames());
+    const std::vector<double> n = value.numbers(2);
+    return checkedWindow(n[0], n[1], value.place());
+}
+
+SlicePlane parseSlice(const JsonValue& value) {
+    value.requireKeys(kSliceKeys);
+    SlicePlane slice;
+    if (value.has("plane"))
+        slice.orientation = parseOrientation(value.at("plane").oneOf(orientationNames()), value.place());
+    const bool oblique = slice.orientation == Orientation::oblique;
+    for (const char* key : {"position", "point", "normal"})
+        if (value.has(key) && (std::string(key) == "position") == oblique)
+            throw badFile(value.place(),
+                          oblique ? "\"point\" and \"normal\" of an oblique plane" : "\"position\"",
+                          std::string("\"") + key + "\"");
+    if (value.has("position"))
+        slice.positionMm = value.at("position").number();
+    if (oblique) {
+        slice.point = vector(value.at("point"));
+        slice.normal = vector(value.at("normal"));
+    }
+    if (value.has("thickness"))
+        slice.thicknessMm = value.at("thickness").number();
+    if (value.has("reduction"))
+        slice.reduction = parseReduction(value.at("reduction").oneOf(reductionNames()), value.place());
+    checkSlice(slice, value.place());
+    return slice;
 }
 
 json samplesJson(int samples) {
@@ -214,18 +238,27 @@ json listOf(const glm::dvec3& v) {
     return {v.x, v.y, v.z};
 }
 
+json sliceJson(const SlicePlane& slice) {
+    json out = {{"plane", orientationNames()[static_cast<std::size_t>(slice.orientation)]}};
+    if (slice.orientation == Orientation::oblique) {
+        out["point"] = listOf(slice.point);
+        out["normal"] = listOf(slice.normal);
+    } else if (slice.positionMm) {
+        out["position"] = *slice.positionMm;
+    }
+    if (slice.thicknessMm > 0) {
+        out["thickness"] = slice.thicknessMm;
+        out["reduction"] = reductionNames()[static_cast<std::size_t>(slice.reduction) - 1];
+    }
+    return out;
+}
+
 json cameraJson(const CameraChoice& choice) {
     if (const auto* fitted = std::get_if<FittedView>(&choice))
         return {{"view", viewNames()[static_cast<std::size_t>(fitted->view)]},
                 {"fit", fitNames()[static_cast<std::size_t>(fitted->fit)]},
                 {"parallelProjection", fitted->projection == Projection::parallel}};
-    const Camera& camera = std::get<Camera>(choice);
-    return {{"position", listOf(camera.position)},
-            {"focalPoint", listOf(camera.focalPoint)},
-            {"viewUp", listOf(camera.viewUp)},
-            {"viewAngle", camera.viewAngle},
-            {"parallelProjection", camera.projection == Projection::parallel},
-            {"parallelScale", camera.parallelScale}};
+    return freeCameraJson(std::get<Camera>(choice));
 }
 
 json backgroundJson(const std::optional<glm::vec3>& background) {
@@ -296,6 +329,41 @@ double brightest(const Shading& shading, const Lighting& lighting, const std::ve
         most = std::max(most, m.ambient + light * (m.diffuse + m.specular) +
                                   std::max({m.emission.r, m.emission.g, m.emission.b}));
     return most;
+}
+
+Reduction reductionOf(const Scene& scene) {
+    switch (scene.mode) {
+    case Mode::maximum:
+        return Reduction::maximum;
+    case Mode::minimum:
+        return Reduction::minimum;
+    case Mode::average:
+        return Reduction::average;
+    case Mode::slice:
+        return scene.slice.thicknessMm > 0 ? scene.slice.reduction : Reduction::maximum;
+    case Mode::composite:
+    case Mode::isosurface:
+        break;
+    }
+    return Reduction::composite;
+}
+
+Scene asDrawn(const Scene& scene) {
+    Scene drawn = scene;
+    if (scene.mode == Mode::isosurface) {
+        if (std::none_of(scene.surfaces.begin(), scene.surfaces.end(),
+                         [](const Isosurface& s) { return s.opacity > 0; }))
+            throw InputError("mode isosurface: expected an isosurface that is not wholly transparent "
+                             "(--isosurface VALUE), found none");
+        return drawn;
+    }
+    if (reductionOf(scene) == Reduction::composite)
+        return drawn;
+    drawn.shading.on = false;
+    drawn.lighting = {};
+    drawn.surfaces.clear();
+    drawn.quality.integrator = Integrator::midpoint;
+    return drawn;
 }
 
 View parseView(const std::string& text, const std::string& where) {
@@ -380,6 +448,19 @@ Scene parseScene(const std::string& text, const std::filesystem::path& folder, c
         scene.lighting = parseLighting(root.at("lighting"));
     if (root.has("isosurfaces"))
         scene.surfaces = parseSurfaces(root.at("isosurfaces"));
+    if (root.has("mode"))
+        scene.mode = parseMode(root.at("mode").oneOf(modeNames()), root.at("mode").place());
+    if (root.has("window"))
+        scene.window = parseWindowJson(root.at("window"));
+    if (root.has("valueColour"))
+        scene.valueColour = parseValueColour(root.at("valueColour").oneOf(valueColourNames()),
+                                             root.at("valueColour").place());
+    if (root.has("slice"))
+        scene.slice = parseSlice(root.at("slice"));
+    if (root.has("cuts"))
+        scene.cuts = parseCuts(root.at("cuts"));
+    if (root.has("measurements"))
+        scene.measurements = parseMeasurements(root.at("measurements"));
     scene.quality.automaticStep = true;
     if (root.has("quality"))
         scene.quality = parseQuality(root.at("quality"));
@@ -443,6 +524,26 @@ std::string sceneJson(const Scene& scene) {
                      {"image",
                       {{"size", {scene.imageSize.x, scene.imageSize.y}},
                        {"background", backgroundJson(scene.background)}}}};
+    if (const auto* view = std::get_if<FittedView>(&scene.camera);
+        scene.mode == Mode::slice && view && !view->named)
+        document.erase("camera");
+    const Scene none;
+    if (scene.mode != Mode::composite)
+        document["mode"] = modeNames()[static_cast<std::size_t>(scene.mode)];
+    if (scene.window != none.window) {
+        if (const auto* window = std::get_if<GreyWindow>(&scene.window))
+            document["window"] = {window->centre, window->width};
+        else
+            document["window"] = std::get<std::string>(scene.window);
+    }
+    if (scene.valueColour != ValueColour::window)
+        document["valueColour"] = valueColourNames()[static_cast<std::size_t>(scene.valueColour)];
+    if (scene.mode == Mode::slice || !(scene.slice == none.slice))
+        document["slice"] = sliceJson(scene.slice);
+    if (json cuts = cutsJson(scene.cuts); !cuts.is_null())
+        document["cuts"] = std::move(cuts);
+    if (!scene.measurements.empty())
+        document["measurements"] = measurementsJson(scene.measurements);
     if (shading.model != ShadingModel::phong)
         document["shading"]["model"] = shadingModelNames()[static_cast<std::size_t>(shading.model)];
     if (shading.gradientWeight)
@@ -459,10 +560,17 @@ std::map<std::string, std::vector<std::string>> sceneKeys() {
             {"$.camera", cameraKeys()},
             {"$.volumes[].transferFunction.materials[]", materialKeys()},
             {"$.shading", shadingKeys()},
+            {"$.measurements[]", measurementKeys()},
             {"$.lighting", lightingKeys()},
             {"$.lighting.lights[]", lightKeys()},
             {"$.lighting.occlusion", occlusionKeys()},
             {"$.isosurfaces[]", kSurfaceKeys},
+            {"$.slice", kSliceKeys},
+            {"$.cuts", cutsKeys()},
+            {"$.cuts.boxes[]", cropBoxKeys()},
+            {"$.cuts.planes[]", cutPlaneKeys()},
+            {"$.cuts.scissors[]", scissorsKeys()},
+            {"$.cuts.scissors[].camera", freeCameraKeys()},
             {"$.quality", kQualityKeys},
             {"$.image", kImageKeys}};
 }

@@ -3,7 +3,10 @@
 #pragma once
 
 #include "core/camera.h"
+#include "core/cuts.h"
 #include "core/lighting.h"
+#include "core/measurement.h"
+#include "core/mode.h"
 #include "core/transfer_function.h"
 
 #include <filesystem>
@@ -115,6 +118,8 @@ struct FittedView {
     View view = View::anterior;
     Projection projection = Projection::perspective;
     Fit fit = Fit::shown;
+    /// Whether anybody asked for a side; else a slice is looked at along its normal, in parallel.
+    bool named = false;
 };
 using CameraChoice = std::variant<FittedView, Camera>;
 
@@ -125,6 +130,12 @@ struct Scene {
     Shading shading;
     Lighting lighting;
     std::vector<Isosurface> surfaces; // at most kMaxSurfaces
+    Mode mode = Mode::composite;
+    WindowChoice window = std::string("auto"); // of modes that show single values, as what follows
+    ValueColour valueColour = ValueColour::window;
+    SlicePlane slice; // of mode slice
+    Cuts cuts;
+    std::vector<Measurement> measurements; // drawn by windows, in no picture
     Quality quality;
     glm::ivec2 imageSize{512, 512};
     std::optional<glm::vec3> background = glm::vec3(0); // linear rgb in [0,1]; none: transparent
@@ -132,6 +143,13 @@ struct Scene {
     static constexpr std::size_t kMaxSurfaces = 8;
     static constexpr int kMaxImageExtent = 16384; // pixels an axis: 4 GiB of float pixels
 };
+
+/// What rays of the scene keep of the values along them: a slice that is a plane one value, as `maximum`.
+Reduction reductionOf(const Scene& scene);
+/// The scene without what its mode does not draw: single values have no light, no isosurfaces and no
+/// integrator. What engines are given.
+/// Throws InputError for a mode that has nothing to draw.
+Scene asDrawn(const Scene& scene);
 
 /// True when path is a JSON file that is meant as a scene: it has the key "tesseraScene", "volumes" or
 /// "camera", or is no JSON at all, so that loadScene() can say what is wrong with it. False for folders and

@@ -26,18 +26,10 @@
 
 namespace tessera {
 
-/// The part of a ray that is drawn, in voxels along it from where it enters the volume.
-struct RayInterval {
-    double from = 0, to = 0;
-};
-
 /// The rays of a picture: through the middle of every pixel or, where places are given, through those.
 struct Rays {
-    RayFrame<double> frame; // the picture's, whatever the places
+    RayFrame<double> frame; // the picture's, whatever the places, with its slabs and cuts
     Strides strides;
-    /// One of each ray: clips, crops and opaque geometry in front. Empty: whole rays, which is all that
-    /// engines take so far.
-    std::span<const RayInterval> intervals = {};
     /// On the picture, in pixels, x right, y down; the middle of the first pixel is (0.5, 0.5). Row by row of
     /// an array whose neighbours are drawn side by side, so they should lie near one another. Of any size,
     /// also beyond the picture's; kept by the caller until the rays are drawn.
@@ -50,7 +42,6 @@ struct Rays {
 
 /// Throws where an engine cannot take such rays.
 inline void check(const Rays& rays) {
-    TESSERA_CHECK(rays.intervals.empty());
     TESSERA_CHECK(rays.places.empty() || rays.places.size() == rayCount(rays.arraySize));
 }
 
@@ -118,8 +109,9 @@ class Engine {
         std::string device = "CPU";
         std::string version;       // of OpenGL; "" where none is used
         bool choosesSteps = false; // step and errors are tried and told by drawing some pixels again
-        /// Whether levels mix is compiled in: where they can come to mix, they are mapped from the start.
-        bool compilesLevels = false;
+        /// What a scene can need (levels that mix, cuts) is compiled in when a caster is made: what is not there
+        /// then cannot come.
+        bool compiles = false;
     };
     virtual About about() const = 0;
     virtual TextureLimits limits() const { return {}; }

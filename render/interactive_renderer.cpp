@@ -35,8 +35,8 @@ struct InteractiveRenderer::Request {
 
 InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& store, Engine& engine,
                                          Ledger& ram, Ledger& gpu, const InteractiveOptions& options)
-    : scene_(scene), engine_(engine), ram_(ram), gpu_(gpu), options_(options),
-      mapsAlways_(engine.about().compilesLevels) {
+    : scene_(asDrawn(scene)), engine_(engine), ram_(ram), gpu_(gpu), options_(options),
+      mapsAlways_(engine.about().compiles) {
     scene_.quality.maxError.reset();
     const int threads = options.threads;
     p_ = planView(scene_, store, ram, threads);
@@ -67,7 +67,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
                          " are free");
     chosenPages_ = pages_ - static_cast<std::size_t>(static_cast<double>(pages_) *
                                                      std::clamp(options.spareShare, 0.0, 0.5));
-    if (ram.freeBytes() >= p_.memory.ramBytes() + LevelChooser::bytes(shown, bricks)) {
+    if (!volume.reduces() && ram.freeBytes() >= p_.memory.ramBytes() + LevelChooser::bytes(shown, bricks)) {
         chooser_ = std::make_unique<LevelChooser>(store, ram, threads);
         chooser_->setFunction(volume.statistics, volume.table,
                               cullingFor(scene_.shading)); // before the cache takes the memory that is left
@@ -108,6 +108,22 @@ void InteractiveRenderer::setCamera(const Camera& camera) {
 
 void InteractiveRenderer::setFunction(const TransferFunction& function) {
     nextFunction_ = function;
+}
+
+void InteractiveRenderer::setWindow(const WindowChoice& window) {
+    scene_.window = window;
+    if (p_.volume.reduces() && !nextFunction_)
+        nextFunction_ = p_.volume.function;
+}
+
+void InteractiveRenderer::setCuts(const Cuts& cuts) {
+    TESSERA_CHECK(!engine_.about().compiles);
+    Scene cut = scene_;
+    cut.cuts = cuts;
+    p_.view.part = drawnPart(cut, p_.info()); // throws before anything is another
+    scene_.cuts = cuts;
+    cancel();
+    forPicture_.add(kCameraChanged);
 }
 
 void InteractiveRenderer::cancel() {
@@ -240,7 +256,7 @@ void InteractiveRenderer::applyFunction() {
         setLevel(b, culled.levels[b]);
     }
     if (scene_.quality.skipping) {
-        p_.volume.functionChanged(p_.view.quality.edgeFunction, options_.threads);
+        p_.volume.functionChanged(p_.view.quality, ram_, options_.threads);
         forDevice_.add(kEmptySpaceChanged);
     }
     caster_->functionChanged();
@@ -302,8 +318,10 @@ void InteractiveRenderer::beginPicture() {
         refined_ = false;
     }
     Rays rays = raysOf(p_);
-    if (haste_)
+    if (haste_) {
         rays.frame = rayFrame(p_.view.camera, p_.info(), haste_->imageSize, step);
+        p_.view.part.clip(rays.frame);
+    }
     caster_->begin(rays);
     forPicture_ = Changes();
     drawing_ = true;

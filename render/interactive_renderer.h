@@ -50,6 +50,11 @@ class InteractiveRenderer {
     /// the camera moves; cancel() drops it.
     void setCamera(const Camera& camera);
     void setFunction(const TransferFunction& function);
+    /// Of modes that show single values.
+    void setWindow(const WindowChoice& window);
+    /// What is cut away. Drops the picture in the works. Not where the engine compiles what it draws
+    /// (checked). Throws InputError for cuts that are none.
+    void setCuts(const Cuts& cuts);
     void cancel();
     /// How pictures are drawn while something moves: fewer pixels, longer segments; and levels are chosen
     /// anew only a fifth of the time, because choosing takes processors from drawing.
@@ -83,6 +88,7 @@ class InteractiveRenderer {
     /// As it was set; a camera by side spelled out.
     const Camera& camera() const { return p_.view.camera; }
     const VolumeState& volume() const { return p_.volume; }
+    const DrawnPart& part() const { return p_.view.part; }
 
     /// For reports and tests.
     const Selection& resident() const { return p_.volume.selection; }

@@ -111,10 +111,11 @@ bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
         return caster->image();
     };
     const bool checks = engine.about().choosesSteps;
+    const bool steps = checks && !p.view.part.flat; // a plane has one sample
     StepSearch search(
         p, {drawSome, [&] { caster->functionChanged(); }, [&] { return caster->fetchExactly(); }}, ram);
     using Goal = StepSearch::Goal;
-    if (checks) {
+    if (steps) {
         progress.stage("choosing the step");
         if (scene.quality.maxError.value_or(0) > 0)
             search.chooseStep({Goal::Measure::luvP99, *scene.quality.maxError - p.chosen.error.p99});
@@ -139,7 +140,7 @@ bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     result.light = engine.lightReport();
     result.secondsDrawing = secondsSince(drawing);
     const auto checking = Clock::now();
-    if (checks && options.checking) {
+    if (steps && options.checking) {
         progress.stage("estimating the picture's errors");
         const double most = brightest(scene.shading, scene.lighting, p.volume.function.materials());
         result.errors = areas ? search.errors(most) : search.errorsOf(result.image, most);
@@ -198,7 +199,8 @@ void drawUntilGoodEnough(const Scene& scene, ScenePlan& p, Engine& engine, Ledge
         result.rounds = round + 1;
         const PictureMeasurement& m = *result.measured;
         const bool finest =
-            result.bricksOfLevel[0] == result.residentBricks && result.stepVoxels <= StepSearch::kFinestStep;
+            result.bricksOfLevel[0] == result.residentBricks &&
+            (p.view.part.flat || result.stepVoxels <= StepSearch::kFinestStep);
         const bool most = scene.quality.pixels.samples != PixelSampling::kAutomatic ||
                           (wentOn && target < lastTarget && result.pixels.taken <= lastTaken);
         lastTarget = target, lastTaken = result.pixels.taken;
@@ -323,8 +325,9 @@ std::shared_ptr<Engine> makeEngine(const Scene& scene, const RenderOptions& opti
     return {std::move(made), engine};
 }
 
-RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& ram, Ledger& gpu,
+RenderResult renderScene(const Scene& given, const StoreReader& store, Ledger& ram, Ledger& gpu,
                          const RenderOptions& options) {
+    const Scene scene = asDrawn(given);
     RenderResult result;
     const auto start = Clock::now();
     const MadeEngine made(scene, options, ram, gpu);
@@ -381,7 +384,10 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, Ledger& r
         drawPicture(scene, p, engine, ram, gpu, options, 0, {}, ofOnePicture, progress, result);
     if (made.kind == EngineKind::reference)
         result.level = 0;
-    result.occupiedCells = scene.quality.skipping ? p.volume.occupancy.occupiedCells() : result.cells;
+    result.occupiedCells = scene.quality.skipping && p.volume.occupancy.exists()
+                               ? p.volume.occupancy.occupiedCells()
+                               : result.cells;
+    result.window = p.volume.look.window;
     return result;
 }
 
@@ -410,7 +416,26 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     if (r.passes > 0)
         line("atlas: %zu pages of 32^3 texels, %zu at once, %d %s", r.selectionPages, r.atlasPages, r.passes,
              r.passes == 1 ? "pass" : "passes");
-    if (!r.predictedError && !r.levelsOnPurpose)
+    const Reduction reduction = reductionOf(scene);
+    if (reduction != Reduction::composite) {
+        line("mode: %s; rays keep the %s value along them%s",
+             modeNames()[static_cast<std::size_t>(scene.mode)].c_str(),
+             scene.mode == Mode::slice && !(scene.slice.thicknessMm > 0) ? "plane's"
+             : reduction == Reduction::average                           ? "mean"
+             : reduction == Reduction::minimum                           ? "least"
+                                                                         : "greatest",
+             "; light, isosurfaces, integrator and opacities are not used");
+        if (scene.valueColour == ValueColour::window)
+            line("window: centre %g, width %g%s", r.window.centre, r.window.width,
+                 ", greys of an sRGB display");
+        else
+            line("colours of values: the transfer function's");
+    } else if (scene.mode == Mode::isosurface) {
+        line("mode: isosurface; the transfer function shows nothing");
+    }
+    if (reduction != Reduction::composite && !r.levelsOnPurpose)
+        line("level of detail: one level for all; what levels cost is not predicted in this mode");
+    else if (!r.predictedError && !r.levelsOnPurpose)
         line("level of detail: one level for all, because this budget of RAM cannot hold what choosing by "
              "brick needs");
     if (r.predictedError)
@@ -419,8 +444,11 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     line("bricks: %zu resident, %zu (%.1f %%) show nothing and take no memory", r.residentBricks,
          r.emptyBricks, percent(r.emptyBricks, r.residentBricks + r.emptyBricks + r.unseenBricks));
     if (r.unseenBricks > 0)
-        line("bricks: %zu lie outside the picture and take no memory", r.unseenBricks);
-    if (scene.quality.skipping)
+        line("bricks: %zu lie outside the picture, or of what is drawn, and take no memory", r.unseenBricks);
+    if (reduction != Reduction::composite)
+        line("leaps: %s", !scene.quality.skipping || reduction == Reduction::average ? "none"
+                          : "over bricks and cells whose values cannot change what a ray has");
+    else if (scene.quality.skipping)
         line("cells of 8^3 voxels: %.1f %% can show something; rays leap over the rest, and over blocks of "
              "2^3 "
              "voxels in %zu of them",
@@ -475,6 +503,8 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     if (r.measured)
         for (const std::string& text : describe(*r.measured))
             lines.push_back(text);
+    if (reduction != Reduction::composite)
+        return lines;
     line("transfer function table: off by at most %.2g of the largest extinction, steps aside",
          r.tableRelativeError);
     line("ray termination: at most %.2g of a pixel's light is left out",

@@ -45,6 +45,7 @@ struct Optics {
     std::vector<leaf::MaterialNumbers> materials; // by value; their places as stored values
     glm::mat3 voxelFromPatientTransposed{1};      // linear parts
     glm::mat3 patientFromVoxel{1};
+    Reduction reduction = Reduction::composite;   // else the table is of single values (core/value_look.h)
     float termination = 0;                        // transmittance below which a ray ends; 0: never
     Integrator integrator = Integrator::midpoint; // never automatic
     std::vector<glm::vec4> bins;                  // of the pre-integrated ones: extinctionBins()
@@ -89,15 +90,24 @@ template <typename Real> Real placeOf(const Optics& o, Real stored) {
     return above < Real(kFarPlace) ? above : Real(kFarPlace);
 }
 
-template <typename Real> glm::vec<4, Real> lookUp(const Optics& o, Real stored) {
-    const int last = static_cast<int>(o.table.size()) - 1;
+/// In the table: of a value that is no number, the first.
+template <typename Real> Real clampedPlaceOf(const Optics& o, Real stored) {
     const Real place = stored * static_cast<Real>(o.scale) + static_cast<Real>(o.offset);
     // No clamp(): a place that is not a number must be one too, or what follows reads beyond the table.
-    const Real x = place > Real(0) ? std::min(place, static_cast<Real>(last)) : Real(0);
+    return place > Real(0) ? std::min(place, static_cast<Real>(o.table.size() - 1)) : Real(0);
+}
+
+/// @param x  a place in the table
+template <typename Real> glm::vec<4, Real> tableEntryAt(const Optics& o, Real x) {
+    const int last = static_cast<int>(o.table.size()) - 1;
     const int i = std::min(static_cast<int>(x), last - 1);
     const glm::vec<4, Real> a(o.table[static_cast<std::size_t>(i)]),
         b(o.table[static_cast<std::size_t>(i) + 1]);
     return a + (x - static_cast<Real>(i)) * (b - a);
+}
+
+template <typename Real> glm::vec<4, Real> lookUp(const Optics& o, Real stored) {
+    return tableEntryAt(o, clampedPlaceOf(o, stored));
 }
 
 /// Extinction per mm of what stands in the light's way: the function's, and behind each isosurface that of

@@ -6,6 +6,8 @@
 #include "core/camera.h"
 #include "core/volume.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
@@ -13,6 +15,15 @@
 #include <limits>
 
 namespace tessera {
+
+/// What lies between two planes: low <= dot(normal, p) <= high, p in voxels. low == high: one plane.
+template <typename Real> struct RaySlab {
+    glm::vec<3, Real> normal{0};
+    Real low = 0, high = 0;
+};
+/// Of a picture's rays: what has more is cut by intervals (ray_cuts.h).
+constexpr int kMostSlabs = 8;
+class RayCuts;
 
 /// All that turns a pixel into a ray, in voxel space. Computed in double once a frame; Real is what marches.
 template <typename Real> struct RayFrame {
@@ -24,17 +35,23 @@ template <typename Real> struct RayFrame {
     glm::vec<2, Real> imageSize{1};
     Real segmentVoxels = 1; // q: length of a segment in voxel space
     bool perspective = true;
+    /// Rays are drawn inside of all of them. flat: one of them is a plane, at which a ray has one sample.
+    std::array<RaySlab<Real>, kMostSlabs> slabs = {};
+    int slabCount = 0;
+    bool flat = false;
+    /// What else is cut away; null: nothing. Outlives the frame.
+    const RayCuts* cuts = nullptr;
 };
 
-/// A ray cut into segments: segment i spans [entry + i*step, entry + (i+1)*step], the last one only its part
+/// A ray cut into segments, from where it enters what is drawn of the volume: segment i spans [entry + i*step, entry + (i+1)*step], the last one only its part
 /// `tail`. Voxel space; segmentMm is the length of a whole segment in patient space.
 template <typename Real> struct SegmentedRay {
     using Vec = glm::vec<3, Real>;
     Vec entry{0}, step{0};
     Vec direction{0}; // unit
     Real segmentMm = 0;
-    Real tail = 1; // (0,1]
-    int count = 0; // 0: misses the volume
+    Real tail = 1; // (0,1]; 0 of a plane's one sample, which has no length
+    int count = 0; // 0: misses what is drawn
 };
 
 inline RayFrame<double> rayFrame(const Camera& camera, const VolumeInfo& info, const glm::ivec2& imageSize,
@@ -66,6 +83,14 @@ template <typename Real> RayFrame<Real> cast(const RayFrame<double>& f) {
     out.imageSize = glm::vec<2, Real>(f.imageSize);
     out.segmentVoxels = static_cast<Real>(f.segmentVoxels);
     out.perspective = f.perspective;
+    for (int n = 0; n < f.slabCount; ++n) {
+        const RaySlab<double>& slab = f.slabs[static_cast<std::size_t>(n)];
+        out.slabs[static_cast<std::size_t>(n)] = {typename RayFrame<Real>::Vec(slab.normal),
+                                                  static_cast<Real>(slab.low), static_cast<Real>(slab.high)};
+    }
+    out.slabCount = f.slabCount;
+    out.flat = f.flat;
+    out.cuts = f.cuts;
     return out;
 }
 
@@ -118,17 +143,41 @@ bool clipToBox(const RayLine<Real>& line, const glm::vec<3, Real>& extent, Real&
     return t1 > t0;
 }
 
+/// The part of [t0, t1] inside of a slab; as clipToBox() along an axis. False where there is none; a ray that
+/// runs along a plane meets it nowhere.
+template <typename Real> bool clipToSlab(const RayLine<Real>& line, const RaySlab<Real>& s, Real& t0, Real& t1) {
+    const Real o = s.normal.x * line.base.x + s.normal.y * line.base.y + s.normal.z * line.base.z;
+    const Real d = s.normal.x * line.direction.x + s.normal.y * line.direction.y + s.normal.z * line.direction.z;
+    if (d == Real(0))
+        return !(o < s.low || o > s.high) && s.low < s.high;
+    const Real a = (s.low - o) / d, b = (s.high - o) / d;
+    t0 = std::max(t0, std::min(a, b));
+    t1 = std::min(t1, std::max(a, b));
+    return !(t1 < t0);
+}
+
+/// What is inside of the volume's box and of all slabs.
+template <typename Real> bool drawnPartOf(const RayFrame<Real>& f, const RayLine<Real>& line, Real& t0, Real& t1) {
+    if (!clipToBox(line, f.extent, t0, t1))
+        return false;
+    for (int n = 0; n < f.slabCount; ++n)
+        if (!clipToSlab(line, f.slabs[static_cast<std::size_t>(n)], t0, t1))
+            return false;
+    return t1 > t0 || (f.flat && t1 == t0);
+}
+
+/// Of the frame's box and slabs; its cuts are taken by partOf() (ray_cuts.h).
 template <typename Real>
 SegmentedRay<Real> segmentedRay(const RayFrame<Real>& f, const glm::vec<2, Real>& pixel) {
     const RayLine<Real> line = pixelLine(f, pixel);
     SegmentedRay<Real> ray;
     Real t0 = 0, t1 = 0;
-    if (!clipToBox(line, f.extent, t0, t1))
+    if (!drawnPartOf(f, line, t0, t1))
         return ray;
     const Real segments = (t1 - t0) / f.segmentVoxels;
     if (!(segments < Real(1 << 24)))
         return ray; // NaN, or more than float can count: draws nothing
-    ray.count = static_cast<int>(std::ceil(segments));
+    ray.count = f.flat ? 1 : static_cast<int>(std::ceil(segments));
     ray.tail = segments - static_cast<Real>(ray.count - 1);
     ray.entry = line.base + t0 * line.direction;
     ray.step = f.segmentVoxels * line.direction;

@@ -31,6 +31,8 @@ inline std::size_t rayCount(const glm::ivec2& imageSize) {
 constexpr std::size_t kRayColourBytes = sizeof(glm::vec4), kRayNextBytes = sizeof(std::int32_t);
 /// Of every ray whose place on the picture is given.
 constexpr std::size_t kRayPlaceBytes = sizeof(glm::vec2);
+/// Of every ray that is cut: the interval at hand.
+constexpr std::size_t kRayIntervalBytes = sizeof(glm::vec2);
 /// Of every ray that counts what it sees: the brick that it counted last.
 constexpr std::size_t kRayLastBrickBytes = sizeof(std::int32_t);
 /// Of every brick: the first ray that waits for it.

@@ -98,8 +98,35 @@ BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means,
     return best;
 }
 
-ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statistics& statistics,
-                          const TransferTable& table, const StoreReader& store, const TextureLimits& limits,
+namespace {
+
+/// Every brick that is not empty, of one level.
+void setLevels(Selection& s, int level) {
+    for (std::uint8_t& mine : s.levels)
+        if (mine != Selection::kEmpty) {
+            --s.counts[mine];
+            mine = static_cast<std::uint8_t>(level);
+            ++s.counts[mine];
+        }
+}
+
+/// Of planes and means of rays: the finest level that a pixel can show of any brick. The greatest of means is
+/// not what is greatest, so that others take the finest there is.
+int finestForValues(const Scene& scene, const ViewWeights& weights) {
+    const bool means = scene.mode == Mode::slice || scene.mode == Mode::average;
+    if (!means || reductionOf(scene) == Reduction::minimum || scene.quality.maxError.value_or(0) > 0)
+        return 0;
+    int finest = kLevelCount - 1;
+    for (std::size_t brick = 0; brick < weights.area.size(); ++brick)
+        if (weights.area[brick] > 0)
+            finest = std::min<int>(finest, weights.finest[brick]);
+    return std::max(0, finest - (scene.quality.pixels.samples != 1 ? kLevelsWithinPixels : 0));
+}
+
+} // namespace
+
+ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnPart& part,
+                          const Statistics& statistics, const TransferTable& table, const StoreReader& store, const TextureLimits& limits,
                           LevelChoice choice, const Ledger& gpu, std::size_t gpuFixed, Ledger& ram,
                           std::size_t ramKept, int threads) {
     const VolumeInfo& info = store.info();
@@ -113,6 +140,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
             statistics, table, info, gpu.freeBytes(), packed,
             choice == LevelChoice::oneForAllNothingCulled ? Culling::none : culling, gpu.option(), gpuFixed,
             choice == LevelChoice::quick ? quickLevel(info.extentVoxels) : 0);
+        chosen.unseenBricks = leaveOutUndrawn(chosen.selection, part, info, scene.shading.on);
         chosen.atlasPages = pagesFor(chosen.selection.counts);
     };
     if (choice != LevelChoice::perBrick && choice != LevelChoice::finest) {
@@ -134,8 +162,32 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
             throw belowFloor(gpu, gpuFixed + atlasBytes(least, info.type, limits),
                              "picture, tables and the bricks around one sample");
     };
+    if (reductionOf(scene) != Reduction::composite) {
+        const Selection all = cullBricks(statistics, table, info, 0, culling);
+        std::vector<std::uint8_t> shows(all.levels.size());
+        for (std::size_t brick = 0; brick < shows.size(); ++brick)
+            shows[brick] = all.levels[brick] != Selection::kEmpty;
+        const ViewWeights weights = viewWeights(camera, info, scene.imageSize, threads, shows);
+        const bool finest = choice == LevelChoice::finest;
+        for (int level = finest ? 0 : finestForValues(scene, weights); level < kLevelCount; ++level) {
+            chosen.selection = all;
+            setLevels(chosen.selection, level);
+            chosen.unseenBricks = leaveOutUndrawn(chosen.selection, part, info, false);
+            if (level <= kCoarsestWithinReach)
+                chosen.unseenBricks += leaveOutUnseen(chosen.selection, weights);
+            chosen.atlasPages = pagesFor(chosen.selection.counts);
+            if (finest || scene.quality.maxError) {
+                inPasses();
+                break;
+            }
+            if (chosen.atlasPages <= pages)
+                break;
+        }
+        return chosen;
+    }
     if (choice == LevelChoice::finest) {
         chosen.selection = cullBricks(statistics, table, info, 0, culling);
+        chosen.unseenBricks = leaveOutUndrawn(chosen.selection, part, info, scene.shading.on);
         inPasses();
         return chosen;
     }
@@ -164,16 +216,19 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statis
     if (scene.quality.maxError) {
         chosen.selection = chooser->within(statistics.brickMean, kShareOfLevels * *scene.quality.maxError);
         chosen.error = chooser->predict(chosen.selection);
+        chosen.unseenBricks = leaveOutUndrawn(chosen.selection, part, info, scene.shading.on);
         inPasses();
     } else {
         // What is hidden needs no memory that what is seen could have.
-        const std::vector<float> visible = chooser->predictedVisibility();
+        // Where something is cut away, what it hid is seen: nothing counts as hidden.
+        const std::vector<float> visible =
+            part.any() ? std::vector<float>() : chooser->predictedVisibility();
         BestLevels best = bestLevels(*chooser, statistics.brickMean, pages, visible, Unseen::leftOut);
         chosen.selection = std::move(best.selection);
         chosen.error = best.error;
-        chosen.unseenBricks = best.unseenBricks;
+        chosen.unseenBricks = best.unseenBricks + leaveOutUndrawn(chosen.selection, part, info, scene.shading.on);
         chosen.atlasPages = pagesFor(chosen.selection.counts);
-        if (chosen.error.mean > 0) { // memory is short: it is worth knowing better what is seen
+        if (chosen.error.mean > 0 && !part.any()) { // memory is short: it is worth knowing better what is seen
             chosen.atlasPages = pages;
             chosen.chooser = std::move(chooser);
         }

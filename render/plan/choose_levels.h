@@ -6,6 +6,7 @@
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
 #include "core/scene.h"
+#include "render/plan/drawn_part.h"
 #include "render/residency/pages.h"
 
 #include <memory>
@@ -26,8 +27,10 @@ inline Culling cullingFor(const Shading& shading) {
 struct ChosenLevels {
     Selection selection;
     std::size_t atlasPages = 0;   // of the atlas; fewer than the selection's where it takes several passes
-    std::size_t unseenBricks = 0; // of the selection's empty ones: BestLevels
-    bool predicted = false; // false: no statistics of errors in this budget of RAM, or one level for all
+    std::size_t unseenBricks = 0; // of the selection's empty ones: BestLevels, or not of the part that is drawn
+    /// False: no statistics of errors in this budget of RAM, one level for all, or rays that keep one value,
+    /// whose errors by level nobody predicts.
+    bool predicted = false;
     PredictedError error;   // where predicted
     /// Where it pays to count what is seen and to choose again (ScenePlan::chooseByVisibility()).
     std::unique_ptr<LevelChooser> chooser;
@@ -57,12 +60,15 @@ enum class LevelsFor { still, interactive };
 BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
                       Visibility visible, Unseen unseen = Unseen::kept, LevelsFor picture = LevelsFor::still);
 
+/// Rays that keep one value take one level for all: the finest that fits and, of planes and means, that a
+/// pixel can show.
+/// @param part      what is drawn of the volume: bricks outside are left out
 /// @param gpuFixed  bytes that the scene takes of gpu besides its bricks
 /// @param ramKept   bytes of ram that must stay free for what comes after
 /// Throws InputError naming the floor when gpu cannot hold what the scene needs at least, and when ram cannot
 /// hold the statistics that a scene with an error to stay below needs.
-ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const Statistics& statistics,
-                          const TransferTable& table, const StoreReader& store, const TextureLimits& limits,
+ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnPart& part,
+                          const Statistics& statistics, const TransferTable& table, const StoreReader& store, const TextureLimits& limits,
                           LevelChoice choice, const Ledger& gpu, std::size_t gpuFixed, Ledger& ram,
                           std::size_t ramKept, int threads);
 

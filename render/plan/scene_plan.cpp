@@ -68,6 +68,14 @@ Strides ScenePlan::strides() const {
 
 void ScenePlan::setFunction(const TransferFunction& f, const Scene& scene, Ledger& ram) {
     volume.function = f;
+    if (const Reduction reduction = reductionOf(scene); reduction != Reduction::composite) {
+        setValues(scene, reduction, ram);
+        return;
+    }
+    if (scene.mode == Mode::isosurface) { // what answers to light stays the function's
+        volume.function = TransferFunction::fromOpacity({}, f.colourPoints(), f.referenceLengthMm());
+        volume.function.setMaterials(f.materials());
+    }
     std::vector<SurfaceValue> surfaces;
     for (const Isosurface& surface : scene.surfaces)
         if (surface.opacity > 0)
@@ -84,6 +92,17 @@ void ScenePlan::setFunction(const TransferFunction& f, const Scene& scene, Ledge
     setLighting(volume.optics, scene.shading, view.lighting, f.materials(), view.camera, info());
     if (!volume.selection.levels.empty())
         prepareSegments();
+}
+
+void ScenePlan::setValues(const Scene& scene, Reduction reduction, Ledger& ram) {
+    volume.look = {scene.valueColour,
+                   windowOf(scene.window, summarise(volume.statistics, info(), scene.volumes.at(0).unit))};
+    volume.table = valueTable(volume.look, volume.function, reduction);
+    chargeTables(Integrator::midpoint, ram);
+    Shading unlit;
+    unlit.on = false;
+    volume.optics = makeOptics(volume.table, info(), unlit, 0, Integrator::midpoint);
+    volume.optics.reduction = reduction;
 }
 
 void ScenePlan::aim() {
@@ -115,6 +134,8 @@ Integrator ScenePlan::automaticIntegrator() const {
 }
 
 std::vector<Integrator> ScenePlan::integratorsToTry() const {
+    if (volume.reduces())
+        return {Integrator::midpoint};
     if (view.quality.integrator != Integrator::automatic || mayTake == Integrator::midpoint ||
         isSmooth(volume.statistics, volume.table, info(), view.quality.stepVoxels))
         return {volume.optics.integrator};
@@ -176,7 +197,7 @@ void ScenePlan::mapLevels(Ledger& ram, bool always) {
         volume.levels = makeLevelMap(volume.selection, info().extentVoxels, view.quality, ram);
     prepareSegments();
     if (view.quality.skipping)
-        volume.mapEmptySpace(view.quality.edgeFunction, ram);
+        volume.mapEmptySpace(view.quality, ram);
 }
 
 void ScenePlan::chooseByVisibility(std::span<const SeenBrick> seen, Ledger& ram) {
@@ -189,8 +210,9 @@ void ScenePlan::chooseByVisibility(std::span<const SeenBrick> seen, Ledger& ram)
     setSelection(std::move(better.selection), ram);
 }
 
-ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, int threads,
+ScenePlan planView(const Scene& given, const StoreReader& store, Ledger& ram, int threads,
                    std::size_t bytesPerPixel) {
+    const Scene scene = asDrawn(given);
     checkIntegrator(scene.quality);
     checkLight(scene);
     ScenePlan p;
@@ -213,7 +235,11 @@ ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, in
                       scene, ram);
     else
         p.setFunction(std::get<TransferFunction>(function), scene, ram);
-    if (const auto* view = std::get_if<FittedView>(&scene.camera))
+    p.view.part = drawnPart(scene, info);
+    const auto* const view = std::get_if<FittedView>(&scene.camera);
+    if (view && !view->named && scene.mode == Mode::slice)
+        p.view.camera = sliceCamera(scene.slice, info, scene.imageSize);
+    else if (view)
         p.view.camera =
             fittedCamera(*view, store, p.volume.statistics, p.volume.table, scene.imageSize, ram, threads);
     else
@@ -252,6 +278,8 @@ void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const
                                  : std::max(picture, visibilityBytes(view.imageSize, bricks));
     MemoryPlan floors;
     floors.need("rays", 0, rays);
+    if (view.part.cuts) // an interval and a half of each, and where they begin
+        floors.need("intervals of rays", 0, (kRayIntervalBytes * 3 / 2 + sizeof(std::size_t)) * rayCount(view.imageSize));
     floors.need("the index of bricks", 0,
                 indexBytes(bricks, limits.indexEntryBytes) * static_cast<std::size_t>(1 + channels));
     floors.need("light of voxels while it is computed",
@@ -301,8 +329,9 @@ void ScenePlan::chooseAprons(TextureLimits& limits, std::size_t bricks, const Le
     volume.pageEdge = limits.pageEdge;
 }
 
-void chooseAgain(ScenePlan& p, const Scene& scene, const TextureLimits& engineLimits, Ledger& ram,
+void chooseAgain(ScenePlan& p, const Scene& given, const TextureLimits& engineLimits, Ledger& ram,
                  const Ledger& gpu, int threads, LevelChoice choice) {
+    const Scene scene = asDrawn(given);
     p.volume.cache.reset(); // it holds all memory that was left
     p.view.quality = scene.quality;
     TextureLimits most = engineLimits;
@@ -310,15 +339,17 @@ void chooseAgain(ScenePlan& p, const Scene& scene, const TextureLimits& engineLi
     p.settleIntegrator(ram, gpu, p.volume.table.entries.size());
     p.planMemory(most, ram, gpu, threads);
     TextureLimits limits = most;
-    if (choice == LevelChoice::finest) // rays wait for bricks: none is filled from neighbours
+    if (choice == LevelChoice::finest) { // rays wait for bricks: none is filled from neighbours
         p.volume.pageEdge = limits.pageEdge = kBrickExtent;
-    else if (limits.pageEdge > kBrickExtent)
-        p.chooseAprons(limits,
-                       cullBricks(p.volume.statistics, p.volume.table, p.info(), 0, cullingFor(scene.shading))
-                           .shownBricks(),
-                       gpu);
-    p.chosen = chooseLevels(scene, p.view.camera, p.volume.statistics, p.volume.table, *p.volume.store,
-                            limits, choice, gpu, p.memory.gpuBytes(), ram, p.memory.ramBytes(), threads);
+    } else if (limits.pageEdge > kBrickExtent) {
+        Selection all =
+            cullBricks(p.volume.statistics, p.volume.table, p.info(), 0, cullingFor(scene.shading));
+        leaveOutUndrawn(all, p.view.part, p.info(), scene.shading.on);
+        p.chooseAprons(limits, all.shownBricks(), gpu);
+    }
+    p.chosen = chooseLevels(scene, p.view.camera, p.view.part, p.volume.statistics, p.volume.table,
+                            *p.volume.store, limits, choice, gpu, p.memory.gpuBytes(), ram,
+                            p.memory.ramBytes(), threads);
     p.setSelection(std::move(p.chosen.selection), ram);
     p.aim();
     p.openCache(ram, threads, limits.readsOnce && !scene.quality.maxError); // passes read again

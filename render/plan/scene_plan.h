@@ -24,7 +24,8 @@ struct ScenePlan {
     VolumeState volume;  // last: its cache goes first
 
     const VolumeInfo& info() const { return volume.info(); }
-    /// Takes another transfer function; shading, termination and integrator are the scene's.
+    /// Takes another transfer function; shading, termination and integrator are the scene's, and mode, window
+    /// and colours of single values.
     void setFunction(const TransferFunction& function, const Scene& scene, Ledger& ram);
     /// The rays and the lights of the view as it is.
     void aim();
@@ -66,6 +67,7 @@ struct ScenePlan {
 
   private:
     void chargeTables(Integrator integrator, Ledger& ram);
+    void setValues(const Scene& scene, Reduction reduction, Ledger& ram);
     Integrator automaticIntegrator() const;
     Integrator preintegration() const;
 };

@@ -7,6 +7,7 @@
 #include "core/scene.h"
 #include "render/contract/ray.h"
 #include "render/light/shadow_maps.h" // ShadowQuality
+#include "render/plan/drawn_part.h"
 
 #include <cstdint>
 #include <glm/vec2.hpp>
@@ -18,12 +19,16 @@ struct ViewState {
     glm::ivec2 imageSize{0};
     Quality quality; // step, sampling and fetch as they are; integrator as it is asked for
     RayFrame<double> frame;
+    DrawnPart part; // of the volume
     Lighting lighting; // the scene's
     ShadowQuality shadowQuality;
     Charge imageCharge; // pictures and what an engine keeps of every ray, in RAM
 
     /// The rays of camera, picture and step as they are. ScenePlan::aim() also places lights.
-    void aim(const VolumeInfo& info) { frame = rayFrame(camera, info, imageSize, quality.stepVoxels); }
+    void aim(const VolumeInfo& info) {
+        frame = rayFrame(camera, info, imageSize, quality.stepVoxels);
+        part.clip(frame);
+    }
 };
 
 /// What can change between two pictures.

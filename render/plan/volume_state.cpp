@@ -6,7 +6,24 @@
 
 namespace tessera {
 
-void VolumeState::mapEmptySpace(EdgeFunction edgeFunction, Ledger& ram) {
+namespace {
+/// What filtered fetches are misplaced by, in voxels (docs/sampling.md, "Ray").
+double slackOf(const Quality& quality) {
+    return quality.fetch == Fetch::hardware ? 1.0 / 256 : 0.0;
+}
+} // namespace
+
+void VolumeState::mapEmptySpace(const Quality& quality, Ledger& ram) {
+    const EdgeFunction edgeFunction = quality.edgeFunction;
+    if (reduces()) {
+        occupancy = {};
+        if (optics.reduction == Reduction::average)
+            bounds.clear();
+        else
+            bounds.fill(statistics, optics, info(), selection, mapScale, slackOf(quality), ram);
+        return;
+    }
+    bounds.clear();
     const auto map = [&](Occupancy& occupancy, const TransferTable& shown) {
         const OccupancyInput input{statistics, shown, info(), selection, edgeFunction};
         if (occupancy.exists())
@@ -19,8 +36,11 @@ void VolumeState::mapEmptySpace(EdgeFunction edgeFunction, Ledger& ram) {
         map(surfaceOccupancy, surfaceTable);
 }
 
-void VolumeState::functionChanged(EdgeFunction edgeFunction, int threads) {
-    occupancy.functionChanged({statistics, table, info(), selection, edgeFunction}, threads);
+void VolumeState::functionChanged(const Quality& quality, Ledger& ram, int threads) {
+    if (reduces() || !occupancy.exists())
+        mapEmptySpace(quality, ram);
+    else
+        occupancy.functionChanged({statistics, table, info(), selection, quality.edgeFunction}, threads);
 }
 
 ValueSummary summarise(const Statistics& statistics, const VolumeInfo& info, const std::string& unit) {

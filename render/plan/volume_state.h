@@ -9,9 +9,11 @@
 #include "core/budget.h"
 #include "core/preset.h" // ValueSummary
 #include "core/transfer_function.h"
+#include "core/value_look.h"
 #include "render/contract/level_map.h"
 #include "render/contract/optics.h"
 #include "render/empty_space/occupancy.h"
+#include "render/empty_space/value_bounds.h"
 
 #include <memory>
 #include <string>
@@ -28,7 +30,9 @@ struct VolumeState {
     int pageEdge = kBrickExtent; // samples along a page of bricks, aprons included
     LevelMap levels;             // of a selection of mixed levels; else empty
     MapScale mapScale = MapScale::bricks;
-    Occupancy occupancy; // the map of empty space
+    Occupancy occupancy; // the map of empty space; none where rays keep one value
+    ValueLook look;      // of single values, where they do
+    ValueBounds bounds;  // then: what rays leap over, where they look for the greatest or the least
     /// What isosurfaces alone show: a map of its own, where there are surfaces, the function shows something
     /// too, and memory is ample.
     bool mapsSurfaces = false;
@@ -41,10 +45,12 @@ struct VolumeState {
 
     const VolumeInfo& info() const { return store->info(); }
     bool mixed() const { return !levels.corners.empty(); }
+    /// Rays keep one value, not what the function makes of all.
+    bool reduces() const { return optics.reduction != Reduction::composite; }
     /// Proves anew what the selection's levels change; all of it the first time.
-    void mapEmptySpace(EdgeFunction edgeFunction, Ledger& ram);
+    void mapEmptySpace(const Quality& quality, Ledger& ram);
     /// The table is another: proves anew what that changes.
-    void functionChanged(EdgeFunction edgeFunction, int threads);
+    void functionChanged(const Quality& quality, Ledger& ram, int threads);
 };
 
 /// What presets may know of a volume.

@@ -15,7 +15,7 @@ struct Places {
 
     /// The rays of a frame through them; they outlive what is drawn.
     Rays of(const RayFrame<double>& frame, const Strides& strides) const {
-        return {frame, strides, {}, all, size};
+        return {frame, strides, all, size};
     }
 };
 

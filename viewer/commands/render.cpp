@@ -15,6 +15,7 @@
 #include "viewer/input/thin_volume.h"
 #include "viewer/input/volume_input.h"
 #include "viewer/manifest/manifest.h"
+#include "viewer/options/mode_options.h"
 #include "viewer/options/option_values.h"
 #if TESSERA_WITH_IMAGE_FILES
 #include "core/image_file.h"
@@ -54,6 +55,7 @@ struct RenderArguments {
     std::vector<std::string> surfaces;
     std::string verify;
     bool noShading = false, noSkipping = false, noCheck = false, explain = false, json = false;
+    ModeOptions mode;
     InputOptions input;
 };
 
@@ -151,8 +153,19 @@ void applyOptions(const RenderArguments& arguments, Scene& scene) {
         FittedView view{parseView(arguments.view, "--view")};
         if (const auto* before = std::get_if<FittedView>(&scene.camera))
             view = {view.view, before->projection, before->fit};
+        view.named = true;
         scene.camera = view;
     }
+    applyModeOptions(arguments.mode, scene);
+    if (const auto* fitted = std::get_if<FittedView>(&scene.camera);
+        scene.mode == Mode::slice && fitted && !fitted->named)
+        for (const auto& [text, option] :
+             {std::pair{arguments.fit, "--fit"}, {arguments.projection, "--projection"}})
+            if (!text.empty())
+                throw badFile(option,
+                              "--view beside it: a slice is looked at along its normal, in parallel, and "
+                              "fills the picture",
+                              "none");
     if (!arguments.fit.empty()) {
         auto* fitted = std::get_if<FittedView>(&scene.camera);
         if (!fitted)
@@ -295,7 +308,8 @@ void warnBlank(const RenderArguments& arguments, const Scene& scene, const Volum
     std::string why = "the camera sees nothing of the volume", fix = " --view anterior";
     if (!(result.highest > result.lowest)) {
         why = "all values of the volume are the same", fix = "";
-    } else if (!showsAnything(scene.volumes.front().transferFunction, result)) {
+    } else if (reductionOf(scene) == Reduction::composite && scene.mode != Mode::isosurface &&
+               !showsAnything(scene.volumes.front().transferFunction, result)) {
         why = "the transfer function shows none of the volume's values", fix = " --preset auto";
     }
     printProblem("the picture is blank: " + why + "; they go from " + formatNumber(result.lowest) + " to " +
@@ -482,6 +496,7 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
                         joinNames(presetNames()) + " (default: bone for HU, auto for other values)");
     command->add_option("--view", a->view,
                         joinNames(viewNames()) + "; also front, back, top, bottom (default: anterior)");
+    addModeOptions(*command, a->mode);
     command->add_option("--fit", a->fit,
                         "what fills the picture: all that is shown, or the volume's box: " +
                             joinNames(fitNames()) + " (default: shown)");

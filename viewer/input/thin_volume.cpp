@@ -26,7 +26,7 @@ int axisOf(View view) {
 
 void requireFacingView(const Scene& scene, const VolumeInfo& info, const std::string& where) {
     const auto* fitted = std::get_if<FittedView>(&scene.camera);
-    if (!fitted)
+    if (!fitted || (scene.mode == Mode::slice && !fitted->named))
         return;
     int thin = -1, thinAxes = 0;
     for (int axis = 0; axis < 3; ++axis)

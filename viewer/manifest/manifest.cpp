@@ -135,6 +135,7 @@ nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const 
         {"segments",
          {{"stepVoxels", result.stepVoxels},
           {"integrator", integratorNames()[static_cast<std::size_t>(result.integrator)]}}},
+        {"mode", modeNames()[static_cast<std::size_t>(scene.mode)]},
         {"pixels", pixelsJson(result, scene)},
         {"errors", errorsJson(result, scene)},
         {"work",
@@ -146,6 +147,10 @@ nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const 
           {"bricksUploaded", work.bricksUploaded},
           {"blended", work.blended},
           {"bytesUploaded", work.bytesUploaded}}}};
+    if (reductionOf(scene) != Reduction::composite) {
+        manifest["window"] = {{"centre", result.window.centre}, {"width", result.window.width}};
+        manifest["errors"]["levels"] = "not predicted";
+    }
     return manifest;
 }
 

@@ -35,13 +35,18 @@ const SurfaceValue* crossed(const std::vector<SurfaceValue>& surfaces, double a,
 
 /// @param from, to  segments, whole ones
 /// @param value  of a place, in segments from the entry; physical units
-template <typename Value>
+/// @param drawn  whether a place is not cut away
+template <typename Value, typename Drawn>
 Shares sharesAlong(const SegmentedRay<double>& ray, int from, int to, const VolumeState& volume,
-                   const Value& value) {
+                   const Value& value, const Drawn& drawn) {
     Shares s;
     double left = 1, before = value(static_cast<double>(from));
     for (int i = from; i < to && left > kEndOfLight; ++i) {
         const double length = strideLength(ray, i, 1), behind = value(i + length);
+        if (!drawn(i + length / 2)) {
+            before = behind;
+            continue;
+        }
         if (const SurfaceValue* const surface = crossed(volume.table.surfaces, before, behind)) {
             const double part = (surface->value - before) / (behind - before);
             s.added.push_back(left * surface->opacity);
@@ -76,6 +81,25 @@ double placeOfMost(const Shares& s) {
     return place;
 }
 
+/// The segments' place of the value that a ray keeps; negative: nothing of it is drawn. Of an average, the
+/// middle.
+template <typename Value, typename Drawn>
+double placeOfKept(const SegmentedRay<double>& ray, int from, int to, Reduction reduction, const Value& value,
+                   const Drawn& drawn) {
+    double place = -1, kept = 0, first = -1, last = -1;
+    for (int i = from; i < to; ++i) {
+        const double middle = i + strideLength(ray, i, 1) / 2;
+        if (!drawn(middle))
+            continue;
+        first = first < 0 ? middle : first;
+        last = middle;
+        const double here = value(middle);
+        if (place < 0 || (reduction == Reduction::maximum ? here > kept : here < kept))
+            place = middle, kept = here;
+    }
+    return reduction == Reduction::average ? (first + last) / 2 : place;
+}
+
 /// The finest level of which a ray meets few chunks.
 int quickLevel(const VolumeInfo& info) {
     constexpr int kMostChunks = 12; // along the longest axis
@@ -88,21 +112,29 @@ int quickLevel(const VolumeInfo& info) {
 
 } // namespace
 
-PickedPlace pickPlace(const VolumeState& volume, const Camera& camera, const glm::ivec2& imageSize,
-                      const glm::dvec2& place) {
+PickedPlace pickPlace(const VolumeState& volume, const DrawnPart& part, const Camera& camera,
+                      const glm::ivec2& imageSize, const glm::dvec2& place) {
     const VolumeInfo& info = volume.info();
     PickedPlace picked;
     const SegmentedRay<double> ray = segmentedRay(rayFrame(camera, info, imageSize, kStepVoxels), place);
     if (ray.count == 0)
         return picked;
+    const Reduction reduction = volume.optics.reduction;
     const auto position = [&](double segments) { return ray.entry + segments * ray.step; };
     const auto placeAt = [&](int level, int from, int to) {
         LatticeReader samples(*volume.cache, info, level, nullptr);
         const double perVoxel = std::exp2(-level);
-        return placeOfMost(sharesAlong(ray, from, to, volume, [&](double segments) {
+        const auto value = [&](double segments) {
             return info.rescaleSlope * fieldValue(samples, position(segments), perVoxel) +
                    info.rescaleIntercept;
-        }));
+        };
+        const auto drawn = [&](double segments) {
+            const glm::dvec3 p = position(segments);
+            return !part.any() || part.meets(p, p);
+        };
+        return reduction == Reduction::composite
+                   ? placeOfMost(sharesAlong(ray, from, to, volume, value, drawn))
+                   : placeOfKept(ray, from, to, reduction, value, drawn);
     };
     picked.level = quickLevel(info);
     double at = placeAt(picked.level, 0, ray.count);
@@ -110,8 +142,11 @@ PickedPlace pickPlace(const VolumeState& volume, const Camera& camera, const glm
         return picked;
     try {
         const int reach = static_cast<int>(2 / kStepVoxels) << picked.level, middle = static_cast<int>(at);
-        const double finer = placeAt(0, std::max(0, middle - reach), std::min(ray.count, middle + reach + 1));
-        at = finer < 0 ? at : finer;
+        if (reduction != Reduction::average) {
+            const double finer =
+                placeAt(0, std::max(0, middle - reach), std::min(ray.count, middle + reach + 1));
+            at = finer < 0 ? at : finer;
+        }
         picked.level = 0;
     } catch (const Error&) { // damaged
     }

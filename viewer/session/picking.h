@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/camera.h"
+#include "render/plan/drawn_part.h"
 #include "render/plan/volume_state.h"
 #include "viewer/session/viewing.h"
 
@@ -9,13 +10,14 @@
 
 namespace tessera {
 
-/// Along the ray, the place where the picture gets most of what it shows: where opacity rises most, over a
+/// Along what is drawn of the ray (cuts leave the rest out): of modes that show single values, where that
+/// value is; else the place where the picture gets most of what it shows: where opacity rises most, over a
 /// voxel to either side, or the first isosurface that is not fainter than that. Found at a level that is read
 /// quickly, then once more around that place at level 0, whatever levels are drawn; where level 0 cannot be
 /// read, it stays at the coarse place, and says so.
-/// @param place  of the picture, pixels, x right, y down
+/// Of an average, the middle of the way. @param place  of the picture, pixels, x right, y down
 /// Throws what decoding the coarse level threw.
-PickedPlace pickPlace(const VolumeState& volume, const Camera& camera, const glm::ivec2& imageSize,
-                      const glm::dvec2& place);
+PickedPlace pickPlace(const VolumeState& volume, const DrawnPart& part, const Camera& camera,
+                      const glm::ivec2& imageSize, const glm::dvec2& place);
 
 } // namespace tessera

@@ -55,7 +55,12 @@ struct Open {
 };
 
 /// A scene without what a renderer can be told while it goes on.
-std::string fixedPart(Scene scene) {
+/// @param compiles  Engine::About's
+std::string fixedPart(Scene scene, bool compiles) {
+    scene.measurements.clear();
+    scene.window = std::string("auto");
+    if (!compiles)
+        scene.cuts = {};
     scene.camera = FittedView{};
     scene.volumes.front().transferFunction = std::string();
     return sceneJson(scene);
@@ -395,7 +400,8 @@ void ViewSession::take(const Wish& wish) {
         return; // of the volume before
     if (o.still)
         o.still->callOff();
-    if (fixedPart(wish.scene) != fixedPart(o.scene)) {
+    const bool compiles = o.engine->about().compiles;
+    if (fixedPart(wish.scene, compiles) != fixedPart(o.scene, compiles)) {
         makeRenderer(wish.scene);
     } else {
         const Camera& camera = std::get<Camera>(wish.scene.camera);
@@ -405,7 +411,13 @@ void ViewSession::take(const Wish& wish) {
             o.renderer->setCamera(camera);
         if (recoloured)
             o.renderer->setFunction(std::get<TransferFunction>(wish.scene.volumes.front().transferFunction));
-        if (turned || recoloured) {
+        const bool rewindowed = wish.scene.window != o.scene.window,
+                   recut = !(wish.scene.cuts == o.scene.cuts);
+        if (rewindowed)
+            o.renderer->setWindow(wish.scene.window);
+        if (recut)
+            o.renderer->setCuts(wish.scene.cuts);
+        if (turned || recoloured || rewindowed || recut) {
             quickFirst_ = true;
             if (!drawsMoving_)
                 o.renderer->cancel();
@@ -420,8 +432,8 @@ void ViewSession::take(const Wish& wish) {
 }
 
 void ViewSession::answer(const glm::dvec2& place, std::uint64_t number) {
-    PickedPlace picked =
-        pickPlace(open_->renderer->volume(), open_->renderer->camera(), open_->scene.imageSize, place);
+    PickedPlace picked = pickPlace(open_->renderer->volume(), open_->renderer->part(),
+                                   open_->renderer->camera(), open_->scene.imageSize, place);
     picked.number = number;
     const std::lock_guard lock(mutex_);
     picked_ = picked;

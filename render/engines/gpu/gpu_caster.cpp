@@ -2,6 +2,7 @@
 #include "render/engines/gpu/gpu_caster.h"
 
 #include "core/error.h"
+#include "render/contract/kept_value.h"
 #include "render/engines/gpu/fine_mask.h"
 
 #include <utility>
@@ -27,21 +28,38 @@ GpuCaster::GpuCaster(const ScenePlan& scene, GpuEngine& engine, const CasterOpti
 GpuCaster::GpuCaster(const ScenePlan& scene, GpuEngine& engine, std::uint32_t features, Ledger& gpu)
     : scene_(scene), engine_(engine), gpu_(gpu), features_(withFunction(features, scene.volume.optics)),
       march_(features, scene.view.frame, scene.info(), scene.strides(), scene.volume.optics,
-             (features & kFeatureSkipping) ? &scene.volume.occupancy : nullptr, gpu) {
+             (features & kFeatureSkipping) && !scene.volume.reduces() ? &scene.volume.occupancy : nullptr,
+             gpu) {
     if ((features & kFeatureSkipping) && scene.volume.mapsSurfaces)
         march_.setSurfaceMap(scene.volume.surfaceOccupancy);
 }
 
 void GpuCaster::begin(const Rays& rays) {
     check(rays);
-    if (rays.places.empty() != !(features_ & kFeaturePlaces)) {
-        features_ ^= std::uint32_t{kFeaturePlaces};
+    const std::uint32_t before = features_;
+    features_ = (features_ & ~std::uint32_t{kFeaturePlaces | kFeatureSlabs | kFeatureIntervals}) |
+                (rays.frame.cuts ? std::uint32_t{kFeatureIntervals} : 0u) |
+                (rays.places.empty() ? 0u : std::uint32_t{kFeaturePlaces}) |
+                (rays.frame.slabCount > 0 ? std::uint32_t{kFeatureSlabs} : 0u);
+    if (features_ != before)
         march_.setFeatures(features_, scene_.volume.optics);
+    const bool skips = (features_ & kFeatureSkipping) != 0, reduces = scene_.volume.reduces();
+    if (skips && reduces && boundsVersion_ != scene_.volume.bounds.version()) {
+        march_.setBounds(scene_.volume.bounds);
+        boundsVersion_ = scene_.volume.bounds.version();
     }
-    const bool changed = mapIsNew_ && (features_ & kFeatureSkipping) != 0;
+    const bool changed = mapIsNew_ && skips && !reduces;
     march_.setLights(scene_.volume.optics); // the camera may be another
     march_.restart(rays, changed ? &scene_.volume.occupancy : nullptr);
     mapIsNew_ = false;
+}
+
+Image GpuCaster::image() const {
+    Image image = march_.image();
+    if ((features_ & kFeatureIntervals) && (features_ & kFeatureValues))
+        for (glm::vec4& p : image.pixels)
+            p = colourOfKept(scene_.volume.optics, KeptValue<float>{p.r, p.g, p.a > 0});
+    return image;
 }
 
 bool GpuCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& work) {
@@ -72,7 +90,7 @@ void GpuCaster::fetchAsAsked() {
 }
 
 std::size_t GpuCaster::refine() {
-    if (!(features_ & kFeatureSkipping) || (features_ & kFeaturePasses))
+    if (!(features_ & kFeatureSkipping) || (features_ & kFeaturePasses) || scene_.volume.reduces())
         return 0;
     const VolumeState& volume = scene_.volume;
     const auto refined = [&](const GlTexture3d& map, const Occupancy& occupancy, const TransferTable& table) {

@@ -21,7 +21,7 @@ class GpuCaster : public RayCaster {
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) override;
     std::size_t waiting() const override { return march_.waiting(); }
     std::vector<std::uint32_t> takeWanted() override { return march_.takeWanted(); }
-    Image image() const override { return march_.image(); }
+    Image image() const override;
     std::vector<SurfaceHit> hits() const override { return march_.hits(); }
     void functionChanged() override;
     void emptySpaceChanged() override { mapIsNew_ = true; }
@@ -39,6 +39,7 @@ class GpuCaster : public RayCaster {
     std::uint32_t features_;    // the integrator's and the lights' included
     bool filtersAgain_ = false; // fetchExactly() took filters away
     bool mapIsNew_ = false;
+    std::uint64_t boundsVersion_ = 0; // of the bounds on the device; 0: none
     March march_;
 };
 

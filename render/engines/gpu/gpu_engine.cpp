@@ -16,7 +16,11 @@ std::uint32_t marchFeatures(const ScenePlan& scene, bool counting) {
     add(scene.volume.optics.shading, kFeatureShading);
     if (scene.volume.optics.shading || !scene.volume.optics.surfaces.empty())
         f |= gradientFeature(scene.volume.optics.gradient);
-    add(scene.view.quality.skipping, kFeatureSkipping);
+    add(scene.view.quality.skipping && (scene.volume.occupancy.exists() || scene.volume.bounds.exists()),
+        kFeatureSkipping);
+    add(scene.volume.reduces(), kFeatureValues);
+    add(!scene.view.part.slabs.empty(), kFeatureSlabs);
+    add(scene.view.part.cuts != nullptr, kFeatureIntervals);
     add(scene.view.quality.fetch == Fetch::hardware, kFeatureHardware);
     add(texelFormat(scene.info().type).normalised, kFeatureNormalised);
     add(scene.volume.optics.termination > 0, kFeatureTermination);

@@ -26,9 +26,11 @@ std::string element(const char* array, std::size_t i) {
 
 /// With what follows from the optics.
 std::uint32_t withOptics(std::uint32_t features, const Optics& optics) {
-    features = withLights(features & ~(kIntegratorFeatures | kFeatureSurfaces), optics);
+    features = withLights(features & ~(kIntegratorFeatures | kFeatureSurfaces | kFeatureValues), optics);
     if (features & kFeatureVisibility)
         return features; // light by the midpoint rule, and no isosurfaces
+    if (optics.reduction != Reduction::composite)
+        return (features | kFeatureValues) & ~(kFeatureShading | kFeatureTermination | kGradientFeatures);
     return features | integratorFeatures(optics.integrator) |
            (optics.surfaces.empty() ? 0u : std::uint32_t{kFeatureSurfaces});
 }
@@ -68,13 +70,20 @@ void setRayUniforms(const GlProgram& program, const Rays& rays) {
     program.set("uImageSize", f.imageSize);
     program.set("uSegmentVoxels", f.segmentVoxels);
     program.set("uPerspective", f.perspective ? 1 : 0);
+    program.set("uSlabs", f.slabCount);
+    program.set("uFlat", f.flat ? 1 : 0);
+    for (std::size_t n = 0; n < static_cast<std::size_t>(f.slabCount); ++n) {
+        program.set(element("uSlabNormal", n).c_str(), f.slabs[n].normal);
+        program.set(element("uSlabEnds", n).c_str(), glm::vec2(f.slabs[n].low, f.slabs[n].high));
+    }
 }
 
 March::March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
              const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu)
     : size_(glm::ivec2(frame.imageSize)), features_(withOptics(features, optics)), info_(info), gpu_(gpu),
       occupancy_(occupancy) {
-    TESSERA_CHECK((occupancy != nullptr) == ((features & kFeatureSkipping) != 0));
+    TESSERA_CHECK((occupancy != nullptr) ==
+                  ((features & kFeatureSkipping) != 0 && !(features_ & kFeatureValues)));
     compose();
     if (occupancy)
         skipping_ = GlTexture3d(GL_RG32UI, occupancy->grid(), sizeof(SkippingTexel), GL_NEAREST, gpu,
@@ -122,6 +131,7 @@ void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
     program_.set("uPhong", optics.phong);
     program_.set("uSpecularPower", optics.specularPower);
     program_.set("uTermination", optics.termination);
+    program_.set("uReduction", static_cast<int>(optics.reduction));
     setLights(optics);
 }
 
@@ -158,6 +168,8 @@ void March::setLights(const Optics& optics) {
 
 void March::restart(const Rays& rays, const Occupancy* changed) {
     TESSERA_CHECK(rays.places.empty() == !(features_ & kFeaturePlaces));
+    TESSERA_CHECK((rays.frame.cuts != nullptr) == ((features_ & kFeatureIntervals) != 0));
+    TESSERA_CHECK(rays.frame.slabCount == 0 || (features_ & (kFeatureSlabs | kFeatureVisibility)));
     if (rays.size() != size_) {
         size_ = rays.size();
         buffers_.fit(marchComposition(features_), size_, brickGrid(info_.extentVoxels), gpu_);
@@ -178,6 +190,23 @@ void March::restart(const Rays& rays, const Occupancy* changed) {
     if (features_ & kFeaturePlaces)
         buffers_.put("PLACES", std::as_bytes(rays.places), gpu_);
     tile_ = glm::ivec2(0);
+    cuts_.reset();
+    round_ = 0;
+    if (features_ & kFeatureIntervals) {
+        cuts_ = cutRays(frame, rays.places, 0);
+        putRound();
+    }
+}
+
+/// The rays' intervals of the round.
+void March::putRound() {
+    std::vector<glm::vec2> intervals(rayCount(size_), glm::vec2(0, -1));
+    for (std::size_t ray = 0; ray < intervals.size(); ++ray)
+        if (round_ < cuts_->count(ray)) {
+            const RayInterval& interval = cuts_->at(ray, round_);
+            intervals[ray] = {interval.from, interval.to};
+        }
+    buffers_.put("INTERVALS", std::as_bytes(std::span(intervals)), gpu_);
 }
 
 void March::setSurfaceMap(const Occupancy& surfaceOccupancy) {
@@ -186,6 +215,19 @@ void March::setSurfaceMap(const Occupancy& surfaceOccupancy) {
         surfaceMap_ = GlTexture3d(GL_RG32UI, surfaceOccupancy.grid(), sizeof(SkippingTexel), GL_NEAREST, gpu_,
                                   "the map of isosurfaces");
     uploadSkipping(surfaceMap_, surfaceOccupancy, {0, surfaceOccupancy.grid().z});
+}
+
+void March::setBounds(const ValueBounds& bounds) {
+    TESSERA_CHECK(features_ & kFeatureValues);
+    const auto upload = [&](GlTexture3d& texture, const glm::ivec3& grid, const float* texels) {
+        if (texture.extent() != grid)
+            texture = GlTexture3d(GL_R32F, grid, sizeof(float), GL_NEAREST, gpu_, "the bounds of values");
+        texture.upload(glm::ivec3(0), grid, GL_RED, GL_FLOAT, texels);
+    };
+    upload(brickBounds_, bounds.bricks(), bounds.brick().data());
+    if (!bounds.cell().empty())
+        upload(cellBounds_, bounds.cells(), bounds.cell().data());
+    boundsOfCells_ = !bounds.cell().empty();
 }
 
 std::vector<SurfaceHit> March::hits() const {
@@ -211,7 +253,15 @@ std::vector<std::uint32_t> March::takeWanted() {
 bool March::runUntil(const FieldSource& source, const Slicing& slicing, Clock::time_point deadline,
                      Work& work) {
     bindField(program_, features_, info_, source);
-    if (features_ & kFeatureSkipping) {
+    if ((features_ & kFeatureSkipping) && (features_ & kFeatureValues)) {
+        TESSERA_CHECK(brickBounds_.bytes() > 0);
+        brickBounds_.bind(kSkippingUnit);
+        (boundsOfCells_ ? cellBounds_ : brickBounds_).bind(kSurfaceMapUnit);
+        program_.set("uBrickBounds", static_cast<int>(kSkippingUnit));
+        program_.set("uCellBounds", static_cast<int>(kSurfaceMapUnit));
+        program_.set("uBoundsOfCells", boundsOfCells_ ? 1 : 0);
+        program_.set("uSkippingLast", info_.extentVoxels - 1);
+    } else if (features_ & kFeatureSkipping) {
         skipping_.bind(kSkippingUnit);
         (surfaceMap_.bytes() > 0 ? surfaceMap_ : skipping_).bind(kSurfaceMapUnit);
         program_.set("uSurfaceMap", static_cast<int>(kSurfaceMapUnit));
@@ -244,7 +294,15 @@ bool March::runUntil(const FieldSource& source, const Slicing& slicing, Clock::t
     if (tile_ == glm::ivec2(0))
         waiting_ = 0;
     bool late = false; // one dispatch at least, or short deadlines would never come to an end
-    while (tile_.y < size_.y) {
+    for (;;) {
+        if (tile_.y >= size_.y) {
+            tile_ = glm::ivec2(0);
+            if (waiting_ > 0 || !cuts_ || round_ + 1 >= cuts_->most)
+                return true;
+            ++round_;
+            putRound();
+            buffers_["NEXT"].clear();
+        }
         // Tiles in rows; the edge is a power of two that keeps whole rays within one dispatch where possible.
         int edge = slicing.fixedTile;
         if (edge == 0) {
@@ -291,8 +349,6 @@ bool March::runUntil(const FieldSource& source, const Slicing& slicing, Clock::t
         if (tile_.x >= size_.x)
             tile_ = {0, end.y};
     }
-    tile_ = glm::ivec2(0);
-    return true;
 }
 
 std::size_t March::run(const FieldSource& source, const Slicing& slicing, Work& work) {
@@ -315,7 +371,9 @@ std::vector<SegmentedRay<float>> gpuRays(const Rays& of, Ledger& gpu) {
     const glm::ivec2 size = of.size();
     const std::size_t pixels = rayCount(size);
     const bool places = !of.places.empty();
-    const Composition composition({{"RAYS", "the rays"}}, places ? std::uint32_t{kFeaturePlaces} : 0u);
+    const Composition composition({{"RAYS", "the rays"}},
+                                  (places ? std::uint32_t{kFeaturePlaces} : 0u) |
+                                      (of.frame.slabCount > 0 ? std::uint32_t{kFeatureSlabs} : 0u));
     const GlProgram program = composition.program("rays.comp");
     setRayUniforms(program, of);
     GlBuffer buffer(4 * kFloats * pixels, {}, gpu, "the rays");

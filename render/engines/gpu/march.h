@@ -8,10 +8,12 @@
 #include "core/work.h"
 #include "render/contract/optics.h"
 #include "render/contract/ray.h"
+#include "render/contract/ray_cuts.h"
 #include "render/contract/ray_state.h"
 #include "render/contract/slicing.h"
 #include "render/contract/strides.h"
 #include "render/empty_space/occupancy.h"
+#include "render/empty_space/value_bounds.h"
 #include "render/engine.h"
 #include "render/engines/gpu/atlas_plane.h"
 #include "render/engines/gpu/features.h"
@@ -26,6 +28,7 @@
 
 #include <chrono>
 #include <glm/vec2.hpp>
+#include <optional>
 #include <vector>
 
 namespace tessera {
@@ -38,7 +41,8 @@ class March {
     using Clock = std::chrono::steady_clock;
     /// Compiles the program and allocates table, map of empty space and ray state on the GPU ledger.
     /// Integrator, isosurfaces and lights are those of optics, whatever features say.
-    /// occupancy is needed exactly when features has kFeatureSkipping; it and info must outlive this.
+    /// occupancy is needed exactly when features has kFeatureSkipping, but for kFeatureValues, which have
+    /// bounds (setBounds()); it and info must outlive this.
     March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
           const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu);
 
@@ -53,7 +57,8 @@ class March {
     /// The same lights from another camera; restart() must follow.
     void setLights(const Optics& optics);
     /// All rays begin anew, as RayCaster::begin() says. Places are there exactly when the features have
-    /// kFeaturePlaces, with which nothing is made: they come by setFeatures().
+    /// kFeaturePlaces, with which nothing is made: they come by setFeatures(). Slabs with kFeatureSlabs, cuts exactly with
+    /// kFeatureIntervals.
     /// @param changed  the occupancy that this was made with, where it changed since, else null: then blocks
     ///                 are to be found again (refineSkipping())
     void restart(const Rays& rays, const Occupancy* changed);
@@ -70,6 +75,8 @@ class March {
     /// With isosurfaces: what they alone show (ScenePlan::surfaceOccupancy), so that rays solve for them only
     /// near them. Before run(), and again where it changed; without it rays do wherever anything shows.
     void setSurfaceMap(const Occupancy& surfaceOccupancy);
+    /// kFeatureValues with kFeatureSkipping: before run(), and again where they changed.
+    void setBounds(const ValueBounds& bounds);
     const GlTexture3d& surfaceMap() const { return surfaceMap_; }
     /// kFeatureHits: of every ray, row by row.
     std::vector<SurfaceHit> hits() const;
@@ -94,7 +101,11 @@ class March {
     const Occupancy* occupancy_ = nullptr; // that this was made with
     FunctionTables tables_;
     StorageBuffers buffers_;
-    GlTexture3d skipping_, surfaceMap_;
+    GlTexture3d skipping_, surfaceMap_, brickBounds_, cellBounds_;
+    void putRound();
+    std::optional<CutRays> cuts_; // kFeatureIntervals
+    std::size_t round_ = 0;       // number of the interval at hand
+    bool boundsOfCells_ = false;        // cells have some too
     std::uint64_t skippingVersion_ = 0; // of the occupancy that the texture holds; 0: none
 };
 

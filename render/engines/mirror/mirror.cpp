@@ -17,7 +17,8 @@ MirrorInput mirrorInput(const ScenePlan& scene, bool skipping) {
     input.selection = &scene.volume.selection;
     input.levels = scene.volume.mixed() ? &scene.volume.levels : nullptr;
     input.optics = &scene.volume.optics;
-    input.occupancy = skipping ? &scene.volume.occupancy : nullptr;
+    input.occupancy = skipping && scene.volume.occupancy.exists() ? &scene.volume.occupancy : nullptr;
+    input.bounds = skipping && scene.volume.bounds.exists() ? &scene.volume.bounds : nullptr;
     input.surfaceOccupancy = skipping && scene.volume.mapsSurfaces ? &scene.volume.surfaceOccupancy : nullptr;
     input.strides = scene.strides();
     return input;
@@ -46,6 +47,20 @@ template <typename Real, typename Visit> void withField(const MirrorInput& input
                          });
 }
 
+/// A ray's parts, into a list that serves all rays of a thread.
+template <typename Real>
+std::span<const SegmentedRay<Real>> partsOf(const MirrorInput& input, const SegmentedRay<Real>& ray,
+                                            std::size_t number, std::vector<SegmentedRay<Real>>& parts) {
+    parts.clear();
+    if (!input.cuts)
+        parts.push_back(ray);
+    else
+        for (std::size_t n = 0; n < input.cuts->count(input.firstRay + number); ++n)
+            parts.push_back(partOf(ray, input.cuts->at(input.firstRay + number, n),
+                                   static_cast<Real>(input.segmentVoxels)));
+    return parts;
+}
+
 constexpr std::size_t kStrip = 64; // rays a thread takes at a time: neighbours share chunks
 
 } // namespace
@@ -58,10 +73,12 @@ std::vector<glm::vec<4, Real>> mirrorRays(const MirrorInput& input, std::size_t 
     parallelFor((rayCount + kStrip - 1) / kStrip, threads,
                 [&](std::size_t strip) {
                     Work mine;
+                    std::vector<SegmentedRay<Real>> parts;
                     withField<Real>(input, [&](auto& field) {
                         for (std::size_t i = strip * kStrip; i < std::min(rayCount, (strip + 1) * kStrip);
                              ++i)
-                            out[i] = mirrorRay(rays(i), field, input, mine);
+                            out[i] =
+                                mirrorRayOf(partsOf(input, rays(i), i, parts), field, input, mine, nullptr);
                     });
                     const std::lock_guard lock(mutex);
                     work += mine;
@@ -76,9 +93,10 @@ std::vector<SurfaceHit> mirrorHits(const MirrorInput& input, std::size_t rayCoun
     std::vector<SurfaceHit> hits(rayCount);
     parallelFor((rayCount + kStrip - 1) / kStrip, threads, [&](std::size_t strip) {
         Work unused;
+        std::vector<SegmentedRay<Real>> parts;
         withField<Real>(input, [&](auto& field) {
             for (std::size_t i = strip * kStrip; i < std::min(rayCount, (strip + 1) * kStrip); ++i)
-                mirrorRay(rays(i), field, input, unused, &hits[i]);
+                mirrorRayOf(partsOf(input, rays(i), i, parts), field, input, unused, &hits[i]);
         });
     });
     return hits;

@@ -14,6 +14,7 @@
 #include "render/empty_space/occupancy.h"
 #include "render/engines/mirror/mirror_input.h"
 #include "render/engines/mirror/mirror_surfaces.h"
+#include "render/engines/mirror/mirror_values.h"
 
 #include <atomic>
 #include <functional>
@@ -23,17 +24,21 @@
 
 namespace tessera {
 
-/// Premultiplied colour and alpha of one ray.
+/// Adds what one ray, or a part of it, shows behind what it has gathered before. Premultiplied colour and
+/// alpha.
 /// @param field  value(p) and gradient(p) at a place in voxels; pitch(p), distance of samples there
 /// @param hit    with isosurfaces: where the first is met
 template <typename Real, typename Field>
-glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
-                            SurfaceHit* hit = nullptr) {
+void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
+                    SurfaceHit* hit, glm::vec<4, Real>& sum) {
     const Optics& optics = *input.optics;
-    if (!optics.surfaces.empty())
-        return mirrorRayWithSurfaces(ray, field, input, work, hit);
+    if (!optics.surfaces.empty()) {
+        SurfaceRayState<Real> state{0, sum};
+        surfaceRay(ray, field, input, work, hit, state);
+        sum = state.sum;
+        return;
+    }
     const bool ends = needsEnds(optics.integrator);
-    glm::vec<4, Real> sum(0);
     SegmentEnd<Real> front; // at the start of segment i
     bool known = false;     // front is
     for (int i = 0; i < ray.count;) {
@@ -79,7 +84,36 @@ glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const M
         known = true;
         i += n;
     }
+}
+
+/// Nothing behind it is seen.
+template <typename Real> bool isOpaque(const Optics& optics, const glm::vec<4, Real>& sum) {
+    return Real(1) - sum.a < static_cast<Real>(optics.termination) || !(Real(1) - sum.a > Real(0));
+}
+
+/// The same of the parts of one ray, in order.
+template <typename Real, typename Field>
+glm::vec<4, Real> mirrorRayOf(std::span<const SegmentedRay<Real>> parts, Field& field, const MirrorInput& input,
+                              Work& work, SurfaceHit* hit) {
+    const Optics& optics = *input.optics;
+    if (optics.reduction != Reduction::composite) {
+        KeptValue<Real> kept = keepsNothing<Real>(optics);
+        for (const SegmentedRay<Real>& part : parts)
+            keepAlong(part, field, input, work, kept);
+        return colourOfKept(optics, kept);
+    }
+    glm::vec<4, Real> sum(0);
+    for (const SegmentedRay<Real>& part : parts)
+        if (!isOpaque(optics, sum))
+            compositeAlong(part, field, input, work, hit, sum);
     return sum;
+}
+
+/// Premultiplied colour and alpha of one ray.
+template <typename Real, typename Field>
+glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
+                            SurfaceHit* hit = nullptr) {
+    return mirrorRayOf<Real>(std::span(&ray, 1), field, input, work, hit);
 }
 
 /// Where the rays come from: pixel index (row by row) -> ray.

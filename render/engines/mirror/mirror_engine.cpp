@@ -23,6 +23,9 @@ class MirrorCaster : public RayCaster {
         rays_ = rays;
         picture_ = Image(rays.size());
         done_ = 0;
+        cuts_.reset();
+        if (rays.frame.cuts)
+            cuts_ = cutRays(rays.frame, rays.places, threads_);
         if (lightChannels(scene_.view.lighting) > 0)
             lightBricks();
     }
@@ -36,6 +39,7 @@ class MirrorCaster : public RayCaster {
         do {
             const std::size_t left = picture_.pixels.size() - done_;
             const std::size_t count = whole ? left : std::min(left, kRaysAtATime);
+            input.firstRay = done_;
             const auto colours = mirrorRays<float>(
                 input, count, [&](std::size_t i) { return all(done_ + i); }, threads_, work);
             std::copy(colours.begin(), colours.end(),
@@ -69,6 +73,8 @@ class MirrorCaster : public RayCaster {
         MirrorInput input = mirrorInput(scene_, scene_.view.quality.skipping);
         input.strides = rays_.strides;
         input.light = light_ ? &*light_ : nullptr;
+        input.cuts = cuts_ ? &*cuts_ : nullptr;
+        input.segmentVoxels = rays_.frame.segmentVoxels;
         return input;
     }
 
@@ -80,6 +86,7 @@ class MirrorCaster : public RayCaster {
     std::vector<std::uint8_t> litLevels_; // when light_ was made
     Camera litCamera_;
     Rays rays_;
+    std::optional<CutRays> cuts_;
     Image picture_;
     std::size_t done_ = 0; // rays
 };

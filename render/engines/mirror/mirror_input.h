@@ -5,8 +5,10 @@
 #include "core/progress.h" // ShareDone
 #include "render/contract/level_map.h"
 #include "render/contract/optics.h"
+#include "render/contract/ray_cuts.h"
 #include "render/contract/strides.h"
 #include "render/empty_space/occupancy.h"
+#include "render/empty_space/value_bounds.h"
 #include "render/plan/scene_plan.h"
 
 namespace tessera {
@@ -22,8 +24,12 @@ struct MirrorInput {
     const Optics* optics = nullptr;
     const Occupancy* occupancy = nullptr;        // null: no skipping
     const Occupancy* surfaceOccupancy = nullptr; // what the surfaces alone show; null: the same as occupancy
+    const ValueBounds* bounds = nullptr; // of rays that keep one value; null: nothing is leapt over
     const StoredLight* light = nullptr;          // of voxels, where the scene has any
     Strides strides;
+    const CutRays* cuts = nullptr; // of all rays of the array; null: rays are whole
+    std::size_t firstRay = 0;      // number among them of the first that is drawn
+    double segmentVoxels = 1;      // with cuts
     ShareDone progress = {}; // of a picture's rays
 };
 

@@ -176,13 +176,4 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
     }
 }
 
-/// As mirrorRay().
-template <typename Real, typename Field>
-glm::vec<4, Real> mirrorRayWithSurfaces(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input,
-                                        Work& work, SurfaceHit* hit) {
-    SurfaceRayState<Real> state;
-    surfaceRay(ray, field, input, work, hit, state);
-    return state.sum;
-}
-
 } // namespace tessera

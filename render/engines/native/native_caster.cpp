@@ -4,7 +4,7 @@
 #include "core/error.h"
 #include "core/interrupt.h"
 #include "core/threads.h"
-#include "render/engines/mirror/mirror_surfaces.h"
+#include "render/engines/mirror/mirror.h"
 #include "render/engines/native/fine_blocks.h"
 
 #include <algorithm>
@@ -13,6 +13,8 @@
 namespace tessera {
 namespace {
 
+static_assert(static_cast<int>(native::PacketReduction::average) == static_cast<int>(Reduction::average) &&
+              static_cast<int>(native::PacketReduction::minimum) == static_cast<int>(Reduction::minimum));
 constexpr int kTileEdge = 32;       // rays of the array; a packet's edges divide it
 constexpr std::int32_t kEnded = -1; // of a ray, in place of its next segment
 
@@ -83,6 +85,13 @@ native::PacketFrame packetFrameOf(const RayFrame<float>& frame) {
     f.imageSize[0] = frame.imageSize.x, f.imageSize[1] = frame.imageSize.y;
     f.segmentVoxels = frame.segmentVoxels;
     f.perspective = frame.perspective;
+    static_assert(native::kMostPacketSlabs == kMostSlabs);
+    f.slabCount = frame.slabCount;
+    f.flat = frame.flat;
+    for (int n = 0; n < frame.slabCount; ++n) {
+        const RaySlab<float>& slab = frame.slabs[static_cast<std::size_t>(n)];
+        f.slabs[n] = {{slab.normal.x, slab.normal.y, slab.normal.z}, slab.low, slab.high};
+    }
     return f;
 }
 
@@ -176,6 +185,30 @@ void NativeCaster::begin(const Rays& rays) {
         hits_.assign(rayCount(size_), SurfaceHit());
     lanes_ = {0, 0, target_.lanes()};
     waiting_ = 0;
+    cuts_.reset();
+    cutsCharge_ = {};
+    if (rays.frame.cuts) {
+        cuts_ = cutRays(rays.frame, rays.places, engine_.threads());
+        cutsCharge_ = gpu_.charge(cuts_->bytes(), "the intervals of rays");
+    }
+    round_ = 0;
+}
+
+/// Rays that have another interval, and behind which something is seen, go on.
+void NativeCaster::startRound() {
+    const Optics& optics = scene_.volume.optics;
+    for (std::size_t slot = 0; slot < next_.size(); ++slot) {
+        const bool ends =
+            cuts_->count(slot) <= round_ || (!scene_.volume.reduces() && isOpaque(optics, colour_[slot]));
+        next_[slot] = ends ? kEnded : 0;
+    }
+    std::fill(packet_.begin(), packet_.end(), std::uint16_t{0});
+}
+
+/// Rays that keep one value have no colour until all their intervals are drawn.
+void NativeCaster::colourKeptValues() {
+    for (glm::vec4& colour : colour_)
+        colour = colourOfKept(scene_.volume.optics, KeptValue<float>{colour.r, colour.g, colour.a > 0});
 }
 
 native::PacketScene NativeCaster::packetScene() const {
@@ -241,6 +274,16 @@ native::PacketScene NativeCaster::packetScene() const {
     case Integrator::automatic:
         break;
     }
+    o.reduction = static_cast<native::PacketReduction>(optics.reduction);
+    o.keepsOn = cuts_.has_value();
+    if (const ValueBounds& bounds = volume.bounds;
+        scene_.view.quality.skipping && bounds.exists() && !frame_.flat) { // a plane has one sample
+        s.bounds.brick = bounds.brick().data();
+        s.bounds.cell = bounds.cell().empty() ? nullptr : bounds.cell().data();
+        for (int axis = 0; axis < 3; ++axis)
+            s.bounds.cells[axis] = bounds.cells()[axis];
+        s.bounds.least = bounds.least();
+    }
     const auto floats = [](const std::vector<glm::vec4>& v) { return v.empty() ? nullptr : &v.front().x; };
     o.bins = floats(optics.bins);
     o.sums = floats(optics.sums);
@@ -297,6 +340,23 @@ native::PacketScene NativeCaster::packetScene() const {
 }
 
 bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& work) {
+    while (drawRound(slicing, deadline, work)) {
+        if (waiting_ > 0 || !cuts_)
+            return true;
+        if (round_ + 1 >= cuts_->most) {
+            if (scene_.volume.reduces())
+                colourKeptValues();
+            return true;
+        }
+        ++round_;
+        startRound();
+        if (Clock::now() >= deadline)
+            return false;
+    }
+    return false;
+}
+
+bool NativeCaster::drawRound(const Slicing& slicing, Clock::time_point deadline, Work& work) {
     const auto start = Clock::now();
     engine_.settled();
     engine_.settledLight(work);
@@ -385,6 +445,18 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScen
         places.x[lane] = place.x, places.y[lane] = place.y;
     }
     target_.rays(packetFrame_, places, job);
+    for (int lane = 0; cuts_ && lane < target_.lanes(); ++lane) {
+        if (!within[lane])
+            continue;
+        const bool has = round_ < cuts_->count(slots[lane]);
+        const SegmentedRay<float> part =
+            has ? partOf(rayOf(job, lane), cuts_->at(slots[lane], round_), frame_.segmentVoxels)
+                : SegmentedRay<float>();
+        for (int axis = 0; axis < 3; ++axis)
+            job.entry[axis][lane] = part.entry[axis];
+        job.tail[lane] = part.tail;
+        job.count[lane] = part.count;
+    }
     for (int lane = 0; lane < target_.lanes(); ++lane) {
         glm::vec4 colour(0);
         job.next[lane] = 0;

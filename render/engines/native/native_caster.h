@@ -1,6 +1,7 @@
 // render/engines/native/native_caster.h: the rays of a picture, drawn in packets by all threads.
 #pragma once
 
+#include "render/contract/ray_cuts.h"
 #include "render/engine.h"
 #include "render/engines/native/native_engine.h"
 #include "render/engines/native/native_field.h"
@@ -44,6 +45,10 @@ class NativeCaster : public RayCaster {
   private:
     struct Counts;
     glm::vec2 placeOf(const glm::ivec2& at, std::size_t slot) const;
+    /// One interval of every ray, the same number of each.
+    bool drawRound(const Slicing& slicing, Clock::time_point deadline, Work& work);
+    void startRound();
+    void colourKeptValues();
     bool drawPacket(const glm::ivec2& origin, const native::PacketScene& packets, NativeField& field,
                     const Slicing& slicing, Counts& counts);
     void nameStride(NativeField& field, const SegmentedRay<float>& ray, int i, const glm::vec4& sum);
@@ -71,6 +76,9 @@ class NativeCaster : public RayCaster {
     std::vector<std::int32_t> next_;    // of every ray; kEnded at its end
     std::vector<std::uint16_t> packet_; // of every tile: its next packet
     std::vector<SurfaceHit> hits_;
+    std::optional<CutRays> cuts_; // where the rays are cut
+    std::size_t round_ = 0;       // the number of the interval at hand
+    Charge cutsCharge_;
     WantedBricks wanted_;
     std::size_t waiting_ = 0;
     Lanes lanes_;

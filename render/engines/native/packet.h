@@ -17,6 +17,9 @@ enum class SampleKind { i16, u16, f32 };
 /// As Gradient and Integrator of core/scene.h.
 enum class PacketGradient { central, centralHalf, forward, sobel, analytic };
 enum class PacketIntegrator { midpoint, linear, preintegrated, preintegrated2d };
+/// As Reduction of core/mode.h.
+enum class PacketReduction { composite, maximum, minimum, average };
+constexpr int kMostPacketSlabs = 8; // as kMostSlabs of render/contract/ray.h
 
 /// Where a brick's samples are, and which cells of its lattice need no other brick.
 struct PacketBrick {
@@ -58,6 +61,8 @@ struct PacketOptics {
     std::int32_t lastEntry = 0; // the one before, and the last as a place
     float lastPlace = 0;
     float termination = 0; // 0: never
+    PacketReduction reduction = PacketReduction::composite;
+    bool keepsOn = false; // more of the rays comes: what they keep is not made a colour
     PacketIntegrator integrator = PacketIntegrator::midpoint;
     const float* bins = nullptr;    // four a bin
     const float* sums = nullptr;    // preintegrated: four each
@@ -80,6 +85,14 @@ struct PacketEmptySpace {
     const std::uint64_t* map = nullptr; // null: nothing is skipped (render/empty_space/distance_map.h)
     std::int32_t grid[3] = {};
     std::int32_t shift = 3; // log2 of a box's edge, voxels
+};
+
+/// How far values go in bricks and in cells (render/empty_space/value_bounds.h).
+struct PacketBounds {
+    const float* brick = nullptr; // null: nothing is leapt over
+    const float* cell = nullptr;  // null: bricks only
+    std::int32_t cells[3] = {};
+    bool least = false; // rays look for the least value
 };
 
 /// Isosurfaces, by value, ascending.
@@ -108,6 +121,7 @@ struct PacketScene {
     PacketField light[leaf::kMostLightChannels]; // as many as optics.lighting says; at the same places
     PacketOptics optics;
     PacketEmptySpace space;
+    PacketBounds bounds;
     PacketSurfaces surfaces;
     PacketHelp help;
 };
@@ -145,6 +159,12 @@ struct PacketFrame {
     float imageSize[2];
     float segmentVoxels = 1;
     bool perspective = true;
+    struct Slab {
+        float normal[3], low, high;
+    };
+    Slab slabs[kMostPacketSlabs];
+    std::int32_t slabCount = 0;
+    bool flat = false;
 };
 
 /// Where the rays of a packet go through the picture, pixels.

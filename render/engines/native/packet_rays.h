@@ -43,10 +43,24 @@ inline void makeRays(const PacketFrame& f, const PacketPlaces& places, PacketJob
     clip(base.x, direction.x, f.extent[0]);
     clip(base.y, direction.y, f.extent[1]);
     clip(base.z, direction.z, f.extent[2]);
+    M here = t1 > t0;
+    for (int n = 0; n < f.slabCount; ++n) {
+        const native::PacketFrame::Slab& s = f.slabs[n];
+        const F3 normal = three(s.normal);
+        const F o = normal.x * base.x + normal.y * base.y + normal.z * base.z;
+        const F d = normal.x * direction.x + normal.y * direction.y + normal.z * direction.z;
+        const M runsAlong = d == zero;
+        const M outside = s.low < s.high ? (o < F(s.low)) | (o > F(s.high)) : every();
+        meets = meets & here & ~(runsAlong & outside);
+        const F a = (F(s.low) - o) / d, b = (F(s.high) - o) / d;
+        t0 = select(runsAlong, t0, max(t0, min(a, b)));
+        t1 = select(runsAlong, t1, min(t1, max(a, b)));
+        here = f.flat ? ~(t1 < t0) : t1 > t0;
+    }
     const F segments = (t1 - t0) / F(f.segmentVoxels);
-    meets =
-        meets & (t1 > t0) & (segments < F(16777216.0f)); // more than float can count, or no number: nothing
-    const I count = select(meets, truncated(ceil(select(meets, segments, zero))), I(0));
+    meets = meets & here & (segments < F(16777216.0f)); // more than float can count, or no number: nothing
+    const I count = f.flat ? select(meets, I(1), I(0))
+                           : select(meets, truncated(ceil(select(meets, segments, zero))), I(0));
     const F3 entry = base + t0 * direction, step = F(f.segmentVoxels) * direction;
     store(job.entry[0], entry.x), store(job.entry[1], entry.y), store(job.entry[2], entry.z);
     store(job.step[0], step.x), store(job.step[1], step.y), store(job.step[2], step.z);

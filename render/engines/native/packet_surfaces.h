@@ -6,6 +6,7 @@
 
 #include "render/engines/native/packet_march.h"
 #include "render/engines/native/packet_roots.h"
+#include "render/engines/native/packet_values.h"
 
 namespace tessera::TESSERA_LANES {
 
@@ -406,6 +407,8 @@ template <SampleKind K> PacketMarch chosenForSurfaces(const PacketScene& s) {
     return s.field.mixed ? marchSurfaces<K, true> : marchSurfaces<K, false>;
 }
 inline PacketMarch chooseAnyMarch(const PacketScene& s) {
+    if (s.optics.reduction != native::PacketReduction::composite)
+        return chooseKeep(s);
     if (s.surfaces.count == 0)
         return chooseMarch(s);
     switch (s.field.kind) {

@@ -76,7 +76,7 @@ class RayIntegral {
     /// @param lit  null: all light gets everywhere
     RayIntegral(const ReferenceInput& input, const StoredFunction& function, const Optics& optics,
                 LatticeReader& samples, const std::vector<bool>& emptyCells, const Lit* lit)
-        : info_(*input.info), function_(function), optics_(optics), samples_(samples),
+        : input_(input), info_(*input.info), function_(function), optics_(optics), samples_(samples),
           emptyCells_(emptyCells), cells_(cellGrid(info_.extentVoxels)), panels_(input.panels),
           toGradient_(optics.voxelFromPatientTransposed), toPatient_(optics.patientFromVoxel),
           lightTolerance_(input.lightTolerance) {
@@ -87,13 +87,25 @@ class RayIntegral {
     glm::dvec4 operator()(const ReferenceRay& ray) {
         RayLine<double> line{ray.base, ray.direction, ray.tMin, 1};
         double t0 = 0, t1 = 0;
-        if (!clipToBox(line, glm::dvec3(info_.extentVoxels), t0, t1))
+        if (!drawnPart(line, t0, t1))
             return glm::dvec4(0);
+        parts_.assign(1, {t0, t1});
+        if (input_.cuts)
+            input_.cuts->parts(ray.base, ray.direction, t0, t1, parts_);
+        if (input_.reduction != Reduction::composite)
+            return keptValue(ray);
         ReferenceIntegrator integral;
-        lastEnd_ = std::numeric_limits<double>::quiet_NaN();
-        lastLit_ = lastEnd_;
+        lastLit_ = std::numeric_limits<double>::quiet_NaN();
         wayMm_ = t1 - t0;
         const bool halves = optics_.shading && cutsHalfwayBetweenSamples(optics_.gradient);
+        for (const RayCuts::Part& part : parts_)
+            addPart(ray, part.from, part.to, halves, integral);
+        return glm::dvec4(integral.colour(), integral.alpha());
+    }
+
+  private:
+    void addPart(const ReferenceRay& ray, double t0, double t1, bool halves, ReferenceIntegrator& integral) {
+        lastEnd_ = std::numeric_limits<double>::quiet_NaN();
         forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
             if (integral.opaque())
                 return;
@@ -105,10 +117,54 @@ class RayIntegral {
             forEachInterval(ray, ta, tb, halves ? 0.5 : 1.0, 0.5,
                             [&](double a, double b) { addInterval(ray, a, b, integral); });
         });
-        return glm::dvec4(integral.colour(), integral.alpha());
     }
 
-  private:
+    bool drawnPart(const RayLine<double>& line, double& t0, double& t1) const {
+        if (!clipToBox(line, glm::dvec3(info_.extentVoxels), t0, t1))
+            return false;
+        for (const RaySlab<double>& slab : input_.slabs)
+            if (!clipToSlab(line, slab, t0, t1))
+                return false;
+        return t1 > t0 || (input_.flat && t1 == t0);
+    }
+
+    /// Of rays that keep one value: between planes of sample centres the field is a cubic, whose extremes are
+    /// at its ends or where it turns, and whose mean is that of its values by the three-eighths rule.
+    glm::dvec4 keptValue(const ReferenceRay& ray) {
+        if (parts_.empty())
+            return glm::dvec4(0);
+        const auto position = [&](double t) { return ray.base + t * ray.direction; };
+        double low = std::numeric_limits<double>::infinity(), high = -low, sum = 0, way = 0;
+        const auto add = [&](double ta, double tb) {
+            const glm::ivec3 lowest(glm::floor(position(0.5 * (ta + tb)) - 0.5));
+            const Cell cell(samples_, lowest);
+            const auto stored = [&](double t) { return cell.at(position(t)); };
+            const double length = tb - ta;
+            const std::array<double, 4> f = {stored(ta), stored(ta + length / 3), stored(ta + 2 * length / 3),
+                                             stored(tb)};
+            const Cubic cubic(f[0], f[1], f[2], f[3]);
+            std::array<double, 4> ends{};
+            const std::size_t count = cubic.monotonePieces(ends);
+            for (std::size_t i = 0; i < count; ++i) {
+                const double value = i + 1 == count ? f[3] : cubic(ends[i]);
+                low = std::min(low, value);
+                high = std::max(high, value);
+            }
+            way += length;
+            sum += length * (f[0] + 3 * f[1] + 3 * f[2] + f[3]) / 8;
+        };
+        for (const RayCuts::Part& part : parts_)
+            if (part.to > part.from)
+                forEachInterval(ray, part.from, part.to, 1.0, 0.5, add);
+            else
+                add(part.from, part.to);
+        const bool greatest = (input_.reduction == Reduction::maximum) == (info_.rescaleSlope > 0);
+        const double kept = input_.reduction == Reduction::average ? sum / way : greatest ? high : low;
+        return glm::dvec4(colourOfValue(input_.look, *input_.function,
+                                        info_.rescaleSlope * kept + info_.rescaleIntercept),
+                          1);
+    }
+
     void addInterval(const ReferenceRay& ray, double ta, double tb, ReferenceIntegrator& integral) {
         if (integral.opaque())
             return;
@@ -252,6 +308,7 @@ class RayIntegral {
         return trilinearSlope(block, low, low + 1, p - 0.5 - glm::dvec3(low)).slope;
     }
 
+    const ReferenceInput& input_;
     const VolumeInfo& info_;
     const StoredFunction& function_;
     const Optics& optics_;
@@ -260,6 +317,7 @@ class RayIntegral {
     glm::ivec3 cells_;
     int panels_;
     glm::dmat3 toGradient_, toPatient_; // of gradients and of directions
+    std::vector<RayCuts::Part> parts_; // of the ray that are drawn
     std::vector<double> cuts_;
     struct Met {
         double at; // of the interval, 0 to 1

@@ -10,7 +10,9 @@
 #include "core/progress.h" // ShareDone
 #include "core/scene.h"
 #include "core/transfer_function.h"
+#include "core/value_look.h"
 #include "core/volume.h"
+#include "render/contract/ray_cuts.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
@@ -37,6 +39,13 @@ struct ReferenceInput {
     /// How well shares of light are known along a ray, where the scene has occlusion or shadows: errors come
     /// to about twice as much of a pixel's light at most (light_between.h).
     double lightTolerance = 1e-3;
+    /// Rays that keep one value: the greatest and least of the field itself, its mean along the ray.
+    Reduction reduction = Reduction::composite;
+    ValueLook look = {};
+    /// What is drawn: inside of all; in voxels.
+    std::vector<RaySlab<double>> slabs = {};
+    bool flat = false; // one of them is a plane, at which a ray has one value
+    const RayCuts* cuts = nullptr; // what else is cut away
 };
 
 /// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, inf).

@@ -40,7 +40,13 @@ class ReferenceCaster : public RayCaster {
                                    surfaces_,
                                    whole ? slicing.progress : ShareDone{},
                                    scene_.view.lighting,
-                                   scene_.view.camera};
+                                   scene_.view.camera,
+                                   ReferenceInput().lightTolerance,
+                                   volume.optics.reduction,
+                                   volume.look,
+                                   scene_.view.part.slabs,
+                                   scene_.view.part.flat,
+                                   scene_.view.part.cuts.get()};
         const std::size_t most = lightChannels(scene_.view.lighting) > 0 ? kLitRaysAtATime : kRaysAtATime;
         do {
             const std::size_t left = picture_.pixels.size() - done_;

@@ -1,5 +1,5 @@
 // common_ray.glsl: one pixel's ray and its segments in voxel space; twin of render/contract/ray.h, operation by operation.
-// Needs FEATURE_PLACES. Gives raySlot(at), rayPlace(at), Ray makeRay(place), strideLength, stridePosition, strideEnd,
+// Needs FEATURE_PLACES, FEATURE_SLABS. Gives raySlot(at), rayPlace(at), Ray makeRay(place), strideLength, stridePosition, strideEnd,
 // segmentStart.
 
 uniform vec3 uCentre, uRight, uUp, uToCentre; // voxels
@@ -10,6 +10,17 @@ uniform ivec2 uArraySize;                     // of the rays: the picture's, unl
 uniform float uSegmentVoxels;
 uniform int uPerspective;
 
+#if FEATURE_SLABS
+const int kMostSlabs = 8;
+uniform int uSlabs;
+uniform vec3 uSlabNormal[kMostSlabs]; // voxel space
+uniform vec2 uSlabEnds[kMostSlabs];   // low, high
+uniform int uFlat;                    // 1: one of them is a plane, at which a ray has one sample
+#endif
+#if FEATURE_INTERVALS
+// Of every ray the interval at hand, in voxels from where its drawn part begins; none where it ends before it begins.
+layout(std430, binding = BINDING_INTERVALS) readonly buffer Intervals { vec2 uIntervals[]; };
+#endif
 #if FEATURE_PLACES
 layout(std430, binding = BINDING_PLACES) readonly buffer Places { vec2 uPlaces[]; }; // pixels
 #endif
@@ -69,16 +80,58 @@ Ray makeRay(vec2 pixel) {
         t0 = max(t0, min(a, b));
         t1 = min(t1, max(a, b));
     }
+#if FEATURE_SLABS
     if (!(t1 > t0)) return ray;
+    for (int n = 0; n < uSlabs; ++n) {
+        vec3 normal = uSlabNormal[n];
+        float low = uSlabEnds[n].x;
+        float high = uSlabEnds[n].y;
+        precise float o = normal.x * base.x + normal.y * base.y + normal.z * base.z;
+        precise float d = normal.x * ray.direction.x + normal.y * ray.direction.y + normal.z * ray.direction.z;
+        if (d == 0.0) {
+            if (o < low || o > high || !(low < high)) return ray;
+            continue;
+        }
+        precise float a = (low - o) / d;
+        precise float b = (high - o) / d;
+        t0 = max(t0, min(a, b));
+        t1 = min(t1, max(a, b));
+        if (t1 < t0) return ray;
+    }
+    if (!(t1 > t0) && !(uFlat != 0 && t1 == t0)) return ray;
+#else
+    if (!(t1 > t0)) return ray;
+#endif
     precise float segments = (t1 - t0) / uSegmentVoxels;
     if (!(segments < 16777216.0)) return ray; // NaN, or more than float can count: draws nothing
+#if FEATURE_SLABS
+    ray.count = uFlat != 0 ? 1 : int(ceil(segments));
+#else
     ray.count = int(ceil(segments));
+#endif
     ray.tail = segments - float(ray.count - 1);
     ray.entry = base + t0 * ray.direction;
     ray.step = uSegmentVoxels * ray.direction;
     ray.segmentMm = uSegmentVoxels * mmPerVoxel;
     return ray;
 }
+
+#if FEATURE_INTERVALS
+// An interval of a ray as a ray of its own; twin of partOf() in render/contract/ray_cuts.h.
+Ray partOf(Ray ray, vec2 interval) {
+    precise Ray part = ray;
+    if (ray.count == 0) return part;
+    if (interval.y < interval.x) {
+        part.count = 0;
+        return part;
+    }
+    precise float segments = (interval.y - interval.x) / uSegmentVoxels;
+    part.entry = ray.entry + interval.x * ray.direction;
+    part.count = max(int(ceil(segments)), 1);
+    part.tail = segments - float(part.count - 1);
+    return part;
+}
+#endif
 
 // Segments in the stride of n that starts at segment i: n, or what is left before the exit.
 float strideLength(Ray ray, int i, int n) {

@@ -44,8 +44,18 @@ void main() {
     int i = uNext[slot];
     if (i < 0) return;
     Ray ray = makeRay(rayPlace(pixel));
-    beginSkipping(ray);
     precise vec4 sum = uColour[slot];
+#if FEATURE_INTERVALS
+    ray = partOf(ray, uIntervals[slot]);
+#if !FEATURE_VALUES
+    bool opaque = !(1.0 - sum.a > 0.0);
+#if FEATURE_TERMINATION
+    opaque = opaque || 1.0 - sum.a < uTermination;
+#endif
+    if (opaque && i == 0) ray.count = 0; // nothing behind the intervals before is seen
+#endif
+#endif
+    beginSkipping(ray);
     uint iterations = 0u;
     uint segments = 0u;
     uint shown = 0u;
@@ -58,7 +68,9 @@ void main() {
     gRayNumber = uint(slot);
     bool waiting = false; // all that its next sample needs is named
 #endif
-#if FEATURE_SURFACES
+#if FEATURE_VALUES
+#include "march_values_loop.glsl"
+#elif FEATURE_SURFACES
     uint surfaceSamples = 0u;
 #if FEATURE_HITS
     bool hasHit = floatBitsToInt(uHits[2 * slot + 1].w) != 0;

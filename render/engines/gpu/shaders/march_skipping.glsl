@@ -1,13 +1,27 @@
-// march_skipping.glsl: leaps over strides that are proven empty; twin of render/empty_space/occupancy.h.
+// march_skipping.glsl: leaps over strides that are proven empty; twin of render/empty_space/occupancy.h. For rays that keep
+// one value, over those that cannot change it; twin of render/empty_space/value_bounds.h.
 // Needs FEATURE_SKIPPING, FEATURE_ENDS, common_ray.glsl, march_strides.glsl. Gives
 // beginSkipping(ray), isOccupied(p), and nextOccupied(ray, i, n, p, left, iterations) or, for segments that are given
 // by their ends, nextShown(ray, i, left, iterations); for those that may hold isosurfaces
-// nextNotClear(ray, i, left, iterations), mayHoldSurface(a, b).
+// nextNotClear(ray, i, left, iterations), mayHoldSurface(a, b); with FEATURE_VALUES nextTelling(ray, i, n, p, kept).
+
+#if FEATURE_VALUES
+const int kGreatest = 1; // Reduction of core/mode.h
+const int kLeast = 2;
+const int kMean = 3;
+uniform int uReduction;
+#endif
 
 #if FEATURE_SKIPPING
+#if FEATURE_VALUES
+TEXELS_R32F uBrickBounds; // places of the table that no value lies beyond
+TEXELS_R32F uCellBounds;
+uniform int uBoundsOfCells; // 0: there are none
+#else
 TEXELS_RG32UI uSkipping; // two words a texel: see render/empty_space/distance_map.h
-uniform ivec3 uSkippingLast;  // voxel that no position is beyond
 uniform int uSkippingShift;   // log2 of a box's edge, voxels
+#endif
+uniform ivec3 uSkippingLast;  // voxel that no position is beyond
 
 const float kLeapMargin = 1.0 / 64.0; // voxels: far more than positions are rounded by
 
@@ -28,6 +42,31 @@ void beginSkipping(Ray ray) {
 }
 
 ivec3 voxelAt(vec3 p) { return clamp(ivec3(floor(p)), ivec3(0), uSkippingLast); }
+
+// Where the ray leaves a box, less a margin, in segments from its entry: the smallest box and how many of them it is.
+float leaves(vec3 box, vec3 edge, int reach) {
+    vec3 side = (box + mix(vec3(1 - reach), vec3(reach), equal(gAscends, ivec3(1)))) * edge;
+    vec3 leave = (side + gLeaveOffset) * gPerStep;
+    leave = mix(leave, vec3(kMaxFloat), equal(gPerStep, vec3(0.0)));
+    return min(min(leave.x, leave.y), leave.z);
+}
+
+#if FEATURE_VALUES
+bool tells(float bound, float kept) { return uReduction == kLeast ? bound < kept : bound > kept; }
+// i itself where the stride of n segments from i, whose middle is p, can change what the ray has; else where the first
+// stride starts whose middle may lie beyond the box that cannot.
+int nextTelling(Ray ray, int i, int n, vec3 p, float kept) {
+    ivec3 voxel = voxelAt(p);
+    int shift = 5;
+    if (tells(texelAt(uBrickBounds, voxel >> 5).x, kept)) {
+        shift = 3;
+        if (uBoundsOfCells == 0 || tells(texelAt(uCellBounds, voxel >> 3).x, kept)) return i;
+    }
+    float beyond = ceil(leaves(vec3(voxel >> shift), vec3(1 << shift), 1) - 0.5);
+    if (!(beyond < float(ray.count))) return ray.count;
+    return max(i + n, strideStart(ray, max(int(beyond), 0)));
+}
+#else
 uvec2 skippingTexel(ivec3 voxel) { return texelAt(uSkipping, voxel >> uSkippingShift).xy; }
 bool isOccupiedBox(uvec2 texel) { return (texel.y & 0x80000000u) != 0u; }
 
@@ -59,14 +98,6 @@ bool emptyBoxAt(vec3 p, out vec3 box, out vec3 edge, out int reach) {
         if (isOccupiedBlock(texel, blockBit(voxel))) return false;
     }
     return true;
-}
-
-// Where the ray leaves that box, less a margin, in segments from its entry.
-float leaves(vec3 box, vec3 edge, int reach) {
-    vec3 side = (box + mix(vec3(1 - reach), vec3(reach), equal(gAscends, ivec3(1)))) * edge;
-    vec3 leave = (side + gLeaveOffset) * gPerStep;
-    leave = mix(leave, vec3(kMaxFloat), equal(gPerStep, vec3(0.0)));
-    return min(min(leave.x, leave.y), leave.z);
 }
 
 #if !FEATURE_ENDS
@@ -163,8 +194,12 @@ int nextNotClear(Ray ray, int i, inout int left, inout uint iterations) {
     return i;
 }
 #endif
+#endif
 #else
 void beginSkipping(Ray ray) {}
+#if FEATURE_VALUES
+int nextTelling(Ray ray, int i, int n, vec3 p, float kept) { return i; }
+#endif
 bool isOccupied(vec3 p) { return true; }
 int nextOccupied(Ray ray, int i, int n, vec3 p, inout int left, inout uint iterations) { return i; }
 int nextShown(Ray ray, int i, inout int left, inout uint iterations) { return i; }

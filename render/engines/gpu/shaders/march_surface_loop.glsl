@@ -1,5 +1,5 @@
 // march_surface_loop.glsl: the loop of march.comp for scenes with isosurfaces: strides are cut where the ray meets
-// surfaces; twin of mirrorRayWithSurfaces() in render/engines/mirror/mirror_surfaces.h. Part of main(): reads and writes its i, sum, left
+// surfaces; twin of surfaceRay() in render/engines/mirror/mirror_surfaces.h. Part of main(): reads and writes its i, sum, left
 // and counters. One stride is one sample to passes: it waits, names its bricks and is taken as a whole.
 // Loops in loops, as in march.comp: all rays of a group go on until each has something to add; within that through the
 // strides in which nothing is, then through the pieces of strides near surfaces that no surface can cross. What the ray
