@@ -84,6 +84,92 @@ void Panels::view(Desk& desk) {
         desk.resetCamera();
 }
 
+void Panels::mode(Desk& desk) {
+    Scene scene = desk.scene();
+    const std::vector<std::string>& names = modeNames();
+    const auto now = static_cast<std::size_t>(scene.mode);
+    bool changed = false;
+    if (ImGui::BeginCombo("##mode", names[now].c_str())) {
+        for (std::size_t n = 0; n < names.size(); ++n) {
+            const Mode mode = static_cast<Mode>(n);
+            if (mode == Mode::slice) // planes are beside the volume
+                continue;
+            if (ImGui::Selectable(names[n].c_str(), n == now)) {
+                if (mode == Mode::isosurface && scene.surfaces.empty()) {
+                    desk.tell("add an isosurface first");
+                    continue;
+                }
+                desk.beginEdit();
+                scene.mode = mode;
+                changed = true;
+            }
+        }
+        ImGui::EndCombo();
+    }
+    if (scene.mode != Mode::composite && scene.mode != Mode::isosurface) {
+        const GreyWindow window = windowOf(scene.window, desk.volume()->values);
+        float numbers[2] = {static_cast<float>(window.centre), static_cast<float>(window.width)};
+        const bool dragged = ImGui::DragFloat2("window", numbers, 2, 0, 0, "%.0f");
+        if (edited())
+            desk.beginEdit();
+        if (dragged && numbers[1] > 0) {
+            scene.window = GreyWindow{static_cast<double>(numbers[0]), static_cast<double>(numbers[1])};
+            desk.setScene(scene, true);
+        }
+        if (ImGui::BeginCombo("##names", "named windows ...")) {
+            for (const std::string& name : windowNames())
+                if (ImGui::Selectable(name.c_str())) {
+                    desk.beginEdit();
+                    scene.window = windowOf(name, desk.volume()->values);
+                    changed = true;
+                }
+            ImGui::EndCombo();
+        }
+    }
+    if (changed)
+        desk.setScene(scene, false);
+}
+
+void Panels::cropBox(Desk& desk) {
+    const glm::dvec3 extent(desk.volume()->info.extentVoxels);
+    Scene scene = desk.scene();
+    std::vector<CropBox>& boxes = scene.cuts.boxes;
+    bool on = !boxes.empty();
+    if (ImGui::Checkbox("crop box", &on)) {
+        desk.beginEdit();
+        if (on)
+            boxes.push_back({glm::dvec3(0), extent, CropBox::Space::voxels, Keep::inside});
+        else
+            boxes.clear();
+        desk.setScene(scene, false);
+    }
+    if (boxes.empty())
+        return;
+    CropBox& box = boxes.front();
+    bool moved = false;
+    const char* const names[] = {"x", "y", "z"};
+    for (int axis = 0; axis < 3; ++axis) {
+        float ends[2] = {static_cast<float>(box.low[axis]), static_cast<float>(box.high[axis])};
+        const float most = static_cast<float>(extent[axis]);
+        if (ImGui::DragFloatRange2(names[axis], &ends[0], &ends[1], most / 400, 0, most, "%.0f", "%.0f") &&
+            ends[0] < ends[1]) {
+            box.low[axis] = static_cast<double>(ends[0]);
+            box.high[axis] = static_cast<double>(ends[1]);
+            moved = true;
+        }
+        if (edited())
+            desk.beginEdit();
+    }
+    bool outside = box.keep == Keep::outside;
+    if (ImGui::Checkbox("keep outside", &outside)) {
+        desk.beginEdit();
+        box.keep = outside ? Keep::outside : Keep::inside;
+        moved = true;
+    }
+    if (moved)
+        desk.setScene(scene, true);
+}
+
 void Panels::planes(Desk& desk) {
     ImGui::Checkbox("beside the volume (X)", &desk.showSlices);
     SliceWish wish = desk.slices();
@@ -211,7 +297,7 @@ void Panels::state(Desk& desk) {
     ImGui::TextWrapped("%s", s.engine.c_str());
 }
 
-void Panels::draw(Desk& desk, float height) {
+void Panels::draw(Desk& desk, Tools& tools, float height) {
     if (!desk.showPanels)
         return;
     ImGui::SetNextWindowPos({0, 0});
@@ -226,6 +312,7 @@ void Panels::draw(Desk& desk, float height) {
                 body();
         };
         part("View", [&] { view(desk); });
+        part("Mode", [&] { mode(desk); });
         part("Transfer function", [&] { function_.draw(desk); });
         part("Planes", [&] { planes(desk); });
         part("Light", [&] { light(desk); });

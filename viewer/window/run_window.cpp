@@ -12,6 +12,7 @@
 #include "viewer/window/picture_view.h"
 #include "viewer/window/script.h"
 #include "viewer/window/slice_panel.h"
+#include "viewer/window/tools.h"
 
 #include <algorithm>
 #include <backends/imgui_impl_glfw.h>
@@ -226,7 +227,7 @@ class Loop {
         for (const fs::path& path : std::exchange(events_.dropped, {}))
             desk_.open(path);
         desk_.update();
-        moves_ = hand_.handle(desk_, area);
+        moves_ = tools_.handle(desk_, area) || hand_.handle(desk_, area);
         for (const Events::Key& key : std::exchange(events_.pressed, {}))
             if (!ImGui::GetIO().WantTextInput)
                 press(key);
@@ -238,9 +239,10 @@ class Loop {
         nameWindow();
         drawPicture(area);
         drawOverlays(desk_, area, hand_);
+        tools_.draw(desk_, area);
         if (desk_.showSlices && desk_.volume())
-            slices_.draw(desk_, slicesBeside(area));
-        panels_.draw(desk_, static_cast<float>(window_.size().y));
+            slices_.draw(desk_, tools_, slicesBeside(area));
+        panels_.draw(desk_, tools_, static_cast<float>(window_.size().y));
         drawHelp(desk_);
         ImGui::Render();
         glViewport(0, 0, pixels.x, pixels.y);
@@ -261,6 +263,8 @@ class Loop {
             desk_.showHelp = !desk_.showHelp;
         else if (key.key == GLFW_KEY_F12)
             desk_.savePicture();
+        else if (key.key == GLFW_KEY_ESCAPE)
+            tools_.stop();
         else if (key.key == GLFW_KEY_L)
             desk_.showLevels = !desk_.showLevels;
         else if (key.key == GLFW_KEY_X)
@@ -322,6 +326,7 @@ class Loop {
     std::unique_ptr<Viewing> viewing_;
     Desk desk_;
     PictureHand hand_;
+    Tools tools_;
     Panels panels_;
     Script script_;
     std::optional<fs::path> toOpen_, toCapture_;

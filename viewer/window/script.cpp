@@ -24,11 +24,11 @@ namespace {
 /// Words that follow each step's name: at least.
 const std::map<std::string, std::size_t>& wordsOfSteps() {
     static const std::map<std::string, std::size_t> words = {
-        {"open", 1},   {"wait", 1},       {"orbit", 2},  {"pan", 2},        {"zoom", 1},
-        {"roll", 1},   {"view", 1},       {"turn", 2},   {"preset", 1},     {"light", 1},
-        {"shift", 2},  {"isosurface", 1}, {"size", 1},   {"pick", 2},       {"picture", 1},
-        {"window", 1}, {"scene", 1},      {"panels", 1}, {"help", 1},       {"planes", 1},
-        {"levels", 1}, {"place", 3},      {"print", 1},  {"projection", 1}, {"quit", 0}};
+        {"open", 1},  {"wait", 1},   {"orbit", 2},      {"pan", 2},       {"zoom", 1},  {"roll", 1},
+        {"view", 1},  {"turn", 2},   {"preset", 1},     {"light", 1},     {"shift", 2}, {"isosurface", 1},
+        {"size", 1},  {"pick", 2},   {"picture", 1},    {"window", 1},    {"scene", 1}, {"panels", 1},
+        {"help", 1},  {"planes", 1}, {"mode", 1},       {"window-of", 1}, {"crop", 6},  {"levels", 1},
+        {"place", 3}, {"print", 1},  {"projection", 1}, {"quit", 0}};
     return words;
 }
 
@@ -159,10 +159,20 @@ bool Script::take(const Step& step, Desk& desk, const Window& window) {
         desk.setFunction(presetFunction(word(1), desk.volume()->values), false);
     } else if (name == "shift") {
         desk.setFunction(shiftedAndStretched(desk.function(), number(step, 1), number(step, 2)), true);
-    } else if (name == "light" || name == "isosurface") {
+    } else if (name == "light" || name == "isosurface" || name == "mode" || name == "window-of" ||
+               name == "crop") {
         Scene scene = desk.scene();
         if (name == "light")
             applyLook(word(1), scene);
+        else if (name == "mode")
+            scene.mode = parseMode(word(1), file_.string());
+        else if (name == "window-of")
+            scene.window = parseWindow(word(1), file_.string());
+        else if (name == "crop")
+            scene.cuts.boxes = {{{number(step, 1), number(step, 3), number(step, 5)},
+                                 {number(step, 2), number(step, 4), number(step, 6)},
+                                 CropBox::Space::patient,
+                                 Keep::inside}};
         else
             scene.surfaces.push_back({number(step, 1), {1, 0.95, 0.85}, 1});
         desk.setScene(scene, false);

@@ -10,6 +10,7 @@
 //   pick X Y                  pixels of the picture; prints what is there
 //   picture FILE              saves the picture          window FILE.ppm  the whole window as it is shown
 //   scene FILE                saves the scene            panels, planes, levels, help on|off
+//   mode NAME                 window-of C,W|NAME        crop X0 X1 Y0 Y1 Z0 Z1   mm
 //   place X Y Z               of the crosshair, mm
 //   print latency|state       quit
 #pragma once

@@ -23,6 +23,28 @@ ImVec2 at(const glm::dvec2& p) {
     return {static_cast<float>(p.x), static_cast<float>(p.y)};
 }
 
+/// Where all of it lies within a voxel of the plane.
+void drawMeasurement(ImDrawList& draw, const Measurement& m, const Area& view, const SliceFrame& frame) {
+    constexpr ImU32 kInk = IM_COL32(120, 220, 255, 255);
+    constexpr double kNearMm = 1;
+    for (const glm::dvec3& p : m.points)
+        if (std::abs(glm::dot(p - frame.pose.point, frame.pose.normal)) > kNearMm)
+            return;
+    const auto place = [&](const glm::dvec3& p) {
+        return view.from + frame.pictureFromPatient(p) / view.pixelsPerUnit;
+    };
+    for (std::size_t i = 0; i < m.points.size(); ++i) {
+        draw.AddCircleFilled(at(place(m.points[i])), 3, kInk);
+        if (i > 0 && m.kind != MeasurementKind::circle)
+            draw.AddLine(at(place(m.points[i - 1])), at(place(m.points[i])), kInk, 1.5f);
+    }
+    if (m.kind == MeasurementKind::circle && m.points.size() == 3 && std::isfinite(valueOf(m)))
+        draw.AddCircle(at(place(circleCentre(m))),
+                       static_cast<float>(valueOf(m) / frame.mmPerPixel / view.pixelsPerUnit), kInk, 0, 1.5f);
+    if (m.points.size() > 1)
+        draw.AddText(at(place(m.points[1]) + glm::dvec2(6, -14)), kInk, describe(m).c_str());
+}
+
 } // namespace
 
 SlicePanel::SlicePanel() {
@@ -38,12 +60,15 @@ SlicePanel::~SlicePanel() {
     glDeleteTextures(static_cast<GLsizei>(textures_.size()), textures_.data());
 }
 
-void SlicePanel::hand(Desk& desk, const Area& view, int plane, const SliceFrame& frame) {
+void SlicePanel::hand(Desk& desk, Tools& tools, const Area& view, int plane, const SliceFrame& frame) {
     const ImGuiIO& io = ImGui::GetIO();
     const glm::dvec2 mouse(io.MousePos.x, io.MousePos.y);
     const bool over = !io.WantCaptureMouse && mouse.x >= view.from.x && mouse.y >= view.from.y &&
                       mouse.x < view.from.x + view.size.x && mouse.y < view.from.y + view.size.y;
     SliceWish wish = desk.slices();
+    if (over && ImGui::IsMouseClicked(0) &&
+        tools.placed(desk, frame.patientFromPicture(view.pictureFromWindow(mouse))))
+        return;
     if (over && held_ < 0 && (ImGui::IsMouseClicked(0) || ImGui::IsMouseClicked(1))) {
         held_ = plane;
         windows_ = ImGui::IsMouseClicked(1);
@@ -67,7 +92,7 @@ void SlicePanel::hand(Desk& desk, const Area& view, int plane, const SliceFrame&
         desk.setSlices(wish);
 }
 
-void SlicePanel::draw(Desk& desk, const Area& area) {
+void SlicePanel::draw(Desk& desk, Tools& tools, const Area& area) {
     if (!desk.volume() || area.size.x < 20)
         return;
     SliceWish wish = desk.slices();
@@ -97,7 +122,7 @@ void SlicePanel::draw(Desk& desk, const Area& area) {
         const Area& view = views[n];
         const SliceFrame frame = sliceFrame(desk.volume()->info, static_cast<Orientation>(n),
                                             desk.slices().placeMm, view.pixels(), desk.slices().zoom);
-        hand(desk, view, static_cast<int>(n), frame);
+        hand(desk, tools, view, static_cast<int>(n), frame);
         draw.PushClipRect(at(view.from), at(view.from + view.size));
         draw.AddRectFilled(at(view.from), at(view.from + view.size), IM_COL32(0, 0, 0, 255));
         if (shown_ && !shown_->planes[n].display.empty())
@@ -109,6 +134,8 @@ void SlicePanel::draw(Desk& desk, const Area& area) {
         const std::size_t across = n == 0 ? 1 : 0, along = n == 2 ? 1 : 2;
         draw.AddLine(at({view.from.x, cross.y}), at({view.from.x + view.size.x, cross.y}), kLine[across]);
         draw.AddLine(at({cross.x, view.from.y}), at({cross.x, view.from.y + view.size.y}), kLine[along]);
+        for (const Measurement& m : desk.scene().measurements)
+            drawMeasurement(draw, m, view, frame);
         draw.AddRect(at(view.from), at(view.from + view.size - 1.0), kLine[n]);
         const glm::dvec2 middle = view.from + 0.5 * view.size;
         draw.AddText(at({view.from.x + 5, middle.y - 7}), kText, kLetters[n][0]);

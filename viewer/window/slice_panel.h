@@ -4,6 +4,7 @@
 
 #include "viewer/window/desk.h"
 #include "viewer/window/picture_view.h" // Area
+#include "viewer/window/tools.h"
 
 #include <array>
 #include <memory>
@@ -21,10 +22,10 @@ class SlicePanel {
     SlicePanel& operator=(const SlicePanel&) = delete;
     /// Draws them into the area, one above the other, and takes what a hand does there. While ImGui's frame
     /// is open.
-    void draw(Desk& desk, const Area& area);
+    void draw(Desk& desk, Tools& tools, const Area& area);
 
   private:
-    void hand(Desk& desk, const Area& view, int plane, const SliceFrame& frame);
+    void hand(Desk& desk, Tools& tools, const Area& view, int plane, const SliceFrame& frame);
 
     std::array<unsigned, 3> textures_{};
     std::shared_ptr<const ShownSlices> shown_;

@@ -1,0 +1,41 @@
+// viewer/window/tools.h: what a click or an outline on the picture or a plane is for, when it is not for the
+// camera: places that are measured, and scissors.
+#pragma once
+
+#include "viewer/window/desk.h"
+#include "viewer/window/picture_view.h" // Area
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <vector>
+
+namespace tessera {
+
+class Tools {
+  public:
+    enum class Tool { none, distance, angle, circle, scissorsInside, scissorsOutside };
+
+    /// Buttons of the panel.
+    void panel(Desk& desk);
+    /// Over the picture; before the camera's hand. Returns whether the tool takes the mouse.
+    bool handle(Desk& desk, const Area& area);
+    /// A place on a plane was clicked: a point of what is being measured. Returns whether a tool took it.
+    bool placed(Desk& desk, const glm::dvec3& mm);
+    /// Measurements and the outline, over the picture.
+    void draw(Desk& desk, const Area& area) const;
+    void stop();
+    Tool tool() const { return tool_; }
+
+  private:
+    bool measures() const { return tool_ == Tool::distance || tool_ == Tool::angle || tool_ == Tool::circle; }
+
+    Tool tool_ = Tool::none;
+    Measurement pending_;             // points so far
+    std::uint64_t question_ = 0;      // of a click; 0: none
+    std::vector<glm::dvec2> outline_; // pixels of the picture
+    bool drawing_ = false;
+};
+
+} // namespace tessera
