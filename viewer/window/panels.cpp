@@ -312,9 +312,13 @@ void Panels::draw(Desk& desk, Tools& tools, float height) {
                 body();
         };
         part("View", [&] { view(desk); });
-        part("Mode", [&] { mode(desk); });
         part("Transfer function", [&] { function_.draw(desk); });
+        part("Mode", [&] { mode(desk); });
         part("Planes", [&] { planes(desk); });
+        part("Measure and cut", [&] {
+            tools.panel(desk);
+            cropBox(desk);
+        });
         part("Light", [&] { light(desk); });
         part(
             "Isosurfaces", [&] { surfaces(desk); }, false);
