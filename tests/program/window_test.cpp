@@ -107,6 +107,11 @@ class WindowTest : public ::testing::Test {
         ::close(ends[0]);
         ASSERT_FALSE(number.empty()) << readAll(folder_ / "xvfb.txt");
         ::setenv("DISPLAY", (":" + number).c_str(), 1);
+        const auto end = std::chrono::steady_clock::now() + 20s;
+        while (printed("xdotool getdisplaygeometry") != "1400 1000") {
+            ASSERT_LT(std::chrono::steady_clock::now(), end) << readAll(folder_ / "xvfb.txt");
+            std::this_thread::sleep_for(50ms);
+        }
     }
     void TearDown() override {
         window_.reset();
@@ -237,8 +242,8 @@ TEST_F(WindowTest, WhatAHandDoesIsWhatTheProgramDraws) {
     ASSERT_TRUE(isThePictureOfItsScene());
     EXPECT_GT(differenceFrom(nearer), 0.01);
 
-    // Without panels the picture is as wide as the window.
-    ASSERT_TRUE(after("key Tab"));
+    // Without panels and planes the picture is as wide as the window.
+    ASSERT_TRUE(after("key Tab sleep 0.3 key x"));
     ASSERT_TRUE(isThePictureOfItsScene());
     EXPECT_EQ(picture_.size, glm::ivec2(900, 600));
     ASSERT_TRUE(after("windowsize --sync $(xdotool search --name Tessera | tail -1) 640 420"));
