@@ -259,64 +259,76 @@ std::size_t pictureBytesPerPixel(EngineKind engine, const PixelSampling& pixels)
     return pictureBytesPerPixel(engine) + (pixels.samples == 1 ? 0 : AreaPicture::bytesPerPixel());
 }
 
-namespace {
+/// OpenGL is not even loaded where the system knows of no GPU.
+EngineMaker::EngineMaker(EngineKind asked, const GlDeviceChoice& device, int threads)
+    : kind_(asked), threads_(threads) {
+    if (kind_ == EngineKind::automatic) {
+        kind_ = EngineKind::gpu;
+        if (device.text != "auto") {
+            reason_ = "a device of OpenGL was asked for";
+        } else if (mayHaveGpu()) {
+            try {
+                context_.emplace(device);
+                reason_ = context_->software() ? "OpenGL draws in software here" : "this machine has a GPU";
+            } catch (const Error& e) {
+                reason_ = e.what();
+            }
+            if (!context_ || context_->software()) {
+                context_.reset();
+                kind_ = EngineKind::native;
+            }
+        } else {
+            reason_ = "this machine has no GPU";
+            kind_ = EngineKind::native;
+        }
+    }
+    if (kind_ == EngineKind::gpu && !context_)
+        context_.emplace(device);
+}
+
+std::unique_ptr<Engine> EngineMaker::make(Ledger& ram, Ledger& gpu) const {
+    switch (kind_) {
+    case EngineKind::gpu:
+        return std::make_unique<GpuEngine>(*context_, gpu, ram);
+    case EngineKind::native:
+        return std::make_unique<NativeEngine>(threads_, gpu, ram);
+    case EngineKind::mirror:
+        return std::make_unique<MirrorEngine>(threads_);
+    case EngineKind::automatic:
+    case EngineKind::reference:
+        break;
+    }
+    TESSERA_CHECK(false);
+    return nullptr;
+}
+
+std::string EngineMaker::about() const {
+    const std::string device = context_ ? context_->renderer()
+                               : kind_ == EngineKind::native
+                                   ? std::string("CPU, ") + native::packetTarget().name
+                                   : "CPU";
+    return std::string(name(kind_)) + " engine, " + device;
+}
+
+std::string EngineMaker::fault() const {
+    return context_ && !context_->errors().empty() ? "OpenGL: " + context_->errors().front() : std::string();
+}
 
 /// An engine and what it draws with.
 struct MadeEngine {
-    std::optional<GlContext> context;
+    EngineMaker maker;
     EngineKind kind;
     std::string reason; // why this one; empty where it was asked for
     std::unique_ptr<Engine> engine;
 
     MadeEngine(const Scene& scene, const RenderOptions& options, Ledger& ram, Ledger& gpu)
-        : kind(options.engine) {
-        if (kind == EngineKind::automatic)
-            choose(options.device);
-        switch (kind) {
-        case EngineKind::automatic:
-        case EngineKind::gpu:
-            if (!context)
-                context.emplace(options.device);
-            engine = std::make_unique<GpuEngine>(*context, gpu, ram);
-            break;
-        case EngineKind::native:
-            engine = std::make_unique<NativeEngine>(options.threads, gpu, ram);
-            break;
-        case EngineKind::mirror:
-            engine = std::make_unique<MirrorEngine>(options.threads);
-            break;
-        case EngineKind::reference:
+        : maker(options.engine, options.device, options.threads), kind(maker.kind()), reason(maker.reason()) {
+        if (kind == EngineKind::reference)
             engine = std::make_unique<ReferenceEngine>(scene, options.threads);
-            break;
-        }
-    }
-
-  private:
-    /// OpenGL is not even loaded where the system knows of no GPU.
-    void choose(const GlDeviceChoice& device) {
-        kind = EngineKind::gpu;
-        if (device.text != "auto") {
-            reason = "a device of OpenGL was asked for";
-            return;
-        }
-        if (mayHaveGpu()) {
-            try {
-                context.emplace(device);
-                if (!context->software())
-                    return void(reason = "this machine has a GPU");
-                reason = "OpenGL draws in software here";
-            } catch (const Error& e) {
-                reason = e.what();
-            }
-            context.reset();
-        } else {
-            reason = "this machine has no GPU";
-        }
-        kind = EngineKind::native;
+        else
+            engine = maker.make(ram, gpu);
     }
 };
-
-} // namespace
 
 std::shared_ptr<Engine> makeEngine(const Scene& scene, const RenderOptions& options, Ledger& ram,
                                    Ledger& gpu) {

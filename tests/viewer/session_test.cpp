@@ -33,8 +33,9 @@ const glm::ivec2 kPicture(96, 72);
 /// A session and what a window does with it.
 class Looker {
   public:
-    Looker() {
+    explicit Looker(bool stills = true) {
         ViewSessionOptions options;
+        options.stills = stills;
         options.engine = EngineKind::native;
         options.ramBytes = kRamBytes;
         options.gpuBytes = kGpuBytes;
@@ -49,7 +50,7 @@ class Looker {
 
     template <typename Condition>::testing::AssertionResult comesTo(const Condition& condition) {
         std::unique_lock lock(mutex_);
-        const auto end = std::chrono::steady_clock::now() + 100s;
+        const auto end = std::chrono::steady_clock::now() + 40s;
         while (!condition()) {
             if (changed_.wait_until(lock, std::min(end, std::chrono::steady_clock::now() + 50ms)) ==
                     std::cv_status::timeout &&
@@ -71,6 +72,19 @@ class Looker {
             const auto picture = viewing->picture();
             return picture && picture->asked >= wish && picture->stage == Stage::still;
         }));
+        return viewing->picture();
+    }
+    std::shared_ptr<const ShownPicture> wholeOf(std::uint64_t wish) {
+        EXPECT_TRUE(comesTo([&] {
+            const auto picture = viewing->picture();
+            return !viewing->state().problem.empty() ||
+                   (picture && picture->asked >= wish && picture->stage == Stage::whole &&
+                    viewing->state().atRest);
+        })) << "wish "
+            << wish << ", picture of " << (viewing->picture() ? viewing->picture()->asked : 0) << ", stage "
+            << (viewing->picture() ? static_cast<int>(viewing->picture()->stage) : -1) << ", at rest "
+            << viewing->state().atRest << ", problem \"" << viewing->state().problem << "\"";
+        EXPECT_EQ(viewing->state().problem, "");
         return viewing->picture();
     }
     std::unique_ptr<Viewing> viewing;
@@ -144,6 +158,38 @@ TEST(ViewSession, WhileSomethingMovesPicturesAreSmallerAndOfTheLastWish) {
     EXPECT_EQ(looker.viewing->picture()->stage, Stage::moving);
     EXPECT_LE(looker.viewing->state().pictures, before + 3) << "a picture that nobody asked for";
     looker.stillOf(looker.viewing->show(scene, false));
+}
+
+TEST(ViewSession, CutsAndWindowsComeToWhatAFreshOneShows) {
+    const auto box = [](const VolumeInfo& info, double part) {
+        Cuts cuts;
+        cuts.boxes.push_back(
+            {glm::dvec3(0), part * glm::dvec3(info.extentVoxels), CropBox::Space::voxels, Keep::inside});
+        return cuts;
+    };
+    for (const Mode mode : {Mode::composite, Mode::maximum}) {
+        Looker edited(false), fresh(false);
+        Scene scene = edited.opened(storePath("torso"));
+        const VolumeInfo info = edited.viewing->volume()->info;
+        scene.mode = mode;
+        const auto uncut = edited.wholeOf(edited.viewing->show(scene, false));
+        scene.cuts = box(info, 0.7);
+        edited.wholeOf(edited.viewing->show(scene, false));
+        scene.cuts = box(info, 0.6);
+        scene.window = GreyWindow{300, 900};
+        const auto last = edited.wholeOf(edited.viewing->show(scene, false));
+        fresh.opened(storePath("torso"));
+        const auto expected = fresh.wholeOf(fresh.viewing->show(scene, false));
+        EXPECT_TRUE(sameBits(last->image, expected->image)) << modeNames()[static_cast<std::size_t>(mode)];
+        EXPECT_FALSE(sameBits(last->image, uncut->image)) << "nothing was cut";
+
+        // Pictures of few pixels are cut, too.
+        scene.cuts.boxes.front().high = glm::dvec3(0.5);
+        const std::uint64_t wish = edited.viewing->show(scene, true);
+        ASSERT_TRUE(edited.comesTo([&] { return edited.viewing->picture()->asked >= wish; }));
+        EXPECT_EQ(edited.viewing->picture()->stage, Stage::moving);
+        EXPECT_TRUE(isBlank(edited.viewing->picture()->image));
+    }
 }
 
 TEST(ViewSession, SaysWhatCannotBeOpenedAndKeepsWhatIs) {

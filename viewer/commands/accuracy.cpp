@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 using namespace accuracy;
 
 struct AccuracyArguments {
-    std::string in, out, scans, keptScenes, ram, gpuMemory, size, preset, device = "auto";
+    std::string in, out, scans, keptScenes, ram, gpuMemory, size, preset, engine = "auto", device = "auto";
     std::vector<std::string> only, integrators, peers;
     double seconds = 0;
     bool all = false, quick = false, noShading = false, pixelsOnly = false, lightOnly = false;
@@ -163,6 +163,7 @@ std::string commandText(const AccuracyArguments& a) {
     addFlag("--no-shading", a.noShading);
     add("--gpu-memory", a.gpuMemory);
     add("--ram", a.ram);
+    add("--engine", a.engine == "auto" ? "" : a.engine);
     add("--gl-device", a.device == "auto" ? "" : a.device);
     add("--series", a.input.series > 0 ? std::to_string(a.input.series) : "");
     addFlag("--pixels-only", a.pixelsOnly);
@@ -185,6 +186,7 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
                       "\"" + arguments.preset + "\"; nearest: \"" + nearestName(arguments.preset, names) +
                           "\"");
     SweepOptions options;
+    options.engine = bench::studyEngine(arguments.engine);
     options.device = arguments.device;
     options.ramBytes = budgetBytes(arguments.ram, "--ram", common);
     options.gpuBytes = budgetBytes(arguments.gpuMemory, "--gpu-memory", common);
@@ -199,7 +201,8 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
         throw InputError("accuracy: --keep-scenes: expected --all, whose scenes it keeps, found none");
     if (arguments.out.empty() && arguments.keptScenes.empty())
         throw InputError("accuracy: expected -o FOLDER for the page, found none");
-    checkGlDevice({arguments.device}); // the truth is drawn first, and takes minutes
+    checkGlDevice({arguments.device});
+    EngineMaker(options.engine, {arguments.device}); // refuses before the truth is drawn, which takes minutes
     for (const std::string& folder : {arguments.out, arguments.keptScenes})
         if (!folder.empty())
             makeFolder(folder);
@@ -339,6 +342,10 @@ void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& 
     command->add_flag("--no-shading", a->noShading, "colours as the transfer function has them");
     command->add_option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
     command->add_option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command
+        ->add_option("--engine", a->engine,
+                     "that draws what is measured: " + joinNames(bench::studyEngineNames()))
+        ->capture_default_str();
     command->add_option("--gl-device", a->device, "auto, software or a number")->capture_default_str();
     command->add_option("--series", a->input.series, "source files: number of the DICOM series")
         ->check(wholeNumberFrom(1));

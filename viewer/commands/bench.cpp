@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 using namespace bench;
 
 struct BenchArguments {
-    std::string out, scans, ram, device = "auto";
+    std::string out, scans, ram, engine = "auto", device = "auto";
     std::vector<std::string> only, volumes;
     bool quick = false;
 };
@@ -131,11 +131,15 @@ void runBench(const BenchArguments& arguments, const Page& page, const CommonOpt
     if (error)
         throw badFile(arguments.out, "a folder to write in", error.message());
     const PagePlace place{arguments.out, page.name, page.heading, experimentNames(page)};
-    const std::string device = GlContext({arguments.device}).renderer();
+    const EngineKind engine = studyEngine(arguments.engine);
+    checkGlDevice({arguments.device});
+    const std::string drawnBy = EngineMaker(engine, {arguments.device}).about();
     const ScratchFolder scratch;
     std::map<VolumeSet, Workbench> benches;
     std::size_t withoutFigure = 0;
     std::string options = arguments.quick ? " --quick" : "";
+    if (engine != EngineKind::automatic)
+        options += " --engine " + arguments.engine;
     for (const std::string& volume : arguments.volumes)
         options += " --volumes " + volume;
     for (const Experiment& experiment : page.experiments) {
@@ -146,12 +150,12 @@ void runBench(const BenchArguments& arguments, const Page& page, const CommonOpt
         if (experiment.onVolumes) {
             auto made = benches.find(experiment.volumes);
             if (made == benches.end())
-                made =
-                    benches
-                        .emplace(experiment.volumes,
-                                 makeWorkbench(arguments.device, scans, experiment.volumes, arguments.volumes,
-                                               scratch.path(), arguments.quick, ramBytes, common))
-                        .first;
+                made = benches
+                           .emplace(experiment.volumes,
+                                    makeWorkbench(engine, arguments.device, scans, experiment.volumes,
+                                                  arguments.volumes, scratch.path(), arguments.quick,
+                                                  ramBytes, common))
+                           .first;
             bench = &made->second;
             bench->begin(experiment.name, experiment.volumes == VolumeSet::all ? 0 : bench->scenes());
         }
@@ -160,7 +164,8 @@ void runBench(const BenchArguments& arguments, const Page& page, const CommonOpt
         if (bench)
             report.text.push_back(volumesLine(*bench));
         const MadeBy madeBy{std::string(page.command) + " --only " + experiment.name + options,
-                            describeMachine(device) + "; load " + formatCell(loadAverage()), TESSERA_VERSION};
+                            describeMachine(drawnBy) + "; load " + formatCell(loadAverage()),
+                            TESSERA_VERSION};
         withoutFigure += writeReport(report, madeBy, place);
     }
     if (withoutFigure > 0)
@@ -180,6 +185,12 @@ void addCommon(CLI::App& command, BenchArguments& arguments, const Page& page) {
                        "of these volumes only: " + joinNames(volumesOf(page)));
     command.add_flag("--quick", arguments.quick, "small volumes and pictures: to see that all works");
     command.add_option("--ram", arguments.ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command
+        .add_option("--engine", arguments.engine,
+                    "that draws: " + joinNames(studyEngineNames()) +
+                        "; the skipping section is of the march in OpenGL, and the framing and calibration "
+                        "sections name theirs")
+        ->capture_default_str();
     command.add_option("--gl-device", arguments.device, "auto, software or a number")->capture_default_str();
 }
 

@@ -200,10 +200,12 @@ class ViewSession final : public Viewing {
     void proceed();
     void publishPicture(const InteractiveRenderer::Progress& progress);
     void prepareDisplay(ShownPicture& picture) const;
+    void nothingMoreComes();
     void startStill();
     void finishStill();
     void tellState(const InteractiveRenderer::Progress& progress);
     void tellProblem(const std::string& problem);
+    void giveUp(const std::string& problem);
 
     const ViewSessionOptions options_;
 
@@ -279,11 +281,9 @@ void ViewSession::run() {
                 tellState(progress_);
         } catch (const Cancelled&) { // another volume, or the end
         } catch (const Interrupted&) {
-            tellProblem("interrupted");
-            resting_ = true;
+            giveUp("interrupted");
         } catch (const std::exception& e) {
-            tellProblem(e.what());
-            resting_ = true;
+            giveUp(e.what());
         }
         options_.news();
     }
@@ -465,6 +465,8 @@ void ViewSession::proceed() {
         quickFirst_ = false;
     }
     resting_ = progress.converged && hasty == moving_;
+    if (resting_ && !moving_)
+        nothingMoreComes();
     if (resting_ && !moving_ && options_.stills && stillOf_ != asked_ && !o.still)
         startStill();
     tellState(progress);
@@ -485,6 +487,16 @@ void ViewSession::publishPicture(const InteractiveRenderer::Progress& progress) 
     const std::lock_guard lock(mutex_);
     picture_ = std::move(picture);
     ++state_.pictures;
+}
+
+/// The last picture was taken for one whose bricks are on their way; it turned out to be the last.
+void ViewSession::nothingMoreComes() {
+    const std::lock_guard lock(mutex_);
+    if (!picture_ || picture_->stage != Stage::loading)
+        return;
+    auto whole = std::make_shared<ShownPicture>(*picture_);
+    whole->stage = Stage::whole;
+    picture_ = std::move(whole);
 }
 
 void ViewSession::prepareDisplay(ShownPicture& picture) const {
@@ -567,6 +579,14 @@ void ViewSession::tellState(const InteractiveRenderer::Progress& progress) {
     s.engine = state_.engine;
     s.pictures = state_.pictures;
     state_ = std::move(s);
+}
+
+/// What was asked cannot be drawn: nothing more comes until something else is asked.
+void ViewSession::giveUp(const std::string& problem) {
+    resting_ = true;
+    const std::lock_guard lock(mutex_);
+    state_.problem = problem;
+    state_.atRest = true;
 }
 
 void ViewSession::tellProblem(const std::string& problem) {

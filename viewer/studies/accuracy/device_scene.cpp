@@ -20,10 +20,9 @@ double msSince(Clock::time_point start) {
 } // namespace
 
 DeviceScene::DeviceScene(const Scene& scene, const Detail& detail, const StoreReader& store,
-                         const GlContext& context, Ledger& ram, std::size_t gpuBytes)
-    : limits_{context.max3dTextureSize(), context.maxTextureBytes()},
-      ram_(ram.name(), ram.option(), ram.freeBytes()), gpu_("GPU memory", "--gpu-memory", gpuBytes),
-      engine_(context, gpu_, ram_) {
+                         const EngineMaker& engines, Ledger& ram, std::size_t gpuBytes)
+    : ram_(ram.name(), ram.option(), ram.freeBytes()), gpu_("GPU memory", "--gpu-memory", gpuBytes),
+      engine_(engines.make(ram_, gpu_)), limits_(engine_->limits()) {
     Scene asked = scene;
     asked.quality.maxError = detail.maxError;
     asked.quality.edgeFunction = detail.edgeFunction;
@@ -37,7 +36,7 @@ DeviceScene::DeviceScene(const Scene& scene, const Detail& detail, const StoreRe
     fixedBytes_ = p.memory.gpuBytes();
     p.chosen.atlasPages = std::max(p.chosen.atlasPages, std::size_t{1});
     if (p.chosen.atlasPages < pagesFor(p.volume.selection.counts) ||
-        bringBricks(engine_, p, ram_, gpu_, uploads_))
+        bringBricks(*engine_, p, ram_, gpu_, uploads_))
         throw InputError(gpu_.option() + ": " + formatBytes(gpuBytes) +
                          " cannot hold at once all bricks that these levels take");
     bytesDecoded_ = p.volume.cache->counters().bytesDecoded;
@@ -48,7 +47,9 @@ DeviceScene::DeviceScene(const Scene& scene, const Detail& detail, const StoreRe
 
 std::size_t DeviceScene::gpuBytesForShare(int share) const {
     const std::size_t pages = pagesFor(prepared_.volume.selection.counts) / static_cast<std::size_t>(share);
-    return fixedBytes_ + atlasBytes(std::max(pages, std::size_t{1}), prepared_.info().type, limits_);
+    TextureLimits plain = limits_;
+    plain.pageEdge = kBrickExtent; // with less memory bricks have no aprons
+    return fixedBytes_ + atlasBytes(std::max(pages, std::size_t{1}), prepared_.info().type, plain);
 }
 
 DeviceMarch::DeviceMarch(DeviceScene& on, const Scene& scene, const Setting& setting, bool counting)
@@ -63,7 +64,7 @@ DeviceMarch::DeviceMarch(DeviceScene& on, const Scene& scene, const Setting& set
     p.view.quality.stepVoxels = setting.stepVoxels;
     p.aim();
     integrator_ = p.volume.optics.integrator;
-    caster_ = on.engine_.caster({counting, false, false}, gpu_);
+    caster_ = on.engine_->caster({counting, false, false}, gpu_);
     caster_->refine(); // once; a viewer does so once for a function
 }
 
@@ -76,7 +77,7 @@ Frame DeviceMarch::draw(double stepVoxels) {
     Frame frame;
     const auto start = Clock::now();
     caster_->begin(raysOf(p));
-    drawToTheEnd(*caster_, on_.engine_, p, Slicing{}, frame.work);
+    drawToTheEnd(*caster_, *on_.engine_, p, Slicing{}, frame.work);
     frame.image = caster_->image();
     frame.wallMs = msSince(start);
     frame.gpuMs = frame.work.marchMs;

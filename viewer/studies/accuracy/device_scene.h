@@ -4,8 +4,7 @@
 #pragma once
 
 #include "core/image.h"
-#include "render/engines/gpu/gl/context.h"
-#include "render/engines/gpu/gpu_engine.h"
+#include "render/renderer.h"
 #include "viewer/studies/accuracy/setting.h"
 
 #include <memory>
@@ -14,14 +13,14 @@
 
 namespace tessera::accuracy {
 
-/// Whole in device memory after it is made: no passes. The current GL context must outlive it.
+/// Whole in device memory after it is made: no passes. What makes its engine must outlive it.
 class DeviceScene {
   public:
     /// @param gpuBytes  budget of bricks, tables and one picture
     /// Throws InputError for budgets below the floor, and where the levels that detail asks for do not fit at
     /// once.
-    DeviceScene(const Scene& scene, const Detail& detail, const StoreReader& store, const GlContext& context,
-                Ledger& ram, std::size_t gpuBytes);
+    DeviceScene(const Scene& scene, const Detail& detail, const StoreReader& store,
+                const EngineMaker& engines, Ledger& ram, std::size_t gpuBytes);
     DeviceScene(const DeviceScene&) = delete; // the field points into it
     DeviceScene& operator=(const DeviceScene&) = delete;
 
@@ -36,12 +35,12 @@ class DeviceScene {
   private:
     friend class DeviceMarch;
 
-    TextureLimits limits_;
     std::size_t fixedBytes_ = 0; // of a picture besides its bricks
     Ledger ram_; // what is free of the caller's when this is made; what stays is charged to the caller's
     Ledger gpu_;
     ScenePlan prepared_;
-    GpuEngine engine_; // after the plan, which it draws
+    std::unique_ptr<Engine> engine_; // after the plan, which it draws
+    TextureLimits limits_;
     Work uploads_;
     std::uint64_t bytesDecoded_ = 0;
     std::size_t peakRam_ = 0;
@@ -65,7 +64,7 @@ class DeviceMarch {
     Integrator integrator() const { return integrator_; } // never automatic
     /// Bricks included.
     std::size_t gpuBytes() const { return on_.gpu_.usedBytes() + gpu_.peakBytes(); }
-    /// "shading+skipping+...": what is compiled, besides counting.
+    /// "shading+skipping+...": what is compiled, besides counting; empty where nothing is.
     std::string features() const;
 
   private:

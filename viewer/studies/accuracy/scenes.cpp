@@ -128,8 +128,9 @@ StandardScenes standardScenes(const fs::path& folder, const fs::path& scans,
     const bool narrow = wanted("narrow-ct"), soft = wanted("soft-tissue-ct"),
                plain = wanted("soft-tissue-plain"), surfaces = wanted("surfaces-ct");
     if (narrow || soft || plain || surfaces) {
-        const bench::Workbench scansBench = bench::makeWorkbench(
-            "software", scans, bench::VolumeSet::levels, {"abdomen"}, folder, quick, ramBytes, common);
+        const bench::Workbench scansBench =
+            bench::makeWorkbench(EngineKind::automatic, "auto", scans, bench::VolumeSet::levels, {"abdomen"},
+                                 folder, quick, ramBytes, common);
         if (scansBench.volumes.empty()) {
             for (const auto& [asked, name] :
                  {std::pair(narrow, "narrow-ct"), std::pair(soft, "soft-tissue-ct"),

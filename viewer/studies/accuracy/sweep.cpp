@@ -76,7 +76,7 @@ bool withinBound(const Image& ended, const Image& whole, double bound) {
 class Runner {
   public:
     Runner(const NamedScene& scene, const SweepOptions& options, const CommonOptions& common)
-        : options_(options), common_(common), context_({options.device}),
+        : options_(options), common_(common), engines_(options.engine, {options.device}),
           ram_("RAM", "--ram", options.ramBytes),
           gpuBytes_(scene.gpuBytes > 0 ? scene.gpuBytes : options.gpuBytes),
           store_(scene.scene.volumes.at(0).path, ram_) {
@@ -85,7 +85,7 @@ class Runner {
         out_.imageSize = out_.scene.scene.imageSize;
         const int longest = std::max(out_.imageSize.x, out_.imageSize.y);
         out_.pixelStride = (longest + options.effort.comparedExtent() - 1) / options.effort.comparedExtent();
-        out_.device = context_.renderer();
+        out_.device = engines_.about();
         out_.volume = formatExtent(store_.info().extentVoxels) + ", " + tessera::name(store_.info().type);
     }
 
@@ -111,8 +111,8 @@ class Runner {
         for (int block = 0; block < options_.effort.blocks(); ++block)
             timeBlock(block);
         out_.loadAfter = bench::loadAverage();
-        if (!context_.errors().empty())
-            throw Error("OpenGL: " + context_.errors().front());
+        if (const std::string fault = engines_.fault(); !fault.empty())
+            throw Error(fault);
         return std::move(out_);
     }
 
@@ -128,7 +128,7 @@ class Runner {
     };
 
     std::unique_ptr<DeviceScene> makeScene(const Scene& scene, const Detail& detail, std::size_t gpuBytes) {
-        return std::make_unique<DeviceScene>(scene, detail, store_, context_, ram_, gpuBytes);
+        return std::make_unique<DeviceScene>(scene, detail, store_, engines_, ram_, gpuBytes);
     }
 
     /// No path of this machine gets into a report.
@@ -291,7 +291,7 @@ class Runner {
 
     const SweepOptions& options_;
     const CommonOptions& common_;
-    GlContext context_;
+    EngineMaker engines_;
     Ledger ram_;
     std::size_t gpuBytes_;
     StoreReader store_;
@@ -337,6 +337,7 @@ Quality asRendered(const NamedScene& scene, const SweepOptions& options, Progres
     Scene drawn = scene.scene;
     drawn.imageSize = fittedSize(drawn.imageSize, options.effort.pictureExtent());
     RenderOptions render;
+    render.engine = options.engine;
     render.device.text = options.device;
     render.checking = true;
     render.progress = progress;

@@ -5,6 +5,7 @@
 #include "core/image_metrics.h"
 #include "core/work.h"
 #include "render/engines/reference/reference_proof.h"
+#include "render/renderer.h"
 #include "viewer/options/options.h"
 #include "viewer/studies/accuracy/setting.h"
 
@@ -73,7 +74,7 @@ struct Sweep {
     NamedScene scene;
     glm::ivec2 imageSize{0};
     int pixelStride = 1;        // every so many pixels of every so many rows are compared
-    std::string device, volume; // GL_RENDERER; "512 x 512 x 134, int16"
+    std::string device, volume; // EngineMaker::about(); "512 x 512 x 134, int16"
     RayProof proof;
     double tableError = 0; // of the transfer function's table
     std::vector<Measured> measured;
@@ -87,6 +88,7 @@ struct Sweep {
 };
 
 struct SweepOptions {
+    EngineKind engine = EngineKind::automatic; // that draws the settings
     std::string device = "auto";
     std::size_t ramBytes = 0, gpuBytes = 0;
     Effort effort;

@@ -111,6 +111,7 @@ Report framingReport(const Workbench& bench) {
                     scene.camera = FittedView{static_cast<View>(v), Projection::perspective, fit};
                     Ledger gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
                     RenderOptions options;
+                    options.engine = bench.engine;
                     options.device.text = bench.device;
                     options.counting = false;
                     framing[static_cast<std::size_t>(fit)] =

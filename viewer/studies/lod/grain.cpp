@@ -154,6 +154,7 @@ Image closeUp(const Workbench& bench, const BenchVolume& volume, const std::stri
     camera.viewAngle /= 3;
     scene.camera = camera;
     RenderOptions options;
+    options.engine = bench.engine;
     options.device.text = bench.device;
     return renderScene(scene, store, ram, gpu, options).image;
 }

@@ -120,7 +120,8 @@ Report skippingReport(const Workbench& bench) {
         "Samples that a picture takes, against those of an oracle that knows which segments show something "
         "before their ray ends: the least that gives this picture. Each way is the one before with one thing "
         "more: a distance map over cells of 8^3 voxels (plain Chebyshev); a distance for each octant; and "
-        "blocks of 2^3 voxels of the cells that show something, found on the device. All bricks are at level "
+        "blocks of 2^3 voxels of the cells that show something, found on the device. What is measured is the "
+        "march in OpenGL, whatever `--engine` says. All bricks are at level "
         "0, half a voxel a segment, rays end at the scene's transmittance. Times are the march's alone, "
         "least "
         "of " +
@@ -135,6 +136,7 @@ Report skippingReport(const Workbench& bench) {
                 true};
     for (const BenchVolume& volume : bench.volumes)
         for (const std::string& preset : volume.presets) {
+            const GlContext context({bench.device});
             SceneBench scene(bench, volume, preset, "anterior", bench.fewerPixels());
             Ledger gpu("GPU memory", "--gpu-memory", std::size_t{8} << 30);
             for (const Fetch fetch : {Fetch::hardware, Fetch::exact}) {

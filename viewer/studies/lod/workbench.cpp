@@ -4,8 +4,8 @@
 #include "bricking/import/importer.h"
 #include "core/error.h"
 #include "core/interrupt.h"
+#include "core/nearest_name.h"
 #include "datasets/phantom.h"
-#include "render/engines/gpu/gpu_engine.h"
 #include "render/picture.h"
 #include "viewer/input/volume_input.h"
 
@@ -122,6 +122,20 @@ constexpr std::size_t kAmpleGpuBytes = std::size_t{8} << 30; // these experiment
 
 } // namespace
 
+const std::vector<std::string>& studyEngineNames() {
+    static const std::vector<std::string> names = {"auto", "gpu", "native"}; // in the order of EngineKind
+    return names;
+}
+
+EngineKind studyEngine(const std::string& name) {
+    const std::vector<std::string>& names = studyEngineNames();
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end())
+        throw badFile("--engine", "one of " + joinNames(names),
+                      "\"" + name + "\"; nearest: \"" + nearestName(name, names) + "\"");
+    return static_cast<EngineKind>(found - names.begin());
+}
+
 fs::path scansFolder(const std::string& told) {
     if (!told.empty()) {
         std::error_code ignored;
@@ -141,10 +155,10 @@ std::vector<std::string> volumeNames(VolumeSet set) {
     return names;
 }
 
-Workbench makeWorkbench(const std::string& device, const fs::path& scansFolder, VolumeSet set,
-                        const std::vector<std::string>& only, const fs::path& scratchFolder, bool quick,
-                        std::size_t ramBytes, const CommonOptions& common) {
-    Workbench bench{device, {}, {}, quick, ramBytes, common, {}};
+Workbench makeWorkbench(EngineKind engine, const std::string& device, const fs::path& scansFolder,
+                        VolumeSet set, const std::vector<std::string>& only, const fs::path& scratchFolder,
+                        bool quick, std::size_t ramBytes, const CommonOptions& common) {
+    Workbench bench{engine, device, {}, {}, quick, ramBytes, common, {}};
     const auto wanted = [&only](const std::string& name) {
         return only.empty() || std::find(only.begin(), only.end(), name) != only.end();
     };
@@ -234,10 +248,11 @@ Camera cameraNamed(const std::string& name, const VolumeInfo& info, const glm::i
 
 SceneBench::SceneBench(const Workbench& bench, const BenchVolume& volume, const std::string& preset,
                        const std::string& camera, int pixels, const Lighting& lighting)
-    : bench_(bench), context_({bench.device}), name_(volume.name + ", " + preset + ", " + camera),
-      ram_("RAM", "--ram", bench.ramBytes / 2), analysisRam_("RAM", "--ram", bench.ramBytes / 2),
-      gpu_("GPU memory", "--gpu-memory", kAmpleGpuBytes), store_(volume.store, ram_) {
-    const TextureLimits limits{context_.max3dTextureSize(), context_.maxTextureBytes()};
+    : bench_(bench), engines_(bench.engine, {bench.device}),
+      name_(volume.name + ", " + preset + ", " + camera), ram_("RAM", "--ram", bench.ramBytes / 2),
+      analysisRam_("RAM", "--ram", bench.ramBytes / 2), gpu_("GPU memory", "--gpu-memory", kAmpleGpuBytes),
+      store_(volume.store, ram_) {
+    const TextureLimits limits = engines_.make(ram_, gpu_)->limits();
     Scene scene = sceneOf(volume, preset, camera, store_.info(), bench.pixels());
     scene.lighting = lighting;
     prepared_ = planScene(scene, store_, limits, ram_, gpu_, 0, LevelChoice::oneForAll);
@@ -259,18 +274,18 @@ Drawn SceneBench::draw(Selection selection, const Setting& setting) {
     p.view.quality.sampling = setting.sampling;
     p.view.quality.skipping = setting.skipping;
     Drawn drawn;
-    GpuEngine engine(context_, gpu_, ram_);
-    bring(engine, std::move(selection), drawn.work);
-    const auto caster = engine.caster({setting.counting, false, false}, gpu_);
+    const std::unique_ptr<Engine> engine = engines_.make(ram_, gpu_);
+    bring(*engine, std::move(selection), drawn.work);
+    const auto caster = engine->caster({setting.counting, false, false}, gpu_);
     caster->begin(raysOf(p));
-    drawToTheEnd(*caster, engine, p, Slicing{}, drawn.work);
+    drawToTheEnd(*caster, *engine, p, Slicing{}, drawn.work);
     drawn.image = caster->image();
-    drawn.light = engine.lightReport();
-    bench_.common.detail(name_ + ": marched in " + formatNumber(drawn.work.marchMs, 3) + " ms");
+    drawn.light = engine->lightReport();
+    bench_.common.detail(name_ + ": drawn in " + formatNumber(drawn.work.marchMs, 3) + " ms");
     return drawn;
 }
 
-void SceneBench::bring(GpuEngine& engine, Selection selection, Work& work) {
+void SceneBench::bring(Engine& engine, Selection selection, Work& work) {
     prepared_.setSelection(std::move(selection), ram_);
     prepared_.chosen.atlasPages = std::max(pagesOf(prepared_.volume.selection), std::size_t{1});
     bringBricks(engine, prepared_, ram_, gpu_, work);
@@ -278,9 +293,9 @@ void SceneBench::bring(GpuEngine& engine, Selection selection, Work& work) {
 
 std::vector<float> SceneBench::countedVisibility(Selection selection) {
     Work work;
-    GpuEngine engine(context_, gpu_, ram_);
-    bring(engine, std::move(selection), work);
-    const auto counter = engine.counter(gpu_);
+    const std::unique_ptr<Engine> engine = engines_.make(ram_, gpu_);
+    bring(*engine, std::move(selection), work);
+    const auto counter = engine->counter(gpu_);
     counter->begin();
     counter->count(Slicing{}, RayCaster::Clock::time_point::max());
     return visibilityFactors(counter->seen(), prepared_.volume.selection);

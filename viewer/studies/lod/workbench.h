@@ -6,9 +6,8 @@
 #include "core/image_metrics.h"
 #include "core/scene.h"
 #include "core/work.h"
-#include "render/engines/gpu/gl/context.h"
-#include "render/engines/gpu/gpu_engine.h"
 #include "render/plan/scene_plan.h"
+#include "render/renderer.h"
 #include "viewer/options/options.h"
 #include "viewer/studies/report/report.h"
 
@@ -32,6 +31,7 @@ struct BenchVolume {
 
 /// Everything that experiments need; made once.
 struct Workbench {
+    EngineKind engine;  // as --engine says it: what draws, where a study does not say otherwise
     std::string device; // as --gl-device says it
     std::vector<BenchVolume> volumes;
     std::vector<std::string> leftOut; // names of volumes that are not at hand or were not asked for
@@ -54,6 +54,10 @@ struct Workbench {
     int fewerPixels() const { return pixels() / 2; } // of pictures that are only measured
 };
 
+/// What studies can draw with. Throws InputError for other names.
+EngineKind studyEngine(const std::string& name);
+const std::vector<std::string>& studyEngineNames();
+
 /// The folder of scans: as told, or where the tests look for theirs, or none (empty). Throws InputError for
 /// one that is not there.
 std::filesystem::path scansFolder(const std::string& told);
@@ -63,7 +67,8 @@ enum class VolumeSet { levels, calibration, all };
 std::vector<std::string> volumeNames(VolumeSet set);
 /// The generated volumes, written to scratchFolder, and those known scans that are in scansFolder (empty:
 /// none); of those in `only`, unless it is empty. Scans are imported once, to the cache folder.
-Workbench makeWorkbench(const std::string& device, const std::filesystem::path& scansFolder, VolumeSet set,
+Workbench makeWorkbench(EngineKind engine, const std::string& device,
+                        const std::filesystem::path& scansFolder, VolumeSet set,
                         const std::vector<std::string>& only, const std::filesystem::path& scratchFolder,
                         bool quick, std::size_t ramBytes, const CommonOptions& common);
 
@@ -89,7 +94,7 @@ struct Drawn {
     std::optional<LightReport> light; // of voxels, where the scene has any
 };
 
-/// A volume, a function and a camera on a device. One at a time: its GL context is the current one.
+/// A volume, a function and a camera on an engine. One at a time: its GL context, if any, is the current one.
 class SceneBench {
   public:
     /// Levels are always chosen for bench.pixels().
@@ -133,10 +138,10 @@ class SceneBench {
 
   private:
     /// Its bricks, on an engine.
-    void bring(GpuEngine& engine, Selection selection, Work& work);
+    void bring(Engine& engine, Selection selection, Work& work);
 
     const Workbench& bench_;
-    GlContext context_;
+    EngineMaker engines_;
     std::string name_;
     Ledger ram_, analysisRam_, gpu_;
     StoreReader store_;

@@ -49,6 +49,7 @@ BudgetRow renderedAt(const std::string& budget, Ledger& gpu, const Workbench& be
     Ledger ram("RAM", "--ram", bench.ramBytes);
     const StoreReader store(volume.store, ram);
     RenderOptions options;
+    options.engine = bench.engine;
     options.device.text = bench.device;
     BudgetRow row;
     row.budget = budget;
