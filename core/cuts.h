@@ -43,8 +43,8 @@ struct Scissors {
 };
 
 /// These throw InputError naming where for numbers that are not finite, a box whose low is not below its
-/// high, a normal of length 0, a camera that is none, an aspect that is not positive, and outlines of fewer than 3
-/// points or more than Cuts::kMostPoints.
+/// high, a normal of length 0, a camera that is none, an aspect that is not positive, and outlines of fewer
+/// than 3 points or more than Cuts::kMostPoints.
 void checkBox(const CropBox& box, const std::string& where);
 void checkPlane(const CutPlane& plane, const std::string& where);
 void checkScissors(const Scissors& scissors, const std::string& where);

@@ -40,8 +40,8 @@ struct SlicePlane {
     /// Along the axis that it crosses: z of axial, y of coronal, x of sagittal planes. None: the volume's
     /// middle.
     std::optional<double> positionMm = {};
-    glm::dvec3 point{0}, normal{0, 0, 1}; // oblique; any length but 0
-    double thicknessMm = 0;               // 0: the plane alone, one sample a ray
+    glm::dvec3 point{0}, normal{0, 0, 1};     // oblique; any length but 0
+    double thicknessMm = 0;                   // 0: the plane alone, one sample a ray
     Reduction reduction = Reduction::average; // of a slab; never composite
     bool operator==(const SlicePlane&) const = default;
 };
@@ -51,7 +51,7 @@ struct SlicePlane {
 /// the patient's left (the front at the picture's left). Up is superior, or anterior where the normal is
 /// nearer to that than 1 degree.
 struct SlicePose {
-    glm::dvec3 point{0}, normal{0, 0, 1}; // mm; unit
+    glm::dvec3 point{0}, normal{0, 0, 1};   // mm; unit
     glm::dvec3 right{1, 0, 0}, up{0, 1, 0}; // of the picture, unit
 };
 /// @param middle  of the volume, mm

@@ -23,9 +23,9 @@ namespace {
 using nlohmann::json;
 using Keys = std::vector<std::string>;
 
-const Keys kSceneKeys = {"tesseraScene", "volumes", "camera",      "shading", "lighting", "isosurfaces",
-                         "mode",         "window",  "valueColour", "slice",   "cuts",     "quality",
-                         "image"};
+const Keys kSceneKeys = {"tesseraScene", "volumes", "camera", "shading",     "lighting",
+                         "isosurfaces",  "mode",    "window", "valueColour", "slice",
+                         "cuts",         "quality", "image"};
 const Keys kSliceKeys = {"plane", "position", "point", "normal", "thickness", "reduction"};
 const Keys kVolumeKeys = {"path", "transferFunction", "unit"};
 const Keys kFittedKeys = {"view", "fit", "parallelProjection"};
