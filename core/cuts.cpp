@@ -25,7 +25,8 @@ void checkBox(const CropBox& box, const std::string& where) {
 void checkPlane(const CutPlane& plane, const std::string& where) {
     const double length = glm::length(plane.normal);
     if (!isFinite(plane.point) || !std::isfinite(length) || !(length > 0))
-        throw badFile(where, "a point and a normal that is not 0", "a normal of length " + std::to_string(length));
+        throw badFile(where, "a point and a normal that is not 0",
+                      "a normal of length " + std::to_string(length));
 }
 
 void checkScissors(const Scissors& scissors, const std::string& where) {

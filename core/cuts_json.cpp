@@ -11,8 +11,8 @@ namespace {
 using nlohmann::json;
 using Keys = std::vector<std::string>;
 
-const Keys kKeepNames = {"inside", "outside"};    // in the order of Keep
-const Keys kSpaceNames = {"patient", "voxels"};   // in the order of CropBox::Space
+const Keys kKeepNames = {"inside", "outside"};  // in the order of Keep
+const Keys kSpaceNames = {"patient", "voxels"}; // in the order of CropBox::Space
 
 glm::dvec3 vector(const JsonValue& value) {
     const std::vector<double> n = value.numbers(3);
@@ -22,7 +22,8 @@ json listOf(const glm::dvec3& v) {
     return {v.x, v.y, v.z};
 }
 Keep keepOf(const JsonValue& object) {
-    return object.has("keep") && object.at("keep").oneOf(kKeepNames) == kKeepNames[1] ? Keep::outside : Keep::inside;
+    return object.has("keep") && object.at("keep").oneOf(kKeepNames) == kKeepNames[1] ? Keep::outside
+                                                                                      : Keep::inside;
 }
 json keepJson(Keep keep) {
     return kKeepNames[static_cast<std::size_t>(keep)];
@@ -90,8 +91,9 @@ json cutsJson(const Cuts& cuts) {
         out["boxes"].push_back(std::move(one));
     }
     for (const CutPlane& plane : cuts.planes)
-        out["planes"].push_back(
-            {{"point", listOf(plane.point)}, {"normal", listOf(plane.normal)}, {"keep", keepJson(plane.keep)}});
+        out["planes"].push_back({{"point", listOf(plane.point)},
+                                 {"normal", listOf(plane.normal)},
+                                 {"keep", keepJson(plane.keep)}});
     for (const Scissors& scissors : cuts.scissors) {
         json outline = json::array();
         for (const glm::dvec2& p : scissors.outline)

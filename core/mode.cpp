@@ -26,8 +26,8 @@ std::size_t nameIndex(const std::string& text, const Names& names, const std::st
 
 const std::vector<std::pair<std::string, GreyWindow>>& namedWindows() {
     static const std::vector<std::pair<std::string, GreyWindow>> windows = {
-        {"brain", {40, 80}},       {"subdural", {75, 215}}, {"lung", {-600, 1500}}, {"mediastinum", {50, 350}},
-        {"abdomen", {50, 400}},    {"liver", {30, 150}},    {"bone", {400, 1800}}};
+        {"brain", {40, 80}},    {"subdural", {75, 215}}, {"lung", {-600, 1500}}, {"mediastinum", {50, 350}},
+        {"abdomen", {50, 400}}, {"liver", {30, 150}},    {"bone", {400, 1800}}};
     return windows;
 }
 
@@ -36,9 +36,7 @@ const std::vector<std::pair<std::string, GreyWindow>>& namedWindows() {
 SlicePose poseOf(const SlicePlane& slice, const glm::dvec3& middle) {
     SlicePose pose;
     pose.point = middle;
-    const auto along = [&](int axis) {
-        pose.point[axis] = slice.positionMm.value_or(middle[axis]);
-    };
+    const auto along = [&](int axis) { pose.point[axis] = slice.positionMm.value_or(middle[axis]); };
     switch (slice.orientation) {
     case Orientation::axial:
         pose.normal = {0, 0, -1};
@@ -58,8 +56,7 @@ SlicePose poseOf(const SlicePlane& slice, const glm::dvec3& middle) {
         break;
     }
     constexpr double kOneDegree = 0.99985; // its cosine
-    const glm::dvec3 up =
-        std::abs(pose.normal.z) > kOneDegree ? glm::dvec3(0, -1, 0) : glm::dvec3(0, 0, 1);
+    const glm::dvec3 up = std::abs(pose.normal.z) > kOneDegree ? glm::dvec3(0, -1, 0) : glm::dvec3(0, 0, 1);
     pose.right = glm::normalize(glm::cross(-pose.normal, up));
     pose.up = glm::cross(pose.right, -pose.normal);
     return pose;
@@ -80,7 +77,8 @@ GreyWindow windowOf(const WindowChoice& choice, const ValueSummary& values) {
     if (values.isHu || looksLikeHu(values))
         return named("abdomen");
     const double width = values.highest - values.lowest;
-    return width > 0 ? GreyWindow{0.5 * (values.lowest + values.highest), width} : GreyWindow{values.lowest, 1};
+    return width > 0 ? GreyWindow{0.5 * (values.lowest + values.highest), width}
+                     : GreyWindow{values.lowest, 1};
 }
 
 const Names& modeNames() {

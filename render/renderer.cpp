@@ -198,9 +198,8 @@ void drawUntilGoodEnough(const Scene& scene, ScenePlan& p, Engine& engine, Ledge
                                         progress, result);
         result.rounds = round + 1;
         const PictureMeasurement& m = *result.measured;
-        const bool finest =
-            result.bricksOfLevel[0] == result.residentBricks &&
-            (p.view.part.flat || result.stepVoxels <= StepSearch::kFinestStep);
+        const bool finest = result.bricksOfLevel[0] == result.residentBricks &&
+                            (p.view.part.flat || result.stepVoxels <= StepSearch::kFinestStep);
         const bool most = scene.quality.pixels.samples != PixelSampling::kAutomatic ||
                           (wentOn && target < lastTarget && result.pixels.taken <= lastTaken);
         lastTarget = target, lastTaken = result.pixels.taken;
@@ -458,8 +457,9 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     if (r.unseenBricks > 0)
         line("bricks: %zu lie outside the picture, or of what is drawn, and take no memory", r.unseenBricks);
     if (reduction != Reduction::composite)
-        line("leaps: %s", !scene.quality.skipping || reduction == Reduction::average ? "none"
-                          : "over bricks and cells whose values cannot change what a ray has");
+        line("leaps: %s", !scene.quality.skipping || reduction == Reduction::average
+                              ? "none"
+                              : "over bricks and cells whose values cannot change what a ray has");
     else if (scene.quality.skipping)
         line("cells of 8^3 voxels: %.1f %% can show something; rays leap over the rest, and over blocks of "
              "2^3 "

@@ -75,7 +75,7 @@ struct RenderResult {
     std::string shortfall;                      // why it is not; empty: it is, or none was asked for
     PixelReport pixels;
     double secondsChecking = 0;
-    GreyWindow window;                  // as used, in modes that show single values
+    GreyWindow window;              // as used, in modes that show single values
     double lowest = 0, highest = 0; // values of the volume, physical units
     bool takenAsHu = false;         // by a preset, because they look like HU: nobody said so
     double secondsPreparing = 0, secondsLoading = 0, secondsDrawing = 0;

@@ -43,8 +43,9 @@ template <typename Real> struct RayFrame {
     const RayCuts* cuts = nullptr;
 };
 
-/// A ray cut into segments, from where it enters what is drawn of the volume: segment i spans [entry + i*step, entry + (i+1)*step], the last one only its part
-/// `tail`. Voxel space; segmentMm is the length of a whole segment in patient space.
+/// A ray cut into segments, from where it enters what is drawn of the volume: segment i spans [entry +
+/// i*step, entry + (i+1)*step], the last one only its part `tail`. Voxel space; segmentMm is the length of a
+/// whole segment in patient space.
 template <typename Real> struct SegmentedRay {
     using Vec = glm::vec<3, Real>;
     Vec entry{0}, step{0};
@@ -145,9 +146,11 @@ bool clipToBox(const RayLine<Real>& line, const glm::vec<3, Real>& extent, Real&
 
 /// The part of [t0, t1] inside of a slab; as clipToBox() along an axis. False where there is none; a ray that
 /// runs along a plane meets it nowhere.
-template <typename Real> bool clipToSlab(const RayLine<Real>& line, const RaySlab<Real>& s, Real& t0, Real& t1) {
+template <typename Real>
+bool clipToSlab(const RayLine<Real>& line, const RaySlab<Real>& s, Real& t0, Real& t1) {
     const Real o = s.normal.x * line.base.x + s.normal.y * line.base.y + s.normal.z * line.base.z;
-    const Real d = s.normal.x * line.direction.x + s.normal.y * line.direction.y + s.normal.z * line.direction.z;
+    const Real d =
+        s.normal.x * line.direction.x + s.normal.y * line.direction.y + s.normal.z * line.direction.z;
     if (d == Real(0))
         return !(o < s.low || o > s.high) && s.low < s.high;
     const Real a = (s.low - o) / d, b = (s.high - o) / d;
@@ -157,7 +160,8 @@ template <typename Real> bool clipToSlab(const RayLine<Real>& line, const RaySla
 }
 
 /// What is inside of the volume's box and of all slabs.
-template <typename Real> bool drawnPartOf(const RayFrame<Real>& f, const RayLine<Real>& line, Real& t0, Real& t1) {
+template <typename Real>
+bool drawnPartOf(const RayFrame<Real>& f, const RayLine<Real>& line, Real& t0, Real& t1) {
     if (!clipToBox(line, f.extent, t0, t1))
         return false;
     for (int n = 0; n < f.slabCount; ++n)

@@ -64,8 +64,7 @@ void RayCuts::add(const Scissors& scissors, const VolumeInfo& info) {
         return glm::dvec4(linear, glm::dot(axis, glm::dvec3(m[3]) - camera.position));
     };
     const bool perspective = camera.projection == Projection::perspective;
-    const double half =
-        perspective ? std::tan(glm::radians(camera.viewAngle) / 2) : camera.parallelScale;
+    const double half = perspective ? std::tan(glm::radians(camera.viewAngle) / 2) : camera.parallelScale;
     const glm::dvec4 depth = perspective ? -row(axes[2]) : glm::dvec4(0, 0, 0, 1);
     Outline outline;
     outline.rows[0] = 0.5 * (row(axes[0]) / (half * scissors.aspect) + depth);
@@ -76,8 +75,8 @@ void RayCuts::add(const Scissors& scissors, const VolumeInfo& info) {
     outlines_.push_back(std::move(outline));
 }
 
-// Of the picture's homogeneous coordinates, which are linear in t, edges of the outline are planes through the
-// eye; between two crossings a ray is inside all along or nowhere.
+// Of the picture's homogeneous coordinates, which are linear in t, edges of the outline are planes through
+// the eye; between two crossings a ray is inside all along or nowhere.
 void RayCuts::insideOf(const Outline& outline, const glm::dvec3& base, const glm::dvec3& direction, double t0,
                        double t1, std::vector<Part>& out) const {
     glm::dvec3 at, along;
@@ -185,15 +184,17 @@ CutRays cutRays(const RayFrame<double>& frame, std::span<const glm::vec2> places
         std::vector<RayCuts::Part> parts;
         for (std::size_t n = number * kStrip; n < std::min(rays, (number + 1) * kStrip); ++n) {
             const glm::dvec2 place =
-                places.empty() ? glm::dvec2(static_cast<double>(n % width), static_cast<double>(n / width)) + 0.5
-                               : glm::dvec2(places[n]);
+                places.empty()
+                    ? glm::dvec2(static_cast<double>(n % width), static_cast<double>(n / width)) + 0.5
+                    : glm::dvec2(places[n]);
             const RayLine<double> line = pixelLine(frame, place);
             double t0 = 0, t1 = 0;
             const std::size_t before = strip.all.size();
             if (drawnPartOf(frame, line, t0, t1)) {
                 frame.cuts->parts(line.base, line.direction, t0, t1, parts);
                 for (const RayCuts::Part& part : parts) {
-                    const RayInterval interval{static_cast<float>(part.from - t0), static_cast<float>(part.to - t0)};
+                    const RayInterval interval{static_cast<float>(part.from - t0),
+                                               static_cast<float>(part.to - t0)};
                     if (interval.to > interval.from || t0 == t1)
                         strip.all.push_back(interval);
                 }

@@ -49,8 +49,8 @@ class RayCuts {
         std::vector<glm::dvec2> points;
         Keep keep;
     };
-    void insideOf(const Outline& outline, const glm::dvec3& base, const glm::dvec3& direction, double t0, double t1,
-                  std::vector<Part>& out) const;
+    void insideOf(const Outline& outline, const glm::dvec3& base, const glm::dvec3& direction, double t0,
+                  double t1, std::vector<Part>& out) const;
 
     std::vector<Body> bodies_;
     std::vector<Outline> outlines_;
@@ -64,7 +64,9 @@ struct CutRays {
 
     std::size_t count(std::size_t ray) const { return first[ray + 1] - first[ray]; }
     const RayInterval& at(std::size_t ray, std::size_t number) const { return all[first[ray] + number]; }
-    std::size_t bytes() const { return first.size() * sizeof(std::size_t) + all.size() * sizeof(RayInterval); }
+    std::size_t bytes() const {
+        return first.size() * sizeof(std::size_t) + all.size() * sizeof(RayInterval);
+    }
 };
 /// Of rays through the middles of a frame's pixels or, where there are any, through places; the frame has
 /// cuts. @param threads  0: all processors

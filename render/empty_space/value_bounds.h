@@ -23,7 +23,11 @@ class ValueBounds {
     /// @param slack   of a box's own range, that filtered fetches may go beyond it
     void fill(const Statistics& statistics, const Optics& optics, const VolumeInfo& info,
               const Selection& selection, MapScale scale, double slack, Ledger& ram, int threads = 0);
-    void clear() { *this = {}; }
+    void clear() {
+        const std::uint64_t version = version_;
+        *this = {};
+        version_ = version;
+    }
 
     bool exists() const { return !brick_.empty(); }
     const glm::ivec3& cells() const { return cells_; } // 0 where only bricks have bounds

@@ -113,8 +113,8 @@ void setLevels(Selection& s, int level) {
 /// Of planes and means of rays: the finest level that a pixel can show of any brick. The greatest of means is
 /// not what is greatest, so that others take the finest there is.
 int finestForValues(const Scene& scene, const ViewWeights& weights) {
-    const bool means = scene.mode == Mode::slice || scene.mode == Mode::average;
-    if (!means || reductionOf(scene) == Reduction::minimum || scene.quality.maxError.value_or(0) > 0)
+    const bool plane = scene.mode == Mode::slice && !(scene.slice.thicknessMm > 0);
+    if ((!plane && reductionOf(scene) != Reduction::average) || scene.quality.maxError.value_or(0) > 0)
         return 0;
     int finest = kLevelCount - 1;
     for (std::size_t brick = 0; brick < weights.area.size(); ++brick)
@@ -126,9 +126,9 @@ int finestForValues(const Scene& scene, const ViewWeights& weights) {
 } // namespace
 
 ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnPart& part,
-                          const Statistics& statistics, const TransferTable& table, const StoreReader& store, const TextureLimits& limits,
-                          LevelChoice choice, const Ledger& gpu, std::size_t gpuFixed, Ledger& ram,
-                          std::size_t ramKept, int threads) {
+                          const Statistics& statistics, const TransferTable& table, const StoreReader& store,
+                          const TextureLimits& limits, LevelChoice choice, const Ledger& gpu,
+                          std::size_t gpuFixed, Ledger& ram, std::size_t ramKept, int threads) {
     const VolumeInfo& info = store.info();
     ChosenLevels chosen;
     const Culling culling = cullingFor(scene.shading);
@@ -221,14 +221,15 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
     } else {
         // What is hidden needs no memory that what is seen could have.
         // Where something is cut away, what it hid is seen: nothing counts as hidden.
-        const std::vector<float> visible =
-            part.any() ? std::vector<float>() : chooser->predictedVisibility();
+        const std::vector<float> visible = part.any() ? std::vector<float>() : chooser->predictedVisibility();
         BestLevels best = bestLevels(*chooser, statistics.brickMean, pages, visible, Unseen::leftOut);
         chosen.selection = std::move(best.selection);
         chosen.error = best.error;
-        chosen.unseenBricks = best.unseenBricks + leaveOutUndrawn(chosen.selection, part, info, scene.shading.on);
+        chosen.unseenBricks =
+            best.unseenBricks + leaveOutUndrawn(chosen.selection, part, info, scene.shading.on);
         chosen.atlasPages = pagesFor(chosen.selection.counts);
-        if (chosen.error.mean > 0 && !part.any()) { // memory is short: it is worth knowing better what is seen
+        if (chosen.error.mean > 0 &&
+            !part.any()) { // memory is short: it is worth knowing better what is seen
             chosen.atlasPages = pages;
             chosen.chooser = std::move(chooser);
         }

@@ -26,12 +26,13 @@ inline Culling cullingFor(const Shading& shading) {
 
 struct ChosenLevels {
     Selection selection;
-    std::size_t atlasPages = 0;   // of the atlas; fewer than the selection's where it takes several passes
-    std::size_t unseenBricks = 0; // of the selection's empty ones: BestLevels, or not of the part that is drawn
+    std::size_t atlasPages = 0; // of the atlas; fewer than the selection's where it takes several passes
+    std::size_t unseenBricks =
+        0; // of the selection's empty ones: BestLevels, or not of the part that is drawn
     /// False: no statistics of errors in this budget of RAM, one level for all, or rays that keep one value,
     /// whose errors by level nobody predicts.
     bool predicted = false;
-    PredictedError error;   // where predicted
+    PredictedError error; // where predicted
     /// Where it pays to count what is seen and to choose again (ScenePlan::chooseByVisibility()).
     std::unique_ptr<LevelChooser> chooser;
 };
@@ -68,8 +69,8 @@ BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means,
 /// Throws InputError naming the floor when gpu cannot hold what the scene needs at least, and when ram cannot
 /// hold the statistics that a scene with an error to stay below needs.
 ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnPart& part,
-                          const Statistics& statistics, const TransferTable& table, const StoreReader& store, const TextureLimits& limits,
-                          LevelChoice choice, const Ledger& gpu, std::size_t gpuFixed, Ledger& ram,
-                          std::size_t ramKept, int threads);
+                          const Statistics& statistics, const TransferTable& table, const StoreReader& store,
+                          const TextureLimits& limits, LevelChoice choice, const Ledger& gpu,
+                          std::size_t gpuFixed, Ledger& ram, std::size_t ramKept, int threads);
 
 } // namespace tessera

@@ -27,7 +27,8 @@ glm::dvec3 middleOf(const VolumeInfo& info) {
 }
 
 /// Where the edges of the volume's box cross a plane; mm.
-std::vector<glm::dvec3> crossSection(const VolumeInfo& info, const glm::dvec3& point, const glm::dvec3& normal) {
+std::vector<glm::dvec3> crossSection(const VolumeInfo& info, const glm::dvec3& point,
+                                     const glm::dvec3& normal) {
     std::vector<glm::dvec3> found;
     const auto corner = [&](int n) {
         const glm::dvec3 at = glm::dvec3(info.extentVoxels) * glm::dvec3(n & 1, (n >> 1) & 1, n >> 2);
@@ -160,8 +161,8 @@ std::size_t leaveOutUndrawn(Selection& selection, const DrawnPart& part, const V
             for (int i = 0; i < selection.bricks.x; ++i) {
                 std::uint8_t& level = selection.levels[linearIndex({i, j, k}, selection.bricks)];
                 const glm::dvec3 low = static_cast<double>(kBrickExtent) * glm::dvec3(i, j, k);
-                const glm::dvec3 high = glm::min(low + static_cast<double>(kBrickExtent),
-                                                 glm::dvec3(info.extentVoxels));
+                const glm::dvec3 high =
+                    glm::min(low + static_cast<double>(kBrickExtent), glm::dvec3(info.extentVoxels));
                 if (level == Selection::kEmpty || part.meets(low - reach, high + reach))
                     continue;
                 --selection.counts[level];

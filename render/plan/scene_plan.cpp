@@ -279,7 +279,8 @@ void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const
     MemoryPlan floors;
     floors.need("rays", 0, rays);
     if (view.part.cuts) // an interval and a half of each, and where they begin
-        floors.need("intervals of rays", 0, (kRayIntervalBytes * 3 / 2 + sizeof(std::size_t)) * rayCount(view.imageSize));
+        floors.need("intervals of rays", 0,
+                    (kRayIntervalBytes * 3 / 2 + sizeof(std::size_t)) * rayCount(view.imageSize));
     floors.need("the index of bricks", 0,
                 indexBytes(bricks, limits.indexEntryBytes) * static_cast<std::size_t>(1 + channels));
     floors.need("light of voxels while it is computed",
@@ -347,9 +348,9 @@ void chooseAgain(ScenePlan& p, const Scene& given, const TextureLimits& engineLi
         leaveOutUndrawn(all, p.view.part, p.info(), scene.shading.on);
         p.chooseAprons(limits, all.shownBricks(), gpu);
     }
-    p.chosen = chooseLevels(scene, p.view.camera, p.view.part, p.volume.statistics, p.volume.table,
-                            *p.volume.store, limits, choice, gpu, p.memory.gpuBytes(), ram,
-                            p.memory.ramBytes(), threads);
+    p.chosen =
+        chooseLevels(scene, p.view.camera, p.view.part, p.volume.statistics, p.volume.table, *p.volume.store,
+                     limits, choice, gpu, p.memory.gpuBytes(), ram, p.memory.ramBytes(), threads);
     p.setSelection(std::move(p.chosen.selection), ram);
     p.aim();
     p.openCache(ram, threads, limits.readsOnce && !scene.quality.maxError); // passes read again

@@ -19,7 +19,7 @@ struct ViewState {
     glm::ivec2 imageSize{0};
     Quality quality; // step, sampling and fetch as they are; integrator as it is asked for
     RayFrame<double> frame;
-    DrawnPart part; // of the volume
+    DrawnPart part;    // of the volume
     Lighting lighting; // the scene's
     ShadowQuality shadowQuality;
     Charge imageCharge; // pictures and what an engine keeps of every ray, in RAM

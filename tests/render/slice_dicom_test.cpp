@@ -23,7 +23,8 @@ constexpr double kDx = 0.8, kDy = 1.1, kDz = 1.5, kLow = -1000, kHigh = 2000;
 
 /// A series that lies obliquely in the patient.
 struct Series {
-    glm::dvec3 row{0.9848077530122080, 0.1736481776669303, 0}, column{-0.1736481776669303, 0.9848077530122080, 0};
+    glm::dvec3 row{0.9848077530122080, 0.1736481776669303, 0},
+        column{-0.1736481776669303, 0.9848077530122080, 0};
     glm::dvec3 slice{0, 0, 1}, first{-11, 23, 40};
     std::vector<double> values;
 
@@ -57,7 +58,8 @@ struct Series {
                p.x < kColumns - 0.5 - margin && p.y < kRows - 0.5 - margin && p.z < kSlices - 0.5 - margin;
     }
     double at(const glm::dvec3& place) const {
-        const glm::dvec3 last(kColumns - 1, kRows - 1, kSlices - 1), p = glm::clamp(place, glm::dvec3(0), last);
+        const glm::dvec3 last(kColumns - 1, kRows - 1, kSlices - 1),
+            p = glm::clamp(place, glm::dvec3(0), last);
         const glm::dvec3 low = glm::min(glm::floor(p), last - 1.0), f = p - low;
         double sum = 0;
         for (int dz = 0; dz < 2; ++dz)
@@ -102,11 +104,13 @@ TEST_P(SliceOfDicom, IsTrilinearInterpolationOfItsValues) {
     const Series series;
     const glm::dvec3 oblique = glm::normalize(glm::dvec3(0.2, -0.7, 0.5));
     const glm::dvec3 obliqueRight = glm::normalize(glm::cross(-oblique, glm::dvec3(0, 0, 1)));
-    const std::vector<Seen> all = {
-        {{Orientation::axial, 71.3}, {1, 0, 0}, {0, -1, 0}, {0, 0, -1}},
-        {{Orientation::coronal, 40.05}, {1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
-        {{Orientation::sagittal, 3.7}, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}},
-        {{Orientation::oblique, {}, {2, 41, 66}, oblique}, obliqueRight, glm::cross(obliqueRight, -oblique), oblique}};
+    const std::vector<Seen> all = {{{Orientation::axial, 71.3}, {1, 0, 0}, {0, -1, 0}, {0, 0, -1}},
+                                   {{Orientation::coronal, 40.05}, {1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
+                                   {{Orientation::sagittal, 3.7}, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}},
+                                   {{Orientation::oblique, {}, {2, 41, 66}, oblique},
+                                    obliqueRight,
+                                    glm::cross(obliqueRight, -oblique),
+                                    oblique}};
     for (const Seen& seen : all) {
         Scene scene;
         scene.volumes.push_back({folder() / "s.zarr"});
@@ -115,7 +119,8 @@ TEST_P(SliceOfDicom, IsTrilinearInterpolationOfItsValues) {
         scene.window = GreyWindow{0.5 * (kLow + kHigh), kHigh - kLow};
         scene.imageSize = {120, 90};
         scene.quality.fetch = Fetch::exact;
-        Ledger ram("RAM", "--ram", std::size_t{256} << 20), gpu("GPU memory", "--gpu-memory", std::size_t{256} << 20);
+        Ledger ram("RAM", "--ram", std::size_t{256} << 20),
+            gpu("GPU memory", "--gpu-memory", std::size_t{256} << 20);
         const StoreReader reader(folder() / "s.zarr", ram);
         RenderOptions options;
         options.engine = GetParam();

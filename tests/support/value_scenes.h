@@ -1,4 +1,5 @@
-// tests/support/value_scenes.h: scenes whose rays keep one value, and the field along rays by code of its own.
+// tests/support/value_scenes.h: scenes whose rays keep one value, and the field along rays by code of its
+// own.
 #pragma once
 
 #include "render/contract/lattice.h"

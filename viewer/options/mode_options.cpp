@@ -68,7 +68,8 @@ void applyCuts(const ModeOptions& options, Cuts& cuts) {
         if (options.keep != "inside" && options.keep != "outside")
             throw badFile("--keep", "inside or outside", "\"" + options.keep.substr(0, 40) + "\"");
         if (named == 0)
-            throw badFile("--keep", "--crop, --crop-voxels or --cut-plane, of which it keeps one side", "none");
+            throw badFile("--keep", "--crop, --crop-voxels or --cut-plane, of which it keeps one side",
+                          "none");
         keep = options.keep == "outside" ? Keep::outside : Keep::inside;
     }
     const auto addBox = [&](const std::string& text, const char* option, CropBox::Space space) {
@@ -103,7 +104,8 @@ void addModeOptions(CLI::App& command, ModeOptions& options) {
                        "what a single value looks like: the window's grey or the preset's colour: " +
                            joinNames(valueColourNames()) + " (default: window)");
     command.add_option("--slice", options.slice,
-                       std::string("a plane: ") + kSliceForm + " (default: the volume's middle); means --mode slice");
+                       std::string("a plane: ") + kSliceForm +
+                           " (default: the volume's middle); means --mode slice");
     command.add_option("--slab", options.slab,
                        std::string("thickness of the slice and what it shows of it: ") + kSlabForm +
                            " (default: 0, the plane alone)");
@@ -132,7 +134,8 @@ void applyModeOptions(const ModeOptions& options, Scene& scene) {
     }
     if (!options.slab.empty()) {
         if (scene.mode != Mode::slice)
-            throw badFile("--slab", "a slice (--slice)", "mode " + modeNames()[static_cast<std::size_t>(scene.mode)]);
+            throw badFile("--slab", "a slice (--slice)",
+                          "mode " + modeNames()[static_cast<std::size_t>(scene.mode)]);
         parseSlab(options.slab, scene.slice);
     }
     applyCuts(options, scene.cuts);
@@ -140,9 +143,11 @@ void applyModeOptions(const ModeOptions& options, Scene& scene) {
         scene.window = parseWindow(options.window, "--window");
     if (!options.valueColour.empty())
         scene.valueColour = parseValueColour(options.valueColour, "--value-colour");
-    for (const auto& [text, option] : {std::pair{options.window, "--window"}, {options.valueColour, "--value-colour"}})
+    for (const auto& [text, option] :
+         {std::pair{options.window, "--window"}, {options.valueColour, "--value-colour"}})
         if (!text.empty() && reductionOf(scene) == Reduction::composite)
-            throw badFile(option, "a mode that shows single values (--mode maximum, minimum, average or slice)",
+            throw badFile(option,
+                          "a mode that shows single values (--mode maximum, minimum, average or slice)",
                           "mode " + modeNames()[static_cast<std::size_t>(scene.mode)]);
 }
 

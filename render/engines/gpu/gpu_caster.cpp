@@ -30,6 +30,7 @@ GpuCaster::GpuCaster(const ScenePlan& scene, GpuEngine& engine, std::uint32_t fe
       march_(features, scene.view.frame, scene.info(), scene.strides(), scene.volume.optics,
              (features & kFeatureSkipping) && !scene.volume.reduces() ? &scene.volume.occupancy : nullptr,
              gpu) {
+    putBounds();
     if ((features & kFeatureSkipping) && scene.volume.mapsSurfaces)
         march_.setSurfaceMap(scene.volume.surfaceOccupancy);
 }
@@ -43,15 +44,20 @@ void GpuCaster::begin(const Rays& rays) {
                 (rays.frame.slabCount > 0 ? std::uint32_t{kFeatureSlabs} : 0u);
     if (features_ != before)
         march_.setFeatures(features_, scene_.volume.optics);
-    const bool skips = (features_ & kFeatureSkipping) != 0, reduces = scene_.volume.reduces();
-    if (skips && reduces && boundsVersion_ != scene_.volume.bounds.version()) {
-        march_.setBounds(scene_.volume.bounds);
-        boundsVersion_ = scene_.volume.bounds.version();
-    }
-    const bool changed = mapIsNew_ && skips && !reduces;
+    putBounds();
+    const bool changed = mapIsNew_ && (features_ & kFeatureSkipping) != 0 && !scene_.volume.reduces();
     march_.setLights(scene_.volume.optics); // the camera may be another
     march_.restart(rays, changed ? &scene_.volume.occupancy : nullptr);
     mapIsNew_ = false;
+}
+
+/// Those of rays that keep one value, where they are others than on the device.
+void GpuCaster::putBounds() {
+    const ValueBounds& bounds = scene_.volume.bounds;
+    if (!(features_ & kFeatureSkipping) || !scene_.volume.reduces() || boundsVersion_ == bounds.version())
+        return;
+    march_.setBounds(bounds);
+    boundsVersion_ = bounds.version();
 }
 
 Image GpuCaster::image() const {

@@ -33,6 +33,8 @@ class GpuCaster : public RayCaster {
     const March& march() const { return march_; }
 
   private:
+    void putBounds();
+
     const ScenePlan& scene_;
     GpuEngine& engine_;
     Ledger& gpu_;

@@ -301,6 +301,7 @@ bool March::runUntil(const FieldSource& source, const Slicing& slicing, Clock::t
                 return true;
             ++round_;
             putRound();
+            buffers_.bind(); // the intervals' is another one
             buffers_["NEXT"].clear();
         }
         // Tiles in rows; the edge is a power of two that keeps whole rays within one dispatch where possible.

@@ -57,8 +57,8 @@ class March {
     /// The same lights from another camera; restart() must follow.
     void setLights(const Optics& optics);
     /// All rays begin anew, as RayCaster::begin() says. Places are there exactly when the features have
-    /// kFeaturePlaces, with which nothing is made: they come by setFeatures(). Slabs with kFeatureSlabs, cuts exactly with
-    /// kFeatureIntervals.
+    /// kFeaturePlaces, with which nothing is made: they come by setFeatures(). Slabs with kFeatureSlabs, cuts
+    /// exactly with kFeatureIntervals.
     /// @param changed  the occupancy that this was made with, where it changed since, else null: then blocks
     ///                 are to be found again (refineSkipping())
     void restart(const Rays& rays, const Occupancy* changed);
@@ -103,8 +103,8 @@ class March {
     StorageBuffers buffers_;
     GlTexture3d skipping_, surfaceMap_, brickBounds_, cellBounds_;
     void putRound();
-    std::optional<CutRays> cuts_; // kFeatureIntervals
-    std::size_t round_ = 0;       // number of the interval at hand
+    std::optional<CutRays> cuts_;       // kFeatureIntervals
+    std::size_t round_ = 0;             // number of the interval at hand
     bool boundsOfCells_ = false;        // cells have some too
     std::uint64_t skippingVersion_ = 0; // of the occupancy that the texture holds; 0: none
 };

@@ -70,20 +70,19 @@ std::vector<glm::vec<4, Real>> mirrorRays(const MirrorInput& input, std::size_t 
                                           const RaySource<Real>& rays, int threads, Work& work) {
     std::vector<glm::vec<4, Real>> out(rayCount);
     std::mutex mutex;
-    parallelFor((rayCount + kStrip - 1) / kStrip, threads,
-                [&](std::size_t strip) {
-                    Work mine;
-                    std::vector<SegmentedRay<Real>> parts;
-                    withField<Real>(input, [&](auto& field) {
-                        for (std::size_t i = strip * kStrip; i < std::min(rayCount, (strip + 1) * kStrip);
-                             ++i)
-                            out[i] =
-                                mirrorRayOf(partsOf(input, rays(i), i, parts), field, input, mine, nullptr);
-                    });
-                    const std::lock_guard lock(mutex);
-                    work += mine;
-                },
-                input.progress);
+    parallelFor(
+        (rayCount + kStrip - 1) / kStrip, threads,
+        [&](std::size_t strip) {
+            Work mine;
+            std::vector<SegmentedRay<Real>> parts;
+            withField<Real>(input, [&](auto& field) {
+                for (std::size_t i = strip * kStrip; i < std::min(rayCount, (strip + 1) * kStrip); ++i)
+                    out[i] = mirrorRayOf(partsOf(input, rays(i), i, parts), field, input, mine, nullptr);
+            });
+            const std::lock_guard lock(mutex);
+            work += mine;
+        },
+        input.progress);
     return out;
 }
 

@@ -93,8 +93,8 @@ template <typename Real> bool isOpaque(const Optics& optics, const glm::vec<4, R
 
 /// The same of the parts of one ray, in order.
 template <typename Real, typename Field>
-glm::vec<4, Real> mirrorRayOf(std::span<const SegmentedRay<Real>> parts, Field& field, const MirrorInput& input,
-                              Work& work, SurfaceHit* hit) {
+glm::vec<4, Real> mirrorRayOf(std::span<const SegmentedRay<Real>> parts, Field& field,
+                              const MirrorInput& input, Work& work, SurfaceHit* hit) {
     const Optics& optics = *input.optics;
     if (optics.reduction != Reduction::composite) {
         KeptValue<Real> kept = keepsNothing<Real>(optics);

@@ -24,13 +24,13 @@ struct MirrorInput {
     const Optics* optics = nullptr;
     const Occupancy* occupancy = nullptr;        // null: no skipping
     const Occupancy* surfaceOccupancy = nullptr; // what the surfaces alone show; null: the same as occupancy
-    const ValueBounds* bounds = nullptr; // of rays that keep one value; null: nothing is leapt over
+    const ValueBounds* bounds = nullptr;         // of rays that keep one value; null: nothing is leapt over
     const StoredLight* light = nullptr;          // of voxels, where the scene has any
     Strides strides;
     const CutRays* cuts = nullptr; // of all rays of the array; null: rays are whole
     std::size_t firstRay = 0;      // number among them of the first that is drawn
     double segmentVoxels = 1;      // with cuts
-    ShareDone progress = {}; // of a picture's rays
+    ShareDone progress = {};       // of a picture's rays
 };
 
 /// What a prepared scene gives the mirror; valid as long as the scene is not moved.

@@ -22,8 +22,9 @@ TESSERA_LANE BoundedBox boundedBoxAt(const PacketBounds& b, const PacketField& f
     const auto voxel = [&](F at, int axis) { return min(max(truncated(at), I(0)), I(f.lastVoxel[axis])); };
     box.voxel[0] = voxel(p.x, 0), box.voxel[1] = voxel(p.y, 1), box.voxel[2] = voxel(p.z, 2);
     const auto telling = [&](const float* bounds, const std::int32_t(&grid)[3], int shift, M wanted) {
-        const I index = (sar(box.voxel[2], I(shift)) * I(grid[1]) + sar(box.voxel[1], I(shift))) * I(grid[0]) +
-                        sar(box.voxel[0], I(shift));
+        const I index =
+            (sar(box.voxel[2], I(shift)) * I(grid[1]) + sar(box.voxel[1], I(shift))) * I(grid[0]) +
+            sar(box.voxel[0], I(shift));
         const F bound = asFloat(gather<4>(bounds, index, wanted));
         return wanted & (b.least ? bound < kept : bound > kept);
     };
@@ -52,7 +53,8 @@ TESSERA_LANE F leaves(const LeapingRays& rays, const BoundedBox& box) {
 template <SampleKind K, bool Mixed> void keep(const PacketScene& s, PacketJob& job) {
     const PacketField& f = s.field;
     const PacketOptics& o = s.optics;
-    const bool mean = o.reduction == PacketReduction::average, least = o.reduction == PacketReduction::minimum;
+    const bool mean = o.reduction == PacketReduction::average,
+               least = o.reduction == PacketReduction::minimum;
     const bool leapsOver = !mean && s.bounds.brick != nullptr;
     const PacketRays rays{load3(job.entry), load3(job.step), load(job.tail), load(job.count)};
     const LeapingRays leaping = leapingRays(rays.entry, rays.step);

@@ -160,9 +160,9 @@ class RayIntegral {
                 add(part.from, part.to);
         const bool greatest = (input_.reduction == Reduction::maximum) == (info_.rescaleSlope > 0);
         const double kept = input_.reduction == Reduction::average ? sum / way : greatest ? high : low;
-        return glm::dvec4(colourOfValue(input_.look, *input_.function,
-                                        info_.rescaleSlope * kept + info_.rescaleIntercept),
-                          1);
+        return glm::dvec4(
+            colourOfValue(input_.look, *input_.function, info_.rescaleSlope * kept + info_.rescaleIntercept),
+            1);
     }
 
     void addInterval(const ReferenceRay& ray, double ta, double tb, ReferenceIntegrator& integral) {
@@ -317,7 +317,7 @@ class RayIntegral {
     glm::ivec3 cells_;
     int panels_;
     glm::dmat3 toGradient_, toPatient_; // of gradients and of directions
-    std::vector<RayCuts::Part> parts_; // of the ray that are drawn
+    std::vector<RayCuts::Part> parts_;  // of the ray that are drawn
     std::vector<double> cuts_;
     struct Met {
         double at; // of the interval, 0 to 1

@@ -44,7 +44,7 @@ struct ReferenceInput {
     ValueLook look = {};
     /// What is drawn: inside of all; in voxels.
     std::vector<RaySlab<double>> slabs = {};
-    bool flat = false; // one of them is a plane, at which a ray has one value
+    bool flat = false;             // one of them is a plane, at which a ray has one value
     const RayCuts* cuts = nullptr; // what else is cut away
 };
 
