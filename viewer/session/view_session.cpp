@@ -201,6 +201,7 @@ class ViewSession final : public Viewing {
     void publishPicture(const InteractiveRenderer::Progress& progress);
     void prepareDisplay(ShownPicture& picture) const;
     void nothingMoreComes();
+    void answerAsBefore();
     void startStill();
     void finishStill();
     void tellState(const InteractiveRenderer::Progress& progress);
@@ -212,7 +213,7 @@ class ViewSession final : public Viewing {
     mutable std::mutex mutex_; // of all up to the next blank line
     std::condition_variable wake_;
     bool stop_ = false;
-    std::uint64_t stillEnded_ = 0; // the wish that it was of; 0: none
+    std::uint64_t stillEnded_ = 0; // its number; 0: none
     std::optional<ToOpen> toOpen_;
     std::optional<Wish> wish_;
     std::optional<glm::dvec2> question_;
@@ -231,7 +232,8 @@ class ViewSession final : public Viewing {
     bool moving_ = false, resting_ = true;
     bool quickFirst_ = false;                // something is new: one picture of few pixels before one of all
     bool drawsMoving_ = false;               // the picture in the works is one of few pixels
-    std::uint64_t stillOf_ = 0;              // the wish whose still was begun
+    std::uint64_t stillNumber_ = 0;          // of the last still that was begun
+    bool stillBegun_ = false;                // of the scene as it is
     InteractiveRenderer::Progress progress_; // the last
     std::string measured_;                   // of the still of asked_
     std::size_t damaged_ = 0;                // chunks that could not be read
@@ -270,7 +272,7 @@ void ViewSession::run() {
         try {
             if (path)
                 openVolume(*path);
-            if (stillEnded != 0 && stillEnded == stillOf_)
+            if (stillEnded != 0 && stillEnded == stillNumber_ && open_ && open_->still)
                 finishStill();
             if (wish && open_)
                 take(*wish);
@@ -345,7 +347,8 @@ void ViewSession::openVolume(const ToOpen& what) {
         state_ = {};
         state_.kind = ViewingState::Kind::open;
         state_.engine = open_->engine->about().device;
-        moving_ = resting_ = false;
+        moving_ = resting_ = stillBegun_ = false;
+        measured_.clear();
     } catch (const Cancelled&) {
         const std::lock_guard lock(mutex_);
         opening_.reset();
@@ -398,37 +401,51 @@ void ViewSession::take(const Wish& wish) {
     Open& o = *open_;
     if (wish.scene.volumes.front().path != o.scene.volumes.front().path)
         return; // of the volume before
-    if (o.still)
-        o.still->callOff();
     const bool compiles = o.engine->about().compiles;
-    if (fixedPart(wish.scene, compiles) != fixedPart(o.scene, compiles)) {
+    const Camera& camera = std::get<Camera>(wish.scene.camera);
+    const bool another = fixedPart(wish.scene, compiles) != fixedPart(o.scene, compiles),
+               turned = camera != o.renderer->camera(),
+               recoloured = functionPart(wish.scene) != functionPart(o.scene),
+               rewindowed = wish.scene.window != o.scene.window, recut = !(wish.scene.cuts == o.scene.cuts);
+    const bool changed = another || turned || recoloured || rewindowed || recut;
+    if (changed) {
+        if (o.still)
+            o.still->callOff();
+        stillBegun_ = false;
+        measured_.clear();
+    }
+    if (another) {
         makeRenderer(wish.scene);
-    } else {
-        const Camera& camera = std::get<Camera>(wish.scene.camera);
-        const bool turned = camera != o.renderer->camera();
-        const bool recoloured = functionPart(wish.scene) != functionPart(o.scene);
+    } else if (changed) {
         if (turned)
             o.renderer->setCamera(camera);
         if (recoloured)
             o.renderer->setFunction(std::get<TransferFunction>(wish.scene.volumes.front().transferFunction));
-        const bool rewindowed = wish.scene.window != o.scene.window,
-                   recut = !(wish.scene.cuts == o.scene.cuts);
         if (rewindowed)
             o.renderer->setWindow(wish.scene.window);
         if (recut)
             o.renderer->setCuts(wish.scene.cuts);
-        if (turned || recoloured || rewindowed || recut) {
-            quickFirst_ = true;
-            if (!drawsMoving_)
-                o.renderer->cancel();
-        }
-        o.scene = wish.scene;
+        quickFirst_ = true;
+        if (!drawsMoving_)
+            o.renderer->cancel();
     }
+    o.scene = wish.scene;
     hastySize_ = pace_.sizeFor(o.scene.imageSize); // once a wish: nothing is drawn again for a better guess
-    measured_.clear();
     asked_ = wish.number;
     moving_ = wish.moving;
     resting_ = false;
+    if (!changed)
+        answerAsBefore();
+}
+
+/// The picture that is there is of this wish as well.
+void ViewSession::answerAsBefore() {
+    const std::lock_guard lock(mutex_);
+    if (!picture_)
+        return;
+    auto same = std::make_shared<ShownPicture>(*picture_);
+    same->asked = asked_;
+    picture_ = std::move(same);
 }
 
 void ViewSession::answer(const glm::dvec2& place, std::uint64_t number) {
@@ -467,7 +484,7 @@ void ViewSession::proceed() {
     resting_ = progress.converged && hasty == moving_;
     if (resting_ && !moving_)
         nothingMoreComes();
-    if (resting_ && !moving_ && options_.stills && stillOf_ != asked_ && !o.still)
+    if (resting_ && !moving_ && options_.stills && !stillBegun_ && !o.still)
         startStill();
     tellState(progress);
 }
@@ -513,12 +530,13 @@ void ViewSession::startStill() {
     render.threads = options_.threads;
     render.searching = render.checking = true;
     render.verify = Verify::quick;
-    stillOf_ = asked_;
+    stillBegun_ = true;
+    ++stillNumber_;
     o.still = std::make_unique<Still>(o.scene, asked_, *o.store, o.stillRam, o.stillGpu, render,
-                                      [this, asked = asked_] {
+                                      [this, number = stillNumber_] {
                                           {
                                               const std::lock_guard lock(mutex_);
-                                              stillEnded_ = asked;
+                                              stillEnded_ = number;
                                           }
                                           wake_.notify_all();
                                       });
@@ -531,7 +549,8 @@ void ViewSession::finishStill() {
     if (finished.picture)
         prepareDisplay(*finished.picture);
     const std::lock_guard lock(mutex_);
-    if (finished.picture && finished.picture->asked == asked_) {
+    if (finished.picture && stillBegun_) {
+        finished.picture->asked = asked_;
         picture_ = finished.picture;
         ++state_.pictures;
         state_.measured = measured_ = finished.measured;
@@ -540,6 +559,7 @@ void ViewSession::finishStill() {
     } else if (!finished.problem.empty()) {
         state_.problem = finished.problem;
         state_.drawingStill = false;
+        state_.atRest = true;
     } else {
         resting_ = false; // called off: the wish that did so gets one of its own
     }
