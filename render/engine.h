@@ -109,8 +109,8 @@ class Engine {
         std::string device = "CPU";
         std::string version;       // of OpenGL; "" where none is used
         bool choosesSteps = false; // step and errors are tried and told by drawing some pixels again
-        /// What a scene can need (levels that mix, cuts) is compiled in when a caster is made: what is not there
-        /// then cannot come.
+        /// What a scene can need (levels that mix, cuts) is compiled in when a caster is made, for
+        /// good.
         bool compiles = false;
     };
     virtual About about() const = 0;

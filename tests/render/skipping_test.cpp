@@ -31,8 +31,7 @@ TEST(Skipping, PicturesAreBitEqualWithEitherMap) {
                 for (const MapScale scale : {MapScale::cells, MapScale::bricks}) {
                     prepared.p.volume.mapScale = scale;
                     prepared.p.volume.occupancy = Occupancy();
-                    prepared.p.volume.mapEmptySpace(prepared.p.view.quality.edgeFunction,
-                                                    prepared.budgets.ram);
+                    prepared.p.volume.mapEmptySpace(prepared.p.view.quality, prepared.budgets.ram);
                     const GpuPicture skipped = marchOn(prepared, features);
                     EXPECT_TRUE(bitEqual(skipped.image, every.image)) << store << " camera " << camera;
                     EXPECT_LT(skipped.work.segments, every.work.segments);
@@ -191,7 +190,7 @@ TEST(Skipping, RefiningIsLeftOutWhereItDoesNotPay) {
     EXPECT_FALSE(refiningPays(prepared.p.volume.occupancy, cells));
     prepared.p.volume.mapScale = MapScale::bricks;
     prepared.p.volume.occupancy = Occupancy();
-    prepared.p.volume.mapEmptySpace(prepared.p.view.quality.edgeFunction, prepared.budgets.ram);
+    prepared.p.volume.mapEmptySpace(prepared.p.view.quality, prepared.budgets.ram);
     EXPECT_FALSE(refiningPays(prepared.p.volume.occupancy, 1000 * cells));
 }
 
