@@ -40,6 +40,14 @@ const char* const kFitted = R"({"tesseraScene":1,
     "occlusion":{"method":"positional","rays":64,"radius":20,"offset":0.5,"bias":0.2,"gamma":0.75,"emission":3},
     "finestLevel":2},
   "isosurfaces":[{"value":-300,"rgb":[0.9,0.5,0.25],"opacity":0.5},{"value":200,"rgb":[1,1,1],"opacity":1}],
+  "mode":"slice","window":[40.5,400],"valueColour":"transferFunction",
+  "slice":{"plane":"oblique","point":[1,2,3.5],"normal":[0,1,1],"thickness":5,"reduction":"maximum"},
+  "cuts":{"boxes":[{"low":[1,2,3],"high":[10,20,30.5],"space":"voxels","keep":"outside"}],
+    "planes":[{"point":[4,5,6],"normal":[0,0,-1],"keep":"inside"}],
+    "scissors":[{"camera":{"position":[1,2,3],"focalPoint":[4,5,6],"viewUp":[0,0,1],"viewAngle":40,
+      "parallelProjection":true,"parallelScale":80.5},"aspect":1.5,"outline":[[0,0],[1,0.25],[0.5,1]],"keep":"outside"}]},
+  "measurements":[{"kind":"distance","points":[[0,0,0],[1,2,2]]},
+    {"kind":"circle","points":[[1,0,0],[0,1,0],[-1,0,0.5]]}],
   "quality":{"stepVoxels":0.25,"integrator":"pre-integrated","fetch":"exact","terminationTransmittance":0,"skipping":false,
     "edgeFunction":"split","sampling":"naive","maxError":2.5,
     "samples":16,"pixelFilter":"gaussian","seed":3},
@@ -47,7 +55,8 @@ const char* const kFitted = R"({"tesseraScene":1,
 const char* const kFree =
     R"({"tesseraScene":1,"volumes":[{"path":"/s/x.zarr","unit":"","transferFunction":"lung"}],
   "camera":{"position":[1,2,3.25],"focalPoint":[4,5,6],"viewUp":[0,0.1,1],"viewAngle":110.5,
-    "parallelProjection":false,"parallelScale":77.7},"image":{"background":[0.1,0.2,0.3]}})";
+    "parallelProjection":false,"parallelScale":77.7},"slice":{"plane":"coronal","position":12.5},
+  "image":{"background":[0.1,0.2,0.3]}})";
 
 Scene parse(const std::string& text) {
     return parseScene(text, "/folder", "s.json");
@@ -104,6 +113,23 @@ TEST(Scene, EveryKeyIsRead) {
     EXPECT_EQ(scene.lighting.lights[2], lamp);
     EXPECT_EQ(scene.lighting.occlusion, (Occlusion{OcclusionMethod::positional, 64, 20, 0.5, 0.2, 0.75, 3}));
     EXPECT_EQ(scene.lighting.finestLevel, 2);
+    EXPECT_EQ(scene.mode, Mode::slice);
+    EXPECT_EQ(std::get<GreyWindow>(scene.window), (GreyWindow{40.5, 400}));
+    EXPECT_EQ(scene.valueColour, ValueColour::transferFunction);
+    SlicePlane plane{Orientation::oblique, {}, {1, 2, 3.5}, {0, 1, 1}, 5, Reduction::maximum};
+    EXPECT_EQ(scene.slice, plane);
+    EXPECT_EQ(parse(kFree).slice.orientation, Orientation::coronal);
+    EXPECT_EQ(parse(kFree).slice.positionMm, 12.5);
+    ASSERT_EQ(scene.cuts.boxes.size() + scene.cuts.planes.size() + scene.cuts.scissors.size(), 3u);
+    EXPECT_EQ(scene.cuts.boxes[0],
+              (CropBox{{1, 2, 3}, {10, 20, 30.5}, CropBox::Space::voxels, Keep::outside}));
+    EXPECT_EQ(scene.cuts.planes[0], (CutPlane{{4, 5, 6}, {0, 0, -1}, Keep::inside}));
+    EXPECT_EQ(scene.cuts.scissors[0].camera.parallelScale, 80.5);
+    EXPECT_EQ(scene.cuts.scissors[0].outline[1], glm::dvec2(1, 0.25));
+    EXPECT_EQ(scene.cuts.scissors[0].keep, Keep::outside);
+    ASSERT_EQ(scene.measurements.size(), 2u);
+    EXPECT_EQ(valueOf(scene.measurements[0]), 3);
+    EXPECT_EQ(scene.measurements[1].kind, MeasurementKind::circle);
     EXPECT_EQ(parse(kFree).lighting, Lighting{});
     EXPECT_EQ(parse(kFree).shading.model, ShadingModel::phong);
     ASSERT_EQ(scene.surfaces.size(), 2u);
