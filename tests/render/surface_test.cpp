@@ -297,6 +297,35 @@ TEST(Isosurfaces, CutTheVolumeWhereTheyAre) {
             }
 }
 
+// Edges so steep that a cell's values go past surfaces and past 0: where the last surface of a piece was met,
+// nothing else is looked for, neither before nor behind it, and no part of the volume is added twice.
+TEST(Isosurfaces, NothingIsMetBeyondTheLastOfSteepEdges) {
+    const GlContext context({"software"});
+    const Formula random = noise(7);
+    const Stored stored([&](const glm::dvec3& p) { return 1000 * random(p); }, {12, 10, 12});
+    const Isosurface high{300, {1, 0.9, 0.8}, 0.2}, low{-300, {0.2, 0.9, 0.1}, 0.3};
+    for (const std::vector<Isosurface>& surfaces :
+         {std::vector{high}, std::vector{low}, std::vector{low, high}}) {
+        Scene scene = stored.scene(surfaces, 0, 12);
+        scene.volumes[0].transferFunction =
+            TransferFunction::fromExtinction({{0, 0.1}}, {{0, glm::dvec3(0.1, 0.3, 0.9)}});
+        scene.quality.fetch = Fetch::exact;
+        scene.quality.terminationTransmittance = 0;
+        const auto prepared = stored.prepare(scene);
+        const Drawn drawn = draw(*prepared);
+        const auto rays = gpuRays(prepared->p.view.frame, prepared->budgets.gpu);
+        Work work;
+        const auto mirrored = mirrorRays<float>(
+            mirrorInput(prepared->p, true), rays.size(), [&](std::size_t i) { return rays[i]; }, 0, work);
+        float largest = 0;
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            for (int c = 0; c < 4; ++c)
+                largest = std::max(largest, std::abs(drawn.image.pixels[i][c] - mirrored[i][c]));
+        EXPECT_LE(largest, 1e-5f) << surfaces.size() << " surfaces";
+        EXPECT_GT(hitCount(drawn.hits), 40u);
+    }
+}
+
 // An opaque dark medium hides the bright one behind it and the surface in that, however many segments follow:
 // where alpha can grow no more, colour must not either. What float leaves of alpha, 2^-25 over a segment's
 // opacity, is all that may shine through.

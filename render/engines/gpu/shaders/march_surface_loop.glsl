@@ -145,9 +145,10 @@ while (solving || (i < ray.count && left > 0 && GOES_ON)) {
         // the ray meets them.
         while (inPiece && met < 0) {
             TURN;
-            int number = vb > va ? surface : uSurfaces - 1 - surface;
+            bool isOne = surface < uSurfaces; // else the last of this part was met in the turn before
+            int number = isOne ? vb > va ? surface : uSurfaces - 1 - surface : 0;
             float isovalue = uIsovalues[number];
-            if ((va < isovalue) != (vb < isovalue)) met = number;
+            if (isOne && (va < isovalue) != (vb < isovalue)) met = number;
             ++surface;
             ONCE (met < 0 && surface >= uSurfaces) {
                 ++part;
