@@ -170,8 +170,7 @@ InteractiveRenderer::Choice InteractiveRenderer::choose(LevelChooser* chooser, c
     c.predicted = true;
     chooser->setCamera(r.camera, r.scene->view.imageSize);
     const std::vector<float> visible = r.visible.empty() ? chooser->predictedVisibility() : r.visible;
-    BestLevels best =
-        bestLevels(*chooser, statistics.brickMean, r.pages, visible, Unseen::kept, LevelsFor::interactive);
+    BestLevels best = bestLevels(*chooser, statistics.brickMean, r.pages, visible);
     c.selection = std::move(best.selection);
     c.error = best.error;
     c.gain.resize(visible.size());

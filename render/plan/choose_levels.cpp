@@ -70,7 +70,7 @@ std::size_t leaveOutUnseen(Selection& s, const ViewWeights& weights) {
 } // namespace
 
 BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
-                      Visibility visible, Unseen unseen, LevelsFor picture) {
+                      Visibility visible, Unseen unseen) {
     BestLevels best{chooser.best(means, pages, visible), {}, 0};
     Selection& s = best.selection;
     best.error = chooser.predict(s, visible);
@@ -86,9 +86,7 @@ BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means,
     counts[Selection::kEmpty] = s.counts[Selection::kEmpty];
     const std::size_t mixed = pagesFor(s.counts);
     const std::size_t forSpeed =
-        picture == LevelsFor::still
-            ? static_cast<std::size_t>(raysThroughBricks(s, chooser.weights(), visible)) / kRaysForPage
-            : 0;
+        static_cast<std::size_t>(raysThroughBricks(s, chooser.weights(), visible)) / kRaysForPage;
     if (pagesFor(counts) > std::min(pages, mixed + std::max(mixed / kShareForSpeed, forSpeed)))
         return best;
     for (std::uint8_t& level : s.levels)

@@ -46,9 +46,8 @@ constexpr std::size_t neighbourhoodPages(bool shading, bool ends) {
 
 /// The best selection of so many pages (LevelChooser::best()) and its predicted error. Where none is left,
 /// one level for all, the finest of the selection's, if that is drawn sooner: within the pages and without
-/// more to load than drawing gains. Never further from the truth. An interactive picture, which always takes
-/// the path of mixed levels, gains nothing: it takes it where there is little to load, to come to the still's
-/// picture.
+/// more to load than drawing gains. Never further from the truth. Pictures that follow one another take the
+/// same levels, so that they come to the still's picture.
 struct BestLevels {
     Selection selection;
     PredictedError error;
@@ -57,9 +56,8 @@ struct BestLevels {
 /// Bricks that no ray of a still comes near need no level of their own: with them left out, a close camera's
 /// bricks are mostly of one level.
 enum class Unseen { kept, leftOut };
-enum class LevelsFor { still, interactive };
 BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
-                      Visibility visible, Unseen unseen = Unseen::kept, LevelsFor picture = LevelsFor::still);
+                      Visibility visible, Unseen unseen = Unseen::kept);
 
 /// Rays that keep one value take one level for all: the finest that fits and, of planes and means, that a
 /// pixel can show.

@@ -47,9 +47,6 @@ TEST(BestLevels, AreOneLevelWhereAMixGainsNothing) {
         const bool few = 4 * (all - pages) <= pages;
         const bool gains = 100 * static_cast<double>(all - pages) <= rays;
         EXPECT_EQ(best.selection.uniform(), mix.uniform() || few || gains) << edge;
-        const BestLevels moving =
-            bestLevels(chooser, statistics.brickMean, 4096, visible, Unseen::kept, LevelsFor::interactive);
-        EXPECT_EQ(moving.selection.uniform(), mix.uniform() || few) << edge;
         kept += !best.selection.uniform();
         forRays += !mix.uniform() && gains && !few;
         if (mix.uniform() || all == pages)
