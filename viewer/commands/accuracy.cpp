@@ -202,7 +202,8 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
     if (arguments.out.empty() && arguments.keptScenes.empty())
         throw InputError("accuracy: expected -o FOLDER for the page, found none");
     checkGlDevice({arguments.device});
-    EngineMaker(options.engine, {arguments.device}); // refuses before the truth is drawn, which takes minutes
+    // An engine that is not there is refused before the truth is drawn, which takes minutes.
+    static_cast<void>(EngineMaker(options.engine, {arguments.device}).about());
     for (const std::string& folder : {arguments.out, arguments.keptScenes})
         if (!folder.empty())
             makeFolder(folder);
