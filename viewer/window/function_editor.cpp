@@ -33,20 +33,44 @@ double opacityAt(double height) {
 } // namespace
 
 void FunctionEditor::presets(Desk& desk) {
-    const VolumeSeen& volume = *desk.volume();
-    if (!ImGui::BeginCombo("preset", "choose ..."))
-        return;
-    for (const std::string& name : presetNames())
-        if (ImGui::Selectable(name.c_str())) {
-            try {
-                const TransferFunction function = presetFunction(name, volume.values);
-                desk.beginEdit();
-                desk.setFunction(function, false);
-            } catch (const InputError& e) {
-                desk.tell(e.what(), true);
-            }
+    const auto trying = [&desk](const auto& act) {
+        try {
+            act();
+        } catch (const Error& e) {
+            desk.tell(e.what(), true);
         }
-    ImGui::EndCombo();
+    };
+    if (ImGui::BeginCombo("preset", "choose ...")) {
+        const auto row = [&](const std::string& name) {
+            if (ImGui::Selectable(name.c_str()))
+                trying([&] { desk.takePreset(name); });
+        };
+        for (const std::string& name : presetNames())
+            row(name);
+        const auto own = desk.ownPresets();
+        if (!own.empty())
+            ImGui::Separator();
+        for (const std::string& name : own)
+            row(name);
+        ImGui::EndCombo();
+    }
+    if (!ImGui::TreeNode("save as mine, import, export"))
+        return;
+    ImGui::SetNextItemWidth(-70);
+    ImGui::InputTextWithHint("##name", "name or file", name_, sizeof name_);
+    const bool named = name_[0] != '\0';
+    const std::string name = name_;
+    if (ImGui::Button("save as mine") && named)
+        trying([&] { desk.keepPreset(name); });
+    ImGui::SameLine();
+    if (ImGui::Button("import") && named)
+        trying([&] { desk.takePreset(name); });
+    if (ImGui::Button("for Slicer") && named)
+        trying([&] { desk.writePreset(name + ".vp.json", "slicer"); });
+    ImGui::SameLine();
+    if (ImGui::Button("for ParaView") && named)
+        trying([&] { desk.writePreset(name + ".json", "paraview"); });
+    ImGui::TreePop();
 }
 
 void FunctionEditor::curve(Desk& desk) {

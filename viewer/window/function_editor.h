@@ -19,6 +19,7 @@ class FunctionEditor {
     void curve(Desk& desk);
     void colourOf(Desk& desk);
 
+    char name_[256] = {};             // of a preset or a file
     std::optional<std::size_t> held_; // opacity point
     std::size_t coloured_ = 0;        // whose colour is asked
     double from_ = 0, to_ = 0;        // values that are shown

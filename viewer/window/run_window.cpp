@@ -168,11 +168,22 @@ void capture(const Window& window, const fs::path& path) {
     writeOutputFile(path, text);
 }
 
+/// Textures, buffers, programs and framebuffers that exist; names are small numbers.
+int countGlObjects() {
+    constexpr GLuint kMostNames = 4096;
+    int count = 0;
+    for (GLuint name = 1; name < kMostNames; ++name)
+        count += glIsTexture(name) + glIsBuffer(name) + glIsProgram(name) + glIsFramebuffer(name) +
+                 glIsVertexArray(name);
+    return count;
+}
+
 class Loop {
   public:
     Loop(const WindowOptions& options, Settings& settings)
         : settings_(settings), window_(startSize(options, settings), events_), gui_(window_),
-          viewing_(options.makeViewing([] { glfwPostEmptyEvent(); })), desk_(*viewing_, settings),
+          viewing_(options.makeViewing([] { glfwPostEmptyEvent(); })),
+          desk_(*viewing_, settings, options.presets),
           script_(options.script ? Script(*options.script) : Script()) {
         desk_.showPanels = options.panels && settings.panels;
         if (!options.path.empty())
@@ -234,7 +245,7 @@ class Loop {
         scripted_ = script_.advance(
             desk_, {[this](const glm::ivec2& size) { glfwSetWindowSize(window_.get(), size.x, size.y); },
                     [this](const fs::path& path) { toCapture_ = path; },
-                    [this] { glfwSetWindowShouldClose(window_.get(), GLFW_TRUE); }});
+                    [this] { glfwSetWindowShouldClose(window_.get(), GLFW_TRUE); }, countGlObjects});
         waits_ = desk_.settle();
         nameWindow();
         drawPicture(area);
