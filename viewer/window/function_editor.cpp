@@ -30,20 +30,22 @@ double opacityAt(double height) {
     return height * height;
 }
 
+/// What goes wrong is told in the window.
+template <typename Act> void trying(Desk& desk, const Act& act) {
+    try {
+        act();
+    } catch (const Error& e) {
+        desk.tell(e.what(), true);
+    }
+}
+
 } // namespace
 
 void FunctionEditor::presets(Desk& desk) {
-    const auto trying = [&desk](const auto& act) {
-        try {
-            act();
-        } catch (const Error& e) {
-            desk.tell(e.what(), true);
-        }
-    };
     if (ImGui::BeginCombo("preset", "choose ...")) {
         const auto row = [&](const std::string& name) {
             if (ImGui::Selectable(name.c_str()))
-                trying([&] { desk.takePreset(name); });
+                trying(desk, [&] { desk.takePreset(name); });
         };
         for (const std::string& name : presetNames())
             row(name);
@@ -54,6 +56,9 @@ void FunctionEditor::presets(Desk& desk) {
             row(name);
         ImGui::EndCombo();
     }
+}
+
+void FunctionEditor::files(Desk& desk) {
     if (!ImGui::TreeNode("save as mine, import, export"))
         return;
     ImGui::SetNextItemWidth(-70);
@@ -61,15 +66,15 @@ void FunctionEditor::presets(Desk& desk) {
     const bool named = name_[0] != '\0';
     const std::string name = name_;
     if (ImGui::Button("save as mine") && named)
-        trying([&] { desk.keepPreset(name); });
+        trying(desk, [&] { desk.keepPreset(name); });
     ImGui::SameLine();
     if (ImGui::Button("import") && named)
-        trying([&] { desk.takePreset(name); });
+        trying(desk, [&] { desk.takePreset(name); });
     if (ImGui::Button("for Slicer") && named)
-        trying([&] { desk.writePreset(name + ".vp.json", "slicer"); });
+        trying(desk, [&] { desk.writePreset(name + ".vp.json", "slicer"); });
     ImGui::SameLine();
     if (ImGui::Button("for ParaView") && named)
-        trying([&] { desk.writePreset(name + ".json", "paraview"); });
+        trying(desk, [&] { desk.writePreset(name + ".json", "paraview"); });
     ImGui::TreePop();
 }
 
@@ -219,6 +224,7 @@ void FunctionEditor::draw(Desk& desk) {
     colourOf(desk);
     ImGui::TextDisabled("drag points; click: new, right: remove,");
     ImGui::TextDisabled("double: colour; Alt+drag in the picture: shift");
+    files(desk);
 }
 
 } // namespace tessera

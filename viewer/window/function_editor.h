@@ -16,6 +16,7 @@ class FunctionEditor {
 
   private:
     void presets(Desk& desk);
+    void files(Desk& desk); // of presets
     void curve(Desk& desk);
     void colourOf(Desk& desk);
 
