@@ -102,9 +102,7 @@ bool Script::waits(const Step& step, Desk& desk) {
     if (what == "whole")
         return !settled || !desk.isAnswered() ||
                (picture->stage != Stage::whole && picture->stage != Stage::still);
-    if (what == "still")
-        return !settled || !desk.isAnswered() || picture->stage != Stage::still || !s.atRest;
-    if (what == "rest")
+    if (what == "still" || what == "rest") // the still is the last thing that comes
         return !settled || !desk.isAnswered() || !s.atRest;
     return WindowClock::now() - began_ < std::chrono::duration<double, std::milli>(number(step, 1));
 }
