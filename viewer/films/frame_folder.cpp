@@ -55,6 +55,10 @@ std::string difference(const json& found, const json& expected, const std::strin
                     return difference(x, y, name.empty() ? key : name + "." + key, a, b);
             }
     }
+    if (found.is_array() && expected.is_array() && found.size() == expected.size())
+        for (std::size_t i = 0; i < found.size(); ++i)
+            if (found[i] != expected[i])
+                return difference(found[i], expected[i], name + "[" + std::to_string(i) + "]", a, b);
     a = found, b = expected;
     return name;
 }
