@@ -11,6 +11,7 @@
 #include "core/scene.h"
 #include "render/plan/scene_plan.h" // renderFloorBytes
 #include "render/renderer.h"
+#include "render/unfolded.h"
 #include "viewer/commands/commands.h"
 #include "viewer/films/draw_film.h"
 #include "viewer/films/movie_file.h"
@@ -59,6 +60,7 @@ struct RenderArguments {
     std::string verify;
     std::string path, frames;                           // of films
     double framesPerSecond = 0, speed = 0, seconds = 0; // 0: as the path says
+    bool unfold = false;
     bool noShading = false, noSkipping = false, noCheck = false, explain = false, json = false;
     ModeOptions mode;
     InputOptions input;
@@ -342,6 +344,9 @@ void checkOutput(const fs::path& out) {
 void checkOutput(const fs::path&) {
     throw InputError("render: this program was built without picture files");
 }
+void checkImagePath(const fs::path&) {
+    throw InputError("render: this program was built without picture files");
+}
 void writeImage(const fs::path&, const Image&, const std::string&) {}
 #endif
 
@@ -400,8 +405,19 @@ void checkFilmOptions(const RenderArguments& a) {
                                        {a.seconds > 0, "--seconds"}})
         if (said && !film)
             throw badFile(option, "--path beside it: it is of films", "none");
+    if (a.unfold && !film)
+        throw badFile("--unfold", "--path beside it, which has the line", "none");
     if (!film)
         return;
+    for (const auto& [said, option] : {std::pair{!a.frames.empty(), "--frames"},
+                                       {a.framesPerSecond > 0, "--fps"},
+                                       {a.speed > 0, "--speed"},
+                                       {a.seconds > 0, "--seconds"},
+                                       {a.maxError >= 0, "--max-error"},
+                                       {!a.verify.empty(), "--verify"}})
+        if (said && a.unfold)
+            throw badFile(option, std::string("no ") + option + " beside --unfold, which is one picture",
+                          option);
     for (const auto& [said, option] : {std::pair{!a.view.empty(), "--view"},
                                        {!a.fit.empty(), "--fit"},
                                        {!a.projection.empty(), "--projection"},
@@ -418,6 +434,10 @@ void checkFilmOptions(const RenderArguments& a) {
 Path pathOf(const RenderArguments& a, const VolumeInfo& info, const std::string& contentHash,
             const CommonOptions& common) {
     Path path = loadPath(a.path);
+    const bool cameras = std::any_of(path.keyframes.begin(), path.keyframes.end(),
+                                     [](const Keyframe& key) { return key.camera.has_value(); });
+    if (!path.flight && !cameras && !path.lines.empty())
+        path.flight = Flight{}; // a line alone is flown
     if (path.volume && path.volume->contentHash != contentHash)
         common.note(a.path + ": its lines were made in another volume (" +
                     formatExtent(path.volume->extentVoxels) + " voxels; this one has " +
@@ -482,10 +502,63 @@ void runFilm(const RenderArguments& arguments, const CommonOptions& common, cons
                 (report.there > 0 ? "; " + std::to_string(report.there) + " were there" : std::string()));
 }
 
+/// Rows along the flight's line. Where nobody says how large the picture is, its width is as given, and a
+/// pixel is as high as it is wide on a wall at the line's mean distance from it.
+std::vector<UnfoldedRow> rowsOf(const Path& path, const std::string& where, bool sized, Scene& scene) {
+    if (!path.flight)
+        throw badFile(where, "a path with lines", "one of keyframes");
+    Flight flight = *path.flight;
+    flight.lookAheadMm = 0; // rays stand on the line
+    const FlightCurve curve(path.lines, flight);
+    if (!sized) {
+        double radius = 0;
+        const std::vector<RoutePoint> route = routeOf(path.lines, flight.route);
+        for (const RoutePoint& point : route)
+            radius += std::max(point.radiusMm, 0.5) / static_cast<double>(route.size());
+        const double pixelMm = 2 * std::acos(-1.0) * radius / scene.imageSize.x;
+        scene.imageSize.y =
+            std::clamp(static_cast<int>(std::lround(curve.lengthMm() / pixelMm)), 1, Scene::kMaxImageExtent);
+    }
+    std::vector<UnfoldedRow> rows;
+    for (int y = 0; y < scene.imageSize.y; ++y) {
+        const Pose pose = curve.at(curve.lengthMm() * (y + 0.5) / scene.imageSize.y);
+        rows.push_back({pose.at, pose.direction, pose.up});
+    }
+    return rows;
+}
+
+void runUnfolded(const RenderArguments& arguments, const CommonOptions& common, Scene scene,
+                 const StoreReader& store, Ledger& ram, Ledger& gpu, const RenderOptions& options) {
+    const Path path = pathOf(arguments, store.info(), store.contentHash(), common);
+    const std::vector<UnfoldedRow> rows = rowsOf(path, arguments.path, !arguments.size.empty(), scene);
+    const RenderResult result = renderUnfolded(scene, rows, store, ram, gpu, options);
+    const Charge pictures = ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
+    common.progress->stage("writing the picture");
+    nlohmann::json report = makeManifest(scene, store, result, ram, gpu);
+    report["unfolded"] = {{"route", path.flight->route},
+                          {"fromMm", path.flight->fromMm},
+                          {"lengthMm", FlightCurve(path.lines, *path.flight).lengthMm()},
+                          {"backwards", path.flight->backwards},
+                          {"columns", "360 degrees, from up, clockwise along the line"}};
+    const Image picture = scene.background ? overBackground(result.image, *scene.background) : result.image;
+    writeImage(arguments.out, picture, report.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace));
+    common.progress->end();
+    if (arguments.json) {
+        report["output"] = arguments.out;
+        report["blank"] = isBlank(result.image);
+        std::printf("%s\n", report.dump(2, ' ', true, nlohmann::json::error_handler_t::replace).c_str());
+    }
+    finishStandardOutput();
+    common.note(
+        "wrote " + arguments.out + ": " + std::to_string(scene.imageSize.x) + " x " +
+        std::to_string(scene.imageSize.y) + ", unfolded, " + levelText(result) + ", " + result.device + ", " +
+        formatNumber(result.secondsPreparing + result.secondsLoading + result.secondsDrawing, 3) + " s");
+}
+
 void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     // Everything that can be refused is refused before the long work.
     checkFilmOptions(arguments);
-    if (arguments.path.empty())
+    if (arguments.path.empty() || arguments.unfold)
         checkOutput(arguments.out);
     else
         checkFilmOutput(arguments.out);
@@ -516,6 +589,10 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     options.searching = true;
     options.verify = parseVerify(arguments);
     options.checking = options.verify != Verify::none;
+    if (arguments.unfold) {
+        runUnfolded(arguments, common, scene, store, ram, gpu, options);
+        return;
+    }
     if (!arguments.path.empty()) {
         runFilm(arguments, common, scene, store, ram, gpu, options);
         return;
@@ -614,6 +691,10 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
         "--path", a->path,
         "draw a film: cameras, and what else changes, from a path (.json); frames that are there stay, "
         "and several processes may draw into one folder");
+    command->add_flag(
+        "--unfold", a->unfold,
+        "with --path: one picture of the wall around the line, slit open: angles from left to right, the "
+        "line from top to bottom");
     command->add_option("--frames", a->frames, "of the film, from 0: A or A-B (default: all)");
     command->add_option("--fps", a->framesPerSecond, "frames per second (default: as the path says)")
         ->check(numberWithin(0.1, 1000, "a number from 0.1 to 1000"));
