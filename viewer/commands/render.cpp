@@ -21,6 +21,7 @@
 #include "viewer/manifest/manifest.h"
 #include "viewer/options/mode_options.h"
 #include "viewer/options/option_values.h"
+#include "viewer/presets/preset_library.h"
 #if TESSERA_WITH_IMAGE_FILES
 #include "core/image_file.h"
 #endif
@@ -140,17 +141,31 @@ int parseSamples(const std::string& text) {
     return static_cast<int>(samples);
 }
 
+/// A preset of a file, or one that was kept: its function, and all that it says of light, mode and cuts.
+void applyFoundPreset(const std::string& text, Scene& scene, const CommonOptions& common) {
+    try {
+        const FoundPreset found = findPreset(text);
+        applyPreset(found.preset, scene);
+        for (const std::string& what : found.leftOut)
+            common.note(text + ": left out: " + what);
+    } catch (const InputError& e) {
+        throw InputError(std::string("--preset: ") + e.what());
+    }
+}
+
 /// Options win over the scene.
-void applyOptions(const RenderArguments& arguments, Scene& scene) {
+void applyOptions(const RenderArguments& arguments, Scene& scene, const CommonOptions& common) {
     if (!arguments.unit.empty())
         scene.volumes.front().unit = parseUnit(arguments.unit);
-    if (!arguments.light.empty()) {
+    if (!arguments.preset.empty()) {
+        if (isOwnOrFile(arguments.preset))
+            applyFoundPreset(arguments.preset, scene, common);
+        else
+            scene.volumes.front().transferFunction = arguments.preset;
+    }
+    if (!arguments.light.empty()) { // wins over the preset's
         chosen(arguments.light, lookNames(), "--light");
         applyLook(arguments.light, scene);
-    }
-    if (!arguments.preset.empty()) {
-        chosen(arguments.preset, presetNames(), "--preset");
-        scene.volumes.front().transferFunction = arguments.preset;
     }
     if (!arguments.size.empty())
         scene.imageSize = parseImageSize(arguments.size, "--size", Scene::kMaxImageExtent);
@@ -567,7 +582,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     const bool drawsFirst = engine != EngineKind::mirror && engine != EngineKind::reference;
     Scene scene = sceneOf(arguments);
     const bool samplesNamed = scene.quality.pixels.named || !arguments.samples.empty();
-    applyOptions(arguments, scene);
+    applyOptions(arguments, scene, common);
     Ledger ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     Ledger gpu("GPU memory", "--gpu-memory", budgetBytes(arguments.gpuMemory, "--gpu-memory", common));
 
@@ -707,7 +722,9 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
                         joinNames(lookNames()) +
                             ": lights, shadows and occlusion (default: plain, or the scene's)");
     command->add_option("--preset", a->preset,
-                        joinNames(presetNames()) + " (default: bone for HU, auto for other values)");
+                        joinNames(presetNames()) +
+                            ", one that was kept, or a file as `tessera preset` reads it (default: bone "
+                            "for HU, auto for other values)");
     command->add_option("--view", a->view,
                         joinNames(viewNames()) + "; also front, back, top, bottom (default: anterior)");
     addModeOptions(*command, a->mode);

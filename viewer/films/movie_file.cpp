@@ -164,6 +164,8 @@ void writeMovie(const fs::path& path, const fs::path& folder, std::size_t first,
         "bt709",
         "-color_trc",
         "iec61966-2-1",
+        "-crf", // of encoders that know it; others take the next
+        "17",
         "-q:v",
         "2",
         "-movflags",

@@ -24,11 +24,12 @@ namespace {
 /// Words that follow each step's name: at least.
 const std::map<std::string, std::size_t>& wordsOfSteps() {
     static const std::map<std::string, std::size_t> words = {
-        {"open", 1},  {"wait", 1},   {"orbit", 2},      {"pan", 2},       {"zoom", 1},  {"roll", 1},
-        {"view", 1},  {"turn", 2},   {"preset", 1},     {"light", 1},     {"shift", 2}, {"isosurface", 1},
-        {"size", 1},  {"pick", 2},   {"picture", 1},    {"window", 1},    {"scene", 1}, {"panels", 1},
-        {"help", 1},  {"planes", 1}, {"mode", 1},       {"window-of", 1}, {"crop", 6},  {"levels", 1},
-        {"place", 3}, {"print", 1},  {"projection", 1}, {"quit", 0}};
+        {"open", 1},   {"wait", 1},       {"orbit", 2},  {"pan", 2},         {"zoom", 1},
+        {"roll", 1},   {"view", 1},       {"turn", 2},   {"preset", 1},      {"light", 1},
+        {"shift", 2},  {"isosurface", 1}, {"size", 1},   {"pick", 2},        {"picture", 1},
+        {"window", 1}, {"scene", 1},      {"panels", 1}, {"help", 1},        {"planes", 1},
+        {"mode", 1},   {"window-of", 1},  {"crop", 6},   {"levels", 1},      {"place", 3},
+        {"print", 1},  {"projection", 1}, {"quit", 0},   {"keep-preset", 1}, {"write-preset", 2}};
     return words;
 }
 
@@ -37,6 +38,15 @@ double percentile(std::vector<double> values, double share) {
         return 0;
     std::sort(values.begin(), values.end());
     return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+/// Of the program, as the system counts it; 0 where it does not say.
+std::size_t residentKib() {
+    std::ifstream status("/proc/self/status");
+    for (std::string line; std::getline(status, line);)
+        if (line.rfind("VmRSS:", 0) == 0)
+            return static_cast<std::size_t>(std::strtoull(line.c_str() + 6, nullptr, 10));
+    return 0;
 }
 
 } // namespace
@@ -92,9 +102,7 @@ bool Script::waits(const Step& step, Desk& desk) {
     if (what == "whole")
         return !settled || !desk.isAnswered() ||
                (picture->stage != Stage::whole && picture->stage != Stage::still);
-    if (what == "still")
-        return !settled || !desk.isAnswered() || picture->stage != Stage::still || !s.atRest;
-    if (what == "rest")
+    if (what == "still" || what == "rest") // the still is the last thing that comes
         return !settled || !desk.isAnswered() || !s.atRest;
     return WindowClock::now() - began_ < std::chrono::duration<double, std::milli>(number(step, 1));
 }
@@ -156,7 +164,11 @@ bool Script::take(const Step& step, Desk& desk, const Window& window) {
         ++turned_;
         return false;
     } else if (name == "preset") {
-        desk.setFunction(presetFunction(word(1), desk.volume()->values), false);
+        desk.takePreset(word(1));
+    } else if (name == "keep-preset") {
+        desk.keepPreset(word(1));
+    } else if (name == "write-preset") {
+        desk.writePreset(word(2), word(1));
     } else if (name == "shift") {
         desk.setFunction(shiftedAndStretched(desk.function(), number(step, 1), number(step, 2)), true);
     } else if (name == "light" || name == "isosurface" || name == "mode" || name == "window-of" ||
@@ -201,6 +213,9 @@ bool Script::take(const Step& step, Desk& desk, const Window& window) {
             if (const ShownPicture* const p = desk.picture())
                 std::printf("last picture: %d x %d in %.1f ms\n", p->image.size.x, p->image.size.y,
                             p->drawingMs);
+        } else if (word(1) == "memory") {
+            std::printf("pictures %llu, resident %zu KiB, GL objects %d\n",
+                        static_cast<unsigned long long>(s.pictures), residentKib(), window.countGlObjects());
         } else {
             std::printf("pictures %llu, RAM %zu, GPU %zu, bricks %zu of %zu, levels %d to %d, moves left "
                         "%zu, at rest %d\n",

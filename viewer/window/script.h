@@ -5,14 +5,15 @@
 //   orbit RIGHT UP            degrees          pan X Y         parts of the picture's height
 //   zoom FACTOR               roll DEGREES     view SIDE       projection parallel|perspective
 //   turn DEGREES FRAMES       orbits in so many steps, each after the picture of the one before
-//   preset NAME               light LOOK       shift VALUE FACTOR      of the transfer function
+//   preset NAME|FILE          keep-preset NAME, write-preset tessera|slicer|paraview FILE
+//   light LOOK                shift VALUE FACTOR      of the transfer function
 //   isosurface VALUE          size WxH         of the window
 //   pick X Y                  pixels of the picture; prints what is there
 //   picture FILE              saves the picture          window FILE.ppm  the whole window as it is shown
 //   scene FILE                saves the scene            panels, planes, levels, help on|off
 //   mode NAME                 window-of C,W|NAME        crop X0 X1 Y0 Y1 Z0 Z1   mm
 //   place X Y Z               of the crosshair, mm
-//   print latency|state       quit
+//   print latency|state|memory  quit
 #pragma once
 
 #include "viewer/window/desk.h"
@@ -31,6 +32,7 @@ class Script {
         std::function<void(const glm::ivec2&)> resize;
         std::function<void(const std::filesystem::path&)> capture; // what is shown, after the next frame
         std::function<void()> close;
+        std::function<int()> countGlObjects;
     };
 
     Script() = default; // none

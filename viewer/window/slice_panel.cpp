@@ -137,11 +137,13 @@ void SlicePanel::draw(Desk& desk, Tools& tools, const Area& area) {
         for (const Measurement& m : desk.scene().measurements)
             drawMeasurement(draw, m, view, frame);
         draw.AddRect(at(view.from), at(view.from + view.size - 1.0), kLine[n]);
-        const glm::dvec2 middle = view.from + 0.5 * view.size;
-        draw.AddText(at({view.from.x + 5, middle.y - 7}), kText, kLetters[n][0]);
-        draw.AddText(at({view.from.x + view.size.x - 14, middle.y - 7}), kText, kLetters[n][1]);
-        draw.AddText(at({middle.x - 4, view.from.y + 3}), kText, kLetters[n][2]);
-        draw.AddText(at({middle.x - 4, view.from.y + view.size.y - 18}), kText, kLetters[n][3]);
+        if (desk.volume()->info.orientationKnown) {
+            const glm::dvec2 middle = view.from + 0.5 * view.size;
+            draw.AddText(at({view.from.x + 5, middle.y - 7}), kText, kLetters[n][0]);
+            draw.AddText(at({view.from.x + view.size.x - 14, middle.y - 7}), kText, kLetters[n][1]);
+            draw.AddText(at({middle.x - 4, view.from.y + 3}), kText, kLetters[n][2]);
+            draw.AddText(at({middle.x - 4, view.from.y + view.size.y - 18}), kText, kLetters[n][3]);
+        }
         if (n == 0 && shown_) {
             char text[96];
             std::snprintf(text, sizeof text, "%.4g %s   C %.0f W %.0f", shown_->value,
