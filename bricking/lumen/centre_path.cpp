@@ -13,10 +13,12 @@ namespace tessera {
 namespace {
 
 constexpr int kRays = 24;                // of a section
-constexpr double kFartherThanMost = 1.4; // a ray counts up to this many times the section's median: branches
+constexpr double kFartherThanMost = 1.1; // a ray counts up to this many times the section's median: branches
 constexpr int kRounds = 6;
-constexpr double kSmooth = 0.9;   // deviation of the Gaussian, of the lumen's radius
-constexpr double kTightest = 0.5; // radius of a turn, of the lumen's
+constexpr double kSmooth = 0.7;      // deviation of the Gaussian, of the lumen's radius
+constexpr double kWideTurn = 1.5;    // radius of a turn, of the lumen's, from which on it is smoothed in full
+constexpr double kLeastSmooth = 0.7; // of that, in the tightest turns
+constexpr double kTightest = 0.5;    // radius of a turn, of the lumen's
 constexpr double kFarMm = 100;
 
 /// A line's points and, of each, where on the chain it came from and how much it may be smoothed.
@@ -51,7 +53,7 @@ class Centring {
             checkInterrupted();
             middles = sections();
             Stations next = stations_;
-            next.mm = smoothed(middles, deviations(1));
+            next.mm = smoothed(middles, deviations());
             if (rules_.holdFirst)
                 next.mm.front() = chain_.front();
             stations_ = std::move(next);
@@ -118,11 +120,17 @@ class Centring {
         stations_ = std::move(next);
     }
 
-    std::vector<double> deviations(double factor) const {
+    /// Of the smoothing at every station, in stations: by the lumen's radius, less in turns that are hardly
+    /// wider.
+    std::vector<double> deviations() const {
         std::vector<double> deviation(stations_.mm.size());
-        for (std::size_t i = 0; i < deviation.size(); ++i)
-            deviation[i] = std::min(factor * kSmooth * stations_.radius[i] / stepMm_,
-                                    static_cast<double>(deviation.size()) / 4);
+        for (std::size_t i = 0; i < deviation.size(); ++i) {
+            const double radius = stations_.radius[i];
+            const double turn =
+                std::clamp(turnMm(stations_.mm, i, turnReach(i)) / (kWideTurn * radius), kLeastSmooth, 1.0);
+            deviation[i] =
+                std::min(turn * kSmooth * radius / stepMm_, static_cast<double>(deviation.size()) / 4);
+        }
         return blurredNumbers(deviation);
     }
 
@@ -190,7 +198,7 @@ class Centring {
     /// The line of the middles, smoothed as far as the lumen lets it.
     void settle(const std::vector<glm::dvec3>& middles) {
         const std::size_t n = middles.size();
-        const std::vector<double> most = deviations(1);
+        const std::vector<double> most = deviations();
         std::vector<double> share(n, 1);
         std::vector<glm::dvec3> line;
         for (int round = 0; round < 6; ++round) {
@@ -246,7 +254,7 @@ class Centring {
         }
     }
     std::size_t turnReach(std::size_t i) const {
-        return static_cast<std::size_t>(std::max(1.0, std::round(0.25 * stations_.radius[i] / stepMm_)));
+        return static_cast<std::size_t>(std::max(1.0, std::round(0.5 * stations_.radius[i] / stepMm_)));
     }
 
     CentredLine result() {

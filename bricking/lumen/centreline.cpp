@@ -88,8 +88,6 @@ class Finder {
     }
 
     void findRule() {
-        double sum = 0;
-        int count = 0;
         const CentrelineSeed* first = nullptr;
         for (const CentrelineSeed& seed : request_.seeds) {
             if (seed.mayBridge)
@@ -100,15 +98,17 @@ class Finder {
             if (first && near.rule.below != rule_.below)
                 throw badFile(seed.name, "a place in the lumen of " + first->name + ", " + ruleText(),
                               numberText(near.lumen) + " at " + placeText(seed.mm));
-            if (!first) {
-                first = &seed;
+            // of several thresholds the strictest
+            const double brightest = std::max(near.rule.brightest, rule_.brightest);
+            const bool stricter = !first || (rule_.below ? near.rule.threshold < rule_.threshold
+                                                         : near.rule.threshold > rule_.threshold);
+            if (stricter)
                 rule_ = near.rule;
-            }
-            sum += near.rule.threshold;
-            ++count;
+            rule_.brightest = first ? brightest : near.rule.brightest;
+            if (!first)
+                first = &seed;
         }
-        TESSERA_CHECK(count > 0);
-        rule_.threshold = sum / count;
+        TESSERA_CHECK(first);
         for (const CentrelineSeed& seed : request_.seeds)
             if (!seed.mayBridge && !voxelOf(seed))
                 throw badFile(seed.name, "a place in the lumen, " + ruleText(),

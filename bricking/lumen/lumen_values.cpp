@@ -44,9 +44,12 @@ void chunkBits(const Chunk& chunk, const VolumeInfo& info, const glm::ivec3& at,
                ChunkRows& rows) {
     const glm::ivec3 n = glm::min(info.extentVoxels - kChunkExtent * at, glm::ivec3(kChunkExtent));
     const std::uint32_t wide = n.x >= kChunkExtent ? ~0u : (1u << n.x) - 1;
-    // of stored values: depth > 0 as factor * stored > bound
+    // of stored values: depth > 0 as low < factor * stored < high
     const double factor = rule.below ? -info.rescaleSlope : info.rescaleSlope;
-    const double bound = (rule.below ? -1.0 : 1.0) * (rule.threshold - info.rescaleIntercept);
+    const double sign = rule.below ? -1 : 1;
+    const double low = sign * (rule.threshold - info.rescaleIntercept);
+    const double high =
+        rule.below ? std::numeric_limits<double>::infinity() : rule.brightest - info.rescaleIntercept;
     withValueType(info.type, [&](auto typed) {
         using Value = decltype(typed);
         std::array<Value, kChunkExtent> values;
@@ -60,8 +63,10 @@ void chunkBits(const Chunk& chunk, const VolumeInfo& info, const glm::ivec3& at,
                             chunk.bytes.get() +
                                 static_cast<std::size_t>(y + kChunkExtent * z) * sizeof values,
                             sizeof values);
-                for (unsigned x = 0; x < kChunkExtent; ++x)
-                    row |= static_cast<std::uint32_t>(factor * static_cast<double>(values[x]) > bound) << x;
+                for (unsigned x = 0; x < kChunkExtent; ++x) {
+                    const double value = factor * static_cast<double>(values[x]);
+                    row |= static_cast<std::uint32_t>(value > low && value < high) << x;
+                }
                 row &= wide;
             }
     });

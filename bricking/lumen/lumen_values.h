@@ -5,8 +5,10 @@
 #include "bricking/cache/brick_cache.h"
 #include "bricking/lumen/voxel_set.h"
 
+#include <algorithm>
 #include <array>
 #include <glm/vec3.hpp>
+#include <limits>
 
 namespace tessera {
 
@@ -14,8 +16,12 @@ namespace tessera {
 struct LumenRule {
     double threshold = 0; ///< physical units
     bool below = true;    ///< lumen is below it (air), else above it (contrast)
+    /// Nothing brighter than this is lumen: bone and plaques beside contrast. Infinite for air.
+    double brightest = std::numeric_limits<double>::infinity();
     /// How far on the lumen's side, physical units; at 0 and below it is wall.
-    double depth(double value) const { return below ? threshold - value : value - threshold; }
+    double depth(double value) const {
+        return below ? threshold - value : std::min(value - threshold, brightest - value);
+    }
     bool takes(double value) const { return depth(value) > 0; }
 };
 

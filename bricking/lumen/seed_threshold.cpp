@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kFarMm = 100;
 constexpr double kNoises = 6;           // a value further off is none of the lumen
+constexpr double kBrighter = 1.5;       // times the way from the threshold to the lumen
 constexpr double kLeastEdge = 1 / 20.0; // of the range of all that rays meet
 
 double medianOf(std::vector<double> values) {
@@ -39,6 +40,11 @@ SeedNeighbourhood around(LumenValues& values, const glm::dvec3& seed) {
         value = std::abs(value - found.lumen);
     found.noise = 1.4826 * medianOf(near); // of a normal distribution, from the median of deviations
     return found;
+}
+
+void limit(SeedNeighbourhood& found) {
+    if (!found.rule.below)
+        found.rule.brightest = found.lumen + kBrighter * (found.lumen - found.rule.threshold);
 }
 
 /// The value at which what lies around begins, along one ray of values; NaN: none.
@@ -94,12 +100,14 @@ SeedNeighbourhood neighbourhoodOf(LumenValues& values, const glm::dvec3& seed, c
                       "one where values stay near " + std::to_string(found.lumen));
     found.rule.below = &walls == &above;
     found.rule.threshold = 0.5 * (found.lumen + medianOf(walls));
+    limit(found);
     return found;
 }
 
 SeedNeighbourhood neighbourhoodOf(LumenValues& values, const glm::dvec3& seed, double threshold) {
     SeedNeighbourhood found = around(values, seed);
     found.rule = {threshold, found.lumen < threshold};
+    limit(found);
     return found;
 }
 
