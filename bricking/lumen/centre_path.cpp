@@ -259,11 +259,13 @@ class Centring {
 
     CentredLine result() {
         CentredLine line;
-        // the curve through the points, or the lines between them where the curve would leave the lumen
-        for (const bool straight : {false, true}) {
-            line.mm = evenly(stations_.mm, rules_.spacingMm, straight, line.spacingMm);
+        // the curve through the points, or the lines between them where the curve would leave the lumen;
+        // closer together where that does not help
+        for (int finer = 0; finer < 6; ++finer) {
+            line.mm =
+                evenly(stations_.mm, rules_.spacingMm / (1 << finer / 2), finer % 2 == 1, line.spacingMm);
             bool good = true;
-            for (std::size_t i = 0; i + 1 < line.mm.size() && good && !straight; ++i)
+            for (std::size_t i = 0; i + 1 < line.mm.size() && good; ++i)
                 good = bridged(i, line) || shape_.staysInside(line.mm[i], line.mm[i + 1], values_, rule_);
             if (good)
                 break;

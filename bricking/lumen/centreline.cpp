@@ -2,7 +2,9 @@
 #include "bricking/lumen/centreline.h"
 
 #include "bricking/lumen/centre_path.h"
+#include "bricking/lumen/leak_guard.h"
 #include "bricking/lumen/lumen_parts.h"
+#include "bricking/lumen/lumen_tree.h"
 #include "bricking/lumen/nearest_voxels.h"
 #include "bricking/lumen/seed_threshold.h"
 #include "core/error.h"
@@ -11,6 +13,7 @@
 #include <cstdio>
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -43,12 +46,20 @@ class Finder {
         for (const CentrelineSeed& seed : request_.seeds)
             requireInVolume(seed);
         findRule();
+        progress_.stage("growing the lumen");
+        const glm::ivec3 first = *voxelOf(request_.seeds.front());
+        std::optional<GrownLumen> grown = growFirst(first);
         LumenParts parts(cache_, info_, rule_, ram_, progress_);
-        walk(parts);
-        progress_.stage("finding the middle");
-        const LumenPart& lumen = parts.whole();
-        found_.lumenVoxels = lumen.grown.count;
-        centre(lumen.shape);
+        LumenPart& part = grown ? parts.add(std::move(*grown)) : parts.partOf(first);
+        if (request_.tree)
+            findTree(parts, part, first);
+        else {
+            walk(parts);
+            progress_.stage("finding the middle");
+            const LumenPart& lumen = parts.whole();
+            found_.lumenVoxels = lumen.grown.count;
+            centre(lumen.shape);
+        }
         found_.lumen = {rule_.threshold, rule_.below ? Lumen::Side::below : Lumen::Side::above};
         progress_.end();
         return std::move(found_);
@@ -105,14 +116,51 @@ class Finder {
             if (stricter)
                 rule_ = near.rule;
             rule_.brightest = first ? brightest : near.rule.brightest;
-            if (!first)
+            if (!first) {
                 first = &seed;
+                around_ = near;
+            }
         }
         TESSERA_CHECK(first);
         for (const CentrelineSeed& seed : request_.seeds)
             if (!seed.mayBridge && !voxelOf(seed))
                 throw badFile(seed.name, "a place in the lumen, " + ruleText(),
                               numberText(values_.at(placeOf(seed))) + " at " + placeText(seed.mm));
+    }
+
+    /// What hangs together with the first seed, with a threshold that does not leak; none where a threshold
+    /// was given, or where one that does not leak parts the seeds.
+    std::optional<GrownLumen> growFirst(const glm::ivec3& seed) {
+        if (request_.threshold)
+            return std::nullopt;
+        SeedNeighbourhood around = around_;
+        around.rule = rule_;
+        GuardedLumen guarded = growWithoutLeaks(cache_, info_, around, seed, request_.tree, ram_);
+        if (guarded.leaked) {
+            const LumenRule before = std::exchange(rule_, guarded.rule);
+            for (const CentrelineSeed& other : request_.seeds)
+                if (const auto voxel = voxelOf(other);
+                    !other.mayBridge && (!voxel || !guarded.grown.voxels.contains(*voxel))) {
+                    rule_ = before;
+                    return std::nullopt;
+                }
+            found_.leakedAt = before.threshold;
+        }
+        return std::move(guarded.grown);
+    }
+
+    void findTree(LumenParts& parts, LumenPart& part, const glm::ivec3& seed) {
+        progress_.stage("searching the branches");
+        const LumenGraph& graph = parts.graphOf(part, kBlocksOfTree);
+        const std::vector<LumenLimb> limbs = lumenLimbs(graph, graph.nodeAt(seed), ram_, progress_.shares());
+        progress_.stage("finding the branches' middles");
+        LumenBranches branches = branchLines(graph, limbs, part.shape, values_, rule_, request_.spacingMm,
+                                             request_.mostGenerations, progress_.shares());
+        found_.lines = std::move(branches.lines);
+        found_.generations = std::move(branches.generations);
+        found_.leastTurnMm = branches.leastTurnMm;
+        found_.lumenVoxels = part.grown.count;
+        found_.blockVoxels = graph.blockExtent();
     }
 
     /// The voxel of a seed that is lumen, or the nearest beside it; none: it is not in the lumen.
@@ -228,6 +276,7 @@ class Finder {
     LumenValues values_;
     const glm::dmat4 toMm_, toVoxel_;
     LumenRule rule_;
+    SeedNeighbourhood around_; // of the first seed
     std::vector<ChainPiece> pieces_;
     Centrelines found_;
 };

@@ -42,6 +42,19 @@ class LumenGraph {
     glm::ivec3 someVoxel(LumenNode node) const;
     /// Middle of the block, voxel space.
     glm::dvec3 middle(LumenNode node) const { return (glm::dvec3(blocks_[node]) + 0.5) * double(extent_); }
+    /// The same in mm along the voxels' axes, of which a shear is left out.
+    glm::dvec3 middleMm(LumenNode node) const { return middle(node) * spacing_; }
+    const glm::dvec3& spacingMm() const { return spacing_; }
+    /// Calls use with every node of a block, wherever it lies.
+    template <typename Use> void eachNode(const glm::ivec3& block, const Use& use) const {
+        const LumenNode node = first(block);
+        if (node == kNoNode)
+            return;
+        use(node);
+        if (const auto more = more_.find(node); more != more_.end())
+            for (const LumenNode other : more->second)
+                use(other);
+    }
     /// Distance to what is not lumen, mm: exact, between the middles of blocks that are half filled and more
     /// and of those that are not; of the latter a quarter of a block, by how far they are filled. A shear of
     /// the volume's axes is left out.

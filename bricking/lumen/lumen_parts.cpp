@@ -4,12 +4,6 @@
 #include <array>
 
 namespace tessera {
-namespace {
-
-constexpr std::uint64_t kMostBlocks = 200000; // searching them twice takes some tenths of a second
-
-} // namespace
-
 LumenPart& LumenParts::partOf(const glm::ivec3& voxel) {
     for (LumenPart& part : parts_)
         if (part.grown.voxels.contains(voxel))
@@ -33,9 +27,9 @@ LumenPart& LumenParts::whole() {
     return parts_.front();
 }
 
-const LumenGraph& LumenParts::graphOf(LumenPart& part) {
+const LumenGraph& LumenParts::graphOf(LumenPart& part, std::uint64_t mostBlocks) {
     if (!part.graph)
-        part.graph.emplace(part.grown.voxels, info_.spacingMm(), kMostBlocks, ram_);
+        part.graph.emplace(part.grown.voxels, info_.spacingMm(), mostBlocks, ram_);
     return *part.graph;
 }
 
@@ -54,8 +48,10 @@ std::vector<glm::ivec3> LumenParts::way(LumenPart& part, const glm::ivec3& from,
     }
     const LumenReach reach =
         searchLumen(graph, root, costs, ram_, [end](LumenNode node) { return node == end; });
-    const std::vector<LumenNode> path = reach.pathTo(end);
-    return graph.voxelChain(path, from, to ? *to : graph.someVoxel(end));
+    std::vector<LumenNode> path = reach.pathTo(end);
+    if (!to)
+        leaveCorner(graph, path);
+    return graph.voxelChain(path, from, to ? *to : graph.someVoxel(path.back()));
 }
 
 } // namespace tessera

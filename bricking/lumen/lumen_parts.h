@@ -13,6 +13,9 @@
 
 namespace tessera {
 
+/// Blocks that a graph may have: searching them twice takes some tenths of a second.
+constexpr std::uint64_t kBlocksOfPath = 200000, kBlocksOfTree = 600000;
+
 struct LumenPart {
     LumenPart(GrownLumen&& lumen, const VolumeInfo& info)
         : grown(std::move(lumen)), shape(grown.voxels, info) {}
@@ -31,7 +34,8 @@ class LumenParts {
     LumenPart& partOf(const glm::ivec3& voxel);
     /// Takes one that is grown already.
     LumenPart& add(GrownLumen&& grown) { return parts_.emplace_back(std::move(grown), info_); }
-    const LumenGraph& graphOf(LumenPart& part);
+    /// @param mostBlocks  that it may have; of the first time that it is asked for
+    const LumenGraph& graphOf(LumenPart& part, std::uint64_t mostBlocks = kBlocksOfPath);
     /// A chain of voxels in the middle of the part; none: to the place that is furthest.
     std::vector<glm::ivec3> way(LumenPart& part, const glm::ivec3& from, const std::optional<glm::ivec3>& to);
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <queue>
 
 namespace tessera {
@@ -74,6 +75,23 @@ LumenReach searchLumen(const LumenGraph& graph, std::span<const LumenNode> sourc
         }
     }
     return reach;
+}
+
+void leaveCorner(const LumenGraph& graph, std::vector<LumenNode>& path) {
+    const double pitch =
+        graph.blockExtent() * std::max({graph.spacingMm().x, graph.spacingMm().y, graph.spacingMm().z});
+    std::size_t best = path.size() - 1;
+    double back = 0, atBest = 0; // mm from the end
+    for (std::size_t i = path.size() - 1; i > 0; --i) {
+        back += glm::length(graph.middleMm(path[i]) - graph.middleMm(path[i - 1]));
+        if (back - atBest > 2 * static_cast<double>(graph.wallMm(path[best])) + 2 * pitch)
+            break;
+        if (graph.wallMm(path[i - 1]) > 1.05F * graph.wallMm(path[best])) {
+            best = i - 1;
+            atBest = back;
+        }
+    }
+    path.resize(std::max<std::size_t>(best, path.size() > 1 ? 1 : 0) + 1);
 }
 
 std::vector<float> costsPerMm(const LumenGraph& graph, std::span<const float> fromRoot) {

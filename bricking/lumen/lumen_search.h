@@ -32,6 +32,10 @@ LumenReach searchLumen(const LumenGraph& graph, std::span<const LumenNode> sourc
                        std::span<const float> perMm, Ledger& ram,
                        const std::function<bool(LumenNode)>& arrived = {});
 
+/// A path to the furthest place ends in a corner at the wall: the same without its last steps towards it,
+/// from where it was furthest from the wall before.
+void leaveCorner(const LumenGraph& graph, std::vector<LumenNode>& path);
+
 /// (1 - D/Dmax)^4 plus a small share of the distance from the root: what keeps a path in the middle (TEASAR,
 /// Sato et al. 2000, as kimimaro has it), and keeps it from wandering where the middle is wide. D is the
 /// distance to the wall. @param fromRoot  lengths from the root, mm; infinite where there is no way

@@ -117,12 +117,12 @@ double LumenShape::wallMm(const glm::dvec3& mm, LumenValues& values, const Lumen
         return rule.depth(values.at(place + (outside - place) * (t / far)));
     };
     const double step = kLookStep * smallestMm_;
+    if (depthAt(0) <= 0)
+        return 0;
     double wall = far, inner = far;
-    for (int i = 0; i < 12 && depthAt(inner) <= 0; ++i) { // back to the lumen, three voxels at most
+    while (inner > 0 && depthAt(inner) <= 0) { // back to the lumen
         wall = inner;
         inner = std::max(0.0, inner - step);
-        if (inner <= 0)
-            return 0;
     }
     for (int i = 0; i < 8 && wall > inner; ++i) {
         const double middle = 0.5 * (wall + inner);

@@ -10,7 +10,7 @@ namespace tessera {
 
 std::uint32_t RowsPool::take() {
     if (free_.empty()) {
-        Charge charge = ram_.charge(sizeof(Slab), what_);
+        Charge charge = ram_->charge(sizeof(Slab), what_);
         auto slab = std::make_unique<Slab>();
         slab->charge = std::move(charge);
         slabs_.push_back(std::move(slab));

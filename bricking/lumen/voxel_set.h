@@ -21,7 +21,7 @@ using ChunkRows = std::array<std::uint32_t, kRowsPerChunk>;
 /// Where ChunkRows live: slabs on a ledger, kept until the pool dies.
 class RowsPool {
   public:
-    RowsPool(Ledger& ram, const char* what) : ram_(ram), what_(what) {}
+    RowsPool(Ledger& ram, const char* what) : ram_(&ram), what_(what) {}
     /// Room for one; its bits are any. Throws InputError where the ledger is full.
     std::uint32_t take();
     void giveBack(std::uint32_t slot) { free_.push_back(slot); }
@@ -34,7 +34,7 @@ class RowsPool {
         Charge charge;
         std::array<ChunkRows, kPerSlab> rows;
     };
-    Ledger& ram_;
+    Ledger* ram_;
     const char* what_;
     std::vector<std::unique_ptr<Slab>> slabs_;
     std::vector<std::uint32_t> free_;
