@@ -19,7 +19,9 @@ constexpr double kSmooth = 0.7;      // deviation of the Gaussian, of the lumen'
 constexpr double kWideTurn = 1.5;    // radius of a turn, of the lumen's, from which on it is smoothed in full
 constexpr double kLeastSmooth = 0.7; // of that, in the tightest turns
 constexpr double kTightest = 0.5;    // radius of a turn, of the lumen's
+constexpr double kStraight = 0.6;    // of the way between two points: nearer together they lie in a kink
 constexpr double kFarMm = 100;
+constexpr std::size_t kFarSeen = 40; // voxels of the chain
 
 /// A line's points and, of each, where on the chain it came from and how much it may be smoothed.
 struct Stations {
@@ -211,7 +213,7 @@ class Centring {
                 line.front() = chain_.front();
             for (std::size_t i = 0; i < n; ++i)
                 if (share[i] < 0.1)
-                    line[i] = onChain(stations_.chain[i]);
+                    line[i] = onTautChain(stations_.chain[i]);
             std::vector<double> less = share;
             bool good = true;
             for (std::size_t i = 0; i + 1 < n; ++i)
@@ -227,6 +229,28 @@ class Centring {
         }
         stations_.mm = line;
         relaxTurns();
+    }
+
+    /// The chain without its corners: straight from one of its points to the furthest that is seen from
+    /// there.
+    glm::dvec3 onTautChain(double place) {
+        if (taut_.empty()) {
+            for (std::size_t i = 0; i + 1 < chain_.size();) {
+                checkInterrupted();
+                taut_.push_back(i);
+                std::size_t next = i + 1;
+                while (next + 1 < chain_.size() && next - i < kFarSeen && !bridge_[next + 1] &&
+                       shape_.staysInside(chain_[i], chain_[next + 1], values_, rule_))
+                    ++next;
+                i = next;
+            }
+            taut_.push_back(chain_.size() - 1);
+        }
+        const auto after =
+            std::upper_bound(taut_.begin() + 1, taut_.end() - 1, static_cast<std::size_t>(place));
+        const auto a = static_cast<double>(*(after - 1)), b = static_cast<double>(*after);
+        const double t = std::clamp((place - a) / (b - a), 0.0, 1.0);
+        return chain_[*(after - 1)] + t * (chain_[*after] - chain_[*(after - 1)]);
     }
 
     /// Turns tighter than the bound give way, as far as the lumen lets them.
@@ -261,10 +285,12 @@ class Centring {
         CentredLine line;
         // the curve through the points, or the lines between them where the curve would leave the lumen;
         // closer together where that does not help
-        for (int finer = 0; finer < 6; ++finer) {
+        for (int finer = 0; finer < 8; ++finer) {
             line.mm =
                 evenly(stations_.mm, rules_.spacingMm / (1 << finer / 2), finer % 2 == 1, line.spacingMm);
             bool good = true;
+            for (std::size_t i = 0; i + 1 < line.mm.size() && good; ++i)
+                good = glm::length(line.mm[i + 1] - line.mm[i]) > kStraight * line.spacingMm;
             for (std::size_t i = 0; i + 1 < line.mm.size() && good; ++i)
                 good = bridged(i, line) || shape_.staysInside(line.mm[i], line.mm[i + 1], values_, rule_);
             if (good)
@@ -294,6 +320,7 @@ class Centring {
     const CentringRules rules_;
     std::vector<glm::dvec3> chain_;
     std::vector<bool> bridge_;
+    std::vector<std::size_t> taut_; // points of the chain that are kept; made when it is first needed
     Stations stations_;
     double stepMm_ = 1;
 };

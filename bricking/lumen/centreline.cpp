@@ -131,7 +131,8 @@ class Finder {
     /// What hangs together with the first seed, with a threshold that does not leak; none where a threshold
     /// was given, or where one that does not leak parts the seeds.
     std::optional<GrownLumen> growFirst(const glm::ivec3& seed) {
-        if (request_.threshold)
+        // contrast goes on into veins, heart and bone: that keeps no path from its end
+        if (request_.threshold || (!rule_.below && !request_.tree))
             return std::nullopt;
         SeedNeighbourhood around = around_;
         around.rule = rule_;

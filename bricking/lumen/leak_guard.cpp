@@ -13,7 +13,7 @@ constexpr double kStep = 1 / 20.0,
                  kFinestStep = 1 / 160.0; // of the way from the lumen's value to the threshold
 constexpr double kLike = 1 / 4.0;         // the same
 constexpr double kExplosion = 1.5;
-constexpr std::uint64_t kFewVoxels = 5000; // fewer grow as they like: the trachea's first slices
+constexpr double kFewMm3 = 5000; // less grows as it likes: a trachea around the seed
 
 } // namespace
 
@@ -25,17 +25,19 @@ GuardedLumen growWithoutLeaks(BrickCache& cache, const VolumeInfo& info, const S
         rule.threshold = around.lumen + share * (around.rule.threshold - around.lumen);
         return rule;
     };
+    const glm::dvec3 mm = info.spacingMm();
+    const auto few = static_cast<std::uint64_t>(kFewMm3 / (mm.x * mm.y * mm.z)) + 1000;
     if (!always) {
         GrowLimits limits;
         limits.like = LikeSeed{ruleAt(kLike), 0};
-        limits.like->mostUnlike = 4 * kFewVoxels;
+        limits.like->mostUnlike = 4 * few;
         GrownLumen grown = growLumen(cache, info, around.rule, seed, ram, limits, soFar);
         if (!grown.stopped && 2 * grown.unlike <= grown.count)
             return {std::move(grown), around.rule, false};
     }
-    // from where the seed itself is well inside
+    // from where most of the lumen around the seed is inside
     const double way = std::abs(around.rule.threshold - around.lumen);
-    double share = std::clamp(3 * around.noise / way, kStep, 1.0);
+    double share = std::clamp(around.noise / way, kStep, 1.0);
     GrownLumen best = growLumen(cache, info, ruleAt(share), seed, ram, {}, soFar);
     bool leaked = false;
     for (double step = kStep; share < 1 && step >= kFinestStep;) {
@@ -43,7 +45,7 @@ GuardedLumen growWithoutLeaks(BrickCache& cache, const VolumeInfo& info, const S
         const double next = std::min(1.0, share + step);
         GrowLimits limits;
         limits.mostVoxels =
-            std::max(kFewVoxels, static_cast<std::uint64_t>(kExplosion * static_cast<double>(best.count)));
+            std::max(few, static_cast<std::uint64_t>(kExplosion * static_cast<double>(best.count)));
         GrownLumen grown = growLumen(cache, info, ruleAt(next), seed, ram, limits, soFar);
         if (grown.stopped) {
             leaked = true;

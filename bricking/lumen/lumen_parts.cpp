@@ -44,7 +44,12 @@ std::vector<glm::ivec3> LumenParts::way(LumenPart& part, const glm::ivec3& from,
         const LumenReach lengths = searchLumen(graph, root, {}, ram_);
         if (!to)
             end = lengths.farthest();
-        costs = costsPerMm(graph, lengths.cost);
+        // wide as around its ends, and half as much again; other organs that it runs into are wider than that
+        float widest = 0;
+        for (const glm::ivec3& seed : {from, to.value_or(from)})
+            widest = std::max(widest,
+                              widestNear(graph, seed, part.shape.roughRadiusMm(part.shape.middleOf(seed))));
+        costs = costsPerMm(graph, lengths.cost, 1.5F * widest);
     }
     const LumenReach reach =
         searchLumen(graph, root, costs, ram_, [end](LumenNode node) { return node == end; });

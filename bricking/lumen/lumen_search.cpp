@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <queue>
 
@@ -94,14 +95,27 @@ void leaveCorner(const LumenGraph& graph, std::vector<LumenNode>& path) {
     path.resize(std::max<std::size_t>(best, path.size() > 1 ? 1 : 0) + 1);
 }
 
-std::vector<float> costsPerMm(const LumenGraph& graph, std::span<const float> fromRoot) {
+float widestNear(const LumenGraph& graph, const glm::ivec3& voxel, double reachMm) {
+    const glm::dvec3 pitch = graph.spacingMm() * static_cast<double>(graph.blockExtent());
+    const glm::ivec3 half(glm::ceil(reachMm / pitch)), at = voxel / graph.blockExtent();
+    float widest = 0;
+    for (int z = -half.z; z <= half.z; ++z)
+        for (int y = -half.y; y <= half.y; ++y)
+            for (int x = -half.x; x <= half.x; ++x)
+                if (glm::length(glm::dvec3(x, y, z) * pitch) <= reachMm)
+                    graph.eachNode(at + glm::ivec3(x, y, z),
+                                   [&](LumenNode node) { widest = std::max(widest, graph.wallMm(node)); });
+    return widest;
+}
+
+std::vector<float> costsPerMm(const LumenGraph& graph, std::span<const float> fromRoot, float widestMm) {
     float farthest = 0;
     for (const float mm : fromRoot)
         if (std::isfinite(mm))
             farthest = std::max(farthest, mm);
     std::vector<float> costs(graph.count());
     for (LumenNode node = 0; node < graph.count(); ++node) {
-        const float off = 1 - graph.wallMm(node) / std::max(graph.widestMm(), 1e-6F);
+        const float off = 1 - std::min(graph.wallMm(node) / std::max(widestMm, 1e-6F), 1.0F);
         const float root = std::isfinite(fromRoot[node]) && farthest > 0 ? fromRoot[node] / farthest : 1;
         costs[node] = off * off * off * off + kShareOfRoot * root + kLeastCost;
     }

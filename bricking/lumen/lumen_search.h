@@ -39,6 +39,10 @@ void leaveCorner(const LumenGraph& graph, std::vector<LumenNode>& path);
 /// (1 - D/Dmax)^4 plus a small share of the distance from the root: what keeps a path in the middle (TEASAR,
 /// Sato et al. 2000, as kimimaro has it), and keeps it from wandering where the middle is wide. D is the
 /// distance to the wall. @param fromRoot  lengths from the root, mm; infinite where there is no way
-std::vector<float> costsPerMm(const LumenGraph& graph, std::span<const float> fromRoot);
+/// @param widestMm  Dmax; what is wider counts as that
+std::vector<float> costsPerMm(const LumenGraph& graph, std::span<const float> fromRoot, float widestMm);
+
+/// Of the nodes within `reach` of a voxel the largest distance to the wall, mm.
+float widestNear(const LumenGraph& graph, const glm::ivec3& voxel, double reachMm);
 
 } // namespace tessera

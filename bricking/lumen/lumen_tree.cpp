@@ -25,7 +25,7 @@ class Limbs {
         const std::array<LumenNode, 1> from = {root};
         LumenReach reach = searchLumen(graph, from, {}, ram);
         lengths_ = std::move(reach.cost);
-        costs_ = costsPerMm(graph, lengths_);
+        costs_ = costsPerMm(graph, lengths_, graph.widestMm());
         for (LumenNode node = 0; node < graph.count(); ++node)
             if (std::isfinite(lengths_[node]))
                 byLength_.push_back(node);
