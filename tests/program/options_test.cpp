@@ -30,7 +30,7 @@ const std::vector<Command>& commands() {
          "s.json out.zarr",
          {{"--series", none}, {"--phase", none}, {"--unit", none}, {"--ram", none}}},
         {"info", "s.zarr", {{"--ram", none}}},
-        {"phantom", "sphere", {{"--size", none}, {"--output", none}, {"--ram", none}}},
+        {"phantom", "sphere", {{"--size", none}, {"--output", none}, {"--curves", none}, {"--ram", none}}},
         {"render",
          "s.zarr --engine mirror --size 8x8 -o out.png",
          {{"--output", none}, // none of these ends in .png
