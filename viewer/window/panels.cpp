@@ -257,7 +257,7 @@ void Panels::state(Desk& desk) {
     ImGui::TextWrapped("%s", s.engine.c_str());
 }
 
-void Panels::draw(Desk& desk, Tools& tools, CutHandles& cuts, float height) {
+void Panels::draw(Desk& desk, Tools& tools, CutHandles& cuts, Endoscopy& endoscopy, float height) {
     if (!desk.showPanels)
         return;
     ImGui::SetNextWindowPos({0, 0});
@@ -279,6 +279,8 @@ void Panels::draw(Desk& desk, Tools& tools, CutHandles& cuts, float height) {
             tools.panel(desk);
             cuts.panel(desk);
         });
+        part(
+            "Endoscopy", [&] { endoscopy.panel(desk); }, false);
         part("Light", [&] { light(desk); });
         part(
             "Isosurfaces", [&] { surfaces(desk); }, false);
@@ -307,6 +309,8 @@ void drawHelp(Desk& desk) {
                                        {"R", "whole volume"},
                                        {"F; W A S D, Q E", "fly"},
                                        {"Ctrl Z, Ctrl Y", "undo, redo"},
+                                       {"Space, arrows, Home", "along a line: fly, step, look ahead again"},
+                                       {"Shift arrows, up, down", "along a line: steer off it"},
                                        {"L", "bricks coloured by their level"},
                                        {"M, G, C", "measure a distance, an angle, a circle"},
                                        {"K, Shift K", "scissors: cut the inside away, the outside"},
