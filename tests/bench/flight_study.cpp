@@ -3,7 +3,8 @@
 // frame, polyps that are seen, how much of the wall is; some frames against the reference; and what pictures
 // that follow one another miss.
 //
-//   flight_study --store torso.zarr --scene colon.json --size 320x240x1 --frames 500 --angle 130 --reference 20
+//   flight_study --store torso.zarr --scene colon.json --size 320x240x1 --frames 500 --angle 130 --reference
+//   20
 //
 // --draw no leaves out all pictures; --interactive N flies N views by the interactive renderer instead, told
 // the path and not.
@@ -230,7 +231,7 @@ void run(int argc, char** argv) {
     sampled.quality.pixels.samples = PixelSampling::kAutomatic;
     constexpr int kEvery = 4; // rays that are traced through the formula: one of 4 x 4 pixels
     double nearest = 1e9, mostJump = 0, lumaBefore = 0, preparing = 0, loading = 0, drawing = 0;
-    std::size_t rays = 0, outOfVolume = 0, holes = 0, framesWithHoles = 0, jumpAt = 0;
+    std::size_t rays = 0, outOfVolume = 0, holes = 0, edges = 0, framesWithHoles = 0, jumpAt = 0;
     std::vector<std::size_t> mostOfPolyp(colon.polyps().size()), polypAt(colon.polyps().size());
     std::vector<double> ms;
     for (std::size_t n = 0; n < film.frames(); ++n) {
@@ -272,8 +273,16 @@ void run(int argc, char** argv) {
                     ++ofPolyp[polyp];
                 if (meets == Colonoscopy::Meets::wall)
                     colon.see(at);
-                if (draws && meets != Colonoscopy::Meets::nothing && image.at(x, y).a < 0.99F)
-                    ++holes;
+                if (draws && meets != Colonoscopy::Meets::nothing && image.at(x, y).a < 0.99F) {
+                    // A pixel is a mean: all of it must meet the wall.
+                    bool whole = true;
+                    for (const glm::dvec2& corner :
+                         {glm::dvec2(-0.5, -0.5), {1.5, -0.5}, {-0.5, 1.5}, {1.5, 1.5}})
+                        whole = whole &&
+                                colon.trace(pixelRay(plane, glm::dvec2(x, y) + corner, size), camera.position,
+                                            info, polyp, at) != Colonoscopy::Meets::nothing;
+                    (whole ? holes : edges) += 1;
+                }
             }
         framesWithHoles += holes > holesBefore;
         for (std::size_t k = 0; k < ofPolyp.size(); ++k)
@@ -285,8 +294,10 @@ void run(int argc, char** argv) {
     std::printf("nearest to wall or polyp: %.2f mm\n", nearest);
     std::printf("rays traced: %zu; %zu leave the volume through its border\n", rays, outOfVolume);
     if (draws) {
-        std::printf("holes (the wall is there, the pixel is not opaque): %zu, in %zu frames\n", holes,
-                    framesWithHoles);
+        std::printf(
+            "holes (the wall is there, the pixel is not opaque): %zu, in %zu frames; pixels at the volume's "
+            "border: %zu\n",
+            holes, framesWithHoles, edges);
         std::printf("largest change of mean luminance from a frame to the next: %.1f %%, at frame %zu\n",
                     100 * mostJump, jumpAt);
         printTimes("frames", ms);

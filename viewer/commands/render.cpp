@@ -573,6 +573,8 @@ void runUnfolded(const RenderArguments& arguments, const CommonOptions& common, 
 void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     // Everything that can be refused is refused before the long work.
     checkFilmOptions(arguments);
+    if (!arguments.path.empty())
+        loadPath(arguments.path);
     if (arguments.path.empty() || arguments.unfold)
         checkOutput(arguments.out);
     else
