@@ -19,7 +19,8 @@ constexpr double kSmooth = 0.7;      // deviation of the Gaussian, of the lumen'
 constexpr double kWideTurn = 1.5;    // radius of a turn, of the lumen's, from which on it is smoothed in full
 constexpr double kLeastSmooth = 0.7; // of that, in the tightest turns
 constexpr double kTightest = 0.5;    // radius of a turn, of the lumen's
-constexpr double kStraight = 0.6;    // of the way between two points: nearer together they lie in a kink
+constexpr double kBesideGapMm = 8;
+constexpr double kStraight = 0.6; // of the way between two points: nearer together they lie in a kink
 constexpr double kFarMm = 100;
 constexpr std::size_t kFarSeen = 40; // voxels of the chain
 
@@ -42,6 +43,7 @@ class Centring {
                 chain_.push_back(mm);
                 bridge_.push_back(piece.bridge);
             }
+        widenBridges();
         if (chain_.size() == 1) { // a seed alone: a line needs two points
             chain_.push_back(chain_.front());
             bridge_.push_back(bridge_.front());
@@ -70,6 +72,21 @@ class Centring {
   private:
     bool onBridge(double chain) const { return bridge_[static_cast<std::size_t>(std::lround(chain))]; }
     glm::dvec3 onChain(double place) const { return pointAt(chain_, place, true); }
+
+    /// A lumen's end at a gap is a dent in its wall: near it the line may leave the lumen, too.
+    void widenBridges() {
+        const std::vector<double> arcs = arcsOf(chain_);
+        const std::vector<bool> bare = bridge_;
+        for (std::size_t i = 0; i < bare.size(); ++i)
+            for (std::size_t j = i; bare[i] && j < bare.size() && arcs[j] - arcs[i] < kBesideGapMm; ++j)
+                bridge_[j] = true;
+        for (std::size_t i = bare.size(); i-- > 0;)
+            for (std::size_t j = i; bare[i] && arcs[i] - arcs[j] < kBesideGapMm; --j) {
+                bridge_[j] = true;
+                if (j == 0)
+                    break;
+            }
+    }
 
     /// The chain, smoothed roughly and spaced evenly.
     void begin() {
@@ -299,7 +316,7 @@ class Centring {
         for (std::size_t i = 0; i < line.mm.size(); ++i) {
             if (i % 64 == 0)
                 checkInterrupted();
-            line.radiusMm.push_back(bridged(i, line) ? 0 : shape_.wallMm(line.mm[i], values_, rule_));
+            line.radiusMm.push_back(shape_.wallMm(line.mm[i], values_, rule_));
         }
         line.leastTurnMm = std::numeric_limits<double>::infinity();
         for (std::size_t i = 0; i < stations_.mm.size(); ++i)

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kRayStep = 0.5;   // of the smallest spacing
 constexpr double kLookStep = 0.25; // the same
+constexpr double kThin = 4;        // smallest spacings
 constexpr double kFarMm = 200;     // no lumen is wider
 
 /// The nearest voxel of a row at or beyond x that is not in the set, going by `sign`; it lies outside the
@@ -113,22 +114,32 @@ double LumenShape::wallMm(const glm::dvec3& mm, LumenValues& values, const Lumen
     const double far = nearestOutsideMm(place, most + 4 * glm::length(values.info().spacingMm()), outside);
     if (far <= 0)
         return 0;
-    const auto depthAt = [&](double t) {
-        return rule.depth(values.at(place + (outside - place) * (t / far)));
-    };
     const double step = kLookStep * smallestMm_;
-    if (depthAt(0) <= 0)
+    // where the trilinear values cross the threshold between two places of a ray, mm
+    const auto cross = [&](const glm::dvec3& along, double inner, double outer) {
+        for (int i = 0; i < 8; ++i) {
+            const double middle = 0.5 * (inner + outer);
+            (rule.takes(values.at(place + along * middle)) ? inner : outer) = middle;
+        }
+        return 0.5 * (inner + outer);
+    };
+    if (!rule.takes(values.at(place)))
         return 0;
-    double wall = far, inner = far;
-    while (inner > 0 && depthAt(inner) <= 0) { // back to the lumen
-        wall = inner;
+    const glm::dvec3 along = (outside - place) / far; // in voxels, a mm
+    double inner = far;
+    while (inner > 0 && !rule.takes(values.at(place + along * inner)))
         inner = std::max(0.0, inner - step);
+    double wall = inner < far ? cross(along, inner, std::min(inner + step, far)) : far;
+    if (wall > kThin * smallestMm_)
+        return wall;
+    // near the wall a voxel's middle is not the way to it
+    for (const glm::dvec3& direction : directions42()) {
+        const glm::dvec3 ray = glm::dmat3(voxelFromPatient_) * direction;
+        for (double t = step; t < wall; t += step)
+            if (!rule.takes(values.at(place + ray * t)))
+                wall = cross(ray, t - step, t);
     }
-    for (int i = 0; i < 8 && wall > inner; ++i) {
-        const double middle = 0.5 * (wall + inner);
-        (depthAt(middle) > 0 ? inner : wall) = middle;
-    }
-    return 0.5 * (inner + wall);
+    return wall;
 }
 
 bool LumenShape::staysInside(const glm::dvec3& fromMm, const glm::dvec3& toMm, LumenValues& values,

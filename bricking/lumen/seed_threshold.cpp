@@ -3,6 +3,7 @@
 
 #include "bricking/lumen/directions.h"
 #include "core/error.h"
+#include "core/interrupt.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,8 +16,10 @@ namespace tessera {
 namespace {
 
 constexpr double kFarMm = 100;
-constexpr double kNoises = 6;           // a value further off is none of the lumen
-constexpr double kBrighter = 1.5;       // times the way from the threshold to the lumen
+constexpr double kBeyondMm = 15;      // that a ray goes on behind the lumen
+constexpr double kNoises = 6;         // a value further off is none of the lumen
+constexpr double kBrighter = 1.5;     // times the way from the threshold to the lumen
+constexpr double kMostEdge = 1 / 4.0; // the same; where a lumen is thin, what is around the seed is wall, too
 constexpr double kLeastEdge = 1 / 20.0; // of the range of all that rays meet
 
 double medianOf(std::vector<double> values) {
@@ -81,15 +84,20 @@ SeedNeighbourhood neighbourhoodOf(LumenValues& values, const glm::dvec3& seed, c
         step *= mmPerStep;
         std::vector<double>& ray = rays.emplace_back();
         glm::dvec3 at = seed;
-        for (double mm = 0; mm < kFarMm; mm += mmPerStep, at += step) {
+        double left = kFarMm; // where it was first beyond the lumen's noise
+        checkInterrupted();
+        for (double mm = 0; mm < std::min(kFarMm, left + kBeyondMm); mm += mmPerStep, at += step) {
             if (glm::any(glm::lessThan(at, glm::dvec3(0))) || glm::any(glm::greaterThan(at, n)))
                 break;
             ray.push_back(values.at(at));
             lowest = std::min(lowest, ray.back());
             highest = std::max(highest, ray.back());
+            if (std::abs(ray.back() - found.lumen) > kNoises * found.noise)
+                left = std::min(left, mm);
         }
     }
-    const double leave = std::max(kNoises * found.noise, kLeastEdge * (highest - lowest));
+    const double range = highest - lowest;
+    const double leave = std::clamp(kNoises * found.noise, kLeastEdge * range, kMostEdge * range);
     std::vector<double> below, above; // walls, by their side of the lumen
     for (const auto& ray : rays)
         if (const double wall = wallAlong(ray, found.lumen, leave); !std::isnan(wall))

@@ -94,6 +94,8 @@ void tell(const Centrelines& found, const VolumeInfo& info, const Path& path, co
 
 void runCentreline(const CentrelineArguments& arguments, const CommonOptions& common) {
     const CentrelineRequest request = requestOf(arguments);
+    if (!arguments.out.ends_with(".json"))
+        throw badFile("--output", "a file that ends in .json", "'" + arguments.out + "'");
     checkOutputFile(arguments.out);
     Ledger ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     const StoreReader store(storeFor(arguments.in, arguments.input, ram, common), ram);
