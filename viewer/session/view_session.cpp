@@ -240,7 +240,7 @@ class ViewSession final : public Viewing {
     void publishPicture(const InteractiveRenderer::Progress& progress);
     void prepareDisplay(ShownPicture& picture) const;
     void nothingMoreComes();
-    void answerAsBefore();
+    void answerAsBefore(std::uint64_t before);
     void startStill();
     void finishStill();
     void startLine(const LineWish& wish, std::uint64_t number);
@@ -500,17 +500,17 @@ void ViewSession::take(const Wish& wish) {
     }
     o.scene = wish.scene;
     hastySize_ = pace_.sizeFor(o.scene.imageSize); // once a wish: nothing is drawn again for a better guess
-    asked_ = wish.number;
+    const std::uint64_t before = std::exchange(asked_, wish.number);
     moving_ = wish.moving;
     resting_ = false;
     if (!changed)
-        answerAsBefore();
+        answerAsBefore(before);
 }
 
-/// The picture that is there is of this wish as well.
-void ViewSession::answerAsBefore() {
+/// The picture that answered the wish before is of this one as well; where none has, one is on its way.
+void ViewSession::answerAsBefore(std::uint64_t before) {
     const std::lock_guard lock(mutex_);
-    if (!picture_)
+    if (!picture_ || picture_->asked != before)
         return;
     auto same = std::make_shared<ShownPicture>(*picture_);
     same->asked = asked_;

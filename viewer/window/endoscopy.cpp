@@ -7,6 +7,8 @@
 #include "core/preset.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <glm/common.hpp>
 #include <imgui.h>
 
@@ -18,6 +20,7 @@ constexpr double kSteerMm = 1;      // of Shift and the arrow keys
 constexpr double kMostPitch = 85;   // degrees
 constexpr double kAheadSeconds = 2; // whose bricks are read ahead
 constexpr int kAheadCameras = 8;
+const glm::dvec3 kWallColour(0.72, 0.30, 0.20); // mucosa, linear
 // As GLFW numbers them.
 constexpr int kSpace = 32, kEnter = 257, kRight = 262, kLeft = 263, kDown = 264, kUp = 265, kHome = 268;
 
@@ -66,10 +69,34 @@ void Endoscopy::flyAnew(Desk& desk) {
     take(desk, *path_);
 }
 
+/// Bones and organs are seen from outside; from inside it is the lumen's wall, which few functions show.
+void Endoscopy::showWall(Desk& desk) {
+    if (!path_ || !path_->lumen)
+        return;
+    Scene scene = desk.scene();
+    const double wall = path_->lumen->threshold;
+    if (std::none_of(scene.surfaces.begin(), scene.surfaces.end(),
+                     [&](const Isosurface& s) { return s.value == wall; })) {
+        if (scene.surfaces.size() >= Scene::kMaxSurfaces)
+            return;
+        scene.surfaces.push_back({wall, kWallColour, 1});
+    }
+    scene.mode = Mode::isosurface;
+    desk.beginEdit();
+    desk.setScene(scene, false);
+    char words[160];
+    std::snprintf(words, sizeof words,
+                  "the wall is an isosurface at %.0f %s (Mode and Isosurfaces; Ctrl Z takes it back)", wall,
+                  desk.volume()->info.unit.c_str());
+    desk.tell(words);
+}
+
 /// What the film shows at this place, as one looks now.
 void Endoscopy::show(Desk& desk, bool moving) {
     if (!curve_)
         return;
+    if (!inside_ && desk.scene().mode == Mode::composite && desk.scene().surfaces.empty())
+        showWall(desk);
     inside_ = true;
     const Flight& flight = *path_->flight;
     const double seconds = placeMm_ / flight.speedMmPerS;

@@ -57,6 +57,7 @@ class Endoscopy {
     void take(Desk& desk, const Path& path);
     void flyAnew(Desk& desk);
     void show(Desk& desk, bool moving);
+    void showWall(Desk& desk);
     void searchPanel(Desk& desk);
     void flightPanel(Desk& desk);
     void keyframePanel(Desk& desk);
