@@ -96,6 +96,7 @@ int run(int argc, char** argv) {
     addCentrelineCommand(program, common, action);
     addAccuracyCommand(program, common, action);
     addBenchCommand(program, common, action);
+    addPresetCommand(program, common, action);
     addCacheCommand(program, common, action);
     checkCommand(program, argc, argv);
     try {

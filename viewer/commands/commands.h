@@ -21,6 +21,7 @@ void addInfoCommand(CLI::App& program, const CommonOptions& common, Action& acti
 void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addPhantomCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& action);
+void addPresetCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addCacheCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addViewCommand(CLI::App& program, const CommonOptions& common, Action& action); // TESSERA_WITH_WINDOW
 void addBenchCommand(CLI::App& program, const CommonOptions& common, Action& action);
