@@ -61,6 +61,8 @@ struct Open {
 std::string fixedPart(Scene scene, bool compiles) {
     scene.measurements.clear();
     scene.window = std::string("auto");
+    scene.lighting = {};
+    scene.shading = {};
     if (!compiles)
         scene.cuts = {};
     scene.camera = FittedView{};
@@ -475,15 +477,16 @@ void ViewSession::take(const Wish& wish) {
     const bool another = fixedPart(wish.scene, compiles) != fixedPart(o.scene, compiles),
                turned = camera != o.renderer->camera(),
                recoloured = functionPart(wish.scene) != functionPart(o.scene),
-               rewindowed = wish.scene.window != o.scene.window, recut = !(wish.scene.cuts == o.scene.cuts);
-    const bool changed = another || turned || recoloured || rewindowed || recut;
+               rewindowed = wish.scene.window != o.scene.window, recut = !(wish.scene.cuts == o.scene.cuts),
+               relit = !(wish.scene.lighting == o.scene.lighting) || !(wish.scene.shading == o.scene.shading);
+    const bool changed = another || turned || recoloured || rewindowed || recut || relit;
     if (changed) {
         if (o.still)
             o.still->callOff();
         stillBegun_ = false;
         measured_.clear();
     }
-    if (another) {
+    if (another || (relit && !o.renderer->setLight(wish.scene.lighting, wish.scene.shading))) {
         makeRenderer(wish.scene);
     } else if (changed) {
         if (turned)
@@ -562,9 +565,9 @@ void ViewSession::publishPicture(const InteractiveRenderer::Progress& progress) 
     auto picture = std::make_shared<ShownPicture>();
     const InteractiveRenderer& r = *open_->renderer;
     picture->image = r.picture();
-    picture->stage = picture->image.size != open_->scene.imageSize || moving_ ? Stage::moving
-                     : progress.movesLeft > 0 || progress.choosing            ? Stage::loading
-                                                                              : Stage::whole;
+    picture->stage = picture->image.size != open_->scene.imageSize || moving_                ? Stage::moving
+                     : progress.movesLeft > 0 || progress.choosing || progress.lightIsCoarse ? Stage::loading
+                                                                                             : Stage::whole;
     picture->camera = r.camera();
     picture->asked = asked_;
     picture->drawingMs = r.pictureMs();
@@ -692,6 +695,7 @@ void ViewSession::tellState(const InteractiveRenderer::Progress& progress) {
             s.finestLevel = level, s.coarsestLevel = std::max(s.coarsestLevel, level);
     s.movesLeft = progress.movesLeft;
     s.choosing = progress.choosing;
+    s.lightIsCoarse = progress.lightIsCoarse;
     s.drawingStill = o.still != nullptr;
     s.atRest = resting_ && !o.still && !o.line;
     s.measured = measured_;

@@ -23,8 +23,8 @@ namespace tessera {
 /// How good a picture is.
 enum class Stage {
     moving,  // fewer pixels, longer steps: something moves
-    loading, // all pixels; bricks are still on their way
-    whole,   // all pixels, through their middles, bricks as chosen
+    loading, // all pixels; bricks are still on their way, or light becomes finer
+    whole,   // all pixels, through their middles, bricks as chosen, and all light
     still    // what `tessera render` draws
 };
 
@@ -69,6 +69,7 @@ struct ViewingState {
     std::size_t bricks = 0, bricksShown = 0, bricksAsWanted = 0;
     std::size_t movesLeft = 0;
     bool choosing = false;
+    bool lightIsCoarse = false;             // light of voxels becomes finer yet
     int finestLevel = 0, coarsestLevel = 0; // of what is drawn
     bool atRest = false;                    // nothing more will come until something is asked
     bool drawingStill = false;

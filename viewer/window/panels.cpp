@@ -250,6 +250,8 @@ void Panels::state(Desk& desk) {
     ImGui::Checkbox("colour bricks by level (L)", &desk.showLevels);
     if (s.movesLeft > 0)
         ImGui::Text("%zu bricks are on their way", s.movesLeft);
+    if (s.lightIsCoarse)
+        ImGui::TextUnformatted("light is coarse yet");
     if (s.drawingStill)
         ImGui::TextUnformatted("drawing the still ...");
     if (!s.measured.empty())
