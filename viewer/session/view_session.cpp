@@ -693,6 +693,9 @@ void ViewSession::tellState(const InteractiveRenderer::Progress& progress) {
     for (int level = kLevelCount - 1; level >= 0; --level)
         if (has.counts[static_cast<std::size_t>(level)] > 0)
             s.finestLevel = level, s.coarsestLevel = std::max(s.coarsestLevel, level);
+    const BrickCache::Counters counters = r.cacheCounters();
+    s.chunksThere = counters.hits;
+    s.chunksMissed = counters.joins + counters.misses;
     s.movesLeft = progress.movesLeft;
     s.choosing = progress.choosing;
     s.lightIsCoarse = progress.lightIsCoarse;

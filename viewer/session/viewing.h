@@ -67,6 +67,7 @@ struct ViewingState {
     std::string engine;  // that draws
     std::size_t ramUsed = 0, ramLimit = 0, gpuUsed = 0, gpuLimit = 0;
     std::size_t bricks = 0, bricksShown = 0, bricksAsWanted = 0;
+    std::uint64_t chunksThere = 0, chunksMissed = 0; // that bricks asked the cache for, so far
     std::size_t movesLeft = 0;
     bool choosing = false;
     bool lightIsCoarse = false;             // light of voxels becomes finer yet

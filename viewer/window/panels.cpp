@@ -238,6 +238,8 @@ void Panels::state(Desk& desk) {
     const auto now = WindowClock::now();
     ImGui::Text("%.0f pictures a second, %.0f ms after input", desk.latency().picturesPerSecond(now),
                 desk.latency().lastMs);
+    ImGui::Text("half within %.0f ms, 19 of 20 within %.0f ms", desk.latency().percentileMs(0.5),
+                desk.latency().percentileMs(0.95));
     if (const ShownPicture* picture = desk.picture())
         ImGui::Text("%s: %d x %d, %.0f ms", kStages[static_cast<int>(picture->stage)], picture->image.size.x,
                     picture->image.size.y, picture->drawingMs);
@@ -247,6 +249,10 @@ void Panels::state(Desk& desk) {
         ImGui::Text("%.0f %% of %zu bricks at their level, levels %d to %d",
                     100.0 * static_cast<double>(s.bricksAsWanted) / static_cast<double>(s.bricksShown),
                     s.bricksShown, s.finestLevel, std::max(s.finestLevel, s.coarsestLevel));
+    if (const auto all = s.chunksThere + s.chunksMissed; all > 0)
+        ImGui::Text("%.0f %% of %llu chunks were read before they were asked for",
+                    100.0 * static_cast<double>(s.chunksThere) / static_cast<double>(all),
+                    static_cast<unsigned long long>(all));
     ImGui::Checkbox("colour bricks by level (L)", &desk.showLevels);
     if (s.movesLeft > 0)
         ImGui::Text("%zu bricks are on their way", s.movesLeft);

@@ -35,13 +35,6 @@ const std::map<std::string, std::size_t>& wordsOfSteps() {
     return words;
 }
 
-double percentile(std::vector<double> values, double share) {
-    if (values.empty())
-        return 0;
-    std::sort(values.begin(), values.end());
-    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
-}
-
 /// Of the program, as the system counts it; 0 where it does not say.
 std::size_t residentKib() {
     std::ifstream status("/proc/self/status");
@@ -252,9 +245,9 @@ bool Script::take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Wind
     } else if (name == "print") {
         const ViewingState& s = desk.state();
         if (word(1) == "latency") {
-            const std::vector<double> ms(desk.latency().recentMs.begin(), desk.latency().recentMs.end());
+            const Latency& l = desk.latency();
             std::printf("latency of %zu pictures: median %.1f ms, 95th percentile %.1f ms, most %.1f ms\n",
-                        ms.size(), percentile(ms, 0.5), percentile(ms, 0.95), percentile(ms, 1));
+                        l.recentMs.size(), l.percentileMs(0.5), l.percentileMs(0.95), l.percentileMs(1));
             if (const ShownPicture* const p = desk.picture())
                 std::printf("last picture: %d x %d in %.1f ms\n", p->image.size.x, p->image.size.y,
                             p->drawingMs);
