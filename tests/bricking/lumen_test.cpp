@@ -6,6 +6,7 @@
 #include "bricking/lumen/lumen_shape.h"
 #include "bricking/lumen/nearest_voxels.h"
 #include "bricking/lumen/smooth_line.h"
+#include "core/interrupt.h"
 #include "tests/support/lumen_tubes.h"
 
 #include <gtest/gtest.h>
@@ -89,6 +90,22 @@ TEST(Lumen, GrowingStopsAtALimit) {
     EXPECT_TRUE(grown.stopped);
     EXPECT_GT(grown.count, 100u);
     EXPECT_LT(grown.count, maze.from(maze.seed()).size());
+}
+
+TEST(Lumen, BitsAreChargedAndGrowingAsksWhetherItIsWanted) {
+    const Maze maze;
+    const FieldChunks chunks = maze.chunks();
+    Ledger ram("RAM", "--ram", 64u << 20);
+    BrickCache cache(chunks, ram, BrickCache::floorBytes(chunks.info(), 2), 2);
+    const std::size_t before = ram.usedBytes();
+    {
+        const GrownLumen grown = growLumen(cache, chunks.info(), {-500, true}, maze.seed(), ram);
+        EXPECT_GE(ram.usedBytes() - before, grown.voxels.filledChunks().size() * sizeof(ChunkRows));
+    }
+    EXPECT_EQ(ram.usedBytes(), before);
+    const Cancellation::Flag unwanted = true;
+    const Cancellation cancellation(&unwanted);
+    EXPECT_THROW(growLumen(cache, chunks.info(), {-500, true}, maze.seed(), ram), Cancelled);
 }
 
 TEST(Lumen, AGraphOfAnyBlocksJoinsWhatIsJoinedAtFullResolution) {
