@@ -4,13 +4,11 @@
 
 #include "core/embedded.h"
 #include "core/error.h"
-#include "core/json_reader.h"
 #include "core/nearest_name.h"
-#include "core/transfer_json.h"
+#include "core/preset_file.h"
 
 #include <algorithm>
 #include <cstddef>
-#include <nlohmann/json.hpp>
 #include <numeric>
 
 namespace tessera {
@@ -77,18 +75,14 @@ TransferFunction autoFunction(const ValueSummary& values) {
     return TransferFunction::fromOpacity(opacity, colour, values.spacingMm, kAuto);
 }
 
-TransferFunction parsePreset(const std::string& name, std::string_view text) {
-    const nlohmann::json document = parseStrictJson(std::string(text), "preset " + name);
-    const JsonValue root(document, "preset " + name);
-    std::vector<std::string> keys = transferKeys();
-    keys.insert(keys.end(), {"tesseraPreset", "description", "unit"});
-    root.requireKeys(keys);
-    root.at("tesseraPreset").integer(1, 1);
-    root.at("unit").oneOf({"HU"});
-    return parseTransfer(root);
-}
-
 } // namespace
+
+std::string presetDescription(const std::string& name) {
+    const auto found = presets::embeddedFiles().find(name + ".json");
+    return found == presets::embeddedFiles().end()
+               ? "By the volume's values: what lies above the background, dark red to ivory."
+               : parsePreset(std::string(found->second), name, "preset " + name).description;
+}
 
 std::vector<std::string> presetNames() {
     std::vector<std::string> names = {kAuto};
@@ -125,7 +119,7 @@ TransferFunction presetFunction(const std::string& name, const ValueSummary& val
         throw badFile("preset " + name, "values in HU",
                       "values without a unit that do not look like HU; --unit HU takes them for HU, and the "
                       "preset \"auto\" suits any");
-    return parsePreset(name, found->second);
+    return parsePreset(std::string(found->second), name, "preset " + name).function;
 }
 
 } // namespace tessera

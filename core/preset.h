@@ -11,6 +11,9 @@ namespace tessera {
 /// Names, alphabetical: "auto", "bone", "lung", "skin", "soft-tissue", "vessels".
 std::vector<std::string> presetNames();
 
+/// A sentence or two on one of them.
+std::string presetDescription(const std::string& name);
+
 /// What is known of a volume's values, for presets that adapt ("auto").
 struct ValueSummary {
     double lowest = 0, highest = 0; // physical units

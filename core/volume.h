@@ -67,6 +67,9 @@ struct VolumeInfo {
     std::string unit;               // "HU", or "" where the physical unit is unknown
     double fillStored = 0;          // padding or air, as stored; chunks of nothing else are not written
     glm::dmat4 patientFromVoxel{1}; // affine; may be oblique, sheared, left-handed
+    /// Whether the source says how the patient lies; else patientFromVoxel is a convention, and left may be
+    /// right.
+    bool orientationKnown = true;
     AxisOrder originalOrder;
     Acquisition acquisition;
     bool lossy = false;                // some of the source was compressed with loss

@@ -39,10 +39,16 @@ Rays raysOf(const ScenePlan& plan) {
     return {plan.view.frame, plan.strides()};
 }
 
-bool bringBricks(Engine& engine, ScenePlan& plan, Ledger& ram, Ledger& gpu, Work& work) {
+bool bringBricks(Engine& engine, ScenePlan& plan, Ledger& ram, Ledger& gpu, Work& work, bool kept,
+                 std::size_t pages) {
     VolumeState& volume = plan.volume;
     ScenePlan* const volumes[] = {&plan};
-    engine.open(volumes, plan.chosen.atlasPages);
+    if (kept && engine.bricks() && engine.bricks()->pages() >= plan.chosen.atlasPages) {
+        engine.bricks()->adopt(volume.selection);
+        engine.levelsChanged();
+    } else {
+        engine.open(volumes, std::max(pages, plan.chosen.atlasPages));
+    }
     BrickResidency* const bricks = engine.bricks();
     if (plan.chosen.chooser) {
         if (bricks)

@@ -8,8 +8,10 @@
 #include "render/engines/native/native_engine.h"
 #include "render/engines/reference/reference.h" // ReferenceRay
 #include "render/engines/reference/reference_engine.h"
+#include "render/frame_renderer.h"
 #include "render/picture.h"
 #include "render/plan/overlooked_pixels.h"
+#include "render/plan/plan_again.h"
 #include "render/plan/step_search.h"
 #include "render/verify/error_goal.h"
 
@@ -92,14 +94,25 @@ void report(const ScenePlan& p, RenderResult& result) {
     result.emptyBricks = p.volume.selection.counts[Selection::kEmpty] - result.unseenBricks;
 }
 
+/// Of pictures that follow one another.
+struct Keeping {
+    bool kept = false; // the engine holds the bricks of the picture before
+    std::size_t pages =
+        0; // to open the engine with, so that the next pictures' bricks have room; 0: the plan's
+    std::function<void()> opened; // the engine has what it takes of RAM
+};
+
 /// The picture of a plan, by any engine: bricks are brought, a step is chosen, rays are drawn, errors told.
 /// Returns whether it went on from samples that were there.
 bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, Ledger& gpu,
                  const RenderOptions& options, int round, const PixelGoal& goal,
-                 std::optional<SamplesDrawn>& samples, Progress& progress, RenderResult& result) {
+                 std::optional<SamplesDrawn>& samples, Progress& progress, RenderResult& result,
+                 const Keeping& keeping = {}) {
     progress.stage("loading bricks");
     const auto loading = Clock::now();
-    const bool passes = bringBricks(engine, p, ram, gpu, result.work);
+    const bool passes = bringBricks(engine, p, ram, gpu, result.work, keeping.kept, keeping.pages);
+    if (keeping.opened)
+        keeping.opened();
     std::unique_ptr<RayCaster> caster = engine.caster({options.counting, false, passes}, gpu);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
@@ -336,12 +349,16 @@ std::shared_ptr<Engine> makeEngine(const Scene& scene, const RenderOptions& opti
     return {std::move(made), engine};
 }
 
-RenderResult renderScene(const Scene& given, const StoreReader& store, Ledger& ram, Ledger& gpu,
-                         const RenderOptions& options) {
-    const Scene scene = asDrawn(given);
+namespace {
+
+/// A picture by an engine that holds nothing, or the bricks of the picture before.
+/// @param p  takes the plan; where bricks are kept, the engine was opened for what is in its place
+/// @param planned  makes the plan, and may change what is kept
+template <typename Planned>
+RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made, Ledger& ram, Ledger& gpu,
+                       const RenderOptions& options, const Keeping& keeping, const Planned& planned) {
     RenderResult result;
     const auto start = Clock::now();
-    const MadeEngine made(scene, options, ram, gpu);
     Engine& engine = *made.engine;
     const TextureLimits limits = engine.limits();
     const Engine::About about = engine.about();
@@ -360,9 +377,8 @@ RenderResult renderScene(const Scene& given, const StoreReader& store, Ledger& r
     if (decides)
         picture.quality.maxError = ErrorGoal(*scene.quality.maxError).ofRays();
     const Scene coarse = first ? firstScene(scene) : picture;
-    ScenePlan p = planScene(coarse, store, limits, ram, gpu, options.threads,
-                            first ? LevelChoice::quick : options.levels,
-                            pictureBytesPerPixel(made.kind, scene.quality.pixels));
+    p = planned(coarse, limits, first ? LevelChoice::quick : options.levels,
+                pictureBytesPerPixel(made.kind, scene.quality.pixels));
     p.view.shadowQuality.layers = options.shadowLayers;
     std::optional<SamplesDrawn> ofOnePicture; // that no other goes on from
     if (first) {
@@ -392,7 +408,7 @@ RenderResult renderScene(const Scene& given, const StoreReader& store, Ledger& r
     if (decides)
         drawUntilGoodEnough(scene, p, engine, ram, gpu, options, progress, result);
     else
-        drawPicture(scene, p, engine, ram, gpu, options, 0, {}, ofOnePicture, progress, result);
+        drawPicture(scene, p, engine, ram, gpu, options, 0, {}, ofOnePicture, progress, result, keeping);
     if (made.kind == EngineKind::reference)
         result.level = 0;
     result.occupiedCells = scene.quality.skipping && p.volume.occupancy.exists()
@@ -400,6 +416,167 @@ RenderResult renderScene(const Scene& given, const StoreReader& store, Ledger& r
                                : result.cells;
     result.window = p.volume.look.window;
     return result;
+}
+
+/// The same but for the camera.
+bool sameButCamera(const Scene& a, const Scene& b) {
+    Scene x = a, y = b;
+    x.camera = y.camera = Camera{};
+    return sceneJson(x) == sceneJson(y);
+}
+
+} // namespace
+
+RenderResult renderScene(const Scene& given, const StoreReader& store, Ledger& ram, Ledger& gpu,
+                         const RenderOptions& options) {
+    const Scene scene = asDrawn(given);
+    const auto start = Clock::now();
+    const MadeEngine made(scene, options, ram, gpu);
+    const double making = secondsSince(start);
+    ScenePlan p;
+    RenderResult result = drawScene(
+        scene, p, made, ram, gpu, options, {},
+        [&](const Scene& first, const TextureLimits& limits, LevelChoice levels, std::size_t bytesPerPixel) {
+            return planScene(first, store, limits, ram, gpu, options.threads, levels, bytesPerPixel);
+        });
+    made.engine->close(); // it reads the plan, which goes first
+    result.secondsPreparing += making;
+    return result;
+}
+
+struct FrameRenderer::State {
+    const StoreReader& store;
+    Ledger &ram, &gpu;
+    RenderOptions options;
+    /// What the engine takes of RAM must not matter to who plans the next picture, as it does not for a
+    /// still: it is charged to ram while a picture is drawn.
+    Ledger engineRam;
+    std::optional<MadeEngine> made;
+    ScenePlan p; // stays where it is: the engine was opened for it
+    std::optional<Scene> last;
+    std::optional<Statistics> statistics;
+    Charge heldRam;
+    std::size_t gpuBefore = 0; // in use when the engine holds nothing
+    Keeping keeping;           // kept: the engine holds bricks of the last picture
+
+    State(const StoreReader& reader, Ledger& ramLedger, Ledger& gpuLedger, const RenderOptions& given)
+        : store(reader), ram(ramLedger), gpu(gpuLedger), options(given),
+          engineRam(ram.name(), ram.option(), ram.limitBytes()) {
+        keeping.opened = [this] {
+            heldRam = {};
+            heldRam = ram.charge(engineRam.usedBytes(), "the brick index");
+        };
+    }
+    ScenePlan plan(const Scene& scene, const TextureLimits& limits, LevelChoice choice,
+                   std::size_t bytesPerPixel) {
+        // As if the engine held nothing.
+        Ledger free(gpu.name(), gpu.option(), gpu.limitBytes());
+        const Charge before = free.charge(gpuBefore, "the device");
+        if (!statistics)
+            return planScene(scene, store, limits, ram, free, options.threads, choice, bytesPerPixel);
+        Statistics known = std::move(*statistics);
+        statistics.reset();
+        return planAgain(scene, store, std::move(known), limits, ram, free, options.threads, choice,
+                         bytesPerPixel);
+    }
+    /// Whether the bricks of the last picture serve this one.
+    /// @param pageEdge, levels  of the last picture
+    bool serves(const ScenePlan& plan, int pageEdge, const std::vector<std::uint8_t>& levels) const {
+        const BrickResidency* const bricks = made->engine->bricks();
+        return bricks && bricks->pages() >= plan.chosen.atlasPages && holdsAll(plan) &&
+               plan.volume.pageEdge == pageEdge &&
+               // light of voxels is that of the bricks as they are
+               (lightChannels(plan.view.lighting) == 0 || levels == plan.volume.selection.levels) &&
+               gpu.usedBytes() + plan.memory.gpuBytes() <= gpu.limitBytes();
+    }
+    /// Room for a quarter more bricks than the picture has, where there is any.
+    std::size_t roomyPages(const ScenePlan& plan, TextureLimits limits) const {
+        if (!holdsAll(plan))
+            return 0;
+        limits.pageEdge = plan.volume.pageEdge;
+        limits.lightChannels = keptLightChannels(plan.view.lighting);
+        const std::size_t fixed = gpuBefore + plan.memory.gpuBytes();
+        const std::size_t fit =
+            pagesThatFit(gpu.limitBytes() - std::min(gpu.limitBytes(), fixed), plan.info().type, limits);
+        return std::min(fit, plan.chosen.atlasPages + plan.chosen.atlasPages / 4 + 16);
+    }
+    /// Every brick has its place, at levels that no picture decides about.
+    static bool holdsAll(const ScenePlan& plan) {
+        return !plan.chosen.chooser && plan.chosen.atlasPages >= pagesFor(plan.volume.selection.counts);
+    }
+};
+
+namespace {
+/// RAM that was never used, where bricks are kept: planning a picture takes about as much as planning the one
+/// before.
+constexpr std::size_t kAmpleBytes = std::size_t{64} << 20;
+} // namespace
+
+FrameRenderer::FrameRenderer(const StoreReader& store, Ledger& ram, Ledger& gpu, const RenderOptions& options)
+    : state_(std::make_unique<State>(store, ram, gpu, options)) {
+    TESSERA_CHECK(!options.onFirstPicture);
+}
+
+FrameRenderer::~FrameRenderer() {
+    forget();
+}
+
+void FrameRenderer::forget() {
+    State& s = *state_;
+    if (s.made)
+        s.made->engine->close();
+    s.keeping.kept = false;
+    s.heldRam = {};
+}
+
+RenderResult FrameRenderer::draw(const Scene& given) {
+    State& s = *state_;
+    // An engine of one scene; and measuring errors has another plan opened.
+    if (s.options.engine == EngineKind::reference || s.options.verify != Verify::none) {
+        ++kept_.frames;
+        return renderScene(given, s.store, s.ram, s.gpu, s.options);
+    }
+    const Scene scene = asDrawn(given);
+    if (!s.made) {
+        s.made.emplace(scene, s.options, s.engineRam, s.gpu);
+        s.gpuBefore = s.gpu.usedBytes();
+    }
+    Engine& engine = *s.made->engine;
+    if (s.keeping.kept && !sameButCamera(*s.last, scene))
+        forget();
+    const int pageEdge = s.p.volume.pageEdge;
+    const std::vector<std::uint8_t> levels = std::move(s.p.volume.selection.levels);
+    if (std::exchange(s.last, std::nullopt))
+        s.statistics = std::move(s.p.volume.statistics);
+    s.heldRam = {};
+    s.p = ScenePlan(); // gives back what the last picture took, as if it had never been
+    try {
+        const auto planned = [&](const Scene& first, const TextureLimits& limits, LevelChoice choice,
+                                 std::size_t bytesPerPixel) {
+            ScenePlan p = s.plan(first, limits, choice, bytesPerPixel);
+            if (s.keeping.kept && !s.serves(p, pageEdge, levels))
+                forget();
+            s.keeping.pages = s.roomyPages(p, limits);
+            return p;
+        };
+        RenderResult result = drawScene(scene, s.p, *s.made, s.ram, s.gpu, s.options, s.keeping, planned);
+        ++kept_.frames;
+        kept_.goneOn += s.keeping.kept ? 1 : 0;
+        kept_.brought += result.work.bytesUploaded;
+        s.last = scene;
+        s.keeping.kept = engine.bricks() && State::holdsAll(s.p) &&
+                         s.p.view.quality.maxError.value_or(0) == 0 &&
+                         s.ram.limitBytes() - s.ram.peakBytes() >= kAmpleBytes + s.engineRam.usedBytes();
+        s.p.volume.cache.reset();
+        if (!s.keeping.kept)
+            forget();
+        return result;
+    } catch (...) {
+        forget();
+        s.p = ScenePlan();
+        s.statistics.reset();
+        throw;
+    }
 }
 
 std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {

@@ -93,8 +93,10 @@ int run(int argc, char** argv) {
     addViewCommand(program, common, action);
 #endif
     addPhantomCommand(program, common, action);
+    addCentrelineCommand(program, common, action);
     addAccuracyCommand(program, common, action);
     addBenchCommand(program, common, action);
+    addPresetCommand(program, common, action);
     addCacheCommand(program, common, action);
     checkCommand(program, argc, argv);
     try {

@@ -160,6 +160,8 @@ Json tesseraAttributes(const StoreMetadata& metadata) {
         json["lossy"] = true;
     if (info.lossy && info.lossyRatio > 0)
         json["lossyRatio"] = info.lossyRatio;
+    if (!info.orientationKnown)
+        json["orientationKnown"] = false;
     if (info.nonFiniteVoxels > 0)
         json["absentStored"] = info.absentStored;
     return json;
@@ -256,6 +258,8 @@ VolumeInfo parseInfo(const Json& document, const std::string& where) {
         info.lossy = flagAt(document, root + "/lossy", where);
     if (has("lossyRatio"))
         info.lossyRatio = numberAt(document, root + "/lossyRatio", where);
+    if (has("orientationKnown"))
+        info.orientationKnown = flagAt(document, root + "/orientationKnown", where);
     if (has("absentStored"))
         info.absentStored = numberAt(document, root + "/absentStored", where);
     return info;

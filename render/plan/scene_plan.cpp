@@ -8,6 +8,7 @@
 #include "render/light/light_memory.h"
 #include "render/plan/choose_integrator.h"
 #include "render/plan/framing.h"
+#include "render/plan/plan_again.h"
 #include "render/plan/visibility_rays.h"
 
 #include <algorithm>
@@ -228,8 +229,11 @@ void ScenePlan::chooseByVisibility(std::span<const SeenBrick> seen, Ledger& ram)
     setSelection(std::move(better.selection), ram);
 }
 
-ScenePlan planView(const Scene& given, const StoreReader& store, Ledger& ram, int threads,
-                   std::size_t bytesPerPixel) {
+namespace {
+
+/// @param kept  null: read from the store
+ScenePlan viewOf(const Scene& given, const StoreReader& store, Statistics* kept, Ledger& ram, int threads,
+                 std::size_t bytesPerPixel) {
     const Scene scene = asDrawn(given);
     checkIntegrator(scene.quality);
     checkLight(scene);
@@ -246,7 +250,7 @@ ScenePlan planView(const Scene& given, const StoreReader& store, Ledger& ram, in
                          ", but the budget is " + formatBytes(ram.limitBytes()));
     p.view.imageCharge = ram.charge(bytesPerPixel * rayCount(scene.imageSize), "the picture");
     p.volume.selectionCharge = ram.charge(selectionBytes(info), "the selection of bricks");
-    p.volume.statistics = loadStatistics(store, ram, threads);
+    p.volume.statistics = kept ? std::move(*kept) : loadStatistics(store, ram, threads);
     const TransferChoice& function = scene.volumes.at(0).transferFunction;
     if (const auto* name = std::get_if<std::string>(&function))
         p.setFunction(presetFunction(*name, summarise(p.volume.statistics, info, scene.volumes.at(0).unit)),
@@ -264,6 +268,21 @@ ScenePlan planView(const Scene& given, const StoreReader& store, Ledger& ram, in
         p.view.camera = std::get<Camera>(scene.camera);
 
     p.ramFloorBytes = floor;
+    return p;
+}
+
+} // namespace
+
+ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, int threads,
+                   std::size_t bytesPerPixel) {
+    return viewOf(scene, store, nullptr, ram, threads, bytesPerPixel);
+}
+
+ScenePlan planAgain(const Scene& scene, const StoreReader& store, Statistics statistics,
+                    const TextureLimits& limits, Ledger& ram, const Ledger& gpu, int threads,
+                    LevelChoice choice, std::size_t bytesPerPixel) {
+    ScenePlan p = viewOf(withoutUnusedLight(scene), store, &statistics, ram, threads, bytesPerPixel);
+    chooseAgain(p, scene, limits, ram, gpu, threads, choice);
     return p;
 }
 

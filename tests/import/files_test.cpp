@@ -128,6 +128,8 @@ TEST(ImportNifti, QformAndUnits) {
     writeFile(folder / "a.nii", bytes);
     EXPECT_EQ(openSource(folder / "a.nii", {})->info().originalOrder.flipped,
               (std::array{true, true, false}));
+    EXPECT_TRUE(info.orientationKnown);
+    EXPECT_FALSE(openSource(folder / "a.nii", {})->info().orientationKnown);
 }
 
 // The unit of time stands in the same byte, in its higher bits.

@@ -1,17 +1,23 @@
 // tests/program/window_test.cpp: the real window on a display of its own (Xvfb), driven by a hand that does
 // not know that it is none (xdotool): what is saved there is, bit for bit, what `tessera render` draws of the
 // scene that was saved beside it.
+#include "bricking/store/store_reader.h"
 #include "core/image_file.h"
 #include "core/image_metrics.h"
+#include "core/scene.h"
 #include "core/scratch_folder.h"
+#include "viewer/session/slice_frame.h"
 
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <fcntl.h>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <glm/trigonometric.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <iterator>
@@ -194,6 +200,23 @@ class WindowTest : public ::testing::Test {
             return ::testing::AssertionFailure() << differing << " pixels differ";
         return ::testing::AssertionSuccess();
     }
+    /// The scene as it is in the window.
+    Scene scene() {
+        fs::remove(folder_ / "torso.json");
+        EXPECT_EQ(std::system("xdotool key ctrl+s"), 0);
+        const auto end = std::chrono::steady_clock::now() + 20s;
+        while (!fs::exists(folder_ / "torso.json") && std::chrono::steady_clock::now() < end)
+            std::this_thread::sleep_for(50ms);
+        return loadScene(folder_ / "torso.json");
+    }
+    /// Where a place lies in the window, by the camera's own formula. The panel is 330 wide.
+    static glm::dvec2 inWindow(const Scene& scene, const glm::dvec3& mm) {
+        const Camera& camera = std::get<Camera>(scene.camera);
+        const glm::dvec3 c = glm::transpose(patientFromCamera(camera)) * (mm - camera.position);
+        const glm::dvec2 size(scene.imageSize);
+        const double scale = size.y / 2 / (-c.z * std::tan(glm::radians(camera.viewAngle) / 2));
+        return glm::dvec2(330 + size.x / 2 + c.x * scale, size.y / 2 - c.y * scale);
+    }
     double differenceFrom(const Image& before) const {
         double sum = 0;
         for (std::size_t i = 0; i < before.pixels.size(); ++i)
@@ -253,6 +276,114 @@ TEST_F(WindowTest, WhatAHandDoesIsWhatTheProgramDraws) {
     EXPECT_EQ(std::system("xdotool key ctrl+q"), 0);
     EXPECT_EQ(window_->exitCode(10s), 0) << readAll(folder_ / "window.txt");
     EXPECT_THAT(readAll(folder_ / "config/tessera/window.json"), HasSubstr("torso.zarr"));
+}
+
+TEST_F(WindowTest, AHandMeasuresCutsAndMovesTheCrosshair) {
+    start(TESSERA_TORSO);
+    ASSERT_TRUE(rests());
+    ASSERT_EQ(std::system("xdotool windowfocus --sync $(xdotool search --name Tessera | tail -1)"), 0);
+    ASSERT_TRUE(isThePictureOfItsScene());
+    const Image whole = picture_;
+
+    // Two clicks measure between two places; each is seen where it was clicked.
+    const std::vector<glm::dvec2> clicks = {{520, 250}, {560, 420}};
+    ASSERT_TRUE(
+        after("key m mousemove 520 250 sleep 0.3 click 1 sleep 1 mousemove 560 420 sleep 0.3 click 1"));
+    Scene now = scene();
+    ASSERT_EQ(now.measurements.size(), 1u);
+    ASSERT_EQ(now.measurements[0].points.size(), 2u);
+    for (std::size_t i = 0; i < 2; ++i) {
+        const glm::dvec2 seen = inWindow(now, now.measurements[0].points[i]);
+        EXPECT_NEAR(seen.x, clicks[i].x, 1.01) << i; // the middle of the clicked pixel, and rounding
+        EXPECT_NEAR(seen.y, clicks[i].y, 1.01) << i;
+    }
+    EXPECT_EQ(valueOf(now.measurements[0]),
+              glm::length(now.measurements[0].points[0] - now.measurements[0].points[1]));
+    ASSERT_TRUE(isThePictureOfItsScene());
+    EXPECT_EQ(differenceFrom(whole), 0) << "measurements are in no picture";
+
+    // The crosshair, dragged on the axial plane, is where a plane that cuts goes through. Of the 570 units
+    // beside the panel the planes have the last 28 %, three of them one above the other.
+    const double left = 330 + std::floor(570 * 0.72) + 2;
+    const glm::dvec2 size(900 - left, 600.0 / 3 - 2), target = glm::dvec2(left, 0) + glm::dvec2(60, 70);
+    const auto move = [](const glm::dvec2& p) {
+        return "mousemove " + std::to_string(std::lround(p.x)) + " " + std::to_string(std::lround(p.y)) + " ";
+    };
+    ASSERT_TRUE(after(move(target + 40.0) + "sleep 0.2 mousedown 1 sleep 0.2 " + move(target + 9.0) +
+                      "sleep 0.2 " + move(target) + "sleep 0.2 mouseup 1 sleep 0.2 mousemove 500 560 key n"));
+    now = scene();
+    ASSERT_EQ(now.cuts.planes.size(), 1u);
+    const CutPlane plane = now.cuts.planes[0];
+    Ledger ram("RAM", "--ram", std::size_t{256} << 20);
+    const VolumeInfo info = StoreReader(TESSERA_TORSO, ram).info();
+    const SliceFrame axial = sliceFrame(info, Orientation::axial, plane.point, glm::ivec2(size));
+    const glm::dvec2 crosshair = axial.pictureFromPatient(plane.point) + glm::dvec2(left, 0);
+    EXPECT_NEAR(crosshair.x, target.x, 1.01);
+    EXPECT_NEAR(crosshair.y, target.y, 1.01);
+    ASSERT_TRUE(isThePictureOfItsScene());
+    const Image cut = picture_;
+    EXPECT_GT(differenceFrom(whole), 0.002);
+
+    // Its handle pushes it along its normal, and nowhere else.
+    const glm::dvec2 handle = inWindow(now, plane.point);
+    ASSERT_TRUE(after(move(handle) + "sleep 0.2 mousedown 1 sleep 0.2 " + move(handle + glm::dvec2(0, 20)) +
+                      "sleep 0.2 " + move(handle + glm::dvec2(0, 40)) +
+                      "sleep 0.2 mouseup 1 mousemove 500 560"));
+    const CutPlane pushed = scene().cuts.planes.at(0);
+    const glm::dvec3 way = pushed.point - plane.point;
+    EXPECT_GT(glm::length(way), 5);
+    EXPECT_LT(glm::length(glm::cross(way, plane.normal)), 1e-6 * glm::length(way));
+    EXPECT_EQ(pushed.normal, plane.normal);
+    ASSERT_TRUE(isThePictureOfItsScene());
+    EXPECT_GT(differenceFrom(cut), 0.002);
+    ASSERT_TRUE(after("key ctrl+z"));
+    ASSERT_TRUE(after("key ctrl+z"));
+    ASSERT_TRUE(isThePictureOfItsScene());
+    EXPECT_EQ(differenceFrom(whole), 0) << "both edits are taken back";
+
+    // Scissors, and a box around the whole volume, which cuts nothing.
+    ASSERT_TRUE(after("key k sleep 0.3 mousemove 480 200 mousedown 1 sleep 0.2 mousemove 620 210 sleep 0.2 "
+                      "mousemove 610 380 sleep 0.2 mousemove 490 370 sleep 0.2 mouseup 1 mousemove 500 560"));
+    now = scene();
+    ASSERT_EQ(now.cuts.scissors.size(), 1u);
+    EXPECT_EQ(now.cuts.scissors[0].keep, Keep::outside);
+    ASSERT_TRUE(isThePictureOfItsScene());
+    const Image scissored = picture_;
+    EXPECT_GT(differenceFrom(whole), 0.002);
+    ASSERT_TRUE(after("key b"));
+    EXPECT_EQ(scene().cuts.boxes.size(), 1u);
+    ASSERT_TRUE(isThePictureOfItsScene());
+    EXPECT_EQ(differenceFrom(scissored), 0);
+}
+
+// A line is asked for, flown and made a film of: what the window shows on the way is what the film's frame of
+// that moment shows.
+TEST_F(WindowTest, AFlightIsTheFilmOfItsPath) {
+    std::ofstream(folder_ / "s.txt") << "wait whole\n"
+                                        "line -67 -33 -155 0 38 -200\n"
+                                        "wait line\n"
+                                        "fly-to 0\n"
+                                        "scene flown.json\n"
+                                        "save-path path.json\n"
+                                        "fly-to 40\n"
+                                        "wait still\n"
+                                        "picture flown.png\n"
+                                        "quit\n";
+    start(TESSERA_TORSO, "s.txt");
+    ASSERT_EQ(window_->exitCode(100s), 0) << readAll(folder_ / "window.txt");
+    // 20 mm/s and 25 frames/s: 40 mm are reached at frame 50.
+    Process film({TESSERA_PROGRAM, "render", "flown.json", "--path", "path.json", "--frames", "50-50", "-o",
+                  "frames/", "--ram", "256MiB", "--gpu-memory", "128MiB"},
+                 folder_.path(), folder_ / "film.txt");
+    ASSERT_EQ(film.exitCode(60s), 0) << readAll(folder_ / "film.txt");
+    Image frame;
+    for (const auto& entry : fs::directory_iterator(folder_ / "frames"))
+        if (entry.path().extension() == ".png")
+            frame = readImage(entry.path());
+    const Image flown = readImage(folder_ / "flown.png");
+    EXPECT_FALSE(isBlank(flown));
+    ASSERT_EQ(frame.size, flown.size);
+    EXPECT_EQ(frame.pixels, flown.pixels);
 }
 
 TEST_F(WindowTest, AtRestItTakesNoProcessor) {

@@ -15,11 +15,13 @@ namespace tessera {
 
 using Action = std::function<void()>;
 
+void addCentrelineCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addImportCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addInfoCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addPhantomCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& action);
+void addPresetCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addCacheCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addViewCommand(CLI::App& program, const CommonOptions& common, Action& action); // TESSERA_WITH_WINDOW
 void addBenchCommand(CLI::App& program, const CommonOptions& common, Action& action);

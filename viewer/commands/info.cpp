@@ -46,6 +46,7 @@ json volumeJson(const VolumeInfo& info) {
             {"patientFromVoxel", affine},
             {"originalOrder",
              {{"sourceAxis", info.originalOrder.sourceAxis}, {"flipped", info.originalOrder.flipped}}},
+            {"orientationKnown", info.orientationKnown},
             {"acquisition",
              {{"modality", info.acquisition.modality},
               {"kernel", info.acquisition.kernel},
@@ -98,6 +99,8 @@ void printVolume(const VolumeInfo& info) {
         text += ", slices " + formatNumber(a.sliceThicknessMm) + " mm thick";
     printLine("acquisition", text);
     printLine("order", orderText(info.originalOrder));
+    if (!info.orientationKnown)
+        printLine("orientation", "not told by the source: left may be right");
     if (info.nonFiniteVoxels)
         printLine("absent", sayAbsent(info));
     if (info.lossy)

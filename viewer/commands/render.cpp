@@ -2,6 +2,7 @@
 // files.
 #include "bricking/store/store_reader.h"
 #include "core/error.h"
+#include "core/film.h"
 #include "core/interrupt.h"
 #include "core/look.h"
 #include "core/nearest_name.h"
@@ -10,13 +11,17 @@
 #include "core/scene.h"
 #include "render/plan/scene_plan.h" // renderFloorBytes
 #include "render/renderer.h"
+#include "render/unfolded.h"
 #include "viewer/commands/commands.h"
+#include "viewer/films/draw_film.h"
+#include "viewer/films/movie_file.h"
 #include "viewer/input/selection_options.h"
 #include "viewer/input/thin_volume.h"
 #include "viewer/input/volume_input.h"
 #include "viewer/manifest/manifest.h"
 #include "viewer/options/mode_options.h"
 #include "viewer/options/option_values.h"
+#include "viewer/presets/preset_library.h"
 #if TESSERA_WITH_IMAGE_FILES
 #include "core/image_file.h"
 #endif
@@ -54,6 +59,9 @@ struct RenderArguments {
     std::string light;
     std::vector<std::string> surfaces;
     std::string verify;
+    std::string path, frames;                           // of films
+    double framesPerSecond = 0, speed = 0, seconds = 0; // 0: as the path says
+    bool unfold = false;
     bool noShading = false, noSkipping = false, noCheck = false, explain = false, json = false;
     ModeOptions mode;
     InputOptions input;
@@ -112,8 +120,8 @@ Verify parseVerify(const RenderArguments& arguments) {
         throw badFile("--no-check", "--verify or --no-check, which is --verify none", "both");
     if (arguments.noCheck)
         return Verify::none;
-    if (arguments.verify.empty())
-        return Verify::quick;
+    if (arguments.verify.empty()) // of films nobody reads what every frame errs by
+        return arguments.path.empty() ? Verify::quick : Verify::none;
     const auto at = std::find(names.begin(), names.end(), arguments.verify);
     if (at == names.end())
         throw badFile("--verify", joinNames(names), "\"" + arguments.verify.substr(0, 40) + "\"");
@@ -133,17 +141,31 @@ int parseSamples(const std::string& text) {
     return static_cast<int>(samples);
 }
 
+/// A preset of a file, or one that was kept: its function, and all that it says of light, mode and cuts.
+void applyFoundPreset(const std::string& text, Scene& scene, const CommonOptions& common) {
+    try {
+        const FoundPreset found = findPreset(text);
+        applyPreset(found.preset, scene);
+        for (const std::string& what : found.leftOut)
+            common.note(text + ": left out: " + what);
+    } catch (const InputError& e) {
+        throw InputError(std::string("--preset: ") + e.what());
+    }
+}
+
 /// Options win over the scene.
-void applyOptions(const RenderArguments& arguments, Scene& scene) {
+void applyOptions(const RenderArguments& arguments, Scene& scene, const CommonOptions& common) {
     if (!arguments.unit.empty())
         scene.volumes.front().unit = parseUnit(arguments.unit);
-    if (!arguments.light.empty()) {
+    if (!arguments.preset.empty()) {
+        if (isOwnOrFile(arguments.preset))
+            applyFoundPreset(arguments.preset, scene, common);
+        else
+            scene.volumes.front().transferFunction = arguments.preset;
+    }
+    if (!arguments.light.empty()) { // wins over the preset's
         chosen(arguments.light, lookNames(), "--light");
         applyLook(arguments.light, scene);
-    }
-    if (!arguments.preset.empty()) {
-        chosen(arguments.preset, presetNames(), "--preset");
-        scene.volumes.front().transferFunction = arguments.preset;
     }
     if (!arguments.size.empty())
         scene.imageSize = parseImageSize(arguments.size, "--size", Scene::kMaxImageExtent);
@@ -337,8 +359,24 @@ void checkOutput(const fs::path& out) {
 void checkOutput(const fs::path&) {
     throw InputError("render: this program was built without picture files");
 }
+void checkImagePath(const fs::path&) {
+    throw InputError("render: this program was built without picture files");
+}
 void writeImage(const fs::path&, const Image&, const std::string&) {}
 #endif
+
+/// A film goes into a folder, or into a file of its own.
+void checkFilmOutput(const fs::path& out) {
+    if (isMovieFile(out)) {
+        checkMovieFile(out);
+        return;
+    }
+    const std::string extension = out.extension().string();
+    if (extension == ".png" || extension == ".exr" || extension == ".tif" || extension == ".tiff")
+        throw badFile(out.string(), "a folder for frames (-o frames/) or a film (.mp4, .mov, .mkv)",
+                      "a picture");
+    checkImagePath("frame.png");
+}
 
 /// A budget too small even for reading the store: the message names what the scene needs, not just the
 /// reader.
@@ -373,15 +411,180 @@ void fitSamples(const VolumeInfo& info, EngineKind engine, const Ledger& ram, Sc
         common.note("--ram has no room for more than one ray a pixel: " + formatBytes(ram.limitBytes()));
 }
 
+/// What is said of films alone, or not of them.
+void checkFilmOptions(const RenderArguments& a) {
+    const bool film = !a.path.empty();
+    for (const auto& [said, option] : {std::pair{!a.frames.empty(), "--frames"},
+                                       {a.framesPerSecond > 0, "--fps"},
+                                       {a.speed > 0, "--speed"},
+                                       {a.seconds > 0, "--seconds"}})
+        if (said && !film)
+            throw badFile(option, "--path beside it: it is of films", "none");
+    if (a.unfold && !film)
+        throw badFile("--unfold", "--path beside it, which has the line", "none");
+    if (!film)
+        return;
+    for (const auto& [said, option] : {std::pair{!a.frames.empty(), "--frames"},
+                                       {a.framesPerSecond > 0, "--fps"},
+                                       {a.speed > 0, "--speed"},
+                                       {a.seconds > 0, "--seconds"},
+                                       {a.maxError >= 0, "--max-error"},
+                                       {!a.verify.empty(), "--verify"}})
+        if (said && a.unfold)
+            throw badFile(option, std::string("no ") + option + " beside --unfold, which is one picture",
+                          option);
+    for (const auto& [said, option] : {std::pair{!a.view.empty(), "--view"},
+                                       {!a.fit.empty(), "--fit"},
+                                       {!a.projection.empty(), "--projection"},
+                                       {!a.first.empty(), "--first"},
+                                       {a.explain, "--explain"}})
+        if (said)
+            throw badFile(option, std::string("no ") + option + " beside --path, which has the cameras",
+                          option);
+    if (a.speed > 0 && a.seconds > 0)
+        throw badFile("--speed", "--speed or --seconds, which chooses a speed", "both");
+}
+
+/// The path as the options have it.
+Path pathOf(const RenderArguments& a, const VolumeInfo& info, const std::string& contentHash,
+            const CommonOptions& common) {
+    Path path = loadPath(a.path);
+    const bool cameras = std::any_of(path.keyframes.begin(), path.keyframes.end(),
+                                     [](const Keyframe& key) { return key.camera.has_value(); });
+    if (!path.flight && !cameras && !path.lines.empty())
+        path.flight = Flight{}; // a line alone is flown
+    if (path.volume && path.volume->contentHash != contentHash)
+        common.note(a.path + ": its lines were made in another volume (" +
+                    formatExtent(path.volume->extentVoxels) + " voxels; this one has " +
+                    formatExtent(info.extentVoxels) + ")");
+    if (a.framesPerSecond > 0)
+        path.framesPerSecond = a.framesPerSecond;
+    if (a.speed > 0 || a.seconds > 0) {
+        if (!path.flight)
+            throw badFile(a.speed > 0 ? "--speed" : "--seconds", "a path with a line that is flown",
+                          "one of keyframes");
+        path.flight->speedMmPerS =
+            a.speed > 0 ? a.speed : FlightCurve(path.lines, *path.flight).lengthMm() / a.seconds;
+    }
+    return path;
+}
+
+/// A film; the scene is complete but for its camera.
+void runFilm(const RenderArguments& arguments, const CommonOptions& common, const Scene& scene,
+             const StoreReader& store, Ledger& ram, Ledger& gpu, const RenderOptions& options) {
+    const auto presets = [&](const std::string& preset) {
+        const Statistics statistics = loadStatistics(store, ram, options.threads);
+        return presetFunction(preset, summarise(statistics, store.info(), scene.volumes.front().unit));
+    };
+    const Film film(pathOf(arguments, store.info(), store.contentHash(), common), scene, presets,
+                    arguments.path);
+    FilmJob job;
+    job.film = &film;
+    job.scene = scene;
+    job.range = arguments.frames.empty() ? FrameRange{0, film.frames() - 1}
+                                         : parseFrames(arguments.frames, film.frames());
+    job.out = arguments.out;
+    job.options = options;
+    job.store = &store;
+    job.ram = &ram;
+    job.gpu = &gpu;
+    const FilmReport report = drawFilm(job, common, writeImage);
+    if (report.blank > 0 && report.blank == report.drawn)
+        printProblem("all frames are blank: the path's cameras see nothing that is shown");
+    if (arguments.json) {
+        nlohmann::json out = {{"output", arguments.out},
+                              {"frames", report.frames},
+                              {"first", job.range.first},
+                              {"drawn", report.drawn},
+                              {"there", report.there},
+                              {"byOthers", report.byOthers},
+                              {"withBricksOfTheOneBefore", report.goneOn},
+                              {"blank", report.blank},
+                              {"framesPerSecond", film.path().framesPerSecond},
+                              {"seconds",
+                               {{"all", report.seconds},
+                                {"preparing", report.preparing},
+                                {"loading", report.loading},
+                                {"drawing", report.drawing},
+                                {"ofFrames", report.frameSeconds}}}};
+        std::printf("%s\n", out.dump(2, ' ', true, nlohmann::json::error_handler_t::replace).c_str());
+    }
+    finishStandardOutput();
+    common.note("wrote " + arguments.out + ": " + std::to_string(report.frames) + " frames of " +
+                std::to_string(scene.imageSize.x) + " x " + std::to_string(scene.imageSize.y) + ", " +
+                formatNumber(static_cast<double>(report.frames) / film.path().framesPerSecond, 3) + " s at " +
+                formatNumber(film.path().framesPerSecond, 4) + " frames/s" +
+                (report.there > 0 ? "; " + std::to_string(report.there) + " were there" : std::string()));
+}
+
+/// Rows along the flight's line. Where nobody says how large the picture is, its width is as given, and a
+/// pixel is as high as it is wide on a wall at the line's mean distance from it.
+std::vector<UnfoldedRow> rowsOf(const Path& path, const std::string& where, bool sized, Scene& scene) {
+    if (!path.flight)
+        throw badFile(where, "a path with lines", "one of keyframes");
+    Flight flight = *path.flight;
+    flight.lookAheadMm = 0; // rays stand on the line
+    const FlightCurve curve(path.lines, flight);
+    if (!sized) {
+        double radius = 0;
+        const std::vector<RoutePoint> route = routeOf(path.lines, flight.route);
+        for (const RoutePoint& point : route)
+            radius += std::max(point.radiusMm, 0.5) / static_cast<double>(route.size());
+        const double pixelMm = 2 * std::acos(-1.0) * radius / scene.imageSize.x;
+        scene.imageSize.y =
+            std::clamp(static_cast<int>(std::lround(curve.lengthMm() / pixelMm)), 1, Scene::kMaxImageExtent);
+    }
+    std::vector<UnfoldedRow> rows;
+    for (int y = 0; y < scene.imageSize.y; ++y) {
+        const Pose pose = curve.at(curve.lengthMm() * (y + 0.5) / scene.imageSize.y);
+        rows.push_back({pose.at, pose.direction, pose.up});
+    }
+    return rows;
+}
+
+void runUnfolded(const RenderArguments& arguments, const CommonOptions& common, Scene scene,
+                 const StoreReader& store, Ledger& ram, Ledger& gpu, const RenderOptions& options) {
+    const Path path = pathOf(arguments, store.info(), store.contentHash(), common);
+    const std::vector<UnfoldedRow> rows = rowsOf(path, arguments.path, !arguments.size.empty(), scene);
+    const RenderResult result = renderUnfolded(scene, rows, store, ram, gpu, options);
+    const Charge pictures = ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
+    common.progress->stage("writing the picture");
+    nlohmann::json report = makeManifest(scene, store, result, ram, gpu);
+    report["unfolded"] = {{"route", path.flight->route},
+                          {"fromMm", path.flight->fromMm},
+                          {"lengthMm", FlightCurve(path.lines, *path.flight).lengthMm()},
+                          {"backwards", path.flight->backwards},
+                          {"columns", "360 degrees, from up, clockwise along the line"}};
+    const Image picture = scene.background ? overBackground(result.image, *scene.background) : result.image;
+    writeImage(arguments.out, picture, report.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace));
+    common.progress->end();
+    if (arguments.json) {
+        report["output"] = arguments.out;
+        report["blank"] = isBlank(result.image);
+        std::printf("%s\n", report.dump(2, ' ', true, nlohmann::json::error_handler_t::replace).c_str());
+    }
+    finishStandardOutput();
+    common.note(
+        "wrote " + arguments.out + ": " + std::to_string(scene.imageSize.x) + " x " +
+        std::to_string(scene.imageSize.y) + ", unfolded, " + levelText(result) + ", " + result.device + ", " +
+        formatNumber(result.secondsPreparing + result.secondsLoading + result.secondsDrawing, 3) + " s");
+}
+
 void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     // Everything that can be refused is refused before the long work.
-    checkOutput(arguments.out);
+    checkFilmOptions(arguments);
+    if (!arguments.path.empty())
+        loadPath(arguments.path);
+    if (arguments.path.empty() || arguments.unfold)
+        checkOutput(arguments.out);
+    else
+        checkFilmOutput(arguments.out);
     const std::string engineName = arguments.engine == "march" ? "gpu" : arguments.engine; // its name before
     const auto engine = static_cast<EngineKind>(chosen(engineName, kEngineNames, "--engine"));
     const bool drawsFirst = engine != EngineKind::mirror && engine != EngineKind::reference;
     Scene scene = sceneOf(arguments);
     const bool samplesNamed = scene.quality.pixels.named || !arguments.samples.empty();
-    applyOptions(arguments, scene);
+    applyOptions(arguments, scene, common);
     Ledger ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     Ledger gpu("GPU memory", "--gpu-memory", budgetBytes(arguments.gpuMemory, "--gpu-memory", common));
 
@@ -391,7 +594,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     const StoreReader store(volume.path, ram);
     if (!samplesNamed)
         fitSamples(store.info(), engine, ram, scene, common);
-    requireFacingView(scene, store.info(), arguments.in);
+    if (arguments.path.empty())
+        requireFacingView(scene, store.info(), arguments.in);
     if (const auto* preset = std::get_if<std::string>(&volume.transferFunction); preset && preset->empty())
         volume.transferFunction =
             std::string(store.info().unit == "HU" || volume.unit == "HU" ? "bone" : "auto");
@@ -402,6 +606,14 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     options.searching = true;
     options.verify = parseVerify(arguments);
     options.checking = options.verify != Verify::none;
+    if (arguments.unfold) {
+        runUnfolded(arguments, common, scene, store, ram, gpu, options);
+        return;
+    }
+    if (!arguments.path.empty()) {
+        runFilm(arguments, common, scene, store, ram, gpu, options);
+        return;
+    }
     double firstSeconds = 0;
     if (!arguments.first.empty() && !drawsFirst)
         throw badFile("--first", "--engine auto, gpu or native", arguments.engine);
@@ -486,14 +698,35 @@ void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& ac
     auto* command = program.add_subcommand("render", "Draw a picture of a scene, a store or source files");
     auto a = std::make_shared<RenderArguments>();
     command->add_option("X", a->in, "scene (.json), store (.zarr), DICOM folder, .nii, ...")->required();
-    command->add_option("-o,--output", a->out, "picture to write: .png, .exr, .tif; replaced if it exists")
+    command
+        ->add_option(
+            "-o,--output", a->out,
+            "picture to write: .png, .exr, .tif; replaced if it exists. With --path a folder for frames, or "
+            "a film: .mp4, .mov, .mkv")
         ->required();
+    command->add_option(
+        "--path", a->path,
+        "draw a film: cameras, and what else changes, from a path (.json); frames that are there stay, "
+        "and several processes may draw into one folder");
+    command->add_flag(
+        "--unfold", a->unfold,
+        "with --path: one picture of the wall around the line, slit open: angles from left to right, the "
+        "line from top to bottom");
+    command->add_option("--frames", a->frames, "of the film, from 0: A or A-B (default: all)");
+    command->add_option("--fps", a->framesPerSecond, "frames per second (default: as the path says)")
+        ->check(numberWithin(0.1, 1000, "a number from 0.1 to 1000"));
+    command->add_option("--speed", a->speed, "of the flight, mm/s (default: as the path says)")
+        ->check(numberWithin(0.01, 1e5, "mm/s from 0.01 to 100000"));
+    command->add_option("--seconds", a->seconds, "that the flight takes, whatever its speed")
+        ->check(numberWithin(0.01, 1e6, "seconds from 0.01 to 1000000"));
     command->add_option("--size", a->size, "pixels, WIDTHxHEIGHT (default: 512x512)");
     command->add_option("--light", a->light,
                         joinNames(lookNames()) +
                             ": lights, shadows and occlusion (default: plain, or the scene's)");
     command->add_option("--preset", a->preset,
-                        joinNames(presetNames()) + " (default: bone for HU, auto for other values)");
+                        joinNames(presetNames()) +
+                            ", one that was kept, or a file as `tessera preset` reads it (default: bone "
+                            "for HU, auto for other values)");
     command->add_option("--view", a->view,
                         joinNames(viewNames()) + "; also front, back, top, bottom (default: anterior)");
     addModeOptions(*command, a->mode);

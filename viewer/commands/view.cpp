@@ -5,6 +5,7 @@
 #include "viewer/commands/commands.h"
 #include "viewer/input/selection_options.h"
 #include "viewer/options/option_values.h"
+#include "viewer/presets/preset_library.h"
 #include "viewer/session/view_session.h"
 #include "viewer/window/run_window.h"
 
@@ -45,6 +46,14 @@ void runView(const ViewArguments& arguments, const CommonOptions& common) {
         window.size = parseImageSize(arguments.size, "--size", Scene::kMaxImageExtent);
     if (!arguments.script.empty())
         window.script = arguments.script;
+    window.presets.names = ownPresetNames;
+    window.presets.find = [](const std::string& text, std::vector<std::string>& leftOut) {
+        FoundPreset found = findPreset(text);
+        leftOut = std::move(found.leftOut);
+        return found.preset;
+    };
+    window.presets.keep = keepPreset;
+    window.presets.write = writePreset;
     window.makeViewing = [&](std::function<void()> news) {
         session.news = std::move(news);
         return makeViewSession(session);

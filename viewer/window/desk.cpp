@@ -2,6 +2,7 @@
 #include "viewer/window/desk.h"
 
 #include "core/error.h"
+#include "core/nearest_name.h"
 #include "core/output_file.h"
 
 #include <algorithm>
@@ -170,6 +171,37 @@ void Desk::savePicture() {
 void Desk::saveScene() {
     save("scene", ".json",
          [&](const std::filesystem::path& file) { writeOutputFile(file, sceneJson(scene_) + "\n"); });
+}
+
+void Desk::takePreset(const std::string& nameOrFile) {
+    const auto names = presetNames();
+    if (std::find(names.begin(), names.end(), nameOrFile) != names.end()) {
+        const TransferFunction function = presetFunction(nameOrFile, volume_->values);
+        beginEdit();
+        setFunction(function, false);
+        return;
+    }
+    std::vector<std::string> leftOut;
+    const Preset found =
+        overRange(presets_.find(nameOrFile, leftOut), volume_->values.lowest, volume_->values.highest);
+    Scene scene = scene_;
+    applyPreset(found, scene);
+    beginEdit();
+    setScene(scene, false);
+    if (!leftOut.empty())
+        tell(found.name + ": left out: " + joinNames(leftOut));
+}
+
+void Desk::keepPreset(const std::string& name) {
+    presets_.keep(presetOf(scene_, name));
+    tell("kept the preset " + name);
+}
+
+void Desk::writePreset(const std::filesystem::path& file, const std::string& format) {
+    const auto leftOut = presets_.write(presetOf(scene_, file.stem().string()), file, format);
+    std::error_code ignored;
+    tell("wrote " + std::filesystem::absolute(file, ignored).string() +
+         (leftOut.empty() ? "" : "; left out: " + joinNames(leftOut)));
 }
 
 void Desk::tell(const std::string& text, bool problem) {

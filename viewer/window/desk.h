@@ -4,6 +4,7 @@
 
 #include "viewer/session/viewing.h"
 #include "viewer/window/history.h"
+#include "viewer/window/preset_shelf.h"
 #include "viewer/window/settings.h"
 
 #include <chrono>
@@ -35,7 +36,8 @@ struct Latency {
 
 class Desk {
   public:
-    Desk(Viewing& viewing, Settings& settings) : viewing_(viewing), settings_(settings) {}
+    Desk(Viewing& viewing, Settings& settings, const PresetShelf& presets)
+        : viewing_(viewing), settings_(settings), presets_(presets) {}
 
     Viewing& viewing() { return viewing_; }
     Settings& settings() { return settings_; }
@@ -80,6 +82,14 @@ class Desk {
     /// started, named after the volume, with a number where the name is taken. Tells what came of it.
     void savePicture();
     void saveScene();
+    /// Of those that the user kept.
+    std::vector<std::string> ownPresets() const { return presets_.names(); }
+    /// The scene looks like a preset: a built-in one's function, or all that one of the user's or of a file
+    /// says. Tells what of it cannot be shown. Throws Error or InputError.
+    void takePreset(const std::string& nameOrFile);
+    /// Keeps what the scene looks like under a name, or writes it to a file in a format. Throws likewise.
+    void keepPreset(const std::string& name);
+    void writePreset(const std::filesystem::path& file, const std::string& format);
     void tell(const std::string& text, bool problem = false);
     const std::optional<Message>& message() const { return message_; }
 
@@ -97,6 +107,7 @@ class Desk {
 
     Viewing& viewing_;
     Settings& settings_;
+    const PresetShelf& presets_;
     std::shared_ptr<const VolumeSeen> volume_;
     std::shared_ptr<const ShownPicture> picture_;
     std::optional<PickedPlace> picked_;

@@ -30,23 +30,52 @@ double opacityAt(double height) {
     return height * height;
 }
 
+/// What goes wrong is told in the window.
+template <typename Act> void trying(Desk& desk, const Act& act) {
+    try {
+        act();
+    } catch (const Error& e) {
+        desk.tell(e.what(), true);
+    }
+}
+
 } // namespace
 
 void FunctionEditor::presets(Desk& desk) {
-    const VolumeSeen& volume = *desk.volume();
-    if (!ImGui::BeginCombo("preset", "choose ..."))
+    if (ImGui::BeginCombo("preset", "choose ...")) {
+        const auto row = [&](const std::string& name) {
+            if (ImGui::Selectable(name.c_str()))
+                trying(desk, [&] { desk.takePreset(name); });
+        };
+        for (const std::string& name : presetNames())
+            row(name);
+        const auto own = desk.ownPresets();
+        if (!own.empty())
+            ImGui::Separator();
+        for (const std::string& name : own)
+            row(name);
+        ImGui::EndCombo();
+    }
+}
+
+void FunctionEditor::files(Desk& desk) {
+    if (!ImGui::TreeNode("save as mine, import, export"))
         return;
-    for (const std::string& name : presetNames())
-        if (ImGui::Selectable(name.c_str())) {
-            try {
-                const TransferFunction function = presetFunction(name, volume.values);
-                desk.beginEdit();
-                desk.setFunction(function, false);
-            } catch (const InputError& e) {
-                desk.tell(e.what(), true);
-            }
-        }
-    ImGui::EndCombo();
+    ImGui::SetNextItemWidth(-70);
+    ImGui::InputTextWithHint("##name", "name or file", name_, sizeof name_);
+    const bool named = name_[0] != '\0';
+    const std::string name = name_;
+    if (ImGui::Button("save as mine") && named)
+        trying(desk, [&] { desk.keepPreset(name); });
+    ImGui::SameLine();
+    if (ImGui::Button("import") && named)
+        trying(desk, [&] { desk.takePreset(name); });
+    if (ImGui::Button("for Slicer") && named)
+        trying(desk, [&] { desk.writePreset(name + ".vp.json", "slicer"); });
+    ImGui::SameLine();
+    if (ImGui::Button("for ParaView") && named)
+        trying(desk, [&] { desk.writePreset(name + ".json", "paraview"); });
+    ImGui::TreePop();
 }
 
 void FunctionEditor::curve(Desk& desk) {
@@ -195,6 +224,7 @@ void FunctionEditor::draw(Desk& desk) {
     colourOf(desk);
     ImGui::TextDisabled("drag points; click: new, right: remove,");
     ImGui::TextDisabled("double: colour; Alt+drag in the picture: shift");
+    files(desk);
 }
 
 } // namespace tessera

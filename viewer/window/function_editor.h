@@ -16,9 +16,11 @@ class FunctionEditor {
 
   private:
     void presets(Desk& desk);
+    void files(Desk& desk); // of presets
     void curve(Desk& desk);
     void colourOf(Desk& desk);
 
+    char name_[256] = {};             // of a preset or a file
     std::optional<std::size_t> held_; // opacity point
     std::size_t coloured_ = 0;        // whose colour is asked
     double from_ = 0, to_ = 0;        // values that are shown

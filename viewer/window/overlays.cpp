@@ -26,8 +26,9 @@ void text(ImDrawList& draw, const ImVec2& at, ImU32 colour, const std::string& w
     draw.AddText(at, colour, words.c_str());
 }
 
-/// A cube with a letter on every side that faces the viewer: left, right, anterior, posterior, head, foot.
-void drawCube(ImDrawList& draw, const Camera& camera, const ImVec2& middle, float half) {
+/// A cube with a letter on every side that faces the viewer: left, right, anterior, posterior, head, foot;
+/// without letters where nobody knows.
+void drawCube(ImDrawList& draw, const Camera& camera, bool lettered, const ImVec2& middle, float half) {
     const glm::dmat3 cameraFromPatient = glm::transpose(patientFromCamera(camera));
     const auto project = [&](const glm::dvec3& p) {
         const glm::dvec3 c = cameraFromPatient * p;
@@ -50,7 +51,7 @@ void drawCube(ImDrawList& draw, const Camera& camera, const ImVec2& middle, floa
             const int grey = static_cast<int>(50 + 90 * facing);
             draw.AddConvexPolyFilled(corners, 4, IM_COL32(grey, grey, grey + 12, 215));
             draw.AddPolyline(corners, 4, kFaint, ImDrawFlags_Closed, 1.0f);
-            if (facing > 0.3) {
+            if (lettered && facing > 0.3) {
                 const char* const letter = kLetters[axis][side > 0];
                 const ImVec2 size = ImGui::CalcTextSize(letter), at = project(edge * normal);
                 draw.AddText({at.x - size.x / 2, at.y - size.y / 2}, kText, letter);
@@ -176,7 +177,7 @@ void drawOverlays(Desk& desk, const Area& area, const PictureHand& hand) {
     if (const VolumeSeen* volume = desk.volume()) {
         if (desk.showLevels && desk.state().levels)
             drawLevels(draw, desk, area);
-        drawCube(draw, desk.camera(), {right - 52, top + 52}, 42);
+        drawCube(draw, desk.camera(), volume->info.orientationKnown, {right - 52, top + 52}, 42);
         if (desk.camera().projection == Projection::parallel)
             drawScaleBar(draw, area, desk.camera());
         if (const std::string words = badge(desk); !words.empty())

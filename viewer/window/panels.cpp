@@ -130,46 +130,6 @@ void Panels::mode(Desk& desk) {
         desk.setScene(scene, false);
 }
 
-void Panels::cropBox(Desk& desk) {
-    const glm::dvec3 extent(desk.volume()->info.extentVoxels);
-    Scene scene = desk.scene();
-    std::vector<CropBox>& boxes = scene.cuts.boxes;
-    bool on = !boxes.empty();
-    if (ImGui::Checkbox("crop box", &on)) {
-        desk.beginEdit();
-        if (on)
-            boxes.push_back({glm::dvec3(0), extent, CropBox::Space::voxels, Keep::inside});
-        else
-            boxes.clear();
-        desk.setScene(scene, false);
-    }
-    if (boxes.empty())
-        return;
-    CropBox& box = boxes.front();
-    bool moved = false;
-    const char* const names[] = {"x", "y", "z"};
-    for (int axis = 0; axis < 3; ++axis) {
-        float ends[2] = {static_cast<float>(box.low[axis]), static_cast<float>(box.high[axis])};
-        const float most = static_cast<float>(extent[axis]);
-        if (ImGui::DragFloatRange2(names[axis], &ends[0], &ends[1], most / 400, 0, most, "%.0f", "%.0f") &&
-            ends[0] < ends[1]) {
-            box.low[axis] = static_cast<double>(ends[0]);
-            box.high[axis] = static_cast<double>(ends[1]);
-            moved = true;
-        }
-        if (edited())
-            desk.beginEdit();
-    }
-    bool outside = box.keep == Keep::outside;
-    if (ImGui::Checkbox("keep outside", &outside)) {
-        desk.beginEdit();
-        box.keep = outside ? Keep::outside : Keep::inside;
-        moved = true;
-    }
-    if (moved)
-        desk.setScene(scene, true);
-}
-
 void Panels::planes(Desk& desk) {
     ImGui::Checkbox("beside the volume (X)", &desk.showSlices);
     SliceWish wish = desk.slices();
@@ -299,7 +259,7 @@ void Panels::state(Desk& desk) {
     ImGui::TextWrapped("%s", s.engine.c_str());
 }
 
-void Panels::draw(Desk& desk, Tools& tools, float height) {
+void Panels::draw(Desk& desk, Tools& tools, CutHandles& cuts, Endoscopy& endoscopy, float height) {
     if (!desk.showPanels)
         return;
     ImGui::SetNextWindowPos({0, 0});
@@ -319,8 +279,10 @@ void Panels::draw(Desk& desk, Tools& tools, float height) {
         part("Planes", [&] { planes(desk); });
         part("Measure and cut", [&] {
             tools.panel(desk);
-            cropBox(desk);
+            cuts.panel(desk);
         });
+        part(
+            "Endoscopy", [&] { endoscopy.panel(desk); }, false);
         part("Light", [&] { light(desk); });
         part(
             "Isosurfaces", [&] { surfaces(desk); }, false);
@@ -349,7 +311,12 @@ void drawHelp(Desk& desk) {
                                        {"R", "whole volume"},
                                        {"F; W A S D, Q E", "fly"},
                                        {"Ctrl Z, Ctrl Y", "undo, redo"},
+                                       {"Space, arrows, Home", "along a line: fly, step, look ahead again"},
+                                       {"Shift arrows, up, down", "along a line: steer off it"},
                                        {"L", "bricks coloured by their level"},
+                                       {"M, G, C", "measure a distance, an angle, a circle"},
+                                       {"K, Shift K", "scissors: cut the inside away, the outside"},
+                                       {"B, N", "crop box; a plane that cuts, through the crosshair"},
                                        {"Tab; Ctrl Q", "panels; close"},
                                        {"F12, Ctrl S", "save the picture, the scene"},
                                        {"?", "this list"}};

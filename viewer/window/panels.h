@@ -2,7 +2,9 @@
 // costs.
 #pragma once
 
+#include "viewer/window/cut_handles.h"
 #include "viewer/window/desk.h"
+#include "viewer/window/endoscopy.h"
 #include "viewer/window/function_editor.h"
 #include "viewer/window/tools.h"
 
@@ -16,13 +18,12 @@ class Panels {
     static constexpr float kWidth = 330; // in the screen's units
 
     /// Draws them where desk.showPanels says so. @param height  of the window
-    void draw(Desk& desk, Tools& tools, float height);
+    void draw(Desk& desk, Tools& tools, CutHandles& cuts, Endoscopy& endoscopy, float height);
 
   private:
     void files(Desk& desk);
     void view(Desk& desk);
     void mode(Desk& desk);
-    void cropBox(Desk& desk);
     void planes(Desk& desk);
     void light(Desk& desk);
     void surfaces(Desk& desk);

@@ -6,7 +6,9 @@
 #include "core/error.h"
 #include "core/interrupt.h"
 #include "core/output_file.h"
+#include "viewer/window/cut_handles.h"
 #include "viewer/window/desk.h"
+#include "viewer/window/endoscopy.h"
 #include "viewer/window/overlays.h"
 #include "viewer/window/panels.h"
 #include "viewer/window/picture_view.h"
@@ -168,11 +170,22 @@ void capture(const Window& window, const fs::path& path) {
     writeOutputFile(path, text);
 }
 
+/// Textures, buffers, programs and framebuffers that exist; names are small numbers.
+int countGlObjects() {
+    constexpr GLuint kMostNames = 4096;
+    int count = 0;
+    for (GLuint name = 1; name < kMostNames; ++name)
+        count += glIsTexture(name) + glIsBuffer(name) + glIsProgram(name) + glIsFramebuffer(name) +
+                 glIsVertexArray(name);
+    return count;
+}
+
 class Loop {
   public:
     Loop(const WindowOptions& options, Settings& settings)
         : settings_(settings), window_(startSize(options, settings), events_), gui_(window_),
-          viewing_(options.makeViewing([] { glfwPostEmptyEvent(); })), desk_(*viewing_, settings),
+          viewing_(options.makeViewing([] { glfwPostEmptyEvent(); })),
+          desk_(*viewing_, settings, options.presets),
           script_(options.script ? Script(*options.script) : Script()) {
         desk_.showPanels = options.panels && settings.panels;
         if (!options.path.empty())
@@ -227,22 +240,27 @@ class Loop {
         for (const fs::path& path : std::exchange(events_.dropped, {}))
             desk_.open(path);
         desk_.update();
-        moves_ = tools_.handle(desk_, area) || hand_.handle(desk_, area);
+        const bool flies = endoscopy_.advance(desk_);
+        moves_ = tools_.handle(desk_, area) || endoscopy_.handle(desk_, area) || cuts_.handle(desk_, area) ||
+                 hand_.handle(desk_, area) || flies;
         for (const Events::Key& key : std::exchange(events_.pressed, {}))
             if (!ImGui::GetIO().WantTextInput)
                 press(key);
         scripted_ = script_.advance(
-            desk_, {[this](const glm::ivec2& size) { glfwSetWindowSize(window_.get(), size.x, size.y); },
-                    [this](const fs::path& path) { toCapture_ = path; },
-                    [this] { glfwSetWindowShouldClose(window_.get(), GLFW_TRUE); }});
+            desk_, endoscopy_,
+            {[this](const glm::ivec2& size) { glfwSetWindowSize(window_.get(), size.x, size.y); },
+             [this](const fs::path& path) { toCapture_ = path; },
+             [this] { glfwSetWindowShouldClose(window_.get(), GLFW_TRUE); }, countGlObjects});
         waits_ = desk_.settle();
         nameWindow();
         drawPicture(area);
         drawOverlays(desk_, area, hand_);
         tools_.draw(desk_, area);
+        cuts_.draw(desk_, area);
+        endoscopy_.draw(desk_, area);
         if (desk_.showSlices && desk_.volume())
-            slices_.draw(desk_, tools_, slicesBeside(area));
-        panels_.draw(desk_, tools_, static_cast<float>(window_.size().y));
+            slices_.draw(desk_, tools_, endoscopy_, slicesBeside(area));
+        panels_.draw(desk_, tools_, cuts_, endoscopy_, static_cast<float>(window_.size().y));
         drawHelp(desk_);
         ImGui::Render();
         glViewport(0, 0, pixels.x, pixels.y);
@@ -264,15 +282,36 @@ class Loop {
         else if (key.key == GLFW_KEY_F12)
             desk_.savePicture();
         else if (key.key == GLFW_KEY_ESCAPE)
-            tools_.stop();
+            tools_.stop(), endoscopy_.stop(desk_);
         else if (key.key == GLFW_KEY_L)
             desk_.showLevels = !desk_.showLevels;
         else if (key.key == GLFW_KEY_X)
             desk_.showSlices = !desk_.showSlices;
         else if (key.key == GLFW_KEY_TAB)
             desk_.showPanels = !desk_.showPanels;
-        else
+        else if (control || (!endoscopy_.press(desk_, key.key, shift) && !pressTool(key.key, shift)))
             hand_.press(desk_, key.key, control, shift);
+    }
+
+    bool pressTool(int key, bool shift) {
+        using Tool = Tools::Tool;
+        if (!desk_.volume() || desk_.flying)
+            return false;
+        if (key == GLFW_KEY_M)
+            tools_.take(Tool::distance);
+        else if (key == GLFW_KEY_G)
+            tools_.take(Tool::angle);
+        else if (key == GLFW_KEY_C)
+            tools_.take(Tool::circle);
+        else if (key == GLFW_KEY_K)
+            tools_.take(shift ? Tool::scissorsInside : Tool::scissorsOutside);
+        else if (key == GLFW_KEY_B)
+            cuts_.toggleBox(desk_);
+        else if (key == GLFW_KEY_N)
+            cuts_.addPlane(desk_);
+        else
+            return false;
+        return true;
     }
 
     void drawPicture(const Area& area) {
@@ -327,6 +366,8 @@ class Loop {
     Desk desk_;
     PictureHand hand_;
     Tools tools_;
+    CutHandles cuts_;
+    Endoscopy endoscopy_;
     Panels panels_;
     Script script_;
     std::optional<fs::path> toOpen_, toCapture_;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "viewer/session/viewing.h"
+#include "viewer/window/preset_shelf.h"
 
 #include <filesystem>
 #include <functional>
@@ -18,6 +19,7 @@ struct WindowOptions {
     glm::ivec2 size{1280, 720};                  // of the window, in the screen's units
     std::optional<std::filesystem::path> script; // what to do, instead of a hand (script.h)
     bool panels = true;
+    PresetShelf presets;
     /// Makes what draws. The function that it gets is to be called from any thread when there is news.
     std::function<std::unique_ptr<Viewing>(std::function<void()>)> makeViewing;
 };

@@ -28,15 +28,19 @@ void Tools::stop() {
     drawing_ = false;
 }
 
+void Tools::take(Tool tool) {
+    const bool same = tool_ == tool;
+    stop();
+    tool_ = same ? Tool::none : tool;
+}
+
 void Tools::panel(Desk& desk) {
     const auto button = [&](const char* name, Tool tool) {
         const bool on = tool_ == tool;
         if (on)
             ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));
-        if (ImGui::Button(name)) {
-            stop();
-            tool_ = on ? Tool::none : tool;
-        }
+        if (ImGui::Button(name))
+            take(tool);
         if (on)
             ImGui::PopStyleColor();
     };

@@ -26,6 +26,8 @@ class Tools {
     /// Measurements and the outline, over the picture.
     void draw(Desk& desk, const Area& area) const;
     void stop();
+    /// Takes a tool in hand, in place of another; the same one again lays it down.
+    void take(Tool tool);
     Tool tool() const { return tool_; }
 
   private:

@@ -249,6 +249,7 @@ NiftiHeader parseNiftiHeader(std::span<const std::byte> bytes, const std::string
     header.info.patientFromVoxel = lpsAffine(ras, mmPerUnit);
     header.orientation = ras.source;
     const bool isSform = f.code(f.at().sformCode) > 0, isQform = !isSform && f.code(f.at().qformCode) > 0;
+    header.info.orientationKnown = isSform || isQform;
     const char* const field = isSform   ? "sform (srow_x, srow_y, srow_z)"
                               : isQform ? "qform (quatern_b, quatern_c, quatern_d)"
                                         : "pixdim";

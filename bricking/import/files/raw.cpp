@@ -154,6 +154,7 @@ std::unique_ptr<SlabSource> openRaw(const std::filesystem::path& sidecarPath) {
     info.extentVoxels = readExtent(sidecar);
     info.type = storedTypeOf(layout.type);
     info.patientFromVoxel = readAffine(sidecar);
+    info.orientationKnown = sidecar.has("direction");
     info.rescaleSlope = sidecar.number("rescaleSlope", 1);
     info.rescaleIntercept = sidecar.number("rescaleIntercept", 0);
     info.unit = sidecar.has("unit") ? sidecar.text("unit", "a word such as \"HU\"") : "";

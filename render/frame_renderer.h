@@ -1,0 +1,40 @@
+// render/frame_renderer.h: the pictures of a film: each one equals renderScene() of its scene, bit by bit,
+// and what does not depend on the scene stays from one to the next: device, statistics and, where only the
+// camera has moved and memory allows, the bricks.
+#pragma once
+
+#include "render/renderer.h"
+
+#include <cstddef>
+#include <memory>
+
+namespace tessera {
+
+class FrameRenderer {
+  public:
+    /// Options as for renderScene(); its engine is chosen at once. Store and ledgers outlive this.
+    FrameRenderer(const StoreReader& store, Ledger& ram, Ledger& gpu, const RenderOptions& options);
+    ~FrameRenderer();
+    FrameRenderer(const FrameRenderer&) = delete;
+    FrameRenderer& operator=(const FrameRenderer&) = delete;
+
+    /// Throws as renderScene() does; whatever it throws, the next call begins anew.
+    RenderResult draw(const Scene& scene);
+    /// Lets go of all bricks.
+    void forget();
+
+    /// For reports and tests.
+    struct Kept {
+        std::size_t frames = 0;  // that were drawn
+        std::size_t goneOn = 0;  // of them with the bricks of the one before
+        std::size_t brought = 0; // bytes of bricks, in all
+    };
+    const Kept& kept() const { return kept_; }
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+    Kept kept_;
+};
+
+} // namespace tessera

@@ -1,0 +1,13 @@
+// render/plan/plan_again.h: another scene of a volume whose statistics are there.
+#pragma once
+
+#include "render/plan/scene_plan.h"
+
+namespace tessera {
+
+/// As planScene(), which reads them.
+ScenePlan planAgain(const Scene& scene, const StoreReader& store, Statistics statistics,
+                    const TextureLimits& limits, Ledger& ram, const Ledger& gpu, int threads,
+                    LevelChoice choice, std::size_t bytesPerPixel);
+
+} // namespace tessera

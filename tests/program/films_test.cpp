@@ -1,0 +1,318 @@
+// tests/program/films_test.cpp: films by the program: frames that equal stills, folders that processes share
+// and that survive kill -9, what is refused, and the file that ffmpeg makes of them.
+#include "tests/support/program_fixture.h"
+
+#include "core/error.h"
+#include "core/image_file.h"
+#include "viewer/films/frame_folder.h"
+#include "viewer/films/movie_file.h"
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <set>
+#include <thread>
+
+namespace tessera::test {
+namespace {
+
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+/// Round the sphere, and into another function and light on the way; 11 frames.
+constexpr const char* kPath = R"({"tesseraPath":1,"framesPerSecond":10,"keyframes":[
+ {"time":0,"camera":{"position":[0,-500,60],"focalPoint":[0,0,0],"viewAngle":40},
+  "transferFunction":{"scalarOpacity":[[-500,0],[500,0.1]]}},
+ {"time":0.4,"camera":{"position":[300,-300,0],"focalPoint":[0,0,0],"viewAngle":40}},
+ {"time":1,"camera":{"position":[400,10,-60],"focalPoint":[0,0,0],"viewAngle":50},
+  "transferFunction":{"scalarOpacity":[[-500,0],[500,0.9]],"rgbTransferFunction":[[0,1,0.2,0.1]]}}]})";
+/// Through it in a straight line, the camera alone; 10 frames.
+constexpr const char* kFlight = R"({"tesseraPath":1,"framesPerSecond":10,
+ "lines":[{"count":4,"spacing":30,"points":[[-45,0,0],[-15,0,0],[15,0,0],[45,0,0]],"radius":[30,30,30,30]}],
+ "flight":{"speed":100,"viewAngle":120,"lookAhead":10}})";
+constexpr const char* kScene = R"({"tesseraScene":1,"volumes":[{"path":"s.zarr",
+ "transferFunction":{"scalarOpacity":[[-500,0],[500,0.1]]}}],"image":{"size":[24,16]}})";
+
+std::string pixelsOf(const std::string& png) {
+    return png.substr(std::min(png.size(), png.find("IDAT")));
+}
+std::string frameName(std::size_t n) {
+    return FrameFolder::nameOf(n);
+}
+
+class Films : public Program {
+  protected:
+    void SetUp() override {
+        makeSphere();
+        write("path.json", kPath);
+        write("flight.json", kFlight);
+        write("scene.json", kScene);
+    }
+    /// Names in a folder, in order.
+    std::vector<std::string> names(const std::string& folder) const {
+        std::vector<std::string> all;
+        for (const auto& entry : fs::directory_iterator(folder_ / folder))
+            all.push_back(entry.path().filename());
+        std::sort(all.begin(), all.end());
+        return all;
+    }
+    std::vector<std::string> pixelsIn(const std::string& folder, std::size_t count) const {
+        std::vector<std::string> all;
+        for (std::size_t n = 0; n < count; ++n)
+            all.push_back(pixelsOf(readAll(folder_ / folder / frameName(n))));
+        return all;
+    }
+    pid_t start(const std::string& arguments) const {
+        std::vector<std::string> words = {"tessera"};
+        std::istringstream text(arguments);
+        for (std::string word; text >> word;)
+            words.push_back(word);
+        const pid_t child = ::fork();
+        if (child == 0)
+            ::_exit(runInChild(words));
+        return child;
+    }
+    static constexpr std::size_t kFrames = 11;
+};
+
+TEST_F(Films, FramesEqualStills) {
+    for (const auto& [path, count] : {std::pair{"path.json", kFrames}, {"flight.json", std::size_t{10}}}) {
+        const Outcome film =
+            run(std::string("render scene.json --path ") + path + " -o film --engine native --json");
+        ASSERT_EQ(film.exitCode, 0) << film.problems;
+        const json report = json::parse(film.out);
+        EXPECT_EQ(report["drawn"], count);
+        // where the camera alone moves, bricks stay
+        EXPECT_EQ(report["withBricksOfTheOneBefore"], path[0] == 'f' ? count - 1 : 0);
+        std::set<std::string> different;
+        for (std::size_t n = 0; n < count; n += 3) {
+            // a still of the very scene that the frame tells of
+            const std::string frame = readAll(folder_ / "film" / frameName(n));
+            const json manifest = json::parse(readManifest(folder_ / "film" / frameName(n)));
+            EXPECT_EQ(manifest["film"]["frame"], n);
+            json scene = manifest["scene"];
+            scene["volumes"][0]["path"] = "s.zarr";
+            write("still.json", scene.dump());
+            ASSERT_EQ(run("render still.json -o still.png --engine native --verify none").exitCode, 0);
+            EXPECT_EQ(pixelsOf(frame), pixelsOf(readAll(folder_ / "still.png"))) << path << " " << n;
+            different.insert(pixelsOf(frame));
+        }
+        EXPECT_EQ(different.size(), (count + 2) / 3) << "frames that do not change";
+        fs::remove_all(folder_ / "film");
+    }
+}
+
+TEST_F(Films, GoOnWhereTheyStopped) {
+    const std::string film = "render scene.json --path path.json -o film/ --engine native ";
+    ASSERT_EQ(run(film + "--frames 2-4").exitCode, 0);
+    EXPECT_EQ(names("film"),
+              (std::vector<std::string>{"film.json", frameName(2), frameName(3), frameName(4)}));
+    const auto before = fs::last_write_time(folder_ / "film" / frameName(3));
+    const json rest = json::parse(run(film + "--json").out);
+    EXPECT_EQ(rest["there"], 3);
+    EXPECT_EQ(rest["drawn"], kFrames - 3);
+    EXPECT_EQ(fs::last_write_time(folder_ / "film" / frameName(3)), before);
+    const std::vector<std::string> all = pixelsIn("film", kFrames);
+    fs::remove(folder_ / "film" / frameName(0));
+    fs::remove(folder_ / "film" / frameName(7));
+    EXPECT_EQ(json::parse(run(film + "--json").out)["drawn"], 2);
+    EXPECT_EQ(pixelsIn("film", kFrames), all);
+    EXPECT_EQ(names("film").size(), kFrames + 1);
+}
+
+/// Another film's frames are never mixed with this one's, and the refusal says what differs.
+TEST_F(Films, AFolderHoldsOneFilm) {
+    const std::string film = " --path path.json -o film --engine native --frames 0";
+    ASSERT_EQ(run("render scene.json" + film).exitCode, 0);
+    expectRefused("render scene.json --size 25x16" + film, {"film", "size", "25", "24"});
+    expectRefused("render scene.json --fps 11" + film, {"frames", "11", "12"});
+    expectRefused("render scene.json --preset auto" + film, {"transferFunction"});
+    expectRefused("render scene.json --gpu-memory 200MiB" + film, {"budgets.gpuMemory"});
+    expectRefused("render scene.json --path flight.json -o film --engine native", {"frames"});
+    expectRefused("render scene.json --path path.json -o film --engine mirror",
+                  {"engine", "mirror", "native"});
+    // frames of nobody knows what, and no folder
+    fs::remove(folder_ / "film" / "film.json");
+    expectRefused("render scene.json" + film, {"film", "without a film.json"});
+    write("plain", "x");
+    expectRefused("render scene.json --path path.json -o plain", {"plain", "a folder", "a file"});
+    write("film/film.json", "{");
+    expectRefused("render scene.json" + film, {"film.json", "something else"});
+}
+
+TEST_F(Films, WhatIsRefused) {
+    const std::string render = "render scene.json ";
+    expectRefused(render + "--path nothing.json -o f", {"nothing.json"});
+    write("bad.json", R"({"tesseraPath":1,"keyframes":[{"time":0,"cuts":{}}]})");
+    expectRefused(render + "--path bad.json -o f", {"bad.json", "\"flight\"", "camera"});
+    expectRefused(render + "--path path.json -o f.png", {"f.png", "folder", ".mp4"});
+    expectRefused(render + "--path path.json -o f --frames 3-11", {"--frames", "0 to 10", "3-11"});
+    expectRefused(render + "--path path.json -o f --frames 4-3", {"--frames"});
+    expectRefused(render + "--path path.json -o f --frames x", {"--frames"});
+    expectRefused(render + "--path path.json -o f --speed 5", {"--speed", "flown"});
+    expectRefused(render + "--path flight.json -o f --speed 5 --seconds 3", {"--speed", "--seconds"});
+    expectRefused(render + "--path path.json -o f --view front", {"--view", "--path"});
+    expectRefused(render + "-o a.png --frames 3", {"--frames", "--path"});
+    expectRefused(render + "-o a.png --fps 3", {"--fps", "--path"});
+    EXPECT_FALSE(exists("f"));
+}
+
+TEST_F(Films, SpeedAndSeconds) {
+    const std::string film = "render scene.json --path flight.json --engine native --size 4x4 --json -o ";
+    EXPECT_EQ(json::parse(run(film + "a --speed 30").out)["frames"], 31); // 90 mm in 3 s, 10 a second
+    EXPECT_EQ(json::parse(run(film + "b --seconds 2 --fps 4").out)["frames"], 9);
+}
+
+/// Without ffmpeg a film is refused before any work; with one, it gets the frames in their order.
+TEST_F(Films, BecomeOneFile) {
+    const std::string path = std::getenv("PATH");
+    fs::create_directory(folder_ / "bin");
+    ::setenv("PATH", (folder_ / "bin").c_str(), 1);
+    expectRefused("render scene.json --path path.json -o film.mp4",
+                  {"film.mp4", "ffmpeg", "install", "frames/"});
+    EXPECT_FALSE(exists("film.mp4.frames"));
+    // writes what it was asked, and the frames, into the file that it was asked for
+    write("bin/ffmpeg", "#!/bin/sh\nPATH=" + path +
+                            "\nall=\"$*\"\nwhile [ $# -gt 1 ]; do [ \"$1\" = -i ] && in=\"$2\"; shift; done\n"
+                            "echo \"$all\" > \"$1\"\ncat \"${in%/*}\"/frame-*.png >> \"$1\"\n");
+    fs::permissions(folder_ / "bin/ffmpeg", fs::perms::owner_all);
+    const std::string film = "render scene.json --path path.json -o film.mp4 --engine native ";
+    const Outcome made = run(film + "--frames 3-5");
+    ASSERT_EQ(made.exitCode, 0) << made.problems;
+    const std::string content = readAll(folder_ / "film.mp4");
+    const std::string asked = content.substr(0, content.find('\n'));
+    EXPECT_THAT(asked, ::testing::HasSubstr("-framerate 10 -start_number 3 "));
+    EXPECT_THAT(asked, ::testing::HasSubstr("-frames:v 3 "));
+    EXPECT_FALSE(exists("film.mp4.frames"));
+    ASSERT_EQ(run("render scene.json --path path.json -o whole --engine native").exitCode, 0);
+    for (std::size_t n = 3; n <= 5; ++n)
+        EXPECT_NE(content.find(pixelsOf(readAll(folder_ / "whole" / frameName(n))).substr(0, 40)),
+                  std::string::npos);
+    // one that fails: what it said, no file, and the frames stay for the next time
+    write("bin/ffmpeg", "#!/bin/sh\necho first >&2\necho 'no such codec' >&2\nexit 3\n");
+    fs::remove(folder_ / "film.mp4");
+    const Outcome failed = run(film + "--frames 3-5");
+    EXPECT_EQ(failed.exitCode, 1);
+    EXPECT_THAT(failed.problems, ::testing::HasSubstr("no such codec"));
+    EXPECT_FALSE(exists("film.mp4"));
+    EXPECT_EQ(names("film.mp4.frames").size(), 4U);
+    ::setenv("PATH", path.c_str(), 1);
+}
+
+TEST_F(Films, CtrlCLeavesWholeFrames) {
+    const std::string film =
+        "render scene.json --path path.json -o film --engine mirror --size 96x96 --step 0.25";
+    const pid_t child = start(film);
+    while (!exists("film/" + frameName(1)))
+        ::usleep(1000);
+    ::kill(child, SIGINT);
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 130) << status;
+    for (const std::string& name : names("film"))
+        EXPECT_NE(name.front(), '.') << name;
+    ASSERT_EQ(run(film + " --json").exitCode, 0);
+    EXPECT_EQ(names("film").size(), kFrames + 1);
+}
+
+/// Two processes on one folder, one of them killed at twenty moments: the other one ends with all frames,
+/// each as it should be, and nothing else is left.
+TEST_F(Films, SurviveKillsWithTwoProcesses) {
+    const std::string film = "render scene.json --path path.json --engine mirror --size 32x32 -o ";
+    const auto began = Clock::now();
+    ASSERT_EQ(run(film + "whole").exitCode, 0);
+    const std::chrono::duration<double> whole = Clock::now() - began;
+    const std::vector<std::string> expected = pixelsIn("whole", kFrames);
+    std::mt19937 random(7);
+    int byBoth = 0;
+    for (int kill = 0; kill < 20; ++kill) {
+        fs::remove_all(folder_ / "film");
+        const pid_t first = start(film + "film"), second = start(film + "film");
+        std::this_thread::sleep_for(whole * std::uniform_real_distribution<double>(0, 1)(random));
+        ::kill(first, SIGKILL);
+        int status = 0;
+        ::waitpid(first, &status, 0);
+        byBoth += WIFSIGNALED(status);
+        ::waitpid(second, &status, 0);
+        ASSERT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << readAll(folder_ / ".err");
+        ASSERT_EQ(pixelsIn("film", kFrames), expected) << kill;
+        // what the killed one left goes with the next run
+        ASSERT_EQ(run(film + "film").exitCode, 0);
+        for (const std::string& name : names("film"))
+            EXPECT_TRUE(name.front() != '.') << name << " after kill " << kill;
+    }
+    EXPECT_GT(byBoth, 5);
+}
+
+/// Frames that a process claims are nobody else's until it ends, however it ends.
+class Claims : public ::testing::TestWithParam<ClaimKind> {
+  protected:
+    static constexpr double kLease = 0.4;
+    const json film_ = {{"tesseraFilm", 1}, {"size", {2, 2}}};
+    const ScratchFolder scratch_;
+    std::unique_ptr<FrameFolder> open() const {
+        return std::make_unique<FrameFolder>(scratch_ / "film", film_, GetParam(), kLease);
+    }
+};
+
+TEST_P(Claims, AreForOne) {
+    const auto a = open(), b = open();
+    auto claim = a->claim(3);
+    ASSERT_TRUE(claim);
+    EXPECT_FALSE(b->claim(3));
+    EXPECT_TRUE(b->claim(4));
+    std::this_thread::sleep_for(std::chrono::duration<double>(2 * kLease));
+    EXPECT_FALSE(b->claim(3)) << "a claim that is kept up was taken";
+    claim.reset();
+    EXPECT_TRUE(b->claim(3));
+    std::ofstream(a->pathOf(3)) << "x";
+    EXPECT_FALSE(b->claim(3)) << "a frame that is there";
+}
+
+TEST_P(Claims, EndWithTheirProcess) {
+    const auto mine = open();
+    const pid_t child = ::fork();
+    if (child == 0) {
+        const auto theirs = open();
+        const auto claim = theirs->claim(5);
+        std::ofstream(scratch_ / "claimed") << "x";
+        ::pause();
+        ::_exit(0);
+    }
+    while (!fs::exists(scratch_ / "claimed"))
+        ::usleep(1000);
+    EXPECT_FALSE(mine->claim(5));
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    if (GetParam() == ClaimKind::lease)
+        std::this_thread::sleep_for(std::chrono::duration<double>(1.2 * kLease));
+    EXPECT_TRUE(mine->claim(5));
+}
+
+/// Many at once: of all who try, one gets it, and it is free again when that one is done.
+TEST_P(Claims, AreNeverForTwo) {
+    std::atomic<int> holders{0}, most{0}, got{0};
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 4; ++t)
+        threads.emplace_back([&] {
+            const auto folder = open();
+            for (int i = 0; i < 60; ++i)
+                if (const auto claim = folder->claim(1)) {
+                    most = std::max(most.load(), ++holders);
+                    ++got;
+                    std::this_thread::yield();
+                    --holders;
+                }
+        });
+    for (std::thread& thread : threads)
+        thread.join();
+    EXPECT_EQ(most, 1);
+    EXPECT_GT(got, 10);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, Claims, ::testing::Values(ClaimKind::lock, ClaimKind::lease));
+
+} // namespace
+} // namespace tessera::test

@@ -1,0 +1,188 @@
+// viewer/films/draw_film.cpp: see draw_film.h.
+#include "viewer/films/draw_film.h"
+
+#include "core/error.h"
+#include "core/interrupt.h"
+#include "render/frame_renderer.h"
+#include "viewer/films/frame_folder.h"
+#include "viewer/films/movie_file.h"
+#include "viewer/manifest/manifest.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// FNV-1a, 64 bits: paths are long.
+std::string hashOf(const std::string& text) {
+    std::uint64_t hash = 0xcbf29ce484222325u;
+    for (const char c : text)
+        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+    char hex[17];
+    std::snprintf(hex, sizeof hex, "%016llx", static_cast<unsigned long long>(hash));
+    return hex;
+}
+
+/// All that decides about the pixels of the frames. No paths: they may name a patient.
+json recordOf(const FilmJob& job, const EngineMaker& engine) {
+    Scene scene = job.scene;
+    scene.camera = Camera{}; // the path's
+    for (SceneVolume& volume : scene.volumes)
+        volume.path = "content-" + job.store->contentHash() + ".zarr";
+    json record = {{"tesseraFilm", 1},
+                   {"program", "tessera " TESSERA_VERSION},
+                   {"volume", job.store->contentHash()},
+                   {"size", {scene.imageSize.x, scene.imageSize.y}},
+                   {"framesPerSecond", job.film->path().framesPerSecond},
+                   {"frames", job.film->frames()},
+                   {"path", hashOf(pathJson(job.film->path()))},
+                   {"scene", json::parse(sceneJson(scene))},
+                   {"engine", name(engine.kind())},
+                   {"budgets", {{"ram", job.ram->limitBytes()}, {"gpuMemory", job.gpu->limitBytes()}}},
+                   {"verify", verifyNames()[static_cast<std::size_t>(job.options.verify)]}};
+    if (engine.kind() == EngineKind::gpu) // the others draw the same bits everywhere
+        record["device"] = engine.about();
+    return record;
+}
+
+fs::path framesFolderOf(const fs::path& out) {
+    if (!isMovieFile(out))
+        return out;
+    fs::path folder = out;
+    folder += ".frames";
+    return folder;
+}
+
+std::string minutes(double seconds) {
+    char text[32];
+    const auto whole = static_cast<long>(seconds + 0.5);
+    std::snprintf(text, sizeof text, "%ld:%02ld", whole / 60, whole % 60);
+    return text;
+}
+
+} // namespace
+
+FrameRange parseFrames(const std::string& text, std::size_t frames) {
+    const auto refuse = [&] {
+        return badFile("--frames", "A or A-B, 0 to " + std::to_string(frames - 1),
+                       "\"" + text.substr(0, 40) + "\"");
+    };
+    const auto number = [&](const std::string& word) {
+        if (word.empty() || word.size() > 9 || word.find_first_not_of("0123456789") != std::string::npos)
+            throw refuse();
+        return static_cast<std::size_t>(std::stoul(word));
+    };
+    const std::size_t dash = text.find('-');
+    FrameRange range;
+    range.first = number(text.substr(0, dash));
+    range.last = dash == std::string::npos ? range.first : number(text.substr(dash + 1));
+    if (range.last < range.first || range.last >= frames)
+        throw refuse();
+    return range;
+}
+
+FilmReport drawFilm(const FilmJob& job, const CommonOptions& common, const WriteFrame& write) {
+    const bool movie = isMovieFile(job.out);
+    if (movie)
+        checkMovieFile(job.out);
+    const auto start = Clock::now();
+    FilmReport report;
+    report.frames = job.range.last - job.range.first + 1;
+    report.folder = framesFolderOf(job.out);
+    RenderOptions options = job.options;
+    options.progress = nullptr; // the film's own
+    FrameFolder folder(report.folder,
+                       recordOf(job, EngineMaker(options.engine, options.device, options.threads)));
+    FrameRenderer renderer(*job.store, *job.ram, *job.gpu, options);
+
+    std::vector<std::uint8_t> seen(report.frames, 0);
+    const auto count = [&](std::size_t at, std::size_t& of) {
+        seen[at] = 1;
+        ++of;
+    };
+    for (std::size_t at = 0; at < report.frames; ++at)
+        if (folder.has(job.range.first + at))
+            count(at, report.there);
+    const auto tell = [&] {
+        const std::size_t done = report.there + report.drawn + report.byOthers;
+        common.progress->update(static_cast<double>(done) / static_cast<double>(report.frames));
+    };
+    common.progress->stage("drawing " + std::to_string(report.frames) + " frames");
+    tell();
+    const auto draw = [&](std::size_t at) {
+        const std::size_t frame = job.range.first + at;
+        const auto began = Clock::now();
+        const Scene scene = job.film->scene(frame);
+        const RenderResult result = renderer.draw(scene);
+        const Charge pictures =
+            job.ram->charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
+        json manifest = makeManifest(scene, *job.store, result, *job.ram, *job.gpu);
+        manifest["film"] = {{"frame", frame}, {"seconds", job.film->timeOf(frame)}};
+        if (job.film->curve())
+            manifest["film"]["placeMm"] = job.film->placeAt(job.film->timeOf(frame));
+        const Image picture =
+            scene.background ? overBackground(result.image, *scene.background) : result.image;
+        write(folder.pathOf(frame), picture, manifest.dump(-1, ' ', true, json::error_handler_t::replace));
+        report.preparing += result.secondsPreparing;
+        report.loading += result.secondsLoading;
+        report.drawing += result.secondsDrawing;
+        report.blank += isBlank(result.image) ? 1 : 0;
+        report.frameSeconds.push_back(secondsSince(began));
+        count(at, report.drawn);
+    };
+    // Again and again over what is missing: others finish theirs, or end without having done so.
+    bool waits = false;
+    for (std::size_t left = 1; left > 0;) {
+        left = 0;
+        bool drew = false;
+        for (std::size_t at = 0; at < report.frames; ++at) {
+            if (seen[at])
+                continue;
+            checkInterrupted();
+            if (const auto claim = folder.claim(job.range.first + at)) {
+                draw(at);
+                drew = true;
+                tell();
+            } else if (folder.has(job.range.first + at)) {
+                count(at, report.byOthers);
+            } else {
+                ++left;
+            }
+        }
+        if (left > 0 && !drew) {
+            if (!std::exchange(waits, true)) {
+                renderer.forget(); // memory that the others can use
+                common.progress->stage("waiting for frames that other processes draw");
+            }
+            tell();
+            std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        }
+    }
+    report.goneOn = renderer.kept().goneOn;
+    report.seconds = secondsSince(start);
+    if (movie) {
+        common.progress->stage("writing the film");
+        writeMovie(job.out, report.folder, job.range.first, report.frames, job.film->path().framesPerSecond);
+        folder.removeIfAlone();
+        report.folder.clear();
+    }
+    common.progress->end();
+    common.detail("frames: " + std::to_string(report.drawn) + " drawn, " + std::to_string(report.goneOn) +
+                  " of them with bricks of the one before; " + minutes(report.seconds) + " min");
+    return report;
+}
+
+} // namespace tessera

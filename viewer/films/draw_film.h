@@ -1,0 +1,56 @@
+// viewer/films/draw_film.h: the frames of a film, one after another, into a folder that others may fill too;
+// and the film as one file.
+#pragma once
+
+#include "bricking/store/store_reader.h"
+#include "core/budget.h"
+#include "core/film.h"
+#include "render/renderer.h"
+#include "viewer/options/options.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// First and last, both drawn.
+struct FrameRange {
+    std::size_t first = 0, last = 0;
+};
+/// "12", "0-249". Throws InputError naming --frames for anything else, and for frames that the film does not
+/// have.
+FrameRange parseFrames(const std::string& text, std::size_t frames);
+
+struct FilmJob {
+    const Film* film = nullptr;
+    Scene scene; // the film's, without keyframes; for the record
+    FrameRange range;
+    std::filesystem::path out; // a folder, or a file that isMovieFile()
+    RenderOptions options;
+    const StoreReader* store = nullptr;
+    Ledger *ram = nullptr, *gpu = nullptr;
+};
+
+struct FilmReport {
+    std::size_t frames = 0, drawn = 0, there = 0, byOthers = 0; // of the range; before this process came
+    std::size_t goneOn = 0;                                     // drawn with the bricks of the one before
+    std::size_t blank = 0;                                      // of those that were drawn
+    double seconds = 0, preparing = 0, loading = 0, drawing = 0;
+    std::vector<double> frameSeconds; // of those that were drawn, in that order
+    std::filesystem::path folder;     // where the frames are; empty: they are gone into the file
+};
+
+/// Writes a frame: its picture and what it tells about itself.
+using WriteFrame =
+    std::function<void(const std::filesystem::path&, const Image&, const std::string& manifest)>;
+
+/// Draws what is not there yet. Frames that other processes are drawing are waited for, and taken over when
+/// such a process ends without them. Interrupted, or killed, it leaves whole frames; the same command goes
+/// on. Throws InputError for a folder of another film; what renderScene() throws.
+FilmReport drawFilm(const FilmJob& job, const CommonOptions& common, const WriteFrame& write);
+
+} // namespace tessera

@@ -1,0 +1,252 @@
+// viewer/films/frame_folder.cpp: see frame_folder.h.
+#include "viewer/films/frame_folder.h"
+
+#include "core/error.h"
+#include "core/output_file.h"
+#include "core/printable_text.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <cstring>
+#include <fcntl.h>
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <sys/stat.h>
+#include <thread>
+#include <unistd.h>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr char kFilmFile[] = "film.json";
+/// A frame takes longer than a claim: claims are renewed while it is drawn. A process that stands still for
+/// so long (a stopped laptop) may lose its claim, and its frame is drawn twice.
+constexpr double kLeaseSeconds = 60;
+
+bool isFrame(const std::string& name) {
+    constexpr std::string_view kBegin = "frame-", kEnd = ".png";
+    return name.size() > kBegin.size() + kEnd.size() && name.starts_with(kBegin) && name.ends_with(kEnd) &&
+           name.find_first_not_of("0123456789", kBegin.size()) == name.size() - kEnd.size();
+}
+bool isClaim(const std::string& name) {
+    return name.starts_with(".frame-") && name.ends_with(".claim");
+}
+
+std::string textOf(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// The first thing that two films differ in, as a person would say it.
+std::string difference(const json& found, const json& expected, const std::string& name, json& a, json& b) {
+    if (found.is_object() && expected.is_object()) {
+        for (const auto* one : {&expected, &found})
+            for (const auto& [key, value] : one->items()) {
+                const json x = found.value(key, json()), y = expected.value(key, json());
+                if (x != y)
+                    return difference(x, y, name.empty() ? key : name + "." + key, a, b);
+            }
+    }
+    if (found.is_array() && expected.is_array() && found.size() == expected.size())
+        for (std::size_t i = 0; i < found.size(); ++i)
+            if (found[i] != expected[i])
+                return difference(found[i], expected[i], name + "[" + std::to_string(i) + "]", a, b);
+    a = found, b = expected;
+    return name;
+}
+std::string shortText(const json& value) {
+    const std::string text = value.dump(-1, ' ', true, json::error_handler_t::replace);
+    return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+}
+
+/// The file system's own time: other machines' clocks differ.
+double secondsSince(const struct stat& facts, const struct stat& now) {
+    return static_cast<double>(now.st_mtim.tv_sec - facts.st_mtim.tv_sec) +
+           1e-9 * static_cast<double>(now.st_mtim.tv_nsec - facts.st_mtim.tv_nsec);
+}
+
+} // namespace
+
+/// Keeps a claim's time new, on a thread of its own.
+struct FrameFolder::Claim::Renewal {
+    Renewal(const fs::path& claim, double seconds)
+        : path(claim), thread([this, seconds] {
+              std::unique_lock lock(mutex);
+              while (!stop.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return ended; }))
+                  static_cast<void>(::utimensat(AT_FDCWD, path.c_str(), nullptr, 0));
+          }) {}
+    ~Renewal() {
+        {
+            const std::lock_guard lock(mutex);
+            ended = true;
+        }
+        stop.notify_all();
+        thread.join();
+    }
+    fs::path path;
+    std::mutex mutex;
+    std::condition_variable stop;
+    bool ended = false;
+    std::thread thread; // last
+};
+
+FrameFolder::Claim::Claim(fs::path path, FileHandle lock, double renewSeconds)
+    : path_(std::move(path)), lock_(std::move(lock)) {
+    if (renewSeconds > 0)
+        renewal_ = std::make_unique<Renewal>(path_, renewSeconds);
+}
+
+/// The name goes before the lock: who opened it meanwhile sees that it is gone (tryLock()).
+FrameFolder::Claim::~Claim() {
+    renewal_.reset();
+    std::error_code ignored;
+    fs::remove(path_, ignored);
+}
+
+FrameFolder::FrameFolder(const fs::path& folder, const json& film)
+    : FrameFolder(folder, film, ClaimKind::lock, 0) {
+    if (!locksProve(folder_)) {
+        kind_ = ClaimKind::lease;
+        leaseSeconds_ = kLeaseSeconds;
+    }
+}
+
+FrameFolder::FrameFolder(const fs::path& folder, const json& film, ClaimKind kind, double leaseSeconds)
+    : folder_(folder), kind_(kind), leaseSeconds_(leaseSeconds) {
+    std::error_code failed;
+    if (fs::exists(folder_) && !fs::is_directory(folder_))
+        throw badFile(folder_.string(), "a folder for frames", "a file");
+    fs::create_directories(folder_, failed);
+    if (failed)
+        throw Error(printable(folder_.string()) + ": cannot be made: " + failed.message());
+    if (::access(folder_.c_str(), W_OK | X_OK) != 0)
+        throw badFile(folder_.string(), "a folder that may be written in", std::strerror(errno));
+    constexpr int kTries = 100; // another process may be removing the folder's film meanwhile
+    for (int i = 0; i < kTries; ++i) {
+        adopt(film);
+        if (LockTry lock = tryLock(folder_ / kFilmFile, LockKind::shared); lock.locked) {
+            open_ = std::move(lock.file);
+            return;
+        } else if (!lock.busy && fs::exists(folder_ / kFilmFile)) { // no locks to be had
+            kind_ = ClaimKind::lease;
+            leaseSeconds_ = leaseSeconds_ > 0 ? leaseSeconds_ : kLeaseSeconds;
+            return;
+        }
+        fs::create_directories(folder_, failed);
+    }
+    throw Error(printable(folder_.string()) + ": another process keeps removing its frames");
+}
+
+FrameFolder::~FrameFolder() = default;
+
+/// Writes what the film is, where nobody has; else it must be the same.
+void FrameFolder::adopt(const json& film) {
+    const fs::path file = folder_ / kFilmFile;
+    const std::string text = film.dump(1, ' ', true, json::error_handler_t::replace) + "\n";
+    if (!fs::exists(file)) {
+        for (const auto& entry : fs::directory_iterator(folder_))
+            if (isFrame(entry.path().filename().string()) && !fs::exists(file))
+                throw badFile(folder_.string(),
+                              "an empty folder, or one with this film's frames and its film.json",
+                              entry.path().filename().string() + " without a film.json");
+        // A whole file appears under the name at once, or another process's is there: link() replaces
+        // nothing. (Not named as what OutputFile leaves behind, which others sweep away.)
+        const fs::path own = folder_ / (".film-" + std::to_string(::getpid()) + ".json");
+        writeOutputFile(own, text);
+        const TemporaryPath unfinished(own);
+        const bool linked = ::link(own.c_str(), file.c_str()) == 0;
+        const int why = errno;
+        if (!linked && why != EEXIST) // no links to be had
+            fs::rename(own, file);
+        std::error_code ignored;
+        fs::remove(own, ignored);
+    }
+    const std::string there = textOf(file);
+    const json found = json::parse(there, nullptr, false);
+    if (found == json::parse(text))
+        return;
+    if (!found.is_object())
+        throw badFile(file.string(), "what film the folder holds", "something else");
+    json a, b;
+    const std::string what = difference(found, film, "", a, b);
+    throw badFile(folder_.string(), "frames of this film (" + what + ": " + shortText(b) + ")",
+                  "those of another (" + shortText(a) + "); choose another folder, or remove this one");
+}
+
+std::string FrameFolder::nameOf(std::size_t frame) {
+    char name[32];
+    std::snprintf(name, sizeof name, "frame-%06zu.png", frame);
+    return name;
+}
+
+bool FrameFolder::has(std::size_t frame) const {
+    std::error_code ignored;
+    return fs::exists(pathOf(frame), ignored);
+}
+
+std::unique_ptr<FrameFolder::Claim> FrameFolder::claim(std::size_t frame) {
+    if (has(frame))
+        return nullptr;
+    const fs::path path = folder_ / ("." + nameOf(frame) + ".claim");
+    std::unique_ptr<Claim> claim;
+    if (kind_ == ClaimKind::lock) {
+        LockTry lock = tryLock(path, LockKind::exclusive, true);
+        if (!lock.locked)
+            return nullptr;
+        claim.reset(new Claim(path, std::move(lock.file), 0));
+    } else {
+        const auto make = [&] {
+            return FileHandle(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
+        };
+        FileHandle made = make();
+        if (made.descriptor() < 0) {
+            // Somebody's: taken over where it was not renewed. A file that is made now tells the time.
+            const fs::path clock = folder_ / temporaryName(kFilmFile, "tessera", 1);
+            struct stat theirs {
+            }, now{};
+            const bool timed =
+                FileHandle(::open(clock.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600))
+                        .descriptor() >= 0 &&
+                ::utimensat(AT_FDCWD, clock.c_str(), nullptr, 0) == 0 && ::stat(clock.c_str(), &now) == 0;
+            std::error_code ignored;
+            fs::remove(clock, ignored);
+            if (!timed || ::stat(path.c_str(), &theirs) != 0 || secondsSince(theirs, now) < leaseSeconds_)
+                return nullptr;
+            fs::remove(path, ignored);
+            made = make(); // one of those who saw that it was old
+            if (made.descriptor() < 0)
+                return nullptr;
+        }
+        claim.reset(new Claim(path, FileHandle(), leaseSeconds_ / 4));
+    }
+    if (has(frame)) // whoever had the claim before has finished
+        return nullptr;
+    return claim;
+}
+
+void FrameFolder::removeIfAlone() {
+    std::error_code ignored;
+    if (kind_ != ClaimKind::lock)
+        return;
+    open_ = FileHandle();
+    const LockTry alone = tryLock(folder_ / kFilmFile, LockKind::exclusive);
+    if (!alone.locked)
+        return;
+    for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
+        const std::string name = entry.path().filename().string();
+        if (isFrame(name) || isClaim(name))
+            fs::remove(entry.path(), ignored);
+    }
+    fs::remove(folder_ / kFilmFile, ignored);
+    fs::remove(folder_, ignored); // only if it is empty
+}
+
+} // namespace tessera

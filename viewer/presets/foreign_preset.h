@@ -1,0 +1,41 @@
+// viewer/presets/foreign_preset.h: transfer functions as other programs write them: 3D Slicer (.vp.json, .vp,
+// MRML scenes and presets.xml) and ParaView (JSON). Their colours are what a screen shows (sRGB), ours are
+// linear light; their curves may bend between points, ours are straight. What cannot be said exactly is said
+// with more points, within kColourError and kOpacityError.
+#pragma once
+
+#include "core/preset_file.h"
+
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+enum class PresetFormat { slicerJson, slicerText, slicerXml, paraView };
+
+constexpr double kColourError = 0.5 / 255; // of an sRGB component, between points that were added
+constexpr double kOpacityError = 1e-3;     // of an opacity, where a curve is not straight
+
+/// A preset of another program's file, and what of it our scenes cannot say, a sentence each.
+struct ForeignPreset {
+    Preset preset;
+    std::vector<std::string> leftOut;
+};
+
+/// All functions that a text in that format holds, in its order; at least one. Slicer's lighting becomes the
+/// look's shading. ParaView's over [0,1] are over shares of a range; its colours without opacities get
+/// ParaView's own, a ramp from 0 to 1.
+/// Throws InputError naming where, what was expected and what was found for texts that are cut off, counts
+/// that are not those of the numbers, numbers that are not finite, and files without a function.
+std::vector<ForeignPreset> readForeignPresets(const std::string& text, PresetFormat format,
+                                              const std::string& where);
+
+/// A preset as one of slicerJson or paraView writes it, and what of it was left out.
+struct ForeignText {
+    std::string text;
+    std::vector<std::string> leftOut;
+};
+/// Throws InputError for other formats.
+ForeignText writeForeignPreset(const Preset& preset, PresetFormat format);
+
+} // namespace tessera

@@ -1,0 +1,33 @@
+// viewer/window/cut_handles.h: the crop box and oblique planes that cut: their part of the panel, and handles
+// on the picture to push planes with.
+#pragma once
+
+#include "viewer/window/desk.h"
+#include "viewer/window/picture_view.h" // Area
+
+#include <cstddef>
+#include <glm/vec2.hpp>
+#include <optional>
+
+namespace tessera {
+
+class CutHandles {
+  public:
+    void panel(Desk& desk);
+    /// Over the picture; before the camera's hand. Returns whether a handle takes the mouse.
+    bool handle(Desk& desk, const Area& area);
+    void draw(const Desk& desk, const Area& area) const;
+
+    /// A box around the whole volume, or none.
+    void toggleBox(Desk& desk);
+    /// A plane through the crosshair that faces the viewer and cuts away what is before it.
+    void addPlane(Desk& desk);
+
+  private:
+    void boxes(Desk& desk);
+    void planes(Desk& desk);
+
+    std::optional<std::size_t> held_; // plane whose handle is dragged
+};
+
+} // namespace tessera

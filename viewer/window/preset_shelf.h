@@ -1,0 +1,28 @@
+// viewer/window/preset_shelf.h: the presets that are not built in, as the window is given them: it reads and
+// writes no files of its own.
+#pragma once
+
+#include "core/preset_file.h"
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// All of these throw Error or InputError, with a sentence for the user.
+struct PresetShelf {
+    /// Of those that the user kept.
+    std::function<std::vector<std::string>()> names;
+    /// One of those, or of a file; what of it cannot be shown goes to leftOut, a sentence each.
+    std::function<Preset(const std::string& nameOrFile, std::vector<std::string>& leftOut)> find;
+    /// Keeps it under its name.
+    std::function<void(const Preset&)> keep;
+    /// Writes it: ours, or, by the format's name, Slicer's or ParaView's. Returns what was left out.
+    std::function<std::vector<std::string>(const Preset&, const std::filesystem::path&,
+                                           const std::string& format)>
+        write;
+};
+
+} // namespace tessera
