@@ -95,11 +95,13 @@ LightParts SceneLight::takeChanges() {
     return kAllLight;
 }
 
+/// What lies behind an isosurface takes light, and no map of empty space knows of it.
 LightPath SceneLight::fieldAsDrawn() const {
     const VolumeState& volume = scene_.volume;
+    const bool leaps = scene_.view.quality.skipping && volume.optics.surfaces.empty();
     return {volume.cache.get(), &scene_.info(),
             &volume.selection,  volume.mixed() ? &volume.levels : nullptr,
-            &volume.optics,     scene_.view.quality.skipping ? &volume.occupancy : nullptr};
+            &volume.optics,     leaps ? &volume.occupancy : nullptr};
 }
 
 std::vector<PlacedLight> SceneLight::placedLights() const {

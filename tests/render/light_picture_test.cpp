@@ -8,6 +8,7 @@
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 
 namespace tessera::test {
@@ -245,6 +246,33 @@ TEST(LightPicture, FollowsAnEdit) {
     Session fresh(after, std::size_t{64} << 20, {}, storePath("torso"), true);
     fresh.converge();
     EXPECT_EQ(differing(edited.renderer.picture(), fresh.renderer.picture()), 0u);
+}
+
+/// What lies behind a surface takes light, whether rays leap over what shows nothing or not.
+TEST(LightPicture, WhatIsBehindASurfaceTakesLight) {
+    Lighting lighting;
+    lighting.lights = {keyLight()};
+    Scene scene = litScene("torso", "bone", 0, lighting);
+    scene.volumes[0].transferFunction = TransferFunction::fromExtinction({}, {});
+    scene.surfaces = {{-300, {0.9, 0.6, 0.5}, 0.05}}; // skin, through which light comes far
+    const auto lights = [&](bool skipping) {
+        scene.quality.skipping = skipping;
+        LitPlan lit("torso", scene);
+        SceneLight light(lit.prepared.p, 0);
+        light.ready();
+        const VolumeInfo& info = lit.prepared.p.info();
+        std::vector<float> left;
+        for (int n = 0; n < 1000; ++n) {
+            const glm::dvec3 place =
+                (glm::dvec3(n % 10, n / 10 % 10, n / 100) + 0.5) * 0.1 * glm::dvec3(info.extentVoxels);
+            left.push_back(
+                light.shadows().front().light(glm::dvec3(info.patientFromVoxel * glm::dvec4(place, 1))));
+        }
+        return left;
+    };
+    const std::vector<float> leaping = lights(true), walking = lights(false);
+    EXPECT_EQ(leaping, walking);
+    EXPECT_LT(*std::min_element(walking.begin(), walking.end()), 0.05f);
 }
 
 /// Bytes, samples and pictures of a scene without light are those of a scene that never heard of it.

@@ -76,6 +76,14 @@ std::string functionPart(const Scene& scene) {
     return sceneJson(alone);
 }
 
+std::string lightPart(const Scene& scene) {
+    Scene alone;
+    alone.volumes = {{"v", std::string()}};
+    alone.lighting = scene.lighting;
+    alone.shading = scene.shading;
+    return sceneJson(alone);
+}
+
 TransferFunction resolved(const TransferChoice& choice, const ValueSummary& values) {
     if (const auto* name = std::get_if<std::string>(&choice))
         return presetFunction(*name, values);
@@ -478,7 +486,7 @@ void ViewSession::take(const Wish& wish) {
                turned = camera != o.renderer->camera(),
                recoloured = functionPart(wish.scene) != functionPart(o.scene),
                rewindowed = wish.scene.window != o.scene.window, recut = !(wish.scene.cuts == o.scene.cuts),
-               relit = !(wish.scene.lighting == o.scene.lighting) || !(wish.scene.shading == o.scene.shading);
+               relit = lightPart(wish.scene) != lightPart(o.scene);
     const bool changed = another || turned || recoloured || rewindowed || recut || relit;
     if (changed) {
         if (o.still)
