@@ -22,8 +22,8 @@ glm::vec3 mainSpread(std::span<const glm::vec3> points, const glm::vec3& middle)
     return axis;
 }
 
-void grow(ShapeList& shapes, const glm::vec3& from, float radius, std::span<glm::vec3> points,
-          const TreeRules& rules, float voxelMm, int generation) {
+void grow(std::vector<TreeBranch>& tree, const glm::vec3& from, float radius, std::span<glm::vec3> points,
+          const TreeRules& rules, int parent, int generation) {
     glm::vec3 middle(0);
     for (const glm::vec3& p : points)
         middle += p;
@@ -33,7 +33,8 @@ void grow(ShapeList& shapes, const glm::vec3& from, float radius, std::span<glm:
     if (glm::length(to - from) < rules.shortestMm && tip)
         return;
     const float endRadius = std::max(rules.tipRadiusMm, tip ? 0.7F * radius : 0.92F * radius);
-    shapes.push_back(std::make_unique<TubeSegment>(from, to, radius, endRadius, voxelMm));
+    const int self = static_cast<int>(tree.size());
+    tree.push_back({{from, radius}, {to, endRadius}, parent, generation});
     if (tip)
         return;
     const glm::vec3 axis = mainSpread(points, middle);
@@ -44,7 +45,7 @@ void grow(ShapeList& shapes, const glm::vec3& from, float radius, std::span<glm:
     for (const std::span<glm::vec3> part : {points.subspan(0, half), points.subspan(half)}) {
         const float share = static_cast<float>(part.size()) / static_cast<float>(points.size());
         const float child = std::max(rules.tipRadiusMm, radius * std::pow(share, 1 / rules.murray));
-        grow(shapes, to, child, part, rules, voxelMm, generation + 1);
+        grow(tree, to, child, part, rules, self, generation + 1);
     }
 }
 
@@ -67,10 +68,18 @@ std::vector<glm::vec3> scatter(const Box& box, float pitchMm, std::uint32_t seed
     return points;
 }
 
-void growTree(ShapeList& shapes, const glm::vec3& root, std::vector<glm::vec3> points, const TreeRules& rules,
-              float voxelMm) {
+std::vector<TreeBranch> growTree(const glm::vec3& root, std::vector<glm::vec3> points,
+                                 const TreeRules& rules) {
+    std::vector<TreeBranch> tree;
     if (!points.empty())
-        grow(shapes, root, rules.rootRadiusMm, points, rules, voxelMm, 0);
+        grow(tree, root, rules.rootRadiusMm, points, rules, -1, 0);
+    return tree;
+}
+
+void addTree(ShapeList& shapes, const std::vector<TreeBranch>& tree, float voxelMm) {
+    for (const TreeBranch& branch : tree)
+        shapes.push_back(std::make_unique<TubeSegment>(branch.from.at, branch.to.at, branch.from.radiusMm,
+                                                       branch.to.radiusMm, voxelMm));
 }
 
 } // namespace tessera

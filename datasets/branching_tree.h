@@ -21,8 +21,17 @@ struct TreeRules {
 /// Jittered points of a cubic lattice of the given pitch where inside() holds; the same for the same seed.
 std::vector<glm::vec3> scatter(const Box& box, float pitchMm, std::uint32_t seed,
                                const std::function<bool(const glm::vec3&)>& inside);
-/// Adds the tree's tubes that serve the points, from root on.
-void growTree(ShapeList& shapes, const glm::vec3& root, std::vector<glm::vec3> points, const TreeRules& rules,
-              float voxelMm);
+/// One tube of a tree.
+struct TreeBranch {
+    Knot from, to;
+    int parent = -1;    ///< its place in the list; -1: begins at the root
+    int generation = 0; ///< forks between the root and it
+};
+
+/// The tubes of a tree that serves the points, from root on, each after its parent.
+std::vector<TreeBranch> growTree(const glm::vec3& root, std::vector<glm::vec3> points,
+                                 const TreeRules& rules);
+/// Adds the tree's tubes.
+void addTree(ShapeList& shapes, const std::vector<TreeBranch>& tree, float voxelMm);
 
 } // namespace tessera

@@ -1,6 +1,8 @@
 // datasets/colon_shape.cpp: see colon_shape.h.
 #include "datasets/colon_shape.h"
 
+#include "datasets/phantom.h"
+
 #include <algorithm>
 
 namespace tessera {
@@ -11,6 +13,7 @@ constexpr float kFoldHalfWidthMm = 3.2F; // a fold is half as high 1.7 mm from i
 constexpr float kPouch = 0.10F;          // swelling between folds, part of the radius
 constexpr float kTaeniae = 0.05F;        // how triangular the lumen is
 constexpr float kSqrt3Half = 0.8660254F;
+constexpr float kClosedWallMm = 5, kClosedLumenMm = -4; // where it is collapsed
 
 // control points of a cubic B-spline; caecum first
 const std::vector<glm::vec3> kControl = {
@@ -35,7 +38,7 @@ float smoothStep(float low, float high, float x) {
 
 } // namespace
 
-ColonCourse::ColonCourse() {
+ColonCourse::ColonCourse(bool collapsed) : collapsed_(collapsed) {
     // equal steps of arc along a finely cut curve
     std::vector<glm::vec3> fine;
     const int steps = static_cast<int>(kControl.size() - 3) * 200;
@@ -117,7 +120,23 @@ ColonCourse::Lumen ColonCourse::lumen(float arcMm, float cosine, float sine, boo
         lumen.radiusMm -= depth * (1 - w * w) * (1 - w * w);
         lumen.slope += depth * 4 * w * (1 - w * w) / kFoldHalfWidthMm;
     }
+    if (collapsed_)
+        close(lumen, arcMm, withFolds ? kClosedLumenMm : kClosedWallMm);
     return lumen;
+}
+
+void ColonCourse::close(Lumen& lumen, float arcMm, float closedMm) const {
+    constexpr auto kClosing = static_cast<float>(kColonClosingMm);
+    const float from = static_cast<float>(kCollapsedFrom) * lengthMm_;
+    const float to = static_cast<float>(kCollapsedTo) * lengthMm_;
+    const float away = std::max({from - arcMm, arcMm - to, 0.0F});
+    if (away >= kClosing)
+        return;
+    const float open = smoothStep(0, kClosing, away), t = away / kClosing;
+    const float opening =
+        (arcMm < from ? -1.0F : 1.0F) * 6 * t * (1 - t) / kClosing; // of `open` along the course
+    lumen.slope = open * lumen.slope + opening * (lumen.radiusMm - closedMm);
+    lumen.radiusMm = closedMm + open * (lumen.radiusMm - closedMm);
 }
 
 ColonGrid::ColonGrid(std::shared_ptr<const ColonCourse> course) : course_(std::move(course)) {
@@ -207,7 +226,8 @@ float Colon::distance(const glm::vec3& p) const {
 }
 
 Range Colon::bounds(const glm::vec3& c, float r) const {
-    constexpr float kNarrowest = 14.4F * 0.5F, kWidest = 23.1F * 1.16F, kSteepest = 8; // of radius and slope
+    const float kNarrowest = grid_->course().collapsed() ? kClosedLumenMm : 14.4F * 0.5F;
+    constexpr float kWidest = 23.1F * 1.16F, kSteepest = 8; // of radius and slope
     ColonGrid::Nearest n{};
     if (r > 20)
         return {-1e9F, 1e9F};

@@ -9,24 +9,30 @@ namespace tessera {
 /// The course of the colon, from caecum to rectum; all of it follows from formulas, at any spacing.
 class ColonCourse {
   public:
-    ColonCourse();
+    /// @param collapsed  with the closed piece that phantom.h tells of
+    explicit ColonCourse(bool collapsed = false);
     struct Station {
         glm::vec3 at, normal, binormal; ///< point and frame that does not twist along the course
     };
     const std::vector<Station>& stations() const { return stations_; } ///< kStationMm apart
+    bool collapsed() const { return collapsed_; }
     float lengthMm() const { return lengthMm_; }
     float stationMm() const { return stationMm_; }
     Station atArc(float arcMm) const;
     /// Radius without folds and pouches.
     static float radiusMm(float arcFraction);
-    /// Lumen radius in the direction (cosine, sine) around the course, and its slope along it.
+    /// Lumen radius in the direction (cosine, sine) around the course, and its slope along it. Negative where
+    /// the colon is closed: no place is nearer to the course than that.
     struct Lumen {
         float radiusMm, slope;
     };
     Lumen lumen(float arcMm, float cosine, float sine, bool withFolds) const;
 
   private:
+    void close(Lumen& lumen, float arcMm, float closedMm) const;
+
     std::vector<Station> stations_;
+    bool collapsed_;
     float lengthMm_ = 0, stationMm_ = 2;
 };
 

@@ -62,7 +62,11 @@ VolumeInfo centredVolume(const std::string& name, const glm::ivec3& extentVoxels
 }
 
 std::vector<std::string> phantomNames() {
-    return {"torso", "marschner-lobb", "sphere", "ramp", "checkerboard"};
+    return {"torso", "torso-collapsed", "marschner-lobb", "sphere", "ramp", "checkerboard"};
+}
+
+bool isTorso(const std::string& name) {
+    return name == "torso" || name == "torso-collapsed";
 }
 
 std::unique_ptr<SlabSource> makePhantom(const std::string& name, const glm::ivec3& extentVoxels,
@@ -71,7 +75,8 @@ std::unique_ptr<SlabSource> makePhantom(const std::string& name, const glm::ivec
     if (std::find(names.begin(), names.end(), name) == names.end())
         throw badFile("phantom", "one of " + joinNames(names),
                       "'" + name + "' (did you mean '" + nearestName(name, names) + "'?)");
-    auto slices = name == "torso" ? makeTorso(extentVoxels) : makeAnalytic(name, extentVoxels);
+    auto slices =
+        isTorso(name) ? makeTorso(extentVoxels, name == "torso-collapsed") : makeAnalytic(name, extentVoxels);
     return std::make_unique<PhantomSource>(name, std::move(slices), threads);
 }
 

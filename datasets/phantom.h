@@ -12,8 +12,11 @@
 
 namespace tessera {
 
-/// "torso", "marschner-lobb", "sphere", "ramp", "checkerboard".
+/// "torso", "torso-collapsed" (a piece of its colon has no lumen), "marschner-lobb", "sphere", "ramp",
+/// "checkerboard".
 std::vector<std::string> phantomNames();
+/// Whether it has a body's parts.
+bool isTorso(const std::string& name);
 
 /// @param extentVoxels  each at least 1
 /// The body's size in mm is the same at every extent: more voxels show it finer.
@@ -30,6 +33,10 @@ std::vector<glm::dvec3> torsoColonCentreline();
 /// Radius of the colon's lumen without folds at arc fraction u in [0,1], mm.
 double torsoColonRadiusMm(double u);
 
+/// The piece of the colon that torso-collapsed has no lumen in, as shares of the centre-line's length:
+/// between them it is closed, and it opens within kColonClosingMm to either side.
+inline constexpr double kCollapsedFrom = 0.60, kCollapsedTo = 0.63, kColonClosingMm = 10;
+
 /// One of the torso's polyps: a half-sunk sphere, or a sphere on a stalk.
 struct ColonPolyp {
     glm::dvec3 centreMm; ///< middle of its head, patient space
@@ -39,5 +46,21 @@ struct ColonPolyp {
 };
 /// From caecum to rectum.
 std::vector<ColonPolyp> torsoColonPolyps();
+
+/// The middle of a tube that a torso is made of, patient space mm.
+struct PhantomCurve {
+    std::vector<glm::dvec3> pointsMm; ///< at least two
+    std::vector<double> radiiMm;      ///< of the lumen at the points; the colon's without pouches and folds
+    int parent = -1;                  ///< the curve that it branches from, by its place in the list; -1: none
+    int generation = 0;               ///< one more at every fork
+};
+/// Trachea, bronchi and the trees of the lungs, each after its parent.
+std::vector<PhantomCurve> torsoAirways();
+/// From the heart to the fork above the pelvis.
+PhantomCurve torsoAorta();
+/// From caecum to rectum.
+PhantomCurve torsoColon();
+/// All of them and the polyps as JSON (README.md). Throws InputError for a phantom that is no torso.
+std::string phantomCurvesJson(const std::string& name);
 
 } // namespace tessera

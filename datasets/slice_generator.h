@@ -29,6 +29,6 @@ VolumeInfo centredVolume(const std::string& name, const glm::ivec3& extentVoxels
 
 /// One of the phantoms of analytic_field.h. The name has been checked.
 std::unique_ptr<SliceGenerator> makeAnalytic(const std::string& name, const glm::ivec3& extentVoxels);
-std::unique_ptr<SliceGenerator> makeTorso(const glm::ivec3& extentVoxels);
+std::unique_ptr<SliceGenerator> makeTorso(const glm::ivec3& extentVoxels, bool colonCollapsed);
 
 } // namespace tessera

@@ -24,8 +24,8 @@ float blendMm(const glm::dvec3& spacing) {
                       kBluntestMm);
 }
 
-std::deque<Tissue> buildTorso(float voxelMm) {
-    TorsoBuilder torso{voxelMm, {}, nullptr, nullptr, nullptr};
+std::deque<Tissue> buildTorso(float voxelMm, bool colonCollapsed) {
+    TorsoBuilder torso{voxelMm, {}, nullptr, nullptr, nullptr, colonCollapsed};
     addBodyWall(torso);
     addLungs(torso);
     addAbdomen(torso);
@@ -48,16 +48,16 @@ float noise(std::uint64_t voxel) {
     return static_cast<float>(sum - 131070) * (1 / 37837.2F); // 4 * 65535 / 2 and 2 * 65536 / sqrt(12)
 }
 
-TissuePainter torsoPainter(const VolumeInfo& info) {
+TissuePainter torsoPainter(const VolumeInfo& info, bool colonCollapsed) {
     const float blend = blendMm(info.spacingMm());
-    return {buildTorso(blend), kAirHu, kPointSpreadVoxels * blend};
+    return {buildTorso(blend, colonCollapsed), kAirHu, kPointSpreadVoxels * blend};
 }
 
 class TorsoSlices final : public SliceGenerator {
   public:
-    explicit TorsoSlices(const glm::ivec3& extentVoxels)
+    TorsoSlices(const glm::ivec3& extentVoxels, bool colonCollapsed)
         : info_(centredVolume("torso", extentVoxels, kBodyMm, ValueType::i16)),
-          painter_(torsoPainter(info_)) {
+          painter_(torsoPainter(info_, colonCollapsed)) {
         info_.unit = "HU";
         info_.fillStored = static_cast<double>(kLowestHu);
         info_.acquisition.modality = "CT";
@@ -89,13 +89,13 @@ class TorsoSlices final : public SliceGenerator {
 
 std::function<double(const glm::dvec3&)> torsoFormulaHu(const glm::ivec3& extentVoxels) {
     const VolumeInfo info = centredVolume("torso", extentVoxels, kBodyMm, ValueType::i16);
-    return [painter = std::make_shared<const TissuePainter>(torsoPainter(info))](const glm::dvec3& p) {
+    return [painter = std::make_shared<const TissuePainter>(torsoPainter(info, false))](const glm::dvec3& p) {
         return static_cast<double>(painter->valueAt(glm::vec3(p)));
     };
 }
 
-std::unique_ptr<SliceGenerator> makeTorso(const glm::ivec3& extentVoxels) {
-    return std::make_unique<TorsoSlices>(extentVoxels);
+std::unique_ptr<SliceGenerator> makeTorso(const glm::ivec3& extentVoxels, bool colonCollapsed) {
+    return std::make_unique<TorsoSlices>(extentVoxels, colonCollapsed);
 }
 
 } // namespace tessera

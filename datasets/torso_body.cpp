@@ -23,10 +23,14 @@ const std::vector<Section> kInnerWall = {
 
 } // namespace
 
+std::shared_ptr<const Loft> torsoInnerWall() {
+    return std::make_shared<Loft>(kInnerWall);
+}
+
 void addBodyWall(TorsoBuilder& torso) {
     torso.skin = std::make_shared<Loft>(kSkin);
     torso.muscle = std::make_shared<Loft>(kMuscle);
-    torso.innerWall = std::make_shared<Loft>(kInnerWall);
+    torso.innerWall = torsoInnerWall();
 
     Tissue& skin = torso.add({{0, 30}, {-kSkinMm, -105}});
     skin.shapes.push_back(std::make_unique<Loft>(kSkin));

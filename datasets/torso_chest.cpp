@@ -35,6 +35,24 @@ float nearest(const ShapeList& shapes, const glm::vec3& p) {
     return d;
 }
 
+/// Scattered points of one lung, by side, pitch and seed.
+class LungPoints {
+  public:
+    explicit LungPoints(const Loft& innerWall)
+        : innerWall_(innerWall), middle_(mediastinumShapes()), domes_(diaphragmShapes()) {}
+    std::vector<glm::vec3> operator()(float side, float pitch, std::uint32_t seed) const {
+        const Box box{{side > 0 ? 0.0F : -135.0F, -90, kLungFloorMm}, {side > 0 ? 135.0F : 0.0F, 85, 205}};
+        return scatter(box, pitch, seed, [&](const glm::vec3& p) {
+            return innerWall_.distance(p) < -8 && kRecesses.distance(p) < -8 && nearest(middle_, p) > 3 &&
+                   nearest(domes_, p) > 7;
+        });
+    }
+
+  private:
+    const Loft& innerWall_;
+    ShapeList middle_, domes_;
+};
+
 } // namespace
 
 void addLungs(TorsoBuilder& torso) {
@@ -70,26 +88,22 @@ void addHeart(TorsoBuilder& torso) {
 }
 
 void addLungTrees(TorsoBuilder& torso) {
-    const ShapeList middle = mediastinumShapes();
-    const ShapeList domes = diaphragmShapes();
+    const LungPoints pointsOf(*torso.innerWall);
     const float voxelMm = torso.voxelMm;
-    const auto pointsOf = [&](float side, float pitch, std::uint32_t seed) {
-        const Box box{{side > 0 ? 0.0F : -135.0F, -90, kLungFloorMm}, {side > 0 ? 135.0F : 0.0F, 85, 205}};
-        return scatter(box, pitch, seed, [&](const glm::vec3& p) {
-            return torso.innerWall->distance(p) < -8 && kRecesses.distance(p) < -8 &&
-                   nearest(middle, p) > 3 && nearest(domes, p) > 7;
-        });
-    };
     Tissue& vessels = torso.add({{0, kLungVesselHu}}, 1.5F);
     addTube(vessels.shapes, {{{12, -46, 62}, 13}, {{22, -34, 84}, 13}, {{18, -14, 100}, 12}}, voxelMm);
     addTube(vessels.shapes, {{{18, -14, 100}, 11}, {{-6, -4, 98}, 9.5F}, {{-36, 4, 88}, 8}}, voxelMm);
     addTube(vessels.shapes, {{{18, -14, 100}, 11}, {{34, 4, 101}, 9}, {{46, 14, 94}, 8}}, voxelMm);
-    growTree(vessels.shapes, {-36, 4, 88}, pointsOf(-1, 12.5F, 11), {7.0F, 0.75F, 0.42F, 2.6F}, voxelMm);
-    growTree(vessels.shapes, {46, 14, 94}, pointsOf(1, 12.5F, 12), {7.0F, 0.75F, 0.42F, 2.6F}, voxelMm);
+    addTree(vessels.shapes, growTree({-36, 4, 88}, pointsOf(-1, 12.5F, 11), {7.0F, 0.75F, 0.42F, 2.6F}),
+            voxelMm);
+    addTree(vessels.shapes, growTree({46, 14, 94}, pointsOf(1, 12.5F, 12), {7.0F, 0.75F, 0.42F, 2.6F}),
+            voxelMm);
     addTube(vessels.shapes, {{{-14, 8, 72}, 8}, {{-38, 10, 66}, 7}}, voxelMm);
     addTube(vessels.shapes, {{{20, 8, 72}, 8}, {{42, 16, 68}, 7}}, voxelMm);
-    growTree(vessels.shapes, {-38, 10, 66}, pointsOf(-1, 13.5F, 21), {6.2F, 0.75F, 0.40F, 2.6F}, voxelMm);
-    growTree(vessels.shapes, {42, 16, 68}, pointsOf(1, 13.5F, 22), {6.2F, 0.75F, 0.40F, 2.6F}, voxelMm);
+    addTree(vessels.shapes, growTree({-38, 10, 66}, pointsOf(-1, 13.5F, 21), {6.2F, 0.75F, 0.40F, 2.6F}),
+            voxelMm);
+    addTree(vessels.shapes, growTree({42, 16, 68}, pointsOf(1, 13.5F, 22), {6.2F, 0.75F, 0.40F, 2.6F}),
+            voxelMm);
 
     Tissue& gullet = torso.add({{0, 45}, {-5, 10}, {-6, -500}});
     addTube(gullet.shapes,
@@ -101,13 +115,31 @@ void addLungTrees(TorsoBuilder& torso) {
              {{36, 2, 8}, 8}},
             voxelMm);
     Tissue& airways = torso.add({{1.3F, kAirwayWallHu}, {0, kAirHu}}, 1);
+    for (const AirwayTube& tube : torsoAirwayTubes(*torso.innerWall))
+        if (tube.knots.size() > 2)
+            addTube(airways.shapes, tube.knots, voxelMm);
+        else
+            airways.shapes.push_back(std::make_unique<TubeSegment>(
+                tube.knots[0].at, tube.knots[1].at, tube.knots[0].radiusMm, tube.knots[1].radiusMm, voxelMm));
+}
+
+std::vector<AirwayTube> torsoAirwayTubes(const Loft& innerWall) {
+    const LungPoints pointsOf(innerWall);
     const glm::vec3 carina(2, 15, 114), right(-38, 14, 88), left(48, 20, 84);
-    addTube(airways.shapes, {{{0, 2, 216}, 8.5F}, {{0, 8, 180}, 8.2F}, {{1, 16, 140}, 8}, {carina, 8}},
-            voxelMm);
-    addTube(airways.shapes, {{carina, 7}, {{-17, 17, 102}, 6.6F}, {right, 6}}, voxelMm);
-    addTube(airways.shapes, {{carina, 6.4F}, {{22, 16, 99}, 5.7F}, {left, 5.4F}}, voxelMm);
-    growTree(airways.shapes, right, pointsOf(-1, 17, 31), {5.8F, 0.9F, 0.38F, 2.7F}, voxelMm);
-    growTree(airways.shapes, left, pointsOf(1, 17, 32), {5.2F, 0.9F, 0.38F, 2.7F}, voxelMm);
+    std::vector<AirwayTube> tubes;
+    tubes.push_back({{{{0, 2, 216}, 8.5F}, {{0, 8, 180}, 8.2F}, {{1, 16, 140}, 8}, {carina, 8}}, -1, 0});
+    tubes.push_back({{{carina, 7}, {{-17, 17, 102}, 6.6F}, {right, 6}}, 0, 1});
+    tubes.push_back({{{carina, 6.4F}, {{22, 16, 99}, 5.7F}, {left, 5.4F}}, 0, 1});
+    const auto addTreeOf = [&](int bronchus, const std::vector<TreeBranch>& tree) {
+        const int first = static_cast<int>(tubes.size()); // the root carries the bronchus on
+        for (const TreeBranch& branch : tree)
+            tubes.push_back({{branch.from, branch.to},
+                             branch.parent < 0 ? bronchus : first + branch.parent,
+                             1 + branch.generation});
+    };
+    addTreeOf(1, growTree(right, pointsOf(-1, 17, 31), {5.8F, 0.9F, 0.38F, 2.7F}));
+    addTreeOf(2, growTree(left, pointsOf(1, 17, 32), {5.2F, 0.9F, 0.38F, 2.7F}));
+    return tubes;
 }
 
 } // namespace tessera

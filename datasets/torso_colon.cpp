@@ -44,7 +44,7 @@ Polyp place(const ColonCourse& course, const PolypPlan& plan) {
 } // namespace
 
 void addColon(TorsoBuilder& torso) {
-    const auto course = std::make_shared<const ColonCourse>();
+    const auto course = std::make_shared<const ColonCourse>(torso.colonCollapsed);
     const auto grid = std::make_shared<const ColonGrid>(course);
     Tissue& wall = torso.add({{kWallMm, kWallHu}});
     wall.shapes.push_back(std::make_unique<Colon>(grid, false));

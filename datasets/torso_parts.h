@@ -13,11 +13,25 @@ namespace tessera {
 /// The two domes under the lungs.
 ShapeList diaphragmShapes();
 
+/// A tube of the airways.
+struct AirwayTube {
+    std::vector<Knot> knots; ///< two: straight; more: a Catmull-Rom curve through them
+    int parent;              ///< its place in the list; -1: the trachea
+    int generation;          ///< of the trachea 0, one more at every fork
+};
+/// Trachea, main bronchi and the trees of the lungs, each after its parent.
+std::vector<AirwayTube> torsoAirwayTubes(const Loft& innerWall);
+/// From the aortic root to the fork.
+const std::vector<Knot>& aortaCourse();
+/// The inner wall of chest and belly.
+std::shared_ptr<const Loft> torsoInnerWall();
+
 /// Built once per phantom; voxelMm is the width of every blend.
 struct TorsoBuilder {
     float voxelMm;
     std::deque<Tissue> tissues;                          // a deque, so that references from add() stay valid
     std::shared_ptr<const Loft> skin, muscle, innerWall; // outside in; the inner wall bounds chest and belly
+    bool colonCollapsed = false;
 
     Tissue& add(std::vector<Shell> shells, float smoothMm = 0) {
         tissues.push_back({{}, std::move(shells), smoothMm, nullptr, 0});

@@ -25,8 +25,9 @@ void addVeins(TorsoBuilder& torso) {
         return inside && torso.innerWall->distance(p) < -12;
     };
     const Box box{{-125, -70, -75}, {35, 65, 40}};
-    growTree(portal.shapes, {-46, -10, -12}, scatter(box, 17, 41, inLiver), {6, 1.0F, 0.4F, 2.6F}, v);
-    growTree(portal.shapes, {-22, -2, 16}, scatter(box, 19, 42, inLiver), {7, 1.0F, 0.45F, 2.6F}, v);
+    addTree(portal.shapes, growTree({-46, -10, -12}, scatter(box, 17, 41, inLiver), {6, 1.0F, 0.4F, 2.6F}),
+            v);
+    addTree(portal.shapes, growTree({-22, -2, 16}, scatter(box, 19, 42, inLiver), {7, 1.0F, 0.45F, 2.6F}), v);
 
     Tissue& veins = torso.add({{0, kVeinHu}}, 3);
     addTube(veins.shapes,
@@ -61,26 +62,20 @@ void addVeins(TorsoBuilder& torso) {
 
 } // namespace
 
+const std::vector<Knot>& aortaCourse() {
+    static const std::vector<Knot> course = {
+        {{8, -20, 68}, 14},    {{-6, -26, 84}, 15},   {{-15, -26, 106}, 15},  {{-10, -23, 130}, 13.5F},
+        {{5, -12, 143}, 12},   {{23, 7, 142}, 11.5F}, {{26, 26, 132}, 11.5F}, {{25, 37, 114}, 12},
+        {{24, 34, 70}, 11.5F}, {{18, 24, 35}, 11},    {{10, 12, 8}, 10.5F},   {{5, 4, -18}, 10},
+        {{3, -2, -50}, 9.5F},  {{2, -4, -86}, 9}};
+    return course;
+}
+
 void addVessels(TorsoBuilder& torso) {
     addVeins(torso);
     const float v = torso.voxelMm;
     Tissue& aorta = torso.add({{0, kAortaHu}}, 2);
-    addTube(aorta.shapes,
-            {{{8, -20, 68}, 14},
-             {{-6, -26, 84}, 15},
-             {{-15, -26, 106}, 15},
-             {{-10, -23, 130}, 13.5F},
-             {{5, -12, 143}, 12},
-             {{23, 7, 142}, 11.5F},
-             {{26, 26, 132}, 11.5F},
-             {{25, 37, 114}, 12},
-             {{24, 34, 70}, 11.5F},
-             {{18, 24, 35}, 11},
-             {{10, 12, 8}, 10.5F},
-             {{5, 4, -18}, 10},
-             {{3, -2, -50}, 9.5F},
-             {{2, -4, -86}, 9}},
-            v);
+    addTube(aorta.shapes, aortaCourse(), v);
     Tissue& arteries = torso.add({{0, kArteryHu}}, 1.5F);
     ShapeList& a = arteries.shapes;
     addTube(a, {{{-4, -19, 143}, 6}, {{-18, -6, 172}, 5.5F}, {{-26, 4, 190}, 4.5F}, {{-58, 2, 206}, 4}}, v);

@@ -12,7 +12,7 @@
 #include "render/contract/ray_state.h"
 #include "render/contract/slicing.h"
 #include "render/contract/strides.h"
-#include "render/light/scene_light.h" // LightReport
+#include "render/light/light_plane.h"
 #include "render/plan/scene_plan.h"
 #include "render/residency/brick_residency.h"
 
@@ -131,6 +131,9 @@ class Engine {
     /// @param gpu  what it takes is charged here
     virtual std::unique_ptr<RayCaster> caster(const CasterOptions& options, Ledger& gpu) = 0;
     virtual std::unique_ptr<VisibilityCounter> counter(Ledger& gpu) = 0;
+    /// The light of voxels, of what was opened; null where there is none, or all of it is made anew for every
+    /// picture.
+    virtual LightPlane* light() { return nullptr; }
     /// What the light of voxels came to, for who asks what a picture took; nothing where there is none.
     virtual std::optional<LightReport> lightReport() const { return std::nullopt; }
     /// What went wrong unseen since the last call; empty: nothing.

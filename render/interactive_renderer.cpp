@@ -18,7 +18,8 @@ constexpr int kMean = kLevelCount - 1;
 /// Levels resident, wanted, being chosen and chosen from; gains, visibility, what was seen; moves as they are
 /// ranked.
 constexpr std::size_t kBytesPerBrick = 96;
-constexpr milliseconds kPatience{50}; // for more bricks before a better picture
+constexpr milliseconds kPatience{50};       // for more bricks before a better picture
+constexpr milliseconds kLightPatience{700}; // for finer light
 
 } // namespace
 
@@ -81,6 +82,8 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     ScenePlan* const volumes[] = {&p_};
     engine_.open(volumes, pages_);
     TESSERA_CHECK(engine_.bricks());
+    if (engine_.light() && options.coarseLightFirst)
+        engine_.light()->lightCoarselyFirst();
     p_.aim();
     caster_ = engine_.caster({options.counting, false, false}, gpu);
     counter_ = engine_.counter(gpu);
@@ -124,6 +127,21 @@ void InteractiveRenderer::setCuts(const Cuts& cuts) {
     scene_.cuts = cuts;
     cancel();
     forPicture_.add(kCameraChanged);
+}
+
+bool InteractiveRenderer::setLight(const Lighting& lighting, const Shading& shading) {
+    Scene lit = scene_;
+    lit.lighting = lighting;
+    lit.shading = shading;
+    if (!p_.setLight(lit, options_.threads))
+        return false;
+    cancel();
+    scene_ = lit;
+    if (engine_.light())
+        engine_.light()->lightingChanged();
+    caster_->functionChanged(); // of its numbers, lights are some
+    forPicture_.add(kLightChanged);
+    return true;
 }
 
 void InteractiveRenderer::cancel() {
@@ -173,6 +191,7 @@ InteractiveRenderer::Choice InteractiveRenderer::choose(LevelChooser* chooser, c
     BestLevels best = bestLevels(*chooser, statistics.brickMean, r.pages, visible);
     c.selection = std::move(best.selection);
     c.error = best.error;
+    c.visible = visible;
     c.gain.resize(visible.size());
     for (std::size_t b = 0; b < visible.size(); ++b)
         if (const int to = c.selection.levels[b]; to < kLevelCount) {
@@ -217,6 +236,7 @@ void InteractiveRenderer::finishChoosing() {
     }
     wanted_ = std::move(choice.selection);
     gain_ = std::move(choice.gain);
+    likely_ = std::move(choice.visible);
     predicted_ = choice.error;
     direct_ = false;
     plan();
@@ -316,6 +336,8 @@ void InteractiveRenderer::beginPicture() {
         caster_->emptySpaceChanged();
         refined_ = false;
     }
+    if (engine_.light())
+        engine_.light()->setHaste(haste_.has_value());
     Rays rays = raysOf(p_);
     if (haste_) {
         rays.frame = rayFrame(p_.view.camera, p_.info(), haste_->imageSize, step);
@@ -327,16 +349,23 @@ void InteractiveRenderer::beginPicture() {
     pictureBegan_ = Clock::now();
 }
 
+/// Some bricks stand as their means that have better to come.
+bool InteractiveRenderer::meansArePending() const {
+    return !wanted_ || std::any_of(moves_.begin(), moves_.end(), [&](const Move& m) {
+        return p_.volume.selection.levels[m.brick] == kMean;
+    });
+}
+
 bool InteractiveRenderer::pictureIsDue() const {
     const auto waited = Clock::now() - lastPicture_;
     const bool first = picture_.pixels.empty();
     if (first && waited < options_.firstPatience) {
-        const bool coarse = std::none_of(moves_.begin(), moves_.end(), [&](const Move& m) {
-            return p_.volume.selection.levels[m.brick] == kMean;
-        });
-        return wanted_ && coarse;
+        return !meansArePending();
     }
-    if (first || forPicture_.any(kCameraChanged | kFunctionChanged))
+    // One of few pixels is there: the next shows more than bricks' means, which are slow to draw, too.
+    if (!haste_ && picture_.size != scene_.imageSize && waited < options_.firstPatience && meansArePending())
+        return false;
+    if (first || forPicture_.any(kCameraChanged | kFunctionChanged | kLightChanged))
         return true;
     if (!forDevice_.any(kLevelsChanged) && !forPicture_.any(kLevelsChanged))
         return false;
@@ -348,6 +377,19 @@ bool InteractiveRenderer::settled() const {
     return wanted_ && moves_.empty() && !counting_ && !choosing_.valid() && !forChoice_.any() &&
            !nextFunction_ && countsLeft_ == 0 && !drawing_ && !forPicture_.any() &&
            !forDevice_.any(kLevelsChanged) && lookedAhead_ == path_.size();
+}
+
+bool InteractiveRenderer::lightIsWhole() const {
+    return haste_ || !engine_.light() || engine_.light()->isWhole();
+}
+
+/// Pictures come when it is whole and, before, as long after each other as two take.
+void InteractiveRenderer::refineLight(Clock::time_point deadline) {
+    LightPlane& light = *engine_.light();
+    light.refine(likely_, deadline, work_);
+    if (light.isWhole() ||
+        Clock::now() - lastPicture_ > std::max<Clock::duration>(kLightPatience, 2 * pictureTook_))
+        forPicture_.add(kLightChanged);
 }
 
 InteractiveRenderer::Progress InteractiveRenderer::advance(Clock::time_point deadline) {
@@ -375,6 +417,10 @@ InteractiveRenderer::Progress InteractiveRenderer::advance(Clock::time_point dea
             pictureTook_ = lastPicture_ - pictureBegan_;
             break; // to be shown
         }
+        if (settled() && !lightIsWhole()) {
+            refineLight(deadline);
+            continue;
+        }
         if (settled()) {
             if (!std::exchange(refined_, true))
                 caster_->refine(); // the next pictures of these bricks are drawn sooner
@@ -386,7 +432,8 @@ InteractiveRenderer::Progress InteractiveRenderer::advance(Clock::time_point dea
         else
             p_.volume.cache->waitForWanted(soon);
     } while (Clock::now() < deadline);
-    progress.converged = settled() && refined_;
+    progress.lightIsCoarse = engine_.light() && !engine_.light()->isWhole();
+    progress.converged = settled() && lightIsWhole() && refined_;
     progress.movesLeft = moves_.size();
     progress.choosing = choosing_.valid();
     return progress;

@@ -30,9 +30,13 @@ struct InteractiveOptions {
     /// levels that a first view comes to, or a new function, are those of renderScene() with as many pages;
     /// after another camera alone, what was seen before has a say where memory is short.
     double spareShare = 1.0 / 16;
-    /// That a first picture waits for coarse levels, lest it be one of the bricks' means.
+    /// That a first picture waits for coarse levels, and one of all pixels after one of few, lest it be one
+    /// of the bricks' means.
     std::chrono::milliseconds firstPatience{2000};
     bool counting = false; // work counters
+    /// Light of voxels is coarse at first, and made finer while nothing else is to be done; else every
+    /// picture waits for all of it. What it comes to is the same.
+    bool coarseLightFirst = true;
 };
 
 class InteractiveRenderer {
@@ -52,6 +56,9 @@ class InteractiveRenderer {
     void setFunction(const TransferFunction& function);
     /// Of modes that show single values.
     void setWindow(const WindowChoice& window);
+    /// Lights, and what answers to them. False where that takes another renderer, and nothing is changed:
+    /// other planes of light, more memory, or shading that comes, goes or takes other gradients.
+    bool setLight(const Lighting& lighting, const Shading& shading);
     /// What is cut away. Drops the picture in the works. Not where the engine compiles what it draws
     /// (checked). Throws InputError for cuts that are none.
     void setCuts(const Cuts& cuts);
@@ -70,9 +77,10 @@ class InteractiveRenderer {
     void setPath(std::vector<Camera> next);
 
     struct Progress {
-        bool newPicture = false;   // one came to its end in this call
-        bool converged = false;    // it is the last until something is changed
-        std::size_t movesLeft = 0; // of bricks that are not at their levels yet
+        bool newPicture = false;    // one came to its end in this call
+        bool converged = false;     // it is the last until something is changed
+        std::size_t movesLeft = 0;  // of bricks that are not at their levels yet
+        bool lightIsCoarse = false; // light of voxels is not yet what it will be
         bool choosing = false;
     };
     /// Chooses, requests, uploads and marches what fits before the deadline, one dispatch at least; one that
@@ -105,8 +113,8 @@ class InteractiveRenderer {
     struct Choice {
         Selection selection;
         PredictedError error;
-        std::vector<float> gain; // per brick
-        bool predicted = false;  // false: no memory for it; one level for all
+        std::vector<float> gain, visible; // per brick
+        bool predicted = false;           // false: no memory for it; one level for all
     };
     static Choice choose(LevelChooser* chooser, const Request& request);
 
@@ -128,8 +136,11 @@ class InteractiveRenderer {
     void mapResident();
     void beginPicture();
     bool mayChoose() const;
+    bool meansArePending() const;
     bool pictureIsDue() const;
     bool settled() const;
+    bool lightIsWhole() const;
+    void refineLight(Clock::time_point deadline);
 
     Scene scene_;
     Engine& engine_;
@@ -147,6 +158,7 @@ class InteractiveRenderer {
     std::optional<Selection> wanted_;
     PredictedError predicted_;
     std::vector<float> gain_, visible_;                 // per brick; visible_: empty before it was counted
+    std::vector<float> likely_;                         // the same, as levels were chosen by
     std::vector<Move> moves_;                           // most urgent first
     std::unordered_set<ChunkKey, ChunkKeyHash> failed_; // chunks that cannot be read
     std::vector<Camera> path_;

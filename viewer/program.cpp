@@ -93,6 +93,7 @@ int run(int argc, char** argv) {
     addViewCommand(program, common, action);
 #endif
     addPhantomCommand(program, common, action);
+    addCentrelineCommand(program, common, action);
     addAccuracyCommand(program, common, action);
     addBenchCommand(program, common, action);
     addPresetCommand(program, common, action);

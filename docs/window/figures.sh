@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes docs/images/window.png anew: the window on a phantom, driven by steps in a file instead of a hand, on a display of its own.
+# Makes docs/images/window.png and endoscopy.png anew: the window on a phantom, driven by steps in a file instead of a hand, on a display of its own.
 #   docs/window/figures.sh [TESSERA]
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -14,10 +14,18 @@ light studio
 orbit -30 12
 wait still
 window window.ppm
+light plain
+line -67 -33 -155 0 38 -200
+wait line
+fly-to 300
+wait still
+wait 4500
+window endoscopy.ppm
 quit
 STEPS
 xvfb-run -a -s "-screen 0 1400x900x24" "$tessera" view torso.zarr --size 1100x640 --script steps.txt
-python3 - window.ppm "$root/docs/images/window.png" <<'PNG'
+for picture in window endoscopy; do
+python3 - $picture.ppm "$root/docs/images/$picture.png" <<'PNG'
 import struct, sys, zlib
 data = open(sys.argv[1], "rb").read()
 magic, size, most, pixels = data.split(b"\n", 3)
@@ -27,4 +35,5 @@ part = lambda name, body: struct.pack(">I", len(body)) + name + body + struct.pa
 open(sys.argv[2], "wb").write(b"\x89PNG\r\n\x1a\n" + part(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
                               + part(b"IDAT", zlib.compress(rows, 9)) + part(b"IEND", b""))
 PNG
-echo "wrote $root/docs/images/window.png"
+echo "wrote $root/docs/images/$picture.png"
+done

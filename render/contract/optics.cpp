@@ -18,10 +18,7 @@ Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shad
     const double perValue = static_cast<double>(table.entriesPerValue);
     o.scale = static_cast<float>(info.rescaleSlope * perValue);
     o.offset = static_cast<float>((info.rescaleIntercept - static_cast<double>(table.firstValue)) * perValue);
-    o.shading = shading.on;
-    o.gradient = shading.gradient;
-    o.phong = glm::vec3(shading.ambient, shading.diffuse, shading.specular);
-    o.specularPower = std::clamp(static_cast<int>(std::lround(shading.specularPower)), 1, 1024);
+    setShading(o, shading);
     const glm::dmat3 linear(info.patientFromVoxel);
     o.voxelFromPatientTransposed = glm::mat3(glm::transpose(glm::inverse(linear)));
     o.patientFromVoxel = glm::mat3(linear);
@@ -29,6 +26,13 @@ Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shad
     o.volumeShows = !table.isTransparent();
     setIntegrator(o, integrator);
     return o;
+}
+
+void setShading(Optics& o, const Shading& shading) {
+    o.shading = shading.on;
+    o.gradient = shading.gradient;
+    o.phong = glm::vec3(shading.ambient, shading.diffuse, shading.specular);
+    o.specularPower = std::clamp(static_cast<int>(std::lround(shading.specularPower)), 1, 1024);
 }
 
 void setIntegrator(Optics& o, Integrator integrator) {

@@ -64,6 +64,8 @@ struct Optics {
 
 Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shading& shading,
                   double terminationTransmittance, Integrator integrator = Integrator::midpoint);
+/// Takes what answers to a head light; lights follow with setLighting().
+void setShading(Optics& optics, const Shading& shading);
 /// Takes the scene's lights and materials; nothing where a white head light makes Phong's highlights on one
 /// material, wherever there is a gradient: that is shade() without lights.
 void setLighting(Optics& optics, const Shading& shading, const Lighting& lighting,

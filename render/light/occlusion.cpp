@@ -262,12 +262,13 @@ void Occluder::read(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& roo
             }
 }
 
-void Occluder::find(const ChunkKey& chunk, std::span<const std::uint8_t> bricks, BrickCache& cache,
-                    OcclusionRoom& room) const {
+void Occluder::find(const ChunkKey& chunk, std::span<const std::uint8_t> bricks, bool occludes,
+                    BrickCache& cache, OcclusionRoom& room) const {
     room.runs.clear();
     if (nothingNear(chunk))
         return;
-    read(chunk, cache, room);
+    if (occludes || chunk.level == 0) // elsewhere statistics say where anything shows
+        read(chunk, cache, room);
 
     // Which runs are wanted: by bricks, and by what can show near them.
     const glm::ivec3 own = glm::ivec3(chunk.i, chunk.j, chunk.k) * kChunkExtent;

@@ -65,7 +65,8 @@ class Occluder {
     /// Reads a chunk and what is around it, and finds the runs of samples near which anything can show:
     /// within two samples.
     /// @param bricks  of the chunk, x fastest: those whose samples are wanted; empty: all
-    void find(const ChunkKey& chunk, std::span<const std::uint8_t> bricks, BrickCache& cache,
+    /// @param occludes  occlude() follows; else no more is read than tells where anything shows
+    void find(const ChunkKey& chunk, std::span<const std::uint8_t> bricks, bool occludes, BrickCache& cache,
               OcclusionRoom& room) const;
     /// Share of the light of its sphere that gets to each sample of the runs found, equation 6.3, in
     /// room.light; 1 elsewhere. What tissue sends (6.5) in room.shine; 0 elsewhere.

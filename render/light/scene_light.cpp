@@ -4,74 +4,179 @@
 #include "core/error.h"
 
 #include <algorithm>
-#include <bit>
-#include <chrono>
 #include <utility>
 
 namespace tessera {
 namespace {
 
-constexpr std::uint32_t kEntryValue = 0x80000000u, kEntryAbsent = 0x40000000u; // brick_residency.h
+/// Rays along a side of a coarse map, as a part of those of a whole one.
+constexpr int kCoarseMapPart = 4;
 
-std::vector<PlacedLight> placedLights(const ScenePlan& scene) {
-    std::vector<PlacedLight> placed;
-    for (const Light& light : castingLights(scene.view.lighting.lights))
-        placed.push_back(placedLight(light, scene.view.camera));
-    return placed;
+bool sameShadows(const std::vector<Light>& a, const std::vector<Light>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Light& x, const Light& y) {
+        return x.kind == y.kind && x.frame == y.frame && x.direction == y.direction &&
+               x.position == y.position && x.softness == y.softness;
+    });
+}
+
+bool sendTheSame(const std::vector<leaf::MaterialNumbers>& a, const std::vector<leaf::MaterialNumbers>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
+        return x.from == y.from && x.to == y.to && std::equal(x.emission, x.emission + 3, y.emission);
+    });
+}
+
+/// All bricks that show something at one level.
+Selection atOneLevel(const Selection& selection, int level) {
+    Selection coarse = selection;
+    coarse.counts = {};
+    for (std::uint8_t& l : coarse.levels) {
+        if (l != Selection::kEmpty)
+            l = static_cast<std::uint8_t>(level);
+        ++coarse.counts[l];
+    }
+    return coarse;
 }
 
 } // namespace
 
 SceneLight::SceneLight(const ScenePlan& scene, int threads) : scene_(scene), threads_(threads) {
     TESSERA_CHECK(channels() > 0);
+    lightingChanged();
 }
 
 void SceneLight::viewChanged() {
-    for (const Light& light : castingLights(scene_.view.lighting.lights))
-        if (light.frame == LightFrame::camera)
-            shadowsAreNew_ = true;
+    for (const Light& light : castingLights(lighting_.lights))
+        if (light.frame == LightFrame::camera) {
+            viewIsNew_ = true;
+            next_.clear();
+        }
+}
+
+void SceneLight::levelsChanged() {
+    levelsAreNew_ = true;
+    next_.clear();
+}
+
+LightParts SceneLight::lightingChanged() {
+    const Lighting& now = scene_.view.lighting;
+    const std::vector<Light> casting = castingLights(now.lights);
+    LightParts changed = 0;
+    if (!light_ || now.occlusion != lighting_.occlusion || now.finestLevel != lighting_.finestLevel) {
+        const int before = light_ ? light_->finestLevel() : -1;
+        light_ = std::make_unique<VoxelLight>(scene_.info(), scene_.volume.statistics, now, threads_);
+        if (!litTable_.empty())
+            light_->functionChanged(scene_.volume.table, scene_.volume.optics);
+        light_->setShadows(shadows_);
+        changed = light_->finestLevel() == before ? kAmbientLight : kAllLight;
+    }
+    if (!sameShadows(casting, castingLights(lighting_.lights))) {
+        changed |= kShadowLight;
+        takeMaps({}, Maps::none);
+    }
+    next_.clear();
+    lighting_ = now;
+    casts_ = !casting.empty();
+    return changed;
 }
 
 /// Integrators come and go by the same way as functions, and change no light.
-void SceneLight::lookAtFunction() {
-    if (std::exchange(functionMayBeNew_, false) && litTable_ != scene_.volume.optics.table) {
-        litTable_ = scene_.volume.optics.table;
-        shadowsAreNew_ = functionIsNew_ = true;
-    }
+LightParts SceneLight::takeChanges() {
+    if (!std::exchange(functionMayBeNew_, false))
+        return 0;
+    const Optics& optics = scene_.volume.optics;
+    const bool sendsOther = ambientChannels(lighting_) > 1 && !sendTheSame(litMaterials_, optics.materials);
+    if (litTable_ == optics.table && !sendsOther)
+        return 0;
+    litTable_ = optics.table;
+    litMaterials_ = optics.materials;
+    light_->functionChanged(scene_.volume.table, optics);
+    takeMaps({}, Maps::none);
+    next_.clear();
+    return kAllLight;
 }
 
-bool SceneLight::takeChanges() {
-    lookAtFunction();
-    if (shadowsAreNew_ || functionIsNew_)
-        ready();
-    return std::exchange(changed_, false);
+LightPath SceneLight::fieldAsDrawn() const {
+    const VolumeState& volume = scene_.volume;
+    return {volume.cache.get(), &scene_.info(),
+            &volume.selection,  volume.mixed() ? &volume.levels : nullptr,
+            &volume.optics,     scene_.view.quality.skipping ? &volume.occupancy : nullptr};
+}
+
+std::vector<PlacedLight> SceneLight::placedLights() const {
+    std::vector<PlacedLight> placed;
+    for (const Light& light : castingLights(lighting_.lights))
+        placed.push_back(placedLight(light, scene_.view.camera));
+    return placed;
+}
+
+void SceneLight::takeMaps(std::vector<ShadowMaps> maps, Maps kind) {
+    light_->setShadows({});
+    shadows_ = std::move(maps);
+    light_->setShadows(shadows_);
+    maps_ = kind;
+    viewIsNew_ = viewIsNew_ && kind == Maps::none;
+    levelsAreNew_ = levelsAreNew_ && kind != Maps::whole;
+}
+
+bool SceneLight::makeMaps() {
+    if (mapsAreWhole())
+        return false;
+    takeMaps({}, Maps::none); // never two at once
+    const LightPath field = fieldAsDrawn();
+    std::vector<ShadowMaps> maps;
+    for (const PlacedLight& light : placedLights()) {
+        maps.emplace_back(light, field, scene_.view.shadowQuality);
+        maps.back().build(field, threads_);
+    }
+    takeMaps(std::move(maps), Maps::whole);
+    return true;
+}
+
+bool SceneLight::makeMapsUntil(Deadline deadline) {
+    if (mapsAreWhole())
+        return false;
+    const LightPath field = fieldAsDrawn();
+    if (next_.empty()) {
+        takeMaps({}, Maps::none);
+        nextBuilt_ = 0;
+        for (const PlacedLight& light : placedLights())
+            next_.emplace_back(light, field, scene_.view.shadowQuality);
+    }
+    while (nextBuilt_ < next_.size()) {
+        if (!next_[nextBuilt_].buildUntil(field, threads_, deadline))
+            return false;
+        ++nextBuilt_;
+    }
+    takeMaps(std::move(next_), Maps::whole);
+    next_.clear();
+    return true;
+}
+
+bool SceneLight::makeCoarseMaps(bool viewCounts) {
+    if (!casts_ || (maps_ != Maps::none && !(viewIsNew_ && viewCounts)))
+        return false;
+    next_.clear();
+    takeMaps({}, Maps::none);
+    const Selection bricks = atOneLevel(scene_.volume.selection, kCoarseLevel);
+    LightPath field = fieldAsDrawn();
+    field.selection = &bricks;
+    field.levels = nullptr;
+    field.occupancy = nullptr; // it is of the bricks as they are drawn
+    ShadowQuality quality = scene_.view.shadowQuality;
+    quality.mapSize = std::max(2, quality.mapSize / kCoarseMapPart);
+    quality.stepVoxels *= 1 << kCoarseLevel;
+    std::vector<ShadowMaps> maps;
+    for (const PlacedLight& light : placedLights()) {
+        maps.emplace_back(light, field, quality);
+        maps.back().build(field, threads_);
+    }
+    takeMaps(std::move(maps), Maps::coarse);
+    return true;
 }
 
 VoxelLight& SceneLight::ready() {
-    lookAtFunction();
-    const VolumeState& volume = scene_.volume;
-    if (shadowsAreNew_) {
-        const LightPath field{volume.cache.get(), &scene_.info(),
-                              &volume.selection,  volume.mixed() ? &volume.levels : nullptr,
-                              &volume.optics,     scene_.view.quality.skipping ? &volume.occupancy : nullptr};
-        const std::vector<PlacedLight> lights = placedLights(scene_);
-        if (!lights.empty() || !light_) {
-            light_.reset();
-            shadows_.clear();
-            for (const PlacedLight& light : lights) {
-                shadows_.emplace_back(light, field, scene_.view.shadowQuality);
-                shadows_.back().build(field, threads_);
-            }
-            light_.emplace(scene_.info(), volume.statistics, scene_.view.lighting, shadows_, threads_);
-            functionIsNew_ = true;
-        }
-        shadowsAreNew_ = false;
-    }
-    if (functionIsNew_) {
-        light_->functionChanged(volume.table, volume.optics);
-        functionIsNew_ = false;
-        changed_ = true;
-    }
+    takeChanges();
+    makeMaps();
     return *light_;
 }
 
@@ -96,55 +201,6 @@ LightReport SceneLight::report(std::size_t planeBytes) const {
     }
     report.shareOfMore = rays == 0 ? 0 : 1e-6 * static_cast<double>(more) / static_cast<double>(rays);
     return report;
-}
-
-LightPlane::LightPlane(SceneLight& light, const ScenePlan& scene, std::vector<Plane*> channels)
-    : light_(light), scene_(scene), channels_(std::move(channels)),
-      entries_(cellCount(brickGrid(scene.info().extentVoxels)), BrickEntry(kEntryAbsent, 0)),
-      slots_(entries_.size()), isLit_(entries_.size(), 0) {}
-
-void LightPlane::put(const AtlasSlot& slot, const BrickSamples& samples, Work&) {
-    slots_[samples.brick] = slot;
-    isLit_[samples.brick] = 0;
-}
-
-void LightPlane::publish(std::span<const BrickEntry> entries) {
-    std::copy(entries.begin(), entries.end(), entries_.begin());
-    published_ = true;
-}
-
-void LightPlane::settle(Work& work) {
-    const auto start = std::chrono::steady_clock::now();
-    if (light_.takeChanges()) {
-        std::fill(isLit_.begin(), isLit_.end(), std::uint8_t{0});
-        published_ = true;
-    }
-    if (!published_)
-        return;
-    VoxelLight& light = light_.ready();
-    std::vector<BrickToLight> bricks;
-    for (std::size_t b = 0; b < entries_.size(); ++b)
-        if ((entries_[b].x & (kEntryValue | kEntryAbsent)) == 0 && !isLit_[b]) {
-            bricks.push_back({b, slots_[b]->level});
-            isLit_[b] = 1;
-        }
-    BrickCache& cache = *scene_.volume.cache;
-    light.light(std::move(bricks), cache,
-                [&](const BrickToLight& b, int channel, const Chunk& samples, int edge) {
-                    channels_[static_cast<std::size_t>(channel)]->put(
-                        *slots_[b.brick], {samples, glm::ivec3(0), edge, b.brick}, work);
-                });
-    std::vector<BrickEntry> entries = entries_;
-    for (std::size_t c = 0; c < channels_.size(); ++c) {
-        for (std::size_t b = 0; b < entries.size(); ++b)
-            if ((entries_[b].x & kEntryValue) != 0)
-                entries[b].y = std::bit_cast<std::uint32_t>(
-                    static_cast<float>(light.standing(b, static_cast<int>(c), cache)));
-        channels_[c]->finish();
-        channels_[c]->publish(entries);
-    }
-    published_ = false;
-    light_.took(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
 
 } // namespace tessera

@@ -1,15 +1,14 @@
-// render/light/scene_light.h: the light of a scene's voxels, and the plane that holds it beside the values:
-// in the same pages and slots, one sample of light for every sample. An engine brings planes of its own for
-// the samples, one a channel; what is in them is computed here, whichever engine it is.
+// render/light/scene_light.h: what the light of a scene's voxels is computed from, as things are: the
+// function, and maps of shadows of the bricks that are drawn. For a still all of it is there before anything
+// is lit; for pictures that follow one another maps are coarse first, and whole when there was time for it.
 #pragma once
 
 #include "render/light/voxel_light.h"
 #include "render/plan/scene_plan.h"
-#include "render/residency/plane.h"
 
+#include <chrono>
+#include <cstddef>
 #include <memory>
-#include <optional>
-#include <span>
 #include <vector>
 
 namespace tessera {
@@ -28,6 +27,10 @@ struct LightReport {
 
 class SceneLight {
   public:
+    using Deadline = std::chrono::steady_clock::time_point;
+    /// Samples of coarse light: one for 8^3 voxels.
+    static constexpr int kCoarseLevel = 3;
+
     /// Of a plan whose lighting has channels of light; it outlives this and does
     /// not move.
     SceneLight(const ScenePlan& scene, int threads);
@@ -36,11 +39,27 @@ class SceneLight {
     /// The transfer function, the camera, or levels of bricks may be others.
     void functionChanged() { functionMayBeNew_ = true; }
     void viewChanged();
-    void levelsChanged() { shadowsAreNew_ = true; }
+    void levelsChanged();
+    /// The plan's lighting is another, with as many channels. Returns the parts of light that are.
+    LightParts lightingChanged();
 
-    /// Whether light that was given is another now; asks for all of it again.
-    bool takeChanges();
-    /// The light as things are: builds maps of shadows where it must. Valid until something changes.
+    /// Takes the function and the lights as they are. Returns the parts of light that are others from now on.
+    LightParts takeChanges();
+    /// Builds maps of shadows of the bricks as they are, where these do not hold. Returns true where shadows
+    /// are others from now on.
+    bool makeMaps();
+    /// The same as far as time goes, for all that has changed; true when they are there and new.
+    bool makeMapsUntil(Deadline deadline);
+    /// Makes coarse maps, where there are none, and where the camera moved a light, if it counts.
+    bool makeCoarseMaps(bool viewCounts);
+    /// The camera has moved a light since maps were made.
+    bool viewIsNew() const { return viewIsNew_; }
+    /// Maps of shadows are of the bricks, lights and function as they are.
+    bool mapsAreWhole() const { return !casts_ || (maps_ == Maps::whole && !levelsAreNew_ && !viewIsNew_); }
+
+    /// Its changes must have been taken, and shadows need maps.
+    VoxelLight& voxels() { return *light_; }
+    /// All of it, for all bricks at once.
     VoxelLight& ready();
     const std::vector<ShadowMaps>& shadows() const { return shadows_; }
     /// Computing took so long.
@@ -49,36 +68,24 @@ class SceneLight {
     LightReport report(std::size_t planeBytes) const;
 
   private:
-    void lookAtFunction();
+    enum class Maps { none, coarse, whole };
+    LightPath fieldAsDrawn() const;
+    std::vector<PlacedLight> placedLights() const;
+    void takeMaps(std::vector<ShadowMaps> maps, Maps kind);
 
     const ScenePlan& scene_;
     int threads_;
+    Lighting lighting_;  // by which light is computed
+    bool casts_ = false; // some light has shadows
     std::vector<ShadowMaps> shadows_;
-    std::optional<VoxelLight> light_;
+    Maps maps_ = Maps::none;
+    std::vector<ShadowMaps> next_; // in the works
+    std::size_t nextBuilt_ = 0;    // of them are whole
+    std::unique_ptr<VoxelLight> light_;
     std::vector<glm::vec4> litTable_; // by which light was computed
-    double seconds_ = 0;              // that computing took
-    bool shadowsAreNew_ = true, functionMayBeNew_ = true, functionIsNew_ = true, changed_ = true;
-};
-
-/// Light beside values, for a BrickResidency.
-class LightPlane : public Plane {
-  public:
-    /// @param channels  planes of 16-bit samples; all outlive this
-    LightPlane(SceneLight& light, const ScenePlan& scene, std::vector<Plane*> channels);
-
-    void put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) override;
-    void publish(std::span<const BrickEntry> entries) override;
-    /// Lights what was put, or all where light has changed; before rays are drawn.
-    void settle(Work& work);
-
-  private:
-    SceneLight& light_;
-    const ScenePlan& scene_;
-    std::vector<Plane*> channels_;
-    std::vector<BrickEntry> entries_;
-    std::vector<std::optional<AtlasSlot>> slots_; // of every brick, as it was last put
-    std::vector<std::uint8_t> isLit_;             // since then
-    bool published_ = false;                      // entries that channels do not know
+    std::vector<leaf::MaterialNumbers> litMaterials_;
+    double seconds_ = 0; // that computing took
+    bool functionMayBeNew_ = true, levelsAreNew_ = true, viewIsNew_ = true;
 };
 
 } // namespace tessera

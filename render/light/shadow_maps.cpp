@@ -6,7 +6,6 @@
 #include "render/contract/cache_field.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <glm/trigonometric.hpp>
 #include <mutex>
@@ -206,48 +205,71 @@ bool ShadowMaps::placeOn(const View& view, const glm::dvec3& place, glm::vec2& a
     return true;
 }
 
-void ShadowMaps::build(const LightPath& field, int threads, const ShareDone& progress) {
+/// @param more, largest  of rays whose fit may err by more than was asked; the most
+void ShadowMaps::buildRow(const LightPath& field, std::size_t row, std::size_t& more, float& largest) {
     const int size = maps_.front().size();
-    std::atomic<std::size_t> more = 0;
+    const std::size_t n = row / static_cast<std::size_t>(size);
+    const View& view = views_[n];
+    const int y = static_cast<int>(row) % size;
+    const RayFrame<float> frame =
+        cast<float>(rayFrame(view.camera, *field.info, {size, size}, quality_.stepVoxels));
+    Strides strides;
+    strides.map = field.levels;
+    strides.uniformSegments = 1;
+    strides.segmentVoxels = quality_.stepVoxels;
+    std::vector<LightLeft> samples;
+    withCacheField<float>(
+        *field.cache, *field.info, *field.selection, field.levels, Gradient::central, [&](auto& values) {
+            for (int x = 0; x < size; ++x) {
+                const SegmentedRay<float> ray = segmentedRay(
+                    frame, glm::vec2(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f));
+                const glm::dvec3 entry(field.info->patientFromVoxel * glm::dvec4(glm::dvec3(ray.entry), 1));
+                const double mm = view.plane.perspective
+                                      ? glm::length(entry - view.camera.position)
+                                      : glm::dot(entry - view.plane.centre, view.plane.forward);
+                lightAlong(ray, values, field, strides, static_cast<float>(mm), samples);
+                const float error = maps_[n].fit({x, y}, samples, quality_.error);
+                largest = std::max(largest, error);
+                more += error > quality_.error ? 1 : 0;
+            }
+        });
+}
+
+void ShadowMaps::build(const LightPath& field, int threads, const ShareDone& progress) {
     std::mutex mutex;
-    largestError_ = 0;
-    const std::size_t rows = maps_.size() * static_cast<std::size_t>(size);
     parallelFor(
-        rows, threads,
+        rows(), threads,
         [&](std::size_t row) {
-            const std::size_t n = row / static_cast<std::size_t>(size);
-            const View& view = views_[n];
-            const int y = static_cast<int>(row) % size;
-            const RayFrame<float> frame =
-                cast<float>(rayFrame(view.camera, *field.info, {size, size}, quality_.stepVoxels));
-            Strides strides;
-            strides.map = field.levels;
-            strides.uniformSegments = 1;
-            strides.segmentVoxels = quality_.stepVoxels;
-            std::vector<LightLeft> samples;
+            std::size_t more = 0;
             float largest = 0;
-            withCacheField<float>(
-                *field.cache, *field.info, *field.selection, field.levels, Gradient::central,
-                [&](auto& values) {
-                    for (int x = 0; x < size; ++x) {
-                        const SegmentedRay<float> ray = segmentedRay(
-                            frame, glm::vec2(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f));
-                        const glm::dvec3 entry(field.info->patientFromVoxel *
-                                               glm::dvec4(glm::dvec3(ray.entry), 1));
-                        const double mm = view.plane.perspective
-                                              ? glm::length(entry - view.camera.position)
-                                              : glm::dot(entry - view.plane.centre, view.plane.forward);
-                        lightAlong(ray, values, field, strides, static_cast<float>(mm), samples);
-                        const float error = maps_[n].fit({x, y}, samples, quality_.error);
-                        largest = std::max(largest, error);
-                        more += error > quality_.error ? 1 : 0;
-                    }
-                });
+            buildRow(field, row, more, largest);
             const std::lock_guard lock(mutex);
             largestError_ = std::max(largestError_, largest);
+            more_ += more;
         },
         progress);
-    shareOfMore_ = static_cast<double>(more) / static_cast<double>(rows * static_cast<std::size_t>(size));
+    rowsBuilt_ = rows();
+}
+
+bool ShadowMaps::buildUntil(const LightPath& field, int threads,
+                            std::chrono::steady_clock::time_point deadline) {
+    constexpr std::size_t kRowsAtATime = 8;
+    std::mutex mutex;
+    while (rowsBuilt_ < rows()) {
+        const std::size_t count = std::min(kRowsAtATime, rows() - rowsBuilt_);
+        parallelFor(count, threads, [&](std::size_t n) {
+            std::size_t more = 0;
+            float largest = 0;
+            buildRow(field, rowsBuilt_ + n, more, largest);
+            const std::lock_guard lock(mutex);
+            largestError_ = std::max(largestError_, largest);
+            more_ += more;
+        });
+        rowsBuilt_ += count;
+        if (std::chrono::steady_clock::now() >= deadline)
+            break;
+    }
+    return rowsBuilt_ == rows();
 }
 
 float ShadowMaps::light(const glm::dvec3& place, int level) const {

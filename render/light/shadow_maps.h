@@ -14,6 +14,8 @@
 #include "render/empty_space/occupancy.h"
 #include "render/light/deep_shadow_map.h"
 
+#include <chrono>
+#include <cstddef>
 #include <vector>
 
 namespace tessera {
@@ -61,6 +63,9 @@ class ShadowMaps {
 
     /// Sends the rays. @param threads  0: all processors
     void build(const LightPath& field, int threads, const ShareDone& progress = {});
+    /// As many as there is time for, at least some; what they go through must be the same until all are sent.
+    /// True then.
+    bool buildUntil(const LightPath& field, int threads, std::chrono::steady_clock::time_point deadline);
 
     /// Share of the light that gets to a place, patient space; [0,1]. @param level  of the samples that it is
     /// for
@@ -69,7 +74,10 @@ class ShadowMaps {
     /// The largest error that a ray's fit may make, and the share of rays whose fit may make more than was
     /// asked for.
     float largestError() const { return largestError_; }
-    double shareOfMore() const { return shareOfMore_; }
+    double shareOfMore() const {
+        return static_cast<double>(more_) /
+               static_cast<double>(rows() * static_cast<std::size_t>(maps_.front().size()));
+    }
     const std::vector<DeepShadowMap>& maps() const { return maps_; }
     /// Where the rays of a map come from.
     const Camera& camera(std::size_t map) const { return views_[map].camera; }
@@ -81,6 +89,8 @@ class ShadowMaps {
         glm::dvec3 right{0}, up{0}; // over the square of their length
         double far = 0;             // perspective: distance of the plane's centre
     };
+    void buildRow(const LightPath& field, std::size_t row, std::size_t& more, float& largest);
+    std::size_t rows() const { return maps_.size() * static_cast<std::size_t>(maps_.front().size()); }
     void addView(const Camera& camera, const VolumeInfo& info, int size);
     /// Where a place lies on a map, and how far from where its rays start. False: behind a point light.
     bool placeOn(const View& view, const glm::dvec3& place, glm::vec2& at, float& mm) const;
@@ -93,8 +103,8 @@ class ShadowMaps {
     int perLight_ = 1;    // views that look to different sides
     std::vector<View> views_;
     std::vector<DeepShadowMap> maps_;
+    std::size_t rowsBuilt_ = 0, more_ = 0; // of rays whose fit may make more
     float largestError_ = 0;
-    double shareOfMore_ = 0;
 };
 
 /// The light left along a ray: at the ends of the segments that take some, and where those start.

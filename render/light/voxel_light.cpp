@@ -15,7 +15,7 @@ namespace tessera {
 namespace {
 
 constexpr std::size_t kChunkTexels = std::size_t{kChunkExtent} * kChunkExtent * kChunkExtent;
-constexpr std::size_t kChunksAtATime = 32, kBricksAtATime = 32;
+constexpr std::size_t kChunksAtATime = 16, kBricksAtATime = 32;
 constexpr std::size_t kLeastChunks = 128; // kept for those beside them
 
 /// A curve through chunks whose neighbours along it are neighbours in space.
@@ -43,13 +43,14 @@ std::uint16_t lightTexel(float light) {
 }
 
 VoxelLight::VoxelLight(const VolumeInfo& info, const Statistics& statistics, const Lighting& lighting,
-                       std::span<const ShadowMaps> shadows, int threads)
-    : info_(info), shadows_(shadows), occlusion_(lighting.occlusion),
-      threads_(threads > 0 ? threads : defaultThreads()), channels_(lightChannels(lighting)),
+                       int threads)
+    : info_(info), occlusion_(lighting.occlusion),
+      threads_(threads > 0 ? threads : defaultThreads()), channels_{ambientChannels(lighting),
+                                                                    lightChannels(lighting) -
+                                                                        ambientChannels(lighting)},
       occluder_(info, statistics, lighting.occlusion),
       finest_(std::max(occluder_.finestLevel(), std::clamp(lighting.finestLevel, 0, kLevelCount - 1))) {
-    TESSERA_CHECK(channels_ <= leaf::kMostLightChannels);
-    TESSERA_CHECK(channels_ == static_cast<int>(shadows.size()) + ambientChannels(lighting));
+    TESSERA_CHECK(channels_[0] + channels_[1] <= leaf::kMostLightChannels);
 }
 
 std::size_t VoxelLight::bytes(const VolumeInfo& info, const Lighting& lighting, int threads) {
@@ -68,15 +69,41 @@ void VoxelLight::functionChanged(const TransferTable& table, const Optics& optic
     chunks_.clear();
 }
 
+void VoxelLight::setShadows(std::span<const ShadowMaps> shadows) {
+    TESSERA_CHECK(shadows.empty() || static_cast<int>(shadows.size()) == channels_[1]);
+    shadows_ = shadows;
+    forgetPart(1);
+}
+
+void VoxelLight::forgetPart(std::size_t part) {
+    for (auto& [key, chunk] : chunks_)
+        chunk.parts[part] = {};
+}
+
+/// Those of its bricks whose light is wanted; what the others have stays, and is computed again at most to
+/// the same.
 void VoxelLight::light(const ChunkKey& key, LitChunk& chunk, BrickCache& cache, OcclusionRoom& room) const {
-    chunk.texels.clear();
-    const std::span<const std::uint8_t> all;
-    occluder_.find(key, chunk.isWhole ? all : chunk.bricks, cache, room);
+    std::vector<std::uint8_t> bricks(cellCount(glm::ivec3(1 << key.level)), 0);
+    bool wanted[kLightParts] = {};
+    for (std::size_t part = 0; part < kLightParts; ++part) {
+        std::vector<State>& states = chunk.parts[part].bricks;
+        chunk.parts[part].isWanted = false;
+        for (std::size_t b = 0; b < states.size(); ++b)
+            if (states[b] == State::wanted) {
+                bricks[b] = 1;
+                wanted[part] = true;
+                states[b] = State::lit;
+            }
+    }
+    occluder_.find(key, bricks, wanted[0], cache, room);
     if (room.runs.empty())
         return; // nothing shows: no texel will be looked at
-    chunk.texels.assign(kChunkTexels * static_cast<std::size_t>(channels_), lightTexel(1));
-    std::uint16_t* to = chunk.texels.data();
-    if (occlusion_) {
+    for (std::size_t part = 0; part < kLightParts; ++part)
+        if (wanted[part] && chunk.parts[part].texels.empty())
+            chunk.parts[part].texels.assign(kChunkTexels * static_cast<std::size_t>(channels_[part]),
+                                            lightTexel(1));
+    if (wanted[0]) {
+        std::uint16_t* to = chunk.parts[0].texels.data();
         occluder_.occlude(key, room);
         const auto bias = static_cast<float>(occlusion_->bias), gamma = static_cast<float>(occlusion_->gamma);
         const std::size_t colours = occluder_.gathersEmission() ? 3 : 1;
@@ -86,6 +113,9 @@ void VoxelLight::light(const ChunkKey& key, LitChunk& chunk, BrickCache& cache, 
                     to[n] = lightTexel(
                         std::pow(bias + room.light[n] + (colours > 1 ? room.shine[c][n] : 0.0f), gamma));
     }
+    if (!wanted[1])
+        return;
+    std::uint16_t* to = chunk.parts[1].texels.data();
     const double voxels = std::ldexp(1, key.level);
     for (const ShadowMaps& shadow : shadows_) {
         for (const OcclusionRoom::Run& run : room.runs) {
@@ -128,7 +158,7 @@ void VoxelLight::lightChunks(std::span<const ChunkKey> keys, BrickCache& cache) 
 void VoxelLight::forget(std::size_t most) {
     std::vector<std::pair<std::uint64_t, ChunkKey>> kept;
     for (const auto& [key, chunk] : chunks_)
-        if (!chunk.texels.empty())
+        if (!chunk.parts[0].texels.empty() || !chunk.parts[1].texels.empty())
             kept.emplace_back(chunk.used, key);
     if (kept.size() <= most)
         return;
@@ -139,38 +169,76 @@ void VoxelLight::forget(std::size_t most) {
 
 /// Bricks [first, end): of several at once only as many as little memory holds.
 void VoxelLight::fillAndPut(const std::vector<Ordered>& ordered, std::size_t first, std::size_t end,
-                            const Put& put) const {
+                            LightParts parts, const Put& put) const {
     struct Filled {
-        int channel;
+        std::size_t brick; // of ordered
+        std::size_t part;
+        int n; // channel of the part
         Chunk samples;
     };
-    std::vector<Filled> filled((end - first) * static_cast<std::size_t>(channels_));
+    std::vector<Filled> filled;
+    for (std::size_t b = first; b < end; ++b)
+        for (std::size_t part = 0; part < kLightParts; ++part)
+            for (int n = 0; (parts >> part & 1u) != 0 && n < channels_[part]; ++n)
+                filled.push_back({b, part, n, {}});
     parallelFor(filled.size(), threads_, [&](std::size_t n) {
-        const BrickToLight& b = ordered[first + n / static_cast<std::size_t>(channels_)].second;
         Filled& f = filled[n];
-        f.channel = static_cast<int>(n % static_cast<std::size_t>(channels_));
         // Laid out as a chunk's samples, so that planes take it as one.
         f.samples.size = kChunkTexels * sizeof(std::uint16_t);
-        f.samples.bytes = std::make_unique<std::byte[]>(f.samples.size);
-        fill(b, f.channel, reinterpret_cast<std::uint16_t*>(f.samples.bytes.get()));
+        f.samples.bytes = std::make_unique_for_overwrite<std::byte[]>(f.samples.size);
+        fill(ordered[f.brick].second, f.part, f.n, reinterpret_cast<std::uint16_t*>(f.samples.bytes.get()));
     });
-    for (std::size_t n = 0; n < filled.size(); ++n) {
-        const BrickToLight& b = ordered[first + n / static_cast<std::size_t>(channels_)].second;
-        put(b, filled[n].channel, filled[n].samples, kBrickExtent >> b.level);
+    for (const Filled& f : filled) {
+        const BrickToLight& b = ordered[f.brick].second;
+        put(b, firstChannelOf(f.part) + f.n, f.samples, kBrickExtent >> b.level);
     }
 }
 
-void VoxelLight::light(std::vector<BrickToLight> bricks, BrickCache& cache, const Put& put) {
-    const glm::ivec3 grid = brickGrid(info_.extentVoxels);
-    const auto levelOf = [&](const BrickToLight& b) { return std::max(b.level, finest_); };
-    const auto chunkOfBrick = [&](const BrickToLight& b) {
-        const int level = levelOf(b);
-        const glm::ivec3 at = gridPosition(b.brick, grid) >> level;
-        return ChunkKey{level, at.x, at.y, at.z};
+std::pair<int, std::uint64_t> VoxelLight::placeInOrder(const BrickToLight& b, const glm::ivec3& grid) {
+    const glm::ivec3 at = gridPosition(b.brick, grid) >> b.lightLevel;
+    return {b.lightLevel, mortonOf({b.lightLevel, at.x, at.y, at.z})};
+}
+
+/// Bricks of a chunk from one to another, and those that will be asked for.
+void VoxelLight::want(const ChunkKey& key, LitPart& lit, const glm::ivec3& lowest, const glm::ivec3& highest,
+                      std::span<const std::uint8_t> expected) const {
+    const auto along = glm::ivec3(1 << key.level);
+    const glm::ivec3 corner = placeOf(key) << key.level, grid = brickGrid(info_.extentVoxels);
+    if (lit.bricks.empty())
+        lit.bricks.assign(cellCount(along), State::dark);
+    const auto mark = [&](const glm::ivec3& at) {
+        State& mine = lit.bricks[linearIndex(at, along)];
+        const bool isNew = mine == State::dark;
+        if (isNew)
+            mine = State::wanted;
+        lit.isWanted = lit.isWanted || isNew;
     };
+    for (int z = lowest.z; z <= highest.z; ++z)
+        for (int y = lowest.y; y <= highest.y; ++y)
+            for (int x = lowest.x; x <= highest.x; ++x)
+                mark({x, y, z});
+    if (!lit.isWanted)
+        return;
+    const glm::ivec3 end = glm::min(along, grid - corner);
+    for (int z = 0; z < end.z; ++z)
+        for (int y = 0; y < end.y; ++y)
+            for (int x = 0; x < end.x; ++x)
+                if (expected[linearIndex(corner + glm::ivec3(x, y, z), grid)] == key.level)
+                    mark({x, y, z});
+}
+
+void VoxelLight::light(std::vector<BrickToLight> bricks, std::span<const std::uint8_t> expected,
+                       LightParts parts, BrickCache& cache, const Put& put) {
+    for (std::size_t part = 0; part < kLightParts; ++part)
+        if (channels_[part] == 0)
+            parts &= ~(1u << part);
+    TESSERA_CHECK((parts & kShadowLight) == 0 || !shadows_.empty());
+    const glm::ivec3 grid = brickGrid(info_.extentVoxels);
     std::vector<Ordered> ordered;
-    for (const BrickToLight& b : bricks)
-        ordered.push_back({{levelOf(b), mortonOf(chunkOfBrick(b))}, b});
+    for (const BrickToLight& b : bricks) {
+        TESSERA_CHECK(b.lightLevel >= std::max(b.level, finest_));
+        ordered.push_back({placeInOrder(b, grid), b});
+    }
     std::sort(ordered.begin(), ordered.end(), [](const auto& a, const auto& b) {
         return a.first != b.first ? a.first < b.first : a.second.brick < b.second.brick;
     });
@@ -185,7 +253,7 @@ void VoxelLight::light(std::vector<BrickToLight> bricks, BrickCache& cache, cons
             if (end == first || ordered[end].first != ordered[end - 1].first)
                 if (++chunks > kChunksAtATime)
                     break;
-            const int level = levelOf(b), edge = kBrickExtent >> level;
+            const int level = b.lightLevel, edge = kBrickExtent >> level;
             const int margin = level > b.level ? 1 : 0;
             const glm::ivec3 low = gridPosition(b.brick, grid) * edge;
             const glm::ivec3 last = levelExtent(info_.extentVoxels, level) - 1;
@@ -197,28 +265,22 @@ void VoxelLight::light(std::vector<BrickToLight> bricks, BrickCache& cache, cons
                         const ChunkKey key{level, x, y, z};
                         LitChunk& chunk = chunks_[key];
                         chunk.used = turn_;
-                        if (chunk.isWhole)
-                            continue;
                         const auto along = glm::ivec3(1 << level);
-                        if (chunk.bricks.empty())
-                            chunk.bricks.assign(cellCount(along), 0);
                         const glm::ivec3 corner = placeOf(key) << level; // its first brick
                         const glm::ivec3 lowest = glm::max(from / edge - corner, glm::ivec3(0)),
                                          highest = glm::min(to / edge - corner, along - 1);
-                        for (int k = lowest.z; k <= highest.z; ++k)
-                            for (int j = lowest.y; j <= highest.y; ++j)
-                                for (int i = lowest.x; i <= highest.x; ++i)
-                                    if (std::uint8_t& mine = chunk.bricks[linearIndex({i, j, k}, along)];
-                                        mine == 0) {
-                                        mine = 1;
-                                        wanted.insert(key);
-                                    }
+                        for (std::size_t part = 0; part < kLightParts; ++part)
+                            if ((parts >> part & 1u) != 0) {
+                                want(key, chunk.parts[part], lowest, highest, expected);
+                                if (chunk.parts[part].isWanted)
+                                    wanted.insert(key);
+                            }
                     }
         }
         lightChunks(std::vector<ChunkKey>(wanted.begin(), wanted.end()), cache);
 
         for (std::size_t from = first; from < end; from += kBricksAtATime)
-            fillAndPut(ordered, from, std::min(end, from + kBricksAtATime), put);
+            fillAndPut(ordered, from, std::min(end, from + kBricksAtATime), parts, put);
         forget(kLeastChunks);
         first = end;
     }
@@ -259,22 +321,22 @@ void fillBetween(const std::vector<float>& cube, int width, float scale, int edg
 } // namespace
 
 /// @param out  32^3 texels of which a brick's are the first along each axis
-void VoxelLight::fill(const BrickToLight& b, int channel, std::uint16_t* out) const {
+void VoxelLight::fill(const BrickToLight& b, std::size_t part, int n, std::uint16_t* out) const {
     const glm::ivec3 at = gridPosition(b.brick, brickGrid(info_.extentVoxels));
-    const int level = std::max(b.level, finest_), edge = kBrickExtent >> b.level;
+    const int level = b.lightLevel, edge = kBrickExtent >> b.level;
     const glm::ivec3 last = levelExtent(info_.extentVoxels, level) - 1, chunkEdge(kChunkExtent);
-    const std::size_t texels = static_cast<std::size_t>(channel) * kChunkTexels;
+    const std::size_t texels = static_cast<std::size_t>(n) * kChunkTexels;
     if (level == b.level) { // all in one chunk
         const ChunkKey key = chunkHolding(at * edge, level);
-        const LitChunk& chunk = chunks_.at(key);
+        const LitPart& lit = chunks_.at(key).parts[part];
         const glm::ivec3 first = at * edge - placeOf(key) * kChunkExtent;
         for (int z = 0; z < edge; ++z)
             for (int y = 0; y < edge; ++y) {
                 std::uint16_t* const to = out + linearIndex({0, y, z}, chunkEdge);
-                if (chunk.texels.empty())
+                if (lit.texels.empty())
                     std::fill_n(to, edge, lightTexel(1));
                 else
-                    std::copy_n(chunk.texels.data() + texels +
+                    std::copy_n(lit.texels.data() + texels +
                                     linearIndex(first + glm::ivec3(0, y, z), chunkEdge),
                                 edge, to);
             }
@@ -289,32 +351,35 @@ void VoxelLight::fill(const BrickToLight& b, int channel, std::uint16_t* out) co
             for (int x = 0; x < width; ++x) {
                 const glm::ivec3 sample =
                     glm::clamp(at * coarse + glm::ivec3(x, y, z) - 1, glm::ivec3(0), last);
-                const LitChunk& chunk = chunks_.at(chunkHolding(sample, level));
-                any = any || !chunk.texels.empty();
+                const LitPart& lit = chunks_.at(chunkHolding(sample, level)).parts[part];
+                any = any || !lit.texels.empty();
                 samples[linearIndex({x, y, z}, glm::ivec3(width))] =
-                    chunk.texels.empty()
+                    lit.texels.empty()
                         ? lightTexel(1)
-                        : chunk.texels[texels + linearIndex(sample & (kChunkExtent - 1), chunkEdge)];
+                        : lit.texels[texels + linearIndex(sample & (kChunkExtent - 1), chunkEdge)];
             }
     if (any)
         fillBetween(samples, width, std::ldexp(1.0f, b.level - level), edge, out);
     else
-        std::fill_n(out, kChunkTexels, lightTexel(1));
+        for (int z = 0; z < edge; ++z)
+            for (int y = 0; y < edge; ++y)
+                std::fill_n(out + linearIndex({0, y, z}, chunkEdge), edge, lightTexel(1));
 }
 
-std::uint16_t VoxelLight::standing(std::size_t brick, int channel, BrickCache& cache) {
+std::uint16_t VoxelLight::standing(std::size_t brick, std::size_t part, int n, BrickCache& cache) {
     const glm::ivec3 at = gridPosition(brick, brickGrid(info_.extentVoxels));
     const ChunkKey key = chunkHolding(at, kLevelCount - 1);
     LitChunk& chunk = chunks_[key];
-    if (!chunk.isWhole) {
-        chunk.isWhole = true;
+    LitPart& lit = chunk.parts[part];
+    if (!lit.isWhole) {
+        lit.isWhole = true;
+        lit.bricks.assign(std::size_t{1} << (3 * (kLevelCount - 1)), State::wanted);
         lightChunks({&key, 1}, cache);
     }
     chunk.used = turn_;
-    return chunk.texels.empty()
-               ? lightTexel(1)
-               : chunk.texels[static_cast<std::size_t>(channel) * kChunkTexels +
-                              linearIndex(at & (kChunkExtent - 1), glm::ivec3(kChunkExtent))];
+    return lit.texels.empty() ? lightTexel(1)
+                              : lit.texels[static_cast<std::size_t>(n) * kChunkTexels +
+                                           linearIndex(at & (kChunkExtent - 1), glm::ivec3(kChunkExtent))];
 }
 
 } // namespace tessera

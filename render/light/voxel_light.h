@@ -8,12 +8,14 @@
 #include "render/light/occlusion.h"
 #include "render/light/shadow_maps.h"
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace tessera {
@@ -21,53 +23,82 @@ namespace tessera {
 /// Light as it is kept: leaf::kLightOne.
 std::uint16_t lightTexel(float light);
 
+/// Parts of light, which follow from different things: occlusion (and light that tissue sends) from the
+/// function, shadows from maps of them too.
+using LightParts = unsigned;
+constexpr LightParts kAmbientLight = 1, kShadowLight = 2, kAllLight = kAmbientLight | kShadowLight;
+constexpr std::size_t kLightParts = 2;
+
 /// A brick that samples are wanted of, at a level below the coarsest.
 struct BrickToLight {
     std::size_t brick = 0;
     int level = 0;
+    /// That light is computed at, and interpolated from: the brick's own or a coarser one, at least
+    /// VoxelLight::finestLevel().
+    int lightLevel = 0;
 };
 
 class VoxelLight {
   public:
     /// Channels are lightChannels() of them: occlusion first, then every light that casts a shadow.
-    /// @param shadows  of the lights that cast some, in order, built
     /// All must outlive it.
-    VoxelLight(const VolumeInfo& info, const Statistics& statistics, const Lighting& lighting,
-               std::span<const ShadowMaps> shadows, int threads);
+    VoxelLight(const VolumeInfo& info, const Statistics& statistics, const Lighting& lighting, int threads);
     /// RAM that threads work in, and that chunks are kept in.
     static std::size_t bytes(const VolumeInfo& info, const Lighting& lighting, int threads);
 
-    int channels() const { return channels_; }
-    /// The transfer function, or a shadow, is another: all light is.
+    /// Channels that a part has, and the first of them.
+    int channelsOf(std::size_t part) const { return channels_[part]; }
+    int firstChannelOf(std::size_t part) const { return part == 0 ? 0 : channels_[0]; }
+    /// Finest level that light is computed at.
+    int finestLevel() const { return finest_; }
+    /// The transfer function is another: all light is.
     void functionChanged(const TransferTable& table, const Optics& optics);
+    /// @param shadows  of the lights that cast some, in order, built; outlive this, or what is set next
+    void setShadows(std::span<const ShadowMaps> shadows);
 
     /// Gets the samples of a brick, edge^3, x fastest, for one channel; one call at a time.
     using Put = std::function<void(const BrickToLight&, int channel, const Chunk& samples, int edge)>;
-    /// Lights bricks, in any order.
-    void light(std::vector<BrickToLight> bricks, BrickCache& cache, const Put& put);
-    /// Of bricks that stand as one value: that of the coarsest level's sample.
-    std::uint16_t standing(std::size_t brick, int channel, BrickCache& cache);
+    /// Lights bricks, in any order: parts of their light. Shadows need maps.
+    /// @param expected  of every brick the level that its light will be asked for at, soon: computed along
+    /// with what lies beside it
+    void light(std::vector<BrickToLight> bricks, std::span<const std::uint8_t> expected, LightParts parts,
+               BrickCache& cache, const Put& put);
+    /// Of bricks that stand as one value: that of the coarsest level's sample, of a part's n-th channel.
+    std::uint16_t standing(std::size_t brick, std::size_t part, int n, BrickCache& cache);
+
+    /// Chunks, of any level, whose bricks' light lies side by side: the order in which light() goes.
+    static std::pair<int, std::uint64_t> placeInOrder(const BrickToLight& brick, const glm::ivec3& grid);
 
   private:
+    enum class State : std::uint8_t { dark, wanted, lit }; // of a brick of a chunk
+    struct LitPart;
+    void want(const ChunkKey& key, LitPart& lit, const glm::ivec3& lowest, const glm::ivec3& highest,
+              std::span<const std::uint8_t> expected) const;
+    struct LitPart {
+        std::vector<std::uint16_t> texels; // channel by channel, 32^3 each; none: all 1
+        std::vector<State> bricks;
+        bool isWhole = false;  // all bricks are lit
+        bool isWanted = false; // some are wanted
+    };
     struct LitChunk {
-        std::vector<std::uint16_t> texels; // channel by channel, 32^3 each
-        std::vector<std::uint8_t> bricks;  // that are lit
-        bool isWhole = false;              // all of them are
+        std::array<LitPart, kLightParts> parts;
         std::uint64_t used = 0;
     };
     using Ordered = std::pair<std::pair<int, std::uint64_t>, BrickToLight>; // by level and place
     using Chunks = std::map<ChunkKey, LitChunk>;
     void light(const ChunkKey& key, LitChunk& chunk, BrickCache& cache, OcclusionRoom& room) const;
     void lightChunks(std::span<const ChunkKey> keys, BrickCache& cache);
-    void fillAndPut(const std::vector<Ordered>& ordered, std::size_t first, std::size_t end,
+    void fillAndPut(const std::vector<Ordered>& ordered, std::size_t first, std::size_t end, LightParts parts,
                     const Put& put) const;
     void forget(std::size_t most);
-    void fill(const BrickToLight& brick, int channel, std::uint16_t* out) const;
+    void forgetPart(std::size_t part);
+    void fill(const BrickToLight& brick, std::size_t part, int n, std::uint16_t* out) const;
 
     const VolumeInfo& info_;
     std::span<const ShadowMaps> shadows_;
     std::optional<Occlusion> occlusion_;
-    int threads_, channels_;
+    int threads_;
+    std::array<int, kLightParts> channels_;
     Occluder occluder_;
     int finest_; // level of light; finer bricks take it from there
     Chunks chunks_;

@@ -95,6 +95,24 @@ void ScenePlan::setFunction(const TransferFunction& f, const Scene& scene, Ledge
         prepareSegments();
 }
 
+bool ScenePlan::setLight(const Scene& scene, int threads) {
+    const auto bytes = [&](const Lighting& lighting) {
+        return lightRamBytes(lighting, info(), view.shadowQuality, threads);
+    };
+    const Shading& shading = scene.shading;
+    if (volume.reduces() || shading.on != volume.optics.shading ||
+        shading.gradient != volume.optics.gradient ||
+        ambientChannels(scene.lighting) != ambientChannels(view.lighting) ||
+        lightChannels(scene.lighting) != lightChannels(view.lighting) ||
+        bytes(scene.lighting) > bytes(view.lighting))
+        return false;
+    checkLight(scene);
+    view.lighting = scene.lighting;
+    setShading(volume.optics, shading);
+    setLighting(volume.optics, shading, view.lighting, volume.function.materials(), view.camera, info());
+    return true;
+}
+
 void ScenePlan::setValues(const Scene& scene, Reduction reduction, Ledger& ram) {
     volume.look = {scene.valueColour,
                    windowOf(scene.window, summarise(volume.statistics, info(), scene.volumes.at(0).unit))};

@@ -27,6 +27,9 @@ struct ScenePlan {
     /// Takes another transfer function; shading, termination and integrator are the scene's, and mode, window
     /// and colours of single values.
     void setFunction(const TransferFunction& function, const Scene& scene, Ledger& ram);
+    /// Takes the scene's lights and shading. False, and nothing is changed, where planes of light, memory or
+    /// culled bricks would be others.
+    bool setLight(const Scene& scene, int threads);
     /// The rays and the lights of the view as it is.
     void aim();
     /// What the scene takes besides its bricks, and what luxuries there is room for; chooses the scale of the

@@ -37,6 +37,7 @@ enum Change : std::uint32_t {
     kFunctionChanged = 1u << 1,
     kLevelsChanged = 1u << 2,     // of bricks
     kEmptySpaceChanged = 1u << 3, // its map
+    kLightChanged = 1u << 4,      // of voxels
 };
 
 /// What has changed since somebody last looked: everybody who makes something from a scene keeps one.

@@ -5,8 +5,10 @@
 //   interactive_bench --store t512.zarr --preset bone --size 512 --steps 12 --gpu-memory 64MiB --ram 512MiB
 //                     --deadline-ms 16 --device auto
 //
-// With --edit PRESET the camera stays, and what is timed is an edit of the transfer function: to the first
-// picture that has it, and to the last. --light gives the scene a look; --engine native draws on the
+// With --edit PRESET the camera stays, and what is timed is an edit of the transfer function, as a window
+// makes it: to a first picture of few pixels, to one of all, to one whose bricks are at their levels, and to
+// the last, whose light is whole too; each with the processor time that the program took until then. --light
+// gives the scene a look, --relight another one that comes after the edits; --engine native draws on the
 // processor.
 #include "core/look.h"
 #include "core/preset.h"
@@ -44,6 +46,48 @@ struct Step {
     std::uint64_t bricks = 0, bytes = 0, misses = 0;
 };
 
+/// Of an edit: when a picture was there, and what it took.
+struct Moment {
+    double ms = 0, cpuS = 0;
+};
+struct Edit {
+    Moment fewPixels, allPixels, levels, whole;
+    double lateMs = 0;
+    int pictures = 0;
+};
+
+Edit measureEdit(InteractiveRenderer& renderer, const glm::ivec2& size, double deadlineMs) {
+    Edit edit;
+    const auto start = Clock::now();
+    const std::clock_t before = std::clock();
+    const auto moment = [&] {
+        return Moment{msSince(start), static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC};
+    };
+    renderer.setHaste(InteractiveRenderer::Haste{glm::max(size / 2, glm::ivec2(1)), 1});
+    for (bool converged = false; !converged;) {
+        const auto call = Clock::now();
+        const auto progress =
+            renderer.advance(call + std::chrono::duration_cast<Clock::duration>(
+                                        std::chrono::duration<double, std::milli>(deadlineMs)));
+        edit.lateMs = std::max(edit.lateMs, msSince(call) - deadlineMs);
+        converged = progress.converged && edit.pictures > 0;
+        if (!progress.newPicture)
+            continue;
+        edit.whole = moment();
+        if (++edit.pictures == 1) {
+            edit.fewPixels = edit.whole;
+            renderer.setHaste(std::nullopt);
+            converged = false;
+            continue;
+        }
+        if (edit.pictures == 2)
+            edit.allPixels = edit.whole;
+        if (edit.levels.ms == 0 && progress.movesLeft == 0 && !progress.choosing)
+            edit.levels = edit.whole;
+    }
+    return edit;
+}
+
 Step measure(InteractiveRenderer& renderer, double deadlineMs) {
     Step step;
     const auto start = Clock::now();
@@ -79,6 +123,7 @@ void run(int argc, char** argv) {
                                  {"--engine", "gpu"},
                                  {"--light", "plain"},
                                  {"--edit", ""},
+                                 {"--relight", ""},
                                  {"--ram", "512MiB"},
                                  {"--gpu-memory", "256MiB"}});
     const auto number = [&](const std::string& name) { return parseNumbers(options[name], name).at(0); };
@@ -105,17 +150,25 @@ void run(int argc, char** argv) {
         InteractiveOptions choices;
         choices.dispatchMs = deadlineMs / 2;
         InteractiveRenderer renderer(scene, store, *engine, ram, gpu, choices);
-        std::printf("function,first ms,last ms,late ms,CPU s,pictures,bricks,MiB\n");
+        std::printf("edit,few pixels ms,CPU s,all pixels ms,CPU s,levels ms,CPU s,whole ms,CPU s,late "
+                    "ms,pictures\n");
+        const auto tell = [&](const std::string& name) {
+            const Edit e = measureEdit(renderer, scene.imageSize, deadlineMs);
+            std::printf("%s,%.0f,%.2f,%.0f,%.2f,%.0f,%.2f,%.0f,%.2f,%.0f,%d\n", name.c_str(), e.fewPixels.ms,
+                        e.fewPixels.cpuS, e.allPixels.ms, e.allPixels.cpuS, e.levels.ms, e.levels.cpuS,
+                        e.whole.ms, e.whole.cpuS, e.lateMs, e.pictures);
+            std::fflush(stdout);
+        };
         for (int n = 0; n < steps; ++n) { // there and back
             const std::string& name = n % 2 != 0 ? options["--edit"] : options["--preset"];
             renderer.setFunction(presetFunction(name, {-1024, 3071, true, 1, {}}));
-            const std::clock_t before = std::clock();
-            const Step s = measure(renderer, deadlineMs);
-            const double seconds = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
-            std::printf("%s,%.1f,%.1f,%.1f,%.2f,%d,%llu,%.2f\n", name.c_str(), s.firstMs, s.lastMs, s.lateMs,
-                        seconds, s.pictures, static_cast<unsigned long long>(s.bricks),
-                        static_cast<double>(s.bytes) / (1 << 20));
-            std::fflush(stdout);
+            tell(name);
+        }
+        if (!options["--relight"].empty()) {
+            applyLook(options["--relight"], scene);
+            if (!renderer.setLight(scene.lighting, scene.shading))
+                throw InputError("--relight: this look needs other planes of light");
+            tell(options["--relight"]);
         }
         return;
     }

@@ -30,7 +30,19 @@ const std::vector<Command>& commands() {
          "s.json out.zarr",
          {{"--series", none}, {"--phase", none}, {"--unit", none}, {"--ram", none}}},
         {"info", "s.zarr", {{"--ram", none}}},
-        {"phantom", "sphere", {{"--size", none}, {"--output", none}, {"--ram", none}}},
+        {"phantom", "sphere", {{"--size", none}, {"--output", none}, {"--curves", none}, {"--ram", none}}},
+        {"centreline",
+         "s.zarr --from 0,0,0 -o out.json",
+         {{"--from", none},
+          {"--to", none},
+          {"--through", none},
+          {"--threshold", numbers},
+          {"--generations", {"0"}},
+          {"--spacing", none},
+          {"--output", none}, // none of these ends in .json
+          {"--ram", none},
+          {"--series", none},
+          {"--phase", none}}},
         {"render",
          "s.zarr --engine mirror --size 8x8 -o out.png",
          {{"--output", none}, // none of these ends in .png
@@ -59,6 +71,9 @@ const std::vector<Command>& commands() {
           {"--ram", none},
           {"--series", none},
           {"--phase", none}}},
+        {"preset",
+         "bone",
+         {{"--output", names}, {"--format", none}, {"--range", none}, {"--keep", names}}},
         {"accuracy",
          "s.zarr",
          {{"--output", names},
@@ -122,7 +137,7 @@ TEST_F(Program, ValuesThatMeanNothingAreRefusedByEveryOption) {
                     words = std::regex_replace(words, std::regex("--engine mirror"), "");
                 const bool needsOut = command.name != "render" && command.name != "import" &&
                                       command.name != "info" && command.name != "view" &&
-                                      option != "--output";
+                                      command.name != "centreline" && option != "--output";
                 const std::string line =
                     command.name + " " + words + " " + option + "=" + (value == "''" ? "" : value) +
                     (needsOut ? " -o made" + std::string(command.name == "phantom" ? ".zarr" : "") : "");

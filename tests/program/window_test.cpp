@@ -356,6 +356,36 @@ TEST_F(WindowTest, AHandMeasuresCutsAndMovesTheCrosshair) {
     EXPECT_EQ(differenceFrom(scissored), 0);
 }
 
+// A line is asked for, flown and made a film of: what the window shows on the way is what the film's frame of
+// that moment shows.
+TEST_F(WindowTest, AFlightIsTheFilmOfItsPath) {
+    std::ofstream(folder_ / "s.txt") << "wait whole\n"
+                                        "line -67 -33 -155 0 38 -200\n"
+                                        "wait line\n"
+                                        "fly-to 0\n"
+                                        "scene flown.json\n"
+                                        "save-path path.json\n"
+                                        "fly-to 40\n"
+                                        "wait still\n"
+                                        "picture flown.png\n"
+                                        "quit\n";
+    start(TESSERA_TORSO, "s.txt");
+    ASSERT_EQ(window_->exitCode(100s), 0) << readAll(folder_ / "window.txt");
+    // 20 mm/s and 25 frames/s: 40 mm are reached at frame 50.
+    Process film({TESSERA_PROGRAM, "render", "flown.json", "--path", "path.json", "--frames", "50-50", "-o",
+                  "frames/", "--ram", "256MiB", "--gpu-memory", "128MiB"},
+                 folder_.path(), folder_ / "film.txt");
+    ASSERT_EQ(film.exitCode(60s), 0) << readAll(folder_ / "film.txt");
+    Image frame;
+    for (const auto& entry : fs::directory_iterator(folder_ / "frames"))
+        if (entry.path().extension() == ".png")
+            frame = readImage(entry.path());
+    const Image flown = readImage(folder_ / "flown.png");
+    EXPECT_FALSE(isBlank(flown));
+    ASSERT_EQ(frame.size, flown.size);
+    EXPECT_EQ(frame.pixels, flown.pixels);
+}
+
 TEST_F(WindowTest, AtRestItTakesNoProcessor) {
     start(TESSERA_TORSO);
     ASSERT_TRUE(rests());

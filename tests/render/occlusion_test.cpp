@@ -180,7 +180,7 @@ void expectAsPlainly(const Case& c, const glm::dmat4* place = nullptr) {
             for (std::size_t n = 0; n < cellCount(chunks); ++n, ++chunk) {
                 const glm::ivec3 at = gridPosition(n, chunks);
                 const ChunkKey key{level, at.x, at.y, at.z};
-                occluder.find(key, {}, *p.volume.cache, room);
+                occluder.find(key, {}, true, *p.volume.cache, room);
                 occluder.occlude(key, room);
                 if (t > 0) {
                     EXPECT_EQ(room.light, first[chunk]) << target->name;

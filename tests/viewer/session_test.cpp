@@ -2,6 +2,7 @@
 // while something moves one that is there in time; what is under a place of it; what cannot be opened is
 // said, and nothing is lost.
 #include "bricking/import/importer.h"
+#include "bricking/lumen/centreline.h"
 #include "bricking/store/store_reader.h"
 #include "core/preset.h"
 #include "core/scratch_folder.h"
@@ -311,6 +312,61 @@ TEST(Still, IsCalledOffAtOnce) {
     ASSERT_TRUE(changed.wait_for(lock, 20s, [&] { return ended; }));
     EXPECT_EQ(still.take().picture, nullptr)
         << "it ended by itself, after " << (std::chrono::steady_clock::now() - began) / 1ms << " ms";
+}
+
+// A wish that changes nothing may come before the picture of the one that did: what answers it is no older
+// picture.
+TEST(ViewSession, AnOlderPictureAnswersNoWish) {
+    Looker looker(false);
+    Scene scene = looker.opened(storePath("torso"));
+    looker.wholeOf(0);
+    for (int n = 0; n < 20; ++n) {
+        scene.camera = orbited(std::get<Camera>(scene.camera), {0.2, 0});
+        scene.surfaces = {{300.0 + n, {1, 1, 1}, 1}}; // another renderer, whose first picture takes a while
+        looker.viewing->show(scene, true);
+        std::this_thread::sleep_for(2ms * n);
+        const std::uint64_t wish = looker.viewing->show(scene, true);
+        ASSERT_TRUE(looker.comesTo([&] { return looker.viewing->picture()->asked >= wish; }));
+        EXPECT_TRUE(looker.viewing->picture()->camera == std::get<Camera>(scene.camera)) << n;
+    }
+}
+
+// A line is looked for beside all else; stills come back after it.
+TEST(ViewSession, FindsLines) {
+    Looker looker;
+    const Scene scene = looker.opened(storePath("torso"));
+    const auto comes = [&](std::uint64_t number) {
+        return looker.comesTo([&] {
+            const LineState line = looker.viewing->line();
+            return !line.searching && line.number == number;
+        });
+    };
+    LineWish wish;
+    wish.places = {{-67, -33, -155}, {0, 38, -200}}; // of the phantom's colon
+    ASSERT_TRUE(comes(looker.viewing->findLine(wish)));
+    const LineState found = looker.viewing->line();
+    ASSERT_TRUE(found.path) << found.problem;
+    EXPECT_THAT(found.about, HasSubstr("a line of"));
+    CentrelineRequest request;
+    request.seeds = {{wish.places[0], "a"}, {wish.places[1], "b"}};
+    Ledger ram("RAM", "--ram", kRamBytes);
+    const StoreReader store(storePath("torso"), ram);
+    Progress progress(Verbosity::quiet, false);
+    EXPECT_EQ(found.path->lines, findCentrelines(store, request, ram, progress).lines);
+    EXPECT_EQ(found.path->volume->contentHash, store.contentHash());
+
+    wish.places[0] = {0, 0, 1e5}; // outside: said, and nothing is lost
+    ASSERT_TRUE(comes(looker.viewing->findLine(wish)));
+    EXPECT_THAT(looker.viewing->line().problem, HasSubstr("place 1"));
+    EXPECT_FALSE(looker.viewing->line().path);
+
+    wish.places[0] = {-67, -33, -155};
+    const std::uint64_t last = looker.viewing->findLine(wish);
+    looker.viewing->callOffLine();
+    ASSERT_TRUE(comes(last));
+    EXPECT_EQ(looker.viewing->line().problem, "");
+    const auto still = looker.stillOf(0);
+    EXPECT_TRUE(sameBits(still->image, rendered(scene)));
 }
 
 } // namespace

@@ -2,6 +2,7 @@
 #include "datasets/phantom.h"
 #include "bricking/import/importer.h"
 #include "core/nearest_name.h"
+#include "core/output_file.h"
 #include "viewer/commands/commands.h"
 #include "viewer/input/volume_input.h"
 
@@ -14,7 +15,7 @@ namespace {
 constexpr int kMaxExtent = 65536; // voxels an axis: 2^48 in all, far beyond any disk
 
 struct PhantomArguments {
-    std::string name, size = "128x128x128", out, ram;
+    std::string name, size = "128x128x128", out, ram, curves;
     bool force = false;
 };
 
@@ -24,11 +25,16 @@ void runPhantom(const PhantomArguments& arguments, const CommonOptions& common) 
     const auto source = makePhantom(arguments.name, extent);
     const std::filesystem::path out(arguments.out);
     requireStorePath(out, arguments.force);
+    const std::string curves = arguments.curves.empty() ? std::string() : phantomCurvesJson(arguments.name);
+    if (!arguments.curves.empty())
+        checkOutputFile(arguments.curves);
     common.detail("making " + source->describe() + " in " + out.string());
     ImportOptions options;
     options.force = arguments.force;
     options.progress = common.progress.get();
     noteImport(importToStore(*source, out, ram, options), *source, out, ram, common);
+    if (!arguments.curves.empty())
+        writeOutputFile(arguments.curves, curves);
 }
 
 } // namespace
@@ -39,6 +45,9 @@ void addPhantomCommand(CLI::App& program, const CommonOptions& common, Action& a
     command->add_option("NAME", arguments->name, "one of " + joinNames(phantomNames()))->required();
     command->add_option("--size", arguments->size, "voxels, XxYxZ")->capture_default_str();
     command->add_option("-o,--output", arguments->out, "store to write, OUT.zarr")->required();
+    command->add_option(
+        "--curves", arguments->curves,
+        "of a torso: write the middles of its colon, airways and aorta, and its polyps, as JSON");
     command->add_flag("--force", arguments->force, "replace an existing store");
     command->add_option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command->footer("Example:\n  tessera phantom torso --size 256x192x300 -o torso.zarr");

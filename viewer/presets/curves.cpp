@@ -109,10 +109,11 @@ std::vector<OpacityPoint> opacityPoints(std::vector<VtkPoint> points) {
         p.y = std::clamp(p.y, 0.0, 1.0);
         curve->AddPoint(p.x, p.y, p.midpoint, p.sharpness);
     }
+    const auto at = [&](double x) { return curve->GetValue(x); };
+    const auto own = [](const VtkPoint& p) { return p.y; };
+    const auto error = [](double a, double b) { return std::abs(a - b); };
     std::vector<OpacityPoint> out;
-    for (const auto& [x, y] : straightened<VtkPoint, double>(
-             points, [&](double x) { return curve->GetValue(x); }, [](const VtkPoint&p) { return p.y; },
-             [](double a, double b) { return std::abs(a - b); }, kOpacityError))
+    for (const auto& [x, y] : straightened<VtkPoint, double>(points, at, own, error, kOpacityError))
         out.push_back({x, y});
     return out;
 }
@@ -146,17 +147,15 @@ std::vector<ColourPoint> colourPoints(std::vector<VtkColour> points, ColourSpace
         p.colour = glm::clamp(p.colour, glm::dvec3(0), glm::dvec3(1));
         map->AddRGBPoint(p.x, p.colour.r, p.colour.g, p.colour.b, p.midpoint, p.sharpness);
     }
+    const auto at = [&](double x) {
+        glm::dvec3 screen(0);
+        map->GetColor(x, &screen.x);
+        return linearOf(glm::clamp(screen, glm::dvec3(0), glm::dvec3(1)));
+    };
+    const auto own = [](const VtkColour& p) { return linearOf(p.colour); };
+    const auto error = [](const glm::dvec3& a, const glm::dvec3& b) { return largest(shown(a) - shown(b)); };
     std::vector<ColourPoint> out;
-    for (const auto& [x, colour] : straightened<VtkColour, glm::dvec3>(
-             points,
-             [&](double at) {
-                 glm::dvec3 screen(0);
-                 map->GetColor(at, &screen.x);
-                 return linearOf(glm::clamp(screen, glm::dvec3(0), glm::dvec3(1)));
-             },
-             [](const VtkColour&p) { return linearOf(p.colour); },
-             [](const glm::dvec3&a, const glm::dvec3&b) { return largest(shown(a) - shown(b)); },
-             kColourError))
+    for (const auto& [x, colour] : straightened<VtkColour, glm::dvec3>(points, at, own, error, kColourError))
         out.push_back({x, colour});
     return out;
 }

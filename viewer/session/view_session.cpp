@@ -7,6 +7,7 @@
 #include "render/interactive_renderer.h"
 #include "viewer/session/display_pixels.h"
 #include "viewer/session/frame_pace.h"
+#include "viewer/session/line_finder.h"
 #include "viewer/session/picking.h"
 #include "viewer/session/slice_thread.h"
 #include "viewer/session/still.h"
@@ -52,6 +53,7 @@ struct Open {
     std::unique_ptr<InteractiveRenderer> renderer;
     Scene scene; // that the renderer draws
     std::unique_ptr<Still> still;
+    std::unique_ptr<LineFinder> line;
 };
 
 /// A scene without what a renderer can be told while it goes on.
@@ -59,6 +61,8 @@ struct Open {
 std::string fixedPart(Scene scene, bool compiles) {
     scene.measurements.clear();
     scene.window = std::string("auto");
+    scene.lighting = {};
+    scene.shading = {};
     if (!compiles)
         scene.cuts = {};
     scene.camera = FittedView{};
@@ -168,6 +172,43 @@ class ViewSession final : public Viewing {
         const std::lock_guard lock(mutex_);
         return picked_;
     }
+    std::uint64_t findLine(const LineWish& wish) override {
+        std::uint64_t number = 0;
+        {
+            const std::lock_guard lock(mutex_);
+            number = ++linesAsked_;
+            lineWish_ = wish;
+            line_.searching = true;
+            line_.what = "looking for the line";
+            line_.share = 0;
+        }
+        wake_.notify_all();
+        return number;
+    }
+    void callOffLine() override {
+        {
+            const std::lock_guard lock(mutex_);
+            lineCalledOff_ = true;
+        }
+        wake_.notify_all();
+    }
+    LineState line() const override {
+        const std::lock_guard lock(mutex_);
+        LineState line = line_;
+        if (lineProgress_) {
+            const Progress::Stage stage = lineProgress_->now();
+            if (!stage.what.empty())
+                line.what = stage.what, line.share = stage.share;
+        }
+        return line;
+    }
+    void lookAhead(std::vector<Camera> next) override {
+        {
+            const std::lock_guard lock(mutex_);
+            ahead_ = std::move(next);
+        }
+        wake_.notify_all();
+    }
     void saveScreenshot(const fs::path& path) const override;
     void problemSeen() override {
         const std::lock_guard lock(mutex_);
@@ -201,9 +242,11 @@ class ViewSession final : public Viewing {
     void publishPicture(const InteractiveRenderer::Progress& progress);
     void prepareDisplay(ShownPicture& picture) const;
     void nothingMoreComes();
-    void answerAsBefore();
+    void answerAsBefore(std::uint64_t before);
     void startStill();
     void finishStill();
+    void startLine(const LineWish& wish, std::uint64_t number);
+    void finishLine();
     void tellState(const InteractiveRenderer::Progress& progress);
     void tellProblem(const std::string& problem);
     void giveUp(const std::string& problem);
@@ -219,6 +262,13 @@ class ViewSession final : public Viewing {
     std::optional<glm::dvec2> question_;
     std::uint64_t wishes_ = 0, questions_ = 0;
     bool levelsShown_ = false, stateAsked_ = false;
+    std::optional<LineWish> lineWish_;
+    std::uint64_t linesAsked_ = 0;
+    bool lineCalledOff_ = false;
+    std::uint64_t lineEnded_ = 0; // its number; 0: none
+    LineState line_;
+    std::shared_ptr<Progress> lineProgress_; // while one is looked for
+    std::optional<std::vector<Camera>> ahead_;
     std::shared_ptr<const VolumeSeen> volume_;
     std::shared_ptr<const ShownPicture> picture_;
     std::optional<PickedPlace> picked_;
@@ -234,6 +284,7 @@ class ViewSession final : public Viewing {
     bool drawsMoving_ = false;               // the picture in the works is one of few pixels
     std::uint64_t stillNumber_ = 0;          // of the last still that was begun
     bool stillBegun_ = false;                // of the scene as it is
+    std::uint64_t lineNumber_ = 0;           // of the line that is looked for
     InteractiveRenderer::Progress progress_; // the last
     std::string measured_;                   // of the still of asked_
     std::size_t damaged_ = 0;                // chunks that could not be read
@@ -247,7 +298,8 @@ class ViewSession final : public Viewing {
 bool ViewSession::waitForWork() {
     std::unique_lock lock(mutex_);
     wake_.wait(lock, [&] {
-        return stop_ || toOpen_ || wish_ || question_ || stateAsked_ || stillEnded_ != 0 || !resting_;
+        return stop_ || toOpen_ || wish_ || question_ || stateAsked_ || stillEnded_ != 0 || lineWish_ ||
+               lineCalledOff_ || lineEnded_ != 0 || ahead_ || !resting_;
     });
     return !stop_;
 }
@@ -259,7 +311,11 @@ void ViewSession::run() {
         std::optional<glm::dvec2> question;
         std::uint64_t number = 0;
         std::uint64_t stillEnded = 0;
-        bool asksState = false;
+        bool asksState = false, lineCalledOff = false;
+        std::uint64_t lineEnded = 0;
+        std::optional<LineWish> line;
+        std::optional<std::vector<Camera>> ahead;
+        std::uint64_t lineNumber = 0;
         {
             const std::lock_guard lock(mutex_);
             path = std::exchange(toOpen_, {});
@@ -268,12 +324,25 @@ void ViewSession::run() {
             number = questions_;
             stillEnded = std::exchange(stillEnded_, 0);
             asksState = std::exchange(stateAsked_, false);
+            line = std::exchange(lineWish_, {});
+            lineNumber = linesAsked_;
+            lineCalledOff = std::exchange(lineCalledOff_, false);
+            lineEnded = std::exchange(lineEnded_, 0);
+            ahead = std::exchange(ahead_, {});
         }
         try {
             if (path)
                 openVolume(*path);
             if (stillEnded != 0 && stillEnded == stillNumber_ && open_ && open_->still)
                 finishStill();
+            if (lineCalledOff && open_ && open_->line)
+                open_->line->callOff();
+            if (lineEnded != 0 && lineEnded == lineNumber_ && open_ && open_->line)
+                finishLine();
+            if (line)
+                startLine(*line, lineNumber);
+            if (ahead && open_ && open_->renderer)
+                open_->renderer->setPath(std::move(*ahead));
             if (wish && open_)
                 take(*wish);
             if (question && open_)
@@ -343,6 +412,8 @@ void ViewSession::openVolume(const ToOpen& what) {
         volume_ = std::move(seen);
         picture_.reset();
         picked_.reset();
+        line_ = {};
+        lineProgress_.reset();
         asked_ = ++wishes_;
         state_ = {};
         state_.kind = ViewingState::Kind::open;
@@ -406,15 +477,16 @@ void ViewSession::take(const Wish& wish) {
     const bool another = fixedPart(wish.scene, compiles) != fixedPart(o.scene, compiles),
                turned = camera != o.renderer->camera(),
                recoloured = functionPart(wish.scene) != functionPart(o.scene),
-               rewindowed = wish.scene.window != o.scene.window, recut = !(wish.scene.cuts == o.scene.cuts);
-    const bool changed = another || turned || recoloured || rewindowed || recut;
+               rewindowed = wish.scene.window != o.scene.window, recut = !(wish.scene.cuts == o.scene.cuts),
+               relit = !(wish.scene.lighting == o.scene.lighting) || !(wish.scene.shading == o.scene.shading);
+    const bool changed = another || turned || recoloured || rewindowed || recut || relit;
     if (changed) {
         if (o.still)
             o.still->callOff();
         stillBegun_ = false;
         measured_.clear();
     }
-    if (another) {
+    if (another || (relit && !o.renderer->setLight(wish.scene.lighting, wish.scene.shading))) {
         makeRenderer(wish.scene);
     } else if (changed) {
         if (turned)
@@ -431,17 +503,17 @@ void ViewSession::take(const Wish& wish) {
     }
     o.scene = wish.scene;
     hastySize_ = pace_.sizeFor(o.scene.imageSize); // once a wish: nothing is drawn again for a better guess
-    asked_ = wish.number;
+    const std::uint64_t before = std::exchange(asked_, wish.number);
     moving_ = wish.moving;
     resting_ = false;
     if (!changed)
-        answerAsBefore();
+        answerAsBefore(before);
 }
 
-/// The picture that is there is of this wish as well.
-void ViewSession::answerAsBefore() {
+/// The picture that answered the wish before is of this one as well; where none has, one is on its way.
+void ViewSession::answerAsBefore(std::uint64_t before) {
     const std::lock_guard lock(mutex_);
-    if (!picture_)
+    if (!picture_ || picture_->asked != before)
         return;
     auto same = std::make_shared<ShownPicture>(*picture_);
     same->asked = asked_;
@@ -484,7 +556,7 @@ void ViewSession::proceed() {
     resting_ = progress.converged && hasty == moving_;
     if (resting_ && !moving_)
         nothingMoreComes();
-    if (resting_ && !moving_ && options_.stills && !stillBegun_ && !o.still)
+    if (resting_ && !moving_ && options_.stills && !stillBegun_ && !o.still && !o.line)
         startStill();
     tellState(progress);
 }
@@ -493,9 +565,9 @@ void ViewSession::publishPicture(const InteractiveRenderer::Progress& progress) 
     auto picture = std::make_shared<ShownPicture>();
     const InteractiveRenderer& r = *open_->renderer;
     picture->image = r.picture();
-    picture->stage = picture->image.size != open_->scene.imageSize || moving_ ? Stage::moving
-                     : progress.movesLeft > 0 || progress.choosing            ? Stage::loading
-                                                                              : Stage::whole;
+    picture->stage = picture->image.size != open_->scene.imageSize || moving_                ? Stage::moving
+                     : progress.movesLeft > 0 || progress.choosing || progress.lightIsCoarse ? Stage::loading
+                                                                                             : Stage::whole;
     picture->camera = r.camera();
     picture->asked = asked_;
     picture->drawingMs = r.pictureMs();
@@ -565,6 +637,45 @@ void ViewSession::finishStill() {
     }
 }
 
+void ViewSession::startLine(const LineWish& wish, std::uint64_t number) {
+    LineState none;
+    none.number = number;
+    if (!open_) {
+        const std::lock_guard lock(mutex_);
+        line_ = none;
+        return;
+    }
+    Open& o = *open_;
+    o.line.reset();
+    if (o.still) { // its memory is the line's from now on
+        o.still.reset();
+        stillBegun_ = false;
+    }
+    lineNumber_ = number;
+    o.line = std::make_unique<LineFinder>(wish, *o.store, o.stillRam, options_.threads, [this, number] {
+        {
+            const std::lock_guard lock(mutex_);
+            lineEnded_ = number;
+        }
+        wake_.notify_all();
+    });
+    const std::lock_guard lock(mutex_);
+    lineProgress_ = o.line->progress();
+}
+
+void ViewSession::finishLine() {
+    Open& o = *open_;
+    LineState found = o.line->take();
+    o.line.reset();
+    found.number = lineNumber_;
+    resting_ = false; // a still may follow
+    const std::lock_guard lock(mutex_);
+    line_ = std::move(found);
+    lineProgress_.reset();
+    if (lineWish_) // another is asked for already
+        line_.searching = true;
+}
+
 void ViewSession::tellState(const InteractiveRenderer::Progress& progress) {
     Open& o = *open_;
     const InteractiveRenderer& r = *o.renderer;
@@ -582,10 +693,14 @@ void ViewSession::tellState(const InteractiveRenderer::Progress& progress) {
     for (int level = kLevelCount - 1; level >= 0; --level)
         if (has.counts[static_cast<std::size_t>(level)] > 0)
             s.finestLevel = level, s.coarsestLevel = std::max(s.coarsestLevel, level);
+    const BrickCache::Counters counters = r.cacheCounters();
+    s.chunksThere = counters.hits;
+    s.chunksMissed = counters.joins + counters.misses;
     s.movesLeft = progress.movesLeft;
     s.choosing = progress.choosing;
+    s.lightIsCoarse = progress.lightIsCoarse;
     s.drawingStill = o.still != nullptr;
-    s.atRest = resting_ && !o.still;
+    s.atRest = resting_ && !o.still && !o.line;
     s.measured = measured_;
     s.damagedChunks = damaged_;
     const std::lock_guard lock(mutex_);

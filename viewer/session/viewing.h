@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/image.h"
+#include "core/path.h"
 #include "core/preset.h" // ValueSummary
 #include "core/scene.h"
 #include "core/volume.h"
@@ -22,8 +23,8 @@ namespace tessera {
 /// How good a picture is.
 enum class Stage {
     moving,  // fewer pixels, longer steps: something moves
-    loading, // all pixels; bricks are still on their way
-    whole,   // all pixels, through their middles, bricks as chosen
+    loading, // all pixels; bricks are still on their way, or light becomes finer
+    whole,   // all pixels, through their middles, bricks as chosen, and all light
     still    // what `tessera render` draws
 };
 
@@ -66,8 +67,10 @@ struct ViewingState {
     std::string engine;  // that draws
     std::size_t ramUsed = 0, ramLimit = 0, gpuUsed = 0, gpuLimit = 0;
     std::size_t bricks = 0, bricksShown = 0, bricksAsWanted = 0;
+    std::uint64_t chunksThere = 0, chunksMissed = 0; // that bricks asked the cache for, so far
     std::size_t movesLeft = 0;
     bool choosing = false;
+    bool lightIsCoarse = false;             // light of voxels becomes finer yet
     int finestLevel = 0, coarsestLevel = 0; // of what is drawn
     bool atRest = false;                    // nothing more will come until something is asked
     bool drawingStill = false;
@@ -77,6 +80,23 @@ struct ViewingState {
     /// Where showLevels() asked for it: the level of each brick, [z][y][x]; Selection's numbers.
     std::shared_ptr<const std::vector<std::uint8_t>> levels;
     glm::ivec3 brickGrid{0}; // of the grid
+};
+
+/// A centre-line that somebody wants (bricking/lumen/centreline.h).
+struct LineWish {
+    std::vector<glm::dvec3> places;  // patient space, mm: its beginning, places on the way, its end
+    std::optional<double> threshold; // physical units; none: from what lies around the places
+    bool tree = false;               // all branches beyond the first place, the only one
+};
+
+/// What has come of the last one.
+struct LineState {
+    std::uint64_t number = 0; // of the wish that path or problem is of; 0: none yet
+    bool searching = false;
+    std::string what;           // searching: what is done
+    double share = 0;           // searching: of it, [0,1]; 0: not known
+    std::string problem, about; // sentences
+    std::shared_ptr<const Path> path;
 };
 
 class Viewing {
@@ -111,6 +131,14 @@ class Viewing {
     virtual std::uint64_t pick(const glm::dvec2& place) = 0;
     /// The last answer.
     virtual std::optional<PickedPlace> picked() const = 0;
+
+    /// Looks for a centre-line; one before is called off. Stills wait meanwhile: the line has their memory.
+    /// Returns the wish's number.
+    virtual std::uint64_t findLine(const LineWish& wish) = 0;
+    virtual void callOffLine() = 0;
+    virtual LineState line() const = 0;
+    /// Where the camera will be next, in order: bricks are read ahead.
+    virtual void lookAhead(std::vector<Camera> next) = 0;
 
     /// Writes the newest picture with its manifest. Throws Error or InputError.
     virtual void saveScreenshot(const std::filesystem::path& path) const = 0;

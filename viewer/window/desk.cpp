@@ -25,6 +25,14 @@ void Latency::drew(double ms, WindowClock::time_point now) {
     pictureTimes.push_back(now);
 }
 
+double Latency::percentileMs(double share) const {
+    if (recentMs.empty())
+        return 0;
+    std::vector<double> sorted(recentMs.begin(), recentMs.end());
+    std::sort(sorted.begin(), sorted.end());
+    return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+}
+
 double Latency::picturesPerSecond(WindowClock::time_point now) const {
     const auto recent = std::count_if(pictureTimes.begin(), pictureTimes.end(),
                                       [&](WindowClock::time_point t) { return now - t < 1s; });

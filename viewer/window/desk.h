@@ -31,6 +31,8 @@ struct Latency {
     std::deque<double> recentMs;                      // of pictures while something moved, at most 200
     std::deque<WindowClock::time_point> pictureTimes; // of the last second
     void drew(double ms, WindowClock::time_point now);
+    /// Of recentMs; 0 where there is none.
+    double percentileMs(double share) const;
     double picturesPerSecond(WindowClock::time_point now) const;
 };
 

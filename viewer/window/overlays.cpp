@@ -86,7 +86,9 @@ std::string badge(const Desk& desk) {
     case Stage::moving:
         return "coarse";
     case Stage::loading:
-        return "coarse: " + std::to_string(s.movesLeft) + " bricks on their way";
+        return s.movesLeft == 0 && s.lightIsCoarse
+                   ? "coarse light"
+                   : "coarse: " + std::to_string(s.movesLeft) + " bricks on their way";
     case Stage::whole:
         return s.drawingStill ? "one ray a pixel; the still is being drawn" : "one ray a pixel";
     case Stage::still:

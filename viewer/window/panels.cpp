@@ -238,6 +238,8 @@ void Panels::state(Desk& desk) {
     const auto now = WindowClock::now();
     ImGui::Text("%.0f pictures a second, %.0f ms after input", desk.latency().picturesPerSecond(now),
                 desk.latency().lastMs);
+    ImGui::Text("half within %.0f ms, 19 of 20 within %.0f ms", desk.latency().percentileMs(0.5),
+                desk.latency().percentileMs(0.95));
     if (const ShownPicture* picture = desk.picture())
         ImGui::Text("%s: %d x %d, %.0f ms", kStages[static_cast<int>(picture->stage)], picture->image.size.x,
                     picture->image.size.y, picture->drawingMs);
@@ -247,9 +249,15 @@ void Panels::state(Desk& desk) {
         ImGui::Text("%.0f %% of %zu bricks at their level, levels %d to %d",
                     100.0 * static_cast<double>(s.bricksAsWanted) / static_cast<double>(s.bricksShown),
                     s.bricksShown, s.finestLevel, std::max(s.finestLevel, s.coarsestLevel));
+    if (const auto all = s.chunksThere + s.chunksMissed; all > 0)
+        ImGui::Text("%.0f %% of %llu chunks were read before they were asked for",
+                    100.0 * static_cast<double>(s.chunksThere) / static_cast<double>(all),
+                    static_cast<unsigned long long>(all));
     ImGui::Checkbox("colour bricks by level (L)", &desk.showLevels);
     if (s.movesLeft > 0)
         ImGui::Text("%zu bricks are on their way", s.movesLeft);
+    if (s.lightIsCoarse)
+        ImGui::TextUnformatted("light is coarse yet");
     if (s.drawingStill)
         ImGui::TextUnformatted("drawing the still ...");
     if (!s.measured.empty())
@@ -257,7 +265,7 @@ void Panels::state(Desk& desk) {
     ImGui::TextWrapped("%s", s.engine.c_str());
 }
 
-void Panels::draw(Desk& desk, Tools& tools, CutHandles& cuts, float height) {
+void Panels::draw(Desk& desk, Tools& tools, CutHandles& cuts, Endoscopy& endoscopy, float height) {
     if (!desk.showPanels)
         return;
     ImGui::SetNextWindowPos({0, 0});
@@ -279,6 +287,8 @@ void Panels::draw(Desk& desk, Tools& tools, CutHandles& cuts, float height) {
             tools.panel(desk);
             cuts.panel(desk);
         });
+        part(
+            "Endoscopy", [&] { endoscopy.panel(desk); }, false);
         part("Light", [&] { light(desk); });
         part(
             "Isosurfaces", [&] { surfaces(desk); }, false);
@@ -307,6 +317,8 @@ void drawHelp(Desk& desk) {
                                        {"R", "whole volume"},
                                        {"F; W A S D, Q E", "fly"},
                                        {"Ctrl Z, Ctrl Y", "undo, redo"},
+                                       {"Space, arrows, Home", "along a line: fly, step, look ahead again"},
+                                       {"Shift arrows, up, down", "along a line: steer off it"},
                                        {"L", "bricks coloured by their level"},
                                        {"M, G, C", "measure a distance, an angle, a circle"},
                                        {"K, Shift K", "scissors: cut the inside away, the outside"},

@@ -4,6 +4,7 @@
 
 #include "viewer/window/cut_handles.h"
 #include "viewer/window/desk.h"
+#include "viewer/window/endoscopy.h"
 #include "viewer/window/function_editor.h"
 #include "viewer/window/tools.h"
 
@@ -17,7 +18,7 @@ class Panels {
     static constexpr float kWidth = 330; // in the screen's units
 
     /// Draws them where desk.showPanels says so. @param height  of the window
-    void draw(Desk& desk, Tools& tools, CutHandles& cuts, float height);
+    void draw(Desk& desk, Tools& tools, CutHandles& cuts, Endoscopy& endoscopy, float height);
 
   private:
     void files(Desk& desk);

@@ -8,6 +8,7 @@
 #include "core/output_file.h"
 #include "viewer/window/cut_handles.h"
 #include "viewer/window/desk.h"
+#include "viewer/window/endoscopy.h"
 #include "viewer/window/overlays.h"
 #include "viewer/window/panels.h"
 #include "viewer/window/picture_view.h"
@@ -239,23 +240,27 @@ class Loop {
         for (const fs::path& path : std::exchange(events_.dropped, {}))
             desk_.open(path);
         desk_.update();
-        moves_ = tools_.handle(desk_, area) || cuts_.handle(desk_, area) || hand_.handle(desk_, area);
+        const bool flies = endoscopy_.advance(desk_);
+        moves_ = tools_.handle(desk_, area) || endoscopy_.handle(desk_, area) || cuts_.handle(desk_, area) ||
+                 hand_.handle(desk_, area) || flies;
         for (const Events::Key& key : std::exchange(events_.pressed, {}))
             if (!ImGui::GetIO().WantTextInput)
                 press(key);
         scripted_ = script_.advance(
-            desk_, {[this](const glm::ivec2& size) { glfwSetWindowSize(window_.get(), size.x, size.y); },
-                    [this](const fs::path& path) { toCapture_ = path; },
-                    [this] { glfwSetWindowShouldClose(window_.get(), GLFW_TRUE); }, countGlObjects});
+            desk_, endoscopy_,
+            {[this](const glm::ivec2& size) { glfwSetWindowSize(window_.get(), size.x, size.y); },
+             [this](const fs::path& path) { toCapture_ = path; },
+             [this] { glfwSetWindowShouldClose(window_.get(), GLFW_TRUE); }, countGlObjects});
         waits_ = desk_.settle();
         nameWindow();
         drawPicture(area);
         drawOverlays(desk_, area, hand_);
         tools_.draw(desk_, area);
         cuts_.draw(desk_, area);
+        endoscopy_.draw(desk_, area);
         if (desk_.showSlices && desk_.volume())
-            slices_.draw(desk_, tools_, slicesBeside(area));
-        panels_.draw(desk_, tools_, cuts_, static_cast<float>(window_.size().y));
+            slices_.draw(desk_, tools_, endoscopy_, slicesBeside(area));
+        panels_.draw(desk_, tools_, cuts_, endoscopy_, static_cast<float>(window_.size().y));
         drawHelp(desk_);
         ImGui::Render();
         glViewport(0, 0, pixels.x, pixels.y);
@@ -277,14 +282,14 @@ class Loop {
         else if (key.key == GLFW_KEY_F12)
             desk_.savePicture();
         else if (key.key == GLFW_KEY_ESCAPE)
-            tools_.stop();
+            tools_.stop(), endoscopy_.stop(desk_);
         else if (key.key == GLFW_KEY_L)
             desk_.showLevels = !desk_.showLevels;
         else if (key.key == GLFW_KEY_X)
             desk_.showSlices = !desk_.showSlices;
         else if (key.key == GLFW_KEY_TAB)
             desk_.showPanels = !desk_.showPanels;
-        else if (control || !pressTool(key.key, shift))
+        else if (control || (!endoscopy_.press(desk_, key.key, shift) && !pressTool(key.key, shift)))
             hand_.press(desk_, key.key, control, shift);
     }
 
@@ -362,6 +367,7 @@ class Loop {
     PictureHand hand_;
     Tools tools_;
     CutHandles cuts_;
+    Endoscopy endoscopy_;
     Panels panels_;
     Script script_;
     std::optional<fs::path> toOpen_, toCapture_;

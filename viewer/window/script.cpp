@@ -24,20 +24,15 @@ namespace {
 /// Words that follow each step's name: at least.
 const std::map<std::string, std::size_t>& wordsOfSteps() {
     static const std::map<std::string, std::size_t> words = {
-        {"open", 1},   {"wait", 1},       {"orbit", 2},  {"pan", 2},         {"zoom", 1},
-        {"roll", 1},   {"view", 1},       {"turn", 2},   {"preset", 1},      {"light", 1},
-        {"shift", 2},  {"isosurface", 1}, {"size", 1},   {"pick", 2},        {"picture", 1},
-        {"window", 1}, {"scene", 1},      {"panels", 1}, {"help", 1},        {"planes", 1},
-        {"mode", 1},   {"window-of", 1},  {"crop", 6},   {"levels", 1},      {"place", 3},
-        {"print", 1},  {"projection", 1}, {"quit", 0},   {"keep-preset", 1}, {"write-preset", 2}};
+        {"open", 1},      {"wait", 1},       {"orbit", 2},  {"pan", 2},         {"zoom", 1},
+        {"roll", 1},      {"view", 1},       {"turn", 2},   {"preset", 1},      {"light", 1},
+        {"shift", 2},     {"isosurface", 1}, {"size", 1},   {"pick", 2},        {"picture", 1},
+        {"window", 1},    {"scene", 1},      {"panels", 1}, {"help", 1},        {"planes", 1},
+        {"mode", 1},      {"window-of", 1},  {"crop", 6},   {"levels", 1},      {"place", 3},
+        {"print", 1},     {"projection", 1}, {"quit", 0},   {"keep-preset", 1}, {"write-preset", 2},
+        {"line", 3},      {"tree", 3},       {"fly-to", 1}, {"fly", 1},         {"record", 0},
+        {"load-path", 1}, {"save-path", 1}};
     return words;
-}
-
-double percentile(std::vector<double> values, double share) {
-    if (values.empty())
-        return 0;
-    std::sort(values.begin(), values.end());
-    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
 /// Of the program, as the system counts it; 0 where it does not say.
@@ -87,7 +82,7 @@ double Script::number(const Step& step, std::size_t word) const {
     return value;
 }
 
-bool Script::waits(const Step& step, Desk& desk) {
+bool Script::waits(const Step& step, Desk& desk, const Endoscopy& endoscopy) {
     const std::string& what = step.words[1];
     const ViewingState& s = desk.state();
     const ShownPicture* const picture = desk.picture();
@@ -97,6 +92,8 @@ bool Script::waits(const Step& step, Desk& desk) {
     const bool settled = desk.hasAsked();
     if (what == "volume")
         return !desk.volume();
+    if (what == "line")
+        return endoscopy.isSearching();
     if (what == "picture")
         return !picture;
     if (what == "whole")
@@ -107,13 +104,51 @@ bool Script::waits(const Step& step, Desk& desk) {
     return WindowClock::now() - began_ < std::chrono::duration<double, std::milli>(number(step, 1));
 }
 
-bool Script::take(const Step& step, Desk& desk, const Window& window) {
+/// A step along a line. @param taken  whether it is one. Returns whether it is done.
+bool Script::takeEndoscopy(const Step& step, Desk& desk, Endoscopy& endoscopy, bool& taken) {
+    const std::string& name = step.words.front();
+    taken = true;
+    if (name == "line" || name == "tree") {
+        if ((step.words.size() - 1) % 3 != 0 || (name == "tree" && step.words.size() != 4))
+            refuse(step, "places of three numbers, one of a tree");
+        std::vector<glm::dvec3> places;
+        for (std::size_t i = 1; i < step.words.size(); i += 3)
+            places.push_back({number(step, i), number(step, i + 1), number(step, i + 2)});
+        endoscopy.find(desk, places, name == "tree");
+        return true;
+    }
+    if (name == "load-path")
+        return endoscopy.load(desk, step.words[1]), true;
+    if (name != "save-path" && name != "fly-to" && name != "fly" && name != "record")
+        return taken = false;
+    if (!endoscopy.hasLine())
+        refuse(step, "a line first (line, wait line)");
+    if (name == "save-path")
+        endoscopy.save(desk, step.words[1]);
+    else if (name == "record")
+        endoscopy.record(desk);
+    else if (name == "fly-to")
+        endoscopy.flyTo(desk, number(step, 1));
+    else {
+        const int pictures = static_cast<int>(number(step, 1));
+        if (turned_ > 0 && desk.state().pictures == pictures_)
+            return false; // the picture of the step before is not there yet
+        if (turned_ >= pictures)
+            return turned_ = 0, true;
+        pictures_ = desk.state().pictures;
+        endoscopy.flyTo(desk, endoscopy.lengthMm() * ++turned_ / std::max(1, pictures));
+        return false;
+    }
+    return true;
+}
+
+bool Script::take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Window& window) {
     const std::string& name = step.words.front();
     const auto word = [&](std::size_t i) -> const std::string& { return step.words[i]; };
     if (name == "open")
         return desk.open(word(1)), true;
     if (name == "wait")
-        return !waits(step, desk);
+        return !waits(step, desk, endoscopy);
     if (name == "size") {
         int width = 0, height = 0;
         if (std::sscanf(word(1).c_str(), "%dx%d", &width, &height) != 2 || width < 64 || height < 64)
@@ -134,6 +169,9 @@ bool Script::take(const Step& step, Desk& desk, const Window& window) {
         return window.capture(word(1)), true;
     if (!desk.volume())
         refuse(step, "an open volume first (wait volume)");
+    bool alongALine = false;
+    if (const bool done = takeEndoscopy(step, desk, endoscopy, alongALine); alongALine)
+        return done;
     const Camera& camera = desk.camera();
     if (name == "orbit")
         desk.setCamera(orbited(camera, glm::radians(glm::dvec2(number(step, 1), number(step, 2)))), true);
@@ -207,9 +245,9 @@ bool Script::take(const Step& step, Desk& desk, const Window& window) {
     } else if (name == "print") {
         const ViewingState& s = desk.state();
         if (word(1) == "latency") {
-            const std::vector<double> ms(desk.latency().recentMs.begin(), desk.latency().recentMs.end());
+            const Latency& l = desk.latency();
             std::printf("latency of %zu pictures: median %.1f ms, 95th percentile %.1f ms, most %.1f ms\n",
-                        ms.size(), percentile(ms, 0.5), percentile(ms, 0.95), percentile(ms, 1));
+                        l.recentMs.size(), l.percentileMs(0.5), l.percentileMs(0.95), l.percentileMs(1));
             if (const ShownPicture* const p = desk.picture())
                 std::printf("last picture: %d x %d in %.1f ms\n", p->image.size.x, p->image.size.y,
                             p->drawingMs);
@@ -228,12 +266,12 @@ bool Script::take(const Step& step, Desk& desk, const Window& window) {
     return true;
 }
 
-bool Script::advance(Desk& desk, const Window& window) {
+bool Script::advance(Desk& desk, Endoscopy& endoscopy, const Window& window) {
     while (next_ < steps_.size()) {
         if (!stepBegan_)
             began_ = WindowClock::now();
         stepBegan_ = true;
-        if (!take(steps_[next_], desk, window))
+        if (!take(steps_[next_], desk, endoscopy, window))
             return true;
         stepBegan_ = false;
         ++next_;

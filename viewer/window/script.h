@@ -1,7 +1,7 @@
 // viewer/window/script.h: what to do in the window, from a file instead of a hand: for figures, measurements
 // and tests. A line is a step; empty lines and those that begin with # are none:
 //
-//   open PATH                 wait volume | picture | whole | still | rest | MILLISECONDS
+//   open PATH                 wait volume | picture | whole | still | rest | line | MILLISECONDS
 //   orbit RIGHT UP            degrees          pan X Y         parts of the picture's height
 //   zoom FACTOR               roll DEGREES     view SIDE       projection parallel|perspective
 //   turn DEGREES FRAMES       orbits in so many steps, each after the picture of the one before
@@ -13,10 +13,14 @@
 //   scene FILE                saves the scene            panels, planes, levels, help on|off
 //   mode NAME                 window-of C,W|NAME        crop X0 X1 Y0 Y1 Z0 Z1   mm
 //   place X Y Z               of the crosshair, mm
+//   line X Y Z X Y Z ...      a centre-line through places, mm; wait line     tree X Y Z   from one
+//   fly-to MM, fly PICTURES   along it: to a place, through all of it in so many pictures
+//   record                    a keyframe there          load-path, save-path FILE
 //   print latency|state|memory  quit
 #pragma once
 
 #include "viewer/window/desk.h"
+#include "viewer/window/endoscopy.h"
 
 #include <filesystem>
 #include <functional>
@@ -40,7 +44,7 @@ class Script {
     explicit Script(const std::filesystem::path& file);
     /// Takes steps until one has to wait. Once a frame. Returns whether there are more.
     /// Throws InputError naming file and line for a step that cannot be taken.
-    bool advance(Desk& desk, const Window& window);
+    bool advance(Desk& desk, Endoscopy& endoscopy, const Window& window);
 
   private:
     struct Step {
@@ -49,8 +53,9 @@ class Script {
     };
     [[noreturn]] void refuse(const Step& step, const std::string& expected) const;
     double number(const Step& step, std::size_t word) const;
-    bool take(const Step& step, Desk& desk, const Window& window);
-    bool waits(const Step& step, Desk& desk);
+    bool take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Window& window);
+    bool takeEndoscopy(const Step& step, Desk& desk, Endoscopy& endoscopy, bool& taken);
+    bool waits(const Step& step, Desk& desk, const Endoscopy& endoscopy);
 
     std::filesystem::path file_;
     std::vector<Step> steps_;

@@ -60,14 +60,15 @@ SlicePanel::~SlicePanel() {
     glDeleteTextures(static_cast<GLsizei>(textures_.size()), textures_.data());
 }
 
-void SlicePanel::hand(Desk& desk, Tools& tools, const Area& view, int plane, const SliceFrame& frame) {
+void SlicePanel::hand(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area& view, int plane,
+                      const SliceFrame& frame) {
     const ImGuiIO& io = ImGui::GetIO();
     const glm::dvec2 mouse(io.MousePos.x, io.MousePos.y);
     const bool over = !io.WantCaptureMouse && mouse.x >= view.from.x && mouse.y >= view.from.y &&
                       mouse.x < view.from.x + view.size.x && mouse.y < view.from.y + view.size.y;
     SliceWish wish = desk.slices();
-    if (over && ImGui::IsMouseClicked(0) &&
-        tools.placed(desk, frame.patientFromPicture(view.pictureFromWindow(mouse))))
+    if (const glm::dvec3 mm = frame.patientFromPicture(view.pictureFromWindow(mouse));
+        over && ImGui::IsMouseClicked(0) && (tools.placed(desk, mm) || endoscopy.placed(desk, mm)))
         return;
     if (over && held_ < 0 && (ImGui::IsMouseClicked(0) || ImGui::IsMouseClicked(1))) {
         held_ = plane;
@@ -92,7 +93,7 @@ void SlicePanel::hand(Desk& desk, Tools& tools, const Area& view, int plane, con
         desk.setSlices(wish);
 }
 
-void SlicePanel::draw(Desk& desk, Tools& tools, const Area& area) {
+void SlicePanel::draw(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area& area) {
     if (!desk.volume() || area.size.x < 20)
         return;
     SliceWish wish = desk.slices();
@@ -122,7 +123,7 @@ void SlicePanel::draw(Desk& desk, Tools& tools, const Area& area) {
         const Area& view = views[n];
         const SliceFrame frame = sliceFrame(desk.volume()->info, static_cast<Orientation>(n),
                                             desk.slices().placeMm, view.pixels(), desk.slices().zoom);
-        hand(desk, tools, view, static_cast<int>(n), frame);
+        hand(desk, tools, endoscopy, view, static_cast<int>(n), frame);
         draw.PushClipRect(at(view.from), at(view.from + view.size));
         draw.AddRectFilled(at(view.from), at(view.from + view.size), IM_COL32(0, 0, 0, 255));
         if (shown_ && !shown_->planes[n].display.empty())
@@ -136,6 +137,7 @@ void SlicePanel::draw(Desk& desk, Tools& tools, const Area& area) {
         draw.AddLine(at({cross.x, view.from.y}), at({cross.x, view.from.y + view.size.y}), kLine[along]);
         for (const Measurement& m : desk.scene().measurements)
             drawMeasurement(draw, m, view, frame);
+        endoscopy.drawOnPlane(draw, view, frame);
         draw.AddRect(at(view.from), at(view.from + view.size - 1.0), kLine[n]);
         if (desk.volume()->info.orientationKnown) {
             const glm::dvec2 middle = view.from + 0.5 * view.size;

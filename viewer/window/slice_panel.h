@@ -3,6 +3,7 @@
 #pragma once
 
 #include "viewer/window/desk.h"
+#include "viewer/window/endoscopy.h"
 #include "viewer/window/picture_view.h" // Area
 #include "viewer/window/tools.h"
 
@@ -22,10 +23,11 @@ class SlicePanel {
     SlicePanel& operator=(const SlicePanel&) = delete;
     /// Draws them into the area, one above the other, and takes what a hand does there. While ImGui's frame
     /// is open.
-    void draw(Desk& desk, Tools& tools, const Area& area);
+    void draw(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area& area);
 
   private:
-    void hand(Desk& desk, Tools& tools, const Area& view, int plane, const SliceFrame& frame);
+    void hand(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area& view, int plane,
+              const SliceFrame& frame);
 
     std::array<unsigned, 3> textures_{};
     std::shared_ptr<const ShownSlices> shown_;

@@ -32,6 +32,7 @@ class GpuEngine : public Engine {
     void close() override;
     BrickResidency* bricks() override { return atlas_ ? &atlas_->bricks : nullptr; }
     void levelsChanged() override;
+    LightPlane* light() override { return light_ ? &light_->plane() : nullptr; }
     std::optional<LightReport> lightReport() const override {
         return light_ ? std::optional(light_->report()) : std::nullopt;
     }

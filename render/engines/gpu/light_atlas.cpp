@@ -16,7 +16,7 @@ constexpr GLenum kExternal[] = {GL_RED, GL_RG, GL_RGBA, GL_RGBA};
 LightAtlas::LightAtlas(const ScenePlan& scene, std::size_t pages, const TextureLimits& limits, int threads,
                        Ledger& gpu)
     : light_(scene, threads), components_(keptLightChannels(scene.view.lighting)),
-      plane_(light_, scene, makeChannels()) {
+      plane_(light_, scene, makeChannels(), true) {
     const VolumeInfo& info = scene.info();
     const glm::ivec3 box = atlasPages(std::max<std::size_t>(1, pages), info.type, limits);
     TESSERA_CHECK(box.x > 0 && components_ <= 4);

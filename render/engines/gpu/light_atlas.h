@@ -4,7 +4,7 @@
 
 #include "core/budget.h"
 #include "render/engines/gpu/gl/objects.h"
-#include "render/light/scene_light.h"
+#include "render/light/light_plane.h"
 #include "render/residency/pages.h"
 #include "render/residency/plane.h"
 
@@ -22,7 +22,7 @@ class LightAtlas {
                Ledger& gpu);
 
     /// For the BrickResidency.
-    Plane& plane() { return plane_; }
+    LightPlane& plane() { return plane_; }
     /// Light as things are; before rays are drawn.
     void settle(Work& work) { plane_.settle(work); }
     SceneLight& light() { return light_; }

@@ -244,8 +244,8 @@ native::PacketScene NativeCaster::packetScene() const {
     }
     f.uniformSegments = rays_.strides.uniformSegments;
     f.segmentVoxels = static_cast<float>(rays_.strides.segmentVoxels);
-    for (std::size_t n = 0; n < engine_.light().size(); ++n) { // at the same places
-        const HostPlane& light = *engine_.light()[n];
+    for (std::size_t n = 0; n < engine_.lightChannels().size(); ++n) { // at the same places
+        const HostPlane& light = *engine_.lightChannels()[n];
         s.light[n] = f;
         s.light[n].samples = light.samples();
         s.light[n].kind = light.kind();
@@ -375,7 +375,7 @@ bool NativeCaster::drawRound(const Slicing& slicing, Clock::time_point deadline,
         const VolumeState& volume = scene_.volume;
         NativeField field(engine_.plane(), volume.mixed() ? &volume.levels : nullptr,
                           volume.selection.finest(), volume.optics.gradient);
-        field.setLight(engine_.light());
+        field.setLight(engine_.lightChannels());
         const Context context{field, rays_, occupancy(), needsEnds(volume.optics.integrator), deadline, late};
         native::PacketScene mine = packets;
         mine.help = helpOf(context);

@@ -87,7 +87,7 @@ void NativeEngine::open(std::span<ScenePlan* const> volumes, std::size_t pages) 
     std::vector<Plane*> planes{plane_.get()};
     if (limits.lightChannels > 0) {
         std::vector<Plane*> channels;
-        for (int n = 0; n < lightChannels(scene_->view.lighting); ++n)
+        for (int n = 0; n < tessera::lightChannels(scene_->view.lighting); ++n)
             channels.push_back(lightPlanes_
                                    .emplace_back(std::make_unique<HostPlane>(scene_->info(), ValueType::u16,
                                                                              "light of the bricks", pages,

@@ -5,7 +5,7 @@
 
 #include "render/engine.h"
 #include "render/engines/native/host_plane.h"
-#include "render/light/scene_light.h"
+#include "render/light/light_plane.h"
 
 #include <memory>
 #include <optional>
@@ -25,6 +25,7 @@ class NativeEngine : public Engine {
     void close() override;
     BrickResidency* bricks() override { return bricks_ ? &*bricks_ : nullptr; }
     void levelsChanged() override;
+    LightPlane* light() override { return lightPlane_ ? &*lightPlane_ : nullptr; }
     std::optional<LightReport> lightReport() const override;
     std::unique_ptr<RayCaster> caster(const CasterOptions& options, Ledger& gpu) override;
     std::unique_ptr<VisibilityCounter> counter(Ledger& gpu) override;
@@ -35,7 +36,7 @@ class NativeEngine : public Engine {
     /// The light of bricks' samples, ready for rays: a plane a channel of the scene's light; none where it
     /// has none. Bricks must be settled.
     const std::vector<std::unique_ptr<HostPlane>>& settledLight(Work& work);
-    const std::vector<std::unique_ptr<HostPlane>>& light() const { return lightPlanes_; }
+    const std::vector<std::unique_ptr<HostPlane>>& lightChannels() const { return lightPlanes_; }
     /// Light as it was does not hold any more.
     void functionChanged();
     int threads() const { return threads_; }

@@ -1,0 +1,59 @@
+// bricking/lumen/centreline.h: from seeds in a hollow organ of a volume of any size to its centre-line, in
+// one step: threshold, lumen, path, middle (docs/centrelines.md). For a window: call it on a thread of its
+// own with a Progress that is asked, and a Cancellation there to call it off.
+#pragma once
+
+#include "bricking/cache/chunk_source.h"
+#include "core/budget.h"
+#include "core/path.h"
+#include "core/progress.h"
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// A place that somebody pointed at.
+struct CentrelineSeed {
+    glm::dvec3 mm{0};       ///< patient space
+    std::string name;       ///< in messages: "--from", "the first click"
+    bool mayBridge = false; ///< a gap in the lumen beside this seed is bridged; it may lie in the gap itself
+};
+
+struct CentrelineRequest {
+    /// In their order along the line: its beginning, places on the way, its end. One: its beginning, and the
+    /// end is the place of the lumen that is furthest from it.
+    std::vector<CentrelineSeed> seeds;
+    std::optional<double> threshold; ///< physical units; none: from what lies around the seeds
+    bool tree = false;               ///< all branches beyond the first seed, which is the only one
+    int mostGenerations = 12;        ///< of a tree: forks between the seed and a branch, at most
+    double spacingMm = 1;            ///< of the points, at most
+};
+
+struct CentrelineBridge {
+    glm::dvec3 fromMm{0}, toMm{0};
+};
+
+struct Centrelines {
+    std::vector<CentreLine> lines; ///< one; of a tree one a branch, each after its parent
+    std::vector<int> generations;  ///< of each line: forks between the seed and it
+    Lumen lumen;                   ///< what was taken to be lumen
+    std::optional<double>
+        leakedAt; ///< the threshold from around the seed, where it had to give way to a leak
+    std::vector<CentrelineBridge> bridges;
+    double leastTurnMm = 0;        ///< radius of the tightest turn
+    std::uint64_t lumenVoxels = 0; ///< of level 0
+    int blockVoxels = 0;           ///< edge of the blocks that the path was searched in
+};
+
+/// Throws InputError naming a seed that is outside the volume or the lumen or has no wall around it; naming
+/// the gap where an end cannot be reached: where the two parts come nearest, and how near; naming ram's
+/// option where the lumen does not fit. Cancelled, Interrupted, and what reading throws.
+/// @param threads  that decode and measure; 0: all processors
+Centrelines findCentrelines(const ChunkSource& source, const CentrelineRequest& request, Ledger& ram,
+                            Progress& progress, int threads = 0);
+
+} // namespace tessera

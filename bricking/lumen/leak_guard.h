@@ -1,0 +1,26 @@
+// bricking/lumen/leak_guard.h: airways end in a lung that is nearly as dark as they are: where their walls
+// are thinner than a voxel, growing explodes into it. The guard tightens the threshold until it does not.
+#pragma once
+
+#include "bricking/lumen/grow_lumen.h"
+#include "bricking/lumen/seed_threshold.h"
+
+namespace tessera {
+
+struct GuardedLumen {
+    GrownLumen grown;
+    LumenRule rule;      ///< that it was grown with
+    bool leaked = false; ///< the rule around the seed leaks: this one is stricter
+};
+
+/// Explosion-controlled region growing (Mori et al., IEEE Trans. Medical Imaging 19, 2000): the threshold
+/// goes from the seed's value towards the wall's in steps of a twentieth of the way to half; where a step
+/// makes the lumen grow by more than half, it has leaked, and the step is halved until it is a 160th. The
+/// widest threshold before the leak is taken. @param seed  a voxel near the seed's value
+/// @param always  else a rule that does not leak is told by one growing: most of what grows there is like the
+/// seed, nearer to it than a quarter of the way to the threshold
+GuardedLumen growWithoutLeaks(BrickCache& cache, const VolumeInfo& info, const SeedNeighbourhood& around,
+                              const glm::ivec3& seed, bool always, Ledger& ram,
+                              const std::function<void(std::uint64_t)>& soFar = {});
+
+} // namespace tessera

@@ -1,0 +1,22 @@
+// bricking/lumen/nearest_voxels.h: where sets of voxels are nearest to a place, and to one another.
+#pragma once
+
+#include "bricking/lumen/lumen_shape.h"
+
+namespace tessera {
+
+struct NearestVoxel {
+    glm::ivec3 voxel{0};
+    double mm = 0; ///< from the place to the voxel's middle
+};
+/// Of a set that is not empty.
+NearestVoxel nearestVoxel(const LumenShape& shape, const glm::dvec3& mm);
+
+struct Gap {
+    glm::dvec3 fromMm{0}, toMm{0}; ///< middles of the two voxels
+    double mm = 0;
+};
+/// Where two sets, neither empty, come nearest. Memory for what may be nearest is charged.
+Gap nearestGap(const LumenShape& a, const LumenShape& b, Ledger& ram);
+
+} // namespace tessera

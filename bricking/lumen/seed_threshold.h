@@ -1,0 +1,26 @@
+// bricking/lumen/seed_threshold.h: from a place in a lumen to the values that are lumen: half way between the
+// lumen's value and the wall's, as the edges around the place have them.
+#pragma once
+
+#include "bricking/lumen/lumen_values.h"
+
+#include <string>
+
+namespace tessera {
+
+struct SeedNeighbourhood {
+    double lumen = 0; ///< median of the values around the seed, physical units
+    double noise = 0; ///< their robust standard deviation
+    LumenRule rule;   ///< half way to the wall; contrast no brighter than 1.5 times that beyond the lumen
+};
+
+/// Rays go out from the seed in 42 directions until the value has left the lumen's (by six times the noise,
+/// and a twentieth of what all rays meet at least, a quarter at most) and goes no further: that is the
+/// wall's. The median over the rays decides, of the values and of the side. @param seed  voxel space, in the
+/// volume
+/// @param name  of the seed, in messages. Throws InputError where no edge is met within 100 mm.
+SeedNeighbourhood neighbourhoodOf(LumenValues& values, const glm::dvec3& seed, const std::string& name);
+/// The same for a threshold that is given: which side the seed is on.
+SeedNeighbourhood neighbourhoodOf(LumenValues& values, const glm::dvec3& seed, double threshold);
+
+} // namespace tessera

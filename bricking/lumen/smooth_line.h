@@ -1,0 +1,31 @@
+// bricking/lumen/smooth_line.h: lines of points: even spacing, smoothing that keeps bends, and their turns.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <vector>
+
+namespace tessera {
+
+/// Along the line, from its first point, mm.
+std::vector<double> arcsOf(const std::vector<glm::dvec3>& line);
+
+/// A Gaussian mean along the line, used three times, so that what it takes from a bend comes back: 1 - (1 -
+/// G)^3. Bends over some deviations keep their place, ripples shorter than two go. Ends: as if the line went
+/// on turned about them. @param deviation  of the Gaussian at each point, in points; 0 leaves it
+std::vector<glm::dvec3> smoothed(const std::vector<glm::dvec3>& line, const std::vector<double>& deviation);
+/// A plain Gaussian mean along the line, ends as above.
+std::vector<glm::dvec3> blurred(const std::vector<glm::dvec3>& line, const std::vector<double>& deviation);
+
+/// Where on a line points lie evenly: as numbers of points and shares of the way to the next.
+std::vector<double> evenPlaces(const std::vector<glm::dvec3>& line, double spacingMm);
+/// On the Catmull-Rom curve through the points, or, straight, on the lines between them.
+glm::dvec3 pointAt(const std::vector<glm::dvec3>& line, double place, bool straight);
+/// Evenly along the Catmull-Rom curve: the most that are not further apart than spacingMm; two at least.
+std::vector<glm::dvec3> evenly(const std::vector<glm::dvec3>& line, double spacingMm, bool straight,
+                               double& spacing);
+
+/// Radius of the circle through a point and those `reach` before and after it, mm; infinite for a straight
+/// line and near the ends.
+double turnMm(const std::vector<glm::dvec3>& line, std::size_t point, std::size_t reach);
+
+} // namespace tessera

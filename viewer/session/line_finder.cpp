@@ -1,0 +1,78 @@
+// viewer/session/line_finder.cpp: see line_finder.h.
+#include "viewer/session/line_finder.h"
+
+#include "bricking/lumen/centreline.h"
+#include "viewer/options/options.h" // formatNumber
+
+#include <algorithm>
+#include <limits>
+
+namespace tessera {
+namespace {
+
+std::string aboutText(const Centrelines& found, const VolumeInfo& info) {
+    double length = 0, narrowest = std::numeric_limits<double>::infinity(), widest = 0;
+    for (const CentreLine& line : found.lines) {
+        length += line.lengthMm();
+        for (const double radius : line.radiusMm) {
+            narrowest = radius > 0 ? std::min(narrowest, radius) : narrowest;
+            widest = std::max(widest, radius);
+        }
+    }
+    std::string text =
+        (found.lines.size() == 1 ? "a line" : std::to_string(found.lines.size()) + " branches") +
+        std::string(" of ") + formatNumber(length) + " mm, " + formatNumber(narrowest) + " to " +
+        formatNumber(widest) + " mm from the wall; lumen " +
+        (found.lumen.side == Lumen::Side::below ? "below " : "above ") + formatNumber(found.lumen.threshold) +
+        (info.unit.empty() ? "" : " " + info.unit);
+    if (!found.bridges.empty())
+        text += "; gaps bridged: " + std::to_string(found.bridges.size());
+    return text;
+}
+
+LineState find(const LineWish& wish, const StoreReader& store, Ledger& ram, Progress& progress, int threads) {
+    CentrelineRequest request;
+    for (std::size_t i = 0; i < wish.places.size(); ++i)
+        request.seeds.push_back({wish.places[i], "place " + std::to_string(i + 1),
+                                 i > 0 && i + 1 < wish.places.size()}); // those on the way bridge gaps
+    request.threshold = wish.threshold;
+    request.tree = wish.tree;
+    const Centrelines found = findCentrelines(store, request, ram, progress, threads);
+    auto path = std::make_shared<Path>();
+    path->volume = {store.contentHash(), store.info().extentVoxels};
+    path->lumen = found.lumen;
+    path->lines = found.lines;
+    path->flight.emplace();
+    checkPath(*path, "the line");
+    LineState state;
+    state.path = std::move(path);
+    state.about = aboutText(found, store.info());
+    return state;
+}
+
+} // namespace
+
+LineFinder::LineFinder(const LineWish& wish, const StoreReader& store, Ledger& ram, int threads,
+                       std::function<void()> ended)
+    : progress_(std::make_shared<Progress>(Verbosity::quiet, true)),
+      result_(std::async(std::launch::async, [this, wish, &store, &ram, threads, ended = std::move(ended)] {
+          LineState state;
+          try {
+              const Cancellation asks(&calledOff_);
+              state = find(wish, store, ram, *progress_, threads);
+          } catch (const Cancelled&) {
+              state = {};
+          } catch (const std::exception& e) {
+              state.problem = e.what();
+          }
+          ended();
+          return state;
+      })) {}
+
+LineFinder::~LineFinder() {
+    calledOff_ = true;
+    if (result_.valid())
+        result_.wait();
+}
+
+} // namespace tessera

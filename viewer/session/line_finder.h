@@ -1,0 +1,35 @@
+// viewer/session/line_finder.h: a centre-line that is looked for on a thread of its own until somebody calls
+// it off.
+#pragma once
+
+#include "bricking/store/store_reader.h"
+#include "core/interrupt.h"
+#include "core/progress.h"
+#include "viewer/session/viewing.h"
+
+#include <functional>
+#include <future>
+#include <memory>
+
+namespace tessera {
+
+class LineFinder {
+  public:
+    /// Begins. @param ended  is called from the thread just before it ends
+    /// store and ram outlive this.
+    LineFinder(const LineWish& wish, const StoreReader& store, Ledger& ram, int threads,
+               std::function<void()> ended);
+    /// Calls it off, and waits.
+    ~LineFinder();
+    void callOff() { calledOff_ = true; }
+    const std::shared_ptr<Progress>& progress() const { return progress_; }
+    /// What it has come to; waits. Once. No path and no problem: it was called off.
+    LineState take() { return result_.get(); }
+
+  private:
+    Cancellation::Flag calledOff_{false};
+    std::shared_ptr<Progress> progress_;
+    std::future<LineState> result_;
+};
+
+} // namespace tessera

@@ -1,0 +1,310 @@
+// viewer/window/endoscopy.cpp: see endoscopy.h: how a line is found, flown and recorded. Its panel and what
+// is drawn of it: endoscopy_panel.cpp.
+#include "viewer/window/endoscopy.h"
+
+#include "core/error.h"
+#include "core/output_file.h"
+#include "core/preset.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <glm/common.hpp>
+#include <imgui.h>
+
+namespace tessera {
+namespace {
+
+constexpr double kStepMm = 5;       // of the arrow keys
+constexpr double kSteerMm = 1;      // of Shift and the arrow keys
+constexpr double kMostPitch = 85;   // degrees
+constexpr double kAheadSeconds = 2; // whose bricks are read ahead
+constexpr int kAheadCameras = 8;
+const glm::dvec3 kWallColour(0.72, 0.30, 0.20); // mucosa, linear
+// As GLFW numbers them.
+constexpr int kSpace = 32, kEnter = 257, kRight = 262, kLeft = 263, kDown = 264, kUp = 265, kHome = 268;
+
+} // namespace
+
+void Endoscopy::find(Desk& desk, const std::vector<glm::dvec3>& places, bool tree) {
+    LineWish wish;
+    wish.places = places;
+    wish.tree = tree;
+    wish.threshold = threshold_;
+    wish_ = desk.viewing().findLine(wish);
+    searching_ = true;
+    gathers_ = false;
+}
+
+void Endoscopy::take(Desk& desk, const Path& path) {
+    path_ = path;
+    if (!path_->flight)
+        path_->flight.emplace();
+    film_.reset();
+    curve_.emplace(path_->lines, *path_->flight);
+    placeMm_ = std::min(placeMm_, curve_->lengthMm());
+    if (inside_)
+        show(desk, false);
+}
+
+void Endoscopy::load(Desk& desk, const std::filesystem::path& file) {
+    Path path = loadPath(file);
+    if (path.lines.empty())
+        throw badFile(file.string(), "a path with a centre-line", "keyframes alone");
+    if (path.volume && path.volume->extentVoxels != desk.volume()->info.extentVoxels)
+        throw badFile(file.string(), "a path of a volume of this size", "one of another volume");
+    about_ = "from " + file.filename().string();
+    placeMm_ = 0;
+    take(desk, path);
+}
+
+void Endoscopy::save(Desk& desk, const std::filesystem::path& file) {
+    if (!path_)
+        throw InputError("there is no line to save");
+    writeOutputFile(file, pathJson(*path_));
+    desk.tell("wrote " + file.string() + "; tessera render SCENE --path " + file.string() + " -o film.mp4");
+}
+
+void Endoscopy::flyAnew(Desk& desk) {
+    take(desk, *path_);
+}
+
+/// Bones and organs are seen from outside; from inside it is the lumen's wall, which few functions show.
+void Endoscopy::showWall(Desk& desk) {
+    if (!path_ || !path_->lumen)
+        return;
+    Scene scene = desk.scene();
+    const double wall = path_->lumen->threshold;
+    if (std::none_of(scene.surfaces.begin(), scene.surfaces.end(),
+                     [&](const Isosurface& s) { return s.value == wall; })) {
+        if (scene.surfaces.size() >= Scene::kMaxSurfaces)
+            return;
+        scene.surfaces.push_back({wall, kWallColour, 1});
+    }
+    scene.mode = Mode::isosurface;
+    desk.beginEdit();
+    desk.setScene(scene, false);
+    char words[160];
+    std::snprintf(words, sizeof words,
+                  "the wall is an isosurface at %.0f %s (Mode and Isosurfaces; Ctrl Z takes it back)", wall,
+                  desk.volume()->info.unit.c_str());
+    desk.tell(words);
+}
+
+/// What the film shows at this place, as one looks now.
+void Endoscopy::show(Desk& desk, bool moving) {
+    if (!curve_)
+        return;
+    if (!inside_ && desk.scene().mode == Mode::composite && desk.scene().surfaces.empty())
+        showWall(desk);
+    inside_ = true;
+    const Flight& flight = *path_->flight;
+    const double seconds = placeMm_ / flight.speedMmPerS;
+    if (!film_)
+        film_.emplace(
+            *path_, desk.scene(),
+            [values = desk.volume()->values](const std::string& name) {
+                return presetFunction(name, values);
+            },
+            "path");
+    Scene scene = desk.scene();
+    scene.camera = film_->cameraAt(seconds);
+    if (!film_->onlyCameraMoves()) { // keyframes decide
+        const Scene said = film_->sceneAt(seconds);
+        scene.volumes = said.volumes;
+        scene.lighting = said.lighting;
+        scene.cuts = said.cuts;
+    }
+    if (look_)
+        scene.camera = cameraOf(curve_->at(placeMm_), *look_, flight);
+    SliceWish planes = desk.slices();
+    planes.placeMm = std::get<Camera>(scene.camera).position;
+    desk.setSlices(planes);
+    desk.setScene(scene, moving);
+    std::vector<Camera> ahead;
+    for (int i = 1; moving && i <= kAheadCameras; ++i)
+        ahead.push_back(cameraOf(
+            curve_->at(placeMm_ + i * kAheadSeconds / kAheadCameras * flight.speedMmPerS), {}, flight));
+    desk.viewing().lookAhead(std::move(ahead));
+}
+
+void Endoscopy::flyTo(Desk& desk, double mm) {
+    if (!curve_)
+        return;
+    placeMm_ = std::clamp(mm, 0.0, curve_->lengthMm());
+    show(desk, true);
+}
+
+void Endoscopy::play(Desk& desk, bool on) {
+    if (!curve_ || on == playing_)
+        return;
+    playing_ = on;
+    flewAt_ = {};
+    if (on && placeMm_ >= curve_->lengthMm())
+        placeMm_ = 0;
+    show(desk, on);
+}
+
+void Endoscopy::record(Desk& desk) {
+    if (!curve_)
+        return;
+    const Flight& flight = *path_->flight;
+    Keyframe key;
+    // Along the route, which may be flown backwards and from somewhere on.
+    key.placeMm = flight.backwards ? flight.fromMm + curve_->lengthMm() - placeMm_ : flight.fromMm + placeMm_;
+    key.look = look_.value_or(LookAround{});
+    key.transferFunction = desk.function();
+    key.lighting = desk.scene().lighting;
+    key.cuts = desk.scene().cuts;
+    auto& keys = path_->keyframes;
+    const auto sameOrLater = [&](const Keyframe& k) {
+        return flight.backwards ? *k.placeMm <= *key.placeMm : *k.placeMm >= *key.placeMm;
+    };
+    const auto at = std::find_if(keys.begin(), keys.end(), sameOrLater);
+    if (at != keys.end() && std::abs(*at->placeMm - *key.placeMm) < 1e-3)
+        *at = key;
+    else
+        keys.insert(at, key);
+    film_.reset();
+}
+
+bool Endoscopy::advance(Desk& desk) {
+    if (of_ != desk.volume()) { // another volume: nothing of the old one holds
+        *this = {};
+        of_ = desk.volume();
+    }
+    if (!of_)
+        return false;
+    const LineState line = desk.viewing().line();
+    if (searching_ && !line.searching && line.number == wish_) {
+        searching_ = false;
+        if (line.path) {
+            about_ = line.about;
+            placeMm_ = 0;
+            look_.reset();
+            if (!threshold_ && line.path->lumen)
+                shownThreshold_ = line.path->lumen->threshold;
+            take(desk, *line.path);
+            desk.tell(about_);
+        } else if (!line.problem.empty()) {
+            desk.tell(line.problem, true);
+        }
+    }
+    if (!playing_ || !curve_)
+        return searching_;
+    // Nothing is drawn ahead of what was asked: a slow machine flies as fast, in larger steps.
+    const auto now = WindowClock::now();
+    if (flewAt_ == WindowClock::time_point())
+        flewAt_ = now;
+    if (!desk.isAnswered())
+        return true;
+    const double seconds = std::chrono::duration<double>(now - flewAt_).count();
+    flewAt_ = now;
+    placeMm_ += seconds * path_->flight->speedMmPerS;
+    if (placeMm_ >= curve_->lengthMm()) {
+        placeMm_ = curve_->lengthMm();
+        playing_ = false;
+    }
+    show(desk, playing_);
+    return true;
+}
+
+bool Endoscopy::handle(Desk& desk, const Area& area) {
+    if (!desk.volume())
+        return false;
+    const ImGuiIO& io = ImGui::GetIO();
+    const glm::dvec2 place = area.pictureFromWindow({io.MousePos.x, io.MousePos.y}), size(area.pixels());
+    const bool over =
+        !io.WantCaptureMouse && place.x >= 0 && place.y >= 0 && place.x < size.x && place.y < size.y;
+    if (gathers_) {
+        if (over && ImGui::IsMouseClicked(0))
+            question_ = desk.viewing().pick(place);
+        if (const auto& picked = desk.picked(); question_ != 0 && picked && picked->number >= question_) {
+            question_ = 0;
+            if (picked->hit)
+                placed(desk, picked->mm);
+            else
+                desk.tell("nothing is seen there");
+        }
+        return over && (ImGui::IsMouseDown(0) || ImGui::IsMouseReleased(0));
+    }
+    if (!inside_ || !curve_)
+        return false;
+    if (over && ImGui::IsMouseClicked(0) && !io.KeyShift && !io.KeyCtrl && !io.KeyAlt)
+        looks_ = true;
+    if (!looks_)
+        return false;
+    if (!ImGui::IsMouseDown(0)) {
+        looks_ = false;
+        if (!playing_)
+            show(desk, false);
+        return true;
+    }
+    if (io.MouseDelta.x != 0 || io.MouseDelta.y != 0) {
+        const double degrees = path_->flight->viewAngle / area.size.y;
+        LookAround look = look_.value_or(LookAround{});
+        look.yawDegrees -= degrees * static_cast<double>(io.MouseDelta.x);
+        look.pitchDegrees = std::clamp(look.pitchDegrees + degrees * static_cast<double>(io.MouseDelta.y),
+                                       -kMostPitch, kMostPitch);
+        look_ = look;
+        show(desk, true);
+    }
+    return true;
+}
+
+bool Endoscopy::placed(Desk& desk, const glm::dvec3& mm) {
+    if (!gathers_)
+        return false;
+    places_.push_back(mm);
+    if (tree_)
+        find(desk, places_, true);
+    return true;
+}
+
+bool Endoscopy::press(Desk& desk, int key, bool shift) {
+    if (gathers_ && key == kEnter && !places_.empty()) {
+        find(desk, places_, tree_);
+        return true;
+    }
+    if (!curve_)
+        return false;
+    const auto steer = [&](const glm::dvec2& by) {
+        LookAround look = look_.value_or(LookAround{});
+        look.offsetMm += kSteerMm * by;
+        look_ = look;
+        show(desk, false);
+    };
+    switch (key) {
+    case kSpace:
+        play(desk, !playing_);
+        return true;
+    case kHome:
+        look_.reset();
+        show(desk, false);
+        return true;
+    case kRight:
+    case kLeft:
+        if (shift)
+            steer({key == kRight ? 1 : -1, 0});
+        else
+            flyTo(desk, placeMm_ + (key == kRight ? kStepMm : -kStepMm));
+        return true;
+    case kUp:
+    case kDown:
+        steer({0, key == kUp ? 1 : -1});
+        return true;
+    default:
+        return false;
+    }
+}
+
+void Endoscopy::stop(Desk& desk) {
+    gathers_ = false;
+    places_.clear();
+    question_ = 0;
+    if (searching_)
+        desk.viewing().callOffLine();
+    playing_ = false;
+}
+
+} // namespace tessera

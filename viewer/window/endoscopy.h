@@ -1,0 +1,83 @@
+// viewer/window/endoscopy.h: from inside: a centre-line is asked for by clicks, flown along, and made a film
+// of. The path is the very one of `tessera render --path`: what is recorded here is drawn there.
+#pragma once
+
+#include "core/film.h"
+#include "viewer/session/slice_frame.h"
+#include "viewer/window/desk.h"
+#include "viewer/window/picture_view.h" // Area
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+struct ImDrawList;
+
+namespace tessera {
+
+class Endoscopy {
+  public:
+    /// Takes what was found, and flies on. Once a frame. Returns whether it moves on its own.
+    bool advance(Desk& desk);
+    /// Clicks on the picture while places are gathered, and looking around while a line is flown. Returns
+    /// whether it takes the mouse.
+    bool handle(Desk& desk, const Area& area);
+    /// A key, as GLFW names it; true where it is one of these.
+    bool press(Desk& desk, int key, bool shift);
+    /// A place on a plane was clicked. Returns whether it is one of a line's.
+    bool placed(Desk& desk, const glm::dvec3& mm);
+    /// Nothing is gathered, looked for or flown any more.
+    void stop(Desk& desk);
+    void panel(Desk& desk);
+    /// The line, the places that were clicked, and while a line is flown a map of where one is.
+    void draw(Desk& desk, const Area& area) const;
+    /// What of the lines lies in a plane, on its picture.
+    void drawOnPlane(ImDrawList& draw, const Area& view, const SliceFrame& frame) const;
+
+    /// Looks for a line through places, mm.
+    void find(Desk& desk, const std::vector<glm::dvec3>& places, bool tree);
+    /// Throws Error or InputError.
+    void load(Desk& desk, const std::filesystem::path& file);
+    void save(Desk& desk, const std::filesystem::path& file);
+    /// Along the flight, mm; held to it.
+    void flyTo(Desk& desk, double mm);
+    void play(Desk& desk, bool on);
+    /// The view of now becomes a keyframe of the flight: where one looks, and what the scene looks like
+    /// where that was changed.
+    void record(Desk& desk);
+    bool isSearching() const { return searching_; }
+    bool isPlaying() const { return playing_; }
+    bool hasLine() const { return curve_.has_value(); }
+    double lengthMm() const { return curve_ ? curve_->lengthMm() : 0; }
+
+  private:
+    void take(Desk& desk, const Path& path);
+    void flyAnew(Desk& desk);
+    void show(Desk& desk, bool moving);
+    void showWall(Desk& desk);
+    void searchPanel(Desk& desk);
+    void flightPanel(Desk& desk);
+    void keyframePanel(Desk& desk);
+    void drawMap(ImDrawList& draw, const Desk& desk, const Area& area) const;
+
+    std::optional<Path> path_;
+    std::optional<FlightCurve> curve_;
+    std::optional<Film> film_; // of path_; none: it has changed since
+    std::string about_;
+    std::vector<glm::dvec3> places_; // clicked so far
+    bool gathers_ = false, tree_ = false, searching_ = false, inside_ = false, playing_ = false;
+    std::uint64_t question_ = 0, wish_ = 0; // of a click; of the line that was asked for
+    std::optional<double> threshold_;       // that the user set
+    double placeMm_ = 0;
+    double shownThreshold_ = 0;      // that the line was found with
+    std::optional<LookAround> look_; // in place of the keyframes'
+    bool looks_ = false;             // a drag looks around
+    WindowClock::time_point flewAt_;
+    const VolumeSeen* of_ = nullptr;
+    char file_[256] = {};
+};
+
+} // namespace tessera
