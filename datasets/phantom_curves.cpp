@@ -59,7 +59,7 @@ PhantomCurve torsoColon() {
 
 std::string phantomCurvesJson(const std::string& name) {
     if (!isTorso(name))
-        throw badFile("phantom " + name, "a torso, which has curves", "none");
+        throw badFile("--curves", "a torso, which has curves", "phantom " + name);
     json airways = json::array(), polyps = json::array();
     for (const PhantomCurve& curve : torsoAirways()) {
         airways.push_back(curveJson(curve));

@@ -64,7 +64,9 @@ class Process {
         ::_exit(127);
     }
     ~Process() {
-        if (child_ > 0 && !exitCode(0s)) {
+        if (child_ > 0)
+            ::kill(child_, SIGTERM); // a display's server takes its lock along
+        if (child_ > 0 && !exitCode(2s)) {
             ::kill(child_, SIGKILL);
             ::waitpid(child_, nullptr, 0);
         }
