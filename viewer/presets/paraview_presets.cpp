@@ -120,7 +120,8 @@ ForeignText writeParaView(const Preset& preset) {
                               json(f.referenceLengthMm()).dump() + ")");
     if (!f.materials().empty())
         out.leftOut.push_back("materials");
-    for (const auto& [key, value] : json::parse(preset.look).items())
+    const json look = json::parse(preset.look);
+    for (const auto& [key, value] : look.items())
         if (!value.empty() && value != "composite" && value != "auto" && value != "window")
             out.leftOut.push_back("\"" + key + "\"");
     return out;
