@@ -112,6 +112,21 @@ void applyPreset(const Preset& preset, Scene& scene) {
     scene.volumes.front().transferFunction = preset.function;
 }
 
+std::vector<std::string> lookSaysOf(const Preset& preset) {
+    // Both spelled out as presetOf() does, so that a default that is written is no difference.
+    const auto spelled = [](Scene scene) {
+        scene.volumes.front().transferFunction = TransferFunction();
+        return json::parse(presetOf(scene, "").look);
+    };
+    const json said = spelled(sceneOf(json::parse(preset.look), "preset " + preset.name)),
+               plain = spelled(sceneOf(json::object(), "preset"));
+    std::vector<std::string> keys;
+    for (const auto& [key, value] : said.items())
+        if (!plain.contains(key) || plain[key] != value)
+            keys.push_back(key);
+    return keys;
+}
+
 Preset overRange(Preset preset, double lowest, double highest) {
     if (!(std::isfinite(lowest) && std::isfinite(highest) && lowest < highest))
         throw badFile("preset " + preset.name, "a range of values, the lowest first",

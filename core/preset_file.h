@@ -44,6 +44,8 @@ Preset presetOf(const Scene& scene, const std::string& name);
 /// The scene with the preset's function and look; what the preset does not name stays.
 /// Throws InputError for a function over shares of a range: see overRange().
 void applyPreset(const Preset& preset, Scene& scene);
+/// Of lookKeys(), those that a preset sets to something that a scene does not have by default.
+std::vector<std::string> lookSaysOf(const Preset& preset);
 /// A preset whose function is over shares of a range as one over [lowest, highest]; others as they are.
 /// Throws InputError for a range that is empty or not finite.
 Preset overRange(Preset preset, double lowest, double highest);

@@ -289,4 +289,17 @@ Centrelines findCentrelines(const ChunkSource& source, const CentrelineRequest& 
     return Finder(source, request, ram, progress, threads).run();
 }
 
+LinesExtent extentOf(const std::vector<CentreLine>& lines) {
+    LinesExtent extent;
+    for (const CentreLine& line : lines) {
+        extent.lengthMm += line.lengthMm();
+        for (const double radius : line.radiusMm) {
+            if (radius > 0 && (extent.narrowestMm == 0 || radius < extent.narrowestMm))
+                extent.narrowestMm = radius;
+            extent.widestMm = std::max(extent.widestMm, radius);
+        }
+    }
+    return extent;
+}
+
 } // namespace tessera

@@ -49,6 +49,12 @@ struct Centrelines {
     int blockVoxels = 0;           ///< edge of the blocks that the path was searched in
 };
 
+/// How long lines are together, and how near to the wall: of places that are not on bridges.
+struct LinesExtent {
+    double lengthMm = 0, narrowestMm = 0, widestMm = 0;
+};
+LinesExtent extentOf(const std::vector<CentreLine>& lines);
+
 /// Throws InputError naming a seed that is outside the volume or the lumen or has no wall around it; naming
 /// the gap where an end cannot be reached: where the two parts come nearest, and how near; naming ram's
 /// option where the lumen does not fit. Cancelled, Interrupted, and what reading throws.

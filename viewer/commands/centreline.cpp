@@ -68,14 +68,7 @@ CentrelineRequest requestOf(const CentrelineArguments& arguments) {
 void tell(const Centrelines& found, const VolumeInfo& info, const Path& path, const std::string& out,
           const CommonOptions& common) {
     const std::string unit = info.unit.empty() ? "" : " " + info.unit;
-    double length = 0, narrowest = std::numeric_limits<double>::infinity(), widest = 0;
-    for (const CentreLine& line : path.lines) {
-        length += line.lengthMm();
-        for (const double radius : line.radiusMm) {
-            narrowest = radius > 0 ? std::min(narrowest, radius) : narrowest;
-            widest = std::max(widest, radius);
-        }
-    }
+    const LinesExtent extent = extentOf(path.lines);
     common.note("lumen: " + std::string(found.lumen.side == Lumen::Side::below ? "below " : "above ") +
                 formatNumber(found.lumen.threshold) + unit +
                 (found.leakedAt ? ", tightened from " + formatNumber(*found.leakedAt) + unit +
@@ -85,9 +78,9 @@ void tell(const Centrelines& found, const VolumeInfo& info, const Path& path, co
         common.note("bridged: a gap of " + formatNumber(glm::length(bridge.toMm - bridge.fromMm)) + " mm");
     common.note("wrote " + out + ": " +
                 (path.lines.size() == 1 ? "a path" : std::to_string(path.lines.size()) + " branches") +
-                " of " + formatNumber(length) + " mm, " + formatNumber(narrowest) + " to " +
-                formatNumber(widest) + " mm from the wall, turns of " + formatNumber(found.leastTurnMm) +
-                " mm and more");
+                " of " + formatNumber(extent.lengthMm) + " mm, " + formatNumber(extent.narrowestMm) + " to " +
+                formatNumber(extent.widestMm) + " mm from the wall, turns of " +
+                formatNumber(found.leastTurnMm) + " mm and more");
     common.detail(std::to_string(found.lumenVoxels) + " voxels of lumen, searched in blocks of " +
                   std::to_string(found.blockVoxels) + " voxels");
 }

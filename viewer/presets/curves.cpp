@@ -95,6 +95,13 @@ straightened(const std::vector<Point>& points, const std::function<Value(double)
     return out;
 }
 
+/// Of points at one place VTK keeps the last: a step's others come to lie beside it.
+template <typename Point> void setApart(std::vector<Point>& points) {
+    for (std::size_t i = points.size(); i-- > 1;)
+        if (points[i - 1].x >= points[i].x)
+            points[i - 1].x = points[i].x - kSteepest * std::max(1.0, std::abs(points[i].x));
+}
+
 template <typename Point> void sortByPlace(std::vector<Point>& points) {
     std::stable_sort(points.begin(), points.end(), [](const Point& a, const Point& b) { return a.x < b.x; });
 }
@@ -179,10 +186,7 @@ std::vector<VtkColour> screenColours(const std::vector<ColourPoint>& points) {
                 out.push_back({x, at(x)});
             });
     }
-    // Of points at one place VTK keeps the last: a step's others lie beside it.
-    for (std::size_t i = out.size(); i-- > 1;)
-        if (out[i - 1].x >= out[i].x)
-            out[i - 1].x = out[i].x - kSteepest * std::max(1.0, std::abs(out[i].x));
+    setApart(out);
     return out;
 }
 
@@ -190,9 +194,7 @@ std::vector<VtkPoint> distinct(const std::vector<OpacityPoint>& points) {
     std::vector<VtkPoint> out;
     for (const OpacityPoint& p : points)
         out.push_back({p.value, p.opacity});
-    for (std::size_t i = out.size(); i-- > 1;)
-        if (out[i - 1].x >= out[i].x)
-            out[i - 1].x = out[i].x - kSteepest * std::max(1.0, std::abs(out[i].x));
+    setApart(out);
     return out;
 }
 

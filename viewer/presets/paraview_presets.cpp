@@ -120,10 +120,8 @@ ForeignText writeParaView(const Preset& preset) {
                               json(f.referenceLengthMm()).dump() + ")");
     if (!f.materials().empty())
         out.leftOut.push_back("materials");
-    const json look = json::parse(preset.look);
-    for (const auto& [key, value] : look.items())
-        if (!value.empty() && value != "composite" && value != "auto" && value != "window")
-            out.leftOut.push_back("\"" + key + "\"");
+    for (const std::string& key : lookSaysOf(preset))
+        out.leftOut.push_back("\"" + key + "\"");
     return out;
 }
 

@@ -6,13 +6,13 @@
 #include "core/nearest_name.h"
 #include "core/output_file.h"
 #include "core/preset.h"
+#include "core/user_folder.h"
 #if TESSERA_WITH_FOREIGN_PRESETS
 #include "viewer/presets/foreign_preset.h"
 #endif
 
 #include <algorithm>
 #include <cctype>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -106,13 +106,8 @@ FoundPreset readPreset(const fs::path& file, const std::string& name) {
 } // namespace
 
 fs::path ownPresetsFolder() {
-    const char* const config = std::getenv("XDG_CONFIG_HOME");
-    const char* const home = std::getenv("HOME");
-    if (config && *config == '/')
-        return fs::path(config) / "tessera" / "presets";
-    if (home && *home == '/')
-        return fs::path(home) / ".config" / "tessera" / "presets";
-    return {};
+    const fs::path folder = userConfigFolder();
+    return folder.empty() ? folder : folder / "presets";
 }
 
 std::vector<std::string> ownPresetNames() {

@@ -308,9 +308,8 @@ ForeignText writeSlicerJson(const Preset& preset) {
     ForeignText out{document.dump(2, ' ', true, json::error_handler_t::replace) + "\n", {}};
     if (!f.materials().empty())
         out.leftOut.push_back("materials");
-    for (const auto& [key, value] : look.items())
-        if (key != "shading" && !value.empty() && value != "composite" && value != "auto" &&
-            value != "window")
+    for (const std::string& key : lookSaysOf(preset))
+        if (key != "shading")
             out.leftOut.push_back("\"" + key + "\"");
     return out;
 }

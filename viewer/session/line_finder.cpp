@@ -4,25 +4,15 @@
 #include "bricking/lumen/centreline.h"
 #include "viewer/options/options.h" // formatNumber
 
-#include <algorithm>
-#include <limits>
-
 namespace tessera {
 namespace {
 
 std::string aboutText(const Centrelines& found, const VolumeInfo& info) {
-    double length = 0, narrowest = std::numeric_limits<double>::infinity(), widest = 0;
-    for (const CentreLine& line : found.lines) {
-        length += line.lengthMm();
-        for (const double radius : line.radiusMm) {
-            narrowest = radius > 0 ? std::min(narrowest, radius) : narrowest;
-            widest = std::max(widest, radius);
-        }
-    }
+    const LinesExtent extent = extentOf(found.lines);
     std::string text =
         (found.lines.size() == 1 ? "a line" : std::to_string(found.lines.size()) + " branches") +
-        std::string(" of ") + formatNumber(length) + " mm, " + formatNumber(narrowest) + " to " +
-        formatNumber(widest) + " mm from the wall; lumen " +
+        std::string(" of ") + formatNumber(extent.lengthMm) + " mm, " + formatNumber(extent.narrowestMm) +
+        " to " + formatNumber(extent.widestMm) + " mm from the wall; lumen " +
         (found.lumen.side == Lumen::Side::below ? "below " : "above ") + formatNumber(found.lumen.threshold) +
         (info.unit.empty() ? "" : " " + info.unit);
     if (!found.bridges.empty())

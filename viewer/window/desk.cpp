@@ -1,7 +1,6 @@
 // viewer/window/desk.cpp: see desk.h.
 #include "viewer/window/desk.h"
 
-#include "core/error.h"
 #include "core/nearest_name.h"
 #include "core/output_file.h"
 
@@ -164,12 +163,10 @@ template <typename Write> void Desk::save(const char* what, const char* extensio
     std::error_code ignored;
     for (int n = 2; std::filesystem::exists(file, ignored); ++n)
         file = stem + "-" + std::to_string(n) + extension;
-    try {
+    trying([&] {
         write(file);
         tell(std::string("wrote the ") + what + " " + std::filesystem::absolute(file, ignored).string());
-    } catch (const Error& e) {
-        tell(e.what(), true);
-    }
+    });
 }
 
 void Desk::savePicture() {

@@ -2,6 +2,7 @@
 // and what the user is told.
 #pragma once
 
+#include "core/error.h"
 #include "viewer/session/viewing.h"
 #include "viewer/window/history.h"
 #include "viewer/window/preset_shelf.h"
@@ -93,6 +94,14 @@ class Desk {
     void keepPreset(const std::string& name);
     void writePreset(const std::filesystem::path& file, const std::string& format);
     void tell(const std::string& text, bool problem = false);
+    /// Does it; what goes wrong is told.
+    template <typename Act> void trying(const Act& act) {
+        try {
+            act();
+        } catch (const Error& e) {
+            tell(e.what(), true);
+        }
+    }
     const std::optional<Message>& message() const { return message_; }
 
     /// Whether a wish has been sent whose last word (not moving) is still owed; sends it when its time has

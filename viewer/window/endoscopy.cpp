@@ -216,17 +216,9 @@ bool Endoscopy::handle(Desk& desk, const Area& area) {
     const glm::dvec2 place = area.pictureFromWindow({io.MousePos.x, io.MousePos.y}), size(area.pixels());
     const bool over =
         !io.WantCaptureMouse && place.x >= 0 && place.y >= 0 && place.x < size.x && place.y < size.y;
-    if (gathers_) {
-        if (over && ImGui::IsMouseClicked(0))
-            question_ = desk.viewing().pick(place);
-        if (const auto& picked = desk.picked(); question_ != 0 && picked && picked->number >= question_) {
-            question_ = 0;
-            if (picked->hit)
-                placed(desk, picked->mm);
-            else
-                desk.tell("nothing is seen there");
-        }
-        return over && (ImGui::IsMouseDown(0) || ImGui::IsMouseReleased(0));
+    if (gathers_ && over && ImGui::IsMouseClicked(0)) { // a click here would meet a wall, not the lumen
+        desk.tell("click in the lumen, on a plane");
+        return true;
     }
     if (!inside_ || !curve_)
         return false;
@@ -301,7 +293,6 @@ bool Endoscopy::press(Desk& desk, int key, bool shift) {
 void Endoscopy::stop(Desk& desk) {
     gathers_ = false;
     places_.clear();
-    question_ = 0;
     if (searching_)
         desk.viewing().callOffLine();
     playing_ = false;

@@ -22,8 +22,7 @@ class Endoscopy {
   public:
     /// Takes what was found, and flies on. Once a frame. Returns whether it moves on its own.
     bool advance(Desk& desk);
-    /// Clicks on the picture while places are gathered, and looking around while a line is flown. Returns
-    /// whether it takes the mouse.
+    /// Looking around while a line is flown. Returns whether it takes the mouse.
     bool handle(Desk& desk, const Area& area);
     /// A key, as GLFW names it; true where it is one of these.
     bool press(Desk& desk, int key, bool shift);
@@ -69,8 +68,8 @@ class Endoscopy {
     std::string about_;
     std::vector<glm::dvec3> places_; // clicked so far
     bool gathers_ = false, tree_ = false, searching_ = false, inside_ = false, playing_ = false;
-    std::uint64_t question_ = 0, wish_ = 0; // of a click; of the line that was asked for
-    std::optional<double> threshold_;       // that the user set
+    std::uint64_t wish_ = 0;          // the line that was asked for
+    std::optional<double> threshold_; // that the user set
     double placeMm_ = 0;
     double shownThreshold_ = 0;      // that the line was found with
     std::optional<LookAround> look_; // in place of the keyframes'

@@ -1,5 +1,4 @@
 // viewer/window/endoscopy_panel.cpp: the panel of endoscopy.h, and what is drawn of lines over the picture.
-#include "core/error.h"
 #include "viewer/window/endoscopy.h"
 #include "viewer/window/overlays.h" // pictureFromPatient
 
@@ -17,14 +16,6 @@ constexpr ImU32 kLineInk = IM_COL32(255, 110, 160, 220), kBranchInk = IM_COL32(2
                 kHere = IM_COL32(255, 230, 90, 255), kFaint = IM_COL32(235, 235, 235, 110);
 constexpr double kMapShare = 0.26; // of the picture's height
 constexpr double kMapMargin = 12;
-
-template <typename Act> void trying(Desk& desk, const Act& act) {
-    try {
-        act();
-    } catch (const Error& e) {
-        desk.tell(e.what(), true);
-    }
-}
 
 ImVec2 at(const glm::dvec2& p) {
     return {static_cast<float>(p.x), static_cast<float>(p.y)};
@@ -52,7 +43,7 @@ void Endoscopy::searchPanel(Desk& desk) {
     const auto gather = [&](const char* name, bool tree) {
         if (ImGui::Button(name)) {
             places_.clear();
-            gathers_ = true;
+            gathers_ = desk.showSlices = true;
             tree_ = tree;
         }
     };
@@ -60,7 +51,7 @@ void Endoscopy::searchPanel(Desk& desk) {
     ImGui::SameLine();
     gather("tree: one click", true);
     if (gathers_) {
-        ImGui::TextDisabled("click in the lumen, in the volume or a plane");
+        ImGui::TextDisabled("click in the lumen, on the planes");
         if (!tree_) {
             ImGui::Text("%zu places", places_.size());
             ImGui::SameLine();
@@ -182,10 +173,10 @@ void Endoscopy::panel(Desk& desk) {
     const bool named = file_[0] != '\0';
     ImGui::SameLine();
     if (ImGui::Button("load") && named)
-        trying(desk, [&] { load(desk, file_); });
+        desk.trying([&] { load(desk, file_); });
     ImGui::SameLine();
     if (ImGui::Button("save") && named)
-        trying(desk, [&] { save(desk, file_); });
+        desk.trying([&] { save(desk, file_); });
 }
 
 /// From outside, from the front: the volume's box, the lines, and where one is.

@@ -2,7 +2,6 @@
 #include "viewer/window/function_editor.h"
 
 #include "core/colour.h"
-#include "core/error.h"
 #include "core/preset.h"
 #include "viewer/window/function_edits.h"
 
@@ -30,22 +29,13 @@ double opacityAt(double height) {
     return height * height;
 }
 
-/// What goes wrong is told in the window.
-template <typename Act> void trying(Desk& desk, const Act& act) {
-    try {
-        act();
-    } catch (const Error& e) {
-        desk.tell(e.what(), true);
-    }
-}
-
 } // namespace
 
 void FunctionEditor::presets(Desk& desk) {
     if (ImGui::BeginCombo("preset", "choose ...")) {
         const auto row = [&](const std::string& name) {
             if (ImGui::Selectable(name.c_str()))
-                trying(desk, [&] { desk.takePreset(name); });
+                desk.trying([&] { desk.takePreset(name); });
         };
         for (const std::string& name : presetNames())
             row(name);
@@ -66,15 +56,15 @@ void FunctionEditor::files(Desk& desk) {
     const bool named = name_[0] != '\0';
     const std::string name = name_;
     if (ImGui::Button("save as mine") && named)
-        trying(desk, [&] { desk.keepPreset(name); });
+        desk.trying([&] { desk.keepPreset(name); });
     ImGui::SameLine();
     if (ImGui::Button("import") && named)
-        trying(desk, [&] { desk.takePreset(name); });
+        desk.trying([&] { desk.takePreset(name); });
     if (ImGui::Button("for Slicer") && named)
-        trying(desk, [&] { desk.writePreset(name + ".vp.json", "slicer"); });
+        desk.trying([&] { desk.writePreset(name + ".vp.json", "slicer"); });
     ImGui::SameLine();
     if (ImGui::Button("for ParaView") && named)
-        trying(desk, [&] { desk.writePreset(name + ".json", "paraview"); });
+        desk.trying([&] { desk.writePreset(name + ".json", "paraview"); });
     ImGui::TreePop();
 }
 

@@ -3,9 +3,9 @@
 
 #include "core/error.h"
 #include "core/output_file.h"
+#include "core/user_folder.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -23,13 +23,8 @@ void Settings::opened(const fs::path& path) {
 }
 
 fs::path settingsFile() {
-    const char* const config = std::getenv("XDG_CONFIG_HOME");
-    const char* const home = std::getenv("HOME");
-    if (config && *config == '/')
-        return fs::path(config) / "tessera" / "window.json";
-    if (home && *home == '/')
-        return fs::path(home) / ".config" / "tessera" / "window.json";
-    return {};
+    const fs::path folder = userConfigFolder();
+    return folder.empty() ? folder : folder / "window.json";
 }
 
 Settings loadSettings(const fs::path& file) {

@@ -1,0 +1,12 @@
+// core/user_folder.h: where the program keeps what its user set: presets, the window's settings.
+#pragma once
+
+#include <filesystem>
+
+namespace tessera {
+
+/// ${XDG_CONFIG_HOME}/tessera, or ~/.config/tessera; empty where neither variable names a folder. It need not
+/// exist.
+std::filesystem::path userConfigFolder();
+
+} // namespace tessera
