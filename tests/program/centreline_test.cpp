@@ -60,7 +60,8 @@ TEST_F(Program, CentrelineRefusesWhatItCannotDo) {
     refused("nowhere.zarr --from=-67,-33,-155", "nowhere.zarr");
     const Outcome none = run("phantom sphere --size 8x8x8 -o s.zarr --curves c.json");
     EXPECT_EQ(none.exitCode, 2);
-    EXPECT_THAT(none.problems, HasSubstr("phantom sphere: expected a torso"));
+    EXPECT_THAT(none.problems,
+                HasSubstr("--curves: expected a torso, which has curves, found phantom sphere"));
     EXPECT_FALSE(fs::exists(folder_ / "s.zarr"));
 }
 

@@ -257,6 +257,17 @@ class Claims : public ::testing::TestWithParam<ClaimKind> {
     }
 };
 
+TEST_P(Claims, OfFramesThatAreThereGo) {
+    const auto a = open();
+    const auto held = a->claim(7);
+    for (const char* const left : {"frame-000002.png", ".frame-000002.png.claim"}) // of one who was killed
+        std::ofstream(scratch_ / "film" / left) << "x";
+    const auto b = open();
+    EXPECT_FALSE(fs::exists(scratch_ / "film/.frame-000002.png.claim"));
+    EXPECT_TRUE(fs::exists(scratch_ / "film/.frame-000007.png.claim"));
+    EXPECT_FALSE(b->claim(7));
+}
+
 TEST_P(Claims, AreForOne) {
     const auto a = open(), b = open();
     auto claim = a->claim(3);

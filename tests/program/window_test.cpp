@@ -106,7 +106,9 @@ class WindowTest : public ::testing::Test {
         int ends[2];
         ASSERT_EQ(::pipe(ends), 0);
         display_.emplace(std::vector<std::string>{"Xvfb", "-displayfd", std::to_string(ends[1]), "-screen",
-                                                  "0", "1400x1000x24", "-nolisten", "tcp"},
+                                                  "0", "1400x1000x24", "-nolisten", "tcp",
+                                                  // Else it ends who comes as the last one leaves.
+                                                  "-noreset"},
                          folder_.path(), folder_ / "xvfb.txt");
         ::close(ends[1]);
         std::string number;

@@ -16,9 +16,11 @@
 #include <iterator>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <string_view>
 #include <sys/stat.h>
 #include <thread>
 #include <unistd.h>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -36,8 +38,9 @@ bool isFrame(const std::string& name) {
     return name.size() > kBegin.size() + kEnd.size() && name.starts_with(kBegin) && name.ends_with(kEnd) &&
            name.find_first_not_of("0123456789", kBegin.size()) == name.size() - kEnd.size();
 }
-bool isClaim(const std::string& name) {
-    return name.starts_with(".frame-") && name.ends_with(".claim");
+constexpr std::string_view kClaimEnd = ".claim";
+bool isClaim(const std::string& name) { // of a frame: "." before its name, kClaimEnd behind it
+    return name.starts_with(".frame-") && name.ends_with(kClaimEnd);
 }
 
 std::string textOf(const fs::path& path) {
@@ -134,10 +137,12 @@ FrameFolder::FrameFolder(const fs::path& folder, const json& film, ClaimKind kin
         adopt(film);
         if (LockTry lock = tryLock(folder_ / kFilmFile, LockKind::shared); lock.locked) {
             open_ = std::move(lock.file);
+            removeUselessClaims();
             return;
         } else if (!lock.busy && fs::exists(folder_ / kFilmFile)) { // no locks to be had
             kind_ = ClaimKind::lease;
             leaseSeconds_ = leaseSeconds_ > 0 ? leaseSeconds_ : kLeaseSeconds;
+            removeUselessClaims();
             return;
         }
         fs::create_directories(folder_, failed);
@@ -181,6 +186,21 @@ void FrameFolder::adopt(const json& film) {
                   "those of another (" + shortText(a) + "); choose another folder, or remove this one");
 }
 
+/// Of frames that are there: who was killed between a frame's last step and its claim's left one, and nobody
+/// asks for that frame again.
+void FrameFolder::removeUselessClaims() {
+    std::error_code ignored;
+    std::vector<fs::path> useless;
+    for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
+        const std::string name = entry.path().filename().string();
+        if (isClaim(name) &&
+            fs::exists(folder_ / name.substr(1, name.size() - 1 - kClaimEnd.size()), ignored))
+            useless.push_back(entry.path());
+    }
+    for (const fs::path& path : useless)
+        fs::remove(path, ignored);
+}
+
 std::string FrameFolder::nameOf(std::size_t frame) {
     char name[32];
     std::snprintf(name, sizeof name, "frame-%06zu.png", frame);
@@ -195,7 +215,7 @@ bool FrameFolder::has(std::size_t frame) const {
 std::unique_ptr<FrameFolder::Claim> FrameFolder::claim(std::size_t frame) {
     if (has(frame))
         return nullptr;
-    const fs::path path = folder_ / ("." + nameOf(frame) + ".claim");
+    const fs::path path = folder_ / ("." + nameOf(frame) + std::string(kClaimEnd));
     std::unique_ptr<Claim> claim;
     if (kind_ == ClaimKind::lock) {
         LockTry lock = tryLock(path, LockKind::exclusive, true);

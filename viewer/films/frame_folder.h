@@ -49,6 +49,7 @@ class FrameFolder {
 
   private:
     void adopt(const nlohmann::json& film);
+    void removeUselessClaims();
     std::filesystem::path folder_;
     ClaimKind kind_;
     double leaseSeconds_;
