@@ -5,6 +5,7 @@
 
 #include "bricking/cache/chunk_source.h"
 #include "core/budget.h"
+#include "core/coverage.h"
 #include "core/path.h"
 #include "core/progress.h"
 
@@ -25,22 +26,6 @@ struct CoverageRequest {
     double farthestMm = std::numeric_limits<double>::infinity(); ///< wall further from the eye is not seen
     double smallestPatchMm2 = 25;                                ///< smaller ones are not listed
     std::string where = "the path";                              ///< in messages
-};
-
-/// Wall that no camera has seen, joined over edges of voxels' faces.
-struct UnseenPatch {
-    glm::dvec3 middleMm{0}; ///< a place of it on the wall, patient space: the nearest to its centre of area
-    double areaMm2 = 0;
-    double alongMm = 0;          ///< mean along the route, by area, from the route's first point
-    double fromMm = 0, toMm = 0; ///< the part of the route that it lies beside
-};
-
-struct WallCoverage {
-    double wallMm2 = 0, seenMm2 = 0;
-    std::uint64_t faces = 0;          ///< of voxels, that the wall is made of
-    std::uint64_t blind = 0;          ///< cameras whose eye is not in the lumen: on bridges
-    std::vector<UnseenPatch> patches; ///< largest first
-    double share() const { return wallMm2 > 0 ? seenMm2 / wallMm2 : 0; }
 };
 
 /// The flight's cameras, evenly, no more than everyMm apart, both ends included; what keyframes say of where

@@ -67,18 +67,6 @@ nlohmann::json reportOf(const CoverageArguments& a, const CoverageRequest& reque
     return out;
 }
 
-std::string sentenceOf(const CoverageRequest& request, const WallCoverage& found) {
-    const std::size_t count = found.patches.size();
-    std::string text = "seen: " + formatNumber(100 * found.share(), 3) + " % of " +
-                       formatNumber(0.01 * found.wallMm2, 4) + " cm2 of wall; " + std::to_string(count) +
-                       " unseen patch" + (count == 1 ? "" : "es") + " of at least " +
-                       formatNumber(request.smallestPatchMm2) + " mm2";
-    if (count > 0)
-        text += "; the largest, " + formatNumber(found.patches[0].areaMm2, 3) + " mm2, at " +
-                formatNumber(found.patches[0].alongMm, 4) + " mm";
-    return text;
-}
-
 void runCoverage(const CoverageArguments& arguments, const CommonOptions& common) {
     const glm::ivec2 size = parseImageSize(arguments.size, "--size", Scene::kMaxImageExtent);
     if (!arguments.out.empty()) {
@@ -104,7 +92,8 @@ void runCoverage(const CoverageArguments& arguments, const CommonOptions& common
         reportOf(arguments, request, found).dump(2, ' ', true, nlohmann::json::error_handler_t::replace);
     if (!arguments.out.empty())
         writeOutputFile(arguments.out, text + "\n");
-    std::printf("%s\n", arguments.json ? text.c_str() : sentenceOf(request, found).c_str());
+    std::printf("%s\n",
+                arguments.json ? text.c_str() : coverageText(found, request.smallestPatchMm2).c_str());
     finishStandardOutput();
     if (!arguments.out.empty())
         common.note("wrote " + arguments.out + ": " + std::to_string(found.patches.size()) +
