@@ -7,6 +7,7 @@
 #include "bricking/store/store_reader.h"
 #include "core/preset.h"
 #include "core/scratch_folder.h"
+#include "render/plan/memory_plan.h"
 #include "render/renderer.h"
 #include "tests/support/formula_source.h"
 #include "tests/support/scene_fixture.h"
@@ -35,11 +36,11 @@ const glm::ivec2 kPicture(96, 72);
 /// A session and what a window does with it.
 class Looker {
   public:
-    explicit Looker(bool stills = true) {
+    explicit Looker(bool stills = true, std::size_t ramBytes = kRamBytes) {
         ViewSessionOptions options;
         options.stills = stills;
         options.engine = EngineKind::native;
-        options.ramBytes = kRamBytes;
+        options.ramBytes = ramBytes;
         options.gpuBytes = kGpuBytes;
         options.news = [this] {
             const std::lock_guard lock(mutex_);
@@ -330,6 +331,29 @@ TEST(ViewSession, AnOlderPictureAnswersNoWish) {
         ASSERT_TRUE(looker.comesTo([&] { return looker.viewing->picture()->asked >= wish; }));
         EXPECT_TRUE(looker.viewing->picture()->camera == std::get<Camera>(scene.camera)) << n;
     }
+}
+
+// RAM in which pictures fit, but not beside a still: there are pictures, and it is said that nothing finer
+// comes.
+TEST(ViewSession, StillsAreLeftOutWhereThereIsNoRoom) {
+    std::size_t least = 0;
+    {
+        Ledger ram("RAM", "--ram", kRamBytes);
+        least = renderFloorBytes(StoreReader(storePath("torso"), ram).info(), kPicture, kPictureBytesPerPixel,
+                                 0, Scene().quality.integrator);
+    }
+    const std::size_t tight = 2 * least; // of which half less an eighth is not enough
+    Looker looker(true, tight);
+    const Scene scene = looker.opened(storePath("torso"));
+    const auto whole = looker.wholeOf(0);
+    EXPECT_EQ(whole->image.size, scene.imageSize);
+    EXPECT_TRUE(looker.viewing->state().noStills);
+    EXPECT_FALSE(looker.viewing->state().drawingStill);
+    EXPECT_LE(looker.viewing->state().ramUsed, tight);
+    Looker ample;
+    ample.opened(storePath("torso"));
+    ample.stillOf(0);
+    EXPECT_FALSE(ample.viewing->state().noStills);
 }
 
 // A line is looked for beside all else; stills come back after it.

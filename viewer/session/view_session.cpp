@@ -4,7 +4,9 @@
 
 #include "core/error.h"
 #include "core/interrupt.h"
+#include "render/contract/ray_state.h" // rayCount
 #include "render/interactive_renderer.h"
+#include "render/plan/memory_plan.h"
 #include "viewer/session/display_pixels.h"
 #include "viewer/session/frame_pace.h"
 #include "viewer/session/line_finder.h"
@@ -33,19 +35,28 @@ constexpr int kHistogramBinsSeen = 256;
 constexpr double kMovingStepVoxels = 1;
 constexpr milliseconds kTurn{20};      // after which wishes are looked at again
 constexpr std::size_t kSliceParts = 8; // of the RAM, one is for the three planes
+/// Where pictures that follow one another would not fit beside stills: of the RAM, one each for the planes
+/// and for lines; stills are left out.
+constexpr std::size_t kTightParts = 16;
 /// Pictures that are kept at once: the one that is shown, the next, and the one that a window still reads.
 constexpr std::size_t kKeptPictures = 3;
 
 /// All that belongs to an open volume. In the order in which it must be let go, backwards.
 struct Open {
-    Open(const ViewSessionOptions& options, const fs::path& named)
-        : path(named), ram("RAM", "--ram", options.ramBytes / 2 - options.ramBytes / kSliceParts),
-          gpu("GPU memory", "--gpu-memory", options.gpuBytes / 2),
-          sliceRam("RAM", "--ram", options.ramBytes / kSliceParts),
-          stillRam("RAM", "--ram", options.ramBytes / 2),
-          stillGpu("GPU memory", "--gpu-memory", options.gpuBytes / 2) {}
+    /// @param withStills  whether they have half of both budgets
+    Open(const ViewSessionOptions& options, const fs::path& named, bool withStills)
+        : path(named), stills(withStills), ram("RAM", "--ram", ramForPictures(options, withStills)),
+          gpu("GPU memory", "--gpu-memory", options.gpuBytes / (withStills ? 2 : 1)),
+          sliceRam("RAM", "--ram", options.ramBytes / (withStills ? kSliceParts : kTightParts)),
+          stillRam("RAM", "--ram", options.ramBytes / (withStills ? 2 : kTightParts)),
+          stillGpu("GPU memory", "--gpu-memory", withStills ? options.gpuBytes / 2 : 0) {}
+    static std::size_t ramForPictures(const ViewSessionOptions& options, bool withStills) {
+        return withStills ? options.ramBytes / 2 - options.ramBytes / kSliceParts
+                          : options.ramBytes - 2 * (options.ramBytes / kTightParts);
+    }
 
     fs::path path;
+    const bool stills;
     Ledger ram, gpu, sliceRam, stillRam, stillGpu;
     std::unique_ptr<StoreReader> store;
     Charge pictures;
@@ -55,6 +66,16 @@ struct Open {
     std::unique_ptr<Still> still;
     std::unique_ptr<LineFinder> line;
 };
+
+std::size_t shownBytes(const glm::ivec2& size) {
+    return kKeptPictures * (sizeof(glm::vec4) + sizeof(std::uint32_t)) * rayCount(size);
+}
+
+/// Without which a scene's pictures cannot follow one another.
+std::size_t ramFloor(const VolumeInfo& info, const Scene& scene) {
+    return shownBytes(scene.imageSize) +
+           renderFloorBytes(info, scene.imageSize, kPictureBytesPerPixel, 0, scene.quality.integrator);
+}
 
 /// A scene without what a renderer can be told while it goes on.
 /// @param compiles  Engine::About's
@@ -380,7 +401,7 @@ void ViewSession::openVolume(const ToOpen& what) {
         opening_ = progress;
     }
     try {
-        auto next = std::make_unique<Open>(options_, path);
+        auto next = std::make_unique<Open>(options_, path, true);
         Scene scene = isSceneFile(path) ? loadScene(path) : defaultScene(path);
         scene.imageSize = what.pictureSize;
         if (!scene.quality.pixels.named)
@@ -391,6 +412,11 @@ void ViewSession::openVolume(const ToOpen& what) {
         volume.path = storeFor(volume.path, options_.input, next->ram, common);
         progress->stage("opening " + path.filename().string());
         next->store = std::make_unique<StoreReader>(volume.path, next->ram);
+        const std::size_t least = ramFloor(next->store->info(), scene);
+        if (next->ram.limitBytes() < least && Open::ramForPictures(options_, false) >= least) {
+            next = std::make_unique<Open>(options_, path, false);
+            next->store = std::make_unique<StoreReader>(volume.path, next->ram);
+        }
         const VolumeInfo& info = next->store->info();
         if (const auto* name = std::get_if<std::string>(&volume.transferFunction); name && name->empty())
             volume.transferFunction = std::string(info.unit == "HU" || volume.unit == "HU" ? "bone" : "auto");
@@ -455,10 +481,7 @@ void ViewSession::makeRenderer(const Scene& scene) {
     o.renderer.reset();
     o.engine.reset();
     o.pictures = {};
-    o.pictures = o.ram.charge(kKeptPictures * (sizeof(glm::vec4) + sizeof(std::uint32_t)) *
-                                  static_cast<std::size_t>(scene.imageSize.x) *
-                                  static_cast<std::size_t>(scene.imageSize.y),
-                              "the pictures that a window shows");
+    o.pictures = o.ram.charge(shownBytes(scene.imageSize), "the pictures that a window shows");
     RenderOptions render;
     render.engine = options_.engine;
     render.device = options_.device;
@@ -564,7 +587,7 @@ void ViewSession::proceed() {
     resting_ = progress.converged && hasty == moving_;
     if (resting_ && !moving_)
         nothingMoreComes();
-    if (resting_ && !moving_ && options_.stills && !stillBegun_ && !o.still && !o.line)
+    if (resting_ && !moving_ && options_.stills && o.stills && !stillBegun_ && !o.still && !o.line)
         startStill();
     tellState(progress);
 }
@@ -708,6 +731,7 @@ void ViewSession::tellState(const InteractiveRenderer::Progress& progress) {
     s.choosing = progress.choosing;
     s.lightIsCoarse = progress.lightIsCoarse;
     s.drawingStill = o.still != nullptr;
+    s.noStills = options_.stills && !o.stills;
     s.atRest = resting_ && !o.still && !o.line;
     s.measured = measured_;
     s.damagedChunks = damaged_;

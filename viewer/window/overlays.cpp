@@ -90,7 +90,9 @@ std::string badge(const Desk& desk) {
                    ? "coarse light"
                    : "coarse: " + std::to_string(s.movesLeft) + " bricks on their way";
     case Stage::whole:
-        return s.drawingStill ? "one ray a pixel; the still is being drawn" : "one ray a pixel";
+        return s.drawingStill ? "one ray a pixel; the still is being drawn"
+               : s.noStills   ? "one ray a pixel: --ram is too small for a still of this volume"
+                              : "one ray a pixel";
     case Stage::still:
         return {};
     }

@@ -260,6 +260,8 @@ void Panels::state(Desk& desk) {
         ImGui::TextUnformatted("light is coarse yet");
     if (s.drawingStill)
         ImGui::TextUnformatted("drawing the still ...");
+    if (s.noStills)
+        ImGui::TextWrapped("no stills: --ram is too small for one of this volume beside these pictures");
     if (!s.measured.empty())
         ImGui::TextWrapped("%s", s.measured.c_str());
     ImGui::TextWrapped("%s", s.engine.c_str());
