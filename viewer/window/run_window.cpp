@@ -79,6 +79,10 @@ class Window {
             throw Error("no window can be opened: " + lastGlfwProblem);
         glfwMakeContextCurrent(window_);
         glfwSwapInterval(1);
+        float scale = 1, ignored = 1;
+        glfwGetWindowContentScale(window_, &scale, &ignored);
+        if (const int wide = this->size().x; wide > 0) // what of the scale is not the system's own
+            perUnit_ = std::max(1.0, static_cast<double>(scale) * wide / std::max(1, framebuffer().x));
         glfwSetWindowUserPointer(window_, &events);
         const auto owed = [](GLFWwindow* w) {
             static_cast<Events*>(glfwGetWindowUserPointer(w))->framesOwed = kFramesAfterEvent;
@@ -111,19 +115,23 @@ class Window {
         glfwGetFramebufferSize(window_, &size.x, &size.y);
         return size;
     }
+    /// In units that are as large on every display. Some systems' own are so; others' are pixels, of which a
+    /// fine display has several to a unit.
     glm::ivec2 size() const {
         glm::ivec2 size(0);
         glfwGetWindowSize(window_, &size.x, &size.y);
-        return size;
+        return glm::ivec2(glm::round(glm::dvec2(size) / perUnit_));
     }
-    float scale() const {
-        float x = 1, y = 1;
-        glfwGetWindowContentScale(window_, &x, &y);
-        return std::max(1.0f, x);
+    void resize(const glm::ivec2& units) {
+        const glm::ivec2 size(glm::round(glm::dvec2(units) * perUnit_));
+        glfwSetWindowSize(window_, size.x, size.y);
     }
+    /// Of the system's coordinates, those of the pointer included.
+    double perUnit() const { return perUnit_; }
 
   private:
     GLFWwindow* window_;
+    double perUnit_ = 1;
 };
 
 /// ImGui on that window; after its callbacks were set, which ImGui calls too.
@@ -134,21 +142,43 @@ struct Gui {
         ImGuiIO& io = ImGui::GetIO();
         io.IniFilename = nullptr;
         const glm::ivec2 size = window.size(), pixels = window.framebuffer();
-        // On some systems a unit is a pixel and letters must grow, on others units grow.
-        const float perUnit = size.x > 0 ? static_cast<float>(pixels.x) / static_cast<float>(size.x) : 1;
-        const float grow = window.scale() / std::max(1.0f, perUnit);
+        const float pixelsPerUnit =
+            size.x > 0 ? static_cast<float>(pixels.x) / static_cast<float>(size.x) : 1;
         std::error_code ignored;
         for (const char* font : kFonts)
             if (fs::exists(font, ignored)) {
-                io.Fonts->AddFontFromFileTTF(font, 14 * grow * perUnit);
-                io.FontGlobalScale = 1 / perUnit;
+                io.Fonts->AddFontFromFileTTF(font, 14 * pixelsPerUnit);
+                io.FontGlobalScale = 1 / pixelsPerUnit;
                 break;
             }
         ImGui::StyleColorsDark();
-        ImGui::GetStyle().ScaleAllSizes(grow);
         ImGui::GetStyle().WindowBorderSize = 0;
         ImGui_ImplGlfw_InitForOpenGL(window.get(), true);
         ImGui_ImplOpenGL3_Init("#version 330 core");
+#if IMGUI_VERSION_NUM >= 18700 // which is told where the pointer is, and does not ask
+        static double perUnit = 1;
+        perUnit = window.perUnit();
+        glfwSetCursorPosCallback(window.get(), [](GLFWwindow* w, double x, double y) {
+            ImGui_ImplGlfw_CursorPosCallback(w, x / perUnit, y / perUnit); // calls the window's own, too
+        });
+#endif
+    }
+    /// Before each frame.
+    static void begin(const Window& window) {
+        ImGui_ImplOpenGL3_NewFrame();
+        ImGui_ImplGlfw_NewFrame();
+        const glm::vec2 size(window.size()), pixels(window.framebuffer());
+        ImGuiIO& io = ImGui::GetIO();
+        io.DisplaySize = {size.x, size.y};
+        if (size.x > 0 && size.y > 0)
+            io.DisplayFramebufferScale = {pixels.x / size.x, pixels.y / size.y};
+#if IMGUI_VERSION_NUM < 18700
+        if (ImGui::IsMousePosValid(&io.MousePos)) {
+            io.MousePos.x /= static_cast<float>(window.perUnit());
+            io.MousePos.y /= static_cast<float>(window.perUnit());
+        }
+#endif
+        ImGui::NewFrame();
     }
     ~Gui() {
         ImGui_ImplOpenGL3_Shutdown();
@@ -228,9 +258,7 @@ class Loop {
     }
 
     void frame() {
-        ImGui_ImplOpenGL3_NewFrame();
-        ImGui_ImplGlfw_NewFrame();
-        ImGui::NewFrame();
+        Gui::begin(window_);
         const glm::ivec2 pixels = window_.framebuffer();
         const Area area = pictureArea();
         if (pixels.x > 0 && pixels.y > 0)
@@ -246,11 +274,11 @@ class Loop {
         for (const Events::Key& key : std::exchange(events_.pressed, {}))
             if (!ImGui::GetIO().WantTextInput)
                 press(key);
-        scripted_ = script_.advance(
-            desk_, endoscopy_,
-            {[this](const glm::ivec2& size) { glfwSetWindowSize(window_.get(), size.x, size.y); },
-             [this](const fs::path& path) { toCapture_ = path; },
-             [this] { glfwSetWindowShouldClose(window_.get(), GLFW_TRUE); }, countGlObjects});
+        scripted_ =
+            script_.advance(desk_, endoscopy_,
+                            {[this](const glm::ivec2& size) { window_.resize(size); },
+                             [this](const fs::path& path) { toCapture_ = path; },
+                             [this] { glfwSetWindowShouldClose(window_.get(), GLFW_TRUE); }, countGlObjects});
         waits_ = desk_.settle();
         nameWindow();
         drawPicture(area);
