@@ -97,6 +97,7 @@ TEST(Features, ProgramsOfAllTriplesCompileAndOmitWhatTheyDoNotNeed) {
     for (const std::uint32_t f : rows) {
         const GlProgram program = marchComposition(f).program("march.comp");
         EXPECT_EQ(program.hasUniform("uPhong"), (f & kFeatureShading) != 0) << f;
+        EXPECT_EQ(program.hasUniform("uGradientPoints"), (f & kFeatureGradientOpacity) != 0) << f;
         EXPECT_EQ(program.hasUniform("uLights"), (f & kFeatureLights) != 0) << f;
         EXPECT_EQ(program.hasUniform("uMaterials"), (f & kFeatureMaterials) != 0) << f;
         EXPECT_EQ(program.hasUniform("uMaterialEmission"),
