@@ -108,7 +108,7 @@ TEST(ForeignPresets, OpacityByGradient) {
                   .function.gradientOpacity(),
               expected);
     EXPECT_THAT(writeForeignPreset(preset, PresetFormat::paraView).leftOut,
-                ElementsAre("opacity by gradient"));
+                ::testing::Contains("opacity by gradient"));
 
     Preset perMm = preset;
     perMm.function.setGradientOpacity(GradientOpacity::fromPoints({{0, 0}, {30, 1}}));

@@ -239,7 +239,7 @@ void main() {
 #if FEATURE_SURFACES
     atomicAdd(uSamples, surfaceSamples);
 #else
-    atomicAdd(uSamples, segments + fronts + kGradientValues * uint(FEATURE_SHADING || FEATURE_GRADIENT_OPACITY) * shown);
+    atomicAdd(uSamples, segments + fronts + kGradientValues * uint(FEATURE_SHADING | FEATURE_GRADIENT_OPACITY) * shown);
 #endif
     atomicAdd(uFetches, gFetches);
 #if FEATURE_MIXED
