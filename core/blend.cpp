@@ -170,6 +170,25 @@ std::vector<double> placesOf(const std::vector<Camera>& cameras) {
     return places;
 }
 
+/// Point by point; none are points of 1. Of another number or unit: the first's.
+GradientOpacity blend(const GradientOpacity& a, const GradientOpacity& b, double share) {
+    if (a.isOne() && b.isOne())
+        return a;
+    const auto onesLike = [](std::vector<GradientPoint> points) {
+        for (GradientPoint& p : points)
+            p.factor = 1;
+        return points;
+    };
+    std::vector<GradientPoint> points = a.isOne() ? onesLike(b.points()) : a.points();
+    const std::vector<GradientPoint> to = b.isOne() ? onesLike(a.points()) : b.points();
+    if (!a.isOne() && !b.isOne() && (points.size() != to.size() || a.per() != b.per()))
+        return a;
+    for (std::size_t i = 0; i < points.size(); ++i)
+        points[i] = {points[i].length + share * (to[i].length - points[i].length),
+                     points[i].factor + share * (to[i].factor - points[i].factor)};
+    return GradientOpacity::fromPoints(std::move(points), a.isOne() ? b.per() : a.per(), "keyframes");
+}
+
 } // namespace
 
 TransferFunction blend(const TransferFunction& a, const TransferFunction& b, double share) {
@@ -195,6 +214,7 @@ TransferFunction blend(const TransferFunction& a, const TransferFunction& b, dou
         for (std::size_t i = 0; i < materials.size(); ++i)
             materials[i] = blend(materials[i], b.materials()[i], share);
     out.setMaterials(std::move(materials), "keyframes");
+    out.setGradientOpacity(blend(a.gradientOpacity(), b.gradientOpacity(), share));
     return out;
 }
 

@@ -140,7 +140,14 @@ Preset overRange(Preset preset, double lowest, double highest) {
     std::vector<ColourPoint> colour = preset.function.colourPoints();
     for (ColourPoint& point : colour)
         point.value = valueAt(point.value);
-    preset.function = TransferFunction::fromOpacity(opacity, colour, preset.function.referenceLengthMm());
+    TransferFunction ranged =
+        TransferFunction::fromOpacity(opacity, colour, preset.function.referenceLengthMm());
+    std::vector<GradientPoint> lengths = preset.function.gradientOpacity().points();
+    for (GradientPoint& point : lengths)
+        point.length *= highest - lowest;
+    ranged.setGradientOpacity(
+        GradientOpacity::fromPoints(std::move(lengths), preset.function.gradientOpacity().per()));
+    preset.function = std::move(ranged);
     preset.unit = PresetUnit::any;
     return preset;
 }

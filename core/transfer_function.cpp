@@ -230,6 +230,7 @@ TransferTable makeTable(const TransferFunction& function, std::vector<SurfaceVal
         highest = std::max(highest, extinction);
     }
     table.surfaces = std::move(surfaces);
+    table.gradientOpacity = function.gradientOpacity();
     countShown(table);
     // Own error: four probes a bin, away from steps (bins that a duplicate point falls into or beside).
     std::vector<double> steps;

@@ -2,9 +2,12 @@
 // them (docs/sampling.md, "Transfer function"), and the table of floats that march and mirror read.
 #pragma once
 
+#include "core/gradient_opacity.h"
+
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace tessera {
@@ -62,12 +65,16 @@ class TransferFunction {
     const std::vector<Material>& materials() const { return materials_; }
     /// A material sends light.
     bool emits() const;
+    /// Factor on the extinction by the gradient's length; extinction() is without it.
+    void setGradientOpacity(GradientOpacity factor) { gradientOpacity_ = std::move(factor); }
+    const GradientOpacity& gradientOpacity() const { return gradientOpacity_; }
 
   private:
     std::vector<OpacityPoint> opacity_;
     std::vector<ColourPoint> colour_;
     std::vector<double> kinks_;
     std::vector<Material> materials_;
+    GradientOpacity gradientOpacity_;
     double referenceLengthMm_ = 1;
     bool pointsAreExtinction_ = false;
 };
@@ -88,6 +95,7 @@ struct TransferTable {
     /// neighbourhood (one table bin) of steps, which no table of finite size can follow.
     double relativeError = 0;
     std::vector<SurfaceValue> surfaces; // ascending
+    GradientOpacity gradientOpacity;    // on the extinctions; at most 1, so that it shows nothing more
     /// Entries up to and including i that show something: their extinction is not 0, or an isosurface's value
     /// is theirs or lies beside them; for emptyOver().
     std::vector<int> nonZeroUpTo;

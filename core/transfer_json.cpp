@@ -10,7 +10,8 @@ constexpr double kMinUnitMm = 1e-6, kMaxUnitMm = 1e6; // from microscopes to mou
 
 const std::vector<std::string>& transferKeys() {
     static const std::vector<std::string> keys = {"scalarOpacityUnitDistance", "scalarOpacity",
-                                                  "rgbTransferFunction", "materials"};
+                                                  "rgbTransferFunction",       "materials",
+                                                  "gradientOpacity",           "gradientOpacityUnit"};
     return keys;
 }
 
@@ -51,6 +52,21 @@ nlohmann::json materialJson(const Material& m) {
     return out;
 }
 
+const std::vector<std::string> kGradientUnits = {"mm", "voxel"}; // in the order of GradientOpacity::Per
+
+GradientOpacity parseGradientOpacity(const JsonValue& value, const std::string& unit) {
+    std::vector<GradientPoint> points;
+    for (const JsonValue& item : value.items()) {
+        const std::vector<double> point = item.numbers(2);
+        if (!(point[0] >= 0))
+            item.refuse("[length, factor], a length of 0 or more");
+        points.push_back({point[0], point[1]});
+    }
+    return GradientOpacity::fromPoints(
+        std::move(points), unit == kGradientUnits[0] ? GradientOpacity::Per::mm : GradientOpacity::Per::voxel,
+        value.place());
+}
+
 } // namespace
 
 TransferFunction parseTransfer(const JsonValue& value) {
@@ -76,6 +92,11 @@ TransferFunction parseTransfer(const JsonValue& value) {
             materials.push_back(parseMaterial(item));
         function.setMaterials(std::move(materials), value.at("materials").place());
     }
+    const std::string unit = value.has("gradientOpacityUnit")
+                                 ? value.at("gradientOpacityUnit").oneOf(kGradientUnits)
+                                 : kGradientUnits[0];
+    if (value.has("gradientOpacity"))
+        function.setGradientOpacity(parseGradientOpacity(value.at("gradientOpacity"), unit));
     return function;
 }
 
@@ -90,6 +111,10 @@ nlohmann::json transferJson(const TransferFunction& function) {
                           {"rgbTransferFunction", std::move(colour)}};
     for (const Material& m : function.materials())
         out["materials"].push_back(materialJson(m));
+    for (const GradientPoint& p : function.gradientOpacity().points())
+        out["gradientOpacity"].push_back({p.length, p.factor});
+    if (function.gradientOpacity().per() == GradientOpacity::Per::voxel)
+        out["gradientOpacityUnit"] = kGradientUnits[1];
     return out;
 }
 

@@ -1,8 +1,10 @@
 // core/transfer_json.h: a transfer function as JSON, the same in scenes and presets:
 //   {"scalarOpacityUnitDistance": 1, "scalarOpacity": [[value, opacity], ...],
 //    "rgbTransferFunction": [[value, r, g, b], ...],
-//    "materials": [{"from": value, "to": value, "ambient": 0.2, ...}, ...]}
-// Opacity is per scalarOpacityUnitDistance millimetres; colours are linear light in [0,1].
+//    "materials": [{"from": value, "to": value, "ambient": 0.2, ...}, ...],
+//    "gradientOpacity": [[length, factor], ...], "gradientOpacityUnit": "mm"}
+// Opacity is per scalarOpacityUnitDistance millimetres; colours are linear light in [0,1];
+// lengths of gradients are per mm, or, unit "voxel", per mean spacing of the volume.
 // Include from .cpp files only.
 #pragma once
 

@@ -21,6 +21,7 @@ TransferTable valueTable(const ValueLook& look, const TransferFunction& function
     TransferTable table;
     if (look.colour == ValueColour::transferFunction) {
         table = makeTable(function);
+        table.gradientOpacity = {};
     } else {
         // Between so many entries the curve of sRGB is off by 5e-8 at most.
         constexpr std::size_t kEntries = 4096;

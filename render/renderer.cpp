@@ -694,6 +694,10 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
             lines.push_back(text);
     if (reduction != Reduction::composite)
         return lines;
+    if (const auto* const function = std::get_if<TransferFunction>(&scene.volumes.at(0).transferFunction);
+        function && !function->gradientOpacity().isOne())
+        line("opacity by gradient: %zu points, lengths per %s", function->gradientOpacity().points().size(),
+             function->gradientOpacity().per() == GradientOpacity::Per::mm ? "mm" : "voxel");
     line("transfer function table: off by at most %.2g of the largest extinction, steps aside",
          r.tableRelativeError);
     line("ray termination: at most %.2g of a pixel's light is left out",

@@ -3,6 +3,7 @@
 // are the compilers' own (GCC and Clang), because neither makes good ones of these loops by itself.
 #include "bricking/levels/level_error.h"
 
+#include "bricking/levels/graded_rays.h"
 #include "bricking/levels/narrow_function.h"
 #include "bricking/levels/segment_tables.h"
 #include "core/error.h"
@@ -98,10 +99,15 @@ std::size_t placeOf(int level, int partIndex, int ray) {
     return static_cast<std::size_t>((level * kBrickRayParts + partIndex) * kRaysPerPart + ray);
 }
 
-/// compositePart() for narrow functions.
+/// compositePart() for narrow functions, and for those with opacity by gradient.
+/// @param grades  per mm
 void compositeNarrowPart(const BrickRayPart& part, int partIndex, NarrowCompositor& compositor,
-                         const VolumeInfo& info, const glm::bvec3& border, Colours& out) {
+                         const GradientOpacity& grades, const VolumeInfo& info, const glm::bvec3& border,
+                         Colours& out) {
     compositor.setPart(part);
+    const double perCode =
+        (static_cast<double>(part.hi) - static_cast<double>(part.lo)) / 255 * std::abs(info.rescaleSlope);
+    std::array<double, 16> factors{};
     for (int ray = 0; ray < kRaysPerPart; ++ray) {
         const int axis = part.axis(ray);
         std::array<std::uint8_t, kSegmentsPerRay> codes;
@@ -113,9 +119,14 @@ void compositeNarrowPart(const BrickRayPart& part, int partIndex, NarrowComposit
             first += segments;
             if (seenFromItsEnd(partIndex, ray))
                 std::reverse(begin, codes.begin() + static_cast<std::ptrdiff_t>(first));
-            const glm::dvec4 colour =
-                compositor.composite(std::span(codes).subspan(first - segments, segments),
-                                     segmentMm(info, axis, border[axis], level));
+            const auto along = std::span(codes).subspan(first - segments, segments);
+            const double mm = segmentMm(info, axis, border[axis], level);
+            std::span<double> byGradient;
+            if (!grades.isOne()) {
+                byGradient = std::span(factors).first(segments);
+                gradedFactors(grades, along, level, perCode, mm, byGradient);
+            }
+            const glm::dvec4 colour = compositor.composite(along, mm, byGradient);
             const std::size_t to = placeOf(level, partIndex, ray);
             out.r[to] = static_cast<float>(colour.r);
             out.g[to] = static_cast<float>(colour.g);
@@ -205,7 +216,9 @@ LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, co
     // One of the two is there.
     std::optional<FunctionSums> sums(table);
     std::optional<SegmentTables> tables;
-    if (!isNarrow(*sums, table, info, rangesOf(rays, out.shows))) {
+    const glm::dvec3 spacing = info.spacingMm();
+    const GradientOpacity grades = table.gradientOpacity.perMm((spacing.x + spacing.y + spacing.z) / 3);
+    if (grades.isOne() && !isNarrow(*sums, table, info, rangesOf(rays, out.shows))) {
         sums.reset();
         tables.emplace(table, info);
     }
@@ -234,7 +247,7 @@ LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, co
             for (int part = 0; part < rays.parts; ++part) {
                 const BrickRayPart decoded = decodeRays(rays.part(row, part));
                 if (compositor)
-                    compositeNarrowPart(decoded, part, *compositor, info, border, colours);
+                    compositeNarrowPart(decoded, part, *compositor, grades, info, border, colours);
                 else
                     compositePart(decoded, part, *tables, border, colours);
             }

@@ -89,7 +89,8 @@ glm::dvec4 NarrowCompositor::mean(int from, int to) const {
     return passed == 0 ? sums_.at(places_[a]) : (upTo_[b] - upTo_[a]) / passed;
 }
 
-glm::dvec4 NarrowCompositor::composite(std::span<const std::uint8_t> codes, double segmentMm) const {
+glm::dvec4 NarrowCompositor::composite(std::span<const std::uint8_t> codes, double segmentMm,
+                                       std::span<const double> factors) const {
     glm::dvec3 colour(0);
     double through = 1;
     for (std::size_t i = 0; i < codes.size(); ++i) {
@@ -100,7 +101,7 @@ glm::dvec4 NarrowCompositor::composite(std::span<const std::uint8_t> codes, doub
         const glm::dvec4 both = 0.5 * (mean(before, here) + mean(here, behind));
         if (!(both.a > 0))
             continue;
-        const double alpha = -std::expm1(-both.a * segmentMm);
+        const double alpha = -std::expm1(-both.a * (factors.empty() ? 1 : factors[i]) * segmentMm);
         colour += through * alpha / both.a * glm::dvec3(both);
         through *= 1 - alpha;
     }

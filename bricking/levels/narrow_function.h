@@ -58,7 +58,9 @@ class NarrowCompositor {
     NarrowCompositor(const FunctionSums& sums, const TransferTable& table, const VolumeInfo& info);
     void setPart(const BrickRayPart& part);
     /// Colour before black and, last, transmittance. @param codes  of the segments' middles, front to back
-    glm::dvec4 composite(std::span<const std::uint8_t> codes, double segmentMm) const;
+    /// @param factors  on their extinctions; none: 1
+    glm::dvec4 composite(std::span<const std::uint8_t> codes, double segmentMm,
+                         std::span<const double> factors = {}) const;
 
   private:
     static constexpr int kPlaces = 2 * 255 + 1; // half codes

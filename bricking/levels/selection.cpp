@@ -28,12 +28,13 @@ Selection cullBricks(const Statistics& statistics, const TransferTable& table, c
     s.levels.assign(cellCount(s.bricks), static_cast<std::uint8_t>(level));
     s.means = statistics.brickMean;
     TESSERA_CHECK(s.means.size() == s.levels.size());
+    const int layers = culling == Culling::lit || !table.gradientOpacity.isOne() ? 2 : 1;
     for (int k = 0; k < s.bricks.z; ++k)
         for (int j = 0; j < s.bricks.y; ++j)
             for (int i = 0; i < s.bricks.x; ++i) {
                 std::uint8_t& mine = s.levels[linearIndex({i, j, k}, s.bricks)];
                 float lo = 0, hi = 0;
-                statistics.brickRange({i, j, k}, culling == Culling::lit ? 2 : 1, lo, hi);
+                statistics.brickRange({i, j, k}, layers, lo, hi);
                 const double a = info.rescaleSlope * static_cast<double>(lo) + info.rescaleIntercept;
                 const double b = info.rescaleSlope * static_cast<double>(hi) + info.rescaleIntercept;
                 if (culling != Culling::none && table.emptyOver(std::min(a, b), std::max(a, b)))

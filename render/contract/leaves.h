@@ -5,6 +5,7 @@
 // V: a number; lanes bring select(), min(), max(), sqrt(), floor(), abs() and powerOfTwo() of their own.
 #pragma once
 
+#include "render/contract/gradient_numbers.h"
 #include "render/contract/light_numbers.h"
 
 #include <algorithm>
@@ -99,6 +100,23 @@ TESSERA_LEAF HeadLight<V> headLight(const Vec& g, const Vec& d, V ambient, V dif
     const V cosine = min(V(1.0f), abs(g.x * d.x + g.y * d.y + g.z * d.z) / sqrt(lengths));
     const V mirrored = max(V(0.0f), V(2.0f) * cosine * cosine - V(1.0f));
     return {ambient + diffuse * cosine, specular * wholePower(mirrored, power)};
+}
+
+/// Opacity by gradient. @param g  the gradient, patient space, stored units per mm
+/// @param points  one at least
+template <typename V, typename Vec, typename N>
+TESSERA_LEAF V gradientOpacity(const GradientNumbers<N>& points, const Vec& g, V largest) {
+    using std::max, std::min, std::sqrt;
+    const V squared = g.x * g.x + g.y * g.y + g.z * g.z;
+    const V length = sqrt(select(squared <= largest, squared, largest)); // also where it is no number
+    V factor = static_cast<V>(points.factor[0]);
+    for (int i = 0; i < points.count; ++i) {
+        const V from = static_cast<V>(points.length[i]);
+        factor = select(from <= length,
+                        static_cast<V>(points.factor[i]) + (length - from) * static_cast<V>(points.slope[i]),
+                        factor);
+    }
+    return min(V(1.0f), max(V(0.0f), factor));
 }
 
 /// All light reaches a sample: what scenes without occlusion and shadows receive, at no cost.

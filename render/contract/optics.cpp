@@ -19,6 +19,7 @@ Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shad
     o.scale = static_cast<float>(info.rescaleSlope * perValue);
     o.offset = static_cast<float>((info.rescaleIntercept - static_cast<double>(table.firstValue)) * perValue);
     setShading(o, shading);
+    o.gradientOpacity = gradientNumbers(table.gradientOpacity, info);
     const glm::dmat3 linear(info.patientFromVoxel);
     o.voxelFromPatientTransposed = glm::mat3(glm::transpose(glm::inverse(linear)));
     o.patientFromVoxel = glm::mat3(linear);
@@ -26,6 +27,24 @@ Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shad
     o.volumeShows = !table.isTransparent();
     setIntegrator(o, integrator);
     return o;
+}
+
+leaf::GradientNumbers<double> gradientNumbers(const GradientOpacity& factor, const VolumeInfo& info) {
+    static_assert(GradientOpacity::kMostPoints == leaf::kMostGradientPoints);
+    const glm::dvec3 spacing = info.spacingMm();
+    const std::vector<GradientPoint> points = factor.perMm((spacing.x + spacing.y + spacing.z) / 3).points();
+    const double most = std::numeric_limits<float>::max();
+    leaf::GradientNumbers<double> numbers;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const double length = std::min(points[i].length / std::abs(info.rescaleSlope), most);
+        numbers.length[i] = length;
+        numbers.factor[i] = points[i].factor;
+        if (i > 0 && length > numbers.length[i - 1])
+            numbers.slope[i - 1] = std::clamp(
+                (points[i].factor - points[i - 1].factor) / (length - numbers.length[i - 1]), -most, most);
+    }
+    numbers.count = static_cast<std::int32_t>(points.size());
+    return numbers;
 }
 
 void setShading(Optics& o, const Shading& shading) {

@@ -43,7 +43,8 @@ struct Optics {
     bool hasLights = false;
     leaf::LightingNumbers lighting;
     std::vector<leaf::MaterialNumbers> materials; // by value; their places as stored values
-    glm::mat3 voxelFromPatientTransposed{1};      // linear parts
+    leaf::GradientNumbers<double> gradientOpacity;
+    glm::mat3 voxelFromPatientTransposed{1}; // linear parts
     glm::mat3 patientFromVoxel{1};
     Reduction reduction = Reduction::composite;   // else the table is of single values (core/value_look.h)
     float termination = 0;                        // transmittance below which a ray ends; 0: never
@@ -56,6 +57,11 @@ struct Optics {
     std::vector<SurfaceLook> surfaces; // by isovalue, ascending
     bool volumeShows = true;           // the table has an extinction
 
+    /// There is opacity by gradient.
+    bool grades() const { return gradientOpacity.count > 0; }
+    /// What segments show needs a gradient.
+    bool takesGradients() const { return shading || grades(); }
+
     /// Of a march's tables.
     std::size_t gpuBytes() const {
         return (table.size() + bins.size() + sums.size() + seen.colours().size()) * sizeof(glm::vec4);
@@ -64,6 +70,8 @@ struct Optics {
 
 Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shading& shading,
                   double terminationTransmittance, Integrator integrator = Integrator::midpoint);
+/// As the contract has it of a volume's stored values.
+leaf::GradientNumbers<double> gradientNumbers(const GradientOpacity& factor, const VolumeInfo& info);
 /// Takes what answers to a head light; lights follow with setLighting().
 void setShading(Optics& optics, const Shading& shading);
 /// Takes the scene's lights and materials; nothing where a white head light makes Phong's highlights on one
@@ -114,8 +122,9 @@ template <typename Real> glm::vec<4, Real> lookUp(const Optics& o, Real stored) 
 
 /// Extinction per mm of what stands in the light's way: the function's, and behind each isosurface that of
 /// what lets as much light through a voxel's length as the surface does.
-template <typename Real> Real occlusionExtinction(const Optics& o, Real stored) {
-    Real extinction = lookUp(o, stored).a;
+/// @param factor  opacity by gradient, on the function's
+template <typename Real> Real occlusionExtinction(const Optics& o, Real stored, Real factor = Real(1)) {
+    Real extinction = factor * lookUp(o, stored).a;
     for (const SurfaceLook& s : o.surfaces)
         if (stored >= static_cast<Real>(s.isovalue))
             extinction += static_cast<Real>(s.occlusion);
@@ -153,6 +162,13 @@ glm::vec<3, Real> unitNormal(const Optics& o, const glm::vec<3, Real>& gradient,
     if (!(length > Real(0)))
         return glm::vec<3, Real>(0);
     return g * (g.x * d.x + g.y * d.y + g.z * d.z > Real(0) ? Real(-1) / length : Real(1) / length);
+}
+
+/// Opacity by gradient, where there is one: a factor on the extinction. gradient: voxel space, stored units.
+template <typename Real> Real gradientFactor(const Optics& o, const glm::vec<3, Real>& gradient) {
+    const glm::mat<3, 3, Real> toGradient(o.voxelFromPatientTransposed);
+    const auto g = toGradient[0] * gradient.x + toGradient[1] * gradient.y + toGradient[2] * gradient.z;
+    return leaf::gradientOpacity<Real>(o.gradientOpacity, g, std::numeric_limits<Real>::max());
 }
 
 /// Phong with a head light. gradient: voxel space, any scale; direction: the ray's, unit, voxel space.

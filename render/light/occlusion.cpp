@@ -142,10 +142,36 @@ void forEachRun(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3
 
 } // namespace
 
+/// Of a sample, with opacity by gradient: of the differences of the samples beside it; at a chunk's face to
+/// one side. So no other chunk is read for it.
+/// @param samples  of the chunk  @param at, last  in it; the last one that it has
+template <typename Stored>
+float Occluder::gradedExtinction(const Stored* samples, const glm::ivec3& at, const glm::ivec3& last,
+                                 int level) const {
+    const auto value = [&](const glm::ivec3& i) {
+        return static_cast<float>(samples[linearIndex(i, glm::ivec3(kChunkExtent))]);
+    };
+    glm::vec3 gradient(0);
+    for (int axis = 0; axis < 3; ++axis) {
+        glm::ivec3 before = at, after = at;
+        before[axis] = std::max(at[axis] - 1, 0);
+        after[axis] = std::min(at[axis] + 1, last[axis]);
+        if (after[axis] > before[axis])
+            gradient[axis] =
+                (value(after) - value(before)) / static_cast<float>((after[axis] - before[axis]) << level);
+    }
+    return occlusionExtinction(*optics_, value(at), gradientFactor(*optics_, gradient));
+}
+
 /// Samples [low,high) of the level, all in one chunk. @param first  of the room
 template <typename Stored>
-void Occluder::readChunk(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3& high,
-                         const Chunk& chunk, OcclusionRoom& room) const {
+void Occluder::readChunk(const ChunkKey& key, const glm::ivec3& first, const glm::ivec3& low,
+                         const glm::ivec3& high, const Chunk& chunk, OcclusionRoom& room) const {
+    const auto* const all = reinterpret_cast<const Stored*>(chunk.bytes.get());
+    const glm::ivec3 corner = kChunkExtent * glm::ivec3(key.i, key.j, key.k);
+    const glm::ivec3 last =
+        glm::min(levelExtent(info_.extentVoxels, key.level) - corner, glm::ivec3(kChunkExtent)) - 1;
+
     const auto entryOf = [](auto stored) {
         return static_cast<std::size_t>(int(stored) - int(std::numeric_limits<Stored>::min()));
     };
@@ -165,12 +191,13 @@ void Occluder::readChunk(const glm::ivec3& first, const glm::ivec3& low, const g
         for (int y = low.y; y < high.y; ++y) {
             const glm::ivec3 at = glm::ivec3(low.x, y, z) - first;
             float* const to = room.extinction.data() + linearIndex(at, room.size);
-            const auto* const from =
-                reinterpret_cast<const Stored*>(chunk.bytes.get()) +
-                linearIndex(glm::ivec3(low.x, y, z) & (kChunkExtent - 1), glm::ivec3(kChunkExtent));
+            const glm::ivec3 start = glm::ivec3(low.x, y, z) & (kChunkExtent - 1);
+            const auto* const from = all + linearIndex(start, glm::ivec3(kChunkExtent));
             float most = 0;
             for (int x = 0; x < high.x - low.x; ++x) {
                 to[x] = extinctionOf(from[x]);
+                if (to[x] > 0 && optics_->grades())
+                    to[x] = gradedExtinction(all, start + glm::ivec3(x, 0, 0), last, key.level);
                 most = std::max(most, to[x]);
             }
             if (most > 0)
@@ -183,8 +210,7 @@ void Occluder::readChunk(const glm::ivec3& first, const glm::ivec3& low, const g
             }
         }
     forEachRun(first, low, high, room, [&](const glm::ivec3& from, int count, float& least, float& most) {
-        const auto* const values = reinterpret_cast<const Stored*>(chunk.bytes.get()) +
-                                   linearIndex(from & (kChunkExtent - 1), glm::ivec3(kChunkExtent));
+        const auto* const values = all + linearIndex(from & (kChunkExtent - 1), glm::ivec3(kChunkExtent));
         const auto [lowest, highest] = std::minmax_element(values, values + count);
         least = std::min(least, static_cast<float>(*lowest));
         most = std::max(most, static_cast<float>(*highest));
@@ -257,7 +283,7 @@ void Occluder::read(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& roo
                     continue;
                 const ChunkPointer samples = cache.get(key);
                 withValueType(info_.type, [&](auto typed) {
-                    readChunk<decltype(typed)>(first, from, to, *samples, room);
+                    readChunk<decltype(typed)>(key, first, from, to, *samples, room);
                 });
             }
 }

@@ -78,8 +78,11 @@ class Occluder {
     };
     void read(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& room) const;
     template <typename Stored>
-    void readChunk(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3& high, const Chunk& chunk,
-                   OcclusionRoom& room) const;
+    void readChunk(const ChunkKey& key, const glm::ivec3& first, const glm::ivec3& low,
+                   const glm::ivec3& high, const Chunk& chunk, OcclusionRoom& room) const;
+    template <typename Stored>
+    float gradedExtinction(const Stored* samples, const glm::ivec3& at, const glm::ivec3& last,
+                           int level) const;
     Range rangeAround(const glm::ivec3& sample, int level) const;
     Range rangeOf(const ChunkKey& chunk) const;
     bool nothingNear(const ChunkKey& chunk) const;

@@ -219,7 +219,7 @@ void ShadowMaps::buildRow(const LightPath& field, std::size_t row, std::size_t& 
     strides.segmentVoxels = quality_.stepVoxels;
     std::vector<LightLeft> samples;
     withCacheField<float>(
-        *field.cache, *field.info, *field.selection, field.levels, Gradient::central, [&](auto& values) {
+        *field.cache, *field.info, *field.selection, field.levels, field.optics->gradient, [&](auto& values) {
             for (int x = 0; x < size; ++x) {
                 const SegmentedRay<float> ray = segmentedRay(
                     frame, glm::vec2(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f));

@@ -108,7 +108,7 @@ class ShadowMaps {
 };
 
 /// The light left along a ray: at the ends of the segments that take some, and where those start.
-/// @param field  value(p)  @param samples  replaced
+/// @param field  value(p) and gradient(p)  @param samples  replaced
 template <typename Field>
 void lightAlong(const SegmentedRay<float>& ray, Field& field, const LightPath& lit, const Strides& strides,
                 float mmAtEntry, std::vector<LightLeft>& samples) {
@@ -126,7 +126,11 @@ void lightAlong(const SegmentedRay<float>& ray, Field& field, const LightPath& l
                 continue;
             }
         }
-        const float extinction = occlusionExtinction(*lit.optics, field.value(middle));
+        const float stored = field.value(middle);
+        float extinction = occlusionExtinction(*lit.optics, stored);
+        if (extinction > 0 && lit.optics->grades())
+            extinction =
+                occlusionExtinction(*lit.optics, stored, gradientFactor(*lit.optics, field.gradient(middle)));
         if (extinction > 0) {
             if (last != i)
                 samples.push_back({mmAtEntry + static_cast<float>(i) * ray.segmentMm, left});

@@ -130,6 +130,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
     const VolumeInfo& info = store.info();
     ChosenLevels chosen;
     const Culling culling = cullingFor(scene.shading);
+    const bool takesGradients = scene.shading.on || !table.gradientOpacity.isOne();
     const auto chooseOneForAll = [&] {
         const auto packed = [&](const auto& counts) {
             return atlasBytes(pagesFor(counts), info.type, limits);
@@ -138,7 +139,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
             statistics, table, info, gpu.freeBytes(), packed,
             choice == LevelChoice::oneForAllNothingCulled ? Culling::none : culling, gpu.option(), gpuFixed,
             choice == LevelChoice::quick ? quickLevel(info.extentVoxels) : 0);
-        chosen.unseenBricks = leaveOutUndrawn(chosen.selection, part, info, scene.shading.on);
+        chosen.unseenBricks = leaveOutUndrawn(chosen.selection, part, info, takesGradients);
         chosen.atlasPages = pagesFor(chosen.selection.counts);
     };
     if (choice != LevelChoice::perBrick && choice != LevelChoice::finest) {
@@ -155,7 +156,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
         const bool takesEnds = named != Integrator::automatic && named != Integrator::midpoint;
         chosen.atlasPages = std::min(std::max<std::size_t>(1, wanted), pages);
         const std::size_t least = std::max<std::size_t>(
-            1, std::min(wanted, neighbourhoodPages(scene.shading.on, takesEnds || !scene.surfaces.empty())));
+            1, std::min(wanted, neighbourhoodPages(takesGradients, takesEnds || !scene.surfaces.empty())));
         if (chosen.atlasPages < least)
             throw belowFloor(gpu, gpuFixed + atlasBytes(least, info.type, limits),
                              "picture, tables and the bricks around one sample");
@@ -185,7 +186,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
     }
     if (choice == LevelChoice::finest) {
         chosen.selection = cullBricks(statistics, table, info, 0, culling);
-        chosen.unseenBricks = leaveOutUndrawn(chosen.selection, part, info, scene.shading.on);
+        chosen.unseenBricks = leaveOutUndrawn(chosen.selection, part, info, takesGradients);
         inPasses();
         return chosen;
     }
@@ -214,7 +215,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
     if (scene.quality.maxError) {
         chosen.selection = chooser->within(statistics.brickMean, kShareOfLevels * *scene.quality.maxError);
         chosen.error = chooser->predict(chosen.selection);
-        chosen.unseenBricks = leaveOutUndrawn(chosen.selection, part, info, scene.shading.on);
+        chosen.unseenBricks = leaveOutUndrawn(chosen.selection, part, info, takesGradients);
         inPasses();
     } else {
         // What is hidden needs no memory that what is seen could have.
@@ -224,7 +225,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
         chosen.selection = std::move(best.selection);
         chosen.error = best.error;
         chosen.unseenBricks =
-            best.unseenBricks + leaveOutUndrawn(chosen.selection, part, info, scene.shading.on);
+            best.unseenBricks + leaveOutUndrawn(chosen.selection, part, info, takesGradients);
         chosen.atlasPages = pagesFor(chosen.selection.counts);
         if (chosen.error.mean > 0 &&
             !part.any()) { // memory is short: it is worth knowing better what is seen

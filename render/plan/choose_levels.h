@@ -40,8 +40,8 @@ struct ChosenLevels {
 /// Pages that the neighbourhood of one segment can take: eight bricks for a value; those half a brick further
 /// for the differences of a gradient, and for the values at its two ends, which are at most half a brick
 /// apart. No atlas of several passes may have fewer.
-constexpr std::size_t neighbourhoodPages(bool shading, bool ends) {
-    return shading || ends ? 27 : 8;
+constexpr std::size_t neighbourhoodPages(bool gradients, bool ends) {
+    return gradients || ends ? 27 : 8;
 }
 
 /// The best selection of so many pages (LevelChooser::best()) and its predicted error. Where none is left,

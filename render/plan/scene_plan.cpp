@@ -382,7 +382,7 @@ void chooseAgain(ScenePlan& p, const Scene& given, const TextureLimits& engineLi
     } else if (limits.pageEdge > kBrickExtent) {
         Selection all =
             cullBricks(p.volume.statistics, p.volume.table, p.info(), 0, cullingFor(scene.shading));
-        leaveOutUndrawn(all, p.view.part, p.info(), scene.shading.on);
+        leaveOutUndrawn(all, p.view.part, p.info(), p.volume.optics.takesGradients());
         p.chooseAprons(limits, all.shownBricks(), gpu);
     }
     p.chosen =

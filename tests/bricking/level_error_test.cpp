@@ -133,6 +133,21 @@ TEST(PredictErrors, AreSmoothedAsDocumented) {
 /// The truth that the rays stand for: all rows of voxels, sampled at every voxel.
 double trueError(const Blobs& b, int level, const TransferTable& table, const glm::dvec3& spacing) {
     const BrickFields fields = b.fields();
+    // Opacity by gradient: of central differences over a pitch to either side, as far as the brick goes.
+    const auto factor = [&](int at, const glm::dvec3& p) {
+        if (table.gradientOpacity.isOne())
+            return 1.0;
+        const double pitch = std::min(1 << at, 16);
+        glm::dvec3 gradient(0);
+        for (int axis = 0; axis < 3; ++axis) {
+            glm::dvec3 up = p, down = p;
+            up[axis] = std::min(p[axis] + pitch, b.size[axis] - 0.5);
+            down[axis] = std::max(p[axis] - pitch, 0.5);
+            gradient[axis] = static_cast<double>(fields.at(at, up) - fields.at(at, down)) /
+                             ((up[axis] - down[axis]) * spacing[axis]);
+        }
+        return table.gradientOpacity.factor(glm::length(gradient));
+    };
     double sum = 0, count = 0;
     for (int axis = 0; axis < 3; ++axis) {
         const int u = (axis + 1) % 3, w = (axis + 2) % 3;
@@ -152,7 +167,8 @@ double trueError(const Blobs& b, int level, const TransferTable& table, const gl
                                                         static_cast<double>(table.entriesPerValue),
                                                     0.0, static_cast<double>(table.entries.size() - 1));
                         const glm::dvec4 e(table.entries[static_cast<std::size_t>(std::lround(x))]);
-                        const double alpha = -std::expm1(-e.a * spacing[axis]);
+                        const double alpha =
+                            -std::expm1(-e.a * factor(which == 0 ? 0 : level, at) * spacing[axis]);
                         colour += through * alpha * glm::dvec3(e);
                         through *= 1 - alpha;
                     }
@@ -178,6 +194,27 @@ TEST(PredictErrors, AreCloseToTheErrorOfAllRays) {
             // Noise from voxel to voxel cancels less over 16 samples of a row than over its 32 voxels.
             EXPECT_LT(predicted, 2.5 * truth) << "seed " << seed << " level " << level;
         }
+    }
+}
+
+// What shows is the same at every level, were it not for the gradient, which coarser levels lose.
+TEST(PredictErrors, KnowWhatOpacityByGradientLoses) {
+    const VolumeInfo info = plainInfo({32, 32, 32}, ValueType::f32);
+    TransferTable even = makeTable(TransferFunction::fromExtinction({{0, 0.05}}, {{0, {0.9, 0.6, 0.2}}}));
+    const std::vector<Blobs> brick = {Blobs({32, 32, 32}, 44)};
+    const BrickRays rays = raysOf(brick, {1, 1, 1});
+    const LevelErrors none = rayErrors(rays, {1}, even, info);
+    const float dense = none.transmittances[0];
+    for (const float error : none.errors[0])
+        EXPECT_LT(error, 1e-3f);
+    even.gradientOpacity = GradientOpacity::fromPoints({{5, 0}, {60, 1}});
+    const LevelErrors e = rayErrors(rays, {1}, even, info);
+    EXPECT_GT(e.transmittances[0], dense + 0.05f);
+    for (int level = 1; level < kLevelCount; ++level) {
+        const double truth = trueError(brick[0], level, even, info.spacingMm());
+        const auto predicted = static_cast<double>(e.errors[0][static_cast<std::size_t>(level)]);
+        EXPECT_GT(predicted, 0.5 * truth) << "level " << level;
+        EXPECT_LT(predicted, 2.5 * truth) << "level " << level; // as above
     }
 }
 

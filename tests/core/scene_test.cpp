@@ -27,7 +27,8 @@ const char* const kFitted = R"({"tesseraScene":1,
     "scalarOpacity":[[-100,0],[50,0.125],[50,0.5]],"rgbTransferFunction":[[0,0.1,0.2,0.3],[10,1,1,1]],
     "materials":[{"from":-100,"to":0,"ambient":0.3,"diffuse":0.5,"specular":0,"specularPower":1},
       {"from":0,"to":40.5,"ambient":0.125,"diffuse":0.25,"specular":0.5,"specularPower":64,
-       "emission":[1,0.5,0.25]}]}}],
+       "emission":[1,0.5,0.25]}],
+    "gradientOpacity":[[0,0],[12.5,0.25],[12.5,0.5],[60,1]],"gradientOpacityUnit":"voxel"}}],
   "camera":{"view":"left","fit":"volume","parallelProjection":true},
   "shading":{"shade":false,"ambient":0.1,"diffuse":0.7,"specular":0.3,"specularPower":40,
     "gradient":"sobel","model":"blinn-phong","gradientWeight":[2,8.5]},
@@ -100,6 +101,9 @@ TEST(Scene, EveryKeyIsRead) {
     EXPECT_EQ(scene.shading.gradient, Gradient::sobel);
     ASSERT_EQ(function.materials().size(), 2u);
     EXPECT_EQ(function.materials()[1], (Material{0, 40.5, 0.125, 0.25, 0.5, 64, {1, 0.5, 0.25}}));
+    EXPECT_EQ(function.gradientOpacity(),
+              GradientOpacity::fromPoints({{0, 0}, {12.5, 0.25}, {12.5, 0.5}, {60, 1}},
+                                          GradientOpacity::Per::voxel));
     EXPECT_EQ(scene.shading.model, ShadingModel::blinnPhong);
     EXPECT_EQ(scene.shading.gradientWeight, (GradientWeight{2, 8.5}));
     ASSERT_EQ(scene.lighting.lights.size(), 3u);
@@ -233,6 +237,12 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
              {"/volumes/0/transferFunction/materials/0/specularPower", 2.5},
              {"/volumes/0/transferFunction/materials/1/emission", {1, 0.5}},
              {"/volumes/0/transferFunction/materials/1/emission", {1, 0.5, 2}},
+             {"/volumes/0/transferFunction/gradientOpacity", 0.5},
+             {"/volumes/0/transferFunction/gradientOpacity", {0, 1}},
+             {"/volumes/0/transferFunction/gradientOpacity/1", {-1, 0.5}},
+             {"/volumes/0/transferFunction/gradientOpacity/1", {1, 0.5, 0.5}},
+             {"/volumes/0/transferFunction/gradientOpacity", std::vector<std::vector<double>>(17, {1, 0.5})},
+             {"/volumes/0/transferFunction/gradientOpacityUnit", "cm"},
              {"/quality/stepVoxels", 0},
              {"/quality/stepVoxels", 17},
              {"/quality/samples", 0},

@@ -74,6 +74,43 @@ TEST(TransferFunction, NoPointsIsTransparentWhite) {
     EXPECT_TRUE(makeTable(f).emptyOver(-1e9, 1e9));
 }
 
+// The same walk, of lengths; unsorted, with steps and factors that are too large.
+TEST(GradientOpacity, ThousandRandomListsMatchSlowEvaluator) {
+    std::mt19937 random(11);
+    std::uniform_int_distribution<int> length(0, 20), count(1, 12), level(-2, 12);
+    for (int list = 0; list < 1000; ++list) {
+        std::vector<GradientPoint> points(static_cast<std::size_t>(count(random)));
+        for (auto& p : points)
+            p = {static_cast<double>(length(random)), level(random) / 10.0};
+        const auto g = GradientOpacity::fromPoints(points);
+        std::vector<OpacityPoint> walked;
+        for (const auto& p : points)
+            walked.push_back({p.length, std::clamp(p.factor, 0.0, 1.0)});
+        std::stable_sort(walked.begin(), walked.end(),
+                         [](const auto& a, const auto& b) { return a.value < b.value; });
+        for (double x = 0; x <= 22; x += 0.25) {
+            ASSERT_NEAR(g.factor(x), slowOpacity(walked, x), 1e-12) << "list " << list << " at " << x;
+            ASSERT_EQ(g.perMm(4).factor(x), g.factor(x)); // they are
+        }
+        const auto perVoxel = GradientOpacity::fromPoints(points, GradientOpacity::Per::voxel);
+        for (double x = 0; x <= 22; x += 0.25)
+            ASSERT_EQ(perVoxel.perMm(4).factor(x), g.factor(4 * x));
+    }
+}
+
+TEST(GradientOpacity, OnesAreNoneAndLiesAreRefused) {
+    EXPECT_TRUE(GradientOpacity().isOne());
+    EXPECT_TRUE(GradientOpacity::fromPoints({{0, 1}, {50, 7}}).isOne());
+    EXPECT_EQ(GradientOpacity::fromPoints({{0, 1}}, GradientOpacity::Per::voxel), GradientOpacity());
+    EXPECT_EQ(GradientOpacity().factor(3), 1);
+    const double nan = std::numeric_limits<double>::quiet_NaN(),
+                 inf = std::numeric_limits<double>::infinity();
+    for (const GradientPoint& p : {GradientPoint{nan, 0}, {inf, 0}, {-1, 0}, {1, nan}, {1, inf}})
+        EXPECT_THROW(GradientOpacity::fromPoints({p}), InputError);
+    EXPECT_NO_THROW(GradientOpacity::fromPoints(std::vector<GradientPoint>(16, {1, 0.5})));
+    EXPECT_THROW(GradientOpacity::fromPoints(std::vector<GradientPoint>(17, {1, 0.5})), InputError);
+}
+
 TEST(TransferTable, SizeFollowsTheSharpestFeature) {
     const auto broad = makeTable(TransferFunction::fromExtinction({{0, 0}, {1000, 1}}, {}));
     const auto sharp =

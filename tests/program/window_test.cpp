@@ -434,6 +434,20 @@ TEST_F(WindowTest, AScriptWithAMistakeIsRefusedByItsLine) {
     EXPECT_THAT(readAll(folder_ / "window.txt"), HasSubstr("line 3"));
 }
 
+TEST_F(WindowTest, EditsKeepTheOpacityByGradient) {
+    std::ofstream(folder_ / "graded.json")
+        << R"({"tesseraPreset":1,"unit":"HU","scalarOpacity":[[-200,0],[300,0.5]],)"
+        << R"("gradientOpacity":[[0,0],[60,1]]})";
+    std::ofstream(folder_ / "s.txt") << "wait picture\npreset graded.json\nwait still\nshift 20 1.1\n"
+                                     << "wait still\nscene out.json\nquit\n";
+    start(TESSERA_TORSO, "s.txt");
+    EXPECT_EQ(window_->exitCode(60s), 0) << readAll(folder_ / "window.txt");
+    const Scene seen = loadScene(folder_ / "out.json");
+    const auto& function = std::get<TransferFunction>(seen.volumes.front().transferFunction);
+    EXPECT_EQ(function.gradientOpacity(), GradientOpacity::fromPoints({{0, 0}, {60, 1}}));
+    EXPECT_NE(function.opacityPoints().front().value, -200);
+}
+
 TEST_F(WindowTest, WithoutADisplayItSaysSo) {
     ::setenv("DISPLAY", ":7777", 1);
     start(TESSERA_TORSO);

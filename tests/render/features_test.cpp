@@ -92,11 +92,12 @@ std::vector<std::uint32_t> coveringCombinations() {
 TEST(Features, ProgramsOfAllTriplesCompileAndOmitWhatTheyDoNotNeed) {
     const GlContext context({"software"});
     const std::vector<std::uint32_t> rows = coveringCombinations();
-    EXPECT_EQ(allowedCombinations().size(), 621312u);
-    EXPECT_EQ(rows.size(), 73u);
+    EXPECT_EQ(allowedCombinations().size(), 1242112u);
+    EXPECT_EQ(rows.size(), 76u);
     for (const std::uint32_t f : rows) {
         const GlProgram program = marchComposition(f).program("march.comp");
         EXPECT_EQ(program.hasUniform("uPhong"), (f & kFeatureShading) != 0) << f;
+        EXPECT_EQ(program.hasUniform("uGradientPoints"), (f & kFeatureGradientOpacity) != 0) << f;
         EXPECT_EQ(program.hasUniform("uLights"), (f & kFeatureLights) != 0) << f;
         EXPECT_EQ(program.hasUniform("uMaterials"), (f & kFeatureMaterials) != 0) << f;
         EXPECT_EQ(program.hasUniform("uMaterialEmission"),

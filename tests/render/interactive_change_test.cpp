@@ -4,6 +4,7 @@
 #include "core/image_metrics.h"
 #include "core/preset.h"
 #include "render/renderer.h"
+#include "tests/support/graded.h"
 #include "tests/support/interactive_fixture.h"
 #include "tests/support/lights.h"
 #include "tests/support/native_fixture.h"
@@ -25,7 +26,7 @@ using Clock = InteractiveRenderer::Clock;
 constexpr glm::ivec2 kSize(28, 24);
 constexpr std::size_t kAmple = std::size_t{1} << 30;
 
-enum Function { kSoft, kLittle, kSpike };
+enum Function { kSoft, kLittle, kSpike, kGraded };
 TransferFunction functionOf(Function function) {
     ValueSummary values;
     values.isHu = true;
@@ -34,6 +35,8 @@ TransferFunction functionOf(Function function) {
         return TransferFunction::fromOpacity({{300, 0}, {500, 0.9}}, {{300, {1, 0.3, 0.1}}}, 1);
     case kSpike: // which the midpoint rule would step over
         return TransferFunction::fromOpacity({{39, 0}, {40, 0.9}, {41, 0}}, {{40, {0.2, 1, 0.4}}}, 1);
+    case kGraded:
+        return graded(presetFunction("soft-tissue", values));
     case kSoft:
         break;
     }
@@ -60,6 +63,7 @@ std::vector<Change> changes(const VolumeInfo& info) {
         {"nothing", [](auto&) {}, 0, kSoft},
         {"camera", [=](auto& r) { r.setCamera(camera(1)); }, 1, kSoft},
         {"a function of less", [](auto& r) { r.setFunction(functionOf(kLittle)); }, 1, kLittle},
+        {"opacity by gradient", [](auto& r) { r.setFunction(functionOf(kGraded)); }, 1, kGraded},
         {"a function of more", [](auto& r) { r.setFunction(functionOf(kSoft)); }, 1, kSoft},
         {"both in one step",
          [=](auto& r) {

@@ -2,6 +2,7 @@
 // picture is the unlimited one bit by bit, in one pass or in hundreds; and rays that wait for a brick lose
 // nothing.
 #include "render/renderer.h"
+#include "tests/support/graded.h"
 #include "tests/support/scene_fixture.h"
 
 #include <gmock/gmock.h>
@@ -61,11 +62,14 @@ struct PassesCase {
     EngineKind engine = EngineKind::gpu;
     Gradient gradient = Gradient::central;
     Integrator integrator = Integrator::midpoint;
+    bool isGraded = false;
     Scene scene() const {
         Scene s = finest(store, preset, camera, shading);
         s.shading.gradient = gradient;
         if (engine == EngineKind::native)
             s.quality.integrator = integrator;
+        if (isGraded)
+            grade(s);
         return s;
     }
 };
@@ -75,6 +79,13 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Passes,
                                          PassesCase{"torso", "soft-tissue", 2, false},
                                          PassesCase{"abdomen", "bone", 2, true}));
 constexpr EngineKind kNative = EngineKind::native;
+INSTANTIATE_TEST_SUITE_P(Graded, Passes,
+                         testing::Values(PassesCase{"torso", "soft-tissue", 2, false, EngineKind::gpu,
+                                                    Gradient::central, Integrator::midpoint, true},
+                                         PassesCase{"torso", "soft-tissue", 0, false, kNative,
+                                                    Gradient::sobel, Integrator::midpoint, true},
+                                         PassesCase{"torso", "soft-tissue", 1, true, kNative,
+                                                    Gradient::central, Integrator::preintegrated, true}));
 INSTANTIATE_TEST_SUITE_P(Native, Passes,
                          testing::Values(PassesCase{"torso", "bone", 0, true, kNative, Gradient::sobel},
                                          PassesCase{"torso", "soft-tissue", 2, true, kNative,

@@ -7,6 +7,7 @@
 #include "core/preset.h"
 #include "core/scratch_folder.h"
 #include "datasets/phantom.h"
+#include "tests/support/graded.h"
 #include "tests/support/lights.h"
 
 #include <gtest/gtest.h>
@@ -82,6 +83,19 @@ TEST_F(ProofOnRays, HoldsWithEveryGradient) {
         EXPECT_LE(proof.halving, RayProof::kHalvingLimit) << gradientNames()[kind];
         EXPECT_LE(proof.independent, RayProof::kIndependentLimit) << gradientNames()[kind];
     }
+}
+
+// With opacity by gradient rays are cut where the gradient's length is one of its points', lit or not.
+TEST_F(ProofOnRays, HoldsWithOpacityByGradient) {
+    load("torso", {48, 36, 56});
+    const auto function = test::graded(presetFunction("soft-tissue", {-1024, 2000, true, 1, {}}));
+    for (std::size_t kind = 0; kind < gradientNames().size(); ++kind)
+        for (const bool isLit : {false, true}) {
+            const RayProof proof = prove(function, isLit, {}, static_cast<Gradient>(kind));
+            EXPECT_LE(proof.halving, RayProof::kHalvingLimit) << gradientNames()[kind];
+            EXPECT_LE(proof.independent, RayProof::kIndependentLimit) << gradientNames()[kind];
+            EXPECT_GT(proof.independent, 0);
+        }
 }
 
 // Lights of the scene's own, two of them points: rays are cut where the gradient turns away from each, and

@@ -36,8 +36,9 @@ inline Image referencePicture(const ReferenceInput& input, const Prepared& prepa
 struct RaysOfLight {
     RaysOfLight(const Prepared& prepared, const Scene& scene, int panels = 1)
         : input(referenceInput(prepared, scene)), function(*input.function, input.surfaces, *input.info),
-          obstacles(function, *input.info), sources(input), samples(*input.cache, *input.info, 0, nullptr),
-          light(*input.info, obstacles, sources, emptyCells, samples, panels) {}
+          optics(shadingOf(input)), obstacles(function, *input.info), sources(input),
+          samples(*input.cache, *input.info, 0, nullptr),
+          light(*input.info, optics, obstacles, sources, emptyCells, samples, panels) {}
     glm::dvec3 patient(const glm::dvec3& voxel) const {
         return glm::dvec3(input.info->patientFromVoxel * glm::dvec4(voxel, 1));
     }
@@ -46,6 +47,7 @@ struct RaysOfLight {
     }
     ReferenceInput input;
     StoredFunction function;
+    Optics optics;
     Obstacles obstacles;
     LightSources sources;
     std::vector<bool> emptyCells;

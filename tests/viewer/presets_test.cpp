@@ -75,9 +75,62 @@ TEST(ForeignPresets, MrmlNamesItsProperties) {
     ASSERT_EQ(all.size(), 2u);
     EXPECT_EQ(all[0].preset.name, "One");
     EXPECT_EQ(all[1].preset.name, "Two");
-    EXPECT_THAT(all[0].leftOut, ElementsAre("opacity by gradient"));
+    EXPECT_THAT(all[0].leftOut, IsEmpty());
+    EXPECT_EQ(all[0].preset.function.gradientOpacity(),
+              GradientOpacity::fromPoints({{0, 0}, {60, 1}}, GradientOpacity::Per::voxel));
+    EXPECT_TRUE(all[1].preset.function.gradientOpacity().isOne());
     EXPECT_EQ(nlohmann::json::parse(all[0].preset.look)["shading"]["shade"], false);
     EXPECT_NEAR(opacityOf(all[1].preset.function, -1e6), 0.5, 1e-9);
+}
+
+// Lengths are told by VTK's unit, a voxel; switched off it is none; and what bends gets points, 16 at most.
+TEST(ForeignPresets, OpacityByGradient) {
+    const auto text = [](const nlohmann::json& points, bool disabled) {
+        return nlohmann::json({{"volumeProperties",
+                                {{{"components",
+                                   {{{"disableGradientOpacity", disabled},
+                                     {"scalarOpacity", {{"points", {{{"x", 0}, {"y", 0.2}}}}}},
+                                     {"gradientOpacity", {{"points", points}}}}}}}}}})
+            .dump();
+    };
+    const nlohmann::json straight = {{{"x", -3}, {"y", 0}}, {{"x", 10}, {"y", 0.25}}, {{"x", 90}, {"y", 1}}};
+    const Preset preset =
+        only(readForeignPresets(text(straight, false), PresetFormat::slicerJson, "p.vp.json"));
+    const GradientOpacity expected =
+        GradientOpacity::fromPoints({{0, 0}, {10, 0.25}, {90, 1}}, GradientOpacity::Per::voxel);
+    EXPECT_EQ(preset.function.gradientOpacity(), expected);
+    EXPECT_TRUE(only(readForeignPresets(text(straight, true), PresetFormat::slicerJson, "p.vp.json"))
+                    .function.gradientOpacity()
+                    .isOne());
+    const ForeignText written = writeForeignPreset(preset, PresetFormat::slicerJson);
+    EXPECT_THAT(written.leftOut, IsEmpty());
+    EXPECT_EQ(only(readForeignPresets(written.text, PresetFormat::slicerJson, "p.vp.json"))
+                  .function.gradientOpacity(),
+              expected);
+    EXPECT_THAT(writeForeignPreset(preset, PresetFormat::paraView).leftOut,
+                ::testing::Contains("opacity by gradient"));
+
+    Preset perMm = preset;
+    perMm.function.setGradientOpacity(GradientOpacity::fromPoints({{0, 0}, {30, 1}}));
+    EXPECT_THAT(writeForeignPreset(perMm, PresetFormat::slicerJson).leftOut,
+                ElementsAre(HasSubstr("counts per mm")));
+
+    const nlohmann::json bent = {{{"x", 0}, {"y", 0}, {"midpoint", 0.5}, {"sharpness", 0.5}},
+                                 {{"x", 100}, {"y", 1}}};
+    const auto all = readForeignPresets(text(bent, false), PresetFormat::slicerJson, "p.vp.json");
+    const GradientOpacity smooth = all.at(0).preset.function.gradientOpacity();
+    EXPECT_LE(smooth.points().size(), GradientOpacity::kMostPoints);
+    EXPECT_GT(smooth.points().size(), 8u);
+    EXPECT_THAT(all.at(0).leftOut, ElementsAre(HasSubstr("beyond 16")));
+    EXPECT_NEAR(smooth.factor(50), 0.5, 0.01);
+    EXPECT_NEAR(smooth.factor(30) + smooth.factor(70), 1.0, 0.04);
+    EXPECT_LT(smooth.factor(20), 0.03);
+    nlohmann::json many = nlohmann::json::array();
+    for (int i = 0; i < 257; ++i)
+        many.push_back({{"x", i}, {"y", 0.5}});
+    EXPECT_THAT(
+        refusal([&] { readForeignPresets(text(many, false), PresetFormat::slicerJson, "p.vp.json"); }),
+        HasSubstr("at most 256 points"));
 }
 
 // Points of VTK bend by midpoint and sharpness. At sharpness 0 the curve is two straight lines that meet half

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <glm/common.hpp>
+#include <limits>
 #include <vtkColorTransferFunction.h>
 #include <vtkNew.h>
 #include <vtkPiecewiseFunction.h>
@@ -108,7 +109,7 @@ template <typename Point> void sortByPlace(std::vector<Point>& points) {
 
 } // namespace
 
-std::vector<OpacityPoint> opacityPoints(std::vector<VtkPoint> points) {
+std::vector<OpacityPoint> opacityPoints(std::vector<VtkPoint> points, double mostError) {
     sortByPlace(points);
     vtkNew<vtkPiecewiseFunction> curve;
     curve->AllowDuplicateScalarsOn();
@@ -120,9 +121,38 @@ std::vector<OpacityPoint> opacityPoints(std::vector<VtkPoint> points) {
     const auto own = [](const VtkPoint& p) { return p.y; };
     const auto error = [](double a, double b) { return std::abs(a - b); };
     std::vector<OpacityPoint> out;
-    for (const auto& [x, y] : straightened<VtkPoint, double>(points, at, own, error, kOpacityError))
+    for (const auto& [x, y] : straightened<VtkPoint, double>(points, at, own, error, mostError))
         out.push_back({x, y});
     return out;
+}
+
+double thinned(std::vector<OpacityPoint>& points, std::size_t most) {
+    const std::vector<OpacityPoint> all = points;
+    const auto errorWithout = [&](std::size_t i) { // of all points between the two that stay
+        const OpacityPoint &left = points[i - 1], &right = points[i + 1];
+        double worst = 0;
+        for (const OpacityPoint& p : all)
+            if (p.value > left.value && p.value < right.value)
+                worst =
+                    std::max(worst, std::abs(between(left.opacity, right.opacity,
+                                                     (p.value - left.value) / (right.value - left.value)) -
+                                             p.opacity));
+            else if (left.value == right.value && p.value == left.value)
+                worst = std::max({worst, p.opacity - std::max(left.opacity, right.opacity),
+                                  std::min(left.opacity, right.opacity) - p.opacity});
+        return worst;
+    };
+    double worst = 0;
+    while (points.size() > std::max<std::size_t>(most, 2)) {
+        std::size_t least = 1;
+        double error = std::numeric_limits<double>::infinity();
+        for (std::size_t i = 1; i + 1 < points.size(); ++i)
+            if (const double mine = errorWithout(i); mine < error)
+                error = mine, least = i;
+        points.erase(points.begin() + static_cast<std::ptrdiff_t>(least));
+        worst = std::max(worst, error);
+    }
+    return worst;
 }
 
 std::vector<ColourPoint> colourPoints(std::vector<VtkColour> points, ColourSpace space, bool wrapsHue) {

@@ -3,7 +3,9 @@
 #pragma once
 
 #include "core/transfer_function.h"
+#include "viewer/presets/foreign_preset.h" // kOpacityError
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -23,7 +25,11 @@ struct VtkColour {
 enum class ColourSpace { rgb, hsv, lab, diverging, labCiede2000, step };
 
 /// Points in any order; two at one place are a step. y is clamped to [0,1].
-std::vector<OpacityPoint> opacityPoints(std::vector<VtkPoint> points);
+/// @param mostError  of an opacity, where a curve is not straight
+std::vector<OpacityPoint> opacityPoints(std::vector<VtkPoint> points, double mostError = kOpacityError);
+/// Takes the points away that matter least, until there are as many as asked for, 2 at least. Returns the
+/// largest error that one of them leaves.
+double thinned(std::vector<OpacityPoint>& points, std::size_t most);
 std::vector<ColourPoint> colourPoints(std::vector<VtkColour> points, ColourSpace space, bool wrapsHue);
 
 /// Straight between sRGB colours what is straight in linear light here.

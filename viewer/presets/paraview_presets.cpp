@@ -118,6 +118,8 @@ ForeignText writeParaView(const Preset& preset) {
     if (f.referenceLengthMm() != 1)
         out.leftOut.push_back("the unit distance of opacities (in ParaView, ScalarOpacityUnitDistance: " +
                               json(f.referenceLengthMm()).dump() + ")");
+    if (!f.gradientOpacity().isOne())
+        out.leftOut.push_back("opacity by gradient");
     if (!f.materials().empty())
         out.leftOut.push_back("materials");
     for (const std::string& key : lookSaysOf(preset))

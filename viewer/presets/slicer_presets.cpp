@@ -40,6 +40,27 @@ struct Property {
     double ambient = 0.1, diffuse = 0.7, specular = 0.2, specularPower = 10; // vtkVolumeProperty's
 };
 
+/// VTK tells lengths by the mean of the volume's spacings. @param isExact  false where points are left out
+GradientOpacity gradientOpacityOf(std::vector<VtkPoint> curve, bool& isExact, const std::string& where) {
+    constexpr std::size_t kMostRead = 256;
+    if (curve.size() > kMostRead)
+        throw badFile(where, "at most " + std::to_string(kMostRead) + " points of opacity by gradient",
+                      std::to_string(curve.size()));
+    for (VtkPoint& point : curve)
+        point.x = std::max(0.0, point.x);
+    std::vector<OpacityPoint> points = opacityPoints(curve);
+    for (double error = kOpacityError; points.size() > GradientOpacity::kMostPoints && error < 0.5;) {
+        error *= 2;
+        isExact = false;
+        points = opacityPoints(curve, error);
+    }
+    isExact = thinned(points, GradientOpacity::kMostPoints) <= kOpacityError && isExact;
+    std::vector<GradientPoint> out;
+    for (const OpacityPoint& point : points)
+        out.push_back({point.value, point.opacity});
+    return GradientOpacity::fromPoints(std::move(out), GradientOpacity::Per::voxel);
+}
+
 ForeignPreset presetFrom(const Property& p, const std::string& where) {
     if (p.opacity.empty())
         throw badFile(where, "points of a scalar opacity", "none");
@@ -57,9 +78,14 @@ ForeignPreset presetFrom(const Property& p, const std::string& where) {
                               {"specular", share(p.specular)},
                               {"specularPower", std::clamp(p.specularPower, 0.0, kMostPower)}}}})
                           .dump();
-    if (p.gradients && std::any_of(p.gradientOpacity.begin(), p.gradientOpacity.end(),
-                                   [](const VtkPoint& point) { return point.y < 1; }))
-        out.leftOut.push_back("opacity by gradient");
+    if (p.gradients) {
+        bool isExact = true;
+        out.preset.function.setGradientOpacity(gradientOpacityOf(p.gradientOpacity, isExact, where));
+        if (!isExact)
+            out.leftOut.push_back("points of the opacity by gradient beyond " +
+                                  std::to_string(GradientOpacity::kMostPoints) +
+                                  " (those that matter least)");
+    }
     if (p.nearest)
         out.leftOut.push_back("values of the nearest voxel (they are interpolated)");
     return out;
@@ -287,7 +313,15 @@ ForeignText writeSlicerJson(const Preset& preset) {
         lowest = f.kinks().front(), highest = f.kinks().back();
     const Shading plain;
     const json shading = look.value("shading", json::object());
-    const json one = {{"x", 0.0}, {"y", 1.0}, {"midpoint", 0.5}, {"sharpness", 0.0}};
+    const GradientOpacity& graded = f.gradientOpacity();
+    std::vector<OpacityPoint> lengths = {{0, 1}};
+    if (!graded.isOne())
+        lengths.clear();
+    for (const GradientPoint& p : graded.points())
+        lengths.push_back({p.length, p.factor});
+    json gradients = json::array();
+    for (const VtkPoint& p : distinct(lengths))
+        gradients.push_back({{"x", p.x}, {"y", p.y}, {"midpoint", p.midpoint}, {"sharpness", p.sharpness}});
     json component = {{"componentWeight", 1.0},
                       {"shade", shading.value("shade", plain.on)},
                       {"lighting",
@@ -295,17 +329,19 @@ ForeignText writeSlicerJson(const Preset& preset) {
                         {"diffuse", shading.value("diffuse", plain.diffuse)},
                         {"specular", shading.value("specular", plain.specular)},
                         {"specularPower", shading.value("specularPower", plain.specularPower)}}},
-                      {"disableGradientOpacity", true},
+                      {"disableGradientOpacity", graded.isOne()},
                       {"scalarOpacityUnitDistance", f.referenceLengthMm()},
                       {"rgbTransferFunction", {{"type", "colorTransferFunction"}, {"points", colours}}},
                       {"scalarOpacity", {{"type", "piecewiseLinearFunction"}, {"points", opacity}}},
-                      {"gradientOpacity", {{"type", "piecewiseLinearFunction"}, {"points", {one}}}}};
+                      {"gradientOpacity", {{"type", "piecewiseLinearFunction"}, {"points", gradients}}}};
     const json document = {{"@schema", kSchema},
                            {"volumeProperties",
                             {{{"effectiveRange", {lowest, highest}},
                               {"interpolationType", "linear"},
                               {"components", json::array({component})}}}}};
     ForeignText out{document.dump(2, ' ', true, json::error_handler_t::replace) + "\n", {}};
+    if (!graded.isOne() && graded.per() == GradientOpacity::Per::mm)
+        out.leftOut.push_back("that the opacity by gradient counts per mm (there it counts per voxel)");
     if (!f.materials().empty())
         out.leftOut.push_back("materials");
     for (const std::string& key : lookSaysOf(preset))

@@ -34,11 +34,12 @@ const SurfaceValue* crossed(const std::vector<SurfaceValue>& surfaces, double a,
 }
 
 /// @param from, to  segments, whole ones
-/// @param value  of a place, in segments from the entry; physical units
-/// @param drawn  whether a place is not cut away
-template <typename Value, typename Drawn>
+/// @param value   of a place, in segments from the entry; physical units
+/// @param factor  opacity by gradient there
+/// @param drawn   whether a place is not cut away
+template <typename Value, typename Factor, typename Drawn>
 Shares sharesAlong(const SegmentedRay<double>& ray, int from, int to, const VolumeState& volume,
-                   const Value& value, const Drawn& drawn) {
+                   const Value& value, const Factor& factor, const Drawn& drawn) {
     Shares s;
     double left = 1, before = value(static_cast<double>(from));
     for (int i = from; i < to && left > kEndOfLight; ++i) {
@@ -55,8 +56,10 @@ Shares sharesAlong(const SegmentedRay<double>& ray, int from, int to, const Volu
         }
         before = behind;
         const double middle = i + length / 2;
-        const double opacity =
-            -std::expm1(-volume.function.extinction(value(middle)) * ray.segmentMm * length);
+        const double extinction = volume.function.extinction(value(middle));
+        if (extinction <= 0)
+            continue;
+        const double opacity = -std::expm1(-extinction * factor(middle) * ray.segmentMm * length);
         if (opacity <= 0)
             continue;
         s.added.push_back(left * opacity);
@@ -128,12 +131,18 @@ PickedPlace pickPlace(const VolumeState& volume, const DrawnPart& part, const Ca
             return info.rescaleSlope * fieldValue(samples, position(segments), perVoxel) +
                    info.rescaleIntercept;
         };
+        const auto factor = [&](double segments) {
+            return volume.optics.grades()
+                       ? gradientFactor(volume.optics, fieldGradient(samples, position(segments), perVoxel,
+                                                                     volume.optics.gradient))
+                       : 1;
+        };
         const auto drawn = [&](double segments) {
             const glm::dvec3 p = position(segments);
             return !part.any() || part.meets(p, p);
         };
         return reduction == Reduction::composite
-                   ? placeOfMost(sharesAlong(ray, from, to, volume, value, drawn))
+                   ? placeOfMost(sharesAlong(ray, from, to, volume, value, factor, drawn))
                    : placeOfKept(ray, from, to, reduction, value, drawn);
     };
     picked.level = quickLevel(info);

@@ -212,6 +212,8 @@ void FunctionEditor::draw(Desk& desk) {
         desk.undo();
     curve(desk);
     colourOf(desk);
+    if (const std::size_t points = desk.function().gradientOpacity().points().size(); points > 0)
+        ImGui::Text("and opacity by gradient, %zu points", points);
     ImGui::TextDisabled("drag points; click: new, right: remove,");
     ImGui::TextDisabled("double: colour; Alt+drag in the picture: shift");
     files(desk);

@@ -13,6 +13,7 @@ TransferFunction made(std::vector<OpacityPoint> opacity, std::vector<ColourPoint
     TransferFunction function =
         TransferFunction::fromOpacity(std::move(opacity), std::move(colour), like.referenceLengthMm());
     function.setMaterials(std::move(materials));
+    function.setGradientOpacity(like.gradientOpacity());
     return function;
 }
 

@@ -12,8 +12,8 @@
 
 /// One line a feature. kFeature<Name> is its bit, by its place here; what it is says the function of the
 /// second name, in features/ (a file each, named alike). Integrators, none of the three: midpoint. Gradients,
-/// none of the four: central. March sets integrators, surfaces, lights, materials and values itself, by
-/// its optics.
+/// none of the four: central. March sets integrators, surfaces, lights, materials, values and opacity by
+/// gradient itself, by its optics.
 #define TESSERA_FEATURES(FEATURE)                                                                            \
     FEATURE(Shading, shading)                                                                                \
     FEATURE(Skipping, skipping)                                                                              \
@@ -40,7 +40,8 @@
     FEATURE(Emission, emission)                                                                              \
     FEATURE(Values, values)                                                                                  \
     FEATURE(Slabs, slabs)                                                                                    \
-    FEATURE(Intervals, intervals)
+    FEATURE(Intervals, intervals)                                                                            \
+    FEATURE(GradientOpacity, gradientOpacity)
 
 namespace tessera {
 

@@ -12,7 +12,9 @@ namespace {
 
 /// That its function, which may change, decides about.
 std::uint32_t withFunction(std::uint32_t features, const Optics& optics) {
-    return withLights((features & ~kIntegratorFeatures) | integratorFeatures(optics.integrator), optics);
+    return withGradientOpacity(
+        withLights((features & ~kIntegratorFeatures) | integratorFeatures(optics.integrator), optics),
+        optics);
 }
 
 std::uint32_t featuresOf(const ScenePlan& scene, const CasterOptions& options) {

@@ -14,7 +14,8 @@ std::uint32_t marchFeatures(const ScenePlan& scene, bool counting) {
     const auto add = [&](bool needed, Feature feature) { f |= needed ? feature : 0u; };
     add(scene.volume.mixed(), kFeatureMixed);
     add(scene.volume.optics.shading, kFeatureShading);
-    if (scene.volume.optics.shading || !scene.volume.optics.surfaces.empty())
+    add(scene.volume.optics.grades(), kFeatureGradientOpacity);
+    if (scene.volume.optics.takesGradients() || !scene.volume.optics.surfaces.empty())
         f |= gradientFeature(scene.volume.optics.gradient);
     add(scene.view.quality.skipping && (scene.volume.occupancy.exists() || scene.volume.bounds.exists()),
         kFeatureSkipping);

@@ -28,11 +28,12 @@ std::string element(const char* array, std::size_t i) {
 std::uint32_t withOptics(std::uint32_t features, const Optics& optics) {
     features = withLights(features & ~(kIntegratorFeatures | kFeatureSurfaces | kFeatureValues), optics);
     if (features & kFeatureVisibility)
-        return features; // light by the midpoint rule, and no isosurfaces
+        return withGradientOpacity(features, optics); // light by the midpoint rule, and no isosurfaces
     if (optics.reduction != Reduction::composite)
         return (features | kFeatureValues) & ~(kFeatureShading | kFeatureTermination | kGradientFeatures);
-    return features | integratorFeatures(optics.integrator) |
-           (optics.surfaces.empty() ? 0u : std::uint32_t{kFeatureSurfaces});
+    return withGradientOpacity(features | integratorFeatures(optics.integrator) |
+                                   (optics.surfaces.empty() ? 0u : std::uint32_t{kFeatureSurfaces}),
+                               optics);
 }
 
 } // namespace
@@ -45,6 +46,15 @@ std::uint32_t withLights(std::uint32_t features, const Optics& optics) {
            (optics.lighting.channels == 0 ? 0u : std::uint32_t{kFeatureVoxelLight}) |
            (optics.lighting.emits || optics.lighting.ambientChannels > 1 ? std::uint32_t{kFeatureEmission}
                                                                          : 0u);
+}
+
+std::uint32_t withGradientOpacity(std::uint32_t features, const Optics& optics) {
+    if (optics.grades())
+        return (features & ~kGradientFeatures) | kFeatureGradientOpacity | gradientFeature(optics.gradient);
+    if (!(features & kFeatureGradientOpacity))
+        return features;
+    return features & ~(kFeatureGradientOpacity |
+                        (features & (kFeatureShading | kFeatureSurfaces) ? 0u : kGradientFeatures));
 }
 
 Composition marchComposition(std::uint32_t features) {
@@ -132,6 +142,11 @@ void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
     program_.set("uSpecularPower", optics.specularPower);
     program_.set("uTermination", optics.termination);
     program_.set("uReduction", static_cast<int>(optics.reduction));
+    program_.set("uGradientPoints", optics.gradientOpacity.count);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(optics.gradientOpacity.count); ++i)
+        program_.set(element("uGradientOpacity", i).c_str(),
+                     glm::vec3(optics.gradientOpacity.length[i], optics.gradientOpacity.factor[i],
+                               optics.gradientOpacity.slope[i]));
     setLights(optics);
 }
 

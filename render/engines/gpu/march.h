@@ -111,6 +111,8 @@ class March {
 
 /// The features with lights and materials as the optics have them, where the features have shading.
 std::uint32_t withLights(std::uint32_t features, const Optics& optics);
+/// The features with opacity by gradient where the optics have it, and with the gradient that it takes.
+std::uint32_t withGradientOpacity(std::uint32_t features, const Optics& optics);
 /// Sets the uniforms of common_ray.glsl.
 void setRayUniforms(const GlProgram& program, const Rays& rays);
 /// The rays that the GPU makes of a frame, or of places, row by row: for marching the mirror on exactly

@@ -63,19 +63,23 @@ void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInp
         }
         const SegmentEnd<Real> back =
             endOf(optics, field.value(ends ? strideEnd(ray, i, length) : stridePosition(ray, i, length)));
-        const Real extinction = segmentExtinction(optics, front, back);
+        Real extinction = segmentExtinction(optics, front, back);
         if (extinction > Real(0)) {
+            const glm::vec<3, Real> middle = stridePosition(ray, i, length);
+            glm::vec<3, Real> gradient(0);
+            if (optics.takesGradients()) {
+                gradient = field.gradient(middle);
+                work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
+            }
+            if (optics.grades())
+                extinction *= gradientFactor(optics, gradient);
             const Real depth = extinction * (length * ray.segmentMm);
             const Real alpha = opacityOf(depth);
             glm::vec<3, Real> colour = segmentColour(optics, front, back, depth, alpha, n);
-            if (optics.shading) {
-                const glm::vec<3, Real> middle = stridePosition(ray, i, length);
-                const glm::vec<3, Real> gradient = field.gradient(middle);
+            if (optics.shading)
                 colour = optics.hasLights ? shadeReceived(optics, colour, gradient, ray.direction, middle,
                                                           materialOf(optics, front, back), field)
                                           : shade(optics, colour, gradient, ray.direction);
-                work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
-            }
             composite(sum, colour, alpha);
             if (Real(1) - sum.a < static_cast<Real>(optics.termination))
                 break;
@@ -140,7 +144,7 @@ extern template std::vector<SurfaceHit> mirrorHits<double>(const MirrorInput&, s
 
 /// Adds what one ray sees of bricks, of the input's selection, strides and optics; for several threads at
 /// once.
-/// @param field  value(p) at a place in voxels
+/// @param field  value(p) and gradient(p) at a place in voxels
 template <typename Field>
 void seeAlong(const SegmentedRay<float>& ray, Field& field, const MirrorInput& input,
               std::span<SeenBrick> seen) {
@@ -158,7 +162,9 @@ void seeAlong(const SegmentedRay<float>& ray, Field& field, const MirrorInput& i
                 static_cast<std::uint32_t>((1 - alpha) * static_cast<float>(SeenBrick::kLightOfRay) + 0.5f);
             ++std::atomic_ref(seen[brick].rays);
         }
-        const float extinction = lookUp(*input.optics, field.value(p)).a;
+        float extinction = lookUp(*input.optics, field.value(p)).a;
+        if (extinction > 0 && input.optics->grades())
+            extinction *= gradientFactor(*input.optics, field.gradient(p));
         if (extinction > 0)
             alpha += (1 - alpha) * opacityOf(extinction * (length * ray.segmentMm));
     }

@@ -105,17 +105,20 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
             work.samples += ends ? 0 : 1;
             const SegmentEnd<Real> b = endOf(optics, ends ? valueTo : field.value(middle));
             const SegmentEnd<Real> a = ends ? endOf(optics, valueFrom) : b;
-            const Real extinction = segmentExtinction(optics, a, b);
+            Real extinction = segmentExtinction(optics, a, b);
             if (!(extinction > Real(0)))
                 return;
-            const Real depth = extinction * (part * ray.segmentMm);
-            const Real alpha = opacityOf(depth);
-            Vec colour = segmentColour(optics, a, b, depth, alpha, n);
-            if (optics.shading) {
-                colour =
-                    lit(colour, field.gradient(middle), middle, [&] { return materialOf(optics, a, b); });
+            Vec gradient(0);
+            if (optics.takesGradients()) {
+                gradient = field.gradient(middle);
                 work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
             }
+            if (optics.grades())
+                extinction *= gradientFactor(optics, gradient);
+            const Real depth = extinction * (part * ray.segmentMm);
+            const Real alpha = opacityOf(depth);
+            const Vec colour = lit(segmentColour(optics, a, b, depth, alpha, n), gradient, middle,
+                                   [&] { return materialOf(optics, a, b); });
             done = over(colour, alpha);
         };
         Real from = 0, valueFrom = front; // of what of the volume is not added yet

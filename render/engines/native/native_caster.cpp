@@ -114,7 +114,7 @@ void nameSample(NativeField& field, const Context& context, const Optics& optics
     } else {
         field.value(middle);
     }
-    if (optics.shading)
+    if (optics.takesGradients())
         field.gradient(middle);
 }
 
@@ -316,6 +316,13 @@ native::PacketScene NativeCaster::packetScene() const {
     for (leaf::MaterialNumbers m : optics.materials) {
         m.from = tessera::placeOf(optics, m.from), m.to = tessera::placeOf(optics, m.to);
         o.materials[o.materialCount++] = m;
+    }
+    const leaf::GradientNumbers<double>& byGradient = optics.gradientOpacity;
+    o.gradientOpacity.count = byGradient.count;
+    for (int i = 0; i < byGradient.count; ++i) {
+        o.gradientOpacity.length[i] = static_cast<float>(byGradient.length[i]);
+        o.gradientOpacity.factor[i] = static_cast<float>(byGradient.factor[i]);
+        o.gradientOpacity.slope[i] = static_cast<float>(byGradient.slope[i]);
     }
     for (int column = 0; column < 3; ++column)
         for (int row = 0; row < 3; ++row) {

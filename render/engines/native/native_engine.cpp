@@ -37,7 +37,7 @@ class NativeCounter : public VisibilityCounter {
                                 : std::min(size.y, row_ + kRowsAtATime);
             parallelFor(static_cast<std::size_t>(end - row_), engine_.threads(), [&](std::size_t row) {
                 NativeField field(plane, scene_.volume.mixed() ? &scene_.volume.levels : nullptr,
-                                  scene_.volume.selection.finest(), Gradient::central);
+                                  scene_.volume.selection.finest(), scene_.volume.optics.gradient);
                 for (int x = 0; x < size.x; ++x)
                     seeAlong(segmentedRay(frame,
                                           glm::vec2(static_cast<float>(x) + 0.5f,

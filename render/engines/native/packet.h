@@ -3,6 +3,7 @@
 // may bring functions which a linker could share with the rest of the program.
 #pragma once
 
+#include "render/contract/gradient_numbers.h"
 #include "render/contract/light_numbers.h"
 
 #include <cstddef>
@@ -79,6 +80,7 @@ struct PacketOptics {
     leaf::LightingNumbers lighting;
     std::int32_t materialCount = 0;
     leaf::MaterialNumbers materials[leaf::kMostMaterials]; // from and to as places in the table
+    leaf::GradientNumbers<float> gradientOpacity;
 };
 
 struct PacketEmptySpace {

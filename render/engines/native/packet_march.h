@@ -92,8 +92,8 @@ TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m) {
     return valueAt<K>(s.field, here, p, x, inside, m);
 }
 
-/// What lights what is shown.
-enum class Light { none, head, lights };
+/// What lights what is shown; graded: opacity by gradient, and any of the others.
+enum class Light { none, head, lights, graded };
 
 /// Shares of light that reach p, of lanes whose gradient there has been taken: no brick is lacking.
 template <bool Mixed>
@@ -244,7 +244,7 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
             waiting = waiting | lacks;
             active = active & ~lacks;
             extinction = extinctionBetween(o, front, back, m);
-            if constexpr (By == Light::lights)
+            if constexpr (By == Light::lights || By == Light::graded)
                 place = F(0.5f) * (front.place + back.place);
         } else {
             const M wanted = m;
@@ -253,11 +253,27 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
             waiting = waiting | lacks;
             active = active & ~lacks;
             at = entriesOf(o, value);
-            if constexpr (By == Light::lights)
+            if constexpr (By == Light::lights || By == Light::graded)
                 place = placeOf(o, value);
             extinction = entry(o.extinction, at, m);
         }
         M adds = m & (extinction > F(0.0f));
+        F3 gradient;
+        const auto takeGradients = [&] {
+            const M wanted = adds;
+            gradient = gradientAt<K>(f, s.help, here, o.gradient, middle, adds);
+            const M lacks = wanted & ~adds;
+            waiting = waiting | lacks;
+            active = active & ~lacks;
+            m = m & ~lacks;
+            gradients += static_cast<unsigned>(count(adds));
+        };
+        if constexpr (By == Light::graded)
+            if (any(adds)) {
+                takeGradients();
+                extinction = extinction * gradientFactor(o, gradient);
+                adds = adds & (extinction > F(0.0f));
+            }
         if (any(adds)) {
             const F depth = extinction * (length * segmentMm);
             const F opacity = opacityOf(depth, adds);
@@ -266,24 +282,21 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
                 colour = colourBetween(o, front, back, depth, opacity, k, adds);
             else
                 colour = colourAt(o, at, adds);
-            if constexpr (By != Light::none) {
-                const M wanted = adds;
-                const F3 gradient = gradientAt<K>(f, s.help, here, o.gradient, middle, adds);
-                const M lacks = wanted & ~adds;
-                waiting = waiting | lacks;
-                active = active & ~lacks;
-                m = m & ~lacks;
-                gradients += static_cast<unsigned>(count(adds));
-                if constexpr (By == Light::lights) {
-                    if (o.lighting.channels == 0)
-                        colour =
-                            shadedByLights(o, colour, gradient, direction, middle, place, leaf::AllLight());
-                    else
-                        colour = shadedByLights(o, colour, gradient, direction, middle, place,
-                                                lightAt<Mixed>(s, here, middle, adds));
-                } else
-                    colour = shaded(o, colour, gradient, direction);
-            }
+            if constexpr (By == Light::head || By == Light::lights)
+                takeGradients();
+            const auto litByLights = [&] {
+                return o.lighting.channels == 0
+                           ? shadedByLights(o, colour, gradient, direction, middle, place, leaf::AllLight())
+                           : shadedByLights(o, colour, gradient, direction, middle, place,
+                                            lightAt<Mixed>(s, here, middle, adds));
+            };
+            if constexpr (By == Light::lights)
+                colour = litByLights();
+            else if constexpr (By == Light::head)
+                colour = shaded(o, colour, gradient, direction);
+            else if constexpr (By == Light::graded)
+                if (o.lit)
+                    colour = o.hasLights ? litByLights() : shaded(o, colour, gradient, direction);
             const F after = alpha + (F(1.0f) - alpha) * opacity;
             const F weight = after - alpha;
             sum = select(adds, sum + weight * colour, sum);
@@ -353,6 +366,8 @@ inline void bareSamples(const PacketScene& s, const std::int32_t (&brick)[3], in
 
 template <SampleKind K, bool Mixed> PacketMarch chosen(const PacketScene& s) {
     const bool ends = s.optics.integrator != PacketIntegrator::midpoint;
+    if (s.optics.gradientOpacity.count > 0)
+        return ends ? march<K, Mixed, true, Light::graded> : march<K, Mixed, false, Light::graded>;
     if (s.optics.lit && s.optics.hasLights)
         return ends ? march<K, Mixed, true, Light::lights> : march<K, Mixed, false, Light::lights>;
     if (s.optics.lit)

@@ -163,6 +163,11 @@ TESSERA_LANE F3 transformed(const float* columns, F3 v) {
     return {row(0), row(1), row(2)};
 }
 
+/// Opacity by gradient: factors on extinctions. @param gradient  voxel space
+inline __attribute__((noinline)) F gradientFactor(const PacketOptics& o, const F3& gradient) {
+    return leaf::gradientOpacity<F>(o.gradientOpacity, transformed(o.toGradient, gradient), F(kMostFloat));
+}
+
 /// @param direction  patient space
 TESSERA_LANE F3 shaded(const PacketOptics& o, F3 colour, F3 gradient, F3 direction) {
     M isLit;

@@ -182,11 +182,18 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
         m = m & (extinction > F(0.0f));
         if (!any(m))
             return;
+        const bool grades = o.gradientOpacity.count > 0;
+        F3 gradient;
+        if (grades) {
+            gradient = gradientOf(middle, m);
+            extinction = extinction * gradientFactor(o, gradient);
+        }
         const F depth = extinction * (part * segmentMm);
         const F opacity = opacityOf(depth, m);
         F3 colour = ends ? colourBetween(o, a, b, depth, opacity, stride, m) : colourAt(o, at, m);
         if (o.lit) {
-            const F3 gradient = gradientOf(middle, m);
+            if (!grades)
+                gradient = gradientOf(middle, m);
             colour = lit(colour, gradient, middle, ends ? F(0.5f) * (a.place + b.place) : b.place, m);
         }
         composite(colour, opacity, m);

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <optional>
 
 namespace tessera {
 namespace {
@@ -74,10 +75,11 @@ double Obstacles::behindSurfaces(double stored) const {
     return sum;
 }
 
-LightRays::LightRays(const VolumeInfo& info, const Obstacles& obstacles, const LightSources& sources,
-                     const std::vector<bool>& emptyCells, LatticeReader& samples, int panels)
-    : info_(info), obstacles_(obstacles), sources_(sources), emptyCells_(emptyCells), samples_(samples),
-      cells_(cellGrid(info.extentVoxels)), panels_(panels),
+LightRays::LightRays(const VolumeInfo& info, const Optics& optics, const Obstacles& obstacles,
+                     const LightSources& sources, const std::vector<bool>& emptyCells, LatticeReader& samples,
+                     int panels)
+    : info_(info), optics_(optics), obstacles_(obstacles), sources_(sources), emptyCells_(emptyCells),
+      samples_(samples), cells_(cellGrid(info.extentVoxels)), panels_(panels),
       channels_(static_cast<int>(sources.casters.size()) + sources.ambientChannels),
       rejects_(sources.hasOcclusion && sources.occlusion.method == OcclusionMethod::rejecting),
       gathersEmission_(sources.ambientChannels > 1), toPatient_(info.patientFromVoxel),
@@ -144,6 +146,7 @@ LightRays::Walk LightRays::walk(const glm::dvec3& place, const glm::dvec3& direc
     }
     t1 = std::min(t1, mm);
     walk.seen = t0;
+    const bool halves = optics_.grades() && cutsHalfwayBetweenSamples(optics_.gradient);
     forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
         if (walk.left < kDark)
             return;
@@ -154,7 +157,7 @@ LightRays::Walk LightRays::walk(const glm::dvec3& place, const glm::dvec3& direc
             walk.seen += walk.left * (tb - ta);
             return;
         }
-        forEachInterval(ray, ta, tb, 1.0, 0.5, [&](double a, double b) {
+        forEachInterval(ray, ta, tb, halves ? 0.5 : 1.0, 0.5, [&](double a, double b) {
             if (walk.left >= kDark)
                 throughCell<withSeen>(ray, a, b, walk);
         });
@@ -169,7 +172,8 @@ LightRays::Walk LightRays::walk(const glm::dvec3& place, const glm::dvec3& direc
 template <bool withSeen>
 void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk& walk) {
     const auto position = [&](double t) { return ray.base + t * ray.direction; };
-    const Cell cell(samples_, glm::ivec3(glm::floor(position(0.5 * (ta + tb)) - 0.5)));
+    const glm::ivec3 low(glm::floor(position(0.5 * (ta + tb)) - 0.5));
+    const Cell cell(samples_, low);
     const double lo = cell.lowest(), hi = cell.highest(), length = tb - ta;
     if (obstacles_.emptyOver(lo, hi)) {
         walk.seen += walk.left * length;
@@ -191,28 +195,40 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
             for (std::size_t i = 0; i + 1 < count; ++i)
                 if ((cubic(ends[i]) < *k) != (cubic(ends[i + 1]) < *k))
                     cuts_.push_back(crossing(cubic, *k, ends[i], ends[i + 1]));
-        std::sort(cuts_.begin(), cuts_.end());
     }
+    std::optional<GradientAlongRay> gradient;
+    if (optics_.grades()) {
+        gradient.emplace(optics_, gradientsInCell(samples_, low, optics_, position, ta, tb));
+        gradient->forEachCorner([&](double u) { cuts_.push_back(u); });
+        constexpr int kParts = 8; // in which the factor rises or falls, or as good as does
+        for (int n = 1; rejects && n < kParts; ++n)
+            cuts_.push_back(static_cast<double>(n) / kParts);
+    }
+    std::sort(cuts_.begin(), cuts_.end());
     cuts_.push_back(1);
+    const CellOnWay onWay{cubic, length, gradient ? &*gradient : nullptr};
     for (std::size_t i = 0; i + 1 < cuts_.size() && walk.left >= kDark; ++i) {
         const double from = cuts_[i], to = cuts_[i + 1];
         if (!(to > from))
             continue;
         const double inside = cubic(0.5 * (from + to)), behind = obstacles_.behindSurfaces(inside);
         const FunctionPiece function = obstacles_.pieceAround(inside);
-        const auto extinctionAt = [&](double u) { return function.extinctionAt(function.value(cubic(u))); };
+        const auto extinctionAt = [&](double u) {
+            return function.extinctionAt(function.value(cubic(u))) * onWay.factor(u);
+        };
+        const bool isEven = function.hasOneExtinction() && !gradient;
         const bool isNothing = function.isTransparent() && behind == 0;
         const double seenBefore = walk.seen;
-        if (isNothing || (rejects && !function.hasOneExtinction() && extinctionAt(to) < extinctionAt(from))) {
+        if (isNothing || (rejects && !isEven && extinctionAt(to) < extinctionAt(from))) {
             walk.seen += walk.left * length * (to - from);
-        } else if (function.hasOneExtinction()) {
+        } else if (isEven) {
             const double depth = (function.extinction() + behind) * length * (to - from);
             walk.seen += walk.left * length * (to - from) * meanLeft(depth);
             walk.left *= std::exp(-depth);
         } else {
             for (int n = 0; n < panels_; ++n)
-                throughPiece<withSeen>(cubic, function, behind, from + (to - from) * n / panels_,
-                                       from + (to - from) * (n + 1) / panels_, length, walk, 0);
+                throughPiece<withSeen>(onWay, function, behind, from + (to - from) * n / panels_,
+                                       from + (to - from) * (n + 1) / panels_, walk, 0);
         }
         if (gathersEmission_ && !isNothing)
             walk.sent += (walk.seen - seenBefore) * obstacles_.emission(inside);
@@ -220,25 +236,26 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
 }
 
 template <bool withSeen>
-void LightRays::throughPiece(const Cubic& cubic, const FunctionPiece& function, double behind, double u0,
-                             double u1, double length, Walk& walk, int halvings) {
+void LightRays::throughPiece(const CellOnWay& cell, const FunctionPiece& function, double behind, double u0,
+                             double u1, Walk& walk, int halvings) {
     constexpr double kMostDepth = 0.5;
+    constexpr double kMostGraded = 0.25; // of a cell: lengths of gradients are no polynomials
     constexpr int kMostHalvings = 12;
     const Rule& rule = gauss4();
-    const double mm = (u1 - u0) * length;
+    const double mm = (u1 - u0) * cell.length;
     std::array<double, Rule::kPoints> extinction{};
     double depth = 0;
     for (std::size_t i = 0; i < Rule::kPoints; ++i) {
-        const double stored = cubic(u0 + (u1 - u0) * rule.node[i]);
-        extinction[i] = function.extinctionAt(function.value(stored)) + behind;
+        const double u = u0 + (u1 - u0) * rule.node[i];
+        extinction[i] = function.extinctionAt(function.value(cell.cubic(u))) * cell.factor(u) + behind;
         depth += rule.weight[i] * extinction[i];
     }
     depth *= mm;
-    if (depth > kMostDepth && halvings < kMostHalvings) {
+    if ((depth > kMostDepth || (cell.gradient && u1 - u0 > kMostGraded)) && halvings < kMostHalvings) {
         const double middle = 0.5 * (u0 + u1);
-        throughPiece<withSeen>(cubic, function, behind, u0, middle, length, walk, halvings + 1);
+        throughPiece<withSeen>(cell, function, behind, u0, middle, walk, halvings + 1);
         if (walk.left >= kDark)
-            throughPiece<withSeen>(cubic, function, behind, middle, u1, length, walk, halvings + 1);
+            throughPiece<withSeen>(cell, function, behind, middle, u1, walk, halvings + 1);
         return;
     }
     if constexpr (withSeen) {

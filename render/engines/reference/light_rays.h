@@ -6,6 +6,7 @@
 
 #include "render/contract/lattice.h"
 #include "render/contract/optics.h"
+#include "render/engines/reference/cell_gradients.h"
 #include "render/engines/reference/cells_on_ray.h"
 #include "render/engines/reference/cubic.h"
 #include "render/engines/reference/light_sources.h"
@@ -53,8 +54,9 @@ class LightRays {
   public:
     /// @param emptyCells  of 8^3 voxels, nothing in the light's way: passed in one stride; may be empty
     /// @param panels  that a smooth piece of a ray starts with
-    LightRays(const VolumeInfo& info, const Obstacles& obstacles, const LightSources& sources,
-              const std::vector<bool>& emptyCells, LatticeReader& samples, int panels);
+    LightRays(const VolumeInfo& info, const Optics& optics, const Obstacles& obstacles,
+              const LightSources& sources, const std::vector<bool>& emptyCells, LatticeReader& samples,
+              int panels);
 
     /// @param place  voxels
     LightShares at(const glm::dvec3& place);
@@ -78,13 +80,21 @@ class LightRays {
         double seen = 0;    // its integral over the ray, mm
         glm::dvec3 sent{0}; // the same, of light that tissue sends
     };
+    /// What a ray goes through between two planes of sample centres.
+    struct CellOnWay {
+        Cubic cubic;                      // stored value
+        double length;                    // mm
+        const GradientAlongRay* gradient; // none: opacities take none
+        double factor(double u) const { return gradient ? gradient->factor(u) : 1; }
+    };
     template <bool withSeen> Walk walk(const glm::dvec3& place, const glm::dvec3& direction, double mm);
     template <bool withSeen> void throughCell(const ReferenceRay& ray, double ta, double tb, Walk& walk);
     template <bool withSeen>
-    void throughPiece(const Cubic& cubic, const FunctionPiece& function, double behind, double u0, double u1,
-                      double length, Walk& walk, int halvings);
+    void throughPiece(const CellOnWay& cell, const FunctionPiece& function, double behind, double u0,
+                      double u1, Walk& walk, int halvings);
 
     const VolumeInfo& info_;
+    const Optics& optics_;
     const Obstacles& obstacles_;
     const LightSources& sources_;
     const std::vector<bool>& emptyCells_;

@@ -4,6 +4,7 @@
 
 #include "render/contract/leaves.h"
 #include "render/contract/optics.h"
+#include "render/engines/reference/cell_gradients.h"
 #include "render/engines/reference/cubic.h"
 #include "render/engines/reference/light_between.h"
 #include "render/engines/reference/pair.h"
@@ -23,7 +24,7 @@ namespace tessera {
 /// there, component by component; taken as one, it costs a few multiplications at a place, not the many
 /// values that it is the difference of, and is free of the noise of their differences, which would have
 /// panels halved without end.
-class LightAlongRay {
+class LightAlongRay : public GradientAlongRay {
   public:
     /// Patient space. @param gradients  at 0, 1/3, 2/3 and 1
     /// @param from, to  places of 0 and 1, voxels
@@ -31,9 +32,8 @@ class LightAlongRay {
     LightAlongRay(const Optics& optics, const glm::dvec3& direction,
                   const std::array<glm::dvec3, 4>& gradients, const glm::dvec3& from, const glm::dvec3& to,
                   const LightBetween* received)
-        : optics_(optics), received_(received), toPatient_(optics.patientFromVoxel), direction_(direction),
-          from_(from), path_(to - from), x_(along(gradients, {1, 0, 0})), y_(along(gradients, {0, 1, 0})),
-          z_(along(gradients, {0, 0, 1})), facing_(along(gradients, direction)) {}
+        : GradientAlongRay(optics, gradients), received_(received), toPatient_(optics.patientFromVoxel),
+          direction_(direction), from_(from), path_(to - from), facing_(along(gradients, direction)) {}
 
     /// Corners of the light, from 0 to 1: where the gradient turns away from the ray, or from a light.
     template <typename Visit> void forEachTurn(const Visit& visit) const {
@@ -49,16 +49,13 @@ class LightAlongRay {
 
     /// What becomes of colours: colour * scale + add.
     template <typename V> leaf::Lit<V> at(V u, const leaf::Material<double>& material) const {
-        struct Vector {
-            V x, y, z;
-        };
-        const Vector gradient{x_(u), y_(u), z_(u)};
-        const Vector direction{V(direction_.x), V(direction_.y), V(direction_.z)};
+        const Vector<V> gradient = this->gradient(u);
+        const Vector<V> direction{V(direction_.x), V(direction_.y), V(direction_.z)};
         if (optics_.hasLights) {
             const auto toPoint = [&](const leaf::LightNumbers& light) {
                 const glm::dvec3 first = toPatient_ * (placeOf(light) - from_), way = toPatient_ * path_;
-                return Vector{V(first.x) - u * V(way.x), V(first.y) - u * V(way.y),
-                              V(first.z) - u * V(way.z)};
+                return Vector<V>{V(first.x) - u * V(way.x), V(first.y) - u * V(way.y),
+                                 V(first.z) - u * V(way.z)};
             };
             const leaf::Material<V> answer{V(material.ambient), V(material.diffuse), V(material.specular),
                                            material.power};
@@ -127,15 +124,10 @@ class LightAlongRay {
             visit(b);
         }
     }
-    static Cubic along(const std::array<glm::dvec3, 4>& gradients, const glm::dvec3& d) {
-        return {glm::dot(gradients[0], d), glm::dot(gradients[1], d), glm::dot(gradients[2], d),
-                glm::dot(gradients[3], d)};
-    }
-    const Optics& optics_;
     const LightBetween* received_;
     glm::dmat3 toPatient_;
     glm::dvec3 direction_, from_, path_;
-    Cubic x_, y_, z_, facing_;
+    Cubic facing_;
 };
 
 /// What the integrator asks of a piece of a ray between two cuts: two nodes side by side.
@@ -145,14 +137,15 @@ struct PieceOfRay {
     const LightAlongRay* light; // none: colours stay as they are
     double length;              // mm from 0 to 1
     leaf::Material<double> material;
+    const GradientAlongRay* gradient = nullptr; // of opacity by gradient; none: there is none
 
     void operator()(const ReferenceIntegrator::Places& u, RadiantNodes& at) const {
         for (std::size_t i = 0; i < u.size(); i += 2) {
             const Pair place(u[i], u[i + 1]), value = function.value(cubic(place));
-            set(at.extinction, i,
-                function.hasOneExtinction()
-                    ? Pair(function.extinction())
-                    : Pair(function.extinctionAt(value.first()), function.extinctionAt(value.second())));
+            const Pair extinction = function.hasOneExtinction() ? Pair(function.extinction())
+                                                                : Pair(function.extinctionAt(value.first()),
+                                                                       function.extinctionAt(value.second()));
+            set(at.extinction, i, gradient ? extinction * gradient->factor(place) : extinction);
             Pair red = function.colourAt(value, 0), green = function.colourAt(value, 1),
                  blue = function.colourAt(value, 2);
             if (light) {

@@ -12,6 +12,7 @@
 #include "render/contract/optics.h"
 #include "render/contract/ray.h"
 #include "render/contract/sampler.h"
+#include "render/engines/reference/cell_gradients.h"
 #include "render/engines/reference/cells_on_ray.h"
 #include "render/engines/reference/cubic.h"
 #include "render/engines/reference/light_rays.h"
@@ -29,29 +30,6 @@
 
 namespace tessera {
 namespace {
-
-/// The 4x4x4 samples around a cell: all that gradients in it can reach.
-class Neighbourhood {
-  public:
-    Neighbourhood(LatticeReader& reader, const glm::ivec3& low) : extent_(reader.extent()), first_(low - 1) {
-        reader.cube<4>(first_, values_.data());
-    }
-    const glm::ivec3& extent() const { return extent_; }
-    double at(const glm::ivec3& i) const {
-        const glm::ivec3 local = glm::clamp(i - first_, glm::ivec3(0), glm::ivec3(3));
-        return values_[static_cast<std::size_t>((local.z * 4 + local.y) * 4 + local.x)];
-    }
-
-  private:
-    glm::ivec3 extent_, first_;
-    std::array<double, 64> values_;
-};
-
-/// Planes of sample centres bound the cells of the field. Differences over half a pitch take values half a
-/// voxel off, which change their cells at the planes between; all others change theirs where the field does.
-bool cutsHalfwayBetweenSamples(Gradient gradient) {
-    return gradient == Gradient::forward || gradient == Gradient::centralHalf;
-}
 
 /// What rays of light are made of, for all threads.
 struct Lit {
@@ -78,10 +56,10 @@ class RayIntegral {
                 LatticeReader& samples, const std::vector<bool>& emptyCells, const Lit* lit)
         : input_(input), info_(*input.info), function_(function), optics_(optics), samples_(samples),
           emptyCells_(emptyCells), cells_(cellGrid(info_.extentVoxels)), panels_(input.panels),
-          toGradient_(optics.voxelFromPatientTransposed), toPatient_(optics.patientFromVoxel),
-          lightTolerance_(input.lightTolerance) {
+          toPatient_(optics.patientFromVoxel), lightTolerance_(input.lightTolerance) {
         if (lit)
-            lightRays_.emplace(info_, lit->obstacles, lit->sources, lit->emptyCells, samples_, panels_);
+            lightRays_.emplace(info_, optics, lit->obstacles, lit->sources, lit->emptyCells, samples_,
+                               panels_);
     }
 
     glm::dvec4 operator()(const ReferenceRay& ray) {
@@ -97,7 +75,7 @@ class RayIntegral {
         ReferenceIntegrator integral;
         lastLit_ = std::numeric_limits<double>::quiet_NaN();
         wayMm_ = t1 - t0;
-        const bool halves = optics_.shading && cutsHalfwayBetweenSamples(optics_.gradient);
+        const bool halves = optics_.takesGradients() && cutsHalfwayBetweenSamples(optics_.gradient);
         for (const RayCuts::Part& part : parts_)
             addPart(ray, part.from, part.to, halves, integral);
         return glm::dvec4(integral.colour(), integral.alpha());
@@ -195,15 +173,15 @@ class RayIntegral {
                     cuts.push_back(crossing(cubic, *k, ends[i], ends[i + 1]));
         findSurfaces(cubic, std::span(ends).first(count), first, last);
         std::sort(cuts.begin(), cuts.end());
-        if (!optics_.shading)
+        if (!optics_.takesGradients())
             return addPieces(cubic, length, nullptr, integral);
-        const Neighbourhood around(samples_, low);
-        const auto gradient = [&](double t) { return toGradient_ * cellGradient(around, low, position(t)); };
-        const LightAlongRay light(
-            optics_, toPatient_ * ray.direction,
-            {gradient(ta), gradient(ta + length / 3), gradient(ta + 2 * length / 3), gradient(tb)},
-            position(ta), position(tb), lightRays_ ? &received_ : nullptr);
-        light.forEachTurn([&](double u) { cuts.push_back(u); });
+        const LightAlongRay light(optics_, toPatient_ * ray.direction,
+                                  gradientsInCell(samples_, low, optics_, position, ta, tb), position(ta),
+                                  position(tb), lightRays_ ? &received_ : nullptr);
+        if (optics_.shading)
+            light.forEachTurn([&](double u) { cuts.push_back(u); });
+        if (optics_.grades())
+            light.forEachCorner([&](double u) { cuts.push_back(u); });
         std::sort(cuts.begin(), cuts.end());
         if (lightRays_) {
             receive(ray, ta, tb, cubic, function_.mostExtinction(lo, hi), integral);
@@ -252,9 +230,10 @@ class RayIntegral {
     }
 
     /// What lies between the cuts, and the surfaces that are met at some of them.
-    /// @param light  none: colours stay as they are
-    void addPieces(const Cubic& cubic, double length, const LightAlongRay* light,
+    /// @param gradient  none: neither colours nor opacities need it
+    void addPieces(const Cubic& cubic, double length, const LightAlongRay* gradient,
                    ReferenceIntegrator& integral) {
+        const LightAlongRay* const light = optics_.shading ? gradient : nullptr;
         auto met = met_.begin();
         for (std::size_t i = 0; i < cuts_.size(); ++i) {
             for (; met != met_.end() && met->at <= cuts_[i]; ++met) {
@@ -271,7 +250,12 @@ class RayIntegral {
             const FunctionPiece function = function_.pieceAround(inside);
             if (function.isTransparent())
                 continue;
-            const PieceOfRay piece{cubic, function, light, length, function_.materialAt(inside, optics_)};
+            const PieceOfRay piece{cubic,
+                                   function,
+                                   light,
+                                   length,
+                                   function_.materialAt(inside, optics_),
+                                   optics_.grades() ? gradient : nullptr};
             for (int k = 0; k < panels_; ++k) {
                 const auto at = [&](int panel) {
                     return from + (to - from) * (static_cast<double>(panel) / panels_);
@@ -300,14 +284,6 @@ class RayIntegral {
         }
     }
 
-    /// The gradient that the scene shades by, at a place in a given cell. The analytic one jumps between
-    /// cells, so there the cell decides, not the rounding of the place.
-    glm::dvec3 cellGradient(const Neighbourhood& block, const glm::ivec3& low, const glm::dvec3& p) const {
-        if (optics_.gradient != Gradient::analytic)
-            return fieldGradient(block, p, 1.0, optics_.gradient);
-        return trilinearSlope(block, low, low + 1, p - 0.5 - glm::dvec3(low)).slope;
-    }
-
     const ReferenceInput& input_;
     const VolumeInfo& info_;
     const StoredFunction& function_;
@@ -316,8 +292,8 @@ class RayIntegral {
     const std::vector<bool>& emptyCells_;
     glm::ivec3 cells_;
     int panels_;
-    glm::dmat3 toGradient_, toPatient_; // of gradients and of directions
-    std::vector<RayCuts::Part> parts_;  // of the ray that are drawn
+    glm::dmat3 toPatient_;             // of directions
+    std::vector<RayCuts::Part> parts_; // of the ray that are drawn
     std::vector<double> cuts_;
     struct Met {
         double at; // of the interval, 0 to 1
@@ -383,7 +359,9 @@ std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& 
 }
 
 Optics shadingOf(const ReferenceInput& input) {
-    Optics optics = makeOptics(TransferTable{}, *input.info, input.shading, 0);
+    TransferTable table;
+    table.gradientOpacity = input.function->gradientOpacity();
+    Optics optics = makeOptics(table, *input.info, input.shading, 0);
     setLighting(optics, input.shading, input.lighting, input.function->materials(), input.camera,
                 *input.info);
     return optics;

@@ -195,12 +195,25 @@ class SimpsonRay {
         const double inset = 1e-9 * (b - a); // a step is read from the side that the piece is on
         const auto at = [&](double place) {
             const double t = std::clamp(place, a + inset, b - inset), v = value(ray, t);
-            const double tau = extinction(v);
+            const double tau = extinction(v) * factor(ray, t);
             const glm::dvec3 colour = function_.colour(physical(v));
             return Point{tau, tau > 0 ? lit(ray, t, colour, v) : colour};
         };
         const Point pa = at(a), pm = at(0.5 * (a + b)), pb = at(b);
         halve(at, a, b, pa, pm, pb, simpson(b - a, pa, pm, pb), 0);
+    }
+
+    /// Opacity by gradient, by the scene's own points.
+    double factor(const ReferenceRay& ray, double t) const {
+        if (function_.gradientOpacity().isOne())
+            return 1;
+        const glm::dvec3 stored =
+            fieldGradient(samples_, ray.base + t * ray.direction, 1.0, optics_.gradient);
+        const glm::dmat3 toPatient = glm::transpose(glm::inverse(glm::dmat3(info_.patientFromVoxel)));
+        const glm::dvec3 spacing = info_.spacingMm();
+        return function_.gradientOpacity()
+            .perMm((spacing.x + spacing.y + spacing.z) / 3)
+            .factor(glm::length(info_.rescaleSlope * (toPatient * stored)));
     }
 
     glm::dvec3 lit(const ReferenceRay& ray, double t, const glm::dvec3& colour, double stored) const {

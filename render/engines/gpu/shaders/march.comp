@@ -7,6 +7,7 @@ layout(local_size_x = 64) in; // 8 x 8 pixels
 #include "common_ray.glsl"
 #include "sampler_field.glsl"
 #include "march_optics.glsl"
+#include "march_gradient_opacity.glsl"
 #include "march_segment.glsl"
 #include "march_lights.glsl"
 #include "sampler_light.glsl"
@@ -177,14 +178,21 @@ void main() {
         const bool waits = false;
 #endif
         if (!(extinction > 0.0) && !waits) break;
+#if FEATURE_SHADING || FEATURE_GRADIENT_OPACITY
+        vec3 middle = stridePosition(ray, i, length);
+        vec3 gradient = fieldGradient(middle);
+#endif
+#if FEATURE_GRADIENT_OPACITY
+        precise float graded = extinction * gradientOpacity(gradient);
+        extinction = graded;
+#endif
         precise float depth = extinction * (length * ray.segmentMm);
         precise float alpha = opacityOf(depth);
         vec3 colour = segmentColour(front, back, depth, alpha, n);
 #if FEATURE_LIGHTS
-        vec3 middle = stridePosition(ray, i, length);
-        colour = shadeByLights(colour, fieldGradient(middle), ray.direction, middle, materialPlace(front, back), receivedLight(middle));
+        colour = shadeByLights(colour, gradient, ray.direction, middle, materialPlace(front, back), receivedLight(middle));
 #elif FEATURE_SHADING
-        colour = shade(colour, fieldGradient(stridePosition(ray, i, length)), ray.direction);
+        colour = shade(colour, gradient, ray.direction);
 #endif
 #if FEATURE_PASSES
         if (gNaming) {
@@ -231,7 +239,7 @@ void main() {
 #if FEATURE_SURFACES
     atomicAdd(uSamples, surfaceSamples);
 #else
-    atomicAdd(uSamples, segments + fronts + kGradientValues * uint(FEATURE_SHADING) * shown);
+    atomicAdd(uSamples, segments + fronts + kGradientValues * uint(FEATURE_SHADING | FEATURE_GRADIENT_OPACITY) * shown);
 #endif
     atomicAdd(uFetches, gFetches);
 #if FEATURE_MIXED

@@ -1,6 +1,6 @@
 // march_optics.glsl: what a value looks like and what a segment adds; twin of render/contract/optics.h. Powers and
 // exponentials are written out in additions and multiplications, because drivers' own differ by many ulp.
-// Needs FEATURE_SHADING, FEATURE_HITS, common_ray.glsl. Gives tablePlace(stored), extinctionAt(place), colourAt(place),
+// Needs FEATURE_SHADING, FEATURE_HITS, FEATURE_GRADIENT_OPACITY, common_ray.glsl. Gives tablePlace(stored), extinctionAt(place), colourAt(place),
 // opacityOf(depth), shade(...).
 
 // Buffer textures, for llvmpipe reads storage buffers lane by lane; twin of render/engines/gpu/function_tables.cpp.
@@ -49,7 +49,7 @@ float opacityOf(float depth) {
     return alpha;
 }
 
-#if FEATURE_SHADING || FEATURE_HITS
+#if FEATURE_SHADING || FEATURE_HITS || FEATURE_GRADIENT_OPACITY
 uniform mat3 uVoxelFromPatientTransposed; // linear part: patient gradient = this * voxel gradient
 #endif
 #if FEATURE_SHADING

@@ -222,14 +222,18 @@ while (solving || (i < ray.count && left > 0 && GOES_ON)) {
         if (isVolume) p = middle;
         vec3 colour = uSurfaceColours[max(met, 0)];
         float alpha = uSurfaceOpacities[max(met, 0)];
+#if FEATURE_SHADING || FEATURE_HITS || FEATURE_GRADIENT_OPACITY
+        vec3 gradient = fieldGradient(p);
+#endif
         if (isVolume) {
+#if FEATURE_GRADIENT_OPACITY
+            precise float graded = extinction * gradientOpacity(gradient);
+            extinction = graded;
+#endif
             precise float depth = extinction * ((at - from) * ray.segmentMm);
             alpha = opacityOf(depth);
             colour = segmentColour(partFront, partBack, depth, alpha, n);
         }
-#if FEATURE_SHADING || FEATURE_HITS
-        vec3 gradient = fieldGradient(p);
-#endif
 #if FEATURE_HITS
         bool isHit = !isVolume && !hasHit;
 #if FEATURE_PASSES
@@ -250,6 +254,8 @@ while (solving || (i < ray.count && left > 0 && GOES_ON)) {
 #endif
 #if FEATURE_SHADING
         samples += kGradientValues;
+#elif FEATURE_GRADIENT_OPACITY
+        samples += isVolume ? kGradientValues : 0u;
 #endif
         composite(sum, colour, alpha);
         precise float through = 1.0 - sum.a;
