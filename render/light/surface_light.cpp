@@ -25,6 +25,7 @@ constexpr double kGoldenAngle = 2.399963229728653;
 constexpr int kWindow = 3;           // pixels to a side that share what they found
 constexpr float kReachParts = 4;     // they lie within one such part of the radius,
 constexpr float kLevelParts = 4;     // and within such a part of that of each other's tangent planes
+constexpr float kApart = 0.8f;       // what one direction can err by, and be taken for the same
 constexpr float kEnough = 1.0f / 64; // weight, in places like itself, that a sample needs of its neighbours
 
 /// Mixes all bits (the finaliser of SplitMix64).
@@ -200,29 +201,42 @@ void SurfaceLight::look(std::vector<SurfaceHit> middles, const SurfaceTracer& tr
     report_.seconds += secondsSince(start);
 }
 
-/// The mean of what the middles around a place found, each by how near it is and how alike it faces; below 0
-/// where there are none to speak of.
+/// The mean of what the middles around a place found, each by how near it is, how alike it faces, and how
+/// alike it is to what the pixel's own middle found, as far as directions err; below 0 where there are none
+/// to speak of.
 float SurfaceLight::shared(const SurfaceHit& hit, const glm::ivec2& pixel) const {
     const float reach = static_cast<float>(occlusion_.radiusMm) / kReachParts, level = reach / kLevelParts;
+    const float apart = kApart / std::pow(static_cast<float>(occlusion_.rays), 0.75f);
     const glm::mat3 toPatient(toPatient_);
+    const auto weightOf = [&](const SurfaceHit& other) {
+        if (other.surface != hit.surface)
+            return 0.0f;
+        const glm::vec3 away = toPatient * (other.position - hit.position);
+        const float above = glm::dot(hit.normal, away), facing = glm::dot(hit.normal, other.normal);
+        const float near = 1 - glm::dot(away, away) / (reach * reach);
+        const float flat = 1 - above * above / (level * level);
+        if (!(near > 0 && flat > 0 && facing > 0))
+            return 0.0f;
+        const float squared = facing * facing, fourth = squared * squared;
+        return near * near * flat * flat * fourth * fourth;
+    };
+    const auto at = [&](int x, int y) {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(size_.x) + static_cast<std::size_t>(x);
+    };
+    const std::size_t own = at(pixel.x, pixel.y);
+    const bool knows = weightOf(middles_[own]) > 0;
     float sum = 0, weights = 0;
     const glm::ivec2 low = glm::max(pixel - kWindow, glm::ivec2(0)),
                      high = glm::min(pixel + kWindow, size_ - 1);
     for (int y = low.y; y <= high.y; ++y)
         for (int x = low.x; x <= high.x; ++x) {
-            const std::size_t n =
-                static_cast<std::size_t>(y) * static_cast<std::size_t>(size_.x) + static_cast<std::size_t>(x);
-            const SurfaceHit& other = middles_[n];
-            if (other.surface != hit.surface)
-                continue;
-            const glm::vec3 away = toPatient * (other.position - hit.position);
-            const float above = glm::dot(hit.normal, away), facing = glm::dot(hit.normal, other.normal);
-            const float near = 1 - glm::dot(away, away) / (reach * reach);
-            const float flat = 1 - above * above / (level * level);
-            if (!(near > 0 && flat > 0 && facing > 0))
-                continue;
-            const float squared = facing * facing, fourth = squared * squared;
-            const float weight = near * near * flat * flat * fourth * fourth;
+            const std::size_t n = at(x, y);
+            float weight = weightOf(middles_[n]);
+            if (knows) {
+                const float off = (open_[n] - open_[own]) / apart;
+                const float alike = std::max(0.0f, 1 - off * off);
+                weight *= alike * alike;
+            }
             sum += weight * open_[n];
             weights += weight;
         }

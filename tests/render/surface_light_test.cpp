@@ -419,7 +419,7 @@ TEST(SurfaceLight, IsTheSameWhateverThreadsAndSamples) {
 TEST(SurfaceLight, TheFilterSmoothsAndKeepsEdges) {
     const auto errors = [](bool filter, double& near) {
         Scene scene = occludedScene(0, {96, 96}, {.rays = 8, .radiusMm = 12, .filter = filter});
-        std::get<Camera>(scene.camera).viewAngle = 6; // pixels are finer than what shares
+        std::get<Camera>(scene.camera).viewAngle = 2; // pixels are finer than what shares
         Scene fine = scene;
         fine.lighting.surfaceOcclusion = SurfaceOcclusion{256, 12, false};
         const Image with = rendered(scene, EngineKind::native).image,
