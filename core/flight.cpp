@@ -236,4 +236,13 @@ Camera cameraOf(const Pose& pose, const LookAround& look, const Flight& flight) 
     return camera;
 }
 
+LookAround lookTowards(const Pose& pose, const glm::dvec3& place) {
+    const glm::dvec3 way = place - pose.at, right = glm::cross(pose.direction, pose.up);
+    const double ahead = glm::dot(way, pose.direction), aside = glm::dot(way, right);
+    LookAround look;
+    look.yawDegrees = glm::degrees(std::atan2(aside, ahead));
+    look.pitchDegrees = glm::degrees(std::atan2(glm::dot(way, pose.up), std::hypot(ahead, aside)));
+    return look;
+}
+
 } // namespace tessera

@@ -53,5 +53,7 @@ class FlightCurve {
 /// The camera of a pose, turned and moved as asked, but never nearer to the wall than the flight's clearance
 /// where the lumen is wide enough for it, and on the line where it is not.
 Camera cameraOf(const Pose& pose, const LookAround& look, const Flight& flight);
+/// As cameraOf() takes it, to look from the pose's place at another, mm.
+LookAround lookTowards(const Pose& pose, const glm::dvec3& place);
 
 } // namespace tessera

@@ -94,6 +94,7 @@ int run(int argc, char** argv) {
 #endif
     addPhantomCommand(program, common, action);
     addCentrelineCommand(program, common, action);
+    addCoverageCommand(program, common, action);
     addAccuracyCommand(program, common, action);
     addBenchCommand(program, common, action);
     addPresetCommand(program, common, action);

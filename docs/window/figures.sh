@@ -17,7 +17,9 @@ window window.ppm
 light plain
 line -67 -33 -155 0 38 -200
 wait line
-fly-to 300
+cover
+wait line
+look-at-patch 2
 wait still
 wait 4500
 window endoscopy.ppm

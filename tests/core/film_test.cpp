@@ -97,6 +97,11 @@ TEST(Flight, LooksAround) {
     EXPECT_NEAR(view.y, 0.5, 1e-12);
     EXPECT_NEAR(glm::dot(view, up.viewUp), 0, 1e-12);
     EXPECT_EQ(up.viewAngle, 130);
+    for (const glm::dvec3& place : {glm::dvec3(4, 3, 5), glm::dvec3(-3, -9, 2), glm::dvec3(1, 2, 9)}) {
+        const Camera at = cameraOf(pose, lookTowards(pose, place), flight);
+        EXPECT_LT(glm::length(glm::normalize(at.focalPoint - at.position) - glm::normalize(place - pose.at)),
+                  1e-12);
+    }
 }
 
 TEST(Flight, BackwardsAndInPart) {

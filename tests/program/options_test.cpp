@@ -43,6 +43,18 @@ const std::vector<Command>& commands() {
           {"--ram", none},
           {"--series", none},
           {"--phase", none}}},
+        {"coverage",
+         "s.zarr --path path.json",
+         {{"--path", none},
+          {"--size", none},
+          {"--view-angle", none},
+          {"--every", none},
+          {"--farthest", none},
+          {"--smallest", {"0"}},
+          {"--output", none}, // none of these ends in .json
+          {"--ram", none},
+          {"--series", none},
+          {"--phase", none}}},
         {"render",
          "s.zarr --engine mirror --size 8x8 -o out.png",
          {{"--output", none}, // none of these ends in .png
@@ -135,7 +147,8 @@ TEST_F(Program, ValuesThatMeanNothingAreRefusedByEveryOption) {
                     words = std::regex_replace(words, std::regex("--engine mirror"), "");
                 const bool needsOut = command.name != "render" && command.name != "import" &&
                                       command.name != "info" && command.name != "view" &&
-                                      command.name != "centreline" && option != "--output";
+                                      command.name != "centreline" && command.name != "coverage" &&
+                                      option != "--output";
                 const std::string line =
                     command.name + " " + words + " " + option + "=" + (value == "''" ? "" : value) +
                     (needsOut ? " -o made" + std::string(command.name == "phantom" ? ".zarr" : "") : "");

@@ -21,6 +21,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 #include <sstream>
@@ -372,6 +373,12 @@ TEST_F(WindowTest, AFlightIsTheFilmOfItsPath) {
                                         "fly-to 40\n"
                                         "wait still\n"
                                         "picture flown.png\n"
+                                        "cover\n"
+                                        "wait line\n"
+                                        "look-at-patch 1\n"
+                                        "wait still\n"
+                                        "picture patch.png\n"
+                                        "scene patch.json\n"
                                         "quit\n";
     start(TESSERA_TORSO, "s.txt");
     ASSERT_EQ(window_->exitCode(100s), 0) << readAll(folder_ / "window.txt");
@@ -388,6 +395,17 @@ TEST_F(WindowTest, AFlightIsTheFilmOfItsPath) {
     EXPECT_FALSE(isBlank(flown));
     ASSERT_EQ(frame.size, flown.size);
     EXPECT_EQ(frame.pixels, flown.pixels);
+
+    // The largest patch that the flight does not see is in the middle of the picture that looks for it.
+    Process coverage({TESSERA_PROGRAM, "coverage", TESSERA_TORSO, "--path", "path.json", "--size",
+                      std::to_string(flown.size.x) + "x" + std::to_string(flown.size.y), "-o", "unseen.json"},
+                     folder_.path(), folder_ / "coverage.txt");
+    ASSERT_EQ(coverage.exitCode(60s), 0) << readAll(folder_ / "coverage.txt");
+    const auto patch = nlohmann::json::parse(readAll(folder_ / "unseen.json"))["patches"][0]["middle"];
+    const Camera camera = std::get<Camera>(loadScene(folder_ / "patch.json").camera);
+    const glm::dvec3 way = glm::dvec3(patch[0], patch[1], patch[2]) - camera.position;
+    EXPECT_GT(glm::dot(glm::normalize(way), glm::normalize(camera.focalPoint - camera.position)), 0.99);
+    EXPECT_FALSE(isBlank(readImage(folder_ / "patch.png")));
 }
 
 TEST_F(WindowTest, AtRestItTakesNoProcessor) {

@@ -3,6 +3,7 @@
 // said, and nothing is lost.
 #include "bricking/import/importer.h"
 #include "bricking/lumen/centreline.h"
+#include "bricking/lumen/wall_coverage.h"
 #include "bricking/store/store_reader.h"
 #include "core/preset.h"
 #include "core/scratch_folder.h"
@@ -354,6 +355,24 @@ TEST(ViewSession, FindsLines) {
     Progress progress(Verbosity::quiet, false);
     EXPECT_EQ(found.path->lines, findCentrelines(store, request, ram, progress).lines);
     EXPECT_EQ(found.path->volume->contentHash, store.contentHash());
+
+    LineWish along;
+    along.seenAlong = found.path;
+    along.aspect = 2;
+    along.bothWays = true;
+    ASSERT_TRUE(comes(looker.viewing->findLine(along)));
+    CoverageRequest coverage;
+    coverage.lines = found.path->lines;
+    coverage.flight = *found.path->flight;
+    coverage.lumen = *found.path->lumen;
+    coverage.cameras = flightCameras(*found.path, 1, true);
+    coverage.aspect = 2;
+    const WallCoverage measured = measureWallCoverage(store, coverage, ram, progress);
+    ASSERT_TRUE(looker.viewing->line().coverage) << looker.viewing->line().problem;
+    EXPECT_EQ(looker.viewing->line().coverage->seenMm2, measured.seenMm2);
+    EXPECT_EQ(looker.viewing->line().coverage->patches.size(), measured.patches.size());
+    EXPECT_GT(measured.share(), 0.5);
+    EXPECT_THAT(looker.viewing->line().about, HasSubstr("cm2 of wall"));
 
     wish.places[0] = {0, 0, 1e5}; // outside: said, and nothing is lost
     ASSERT_TRUE(comes(looker.viewing->findLine(wish)));

@@ -16,6 +16,7 @@ namespace tessera {
 using Action = std::function<void()>;
 
 void addCentrelineCommand(CLI::App& program, const CommonOptions& common, Action& action);
+void addCoverageCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addImportCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addInfoCommand(CLI::App& program, const CommonOptions& common, Action& action);
 void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& action);

@@ -2,6 +2,7 @@
 #include "viewer/session/line_finder.h"
 
 #include "bricking/lumen/centreline.h"
+#include "bricking/lumen/wall_coverage.h"
 #include "viewer/options/options.h" // formatNumber
 
 namespace tessera {
@@ -40,6 +41,24 @@ LineState find(const LineWish& wish, const StoreReader& store, Ledger& ram, Prog
     return state;
 }
 
+constexpr double kCoverageStepMm = 1;
+
+LineState lookAlong(const LineWish& wish, const StoreReader& store, Ledger& ram, Progress& progress,
+                    int threads) {
+    const Path& path = *wish.seenAlong;
+    CoverageRequest request;
+    request.lines = path.lines;
+    request.flight = path.flight.value_or(Flight{});
+    request.lumen = path.lumen.value_or(Lumen{});
+    request.cameras = flightCameras(path, kCoverageStepMm, wish.bothWays);
+    request.aspect = wish.aspect;
+    LineState state;
+    state.coverage =
+        std::make_shared<WallCoverage>(measureWallCoverage(store, request, ram, progress, threads));
+    state.about = coverageText(*state.coverage, request.smallestPatchMm2);
+    return state;
+}
+
 } // namespace
 
 LineFinder::LineFinder(const LineWish& wish, const StoreReader& store, Ledger& ram, int threads,
@@ -49,7 +68,7 @@ LineFinder::LineFinder(const LineWish& wish, const StoreReader& store, Ledger& r
           LineState state;
           try {
               const Cancellation asks(&calledOff_);
-              state = find(wish, store, ram, *progress_, threads);
+              state = (wish.seenAlong ? lookAlong : find)(wish, store, ram, *progress_, threads);
           } catch (const Cancelled&) {
               state = {};
           } catch (const std::exception& e) {

@@ -1,5 +1,5 @@
-// viewer/session/line_finder.h: a centre-line that is looked for on a thread of its own until somebody calls
-// it off.
+// viewer/session/line_finder.h: a centre-line that is looked for, or what a flight along it sees, on a thread
+// of its own until somebody calls it off.
 #pragma once
 
 #include "bricking/store/store_reader.h"
@@ -23,7 +23,7 @@ class LineFinder {
     ~LineFinder();
     void callOff() { calledOff_ = true; }
     const std::shared_ptr<Progress>& progress() const { return progress_; }
-    /// What it has come to; waits. Once. No path and no problem: it was called off.
+    /// What it has come to; waits. Once. Neither a result nor a problem: it was called off.
     LineState take() { return result_.get(); }
 
   private:

@@ -2,6 +2,7 @@
 // alone, so that windows know nothing of engines, stores and threads.
 #pragma once
 
+#include "core/coverage.h"
 #include "core/image.h"
 #include "core/path.h"
 #include "core/preset.h" // ValueSummary
@@ -87,16 +88,22 @@ struct LineWish {
     std::vector<glm::dvec3> places;  // patient space, mm: its beginning, places on the way, its end
     std::optional<double> threshold; // physical units; none: from what lies around the places
     bool tree = false;               // all branches beyond the first place, the only one
+    /// Where given, what is wanted is no line but what of the wall a flight along this one sees
+    /// (bricking/lumen/wall_coverage.h).
+    std::shared_ptr<const Path> seenAlong;
+    double aspect = 4.0 / 3; // seenAlong: of its pictures, width / height
+    bool bothWays = false;   // seenAlong: there and back
 };
 
 /// What has come of the last one.
 struct LineState {
-    std::uint64_t number = 0; // of the wish that path or problem is of; 0: none yet
+    std::uint64_t number = 0; // of the wish that what follows is of; 0: none yet
     bool searching = false;
     std::string what;           // searching: what is done
     double share = 0;           // searching: of it, [0,1]; 0: not known
     std::string problem, about; // sentences
     std::shared_ptr<const Path> path;
+    std::shared_ptr<const WallCoverage> coverage;
 };
 
 class Viewing {
@@ -132,8 +139,8 @@ class Viewing {
     /// The last answer.
     virtual std::optional<PickedPlace> picked() const = 0;
 
-    /// Looks for a centre-line; one before is called off. Stills wait meanwhile: the line has their memory.
-    /// Returns the wish's number.
+    /// Looks for a centre-line, or along one; what was looked for before is called off. Stills wait
+    /// meanwhile: the line has their memory. Returns the wish's number.
     virtual std::uint64_t findLine(const LineWish& wish) = 0;
     virtual void callOffLine() = 0;
     virtual LineState line() const = 0;

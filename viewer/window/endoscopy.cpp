@@ -41,6 +41,7 @@ void Endoscopy::take(Desk& desk, const Path& path) {
     if (!path_->flight)
         path_->flight.emplace();
     film_.reset();
+    coverage_.reset();
     curve_.emplace(path_->lines, *path_->flight);
     placeMm_ = std::min(placeMm_, curve_->lengthMm());
     if (inside_)
@@ -168,6 +169,31 @@ void Endoscopy::record(Desk& desk) {
     film_.reset();
 }
 
+void Endoscopy::measureCoverage(Desk& desk, bool bothWays) {
+    if (!path_ || !path_->lumen)
+        throw InputError("there is no line whose lumen is known");
+    LineWish wish;
+    wish.seenAlong = std::make_shared<Path>(*path_);
+    wish.aspect = static_cast<double>(desk.scene().imageSize.x) / desk.scene().imageSize.y;
+    wish.bothWays = bothWays;
+    wish_ = desk.viewing().findLine(wish);
+    searching_ = true;
+    gathers_ = false;
+}
+
+/// Most patches are hidden by what stands before them: from their far end one looks back at them.
+void Endoscopy::lookAtPatch(Desk& desk, std::size_t patch) {
+    if (!coverage_ || patch >= coverage_->patches.size() || !curve_)
+        return;
+    const UnseenPatch& p = coverage_->patches[patch];
+    const Flight& flight = *path_->flight;
+    const double along =
+        flight.backwards ? flight.fromMm + curve_->lengthMm() - p.fromMm : p.toMm - flight.fromMm;
+    placeMm_ = std::clamp(along, 0.0, curve_->lengthMm());
+    look_ = lookTowards(curve_->at(placeMm_), p.middleMm);
+    show(desk, false);
+}
+
 bool Endoscopy::advance(Desk& desk) {
     if (of_ != desk.volume()) { // another volume: nothing of the old one holds
         *this = {};
@@ -186,6 +212,10 @@ bool Endoscopy::advance(Desk& desk) {
                 shownThreshold_ = line.path->lumen->threshold;
             take(desk, *line.path);
             desk.tell(about_);
+        } else if (line.coverage) {
+            coverage_ = line.coverage;
+            coverageAbout_ = line.about;
+            desk.tell(coverageAbout_);
         } else if (!line.problem.empty()) {
             desk.tell(line.problem, true);
         }

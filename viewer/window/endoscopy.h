@@ -10,7 +10,9 @@
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -41,6 +43,10 @@ class Endoscopy {
     /// Throws Error or InputError.
     void load(Desk& desk, const std::filesystem::path& file);
     void save(Desk& desk, const std::filesystem::path& file);
+    /// Measures what of the wall the flight sees.
+    void measureCoverage(Desk& desk, bool bothWays);
+    /// To where an unseen patch is seen; from 0, the largest first. Nothing where there is none.
+    void lookAtPatch(Desk& desk, std::size_t patch);
     /// Along the flight, mm; held to it.
     void flyTo(Desk& desk, double mm);
     void play(Desk& desk, bool on);
@@ -60,12 +66,17 @@ class Endoscopy {
     void searchPanel(Desk& desk);
     void flightPanel(Desk& desk);
     void keyframePanel(Desk& desk);
+    void coveragePanel(Desk& desk);
+    std::span<const UnseenPatch> unseen() const;
     void drawMap(ImDrawList& draw, const Desk& desk, const Area& area) const;
 
     std::optional<Path> path_;
     std::optional<FlightCurve> curve_;
     std::optional<Film> film_; // of path_; none: it has changed since
     std::string about_;
+    std::shared_ptr<const WallCoverage> coverage_; // of this path and flight
+    std::string coverageAbout_;
+    bool bothWays_ = false;
     std::vector<glm::dvec3> places_; // clicked so far
     bool gathers_ = false, tree_ = false, searching_ = false, inside_ = false, playing_ = false;
     std::uint64_t wish_ = 0;          // the line that was asked for

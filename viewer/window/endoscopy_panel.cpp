@@ -13,9 +13,11 @@ namespace tessera {
 namespace {
 
 constexpr ImU32 kLineInk = IM_COL32(255, 110, 160, 220), kBranchInk = IM_COL32(255, 110, 160, 110),
-                kHere = IM_COL32(255, 230, 90, 255), kFaint = IM_COL32(235, 235, 235, 110);
+                kHere = IM_COL32(255, 230, 90, 255), kUnseen = IM_COL32(90, 210, 255, 255),
+                kFaint = IM_COL32(235, 235, 235, 110);
 constexpr double kMapShare = 0.26; // of the picture's height
 constexpr double kMapMargin = 12;
+constexpr std::size_t kListedPatches = 12; // the largest
 
 ImVec2 at(const glm::dvec2& p) {
     return {static_cast<float>(p.x), static_cast<float>(p.y)};
@@ -162,11 +164,32 @@ void Endoscopy::keyframePanel(Desk& desk) {
     }
 }
 
+void Endoscopy::coveragePanel(Desk& desk) {
+    if (ImGui::Button("what is seen of the wall"))
+        desk.trying([&] { measureCoverage(desk, bothWays_); });
+    ImGui::SameLine();
+    ImGui::Checkbox("there and back", &bothWays_);
+    if (!coverage_)
+        return;
+    ImGui::TextWrapped("%s", coverageAbout_.c_str());
+    for (std::size_t i = 0; i < unseen().size(); ++i) {
+        const UnseenPatch& p = unseen()[i];
+        ImGui::PushID(static_cast<int>(i));
+        if (ImGui::SmallButton("look"))
+            lookAtPatch(desk, i);
+        ImGui::PopID();
+        ImGui::SameLine();
+        ImGui::Text("%.0f mm2 at %.0f mm", p.areaMm2, p.alongMm);
+    }
+}
+
 void Endoscopy::panel(Desk& desk) {
     searchPanel(desk);
     if (path_ && curve_) {
         flightPanel(desk);
         keyframePanel(desk);
+        if (!searching_)
+            coveragePanel(desk);
     }
     ImGui::SetNextItemWidth(-110);
     ImGui::InputTextWithHint("##path", "path.json", file_, sizeof file_);
@@ -177,6 +200,13 @@ void Endoscopy::panel(Desk& desk) {
     ImGui::SameLine();
     if (ImGui::Button("save") && named)
         desk.trying([&] { save(desk, file_); });
+}
+
+/// Those that are listed.
+std::span<const UnseenPatch> Endoscopy::unseen() const {
+    if (!coverage_)
+        return {};
+    return std::span(coverage_->patches).first(std::min(coverage_->patches.size(), kListedPatches));
 }
 
 /// From outside, from the front: the volume's box, the lines, and where one is.
@@ -201,6 +231,8 @@ void Endoscopy::drawMap(ImDrawList& draw, const Desk& desk, const Area& area) co
     for (const CentreLine& line : path_->lines)
         for (std::size_t i = 0; i + 1 < line.points.size(); ++i)
             draw.AddLine(at(onMap(line.points[i])), at(onMap(line.points[i + 1])), kLineInk, 1.2f);
+    for (const UnseenPatch& patch : unseen())
+        draw.AddCircle(at(onMap(patch.middleMm)), 2.5f, kUnseen);
     const Camera& camera = desk.camera();
     const glm::dvec2 here = onMap(camera.position);
     const glm::dvec3 forward = -patientFromCamera(camera)[2];
@@ -232,6 +264,9 @@ void Endoscopy::drawOnPlane(ImDrawList& draw, const Area& view, const SliceFrame
                 if (i + 1 < line.points.size() && near(line.points[i + 1]))
                     draw.AddLine(at(place(line.points[i])), at(place(line.points[i + 1])), kLineInk, 1.5f);
             }
+    for (const UnseenPatch& patch : unseen())
+        if (near(patch.middleMm))
+            draw.AddCircle(at(place(patch.middleMm)), 4, kUnseen, 0, 1.5f);
 }
 
 void Endoscopy::draw(Desk& desk, const Area& area) const {
@@ -256,6 +291,9 @@ void Endoscopy::draw(Desk& desk, const Area& area) const {
                 if (seen(points[i], a) && seen(points[i + 1], b))
                     draw.AddLine(at(a), at(b), flown ? kLineInk : kBranchInk, 2);
         }
+    for (const UnseenPatch& patch : unseen())
+        if (seen(patch.middleMm, a))
+            draw.AddCircle(at(a), 5, kUnseen, 0, 1.5f);
     for (const glm::dvec3& place : places_)
         if (gathers_ && seen(place, a))
             draw.AddCircleFilled(at(a), 4, kHere);

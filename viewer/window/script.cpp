@@ -16,6 +16,7 @@
 #include <fstream>
 #include <glm/trigonometric.hpp>
 #include <map>
+#include <set>
 #include <sstream>
 
 namespace tessera {
@@ -24,14 +25,14 @@ namespace {
 /// Words that follow each step's name: at least.
 const std::map<std::string, std::size_t>& wordsOfSteps() {
     static const std::map<std::string, std::size_t> words = {
-        {"open", 1},      {"wait", 1},       {"orbit", 2},  {"pan", 2},         {"zoom", 1},
-        {"roll", 1},      {"view", 1},       {"turn", 2},   {"preset", 1},      {"light", 1},
-        {"shift", 2},     {"isosurface", 1}, {"size", 1},   {"pick", 2},        {"picture", 1},
-        {"window", 1},    {"scene", 1},      {"panels", 1}, {"help", 1},        {"planes", 1},
-        {"mode", 1},      {"window-of", 1},  {"crop", 6},   {"levels", 1},      {"place", 3},
-        {"print", 1},     {"projection", 1}, {"quit", 0},   {"keep-preset", 1}, {"write-preset", 2},
-        {"line", 3},      {"tree", 3},       {"fly-to", 1}, {"fly", 1},         {"record", 0},
-        {"load-path", 1}, {"save-path", 1}};
+        {"open", 1},      {"wait", 1},       {"orbit", 2},  {"pan", 2},          {"zoom", 1},
+        {"roll", 1},      {"view", 1},       {"turn", 2},   {"preset", 1},       {"light", 1},
+        {"shift", 2},     {"isosurface", 1}, {"size", 1},   {"pick", 2},         {"picture", 1},
+        {"window", 1},    {"scene", 1},      {"panels", 1}, {"help", 1},         {"planes", 1},
+        {"mode", 1},      {"window-of", 1},  {"crop", 6},   {"levels", 1},       {"place", 3},
+        {"print", 1},     {"projection", 1}, {"quit", 0},   {"keep-preset", 1},  {"write-preset", 2},
+        {"line", 3},      {"tree", 3},       {"fly-to", 1}, {"fly", 1},          {"record", 0},
+        {"load-path", 1}, {"save-path", 1},  {"cover", 0},  {"look-at-patch", 1}};
     return words;
 }
 
@@ -119,7 +120,8 @@ bool Script::takeEndoscopy(const Step& step, Desk& desk, Endoscopy& endoscopy, b
     }
     if (name == "load-path")
         return endoscopy.load(desk, step.words[1]), true;
-    if (name != "save-path" && name != "fly-to" && name != "fly" && name != "record")
+    const std::set<std::string> others = {"save-path", "fly-to", "fly", "record", "cover", "look-at-patch"};
+    if (!others.contains(name))
         return taken = false;
     if (!endoscopy.hasLine())
         refuse(step, "a line first (line, wait line)");
@@ -127,6 +129,10 @@ bool Script::takeEndoscopy(const Step& step, Desk& desk, Endoscopy& endoscopy, b
         endoscopy.save(desk, step.words[1]);
     else if (name == "record")
         endoscopy.record(desk);
+    else if (name == "cover")
+        endoscopy.measureCoverage(desk, step.words.size() > 1 && step.words[1] == "both");
+    else if (name == "look-at-patch")
+        endoscopy.lookAtPatch(desk, static_cast<std::size_t>(std::max(1.0, number(step, 1))) - 1);
     else if (name == "fly-to")
         endoscopy.flyTo(desk, number(step, 1));
     else {

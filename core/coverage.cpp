@@ -1,0 +1,22 @@
+// core/coverage.cpp: see coverage.h.
+#include "core/coverage.h"
+
+#include <cstdio>
+
+namespace tessera {
+
+std::string coverageText(const WallCoverage& coverage, double smallestMm2) {
+    char words[240];
+    std::snprintf(words, sizeof words,
+                  "seen: %.1f %% of %.1f cm2 of wall; unseen patches of at least %g mm2: %zu",
+                  100 * coverage.share(), 0.01 * coverage.wallMm2, smallestMm2, coverage.patches.size());
+    std::string text = words;
+    if (!coverage.patches.empty()) {
+        std::snprintf(words, sizeof words, "; the largest, %.0f mm2, at %.0f mm", coverage.patches[0].areaMm2,
+                      coverage.patches[0].alongMm);
+        text += words;
+    }
+    return text;
+}
+
+} // namespace tessera

@@ -1,0 +1,45 @@
+// tests/program/coverage_test.cpp: `tessera coverage` from outside: its sentence, its report, and refusals.
+#include "core/path.h"
+#include "tests/support/program_fixture.h"
+
+#include <nlohmann/json.hpp>
+
+namespace tessera::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST_F(Program, CoverageTellsWhatAFlightSees) {
+    ASSERT_EQ(run("phantom torso --size 120x90x140 -o t.zarr -q").exitCode, 0);
+    ASSERT_EQ(run("centreline t.zarr --from=-67,-33,-155 --to=0,38,-199 -o colon.json -q").exitCode, 0);
+    const Outcome there = run("coverage t.zarr --path colon.json --every 5 -o unseen.json");
+    ASSERT_EQ(there.exitCode, 0) << there.problems;
+    EXPECT_THAT(there.out, HasSubstr("seen: "));
+    EXPECT_THAT(there.out, HasSubstr(" cm2 of wall; "));
+    EXPECT_THAT(there.problems, HasSubstr("wrote unseen.json"));
+    const auto report = nlohmann::json::parse(readAll(folder_ / "unseen.json"));
+    const auto both =
+        nlohmann::json::parse(run("coverage t.zarr --path colon.json --every 5 --both-ways --json -q").out);
+    EXPECT_EQ(report["cameras"].get<int>() * 2, both["cameras"].get<int>());
+    EXPECT_EQ(report["wallMm2"], both["wallMm2"]);
+    EXPECT_GT(both["share"].get<double>(), report["share"].get<double>());
+    EXPECT_EQ(report["viewAngle"], 90);
+    ASSERT_FALSE(report["patches"].empty());
+    EXPECT_GE(report["patches"].front()["areaMm2"], report["patches"].back()["areaMm2"]);
+
+    const auto refused = [&](const std::string& words, const std::string& why) {
+        const Outcome outcome = run("coverage " + words);
+        EXPECT_EQ(outcome.exitCode, 2) << words;
+        EXPECT_THAT(outcome.problems, HasSubstr(why)) << words;
+    };
+    ASSERT_EQ(run("phantom torso --size 60x45x70 -o other.zarr -q").exitCode, 0);
+    refused("other.zarr --path colon.json", "colon.json: expected a path made in this volume");
+    refused("t.zarr --path colon.json -o unseen.txt", "--output");
+    Path bare = loadPath(folder_ / "colon.json");
+    bare.lumen.reset();
+    write("bare.json", pathJson(bare));
+    refused("t.zarr --path bare.json", "found no \"lumen\"");
+}
+
+} // namespace
+} // namespace tessera::test
