@@ -247,6 +247,9 @@ Lighting blend(const Lighting& a, const Lighting& b, double share) {
         o.gamma = mixed(o.gamma, to.gamma, share);
         o.emission = mixed(o.emission, to.emission, share);
     }
+    if (a.surfaceOcclusion && b.surfaceOcclusion && a.surfaceOcclusion->rays == b.surfaceOcclusion->rays)
+        out.surfaceOcclusion->radiusMm =
+            mixed(a.surfaceOcclusion->radiusMm, b.surfaceOcclusion->radiusMm, share);
     return out;
 }
 

@@ -43,10 +43,22 @@ struct Occlusion {
     bool operator==(const Occlusion&) const = default;
 };
 
+/// Ambient occlusion of isosurfaces, from what rays of the picture meet first (docs/sampling.md, "Occlusion
+/// of isosurfaces"): how much of the light from all sides other isosurfaces leave a place.
+struct SurfaceOcclusion {
+    static constexpr int kMostRays = 256;
+    int rays = 16;        // directions of every place, [1,kMostRays]
+    double radiusMm = 16; // how far they look
+    bool filter = true;   // places side by side share what their rays found, along edges and not across
+    bool operator==(const SurfaceOcclusion&) const = default;
+};
+
 struct Lighting {
     static constexpr std::size_t kMaxLights = 4;
     std::vector<Light> lights = {}; // none: one head light
     std::optional<Occlusion> occlusion = {};
+    std::optional<SurfaceOcclusion> surfaceOcclusion =
+        {};              // in place of occlusion, where surfaces are all that shows
     int finestLevel = 0; // of light that is kept of voxels; 1: one sample for 2^3 voxels, and so on
     bool operator==(const Lighting&) const = default;
 };

@@ -125,10 +125,26 @@ json occlusionJson(const Occlusion& occlusion) {
             {"emission", occlusion.emission}};
 }
 
+SurfaceOcclusion parseSurfaceOcclusion(const JsonValue& value) {
+    value.requireKeys(surfaceOcclusionKeys());
+    SurfaceOcclusion occlusion;
+    if (value.has("rays"))
+        occlusion.rays = value.at("rays").integer(1, SurfaceOcclusion::kMostRays);
+    if (value.has("radius"))
+        occlusion.radiusMm = value.at("radius").number(1e-3, 1e4);
+    if (value.has("filter"))
+        occlusion.filter = value.at("filter").boolean();
+    return occlusion;
+}
+
+json surfaceOcclusionJson(const SurfaceOcclusion& occlusion) {
+    return {{"rays", occlusion.rays}, {"radius", occlusion.radiusMm}, {"filter", occlusion.filter}};
+}
+
 } // namespace
 
 const Keys& lightingKeys() {
-    static const Keys keys = {"lights", "occlusion", "finestLevel"};
+    static const Keys keys = {"lights", "occlusion", "surfaceOcclusion", "finestLevel"};
     return keys;
 }
 const Keys& lightKeys() {
@@ -138,6 +154,11 @@ const Keys& lightKeys() {
 }
 const Keys& occlusionKeys() {
     static const Keys keys = {"method", "rays", "radius", "offset", "bias", "gamma", "emission"};
+    return keys;
+}
+
+const Keys& surfaceOcclusionKeys() {
+    static const Keys keys = {"rays", "radius", "filter"};
     return keys;
 }
 
@@ -154,6 +175,8 @@ Lighting parseLighting(const JsonValue& value) {
     }
     if (value.has("occlusion"))
         lighting.occlusion = parseOcclusion(value.at("occlusion"));
+    if (value.has("surfaceOcclusion"))
+        lighting.surfaceOcclusion = parseSurfaceOcclusion(value.at("surfaceOcclusion"));
     if (lightChannels(lighting) > kMostLightChannels)
         value.refuse("at most " + std::to_string(kMostLightChannels - ambientChannels(lighting)) +
                      (ambientChannels(lighting) > 1 ? " light with a shadow beside occlusion with emission"
@@ -172,6 +195,8 @@ json lightingJson(const Lighting& lighting) {
     }
     if (lighting.occlusion)
         out["occlusion"] = occlusionJson(*lighting.occlusion);
+    if (lighting.surfaceOcclusion)
+        out["surfaceOcclusion"] = surfaceOcclusionJson(*lighting.surfaceOcclusion);
     if (lighting.finestLevel > 0)
         out["finestLevel"] = lighting.finestLevel;
     return out;

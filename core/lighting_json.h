@@ -16,9 +16,10 @@ Lighting parseLighting(const JsonValue& value);
 /// The inverse; null where there is nothing to say.
 nlohmann::json lightingJson(const Lighting& lighting);
 
-/// Keys: of the object, of a light, of the occlusion.
+/// Keys: of the object, of a light, of the occlusion, of that of isosurfaces.
 const std::vector<std::string>& lightingKeys();
 const std::vector<std::string>& lightKeys();
 const std::vector<std::string>& occlusionKeys();
+const std::vector<std::string>& surfaceOcclusionKeys();
 
 } // namespace tessera

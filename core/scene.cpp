@@ -564,6 +564,7 @@ std::map<std::string, std::vector<std::string>> sceneKeys() {
             {"$.lighting", lightingKeys()},
             {"$.lighting.lights[]", lightKeys()},
             {"$.lighting.occlusion", occlusionKeys()},
+            {"$.lighting.surfaceOcclusion", surfaceOcclusionKeys()},
             {"$.isosurfaces[]", kSurfaceKeys},
             {"$.slice", kSliceKeys},
             {"$.cuts", cutsKeys()},

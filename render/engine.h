@@ -13,6 +13,7 @@
 #include "render/contract/slicing.h"
 #include "render/contract/strides.h"
 #include "render/light/light_plane.h"
+#include "render/light/surface_tracer.h"
 #include "render/plan/scene_plan.h"
 #include "render/residency/brick_residency.h"
 
@@ -66,6 +67,12 @@ class RayCaster {
     virtual Image image() const = 0;
     /// CasterOptions::hits: what each ray met first.
     virtual std::vector<SurfaceHit> hits() const { return {}; }
+    /// Follows rays among the isosurfaces of the bricks that are drawn, as they are now; null where the
+    /// caster has no way of its own to. @param voxels  of a segment
+    virtual std::unique_ptr<SurfaceTracer> surfaceTracer(double voxels) const {
+        (void)voxels;
+        return nullptr;
+    }
 
     /// The scene's transfer function or integrator is another one; begin() must follow.
     virtual void functionChanged() {}

@@ -5,6 +5,7 @@
 #include "render/engines/gpu/features.h"
 #include "render/engines/gpu/gpu_engine.h"
 #include "render/engines/mirror/mirror_engine.h"
+#include "render/engines/mirror/mirror_tracer.h"
 #include "render/engines/native/native_engine.h"
 #include "render/engines/reference/reference.h" // ReferenceRay
 #include "render/engines/reference/reference_engine.h"
@@ -48,12 +49,26 @@ struct RaysDrawn {
 struct SamplesDrawn {
     RaysDrawn rays;
     AreaPicture picture;
+    std::unique_ptr<SurfaceLight> light = {}; // occlusion of surfaces, where there is any
 };
 
+std::unique_ptr<SurfaceTracer> tracerOf(const RayCaster& caster, const ScenePlan& p) {
+    auto tracer = caster.surfaceTracer(SurfaceLight::kSegmentVoxels);
+    return tracer ? std::move(tracer) : std::make_unique<MirrorTracer>(p, SurfaceLight::kSegmentVoxels);
+}
+
+/// Looks around from what the rays of the caster met, which are those through the middles of pixels.
+void lookAround(SurfaceLight& light, const RayCaster& caster, const ScenePlan& p, Progress& progress) {
+    progress.stage("looking around from surfaces");
+    light.look(caster.hits(), *tracerOf(caster, p), progress.shares());
+    progress.stage("drawing");
+}
+
 /// Every pixel the mean of its samples. Returns whether it went on from earlier ones.
+/// @param light  none: there is no occlusion of surfaces; else what is added by it is another picture
 bool drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, const RenderOptions& options,
-               const PixelGoal& goal, std::optional<SamplesDrawn>& samples, Progress& progress,
-               RenderResult& result) {
+               const PixelGoal& goal, std::optional<SamplesDrawn>& samples,
+               std::unique_ptr<SurfaceLight> light, Image& added, Progress& progress, RenderResult& result) {
     RaysDrawn these(p);
     const bool goesOn =
         samples && samples->rays == these && p.view.quality.pixels.samples == PixelSampling::kAutomatic;
@@ -64,17 +79,37 @@ bool drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, const Rend
             SamplesDrawn{std::move(these),
                          AreaPicture(raysOf(p), p.view.quality.pixels, options.threads, goal,
                                      [&p](const Image& middles) { return overlookedPixels(p, middles); })};
+    if (!goesOn)
+        samples->light = std::move(light);
     AreaPicture& picture = samples->picture;
+    SurfaceLight* const looks = samples->light.get();
     Slicing slicing = options.slicing;
     const ShareDone whole = progress.shares();
     if (whole)
         slicing.progress = [&](double done) { whole(picture.share(done)); };
     while (const std::optional<Rays> rays = picture.next()) {
+        if (looks && !looks->hasLooked() && !rays->places.empty()) { // it takes what middles met
+            caster.begin(raysOf(p));
+            result.passes =
+                std::max(result.passes, drawToTheEnd(caster, engine, p, options.slicing, result.work));
+            lookAround(*looks, caster, p, progress);
+        }
         caster.begin(*rays);
         result.passes = std::max(result.passes, drawToTheEnd(caster, engine, p, slicing, result.work));
-        picture.add(caster.image());
+        if (!looks) {
+            picture.add(caster.image());
+            continue;
+        }
+        if (!looks->hasLooked())
+            lookAround(*looks, caster, p, progress);
+        const Image more = looks->added(caster.hits(), rays->places, rays->size(), *tracerOf(caster, p));
+        picture.add(caster.image(), &more);
     }
     result.image = picture.image();
+    if (looks) {
+        added = picture.light();
+        result.surfaceLight = looks->report();
+    }
     result.pixels = picture.report();
     return goesOn;
 }
@@ -100,6 +135,7 @@ struct Keeping {
     std::size_t pages =
         0; // to open the engine with, so that the next pictures' bricks have room; 0: the plan's
     std::function<void()> opened; // the engine has what it takes of RAM
+    bool first = false;           // a first, coarse picture: without occlusion of surfaces
 };
 
 /// The picture of a plan, by any engine: bricks are brought, a step is chosen, rays are drawn, errors told.
@@ -113,7 +149,10 @@ bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     const bool passes = bringBricks(engine, p, ram, gpu, result.work, keeping.kept, keeping.pages);
     if (keeping.opened)
         keeping.opened();
-    std::unique_ptr<RayCaster> caster = engine.caster({options.counting, false, passes}, gpu);
+    std::unique_ptr<SurfaceLight> light;
+    if (p.view.lighting.surfaceOcclusion && !keeping.first)
+        light = std::make_unique<SurfaceLight>(p, options.threads, result.engine == EngineKind::reference);
+    std::unique_ptr<RayCaster> caster = engine.caster({options.counting, light != nullptr, passes}, gpu);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
     result.refinedCells = caster->refine();
@@ -138,14 +177,21 @@ bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     progress.stage("drawing");
     const bool areas = p.view.quality.pixels.samples != 1;
     bool wentOn = false;
+    Image added; // to the picture, once its errors are known: they are those of rays
     if (areas) {
-        wentOn = drawAreas(*caster, engine, p, options, goal, samples, progress, result);
+        wentOn =
+            drawAreas(*caster, engine, p, options, goal, samples, std::move(light), added, progress, result);
     } else {
         Slicing slicing = options.slicing;
         slicing.progress = progress.shares();
         caster->begin(raysOf(p));
         result.passes = drawToTheEnd(*caster, engine, p, slicing, result.work);
         result.image = caster->image();
+        if (light) {
+            lookAround(*light, *caster, p, progress);
+            added = light->added(light->middles(), {}, p.view.imageSize, *tracerOf(*caster, p));
+            result.surfaceLight = light->report();
+        }
     }
     if (!engine.bricks())
         result.passes = 0;
@@ -176,6 +222,8 @@ bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
         caster->fetchAsAsked(); // estimates fetched exactly
         result.measured = measurePicture(drawn, p, engine, caster, ram, gpu);
     }
+    for (std::size_t i = 0; i < added.pixels.size(); ++i)
+        result.image.pixels[i] = glm::max(result.image.pixels[i] + added.pixels[i], glm::vec4(0));
     result.secondsChecking = secondsSince(checking);
     if (const std::string fault = engine.fault(); !fault.empty())
         throw Error(fault);
@@ -378,7 +426,10 @@ RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made,
         picture.quality.maxError = ErrorGoal(*scene.quality.maxError).ofRays();
     const Scene coarse = first ? firstScene(scene) : picture;
     p = planned(coarse, limits, first ? LevelChoice::quick : options.levels,
-                pictureBytesPerPixel(made.kind, scene.quality.pixels));
+                pictureBytesPerPixel(made.kind, scene.quality.pixels) +
+                    (scene.lighting.surfaceOcclusion
+                         ? SurfaceLight::bytesPerPixel(scene.quality.pixels.samples != 1)
+                         : 0));
     p.view.shadowQuality.layers = options.shadowLayers;
     std::optional<SamplesDrawn> ofOnePicture; // that no other goes on from
     if (first) {
@@ -386,7 +437,9 @@ RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made,
         RenderOptions plain = options;
         plain.checking = plain.searching = false;
         plain.verify = Verify::none;
-        drawPicture(coarse, p, engine, ram, gpu, plain, 0, {}, ofOnePicture, progress, quick);
+        Keeping nothing;
+        nothing.first = true;
+        drawPicture(coarse, p, engine, ram, gpu, plain, 0, {}, ofOnePicture, progress, quick, nothing);
         options.onFirstPicture(quick.image, secondsAfterFirst(quick, scene));
         quick = {};
         engine.close();
@@ -649,7 +702,14 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              static_cast<unsigned long long>(r.work.segments),
              static_cast<unsigned long long>(r.work.samples), static_cast<unsigned long long>(r.work.fetches),
              static_cast<unsigned long long>(r.work.dispatches), r.work.longestDispatchMs);
-    if (const auto& occlusion = scene.lighting.occlusion)
+    if (const auto& surfaces = r.surfaceLight)
+        line("occlusion of surfaces: %d directions of %g mm from %zu places%s, %s, %.1f s; light of voxels "
+             "has "
+             "none",
+             surfaces->rays, surfaces->radiusMm, surfaces->places,
+             surfaces->alone > 0 ? (" and " + std::to_string(surfaces->alone) + " more samples").c_str() : "",
+             formatBytes(surfaces->bytes).c_str(), surfaces->seconds);
+    else if (const auto& occlusion = scene.lighting.occlusion)
         line("occlusion: %d rays of %g mm from each sample, kept beside the values%s", occlusion->rays,
              occlusion->radiusMm,
              r.light && r.light->emission ? ", and the light that tissue sends to it, red, green and blue"

@@ -10,6 +10,7 @@
 #include "render/contract/slicing.h"
 #include "render/engine.h"
 #include "render/engines/gpu/gl/context.h"
+#include "render/light/surface_light.h"
 #include "render/measure_picture.h"
 #include "render/pixels/area_picture.h"
 #include "render/plan/choose_levels.h"
@@ -60,10 +61,11 @@ struct RenderResult {
     std::size_t residentBricks = 0, emptyBricks = 0;
     std::size_t unseenBricks = 0;     // no ray comes near them; neither resident nor counted as empty
     std::optional<LightReport> light; // of voxels, where the scene has any
-    std::size_t selectionPages = 0, atlasPages = 0; // of 32^3 texels: wanted, and there at once
-    int passes = 0;                                 // over the rays; gpu and native
-    bool levelsOnPurpose = false;                   // one level for all was asked for
-    std::optional<PredictedError> predictedError;   // L*u*v*, of the levels against the finest a pixel shows
+    std::optional<SurfaceLight::Report> surfaceLight; // occlusion of surfaces, where it has any
+    std::size_t selectionPages = 0, atlasPages = 0;   // of 32^3 texels: wanted, and there at once
+    int passes = 0;                                   // over the rays; gpu and native
+    bool levelsOnPurpose = false;                     // one level for all was asked for
+    std::optional<PredictedError> predictedError; // L*u*v*, of the levels against the finest a pixel shows
     std::size_t cells = 0, occupiedCells = 0, refinedCells = 0;
     std::uint32_t features = 0; // of render/engines/gpu/features.h; gpu only
     double tableRelativeError = 0;

@@ -75,6 +75,8 @@ RenderResult renderUnfolded(const Scene& given, std::span<const UnfoldedRow> row
     if (scene.mode == Mode::slice)
         throw InputError(
             "mode: expected one whose rays begin at an eye where a line is unfolded, found slice");
+    if (scene.lighting.surfaceOcclusion)
+        throw InputError("lighting.surfaceOcclusion: expected none where a line is unfolded, found one");
     scene.camera = cameraOf(rows.front(), 0);
     scene.quality.maxError.reset();
     scene.quality.pixels.samples = 1;

@@ -54,6 +54,10 @@ inline std::size_t placedRaysBytes(const glm::ivec2& imageSize) {
                std::max<std::size_t>(rayCount(imageSize), kLeastPlacedRays) +
            kDrawnCounterBytes;
 }
+/// What they take besides that tell what they met first.
+inline std::size_t hitsBytes(const glm::ivec2& imageSize) {
+    return sizeof(SurfaceHit) * std::max<std::size_t>(rayCount(imageSize), kLeastPlacedRays);
+}
 /// Of every brick: what rays that count saw of it (SeenBrick).
 constexpr std::size_t kSeenBytes = 2 * sizeof(std::uint32_t);
 inline std::size_t seenBytes(const glm::ivec3& bricks) {

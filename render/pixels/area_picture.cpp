@@ -192,23 +192,33 @@ std::optional<Rays> AreaPicture::next() {
     return out;
 }
 
-void AreaPicture::add(const Image& drawn) {
-    TESSERA_CHECK(drawing_);
+void AreaPicture::add(const Image& drawn, const Image* light) {
+    TESSERA_CHECK(drawing_ && (!light || light->size == drawn.size));
     drawing_ = false;
+    if (light && !light_)
+        light_.emplace(sums_.size());
     if (array_.empty()) {
         TESSERA_CHECK(drawn.size == sums_.size());
         for (std::size_t i = 0; i < sums_.count(); ++i)
             sums_.setMiddle(i, drawn.pixels[i]);
+        for (std::size_t i = 0; light && i < sums_.count(); ++i)
+            light_->setMiddle(i, light->pixels[i]);
         taken_ = sums_.count();
         return;
     }
     TESSERA_CHECK(drawn.size == arraySize_);
     std::size_t k = 0;
     forEachRun([&](std::uint32_t pixel, int set, int, int count) {
-        glm::vec4 sum(0);
-        for (int i = 0; i < count; ++i)
-            sum += drawn.pixels[raySlot(k++, arraySize_)];
+        glm::vec4 sum(0), more(0);
+        for (int i = 0; i < count; ++i) {
+            const std::size_t slot = raySlot(k++, arraySize_);
+            sum += drawn.pixels[slot];
+            if (light)
+                more += light->pixels[slot];
+        }
         sums_.add(pixel, set, sum, count);
+        if (light)
+            light_->add(pixel, set, more, count);
     });
     while (first_ < pixels_.size() && sums_.samples(pixels_[first_]) > upTo_[first_])
         ++first_;

@@ -51,10 +51,13 @@ class AreaPicture {
 
     /// The rays to draw next, to their end; none: the picture is done. They read what is kept here.
     std::optional<Rays> next();
-    /// What the rays of next() gathered.
-    void add(const Image& drawn);
+    /// What the rays of next() gathered. @param light  what is added to it, of every array or of none: it
+    /// does not decide where samples go
+    void add(const Image& drawn, const Image* light = nullptr);
 
     Image image() const { return sums_.image(); }
+    /// What is added to it.
+    Image light() const { return light_->image(); }
     PixelReport report() const;
     const PixelSums& sums() const { return sums_; }
     /// Part of the work that is done, where some of the array at hand is; a guess where pixels decide.
@@ -81,6 +84,7 @@ class AreaPicture {
     int threads_;
     PixelPlaces places_;
     PixelSums sums_;
+    std::optional<PixelSums> light_;
     int round_ = -1;
     std::vector<std::uint32_t> pixels_; // of this round
     std::vector<std::uint8_t> upTo_;    // samples that each has after it, less one

@@ -221,7 +221,9 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
         // What is hidden needs no memory that what is seen could have.
         // Where something is cut away, what it hid is seen: nothing counts as hidden.
         const std::vector<float> visible = part.any() ? std::vector<float>() : chooser->predictedVisibility();
-        BestLevels best = bestLevels(*chooser, statistics.brickMean, pages, visible, Unseen::leftOut);
+        BestLevels best = bestLevels(*chooser, statistics.brickMean, pages, visible,
+                                     // light comes from beside the picture
+                                     scene.lighting.surfaceOcclusion ? Unseen::kept : Unseen::leftOut);
         chosen.selection = std::move(best.selection);
         chosen.error = best.error;
         chosen.unseenBricks =

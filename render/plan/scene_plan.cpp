@@ -39,8 +39,29 @@ void checkLight(const Scene& scene) {
             "this method looks at the ray's end alone; set emission to 0, or take the other method");
 }
 
-/// Without what nothing needs: light of each colour, where no tissue sends any.
+/// Occlusion is added to colours that are drawn: of a surface it must be known what lies before it.
+void checkSurfaceOcclusion(const ScenePlan& plan) {
+    if (!plan.view.lighting.surfaceOcclusion)
+        return;
+    const std::string where = "lighting.surfaceOcclusion: ";
+    if (!plan.volume.optics.shading)
+        throw InputError(where +
+                         "occlusion is light, and this picture has none (shading is off); leave it out, "
+                         "or shade with ambient 1 and diffuse 0");
+    if (plan.volume.optics.surfaces.empty())
+        throw InputError(where + "expected an isosurface that is not wholly transparent, found none");
+    if (plan.volume.optics.volumeShows)
+        throw InputError(where +
+                         "expected isosurfaces alone (mode isosurface), found a transfer function that "
+                         "shows something too: what it shows before a surface is not known where "
+                         "occlusion is added; take lighting.occlusion");
+}
+
+/// Without what nothing needs: light of each colour, where no tissue sends any; light of voxels that surfaces
+/// have an occlusion of their own in place of.
 Scene withoutUnusedLight(Scene scene) {
+    if (scene.lighting.surfaceOcclusion)
+        scene.lighting.occlusion.reset();
     const auto* function = std::get_if<TransferFunction>(&scene.volumes.at(0).transferFunction);
     if (scene.lighting.occlusion && !(function && function->emits())) // presets send none
         scene.lighting.occlusion->emission = 0;
@@ -108,6 +129,7 @@ bool ScenePlan::setLight(const Scene& scene, int threads) {
         return false;
     checkLight(scene);
     view.lighting = scene.lighting;
+    view.lighting.surfaceOcclusion.reset();
     setShading(volume.optics, shading);
     setLighting(volume.optics, shading, view.lighting, volume.function.materials(), view.camera, info());
     return true;
@@ -221,8 +243,8 @@ void ScenePlan::mapLevels(Ledger& ram, bool always) {
 
 void ScenePlan::chooseByVisibility(std::span<const SeenBrick> seen, Ledger& ram) {
     const std::vector<float> visible = visibilityFactors(seen, volume.selection);
-    BestLevels better =
-        bestLevels(*chosen.chooser, volume.statistics.brickMean, chosen.atlasPages, visible, Unseen::leftOut);
+    BestLevels better = bestLevels(*chosen.chooser, volume.statistics.brickMean, chosen.atlasPages, visible,
+                                   view.lighting.surfaceOcclusion ? Unseen::kept : Unseen::leftOut);
     chosen.error = better.error;
     chosen.unseenBricks = better.unseenBricks;
     chosen.chooser.reset();
@@ -275,20 +297,24 @@ ScenePlan viewOf(const Scene& given, const StoreReader& store, Statistics* kept,
 
 ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, int threads,
                    std::size_t bytesPerPixel) {
-    return viewOf(scene, store, nullptr, ram, threads, bytesPerPixel);
+    ScenePlan p = viewOf(scene, store, nullptr, ram, threads, bytesPerPixel);
+    p.view.lighting.surfaceOcclusion.reset();
+    return p;
 }
 
 ScenePlan planAgain(const Scene& scene, const StoreReader& store, Statistics statistics,
                     const TextureLimits& limits, Ledger& ram, const Ledger& gpu, int threads,
                     LevelChoice choice, std::size_t bytesPerPixel) {
     ScenePlan p = viewOf(withoutUnusedLight(scene), store, &statistics, ram, threads, bytesPerPixel);
+    checkSurfaceOcclusion(p);
     chooseAgain(p, scene, limits, ram, gpu, threads, choice);
     return p;
 }
 
 ScenePlan planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits, Ledger& ram,
                     const Ledger& gpu, int threads, LevelChoice choice, std::size_t bytesPerPixel) {
-    ScenePlan p = planView(withoutUnusedLight(scene), store, ram, threads, bytesPerPixel);
+    ScenePlan p = viewOf(withoutUnusedLight(scene), store, nullptr, ram, threads, bytesPerPixel);
+    checkSurfaceOcclusion(p);
     chooseAgain(p, scene, limits, ram, gpu, threads, choice);
     return p;
 }
@@ -315,6 +341,8 @@ void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const
                                  : std::max(picture, visibilityBytes(view.imageSize, bricks));
     MemoryPlan floors;
     floors.need("rays", 0, rays);
+    if (view.lighting.surfaceOcclusion)
+        floors.need("what rays hit first", 0, hitsBytes(view.imageSize));
     if (view.part.cuts) // an interval and a half of each, and where they begin
         floors.need("intervals of rays", 0,
                     (kRayIntervalBytes * 3 / 2 + sizeof(std::size_t)) * rayCount(view.imageSize));

@@ -85,7 +85,8 @@ ScenePlan planScene(const Scene& scene, const StoreReader& store, const TextureL
                     const Ledger& gpu, int threads, LevelChoice choice = LevelChoice::perBrick,
                     std::size_t bytesPerPixel = kPictureBytesPerPixel);
 
-/// The same without levels, their maps and the cache: for a picture whose levels change.
+/// The same without levels, their maps and the cache: for a picture whose levels change, which has no
+/// occlusion of surfaces.
 ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, int threads,
                    std::size_t bytesPerPixel = kPictureBytesPerPixel);
 

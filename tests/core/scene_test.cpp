@@ -39,7 +39,7 @@ const char* const kFitted = R"({"tesseraScene":1,
       {"kind":"point","frame":"camera","position":[-100,200,0],"attenuation":[1,0.25,0.125],"intensity":2,
        "colour":[0,0,1],"shadow":false,"softness":0}],
     "occlusion":{"method":"positional","rays":64,"radius":20,"offset":0.5,"bias":0.2,"gamma":0.75,"emission":3},
-    "finestLevel":2},
+    "surfaceOcclusion":{"rays":24,"radius":7.5,"filter":false},"finestLevel":2},
   "isosurfaces":[{"value":-300,"rgb":[0.9,0.5,0.25],"opacity":0.5},{"value":200,"rgb":[1,1,1],"opacity":1}],
   "mode":"slice","window":[40.5,400],"valueColour":"transferFunction",
   "slice":{"plane":"oblique","point":[1,2,3.5],"normal":[0,1,1],"thickness":5,"reduction":"maximum"},
@@ -116,6 +116,7 @@ TEST(Scene, EveryKeyIsRead) {
     lamp.intensity = 2, lamp.colour = {0, 0, 1};
     EXPECT_EQ(scene.lighting.lights[2], lamp);
     EXPECT_EQ(scene.lighting.occlusion, (Occlusion{OcclusionMethod::positional, 64, 20, 0.5, 0.2, 0.75, 3}));
+    EXPECT_EQ(scene.lighting.surfaceOcclusion, (SurfaceOcclusion{24, 7.5, false}));
     EXPECT_EQ(scene.lighting.finestLevel, 2);
     EXPECT_EQ(scene.mode, Mode::slice);
     EXPECT_EQ(std::get<GreyWindow>(scene.window), (GreyWindow{40.5, 400}));
@@ -231,6 +232,11 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
              {"/lighting/occlusion/rays", 33},
              {"/lighting/occlusion/radius", 0},
              {"/lighting/occlusion/gamma", 9},
+             {"/lighting/surfaceOcclusion/rays", 0},
+             {"/lighting/surfaceOcclusion/rays", 257},
+             {"/lighting/surfaceOcclusion/radius", 0},
+             {"/lighting/surfaceOcclusion/filter", 1},
+             {"/lighting/surfaceOcclusion/bias", 1},
              {"/volumes/0/transferFunction/materials/1/from", -1},
              {"/volumes/0/transferFunction/materials/1/to", 0},
              {"/volumes/0/transferFunction/materials/0", {{"from", 1}, {"to", 2}}},

@@ -31,6 +31,8 @@ struct MirrorInput {
     std::size_t firstRay = 0;      // number among them of the first that is drawn
     double segmentVoxels = 1;      // with cuts
     ShareDone progress = {};       // of a picture's rays
+    /// What isosurfaces show: how far along its ray each is met, mm, in place of its red.
+    bool showsDistances = false;
 };
 
 /// What a prepared scene gives the mirror; valid as long as the scene is not moved.

@@ -143,6 +143,11 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
                 hit->normal = glm::vec3(unitNormal(optics, gradient, ray.direction));
                 hit->surface = static_cast<int>(number) + 1;
             }
+            if (input.showsDistances) {
+                done = over(Vec((static_cast<Real>(i) + at) * ray.segmentMm, Real(0), Real(0)),
+                            static_cast<Real>(surface.opacity));
+                return;
+            }
             const auto material = [&] { return materialAt(optics, placeOf(optics, isovalues[number])); };
             done = over(lit(Vec(surface.colour), gradient, p, material), static_cast<Real>(surface.opacity));
         };

@@ -6,6 +6,7 @@
 #include "core/threads.h"
 #include "render/engines/mirror/mirror.h"
 #include "render/engines/native/fine_blocks.h"
+#include "render/engines/native/native_tracer.h"
 
 #include <algorithm>
 #include <mutex>
@@ -516,6 +517,12 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScen
     counts.lanes.turns += job.turnsTaken;
     counts.lanes.used += job.values;
     return ended;
+}
+
+std::unique_ptr<SurfaceTracer> NativeCaster::surfaceTracer(double voxels) const {
+    if (options_.passes) // bricks may be absent
+        return nullptr;
+    return std::make_unique<NativeTracer>(packetScene(), target_, voxels);
 }
 
 Image NativeCaster::image() const {

@@ -25,6 +25,7 @@ class NativeCaster : public RayCaster {
     std::vector<std::uint32_t> takeWanted() override { return wanted_.take(); }
     Image image() const override;
     std::vector<SurfaceHit> hits() const override { return hits_; }
+    std::unique_ptr<SurfaceTracer> surfaceTracer(double voxels) const override;
     void functionChanged() override {
         tablesAreNew_ = true;
         engine_.functionChanged();

@@ -103,8 +103,9 @@ struct PacketSurfaces {
     float isovalue[kMostSurfaces] = {}; // as stored
     float red[kMostSurfaces] = {}, green[kMostSurfaces] = {}, blue[kMostSurfaces] = {};
     float opacity[kMostSurfaces] = {};
-    bool volumeShows = true; // between them
-    PacketEmptySpace space;  // what they alone show; no map: wherever anything shows
+    bool volumeShows = true;     // between them
+    bool showsDistances = false; // how far along its ray each is met, mm, in place of its red
+    PacketEmptySpace space;      // what they alone show; no map: wherever anything shows
 };
 
 struct PacketJob;

@@ -236,6 +236,8 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
         F3 colour{look(surfaces.red), look(surfaces.green), look(surfaces.blue)};
         if (o.lit)
             colour = lit(colour, gradient, p, placeOf(o, isovalue), m);
+        if (surfaces.showsDistances)
+            colour.x = (number(i) + at) * segmentMm;
         composite(colour, look(surfaces.opacity), m);
     }
 

@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "render/engines/reference/reference.h"
+#include "render/engines/reference/surface_rays.h"
 
 #include <algorithm>
 
@@ -14,8 +15,8 @@ constexpr std::size_t kRaysAtATime = 512, kLitRaysAtATime = 64; // where there i
 class ReferenceCaster : public RayCaster {
   public:
     ReferenceCaster(const ScenePlan& scene, const Shading& shading, const std::vector<Isosurface>& surfaces,
-                    int threads)
-        : scene_(scene), shading_(shading), surfaces_(surfaces), threads_(threads) {}
+                    bool tellsHits, int threads)
+        : scene_(scene), shading_(shading), surfaces_(surfaces), tellsHits_(tellsHits), threads_(threads) {}
 
     /// Rays are the view's own, in double; strides count for nothing.
     void begin(const Rays& rays) override {
@@ -29,24 +30,9 @@ class ReferenceCaster : public RayCaster {
     }
 
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work&) override {
-        const VolumeState& volume = scene_.volume;
         const bool whole = deadline == Clock::time_point::max();
-        const ReferenceInput input{volume.cache.get(),
-                                   &scene_.info(),
-                                   &volume.function,
-                                   shading_,
-                                   &volume.statistics,
-                                   1,
-                                   surfaces_,
-                                   whole ? slicing.progress : ShareDone{},
-                                   scene_.view.lighting,
-                                   scene_.view.camera,
-                                   ReferenceInput().lightTolerance,
-                                   volume.optics.reduction,
-                                   volume.look,
-                                   scene_.view.part.slabs,
-                                   scene_.view.part.flat,
-                                   scene_.view.part.cuts.get()};
+        ReferenceInput input = this->input();
+        input.progress = whole ? slicing.progress : ShareDone{};
         const std::size_t most = lightChannels(scene_.view.lighting) > 0 ? kLitRaysAtATime : kRaysAtATime;
         do {
             const std::size_t left = picture_.pixels.size() - done_;
@@ -62,18 +48,46 @@ class ReferenceCaster : public RayCaster {
         } while (done_ < picture_.pixels.size() && Clock::now() < deadline);
         if (done_ < picture_.pixels.size())
             return false;
+        if (tellsHits_)
+            hits_ = ReferenceSurfaces(input).firstHits(rays_, threads_);
         rays_ = {};
         return true;
     }
 
     Image image() const override { return picture_; }
+    std::vector<SurfaceHit> hits() const override { return hits_; }
+    std::unique_ptr<SurfaceTracer> surfaceTracer(double) const override {
+        return std::make_unique<ReferenceSurfaces>(input());
+    }
 
   private:
+    ReferenceInput input() const {
+        const VolumeState& volume = scene_.volume;
+        return {volume.cache.get(),
+                &scene_.info(),
+                &volume.function,
+                shading_,
+                &volume.statistics,
+                1,
+                surfaces_,
+                {},
+                scene_.view.lighting,
+                scene_.view.camera,
+                ReferenceInput().lightTolerance,
+                volume.optics.reduction,
+                volume.look,
+                scene_.view.part.slabs,
+                scene_.view.part.flat,
+                scene_.view.part.cuts.get()};
+    }
+
     const ScenePlan& scene_;
     Shading shading_;
     std::vector<Isosurface> surfaces_;
+    bool tellsHits_;
     int threads_;
     std::vector<ReferenceRay> rays_;
+    std::vector<SurfaceHit> hits_;
     Image picture_;
     std::size_t done_ = 0; // rays
 };
@@ -85,8 +99,8 @@ void ReferenceEngine::open(std::span<ScenePlan* const> volumes, std::size_t) {
     scene_ = volumes.front();
 }
 
-std::unique_ptr<RayCaster> ReferenceEngine::caster(const CasterOptions&, Ledger&) {
-    return std::make_unique<ReferenceCaster>(*scene_, shading_, surfaces_, threads_);
+std::unique_ptr<RayCaster> ReferenceEngine::caster(const CasterOptions& options, Ledger&) {
+    return std::make_unique<ReferenceCaster>(*scene_, shading_, surfaces_, options.hits, threads_);
 }
 
 } // namespace tessera

@@ -1,0 +1,280 @@
+// render/light/surface_light.cpp: see surface_light.h.
+#include "render/light/surface_light.h"
+
+#include "core/error.h"
+#include "core/threads.h"
+#include "render/contract/optics.h"
+#include "render/contract/ray_cuts.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <numbers>
+
+namespace tessera {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kStrip = 16; // places that a thread takes at a time
+constexpr double kGoldenAngle = 2.399963229728653;
+constexpr int kWindow = 3;           // pixels to a side that share what they found
+constexpr float kReachParts = 4;     // they lie within one such part of the radius,
+constexpr float kLevelParts = 4;     // and within such a part of that of each other's tangent planes
+constexpr float kApart = 0.8f;       // what one direction can err by, and be taken for the same
+constexpr float kEnough = 1.0f / 64; // weight, in places like itself, that a sample needs of its neighbours
+
+/// Mixes all bits (the finaliser of SplitMix64).
+std::uint64_t mixed(std::uint64_t x) {
+    x += 0x9e3779b97f4a7c15ULL;
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
+    return x ^ (x >> 31);
+}
+/// In [0,1).
+double fraction(std::uint64_t bits) {
+    return static_cast<double>(bits >> 11) * 0x1p-53;
+}
+
+double secondsSince(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+} // namespace
+
+std::uint64_t hemisphereKey(const glm::vec2& place, std::uint32_t seed) {
+    const std::uint64_t at =
+        std::uint64_t{std::bit_cast<std::uint32_t>(place.x)} << 32 | std::bit_cast<std::uint32_t>(place.y);
+    return mixed(mixed(at) + seed);
+}
+
+/// The places of a sunflower's seeds on a disk, which cover parts of one size, lifted to the hemisphere.
+std::vector<glm::dvec3> hemisphereDirections(const glm::dvec3& normal, int count, std::uint64_t key) {
+    const double turn = 2 * std::numbers::pi * fraction(mixed(key)), shift = fraction(mixed(key + 1));
+    // An orthonormal frame without a branch (Duff et al. 2017).
+    const double sign = std::copysign(1.0, normal.z);
+    const double a = -1 / (sign + normal.z), b = normal.x * normal.y * a;
+    const glm::dvec3 across(1 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x);
+    const glm::dvec3 along(b, sign + normal.y * normal.y * a, -normal.y);
+    std::vector<glm::dvec3> directions;
+    directions.reserve(static_cast<std::size_t>(count));
+    for (int k = 0; k < count; ++k) {
+        const double squared = (k + shift) / count, angle = turn + k * kGoldenAngle;
+        const double radius = std::sqrt(squared);
+        directions.push_back(radius * std::cos(angle) * across + radius * std::sin(angle) * along +
+                             std::sqrt(1 - squared) * normal);
+    }
+    return directions;
+}
+
+SurfaceLight::SurfaceLight(const ScenePlan& plan, int threads, bool finestSamples)
+    : plan_(plan), threads_(threads), finestSamples_(finestSamples), seed_(plan.view.quality.pixels.seed),
+      size_(plan.view.imageSize), toVoxels_(glm::inverse(glm::dmat3(plan.info().patientFromVoxel))),
+      toPatient_(plan.info().patientFromVoxel) {
+    TESSERA_CHECK(plan.view.lighting.surfaceOcclusion && !plan.volume.optics.volumeShows);
+    occlusion_ = *plan.view.lighting.surfaceOcclusion;
+    report_.rays = occlusion_.rays;
+    report_.radiusMm = occlusion_.radiusMm;
+}
+
+std::size_t SurfaceLight::bytesPerPixel(bool sampled) {
+    // What middles met and found, and their keys; what is added to an array of rays, and to the picture.
+    // Where pixels have samples, what an array of them met, and the sums of what is added.
+    const std::size_t middles = sizeof(SurfaceHit) + sizeof(float) + sizeof(glm::vec4);
+    return sampled ? middles + sizeof(SurfaceHit) + 3 * sizeof(glm::vec4) : middles;
+}
+
+/// Of samples, in voxels: of the brick that a place lies in.
+double SurfaceLight::pitchAt(const glm::dvec3& voxel) const {
+    if (finestSamples_)
+        return 1;
+    const Selection& selection = plan_.volume.selection;
+    const glm::ivec3 brick =
+        glm::clamp(glm::ivec3(glm::floor(voxel)) / kBrickExtent, glm::ivec3(0), selection.bricks - 1);
+    const std::uint8_t level = selection.levels[linearIndex(brick, selection.bricks)];
+    return 1 << (level == Selection::kEmpty ? selection.finest() : level);
+}
+
+/// Those of a place, as far as the picture's cuts leave them.
+void SurfaceLight::addWays(const SurfaceHit& hit, std::uint64_t key, std::vector<Way>& ways) const {
+    const RayFrame<double>& frame = plan_.view.frame;
+    const glm::dvec3 normal(hit.normal), above = toVoxels_ * normal, place(hit.position);
+    const double most = std::max({std::abs(above.x), std::abs(above.y), std::abs(above.z)});
+    const glm::dvec3 from = place + above * (pitchAt(place) / most);
+    std::vector<RayCuts::Part> parts;
+    int number = 0;
+    for (const glm::dvec3& direction : hemisphereDirections(normal, occlusion_.rays, key)) {
+        const glm::dvec3 voxelsPerMm = toVoxels_ * direction;
+        const double voxels = glm::length(voxelsPerMm);
+        RayLine<double> line{from, voxelsPerMm / voxels, 0, 1 / voxels};
+        double t0 = 0, t1 = 0;
+        if (drawnPartOf(frame, line, t0, t1)) {
+            t1 = std::min(t1, occlusion_.radiusMm * voxels);
+            parts.assign(1, {t0, t1});
+            if (frame.cuts && t0 < t1) {
+                parts.clear();
+                frame.cuts->parts(from, line.direction, t0, t1, parts);
+            }
+            for (const RayCuts::Part& part : parts)
+                if (part.from < part.to)
+                    ways.push_back({{from + part.from * line.direction, line.direction, part.to - part.from,
+                                     line.mmPerVoxel},
+                                    part.from * line.mmPerVoxel,
+                                    number});
+        }
+        ++number;
+    }
+}
+
+/// Of each place the mean, over its directions, of the light that is left along the way, over its length.
+void SurfaceLight::openAround(std::span<const SurfaceHit> hits, std::span<const std::uint64_t> keys,
+                              const SurfaceTracer& tracer, std::span<float> open) const {
+    std::vector<Way> ways;
+    std::vector<std::size_t> first = {0};
+    for (std::size_t n = 0; n < hits.size(); ++n) {
+        addWays(hits[n], keys[n], ways);
+        first.push_back(ways.size());
+    }
+    std::vector<LightWay> of(ways.size());
+    std::transform(ways.begin(), ways.end(), of.begin(), [](const Way& w) { return w.way; });
+    std::vector<LightTaken> taken(ways.size());
+    tracer.trace(of, taken);
+    for (std::size_t n = 0; n < hits.size(); ++n) {
+        double lost = 0, left = 1;
+        for (std::size_t w = first[n]; w < first[n + 1]; ++w) {
+            if (w == first[n] || ways[w].direction != ways[w - 1].direction)
+                left = 1;
+            const double mm = static_cast<double>(taken[w].mm), all = static_cast<double>(taken[w].taken);
+            lost += left * (all - (mm + ways[w].beginMm * all) / occlusion_.radiusMm);
+            left *= 1 - all;
+        }
+        open[n] = static_cast<float>(std::clamp(1 - lost / occlusion_.rays, 0.0, 1.0));
+    }
+}
+
+float SurfaceLight::openAt(const SurfaceHit& hit, const glm::vec2& place, const SurfaceTracer& tracer) const {
+    float open = 1;
+    const std::uint64_t key = hemisphereKey(place, seed_);
+    if (hit.surface != 0 && hit.normal != glm::vec3(0))
+        openAround(std::span(&hit, 1), std::span(&key, 1), tracer, std::span(&open, 1));
+    return open;
+}
+
+glm::vec2 SurfaceLight::placeOf(std::size_t pixel) const {
+    const auto width = static_cast<std::size_t>(size_.x);
+    return glm::vec2(static_cast<float>(pixel % width), static_cast<float>(pixel / width)) + 0.5f;
+}
+
+void SurfaceLight::look(std::vector<SurfaceHit> middles, const SurfaceTracer& tracer,
+                        const ShareDone& progress) {
+    TESSERA_CHECK(middles.size() == rayCount(size_));
+    const auto start = Clock::now();
+    middles_ = std::move(middles);
+    open_.assign(middles_.size(), 1.0f);
+    std::atomic<std::size_t> places{0};
+    parallelFor((middles_.size() + kStrip - 1) / kStrip, threads_,
+                [&](std::size_t strip) {
+                    SurfaceHit hits[kStrip];
+                    std::uint64_t keys[kStrip];
+                    float open[kStrip];
+                    std::size_t pixels[kStrip], count = 0;
+                    for (std::size_t i = strip * kStrip; i < std::min(middles_.size(), (strip + 1) * kStrip);
+                         ++i)
+                        if (middles_[i].surface != 0 && middles_[i].normal != glm::vec3(0)) {
+                            hits[count] = middles_[i];
+                            keys[count] = hemisphereKey(placeOf(i), seed_);
+                            pixels[count++] = i;
+                        }
+                    openAround(std::span(hits).first(count), std::span(keys).first(count), tracer,
+                               std::span(open).first(count));
+                    for (std::size_t n = 0; n < count; ++n)
+                        open_[pixels[n]] = open[n];
+                    places += count;
+                },
+                progress);
+    report_.places = places;
+    report_.bytes = middles_.size() * (sizeof(SurfaceHit) + sizeof(float));
+    report_.seconds += secondsSince(start);
+}
+
+/// The mean of what the middles around a place found, each by how near it is, how alike it faces, and how
+/// alike it is to what the pixel's own middle found, as far as directions err; below 0 where there are none
+/// to speak of.
+float SurfaceLight::shared(const SurfaceHit& hit, const glm::ivec2& pixel) const {
+    const float reach = static_cast<float>(occlusion_.radiusMm) / kReachParts, level = reach / kLevelParts;
+    const float apart = kApart / std::pow(static_cast<float>(occlusion_.rays), 0.75f);
+    const glm::mat3 toPatient(toPatient_);
+    const auto weightOf = [&](const SurfaceHit& other) {
+        if (other.surface != hit.surface)
+            return 0.0f;
+        const glm::vec3 away = toPatient * (other.position - hit.position);
+        const float above = glm::dot(hit.normal, away), facing = glm::dot(hit.normal, other.normal);
+        const float near = 1 - glm::dot(away, away) / (reach * reach);
+        const float flat = 1 - above * above / (level * level);
+        if (!(near > 0 && flat > 0 && facing > 0))
+            return 0.0f;
+        const float squared = facing * facing, fourth = squared * squared;
+        return near * near * flat * flat * fourth * fourth;
+    };
+    const auto at = [&](int x, int y) {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(size_.x) + static_cast<std::size_t>(x);
+    };
+    const std::size_t own = at(pixel.x, pixel.y);
+    const bool knows = weightOf(middles_[own]) > 0;
+    float sum = 0, weights = 0;
+    const glm::ivec2 low = glm::max(pixel - kWindow, glm::ivec2(0)),
+                     high = glm::min(pixel + kWindow, size_ - 1);
+    for (int y = low.y; y <= high.y; ++y)
+        for (int x = low.x; x <= high.x; ++x) {
+            const std::size_t n = at(x, y);
+            float weight = weightOf(middles_[n]);
+            if (knows) {
+                const float off = (open_[n] - open_[own]) / apart;
+                const float alike = std::max(0.0f, 1 - off * off);
+                weight *= alike * alike;
+            }
+            sum += weight * open_[n];
+            weights += weight;
+        }
+    return weights > kEnough ? sum / weights : -1;
+}
+
+Image SurfaceLight::added(std::span<const SurfaceHit> hits, std::span<const glm::vec2> places,
+                          const glm::ivec2& size, const SurfaceTracer& tracer) const {
+    TESSERA_CHECK(hasLooked() && hits.size() == rayCount(size) &&
+                  (places.empty() || places.size() == hits.size()));
+    const auto start = Clock::now();
+    const Optics& optics = plan_.volume.optics;
+    Image out(size);
+    std::atomic<std::size_t> alone{0};
+    parallelFor(static_cast<std::size_t>(size.y), threads_, [&](std::size_t row) {
+        const auto width = static_cast<std::size_t>(size.x);
+        for (std::size_t i = row * width; i < (row + 1) * width; ++i) {
+            const SurfaceHit& hit = hits[i];
+            if (hit.surface == 0 || hit.normal == glm::vec3(0))
+                continue;
+            const glm::vec2 place = places.empty() ? placeOf(i) : places[i];
+            float open = -1;
+            if (occlusion_.filter)
+                open = shared(hit, glm::clamp(glm::ivec2(glm::floor(place)), glm::ivec2(0), size_ - 1));
+            else if (places.empty())
+                open = open_[i];
+            if (open < 0) {
+                open = openAt(hit, place, tracer);
+                ++alone;
+            }
+            const SurfaceLook& look = optics.surfaces[static_cast<std::size_t>(hit.surface) - 1];
+            const float ambient = materialAt(optics, tessera::placeOf(optics, look.isovalue)).ambient;
+            out.pixels[i] = glm::vec4(look.colour * (look.opacity * ambient * (open - 1)), 0);
+        }
+    });
+    report_.alone += alone;
+    report_.seconds += secondsSince(start);
+    return out;
+}
+
+} // namespace tessera

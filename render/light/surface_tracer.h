@@ -1,0 +1,49 @@
+// render/light/surface_tracer.h: rays of light among isosurfaces: how far they get. What follows them is an
+// engine's (RayCaster::surfaceTracer()) or the mirror's; all find the same places.
+#pragma once
+
+#include "render/contract/ray.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/vec3.hpp>
+#include <span>
+
+namespace tessera {
+
+/// Part of a straight way, voxel space.
+struct LightWay {
+    glm::dvec3 from{0}, direction{0}; // direction: unit
+    double voxels = 0;                // its length
+    double mmPerVoxel = 1;            // along it
+};
+
+/// What isosurfaces take of the light along a way.
+struct LightTaken {
+    float taken = 0; // of 1, all of it together
+    float mm = 0;    // sum of what each takes times how far along the way it is met
+};
+
+class SurfaceTracer {
+  public:
+    virtual ~SurfaceTracer() = default;
+    /// One of each way, in order. For several threads at once. @param taken  as many as ways
+    virtual void trace(std::span<const LightWay> ways, std::span<LightTaken> taken) const = 0;
+};
+
+/// A way as a ray of segments of a length in voxels.
+template <typename Real> SegmentedRay<Real> segmentedWay(const LightWay& way, double segmentVoxels) {
+    SegmentedRay<Real> ray;
+    const Real segments = static_cast<Real>(way.voxels / segmentVoxels);
+    if (!(segments > Real(0) && segments < Real(1 << 24)))
+        return ray;
+    ray.entry = typename SegmentedRay<Real>::Vec(way.from);
+    ray.direction = typename SegmentedRay<Real>::Vec(way.direction);
+    ray.step = static_cast<Real>(segmentVoxels) * ray.direction;
+    ray.segmentMm = static_cast<Real>(segmentVoxels * way.mmPerVoxel);
+    ray.count = static_cast<int>(std::ceil(segments));
+    ray.tail = segments - static_cast<Real>(ray.count - 1);
+    return ray;
+}
+
+} // namespace tessera
