@@ -132,6 +132,7 @@ class WindowTest : public ::testing::Test {
     void start(const std::string& path, const std::string& more = "") {
         std::vector<std::string> words = {TESSERA_PROGRAM, "view",   path,           "--size", "900x600",
                                           "--ram",         "512MiB", "--gpu-memory", "256MiB"};
+        words[4] = size_;
         if (!more.empty())
             words.insert(words.end(), {"--script", more});
         window_.emplace(words, folder_.path(), folder_ / "window.txt");
@@ -231,6 +232,7 @@ class WindowTest : public ::testing::Test {
 
     ScratchFolder folder_;
     std::optional<Process> display_, window_;
+    std::string size_ = "900x600"; // units
     Image picture_;
 };
 
@@ -361,6 +363,36 @@ TEST_F(WindowTest, AHandMeasuresCutsAndMovesTheCrosshair) {
     EXPECT_EQ(differenceFrom(scissored), 0);
 }
 
+// Twice as many pixels to a unit: the picture has them all, the panel is as wide in units, and what is
+// clicked is what lies there.
+TEST_F(WindowTest, OnAFineDisplayUnitsHaveMorePixels) {
+    if (std::system("command -v xrdb >/dev/null") != 0)
+        GTEST_SKIP() << "xrdb is not installed";
+    ASSERT_EQ(std::system("echo 'Xft.dpi: 192' | xrdb -merge"), 0);
+    size_ = "600x450";
+    start(TESSERA_TORSO);
+    ASSERT_TRUE(rests());
+    ASSERT_EQ(std::system("xdotool windowfocus --sync $(xdotool search --name Tessera | tail -1)"), 0);
+    ASSERT_TRUE(isThePictureOfItsScene());
+    const double wide = std::floor((600 - 330) * 0.72); // beside the panel, the planes' 28 %
+    EXPECT_NEAR(picture_.size.x, 2 * wide, 1);
+    EXPECT_EQ(picture_.size.y, 900);
+    ASSERT_TRUE(after("key Tab sleep 0.3 key x"));
+    ASSERT_TRUE(isThePictureOfItsScene());
+    EXPECT_EQ(picture_.size, glm::ivec2(1200, 900));
+    const std::vector<glm::dvec2> clicks = {{560, 380}, {640, 560}};
+    ASSERT_TRUE(
+        after("key m mousemove 560 380 sleep 0.3 click 1 sleep 1 mousemove 640 560 sleep 0.3 click 1"));
+    const Scene now = scene();
+    ASSERT_EQ(now.measurements.size(), 1u);
+    ASSERT_EQ(now.measurements[0].points.size(), 2u);
+    for (std::size_t i = 0; i < 2; ++i) {
+        const glm::dvec2 seen = inWindow(now, now.measurements[0].points[i]) - glm::dvec2(330, 0);
+        EXPECT_NEAR(seen.x, clicks[i].x, 1.01) << i;
+        EXPECT_NEAR(seen.y, clicks[i].y, 1.01) << i;
+    }
+}
+
 // A line is asked for, flown and made a film of: what the window shows on the way is what the film's frame of
 // that moment shows.
 TEST_F(WindowTest, AFlightIsTheFilmOfItsPath) {
@@ -406,6 +438,22 @@ TEST_F(WindowTest, AFlightIsTheFilmOfItsPath) {
     const glm::dvec3 way = glm::dvec3(patch[0], patch[1], patch[2]) - camera.position;
     EXPECT_GT(glm::dot(glm::normalize(way), glm::normalize(camera.focalPoint - camera.position)), 0.99);
     EXPECT_FALSE(isBlank(readImage(folder_ / "patch.png")));
+}
+
+// All that a context holds is made anew; what was open, seen and set stays.
+TEST_F(WindowTest, ALostContextLosesNothing) {
+    std::ofstream(folder_ / "s.txt") << "wait still\norbit 30 10\nlevels on\nwait still\nwait 5000\n"
+                                        "window before.ppm\nlose-context\nwait 5500\nwindow after.ppm\n"
+                                        "orbit 30 10\nwait still\npicture turned.png\nquit\n";
+    start(TESSERA_TORSO, "s.txt");
+    ASSERT_EQ(window_->exitCode(100s), 0) << readAll(folder_ / "window.txt");
+    const std::string before = readAll(folder_ / "before.ppm"), after = readAll(folder_ / "after.ppm");
+    ASSERT_EQ(before.size(), after.size());
+    std::size_t differing = 0;
+    for (std::size_t i = 0; i < before.size(); ++i)
+        differing += before[i] != after[i];
+    EXPECT_LT(differing, before.size() / 100) << "but for what the State panel counts";
+    EXPECT_FALSE(isBlank(readImage(folder_ / "turned.png")));
 }
 
 TEST_F(WindowTest, AtRestItTakesNoProcessor) {

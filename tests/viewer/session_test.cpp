@@ -356,6 +356,26 @@ TEST(ViewSession, StillsAreLeftOutWhereThereIsNoRoom) {
     EXPECT_FALSE(ample.viewing->state().noStills);
 }
 
+// A picture too large for the memory is refused with a sentence; the next one is drawn.
+TEST(ViewSession, APictureThatDoesNotFitLosesNothing) {
+    Looker looker;
+    Scene scene = looker.opened(storePath("torso"));
+    looker.stillOf(0);
+    Scene huge = scene;
+    huge.imageSize = {4000, 4000};
+    looker.viewing->show(huge, false);
+    ASSERT_TRUE(looker.comesTo([&] { return !looker.viewing->state().problem.empty(); }));
+    EXPECT_THAT(looker.viewing->state().problem, HasSubstr("--ram"));
+    looker.viewing->problemSeen();
+    looker.viewing->show(huge, true); // again, as a window does whose size stays
+    ASSERT_TRUE(looker.comesTo([&] { return !looker.viewing->state().problem.empty(); }));
+    looker.viewing->problemSeen();
+    scene.imageSize = {80, 60};
+    const auto still = looker.stillOf(looker.viewing->show(scene, false));
+    EXPECT_EQ(still->image.size, glm::ivec2(80, 60));
+    EXPECT_TRUE(sameBits(still->image, rendered(scene)));
+}
+
 // A line is looked for beside all else; stills come back after it.
 TEST(ViewSession, FindsLines) {
     Looker looker;

@@ -502,7 +502,13 @@ void ViewSession::makeRenderer(const Scene& scene) {
 void ViewSession::take(const Wish& wish) {
     Open& o = *open_;
     if (wish.scene.volumes.front().path != o.scene.volumes.front().path)
-        return; // of the volume before
+        return;        // of the volume before
+    if (!o.renderer) { // the last scene could not be drawn, for want of memory
+        makeRenderer(wish.scene);
+        asked_ = wish.number;
+        moving_ = wish.moving;
+        return;
+    }
     const bool compiles = o.engine->about().compiles;
     const Camera& camera = std::get<Camera>(wish.scene.camera);
     const bool another = fixedPart(wish.scene, compiles) != fixedPart(o.scene, compiles),

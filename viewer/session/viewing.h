@@ -76,7 +76,7 @@ struct ViewingState {
     bool atRest = false;                    // nothing more will come until something is asked
     bool drawingStill = false;
     bool noStills = false; // for want of RAM: pictures have one ray a pixel at rest, too
-    std::string measured; // the still's measured error as a sentence; empty: none yet
+    std::string measured;  // the still's measured error as a sentence; empty: none yet
     std::uint64_t pictures = 0;
     std::size_t damagedChunks = 0; // that cannot be read: what they hold is drawn from coarser levels
     /// Where showLevels() asked for it: the level of each brick, [z][y][x]; Selection's numbers.

@@ -74,10 +74,18 @@ class Window {
         glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
         glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
         glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+        // So that a reset of the graphics device is told; not everywhere to be had.
+        glfwWindowHint(GLFW_CONTEXT_ROBUSTNESS, GLFW_LOSE_CONTEXT_ON_RESET);
         window_ = glfwCreateWindow(size.x, size.y, "Tessera", nullptr, nullptr);
+        tellsResets_ = window_ != nullptr;
+        if (!window_) {
+            glfwWindowHint(GLFW_CONTEXT_ROBUSTNESS, GLFW_NO_ROBUSTNESS);
+            window_ = glfwCreateWindow(size.x, size.y, "Tessera", nullptr, nullptr);
+        }
         if (!window_)
             throw Error("no window can be opened: " + lastGlfwProblem);
         glfwMakeContextCurrent(window_);
+        tellsResets_ = tellsResets_ && epoxy_has_gl_extension("GL_ARB_robustness");
         glfwSwapInterval(1);
         float scale = 1, ignored = 1;
         glfwGetWindowContentScale(window_, &scale, &ignored);
@@ -126,12 +134,15 @@ class Window {
         const glm::ivec2 size(glm::round(glm::dvec2(units) * perUnit_));
         glfwSetWindowSize(window_, size.x, size.y);
     }
+    /// All that its context held is gone, and nothing more can be drawn with it.
+    bool isLost() const { return tellsResets_ && glGetGraphicsResetStatusARB() != GL_NO_ERROR; }
     /// Of the system's coordinates, those of the pointer included.
     double perUnit() const { return perUnit_; }
 
   private:
     GLFWwindow* window_;
     double perUnit_ = 1;
+    bool tellsResets_ = false;
 };
 
 /// ImGui on that window; after its callbacks were set, which ImGui calls too.
@@ -210,10 +221,19 @@ int countGlObjects() {
     return count;
 }
 
+/// All that belongs to a GL context.
+struct Screen {
+    Screen(const glm::ivec2& size, Events& events) : window(size, events), gui(window) {}
+    Window window;
+    Gui gui;
+    PictureTexture texture;
+    SlicePanel slices;
+};
+
 class Loop {
   public:
     Loop(const WindowOptions& options, Settings& settings)
-        : settings_(settings), window_(startSize(options, settings), events_), gui_(window_),
+        : settings_(settings), screen_(std::in_place, startSize(options, settings), events_),
           viewing_(options.makeViewing([] { glfwPostEmptyEvent(); })),
           desk_(*viewing_, settings, options.presets),
           script_(options.script ? Script(*options.script) : Script()) {
@@ -223,22 +243,34 @@ class Loop {
     }
 
     void run() {
-        while (!glfwWindowShouldClose(window_.get())) {
+        while (!glfwWindowShouldClose(screen_->window.get())) {
             checkInterrupted();
             frame();
+            if (screen_->window.isLost() || std::exchange(loseContext_, false))
+                beginAnew();
             sleep();
         }
-        settings_.windowSize = window_.size();
+        settings_.windowSize = screen_->window.size();
         settings_.panels = desk_.showPanels;
     }
 
   private:
+    /// The session, which has no context of this kind, goes on.
+    void beginAnew() {
+        const glm::ivec2 size = screen_->window.size();
+        screen_.reset();
+        screen_.emplace(size, events_);
+        events_.framesOwed = kFramesAfterEvent;
+        title_.clear();
+        desk_.tell("the graphics device was reset; the window has begun anew");
+    }
+
     static glm::ivec2 startSize(const WindowOptions& options, const Settings& settings) {
         return settings.windowSize.x > 0 && !options.script ? settings.windowSize : options.size;
     }
 
     Area pictureArea() const {
-        const glm::ivec2 size = window_.size(), pixels = window_.framebuffer();
+        const glm::ivec2 size = screen_->window.size(), pixels = screen_->window.framebuffer();
         Area area;
         const double panels = desk_.showPanels ? static_cast<double>(Panels::kWidth) : 0.0;
         area.from = {std::min(panels, size.x - 1.0), 0};
@@ -253,13 +285,13 @@ class Loop {
     Area slicesBeside(const Area& picture) const {
         Area area = picture;
         area.from.x = picture.from.x + picture.size.x + 2;
-        area.size.x = window_.size().x - area.from.x;
+        area.size.x = screen_->window.size().x - area.from.x;
         return area;
     }
 
     void frame() {
-        Gui::begin(window_);
-        const glm::ivec2 pixels = window_.framebuffer();
+        Gui::begin(screen_->window);
+        const glm::ivec2 pixels = screen_->window.framebuffer();
         const Area area = pictureArea();
         if (pixels.x > 0 && pixels.y > 0)
             desk_.setPictureSize(area.pixels());
@@ -274,11 +306,11 @@ class Loop {
         for (const Events::Key& key : std::exchange(events_.pressed, {}))
             if (!ImGui::GetIO().WantTextInput)
                 press(key);
-        scripted_ =
-            script_.advance(desk_, endoscopy_,
-                            {[this](const glm::ivec2& size) { window_.resize(size); },
-                             [this](const fs::path& path) { toCapture_ = path; },
-                             [this] { glfwSetWindowShouldClose(window_.get(), GLFW_TRUE); }, countGlObjects});
+        scripted_ = script_.advance(desk_, endoscopy_,
+                                    {[this](const glm::ivec2& size) { screen_->window.resize(size); },
+                                     [this](const fs::path& path) { toCapture_ = path; },
+                                     [this] { glfwSetWindowShouldClose(screen_->window.get(), GLFW_TRUE); },
+                                     countGlObjects, [this] { loseContext_ = true; }});
         waits_ = desk_.settle();
         nameWindow();
         drawPicture(area);
@@ -287,8 +319,8 @@ class Loop {
         cuts_.draw(desk_, area);
         endoscopy_.draw(desk_, area);
         if (desk_.showSlices && desk_.volume())
-            slices_.draw(desk_, tools_, endoscopy_, slicesBeside(area));
-        panels_.draw(desk_, tools_, cuts_, endoscopy_, static_cast<float>(window_.size().y));
+            screen_->slices.draw(desk_, tools_, endoscopy_, slicesBeside(area));
+        panels_.draw(desk_, tools_, cuts_, endoscopy_, static_cast<float>(screen_->window.size().y));
         drawHelp(desk_);
         ImGui::Render();
         glViewport(0, 0, pixels.x, pixels.y);
@@ -296,15 +328,15 @@ class Loop {
         glClear(GL_COLOR_BUFFER_BIT);
         ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
         if (toCapture_)
-            capture(window_, *std::exchange(toCapture_, {}));
-        glfwSwapBuffers(window_.get());
+            capture(screen_->window, *std::exchange(toCapture_, {}));
+        glfwSwapBuffers(screen_->window.get());
     }
 
     void press(const Events::Key& key) {
         const bool control = (key.modifiers & GLFW_MOD_CONTROL) != 0,
                    shift = (key.modifiers & GLFW_MOD_SHIFT) != 0;
         if (control && key.key == GLFW_KEY_Q)
-            glfwSetWindowShouldClose(window_.get(), GLFW_TRUE);
+            glfwSetWindowShouldClose(screen_->window.get(), GLFW_TRUE);
         else if (shift && key.key == GLFW_KEY_SLASH)
             desk_.showHelp = !desk_.showHelp;
         else if (key.key == GLFW_KEY_F12)
@@ -343,16 +375,16 @@ class Loop {
     }
 
     void drawPicture(const Area& area) {
-        texture_.show(viewing_->picture());
-        if (!desk_.picture() || texture_.size().x == 0)
+        screen_->texture.show(viewing_->picture());
+        if (!desk_.picture() || screen_->texture.size().x == 0)
             return;
         // Of another size until one of this size is there: in the middle, with its own proportions.
-        const glm::dvec2 size = glm::dvec2(texture_.size()) / area.pixelsPerUnit;
+        const glm::dvec2 size = glm::dvec2(screen_->texture.size()) / area.pixelsPerUnit;
         const double fits = std::min(area.size.x / size.x, area.size.y / size.y);
-        const glm::dvec2 shown = texture_.size() == area.pixels() ? area.size : size * fits;
+        const glm::dvec2 shown = screen_->texture.size() == area.pixels() ? area.size : size * fits;
         const glm::dvec2 from = area.from + 0.5 * (area.size - shown);
         ImGui::GetBackgroundDrawList()->AddImage(
-            reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(texture_.name())),
+            reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(screen_->texture.name())),
             {static_cast<float>(from.x), static_cast<float>(from.y)},
             {static_cast<float>(from.x + shown.x), static_cast<float>(from.y + shown.y)});
     }
@@ -368,7 +400,7 @@ class Loop {
         else if (s.atRest && desk_.hasAsked() && desk_.volume())
             title += " (at rest)";
         if (title != title_)
-            glfwSetWindowTitle(window_.get(), title.c_str());
+            glfwSetWindowTitle(screen_->window.get(), title.c_str());
         title_ = title;
     }
 
@@ -386,10 +418,7 @@ class Loop {
 
     Settings& settings_;
     Events events_;
-    Window window_;
-    Gui gui_;
-    PictureTexture texture_;
-    SlicePanel slices_;
+    std::optional<Screen> screen_;
     std::unique_ptr<Viewing> viewing_;
     Desk desk_;
     PictureHand hand_;
@@ -401,6 +430,7 @@ class Loop {
     std::optional<fs::path> toOpen_, toCapture_;
     std::string title_;
     bool moves_ = false, waits_ = false, scripted_ = false;
+    bool loseContext_ = false; // as if the device had been reset
 };
 
 } // namespace

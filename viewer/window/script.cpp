@@ -25,14 +25,14 @@ namespace {
 /// Words that follow each step's name: at least.
 const std::map<std::string, std::size_t>& wordsOfSteps() {
     static const std::map<std::string, std::size_t> words = {
-        {"open", 1},      {"wait", 1},       {"orbit", 2},  {"pan", 2},          {"zoom", 1},
-        {"roll", 1},      {"view", 1},       {"turn", 2},   {"preset", 1},       {"light", 1},
-        {"shift", 2},     {"isosurface", 1}, {"size", 1},   {"pick", 2},         {"picture", 1},
-        {"window", 1},    {"scene", 1},      {"panels", 1}, {"help", 1},         {"planes", 1},
-        {"mode", 1},      {"window-of", 1},  {"crop", 6},   {"levels", 1},       {"place", 3},
-        {"print", 1},     {"projection", 1}, {"quit", 0},   {"keep-preset", 1},  {"write-preset", 2},
-        {"line", 3},      {"tree", 3},       {"fly-to", 1}, {"fly", 1},          {"record", 0},
-        {"load-path", 1}, {"save-path", 1},  {"cover", 0},  {"look-at-patch", 1}};
+        {"open", 1},         {"wait", 1},       {"orbit", 2},     {"pan", 2},          {"zoom", 1},
+        {"roll", 1},         {"view", 1},       {"turn", 2},      {"preset", 1},       {"light", 1},
+        {"shift", 2},        {"isosurface", 1}, {"size", 1},      {"pick", 2},         {"picture", 1},
+        {"window", 1},       {"scene", 1},      {"panels", 1},    {"help", 1},         {"planes", 1},
+        {"mode", 1},         {"window-of", 1},  {"crop", 6},      {"levels", 1},       {"place", 3},
+        {"print", 1},        {"projection", 1}, {"quit", 0},      {"lose-context", 0}, {"keep-preset", 1},
+        {"write-preset", 2}, {"line", 3},       {"tree", 3},      {"fly-to", 1},       {"fly", 1},
+        {"record", 0},       {"load-path", 1},  {"save-path", 1}, {"cover", 0},        {"look-at-patch", 1}};
     return words;
 }
 
@@ -171,6 +171,8 @@ bool Script::take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Wind
         return desk.showSlices = word(1) == "on", true;
     if (name == "quit")
         return window.close(), true;
+    if (name == "lose-context")
+        return window.loseContext(), true;
     if (name == "window")
         return window.capture(word(1)), true;
     if (!desk.volume())

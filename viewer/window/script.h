@@ -37,6 +37,7 @@ class Script {
         std::function<void(const std::filesystem::path&)> capture; // what is shown, after the next frame
         std::function<void()> close;
         std::function<int()> countGlObjects;
+        std::function<void()> loseContext; // as if the graphics device had been reset
     };
 
     Script() = default; // none
