@@ -6,6 +6,7 @@
 #include "core/printable_text.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
@@ -164,7 +165,9 @@ void FrameFolder::adopt(const json& film) {
                               entry.path().filename().string() + " without a film.json");
         // A whole file appears under the name at once, or another process's is there: link() replaces
         // nothing. (Not named as what OutputFile leaves behind, which others sweep away.)
-        const fs::path own = folder_ / (".film-" + std::to_string(::getpid()) + ".json");
+        static std::atomic<int> folders{0}; // of this process: several may begin at once
+        const fs::path own =
+            folder_ / (".film-" + std::to_string(::getpid()) + "-" + std::to_string(folders++) + ".json");
         writeOutputFile(own, text);
         const TemporaryPath unfinished(own);
         const bool linked = ::link(own.c_str(), file.c_str()) == 0;
