@@ -3,6 +3,7 @@
 // reference; what has none pays for none.
 #include "render/plan/visibility_rays.h"
 #include "tests/support/graded.h"
+#include "tests/support/interactive_fixture.h"
 #include "tests/support/lights.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
@@ -404,6 +405,30 @@ TEST(GradedNothing, SingleValuesTakeNone) {
         EXPECT_FALSE(prepared.p.volume.optics.grades());
         EXPECT_TRUE(bitEqual(nativePicture(plain).image, nativePicture(prepared).image));
     }
+}
+
+// Functions with and without it follow one another: each is drawn as a renderer draws it that knows no other.
+TEST(GradedChange, ComesAndGoes) {
+    const Scene graded = GradedCase{"soft-tissue", 0, Lit::no, Gradient::sobel}.scene({48, 48});
+    Scene plain = graded;
+    TransferFunction function = std::get<TransferFunction>(graded.volumes.front().transferFunction);
+    function.setGradientOpacity({});
+    plain.volumes.front().transferFunction = function;
+    const auto alone = [&](const Scene& scene) {
+        Session session(scene, std::size_t{1} << 30);
+        session.converge();
+        return session.renderer.picture();
+    };
+    const Image withIt = alone(graded), without = alone(plain);
+    EXPECT_FALSE(bitEqual(withIt, without));
+    Session session(plain, std::size_t{1} << 30);
+    session.converge();
+    session.renderer.setFunction(std::get<TransferFunction>(graded.volumes.front().transferFunction));
+    session.converge();
+    EXPECT_TRUE(bitEqual(session.renderer.picture(), withIt));
+    session.renderer.setFunction(function);
+    session.converge();
+    EXPECT_TRUE(bitEqual(session.renderer.picture(), without));
 }
 
 } // namespace
