@@ -278,7 +278,9 @@ TEST(GradedRamp, ItsLightIsThatOfTheScaledFunction) {
         const Ramp ramp(1, type);
         const auto [factor, expected] = factorsAt(ramp.lengthPerMm(), GradientOpacity::Per::mm)[0];
         Scene scene = ramp.stored.scene({}, 0, 24);
-        scene.lighting.lights = {Light(), keyLight()};
+        Light key = keyLight(); // from where the ramp's gradients answer to it
+        key.direction = {1, -1, 1};
+        scene.lighting.lights = {Light(), key};
         scene.lighting.occlusion = Occlusion();
         scene.lighting.occlusion->radiusMm = 12;
         scene.volumes[0].transferFunction = ramp.function(expected);
@@ -288,6 +290,9 @@ TEST(GradedRamp, ItsLightIsThatOfTheScaledFunction) {
         const Image picture = nativePicture(*prepared).image;
         EXPECT_FALSE(isBlank(picture));
         EXPECT_LE(largestDifference(picture, nativePicture(*scaled).image), 3e-4); // light has 14 bits
+        Scene unshadowed = scene;
+        unshadowed.lighting.lights[1].shadow = false;
+        EXPECT_GT(largestDifference(picture, nativePicture(*ramp.stored.prepare(unshadowed)).image), 0.01);
         Scene plain = scene;
         plain.volumes[0].transferFunction = ramp.function(1);
         const auto dense = ramp.stored.prepare(plain);
