@@ -703,9 +703,8 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              static_cast<unsigned long long>(r.work.samples), static_cast<unsigned long long>(r.work.fetches),
              static_cast<unsigned long long>(r.work.dispatches), r.work.longestDispatchMs);
     if (const auto& surfaces = r.surfaceLight)
-        line("occlusion of surfaces: %d directions of %g mm from %zu places%s, %s, %.1f s; light of voxels "
-             "has "
-             "none",
+        line("occlusion of surfaces: %d directions of %g mm from %zu places%s, %s, %.1f s; light of "
+             "voxels has none",
              surfaces->rays, surfaces->radiusMm, surfaces->places,
              surfaces->alone > 0 ? (" and " + std::to_string(surfaces->alone) + " more samples").c_str() : "",
              formatBytes(surfaces->bytes).c_str(), surfaces->seconds);

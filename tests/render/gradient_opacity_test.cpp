@@ -1,6 +1,7 @@
 // tests/render/gradient_opacity_test.cpp: opacity by gradient: closed forms, on every engine and in the light
 // of voxels; the native engine has the mirror's bits, the march its own tolerance, and both come to the
 // reference; what has none pays for none.
+#include "core/image_metrics.h"
 #include "render/plan/visibility_rays.h"
 #include "tests/support/graded.h"
 #include "tests/support/interactive_fixture.h"
@@ -21,26 +22,8 @@ using namespace tessera::test;
 
 constexpr glm::ivec2 kSize(39, 43); // no packet's edges divide it
 
-void expectTheMirrorsBits(Prepared& prepared) {
-    const Image mirror = mirrorPicture(prepared);
-    EXPECT_FALSE(isBlank(mirror));
-    for (const native::PacketTarget* target : nativeTargets())
-        for (const bool aprons : {true, false}) {
-            NativeChoices choices;
-            choices.target = target;
-            choices.aprons = aprons;
-            EXPECT_EQ(differing(nativePicture(prepared, choices).image, mirror), 0u)
-                << target->name << (aprons ? ", aprons" : ", no aprons");
-        }
-}
-
 double largestDifference(const Image& a, const Image& b) {
-    double largest = 0;
-    for (std::size_t i = 0; i < a.pixels.size(); ++i)
-        for (int c = 0; c < 4; ++c)
-            largest = std::max(
-                largest, std::abs(static_cast<double>(a.pixels[i][c]) - static_cast<double>(b.pixels[i][c])));
-    return largest;
+    return compare(a, b).maxAbs;
 }
 
 enum class Lit { no, head, lights };

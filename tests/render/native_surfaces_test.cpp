@@ -16,7 +16,7 @@ std::vector<SurfaceHit> hitsOfMirror(const ScenePlan& p) {
                              frameRays(cast<float>(p.view.frame)), 0);
 }
 
-void expectTheMirrorsBits(Prepared& prepared) {
+void expectTheMirrorsBitsAndHits(Prepared& prepared) {
     const Image mirror = mirrorPicture(prepared);
     const std::vector<SurfaceHit> met = hitsOfMirror(prepared.p);
     EXPECT_FALSE(isBlank(mirror));
@@ -79,7 +79,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_P(NativeSurfaces, PicturesAndHitsAreTheMirrors) {
     Prepared prepared("torso", scene());
     EXPECT_EQ(prepared.p.volume.mapsSurfaces, GetParam().volume && GetParam().skipping);
-    expectTheMirrorsBits(prepared);
+    expectTheMirrorsBitsAndHits(prepared);
 }
 
 TEST_P(NativeSurfaces, OfMixedLevelsAreTheMirrors) {
@@ -92,7 +92,7 @@ TEST_P(NativeSurfaces, OfMixedLevelsAreTheMirrors) {
         Prepared prepared("torso", s);
         prepared.p.setSelection(randomShownLevels(prepared.p.volume.selection, 3), prepared.budgets.ram);
         ASSERT_TRUE(prepared.p.volume.mixed());
-        expectTheMirrorsBits(prepared);
+        expectTheMirrorsBitsAndHits(prepared);
     }
 }
 
@@ -114,7 +114,7 @@ TEST(NativeSurfaceLights, PicturesAreTheMirrors) {
             {{.from = -400, .to = 100, .diffuse = 0.3}, {.from = 100, .to = 900, .specular = 0.9}});
         s.volumes[0].transferFunction = function;
         Prepared prepared("torso", s);
-        expectTheMirrorsBits(prepared);
+        expectTheMirrorsBitsAndHits(prepared);
     }
 }
 

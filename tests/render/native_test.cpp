@@ -15,19 +15,6 @@ using namespace tessera::test;
 
 constexpr glm::ivec2 kSize(39, 43); // no packet's edges divide it
 
-void expectTheMirrorsBits(Prepared& prepared, bool blank = false) {
-    const Image mirror = mirrorPicture(prepared);
-    EXPECT_EQ(isBlank(mirror), blank);
-    for (const native::PacketTarget* target : nativeTargets())
-        for (const bool aprons : {true, false}) {
-            NativeChoices choices;
-            choices.target = target;
-            choices.aprons = aprons;
-            EXPECT_EQ(differing(nativePicture(prepared, choices).image, mirror), 0u)
-                << target->name << (aprons ? ", aprons" : ", no aprons");
-        }
-}
-
 struct NativeCase {
     const char* store;
     const char* preset;

@@ -78,4 +78,18 @@ inline Image mirrorPicture(const Prepared& prepared) {
     return image;
 }
 
+/// With every set of instructions, with aprons and without. @param blank  whether nothing is to be seen
+inline void expectTheMirrorsBits(Prepared& prepared, bool blank = false) {
+    const Image mirror = mirrorPicture(prepared);
+    EXPECT_EQ(isBlank(mirror), blank);
+    for (const native::PacketTarget* target : nativeTargets())
+        for (const bool aprons : {true, false}) {
+            NativeChoices choices;
+            choices.target = target;
+            choices.aprons = aprons;
+            EXPECT_EQ(differing(nativePicture(prepared, choices).image, mirror), 0u)
+                << target->name << (aprons ? ", aprons" : ", no aprons");
+        }
+}
+
 } // namespace tessera::test
