@@ -44,6 +44,7 @@ struct Rays {
 /// Throws where an engine cannot take such rays.
 inline void check(const Rays& rays) {
     TESSERA_CHECK(rays.places.empty() || rays.places.size() == rayCount(rays.arraySize));
+    TESSERA_CHECK(!rays.frame.phased || !(rays.frame.cuts || rays.frame.flat));
 }
 
 class RayCaster {

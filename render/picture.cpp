@@ -39,6 +39,12 @@ Rays raysOf(const ScenePlan& plan) {
     return {plan.view.frame, plan.strides()};
 }
 
+Rays raysOf(const ScenePlan& plan, double stepVoxels) {
+    Rays rays = raysOf(plan);
+    rays.frame.segmentVoxels = rays.strides.segmentVoxels = stepVoxels;
+    return rays;
+}
+
 bool bringBricks(Engine& engine, ScenePlan& plan, Ledger& ram, Ledger& gpu, Work& work, bool kept,
                  std::size_t pages) {
     VolumeState& volume = plan.volume;

@@ -31,5 +31,7 @@ bool drawWithin(RayCaster& caster, Engine& engine, const ScenePlan& plan, const 
 
 /// The rays of the plan as it is.
 Rays raysOf(const ScenePlan& plan);
+/// The same with another step, in voxels.
+Rays raysOf(const ScenePlan& plan, double stepVoxels);
 
 } // namespace tessera

@@ -14,6 +14,7 @@
 #include "render/plan/overlooked_pixels.h"
 #include "render/plan/plan_again.h"
 #include "render/plan/step_search.h"
+#include "render/step_of_means.h"
 #include "render/verify/error_goal.h"
 
 #include <algorithm>
@@ -75,10 +76,11 @@ bool drawAreas(RayCaster& caster, Engine& engine, const ScenePlan& p, const Rend
     if (goesOn)
         samples->picture.goOn(goal);
     else
-        samples =
-            SamplesDrawn{std::move(these),
-                         AreaPicture(raysOf(p), p.view.quality.pixels, options.threads, goal,
-                                     [&p](const Image& middles) { return overlookedPixels(p, middles); })};
+        samples = SamplesDrawn{std::move(these),
+                               AreaPicture(
+                                   raysOf(p), p.view.quality.pixels, options.threads, goal,
+                                   [&p](const Image& middles) { return overlookedPixels(p, middles); },
+                                   result.stepOfMeans)};
     if (!goesOn)
         samples->light = std::move(light);
     AreaPicture& picture = samples->picture;
@@ -156,23 +158,32 @@ bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
     result.refinedCells = caster->refine();
-    const auto drawSome = [&](const RayFrame<double>& frame, const Strides& strides) {
+    const auto drawSome = [&](const Rays& rays) {
         Work work; // not the picture's
-        caster->begin({frame, strides});
+        caster->begin(rays);
         drawToTheEnd(*caster, engine, p, options.slicing, work);
         return caster->image();
     };
     const bool checks = engine.about().choosesSteps;
     const bool steps = checks && !p.view.part.flat; // a plane has one sample
-    StepSearch search(
-        p, {drawSome, [&] { caster->functionChanged(); }, [&] { return caster->fetchExactly(); }}, ram);
+    StepSearch search(p,
+                      {[&](const RayFrame<double>& frame, const Strides& strides) {
+                           return drawSome({frame, strides});
+                       },
+                       [&] { caster->functionChanged(); }, [&] { return caster->fetchExactly(); }},
+                      ram);
     using Goal = StepSearch::Goal;
+    result.stepOfMeans.reset();
     if (steps) {
         progress.stage("choosing the step");
+        const bool chosen = scene.quality.automaticStep && (options.searching || options.checking);
         if (scene.quality.maxError.value_or(0) > 0)
             search.chooseStep({Goal::Measure::luvP99, *scene.quality.maxError - p.chosen.error.p99});
-        else if (scene.quality.automaticStep && (options.searching || options.checking))
+        else if (chosen)
             search.chooseStep({Goal::Measure::rms, kDefaultStepError});
+        const bool decide = p.view.quality.pixels.samples == PixelSampling::kAutomatic;
+        if (chosen && decide && !scene.quality.maxError)
+            result.stepOfMeans = stepOfMeans(p, kDefaultStepError, drawSome);
     }
     progress.stage("drawing");
     const bool areas = p.view.quality.pixels.samples != 1;
@@ -725,7 +736,11 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              static_cast<double>(r.light->mapError));
     if (!r.light)
         line("light of voxels: none; no planes, no maps of shadows");
-    line("segments: %g voxels, %s", r.stepVoxels,
+    char means[80] = "";
+    if (r.stepOfMeans)
+        std::snprintf(means, sizeof means, "%g in pixels that are the mean of eight rays or more, ",
+                      *r.stepOfMeans);
+    line("segments: %g voxels, %s%s", r.stepVoxels, means,
          integratorNames()[static_cast<std::size_t>(r.integrator)].c_str());
     if (r.pixels.asked == 1)
         line("pixels: one ray through the middle of each");

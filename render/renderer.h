@@ -71,6 +71,7 @@ struct RenderResult {
     double tableRelativeError = 0;
     Integrator integrator = Integrator::midpoint; // as used; so the step
     double stepVoxels = 0;
+    std::optional<double> stepOfMeans;          // of rays of which a pixel takes eight or more; voxels
     std::optional<PictureErrors> errors;        // where they were checked
     std::optional<PictureMeasurement> measured; // where it was asked for
     int rounds = 1;                             // pictures drawn until the error was what was asked for

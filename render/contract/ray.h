@@ -34,6 +34,7 @@ template <typename Real> struct RayFrame {
     Vec extent{0};                            // voxels
     glm::vec<2, Real> imageSize{1};
     Real segmentVoxels = 1; // q: length of a segment in voxel space
+    bool phased = false;    // rays have phases by where they stand in their array (phaseOf())
     bool perspective = true;
     /// Rays are drawn inside of all of them. flat: one of them is a plane, at which a ray has one sample.
     std::array<RaySlab<Real>, kMostSlabs> slabs = {};
@@ -83,6 +84,7 @@ template <typename Real> RayFrame<Real> cast(const RayFrame<double>& f) {
     out.extent = typename RayFrame<Real>::Vec(f.extent);
     out.imageSize = glm::vec<2, Real>(f.imageSize);
     out.segmentVoxels = static_cast<Real>(f.segmentVoxels);
+    out.phased = f.phased;
     out.perspective = f.perspective;
     for (int n = 0; n < f.slabCount; ++n) {
         const RaySlab<double>& slab = f.slabs[static_cast<std::size_t>(n)];
@@ -170,20 +172,33 @@ bool drawnPartOf(const RayFrame<Real>& f, const RayLine<Real>& line, Real& t0, R
     return t1 > t0 || (f.flat && t1 == t0);
 }
 
-/// Of the frame's box and slabs; its cuts are taken by partOf() (ray_cuts.h).
+/// Rays of a pixel that are drawn side by side, eight of them, take samples between one another's: by how
+/// many segments the lattice of the ray at a column and row of an array begins behind (before, if negative)
+/// where the ray enters what is drawn. From -7/16 to 7/16, so that the middle of the first segment is within;
+/// of every eight rays that follow one another in a patch of 4 x 4 (ray_array.h) each has another one, and
+/// those of the first four lie between those of the last.
+constexpr int kPhases = 8;
+template <typename Real> Real phaseOf(int column, int row) {
+    const int k = (column & 1) + 2 * (row & 1) + 4 * (column >> 1 & 1); // of eight
+    return static_cast<Real>(2 * (k & 3) + (k >> 2)) / Real(kPhases) - Real(7.0 / 16);
+}
+
+/// Of the frame's box and slabs; its cuts are taken by partOf() (ray_cuts.h). @param phase  of phaseOf(), or
+/// 0
 template <typename Real>
-SegmentedRay<Real> segmentedRay(const RayFrame<Real>& f, const glm::vec<2, Real>& pixel) {
+SegmentedRay<Real> segmentedRay(const RayFrame<Real>& f, const glm::vec<2, Real>& pixel, Real phase = 0) {
     const RayLine<Real> line = pixelLine(f, pixel);
     SegmentedRay<Real> ray;
     Real t0 = 0, t1 = 0;
     if (!drawnPartOf(f, line, t0, t1))
         return ray;
-    const Real segments = (t1 - t0) / f.segmentVoxels;
+    const Real first = t0 + phase * f.segmentVoxels;
+    const Real segments = (t1 - first) / f.segmentVoxels;
     if (!(segments < Real(1 << 24)))
         return ray; // NaN, or more than float can count: draws nothing
     ray.count = f.flat ? 1 : static_cast<int>(std::ceil(segments));
     ray.tail = segments - static_cast<Real>(ray.count - 1);
-    ray.entry = line.base + t0 * line.direction;
+    ray.entry = line.base + first * line.direction;
     ray.step = f.segmentVoxels * line.direction;
     ray.direction = line.direction;
     ray.segmentMm = f.segmentVoxels * line.mmPerVoxel;

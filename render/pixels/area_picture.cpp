@@ -36,10 +36,12 @@ glm::ivec2 placeOf(std::uint32_t pixel, const glm::ivec2& size) {
 } // namespace
 
 AreaPicture::AreaPicture(const Rays& picture, const PixelSampling& sampling, int threads,
-                         const PixelGoal& goal, Overlooked overlooked)
+                         const PixelGoal& goal, Overlooked overlooked, std::optional<double> phasedStep)
     : picture_(picture), sampling_(sampling), goal_(goal), overlooked_(std::move(overlooked)),
-      threads_(threads), places_(sampling.seed, sampling.filter), sums_(picture.size()) {
+      threads_(threads), places_(sampling.seed, sampling.filter), sums_(picture.size()),
+      phasedStep_(phasedStep) {
     TESSERA_CHECK(picture.places.empty() && sampling.samples != 1);
+    TESSERA_CHECK(!phasedStep || decides());
     beginRound();
 }
 
@@ -187,6 +189,11 @@ std::optional<Rays> AreaPicture::next() {
         array_[raySlot(k, arraySize_)] = last; // left over; what is drawn there is dropped
     drawing_ = true;
     Rays out = picture_;
+    if (phasedStep_) {
+        // A pixel's samples stand side by side, by eights, so that each eight of them have all phases.
+        out.frame.segmentVoxels = out.strides.segmentVoxels = *phasedStep_;
+        out.frame.phased = true;
+    }
     out.places = array_;
     out.arraySize = arraySize_;
     return out;

@@ -42,8 +42,11 @@ class AreaPicture {
   public:
     /// @param picture  without places
     /// @param threads  that decide where samples go; 0: all processors
+    /// @param phasedStep  where pixels decide: the step of all rays but those through middles, voxels; they
+    ///     have phases. None: the picture's own, and no phases
     AreaPicture(const Rays& picture, const PixelSampling& sampling, int threads = 0,
-                const PixelGoal& goal = {}, Overlooked overlooked = {});
+                const PixelGoal& goal = {}, Overlooked overlooked = {},
+                std::optional<double> phasedStep = {});
 
     /// Where pixels decide: goes on from what is there, until another goal is met. As many more rays as the
     /// goal has, and one for every pixel that shows something.
@@ -89,6 +92,7 @@ class AreaPicture {
     std::vector<std::uint32_t> pixels_; // of this round
     std::vector<std::uint8_t> upTo_;    // samples that each has after it, less one
     std::size_t first_ = 0;             // of them that lacks samples
+    std::optional<double> phasedStep_;
     std::size_t ofOverlooked_ = 0;      // rays
     std::size_t budget_ = 0, left_ = 0; // rays that may be taken where pixels decide, and may still be
     std::size_t taken_ = 0;             // rays

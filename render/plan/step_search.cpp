@@ -11,6 +11,8 @@ namespace {
 constexpr double kSteps[] = {2, 1, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625};
 constexpr std::size_t kJudged = std::size(kSteps) - 2;
 static_assert(kSteps[kJudged - 1] == StepSearch::kFinestStep);
+/// Times a step that is good enough, where twice it is not.
+constexpr double kBetween[] = {1.75, 1.5, 1.25};
 
 /// A figure, not a measurement, so that a picture does not depend on how busy its machine is
 /// (docs/accuracy.md has the measurement).
@@ -42,6 +44,10 @@ double StepSearch::chooseStep(const Goal& goal) {
     struct Choice {
         Integrator integrator;
         double step, error, cost;
+        StepError estimate;
+    };
+    const auto measured = [&](const EstimatedError& e) {
+        return goal.measure == Goal::Measure::rms ? e.rms : e.luvP99;
     };
     std::optional<Choice> best, closest; // closest: where none is good enough
     for (const Integrator integrator : integrators) {
@@ -52,15 +58,31 @@ double StepSearch::chooseStep(const Goal& goal) {
                 setStep(kSteps[drawn.size()]);
                 drawn.push_back(draw(kSteps[drawn.size()]));
             }
-            const EstimatedError e = stepError(drawn[n], drawn[n + 1], drawn[n + 2]).error;
-            const Choice choice{integrator, kSteps[n], goal.measure == Goal::Measure::rms ? e.rms : e.luvP99,
-                                costOfSegment(integrator) / kSteps[n]};
+            const StepError e = stepError(drawn[n], drawn[n + 1], drawn[n + 2]);
+            const Choice choice{integrator, kSteps[n], measured(e.error),
+                                costOfSegment(integrator) / kSteps[n], e};
             if (!closest || choice.error < closest->error)
                 closest = choice;
             if (!(choice.error <= goal.limit))
                 continue;
             if (!best || choice.cost < best->cost)
                 best = choice;
+            if (n > 0) // the next coarser one is not good enough: those between
+                for (const double times : kBetween) {
+                    const double step = times * kSteps[n];
+                    setStep(step);
+                    const EstimatedError between = errorBetween(draw(step), drawn[n + 2]);
+                    const Choice longer{integrator,
+                                        step,
+                                        measured(between),
+                                        costOfSegment(integrator) / step,
+                                        {between, e.order}};
+                    if (!(longer.error <= goal.limit && between.luvP99 <= kLuvOfLonger))
+                        continue;
+                    if (longer.cost < best->cost)
+                        best = longer;
+                    break;
+                }
             break; // finer ones cost more
         }
     }
@@ -68,6 +90,7 @@ double StepSearch::chooseStep(const Goal& goal) {
         best = closest;
     take(best->integrator);
     setStep(best->step);
+    chosen_ = {best->integrator, best->step, best->estimate};
     return best->error;
 }
 
@@ -85,7 +108,10 @@ PictureErrors StepSearch::errorsOfGrid(const Image& mine, double brightest) {
     e.pixels = grid_.size().x * grid_.size().y;
     e.terminationBound = static_cast<double>(plan_.volume.optics.termination) * brightest;
     e.tableRelativeError = plan_.volume.table.relativeError;
-    e.step = stepError(mine, draw(step / 2), draw(step / 4));
+    if (chosen_ && chosen_->integrator == plan_.volume.optics.integrator && chosen_->step == step)
+        e.step = chosen_->estimate;
+    else
+        e.step = stepError(mine, draw(step / 2), draw(step / 4));
     if (drawer_.fetchExactly())
         e.filtering = errorBetween(mine, draw(step));
     return e;

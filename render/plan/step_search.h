@@ -9,6 +9,7 @@
 #include "render/plan/scene_plan.h"
 
 #include <functional>
+#include <optional>
 
 namespace tessera {
 
@@ -32,10 +33,14 @@ class StepSearch {
         double limit;
     };
     /// Takes the step and integrator that cost the least of those that reach the goal, and the best that was
-    /// found where none does. Returns the error, by the goal's measure.
+    /// found where none does: of 2, 1, 1/2 ... 1/16 voxel, and where half a step is good enough and the whole
+    /// is not, of those between that are within kLuvOfLonger too. Returns the error, by the goal's measure.
     double chooseStep(const Goal& goal);
     /// Voxels; none is finer.
     static constexpr double kFinestStep = 1.0 / 16;
+    /// L*u*v* at the 99th percentile: what steps may err by of the 3 that can be told apart, so that samples
+    /// of pixels, which are apart from them, have as much.
+    static constexpr double kLuvOfLonger = 2;
     /// Of the picture that was drawn. Its drawer fetches exactly afterwards.
     PictureErrors errorsOf(const Image& picture, double brightest);
     /// The same of a picture whose pixels are no rays through their middles: those are drawn again.
@@ -45,6 +50,12 @@ class StepSearch {
     Image draw(double stepVoxels);
     PictureErrors errorsOfGrid(const Image& mine, double brightest);
 
+    struct Chosen {
+        Integrator integrator;
+        double step;
+        StepError estimate;
+    };
+    std::optional<Chosen> chosen_;
     ScenePlan& plan_;
     PixelDrawer drawer_;
     Ledger& ram_;

@@ -134,6 +134,7 @@ nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const 
           {"occupiedCells", result.occupiedCells}}},
         {"segments",
          {{"stepVoxels", result.stepVoxels},
+          {"stepVoxelsOfMeans", result.stepOfMeans.value_or(result.stepVoxels)},
           {"integrator", integratorNames()[static_cast<std::size_t>(result.integrator)]}}},
         {"mode", modeNames()[static_cast<std::size_t>(scene.mode)]},
         {"pixels", pixelsJson(result, scene)},

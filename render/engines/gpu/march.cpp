@@ -79,6 +79,7 @@ void setRayUniforms(const GlProgram& program, const Rays& rays) {
     program.set("uExtent", f.extent);
     program.set("uImageSize", f.imageSize);
     program.set("uSegmentVoxels", f.segmentVoxels);
+    program.set("uPhased", f.phased ? 1 : 0);
     program.set("uPerspective", f.perspective ? 1 : 0);
     program.set("uSlabs", f.slabCount);
     program.set("uFlat", f.flat ? 1 : 0);

@@ -175,23 +175,31 @@ void seeAlong(const SegmentedRay<float>& ray, Field& field, const MirrorInput& i
 std::vector<SeenBrick> mirrorSeen(const MirrorInput& input, std::size_t rayCount,
                                   const RaySource<float>& rays, int threads);
 
+/// Of the ray of that number in an array.
+template <typename Real> Real phaseIn(const RayFrame<Real>& frame, std::size_t index, std::size_t columns) {
+    return frame.phased ? phaseOf<Real>(static_cast<int>(index % columns), static_cast<int>(index / columns))
+                        : Real(0);
+}
+
 /// Rays of a frame, row by row from the top left pixel.
 template <typename Real> RaySource<Real> frameRays(const RayFrame<Real>& frame) {
     return [frame](std::size_t index) {
         const auto width = static_cast<std::size_t>(frame.imageSize.x);
         const glm::vec<2, Real> pixel(static_cast<Real>(index % width) + Real(0.5),
                                       static_cast<Real>(index / width) + Real(0.5));
-        return segmentedRay(frame, pixel);
+        return segmentedRay(frame, pixel, phaseIn(frame, index, width));
     };
 }
 /// Those through places on the picture; through the middle of every pixel where there are none. The places
-/// outlive it.
+/// outlive it. @param columns  of their array, for phases
 template <typename Real>
-RaySource<Real> frameRays(const RayFrame<Real>& frame, std::span<const glm::vec2> places) {
+RaySource<Real> frameRays(const RayFrame<Real>& frame, std::span<const glm::vec2> places, int columns = 1) {
     if (places.empty())
         return frameRays(frame);
-    return
-        [frame, places](std::size_t index) { return segmentedRay(frame, glm::vec<2, Real>(places[index])); };
+    return [frame, places, columns](std::size_t index) {
+        return segmentedRay(frame, glm::vec<2, Real>(places[index]),
+                            phaseIn(frame, index, static_cast<std::size_t>(columns)));
+    };
 }
 
 } // namespace tessera

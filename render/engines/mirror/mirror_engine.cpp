@@ -35,7 +35,7 @@ class MirrorCaster : public RayCaster {
         const bool whole = deadline == Clock::time_point::max();
         MirrorInput input = this->input();
         input.progress = whole ? slicing.progress : ShareDone{};
-        const auto all = frameRays(cast<float>(rays_.frame), rays_.places);
+        const auto all = frameRays(cast<float>(rays_.frame), rays_.places, rays_.arraySize.x);
         do {
             const std::size_t left = picture_.pixels.size() - done_;
             const std::size_t count = whole ? left : std::min(left, kRaysAtATime);
@@ -54,7 +54,8 @@ class MirrorCaster : public RayCaster {
         if (!hits_)
             return {};
         return mirrorHits<float>(input(), picture_.pixels.size(),
-                                 frameRays(cast<float>(rays_.frame), rays_.places), threads_);
+                                 frameRays(cast<float>(rays_.frame), rays_.places, rays_.arraySize.x),
+                                 threads_);
     }
 
   private:

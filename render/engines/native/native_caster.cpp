@@ -451,6 +451,7 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScen
                       static_cast<std::size_t>(at.x);
         const glm::vec2 place = placeOf(at, slots[lane]);
         places.x[lane] = place.x, places.y[lane] = place.y;
+        places.phase[lane] = rays_.frame.phased ? phaseOf<float>(at.x, at.y) : 0;
     }
     target_.rays(packetFrame_, places, job);
     for (int lane = 0; cuts_ && lane < target_.lanes(); ++lane) {

@@ -170,10 +170,12 @@ struct PacketFrame {
     bool flat = false;
 };
 
-/// Where the rays of a packet go through the picture, pixels.
+/// Where the rays of a packet go through the picture, pixels, and their phases (phaseOf() in
+/// render/contract/ray.h).
 struct PacketPlaces {
     alignas(64) float x[kMostLanes];
     alignas(64) float y[kMostLanes];
+    alignas(64) float phase[kMostLanes];
 };
 
 /// The samples of a cell of 8^3 voxels and one layer around it, rows along x, y fastest.

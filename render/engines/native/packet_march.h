@@ -78,12 +78,18 @@ inline __attribute__((noinline)) I strideStarts(const PacketField& f, const Pack
     return to;
 }
 
-/// The field at p, which then lies in the lanes' brick where it lies in one.
-template <SampleKind K, bool Mixed>
+/// The field at p, which then lies in the lanes' brick where it lies in one. @param Gradients  follow at p,
+/// so that lanes do not stay in the apron of a brick behind them, where some of a gradient's values are
+/// beyond
+template <SampleKind K, bool Gradients = false, bool Mixed>
 TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m) {
     F3 x = inBrick(here, p);
     M inside = m & within(x, here.low, here.high);
-    const M outside = m & ~inside;
+    M outside = m & ~inside;
+    if constexpr (Gradients) {
+        const F first(0.0f), last(32.0f);
+        outside = outside | (m & ~within(x, {first, first, first}, {last, last, last}));
+    }
     if (any(outside)) {
         enter<Mixed>(s.field, here, p, outside);
         x = inBrick(here, p);
@@ -248,7 +254,7 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
                 place = F(0.5f) * (front.place + back.place);
         } else {
             const M wanted = m;
-            const F value = valueOf<K>(s, here, middle, m);
+            const F value = valueOf<K, By != Light::none>(s, here, middle, m);
             const M lacks = wanted & ~m;
             waiting = waiting | lacks;
             active = active & ~lacks;

@@ -57,11 +57,12 @@ inline void makeRays(const PacketFrame& f, const PacketPlaces& places, PacketJob
         t1 = select(runsAlong, t1, min(t1, max(a, b)));
         here = f.flat ? ~(t1 < t0) : t1 > t0;
     }
-    const F segments = (t1 - t0) / F(f.segmentVoxels);
+    const F first = t0 + load(places.phase) * F(f.segmentVoxels);
+    const F segments = (t1 - first) / F(f.segmentVoxels);
     meets = meets & here & (segments < F(16777216.0f)); // more than float can count, or no number: nothing
     const I count = f.flat ? select(meets, I(1), I(0))
                            : select(meets, truncated(ceil(select(meets, segments, zero))), I(0));
-    const F3 entry = base + t0 * direction, step = F(f.segmentVoxels) * direction;
+    const F3 entry = base + first * direction, step = F(f.segmentVoxels) * direction;
     store(job.entry[0], entry.x), store(job.entry[1], entry.y), store(job.entry[2], entry.z);
     store(job.step[0], step.x), store(job.step[1], step.y), store(job.step[2], step.z);
     store(job.direction[0], direction.x), store(job.direction[1], direction.y);

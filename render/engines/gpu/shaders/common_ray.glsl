@@ -1,5 +1,5 @@
 // common_ray.glsl: one pixel's ray and its segments in voxel space; twin of render/contract/ray.h, operation by operation.
-// Needs FEATURE_PLACES, FEATURE_SLABS. Gives raySlot(at), rayPlace(at), Ray makeRay(place), strideLength, stridePosition, strideEnd,
+// Needs FEATURE_PLACES, FEATURE_SLABS. Gives raySlot(at), rayPlace(at), rayPhase(at), Ray makeRay(place, phase), strideLength, stridePosition, strideEnd,
 // segmentStart.
 
 uniform vec3 uCentre, uRight, uUp, uToCentre; // voxels
@@ -8,6 +8,7 @@ uniform vec3 uExtent;                         // voxels
 uniform vec2 uImageSize;                      // pixels
 uniform ivec2 uArraySize;                     // of the rays: the picture's, unless FEATURE_PLACES
 uniform float uSegmentVoxels;
+uniform int uPhased;
 uniform int uPerspective;
 
 #if FEATURE_SLABS
@@ -35,6 +36,12 @@ vec2 rayPlace(ivec2 at) {
 #endif
 }
 
+// Twin of phaseOf() in render/contract/ray.h.
+float rayPhase(ivec2 at) {
+    int k = (at.x & 1) + 2 * (at.y & 1) + 4 * (at.x >> 1 & 1);
+    return uPhased == 0 ? 0.0 : float(2 * (k & 3) + (k >> 2)) / 8.0 - 0.4375;
+}
+
 const float kMaxFloat = 3.402823466e38;
 
 struct Ray {
@@ -49,7 +56,8 @@ float length3(vec3 v) {
     return sqrt(squared);
 }
 
-Ray makeRay(vec2 pixel) {
+// A ray through a place in pixels.
+Ray makeRay(vec2 pixel, float phase) {
     precise Ray ray;
     ray.count = 0;
     ray.entry = vec3(0.0);
@@ -102,7 +110,8 @@ Ray makeRay(vec2 pixel) {
 #else
     if (!(t1 > t0)) return ray;
 #endif
-    precise float segments = (t1 - t0) / uSegmentVoxels;
+    precise float first = t0 + phase * uSegmentVoxels;
+    precise float segments = (t1 - first) / uSegmentVoxels;
     if (!(segments < 16777216.0)) return ray; // NaN, or more than float can count: draws nothing
 #if FEATURE_SLABS
     ray.count = uFlat != 0 ? 1 : int(ceil(segments));
@@ -110,7 +119,7 @@ Ray makeRay(vec2 pixel) {
     ray.count = int(ceil(segments));
 #endif
     ray.tail = segments - float(ray.count - 1);
-    ray.entry = base + t0 * ray.direction;
+    ray.entry = base + first * ray.direction;
     ray.step = uSegmentVoxels * ray.direction;
     ray.segmentMm = uSegmentVoxels * mmPerVoxel;
     return ray;

@@ -44,7 +44,7 @@ void main() {
     int slot = raySlot(pixel);
     int i = uNext[slot];
     if (i < 0) return;
-    Ray ray = makeRay(rayPlace(pixel));
+    Ray ray = makeRay(rayPlace(pixel), rayPhase(pixel));
     precise vec4 sum = uColour[slot];
 #if FEATURE_INTERVALS
     ray = partOf(ray, uIntervals[slot]);

@@ -9,7 +9,7 @@ layout(std430, binding = BINDING_RAYS) writeonly buffer Rays { float uRays[]; };
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, uArraySize))) return;
-    Ray ray = makeRay(rayPlace(pixel));
+    Ray ray = makeRay(rayPlace(pixel), rayPhase(pixel));
     int at = 12 * raySlot(pixel);
     for (int axis = 0; axis < 3; ++axis) {
         uRays[at + axis] = ray.entry[axis];

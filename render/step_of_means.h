@@ -1,0 +1,24 @@
+// render/step_of_means.h: the step of rays whose mean over a pixel is shown, where pixels decide how many
+// they take: eight at least. Their phases differ (RayFrame::phase), so that one takes samples between those
+// of the others, and their mean errs far less than one of them.
+#pragma once
+
+#include "core/image.h"
+#include "render/engine.h"
+#include "render/plan/scene_plan.h"
+
+#include <functional>
+#include <optional>
+
+namespace tessera {
+
+/// The longest step, up to eight times the plan's, at which means over eight rays of a pixel are within the
+/// limit, and within StepSearch::kLuvOfLonger; voxels. None where the plan's own is as good: where none is
+/// within it, in pictures so small that the search would cost more, and where rays have no phases:
+/// integrators that take ends, surfaces, which no step moves, and cuts.
+/// @param rms   linear light, over up to 24 x 24 of the picture's pixels, against the plan's step with phases
+/// @param draw  rays to their end, as the picture's are
+std::optional<double> stepOfMeans(const ScenePlan& plan, double rms,
+                                  const std::function<Image(const Rays&)>& draw);
+
+} // namespace tessera
