@@ -9,7 +9,7 @@
 #include "core/work.h"
 #include "render/contract/slicing.h"
 #include "render/engine.h"
-#include "render/engines/gpu/gl/context.h"
+#include "render/engine_maker.h"
 #include "render/light/surface_light.h"
 #include "render/measure_picture.h"
 #include "render/pixels/area_picture.h"
@@ -25,10 +25,6 @@
 #include <vector>
 
 namespace tessera {
-
-/// automatic: the GPU's march where there is a GPU, else the native engine.
-enum class EngineKind { automatic, gpu, native, mirror, reference };
-const char* name(EngineKind engine);
 
 struct RenderOptions {
     EngineKind engine = EngineKind::automatic;
@@ -82,29 +78,6 @@ struct RenderResult {
     double lowest = 0, highest = 0; // values of the volume, physical units
     bool takenAsHu = false;         // by a preset, because they look like HU: nobody said so
     double secondsPreparing = 0, secondsLoading = 0, secondsDrawing = 0;
-};
-
-/// Makes engines of one kind, chosen once, that draw on one device: a GL context, where they need one, is
-/// theirs together. It is current on the calling thread, from which all calls come then; and outlives the
-/// engines.
-class EngineMaker {
-  public:
-    /// Throws InputError where the device that was asked for is not there. @param threads  0: all processors
-    EngineMaker(EngineKind asked, const GlDeviceChoice& device, int threads = 0);
-    /// Not of the reference, which is of a scene (checked). @param gpu, ram  outlive the engine
-    std::unique_ptr<Engine> make(Ledger& ram, Ledger& gpu) const;
-    EngineKind kind() const { return kind_; }             // never automatic
-    const std::string& reason() const { return reason_; } // why this one; empty where it was asked for
-    /// "native engine, CPU, avx2"
-    std::string about() const;
-    /// What OpenGL complained of; empty: nothing.
-    std::string fault() const;
-
-  private:
-    std::optional<GlContext> context_;
-    EngineKind kind_;
-    std::string reason_;
-    int threads_;
 };
 
 /// An engine by its kind, and what it draws with: a GL context of its own, where it needs one, is current on

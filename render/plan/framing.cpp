@@ -152,19 +152,19 @@ class EdgeSearch {
         std::vector<Voxel> voxels;
         double most = 0;
         glm::ivec3 strongest(0);
-        const glm::ivec3 first = firstOf(cell, false), end = endOf(cell, false);
-        for (int z = first.z; z < end.z; ++z)
-            for (int y = first.y; y < end.y; ++y)
-                for (int x = first.x; x < end.x; ++x) {
-                    const double strength = shown_.strength(samples, {x, y, z});
-                    if (!(strength > 0))
-                        continue;
-                    voxels.push_back({{x, y, z}, reachOf(space_.at(centreOf({x, y, z})), around_, side)});
-                    if (strength > most) {
-                        most = strength;
-                        strongest = {x, y, z};
-                    }
-                }
+        const glm::ivec3 first = firstOf(cell, false);
+        std::array<double, ShownRays::kCellVoxels> strengths;
+        shown_.strengths(samples, first, strengths);
+        for (std::size_t n = 0; n < strengths.size(); ++n) {
+            if (!(strengths[n] > 0))
+                continue;
+            const glm::ivec3 at = first + gridPosition(n, glm::ivec3(kCellExtent));
+            voxels.push_back({at, reachOf(space_.at(centreOf(at)), around_, side)});
+            if (strengths[n] > most) {
+                most = strengths[n];
+                strongest = at;
+            }
+        }
         if (voxels.empty() || !shows(samples, centreOf(strongest)))
             return std::nullopt;
         std::stable_sort(voxels.begin(), voxels.end(),

@@ -3,7 +3,6 @@
 
 #include "core/brick.h"
 #include "core/threads.h"
-#include "render/contract/sampler.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +13,16 @@ namespace {
 
 constexpr double kStepVoxels = 0.5;
 constexpr std::size_t kSumEvery = 16; // entries: so the sums of the largest table take 32 KiB
+
+/// The field of the finest level.
+double valueAt(LatticeReader& samples, const glm::dvec3& p) {
+    const glm::dvec3 cell = glm::floor(p - 0.5), part = p - 0.5 - cell;
+    double v[8];
+    samples.cube<2>(glm::ivec3(cell), v);
+    const auto row = [&](int n) { return v[n] + part.x * (v[n + 1] - v[n]); };
+    const double low = row(0) + part.y * (row(2) - row(0)), high = row(4) + part.y * (row(6) - row(4));
+    return low + part.z * (high - low);
+}
 
 /// Where a line leaves a box that it is in.
 double endOfBox(const RayLine<double>& line, const glm::ivec3& first, int edge) {
@@ -61,8 +70,18 @@ std::size_t ShownRays::bytes(const VolumeInfo& info) {
            (TransferTable::kMaxEntries / kSumEvery + 1) * sizeof(double);
 }
 
-double ShownRays::strength(LatticeReader& samples, const glm::ivec3& voxel) const {
-    const double value = physical(samples.at(voxel));
+void ShownRays::strengths(LatticeReader& samples, const glm::ivec3& first,
+                          std::array<double, kCellVoxels>& out) const {
+    samples.cube<kCellExtent>(first, out.data());
+    for (std::size_t n = 0; n < out.size(); ++n) {
+        const glm::ivec3 voxel = first + gridPosition(n, glm::ivec3(kCellExtent));
+        out[n] = glm::any(glm::greaterThanEqual(voxel, info_.extentVoxels))
+                     ? 0
+                     : strength(samples, voxel, physical(out[n]));
+    }
+}
+
+double ShownRays::strength(LatticeReader& samples, const glm::ivec3& voxel, double value) const {
     double most = lookUp(entryOf(value));
     for (const Surface& surface : surfaces_)
         for (int face = 0; face < 6; ++face) {
@@ -78,14 +97,22 @@ double ShownRays::strength(LatticeReader& samples, const glm::ivec3& voxel) cons
 bool ShownRays::onRay(LatticeReader& samples, const glm::dvec3& place, const glm::dvec3& direction) const {
     const glm::dvec3 perMm = glm::dmat3(space_.voxelFromPatient) * (space_.patientFromView * direction);
     const double mmPerVoxel = 1 / glm::length(perMm);
+    // From the place on both ways: what is asked about is most often there.
+    double depth = 0;
+    return reaches(samples, place, perMm * mmPerVoxel, mmPerVoxel, depth) ||
+           reaches(samples, place, -perMm * mmPerVoxel, mmPerVoxel, depth);
+}
+
+/// Adds what lies from a place on along a unit direction, in voxels, to the depth: true once it is enough.
+bool ShownRays::reaches(LatticeReader& samples, const glm::dvec3& place, const glm::dvec3& direction,
+                        double mmPerVoxel, double& depth) const {
     RayLine<double> line;
     line.base = place;
-    line.direction = perMm * mmPerVoxel;
-    line.nearest = -std::numeric_limits<double>::max();
-    double t0 = 0, t1 = 0;
+    line.direction = direction;
+    double t0 = 0, t1 = 0; // the line's nearest is the place
     if (!clipToBox(line, glm::dvec3(info_.extentVoxels), t0, t1))
         return false;
-    double depth = 0, before = std::numeric_limits<double>::quiet_NaN();
+    double before = std::numeric_limits<double>::quiet_NaN();
     for (double t = std::ceil(t0 / kStepVoxels) * kStepVoxels; t <= t1; t += kStepVoxels) {
         const glm::dvec3 p = line.base + t * line.direction;
         const glm::ivec3 voxel = glm::clamp(glm::ivec3(p), glm::ivec3(0), info_.extentVoxels - 1);
@@ -98,7 +125,7 @@ bool ShownRays::onRay(LatticeReader& samples, const glm::dvec3& place, const glm
             t = std::max(t, std::floor(end / kStepVoxels) * kStepVoxels);
             continue;
         }
-        const double value = physical(fieldValue(samples, p, 1.0));
+        const double value = physical(valueAt(samples, p));
         if (!std::isnan(before))
             depth += meanExtinction(before, value) * kStepVoxels * mmPerVoxel;
         for (const Surface& surface : surfaces_)

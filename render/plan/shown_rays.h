@@ -9,6 +9,7 @@
 #include "render/contract/lattice.h"
 #include "render/contract/ray.h"
 
+#include <array>
 #include <cstdint>
 #include <glm/common.hpp>
 #include <glm/mat3x3.hpp>
@@ -49,8 +50,11 @@ class ShownRays {
     /// Of a brick's 4^3 cells those that could show something: bits, x + 4y + 16z.
     std::uint64_t shownCells(std::size_t brick) const { return shownCells_[brick]; }
     static glm::ivec3 cellOfBit(int bit) { return {bit & 3, bit >> 2 & 3, bit >> 4}; }
-    /// How much a voxel could show: extinction, or the depth of an isosurface between it and a neighbour.
-    double strength(LatticeReader& samples, const glm::ivec3& voxel) const;
+    static constexpr std::size_t kCellVoxels = std::size_t{kCellExtent} * kCellExtent * kCellExtent;
+    /// How much each voxel of a cell could show, x fastest: extinction, or the depth of an isosurface between
+    /// it and a neighbour. 0 beyond the volume. @param first  the cell's first voxel
+    void strengths(LatticeReader& samples, const glm::ivec3& first,
+                   std::array<double, kCellVoxels>& out) const;
     /// Whether a ray through a place shows something: single voxels that stand out are peaks, so a sample's
     /// extinction says little and the mean over the values between samples is taken.
     /// @param place  voxels; one of the ray's samples is there  @param direction  unit, of the view's axes
@@ -63,6 +67,10 @@ class ShownRays {
     struct Surface {
         double value, depth; // physical; optical
     };
+    bool reaches(LatticeReader& samples, const glm::dvec3& place, const glm::dvec3& direction,
+                 double mmPerVoxel, double& depth) const;
+    /// @param value  physical, of the voxel
+    double strength(LatticeReader& samples, const glm::ivec3& voxel, double value) const;
     double physical(double stored) const { return info_.rescaleSlope * stored + info_.rescaleIntercept; }
     bool emptyOver(float lowest, float highest) const;
     double lookUp(double entry) const;

@@ -1,0 +1,57 @@
+// render/draw_picture.h: the picture of a plan, by any engine: bricks are brought, a step is chosen, rays are
+// drawn, errors are told; and pictures, each finer than the one before, until the error is what is asked for.
+// For renderer.cpp and frame_renderer.cpp.
+#pragma once
+
+#include "render/renderer.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace tessera {
+
+/// What a ray through a place comes to depends on these, in one scene on one engine.
+struct RaysDrawn {
+    std::vector<std::uint8_t> levels;
+    double stepVoxels;
+    Integrator integrator;
+    explicit RaysDrawn(const ScenePlan& p)
+        : levels(p.volume.selection.levels), stepVoxels(p.view.quality.stepVoxels),
+          integrator(p.volume.optics.integrator) {}
+    friend bool operator==(const RaysDrawn&, const RaysDrawn&) = default;
+};
+
+/// Samples of a picture: the next one of the same rays goes on from them.
+struct SamplesDrawn {
+    RaysDrawn rays;
+    AreaPicture picture;
+    std::unique_ptr<SurfaceLight> light = {}; // occlusion of surfaces, where there is any
+};
+
+/// Of pictures that follow one another.
+struct Keeping {
+    bool kept = false; // the engine holds the bricks of the picture before
+    std::size_t pages =
+        0; // to open the engine with, so that the next pictures' bricks have room; 0: the plan's
+    std::function<void()> opened; // the engine has what it takes of RAM
+    bool first = false;           // a first, coarse picture: without occlusion of surfaces
+};
+
+/// Returns whether it went on from samples that were there.
+/// @param round    of pictures of one scene, from 0
+/// @param goal     where pixels decide how many samples they take
+/// @param samples  of the picture before, and afterwards of this one
+bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, Ledger& gpu,
+                 const RenderOptions& options, int round, const PixelGoal& goal,
+                 std::optional<SamplesDrawn>& samples, Progress& progress, RenderResult& result,
+                 const Keeping& keeping = {});
+
+/// Pictures, each finer than the one before, until the measured error is within what the scene asks for, or
+/// nothing is left to gain, which the result says.
+void drawUntilGoodEnough(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, Ledger& gpu,
+                         const RenderOptions& options, Progress& progress, RenderResult& result);
+
+} // namespace tessera

@@ -1,0 +1,34 @@
+// render/draw_scene.h: a scene to a picture by an engine that is there: renderScene() makes one for a
+// picture, FrameRenderer keeps one for a film.
+#pragma once
+
+#include "render/draw_picture.h"
+#include "render/engine_maker.h"
+#include "render/plan/scene_plan.h"
+
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace tessera {
+
+/// An engine and what it draws with.
+struct MadeEngine {
+    EngineMaker maker;
+    EngineKind kind;
+    std::string reason; // why this one; empty where it was asked for
+    std::unique_ptr<Engine> engine;
+
+    MadeEngine(const Scene& scene, const RenderOptions& options, Ledger& ram, Ledger& gpu);
+};
+
+/// The plan of a scene for such limits, levels and RAM for a pixel.
+using Planned = std::function<ScenePlan(const Scene&, const TextureLimits&, LevelChoice, std::size_t)>;
+
+/// A picture by an engine that holds nothing, or the bricks of the picture before.
+/// @param p  takes the plan; where bricks are kept, the engine was opened for what is in its place
+/// @param planned  makes the plan, and may change what is kept
+RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made, Ledger& ram, Ledger& gpu,
+                       const RenderOptions& options, const Keeping& keeping, const Planned& planned);
+
+} // namespace tessera
