@@ -317,7 +317,9 @@ void HostPlane::setBox(std::size_t b, const LevelMap* map, int level) {
     glm::ivec3 low(0);
     const glm::ivec3 extent = levelExtent(info_.extentVoxels, own), first = at * (kBrickExtent >> own);
     glm::ivec3 high = glm::min(glm::ivec3(kBrickExtent >> own), extent - first) - 1;
-    if (map) { // other bricks' weight ends half a sample of some level from the face
+    // Other bricks' weight ends half a sample of some level from the face. Only where that may be a coarser
+    // one's does it reach between the brick's samples, but from across an edge: PacketField::facts.
+    if (map && map->edgeFunction == EdgeFunction::maximum) {
         const std::uint32_t facts = map->facts[b];
         for (int axis = 0; axis < 3; ++axis)
             for (int side = 0; side < 2; ++side) {

@@ -245,25 +245,64 @@ TESSERA_LANE F blendedPitch(const PacketField& f, F3 p, M m) {
     return sum / weights;
 }
 
-/// log2 of the segments of the largest stride from a place, but for alignment.
-TESSERA_LANE I strideExponent(const PacketField& f, F3 p, M m) {
+/// How far a box of strides stays inside the places that have them, voxels: more than rounding.
+constexpr float kStrideMargin = 1.0f / 64;
+
+/// Strides that start in a box of places.
+struct StrideBox {
+    F3 low, high; // voxels
+    I exponent;   // log2 of the segments of the largest stride, but for alignment
+    I most;       // none that reaches into the box is above
+};
+/// Around a place: a brick of level 0; or of the part of a brick that is nearest to one corner, where the same
+/// bricks are near.
+TESSERA_LANE StrideBox strideBox(const PacketField& f, F3 p, M m) {
     const Corner c = cornerAt(f, p, m);
     const I current = codeOf(c, c.current);
     I k = min(current, I(f.mostStride)); // an empty brick counts as coarser than all
-    if (f.naive)
-        return k;
-    const M limited = m & (k > (shr<16>(c.facts) & I(7)));
-    if (!any(limited))
-        return k;
+    StrideBox box;
+    box.most = f.naive ? I(f.mostStride) : k; // a stride never reaches into a brick that is finer than itself
+    const I finest = shr<16>(c.facts) & I(7);
+    const M limited = f.naive ? none() : m & (k > finest);
+    const F edge = select(current == I(0), F(32.0f), F(16.0f));
     const F reach = max(halfSample(min(current, I(5))), F(f.segmentVoxels) * number(shl(I(1), k)));
     I near(0);
-    for (int axis = 0; axis < 3; ++axis)
-        near = near | select(abs(offsetAlong(c, axis)) < reach, I(1 << axis), I(0));
-    for (int other = 1; other < 8; ++other) {
-        const M reaches = limited & ((I(other) & ~near) == I(0));
-        k = select(reaches, min(k, codeOf(c, c.current ^ I(other))), k);
-    }
-    return k;
+    const auto along = [&](int axis, I corner, F offset, F& low, F& high) {
+        const F far = abs(offset), at = number(shl<5>(corner));
+        const M isNear = far < reach;
+        near = near | select(isNear, I(1 << axis), I(0));
+        const F from = select(limited & ~isNear, reach, F(0.0f)) + F(kStrideMargin);
+        const F to = select(limited & isNear, min(reach, edge), edge) - F(kStrideMargin);
+        const M below = offset < F(0.0f);
+        low = select(below, at - to, at + from);
+        high = select(below, at - from, at + to);
+    };
+    along(0, c.x, c.offset.x, box.low.x, box.high.x);
+    along(1, c.y, c.offset.y, box.low.y, box.high.y);
+    along(2, c.z, c.offset.z, box.low.z, box.high.z);
+    const M all = limited & (near == I(7));
+    k = select(all, finest, k);
+    const M some = limited & ~all & ~(near == I(0));
+    if (any(some))
+        for (int other = 1; other < 8; ++other) {
+            const M reaches = some & ((I(other) & ~near) == I(0));
+            k = select(reaches, min(k, codeOf(c, c.current ^ I(other))), k);
+        }
+    box.exponent = k;
+    return box;
+}
+TESSERA_LANE StrideBox noStrideBox() {
+    const F one(1.0f), zero(0.0f);
+    return {{one, one, one}, {zero, zero, zero}, I(0), I(0)};
+}
+TESSERA_LANE void updateStrideBox(const PacketField& f, StrideBox& box, F3 p, M m) {
+    if (!any(m))
+        return;
+    const StrideBox now = strideBox(f, p, m);
+    box.low = select(m, now.low, box.low);
+    box.high = select(m, now.high, box.high);
+    box.exponent = select(m, now.exponent, box.exponent);
+    box.most = select(m, now.most, box.most);
 }
 
 /// Of the brick that p lies in.
@@ -293,7 +332,8 @@ inline __attribute__((noinline)) F blendedPitch(const PacketField& f, F3 p, M m)
     return halves<F>(p, m, [&](single::F3 q, single::M n) { return single::blendedPitch(f, q, n); });
 }
 TESSERA_LANE I strideExponent(const PacketField& f, F3 p, M m) {
-    return halves<I>(p, m, [&](single::F3 q, single::M n) { return single::strideExponent(f, q, n); });
+    return halves<I>(p, m,
+                     [&](single::F3 q, single::M n) { return single::strideBox(f, q, n).exponent; });
 }
 TESSERA_LANE I codeAt(const PacketField& f, F3 p, M m) {
     return halves<I>(p, m, [&](single::F3 q, single::M n) { return single::codeAt(f, q, n); });

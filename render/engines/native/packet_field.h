@@ -41,21 +41,18 @@ template <SampleKind K> TESSERA_LANE Row4 row4(const void* samples, I index, M m
 
 /// The brick that each lane is in; none at first.
 template <bool Mixed> struct Here {
-    F3 origin{F(0), F(0), F(0)};                      // lattice coordinates of its first sample
+    static constexpr float kNowhere = Mixed ? 1e9f : 0.0f;
+    F3 origin{F(kNowhere), F(kNowhere), F(kNowhere)}; // lattice coordinates of its first sample
     F3 low{F(1), F(1), F(1)}, high{F(0), F(0), F(0)}; // between them it needs no other brick; from origin on
+    /// Mixed levels: beyond these, along two axes or three, it does, all the same.
+    F3 innerLow{F(1), F(1), F(1)}, innerHigh{F(0), F(0), F(0)};
     I base{0};
-    F perVoxel{1};                                              // samples
-    F row{0}, slice{0};                                         // pitches
-    F3 startLow{F(1), F(1), F(1)}, startHigh{F(0), F(0), F(0)}; // voxels: where no finer brick limits strides
-    I stride{0};                                                // then: log2 of its segments
+    F perVoxel{1};      // samples
+    F row{0}, slice{0}; // pitches
 };
 
 TESSERA_LANE F byteOf(I word, int shift) {
     return number((shr(word, I(shift)) & I(255)) - I(8));
-}
-
-TESSERA_LANE F faceLimit(I facts, int face, F reach) {
-    return select((shr(facts, I(21 + face)) & I(1)) == I(0), F(0.0f), reach);
 }
 
 /// Takes the bricks that hold the cells of p.
@@ -97,20 +94,18 @@ template <bool Mixed> TESSERA_LANE void enter(const PacketField& f, Here<Mixed>&
         const I row = rowPitch(f, level);
         here.row = select(m, number(row), here.row);
         here.slice = select(m, number(row * row), here.slice);
+        // Where bricks across two faces are coarser, the one across their edge has weight further in.
         const I facts = gather<4>(f.facts, number_, m);
-        const I code = facts & I(7), stride = min(code, I(f.mostStride));
-        const F half = asFloat(shl<23>(I(126) + min(code, I(5))));
-        const F reach = max(half, F(f.segmentVoxels) * number(shl(I(1), stride)));
-        const F3 corner{number(shl<5>(x)), number(shl<5>(y)), number(shl<5>(z))};
-        const F edge(32.0f);
-        const F3 startLow{corner.x + faceLimit(facts, 0, reach), corner.y + faceLimit(facts, 1, reach),
-                          corner.z + faceLimit(facts, 2, reach)};
-        const F3 startHigh{corner.x + edge - faceLimit(facts, 3, reach),
-                           corner.y + edge - faceLimit(facts, 4, reach),
-                           corner.z + edge - faceLimit(facts, 5, reach)};
-        here.startLow = select(m, startLow, here.startLow);
-        here.startHigh = select(m, startHigh, here.startHigh);
-        here.stride = select(m, stride, here.stride);
+        const F behind = F(32.0f) * perVoxel - F(0.5f);
+        const auto inner = [&](int face, F outer) {
+            const I code = shr(facts, I(3 + 3 * face)) & I(7);
+            const F reach = halfSample(code) * perVoxel;
+            return select((code > level) & (code < I(6)), face < 3 ? reach - F(0.5f) : behind - reach, outer);
+        };
+        const F3 innerLow{inner(0, lowCell.x), inner(1, lowCell.y), inner(2, lowCell.z)};
+        const F3 innerHigh{inner(3, highCell.x), inner(4, highCell.y), inner(5, highCell.z)};
+        here.innerLow = select(m, innerLow, here.innerLow);
+        here.innerHigh = select(m, innerHigh, here.innerHigh);
     } else {
         const int shift = 5 - f.level;
         first = {number(shl(x, I(shift))), number(shl(y, I(shift))), number(shl(z, I(shift)))};
@@ -122,6 +117,26 @@ template <bool Mixed> TESSERA_LANE void enter(const PacketField& f, Here<Mixed>&
 TESSERA_LANE M within(F3 x, F3 low, F3 high) {
     return (low.x <= x.x) & (low.y <= x.y) & (low.z <= x.z) & (x.x < high.x) & (x.y < high.y) &
            (x.z < high.z);
+}
+
+/// Along which axes a lane is not beyond its brick's inner box.
+struct Inner {
+    M x, y, z;
+    /// But for one of them at most: then, inside low and high, no other brick has weight.
+    __attribute__((always_inline)) M enough() const { return (x & y) | (z & (x | y)); }
+};
+template <bool Mixed> TESSERA_LANE Inner innerOf(const Here<Mixed>& here, F3 x) {
+    return {(here.innerLow.x <= x.x) & (x.x < here.innerHigh.x),
+            (here.innerLow.y <= x.y) & (x.y < here.innerHigh.y),
+            (here.innerLow.z <= x.z) & (x.z < here.innerHigh.z)};
+}
+/// Lanes whose value needs no other brick. @param x  inBrick()
+template <bool Mixed> TESSERA_LANE M isHere(const Here<Mixed>& here, F3 x) {
+    const M inside = within(x, here.low, here.high);
+    if constexpr (Mixed)
+        return inside & innerOf(here, x).enough();
+    else
+        return inside;
 }
 
 /// Samples of the lattice from the brick's first one: exact, whatever p is (the numbers below the point are
@@ -205,6 +220,15 @@ TESSERA_LANE void centralHere(const PacketField& f, const Here<Mixed>& here, F3 
     to.known[3] = m & (down.y == cell.y - one) & (here.low.y <= behind.y);
     to.known[4] = m & (up.z == cell.z + one) & (ahead.z < here.high.z);
     to.known[5] = m & (down.z == cell.z - one) & (here.low.z <= behind.z);
+    if constexpr (Mixed) {
+        const Inner at = innerOf(here, x), above = innerOf(here, ahead), below = innerOf(here, behind);
+        to.known[0] = to.known[0] & Inner{above.x, at.y, at.z}.enough();
+        to.known[1] = to.known[1] & Inner{below.x, at.y, at.z}.enough();
+        to.known[2] = to.known[2] & Inner{at.x, above.y, at.z}.enough();
+        to.known[3] = to.known[3] & Inner{at.x, below.y, at.z}.enough();
+        to.known[4] = to.known[4] & Inner{at.x, at.y, above.z}.enough();
+        to.known[5] = to.known[5] & Inner{at.x, at.y, below.z}.enough();
+    }
     const F3 partUp = ahead - up, partDown = behind - down;
     const I row = truncated(here.row), slice = truncated(here.slice);
     const I index = indexOf(here, cell), left = index - I(1);
@@ -392,7 +416,7 @@ TESSERA_LANE F3 gradientAt(const PacketField& f, const PacketHelp& help, const H
     const F one(1.0f);
     F pitch = one / here.perVoxel; // at most 16: bricks of one sample have no box
     if (kind == PacketGradient::central) {
-        const M own = m & within(x, here.low, here.high);
+        const M own = m & isHere(here, x);
         Sides sides;
         centralHere<K>(f, here, p, x, pitch, own, sides);
         M known = own;
@@ -409,7 +433,9 @@ TESSERA_LANE F3 gradientAt(const PacketField& f, const PacketHelp& help, const H
         return differencesOf(sides, pitch);
     }
     const F3 ones{one, one, one};
-    const M inside = m & within(x, here.low + ones, here.high - ones);
+    M inside = m & within(x, here.low + ones, here.high - ones);
+    if constexpr (Mixed)
+        inside = inside & within(x, here.innerLow + ones, here.innerHigh - ones);
     F3 g = differencesHere<K>(f, here, kind, p, pitch, inside);
     M rest = m & ~inside;
     if (any(rest)) [[unlikely]] {

@@ -42,29 +42,51 @@ TESSERA_LANE I alignmentOf(I i) {
     return select(i == I(0), I(31), exponent);
 }
 
+/// Mixed levels: where each lane's strides are known, and what they are; nowhere at first.
+struct Strides {
+    single::StrideBox a = single::noStrideBox(), b = single::noStrideBox();
+    __attribute__((always_inline)) F3 low() const {
+        return {{a.low.x, b.low.x}, {a.low.y, b.low.y}, {a.low.z, b.low.z}};
+    }
+    __attribute__((always_inline)) F3 high() const {
+        return {{a.high.x, b.high.x}, {a.high.y, b.high.y}, {a.high.z, b.high.z}};
+    }
+    __attribute__((always_inline)) I exponent() const { return {a.exponent, b.exponent}; }
+    __attribute__((always_inline)) I most() const { return {a.most, b.most}; }
+};
+inline __attribute__((noinline)) void findStrides(const PacketField& f, Strides& strides, const F3& p, M m) {
+    single::updateStrideBox(f, strides.a, lowerHalf(p), m.a);
+    single::updateStrideBox(f, strides.b, upperHalf(p), m.b);
+}
+
 /// Strides that start at i: log2 of their segments.
 template <bool Mixed>
-TESSERA_LANE I stridesAt(const PacketScene& s, const PacketRays& rays, const Here<Mixed>& here, I i, M m) {
+TESSERA_LANE I stridesAt(const PacketScene& s, const PacketRays& rays, Strides& strides, I i, M m) {
     if constexpr (!Mixed)
         return I(__builtin_ctz(static_cast<unsigned>(s.field.uniformSegments)));
     else {
         const F3 start = along(rays, number(i));
-        const M known = m & within(start, here.startLow, here.startHigh);
-        I k = min(here.stride, alignmentOf(i));
-        const M rest = m & ~known;
+        const M rest = m & ~within(start, strides.low(), strides.high());
         if (any(rest))
-            k = select(rest, min(strideExponent(s.field, start, rest), alignmentOf(i)), k);
-        return k;
+            findStrides(s.field, strides, start, rest);
+        return min(strides.exponent(), alignmentOf(i));
     }
 }
 
 /// Where the strides start that hold segments i, of lanes m.
-inline __attribute__((noinline)) I strideStarts(const PacketField& f, const PacketRays& rays, I i, M m) {
-    I most(f.mostStride);
-    if (!f.naive) { // a stride never reaches into a brick that is finer than itself
-        most = min(most, codeAt(f, along(rays, number(i)), m));
-    }
-    I to = i;
+inline __attribute__((noinline)) I strideStarts(const PacketField& f, const PacketRays& rays,
+                                                Strides& strides, I i, M m) {
+    const F3 at = along(rays, number(i));
+    const M unknown = m & ~within(at, strides.low(), strides.high());
+    if (any(unknown))
+        findStrides(f, strides, at, unknown);
+    const I most = strides.most();
+    // Where all strides that could hold i start in one box, they have its exponent.
+    const M all = within(along(rays, number(i & (I(0) - shl(I(1), most)))), strides.low(), strides.high());
+    I to = select(m & all, i & (I(0) - shl(I(1), strides.exponent())), i);
+    m = m & ~all & (most > I(0));
+    if (!any(m))
+        return to;
     for (int k = f.mostStride; k > 0; --k) {
         const M fits = m & ~(most < I(k));
         if (!any(fits))
@@ -84,16 +106,19 @@ inline __attribute__((noinline)) I strideStarts(const PacketField& f, const Pack
 template <SampleKind K, bool Gradients = false, bool Mixed>
 TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m) {
     F3 x = inBrick(here, p);
-    M inside = m & within(x, here.low, here.high);
+    M inside = m & isHere(here, x);
     M outside = m & ~inside;
-    if constexpr (Gradients) {
+    if constexpr (Mixed) { // not where another brick would be no other one
+        const F first = F(0.5f) * here.perVoxel - F(0.5f), last = first + F(32.0f) * here.perVoxel;
+        outside = m & ~within(x, {first, first, first}, {last, last, last});
+    } else if constexpr (Gradients) {
         const F first(0.0f), last(32.0f);
         outside = outside | (m & ~within(x, {first, first, first}, {last, last, last}));
     }
     if (any(outside)) {
         enter<Mixed>(s.field, here, p, outside);
         x = inBrick(here, p);
-        inside = m & within(x, here.low, here.high);
+        inside = m & isHere(here, x);
     }
     return valueAt<K>(s.field, here, p, x, inside, m);
 }
@@ -105,7 +130,7 @@ enum class Light { none, head, lights, graded };
 template <bool Mixed>
 TESSERA_LANE leaf::ReceivedLight<F> lightAt(const PacketScene& s, const Here<Mixed>& here, F3 p, M m) {
     const F3 x = inBrick(here, p);
-    const M inside = m & within(x, here.low, here.high);
+    const M inside = m & isHere(here, x);
     return leaf::receivedLight<F>(s.optics.lighting, [&](int channel) {
         M there = m;
         return F(1 / leaf::kLightOne) * valueAt<SampleKind::u16>(s.light[channel], here, p, x, inside, there);
@@ -128,6 +153,7 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
         here.row = F(static_cast<float>(f.rowPitch[f.level]));
         here.slice = F(static_cast<float>(f.slicePitch[f.level]));
     }
+    Strides strides;
     I i = load(job.next);
     F3 sum{load(job.colour[0]), load(job.colour[1]), load(job.colour[2])};
     F alpha = load(job.colour[3]);
@@ -146,7 +172,7 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
         if (job.turns != 0 && turns > job.turns)
             break;
         iterations += static_cast<unsigned>(count(active & ~ready));
-        I k = stridesAt<Mixed>(s, rays, here, i, active);
+        I k = stridesAt<Mixed>(s, rays, strides, i, active);
         I n = shl(I(1), k);
         F length = strideLength(rays, i, n);
         if constexpr (!Ends) {
@@ -167,7 +193,7 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
                     const M ends = ~(beyond < number(rays.count));
                     I to = max(truncated(select(ends, F(0.0f), beyond)), I(0));
                     if constexpr (Mixed)
-                        to = strideStarts(f, rays, to, leaps & ~ends);
+                        to = strideStarts(f, rays, strides, to, leaps & ~ends & (to > i + n));
                     else
                         to = to & I(-f.uniformSegments);
                     i = select(leaps, select(ends, rays.count, max(i + n, to)), i);
@@ -196,14 +222,14 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
                     M goes = empty & ~ends;
                     I to = max(truncated(select(goes, beyond, F(0.0f))), I(0));
                     if constexpr (Mixed)
-                        to = strideStarts(f, rays, to, goes);
+                        to = strideStarts(f, rays, strides, to, goes & (to > i));
                     else
                         to = to & I(-f.uniformSegments);
                     to = select(goes, max(i, to), i);
                     known = known & ~(goes & (to != i));
                     i = select(ends, rays.count, to);
                     active = active & ~ends;
-                    k = stridesAt<Mixed>(s, rays, here, i, active);
+                    k = stridesAt<Mixed>(s, rays, strides, i, active);
                     n = shl(I(1), k);
                     length = strideLength(rays, i, n);
                     // Empty boxes that touch share a value, so that nothing between the values in both shows.

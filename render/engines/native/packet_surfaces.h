@@ -346,6 +346,7 @@ template <SampleKind K, bool Mixed> void marchSurfaces(const PacketScene& s, Pac
     const bool skips = s.space.map != nullptr;
     SurfaceStrides<K, Mixed> strides(s, job);
     const PacketRays& rays = strides.rays;
+    Strides aligned;
     const LeapingRays leaping = leapingRays(rays.entry, rays.step);
     I i = load(job.next);
     M active = i < rays.count, ready = none(), waiting = none(), known = none();
@@ -357,7 +358,7 @@ template <SampleKind K, bool Mixed> void marchSurfaces(const PacketScene& s, Pac
         if (job.turns != 0 && turns > job.turns)
             break;
         job.iterations += static_cast<unsigned>(count(active & ~ready));
-        I k = stridesAt<Mixed>(s, rays, strides.here, i, active);
+        I k = stridesAt<Mixed>(s, rays, aligned, i, active);
         F length = strideLength(rays, i, shl(I(1), k));
         if (!skips) {
             ready = active;
@@ -372,7 +373,7 @@ template <SampleKind K, bool Mixed> void marchSurfaces(const PacketScene& s, Pac
                 const M goes = empty & ~ends;
                 I to = max(truncated(select(goes, beyond, F(0.0f))), I(0));
                 if constexpr (Mixed)
-                    to = strideStarts(f, rays, to, goes);
+                    to = strideStarts(f, rays, aligned, to, goes & (to > i));
                 else
                     to = to & I(-f.uniformSegments);
                 to = select(goes, max(i, to), i);
@@ -380,7 +381,7 @@ template <SampleKind K, bool Mixed> void marchSurfaces(const PacketScene& s, Pac
                 known = known & (stays | ~goes);
                 i = select(ends, rays.count, to);
                 active = active & ~ends;
-                k = stridesAt<Mixed>(s, rays, strides.here, i, active);
+                k = stridesAt<Mixed>(s, rays, aligned, i, active);
                 length = strideLength(rays, i, shl(I(1), k));
                 const M passes =
                     clearBetween(s.space, f, along(rays, number(i)), along(rays, number(i) + length), goes);

@@ -64,6 +64,7 @@ template <SampleKind K, bool Mixed> void keep(const PacketScene& s, PacketJob& j
         here.row = F(static_cast<float>(f.rowPitch[f.level]));
         here.slice = F(static_cast<float>(f.slicePitch[f.level]));
     }
+    Strides strides;
     I i = load(job.next);
     F kept = load(job.colour[0]), length = load(job.colour[1]), met = load(job.colour[3]);
     const F lastPlace(o.lastPlace), end = least ? F(0.0f) : lastPlace;
@@ -80,7 +81,7 @@ template <SampleKind K, bool Mixed> void keep(const PacketScene& s, PacketJob& j
             break;
         if (job.turns != 0 && turns > job.turns)
             break;
-        I k = stridesAt<Mixed>(s, rays, here, i, active);
+        I k = stridesAt<Mixed>(s, rays, strides, i, active);
         I n = shl(I(1), k);
         F part = strideLength(rays, i, n);
         F3 p = along(rays, number(i) + F(0.5f) * part);
@@ -98,7 +99,7 @@ template <SampleKind K, bool Mixed> void keep(const PacketScene& s, PacketJob& j
                 if (any(leaps)) {
                     I start = to;
                     if constexpr (Mixed)
-                        start = strideStarts(f, rays, to, leaps & ~ends);
+                        start = strideStarts(f, rays, strides, to, leaps & ~ends & (to > i + n));
                     else
                         start = to & I(-f.uniformSegments);
                     i = select(leaps, select(ends, rays.count, max(i + n, start)), i);
