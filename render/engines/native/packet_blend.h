@@ -254,8 +254,8 @@ struct StrideBox {
     I exponent;   // log2 of the segments of the largest stride, but for alignment
     I most;       // none that reaches into the box is above
 };
-/// Around a place: a brick of level 0; or of the part of a brick that is nearest to one corner, where the same
-/// bricks are near.
+/// Around a place: a brick of level 0; or of the part of a brick that is nearest to one corner, where the
+/// same bricks are near.
 TESSERA_LANE StrideBox strideBox(const PacketField& f, F3 p, M m) {
     const Corner c = cornerAt(f, p, m);
     const I current = codeOf(c, c.current);
@@ -332,8 +332,7 @@ inline __attribute__((noinline)) F blendedPitch(const PacketField& f, F3 p, M m)
     return halves<F>(p, m, [&](single::F3 q, single::M n) { return single::blendedPitch(f, q, n); });
 }
 TESSERA_LANE I strideExponent(const PacketField& f, F3 p, M m) {
-    return halves<I>(p, m,
-                     [&](single::F3 q, single::M n) { return single::strideBox(f, q, n).exponent; });
+    return halves<I>(p, m, [&](single::F3 q, single::M n) { return single::strideBox(f, q, n).exponent; });
 }
 TESSERA_LANE I codeAt(const PacketField& f, F3 p, M m) {
     return halves<I>(p, m, [&](single::F3 q, single::M n) { return single::codeAt(f, q, n); });
