@@ -66,6 +66,29 @@ TEST(Phases, ShiftTheLatticeAndNotTheEnds) {
     }
 }
 
+// A corner that is cut by less than a segment: some phases take no sample, none counts backwards, and all
+// together have the length of the ray, but for what those without a sample lack.
+TEST(Phases, OfRaysShorterThanASegmentHaveTheirLengthInTheMean) {
+    Prepared prepared("torso", sceneOf("soft-tissue", kPicture));
+    RayFrame<double> frame = prepared.p.view.frame;
+    const auto whole = segmentedRay(frame, glm::dvec2(11.5, 9.5));
+    const double length = (whole.count - 1 + whole.tail) * frame.segmentVoxels;
+    for (const double part : {0.1, 0.3, 0.45, 0.8}) { // of a segment
+        frame.segmentVoxels = length / part;
+        double sum = 0;
+        for (int k = 0; k < kPhases; ++k) {
+            const auto ray = segmentedRay(frame, glm::dvec2(11.5, 9.5), phaseOf<double>(k & 3, k >> 2));
+            ASSERT_TRUE(ray.count == 0 || ray.count == 1 || ray.count == 2) << part << ", " << k;
+            if (ray.count > 0) {
+                EXPECT_GT(ray.tail, 0);
+                EXPECT_LE(ray.tail, 1);
+                sum += ray.count - 1 + ray.tail;
+            }
+        }
+        EXPECT_NEAR(sum / kPhases, part, 0.1) << part;
+    }
+}
+
 // With each set of instructions, one level and mixed ones, lit and with maps of empty space.
 TEST(Phases, NativePicturesHaveTheMirrorsBits) {
     for (const bool isMixed : {false, true}) {
