@@ -1,6 +1,8 @@
 // core/nearest_name.cpp: see nearest_name.h.
 #include "core/nearest_name.h"
 
+#include "core/error.h"
+
 #include <algorithm>
 #include <cstddef>
 
@@ -35,6 +37,15 @@ std::string nearestName(std::string_view word, const std::vector<std::string>& k
         return editDistance(word, a) < editDistance(word, b);
     });
     return nearest == known.end() ? std::string() : *nearest;
+}
+
+std::size_t indexOfName(const std::string& text, const std::vector<std::string>& names,
+                        const std::string& where) {
+    const auto found = std::find(names.begin(), names.end(), text);
+    if (found == names.end())
+        throw badFile(where, "one of " + joinNames(names),
+                      "\"" + text + "\"; nearest: \"" + nearestName(text, names) + "\"");
+    return static_cast<std::size_t>(found - names.begin());
 }
 
 std::string joinNames(const std::vector<std::string>& names) {

@@ -44,14 +44,6 @@ Keys cameraKeys() {
     return keys;
 }
 
-std::size_t nameIndex(const std::string& text, const Keys& names, const std::string& where) {
-    const auto found = std::find(names.begin(), names.end(), text);
-    if (found == names.end())
-        throw badFile(where, "one of " + joinNames(names),
-                      "\"" + text + "\"; nearest: \"" + nearestName(text, names) + "\"");
-    return static_cast<std::size_t>(found - names.begin());
-}
-
 glm::dvec3 vector(const JsonValue& value) {
     const std::vector<double> n = value.numbers(3);
     return {n[0], n[1], n[2]};
@@ -373,33 +365,33 @@ View parseView(const std::string& text, const std::string& where) {
         {"bottom", View::inferior},  {"caudal", View::inferior}};
     if (const auto other = others.find(text); other != others.end())
         return other->second;
-    return static_cast<View>(nameIndex(text, viewNames(), where));
+    return static_cast<View>(indexOfName(text, viewNames(), where));
 }
 Fit parseFit(const std::string& text, const std::string& where) {
-    return static_cast<Fit>(nameIndex(text, fitNames(), where));
+    return static_cast<Fit>(indexOfName(text, fitNames(), where));
 }
 Fetch parseFetch(const std::string& text, const std::string& where) {
-    return static_cast<Fetch>(nameIndex(text, fetchNames(), where));
+    return static_cast<Fetch>(indexOfName(text, fetchNames(), where));
 }
 
 EdgeFunction parseEdgeFunction(const std::string& text, const std::string& where) {
-    return static_cast<EdgeFunction>(nameIndex(text, edgeFunctionNames(), where));
+    return static_cast<EdgeFunction>(indexOfName(text, edgeFunctionNames(), where));
 }
 
 PixelFilter parsePixelFilter(const std::string& text, const std::string& where) {
-    return static_cast<PixelFilter>(nameIndex(text, pixelFilterNames(), where));
+    return static_cast<PixelFilter>(indexOfName(text, pixelFilterNames(), where));
 }
 
 Sampling parseSampling(const std::string& text, const std::string& where) {
-    return static_cast<Sampling>(nameIndex(text, samplingNames(), where));
+    return static_cast<Sampling>(indexOfName(text, samplingNames(), where));
 }
 
 Integrator parseIntegrator(const std::string& text, const std::string& where) {
-    return static_cast<Integrator>(nameIndex(text, integratorNames(), where));
+    return static_cast<Integrator>(indexOfName(text, integratorNames(), where));
 }
 
 Gradient parseGradient(const std::string& text, const std::string& where) {
-    return static_cast<Gradient>(nameIndex(text, gradientNames(), where));
+    return static_cast<Gradient>(indexOfName(text, gradientNames(), where));
 }
 
 std::optional<glm::vec3> parseBackground(const std::string& text, const std::string& where) {

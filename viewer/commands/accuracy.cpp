@@ -7,6 +7,7 @@
 #include "core/scratch_folder.h"
 #include "render/engines/gpu/gl/context.h"
 #include "viewer/commands/commands.h"
+#include "viewer/input/named_scene.h"
 #include "viewer/input/volume_input.h"
 #include "viewer/manifest/build_commit.h"
 #include "viewer/options/option_values.h"
@@ -71,12 +72,7 @@ std::string plainName(const std::string& text) {
 NamedScene namedScene(const AccuracyArguments& arguments, Ledger& ram, const CommonOptions& common) {
     NamedScene named;
     named.name = plainName(fs::path(arguments.in).stem().string());
-    if (isSceneFile(arguments.in))
-        named.scene = loadScene(arguments.in);
-    else {
-        named.scene.volumes.push_back({fs::path(arguments.in), std::string()});
-        named.scene.quality.automaticStep = true;
-    }
+    named.scene = sceneOf(arguments.in);
     SceneVolume& volume = named.scene.volumes.front();
     volume.path = storeFor(volume.path, arguments.input, ram, common);
     if (!arguments.preset.empty())
@@ -180,11 +176,8 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
                              : "accuracy: expected a scene, a store, source files or --all, found none");
     if (!arguments.only.empty() && !arguments.all)
         throw InputError("accuracy: --only: expected --all, of whose scenes it names some, found none");
-    if (const auto names = presetNames();
-        !arguments.preset.empty() && std::find(names.begin(), names.end(), arguments.preset) == names.end())
-        throw badFile("--preset", "one of " + joinNames(names),
-                      "\"" + arguments.preset + "\"; nearest: \"" + nearestName(arguments.preset, names) +
-                          "\"");
+    if (!arguments.preset.empty())
+        indexOfName(arguments.preset, presetNames(), "--preset"); // throws for one that is not there
     SweepOptions options;
     options.engine = bench::studyEngine(arguments.engine);
     options.device = arguments.device;

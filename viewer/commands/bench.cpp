@@ -106,9 +106,7 @@ std::vector<std::string> volumesOf(const Page& page) {
 void checkNames(const std::vector<std::string>& given, const std::vector<std::string>& names,
                 const std::string& option) {
     for (const std::string& name : given)
-        if (std::find(names.begin(), names.end(), name) == names.end())
-            throw badFile(option, "one of " + joinNames(names),
-                          "\"" + name + "\"; nearest: \"" + nearestName(name, names) + "\"");
+        indexOfName(name, names, option); // throws for one that is not there
 }
 
 std::string volumesLine(const Workbench& bench) {

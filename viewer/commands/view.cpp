@@ -1,6 +1,5 @@
 // viewer/commands/view.cpp: `tessera view [X]`: a window on a scene, a store or source files.
 #include "core/budget.h"
-#include "core/error.h"
 #include "core/nearest_name.h"
 #include "viewer/commands/commands.h"
 #include "viewer/input/selection_options.h"
@@ -10,7 +9,6 @@
 #include "viewer/window/run_window.h"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <memory>
 
 namespace tessera {
@@ -26,13 +24,8 @@ struct ViewArguments {
 const std::vector<std::string> kEngines = {"auto", "gpu", "native"}; // in the order of EngineKind
 
 void runView(const ViewArguments& arguments, const CommonOptions& common) {
-    const auto engine = std::find(kEngines.begin(), kEngines.end(), arguments.engine);
-    if (engine == kEngines.end())
-        throw badFile("--engine", "one of " + joinNames(kEngines),
-                      "\"" + arguments.engine + "\"; nearest: \"" + nearestName(arguments.engine, kEngines) +
-                          "\"");
     ViewSessionOptions session;
-    session.engine = static_cast<EngineKind>(engine - kEngines.begin());
+    session.engine = static_cast<EngineKind>(indexOfName(arguments.engine, kEngines, "--engine"));
     session.ramBytes = budgetBytes(arguments.ram, "--ram", common);
     session.gpuBytes = budgetBytes(arguments.gpuMemory, "--gpu-memory", common);
     session.frameMs = arguments.frameMs;

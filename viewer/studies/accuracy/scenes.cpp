@@ -100,9 +100,7 @@ StandardScenes standardScenes(const fs::path& folder, const fs::path& scans,
                               const CommonOptions& common, bool keep) {
     const std::vector<std::string> names = standardSceneNames();
     for (const std::string& name : only)
-        if (std::find(names.begin(), names.end(), name) == names.end())
-            throw badFile("--only", "one of " + joinNames(names),
-                          "\"" + name + "\"; nearest: \"" + nearestName(name, names) + "\"");
+        indexOfName(name, names, "--only"); // throws for one that is not there
     StandardScenes made;
     const auto wanted = [&](const std::string& name) {
         const bool is = only.empty() || std::find(only.begin(), only.end(), name) != only.end();

@@ -129,11 +129,7 @@ const std::vector<std::string>& studyEngineNames() {
 
 EngineKind studyEngine(const std::string& name) {
     const std::vector<std::string>& names = studyEngineNames();
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end())
-        throw badFile("--engine", "one of " + joinNames(names),
-                      "\"" + name + "\"; nearest: \"" + nearestName(name, names) + "\"");
-    return static_cast<EngineKind>(found - names.begin());
+    return static_cast<EngineKind>(indexOfName(name, names, "--engine"));
 }
 
 fs::path scansFolder(const std::string& told) {

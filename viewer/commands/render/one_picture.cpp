@@ -1,0 +1,68 @@
+// viewer/commands/render/one_picture.cpp: see one_picture.h.
+#include "viewer/commands/render/one_picture.h"
+
+#include "core/output_file.h"
+#include "viewer/commands/render/first_picture.h"
+#include "viewer/commands/render/picture_files.h"
+#include "viewer/commands/render/picture_notes.h"
+#include "viewer/manifest/manifest.h"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace tessera {
+
+void renderOnePicture(const RenderTask& task) {
+    const RenderArguments& arguments = task.arguments;
+    const CommonOptions& common = task.common;
+    FirstPicture first(task);
+    RenderOptions options = task.options;
+    options.progress = common.progress.get();
+    if (first.wanted())
+        options.onFirstPicture = [&](const Image& image, double secondsLeft) {
+            first.write(image, secondsLeft);
+        };
+    const RenderResult result = renderScene(task.scene, task.store, task.ram, task.gpu, options);
+    if (arguments.fetch == "hardware" && result.engine == EngineKind::native)
+        common.note("--fetch hardware: the native engine fetches exactly");
+    if (result.takenAsHu)
+        common.note(
+            "the values have no unit, but look like HU (air near -1000): taken as HU; --unit HU says so");
+    const Charge pictures =
+        task.ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
+
+    common.progress->stage("writing the picture");
+    nlohmann::json report = makeManifest(task.scene, task.store, result, task.ram, task.gpu);
+    writePicture(arguments.out, result.image, task.scene.background, manifestText(report));
+
+    common.progress->end();
+    const bool blank = isBlank(result.image);
+    if (blank)
+        warnBlank(task, result);
+    const std::vector<std::string> lines =
+        arguments.explain ? explain(result, task.scene) : std::vector<std::string>();
+    if (arguments.json) {
+        report["output"] = arguments.out;
+        report["blank"] = blank;
+        report["seconds"] = {{"preparing", result.secondsPreparing},
+                             {"loading", result.secondsLoading},
+                             {"drawing", result.secondsDrawing},
+                             {"checking", result.secondsChecking}};
+        if (first.seconds() > 0)
+            report["seconds"]["firstPictureSinceStart"] = first.seconds();
+        if (arguments.explain)
+            report["explain"] = lines;
+        printReport(report);
+    } else {
+        for (const std::string& line : lines)
+            std::printf("%s\n", line.c_str());
+    }
+    finishStandardOutput();
+    noteMissedError(task, result);
+    noteWritten(task, task.scene, result, "");
+    common.detail("most charged: RAM " + formatBytes(task.ram.peakBytes()) + " of " +
+                  formatBytes(task.ram.limitBytes()) + ", GPU memory " + formatBytes(task.gpu.peakBytes()) +
+                  " of " + formatBytes(task.gpu.limitBytes()));
+}
+
+} // namespace tessera

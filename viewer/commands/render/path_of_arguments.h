@@ -1,0 +1,18 @@
+// viewer/commands/render/path_of_arguments.h: the path of a film or of an unfolded wall, and the options that
+// are said of them alone.
+#pragma once
+
+#include "core/path.h"
+#include "viewer/commands/render/render_task.h"
+
+namespace tessera {
+
+/// Throws InputError naming an option of films without --path, and one that --path or --unfold has no use
+/// for.
+void checkFilmOptions(const RenderArguments& arguments);
+
+/// The path as the options have it; a line alone is flown. Notes where it was made in another volume.
+/// Throws InputError naming the file that is no path, and --speed and --seconds where nothing is flown.
+Path pathOf(const RenderTask& task);
+
+} // namespace tessera

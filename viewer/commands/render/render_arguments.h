@@ -1,0 +1,35 @@
+// viewer/commands/render/render_arguments.h: what a user says to `tessera render`, as said: checked and
+// understood elsewhere (scene_from_arguments.h, run_render.h).
+#pragma once
+
+#include "viewer/input/volume_input.h" // InputOptions
+#include "viewer/options/mode_options.h"
+
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// Empty texts, and numbers that no option takes, were not said: then the scene decides, or the path of a
+/// film.
+struct RenderArguments {
+    std::string in, out, engine = "auto", ram, gpuMemory, size, preset, view, fit, projection, background,
+                         fetch;
+    std::string device = "auto";
+    double step = 0;                  // voxels; 0: as the scene says
+    double maxError = -1;             // negative: as the scene says
+    std::string samples, pixelFilter; // "": as the scene says
+    int seed = -1;                    // negative: as the scene says
+    std::string unit, edgeFunction, sampling, integrator, gradient, first;
+    std::string light;
+    std::vector<std::string> surfaces;
+    std::string verify;
+    std::string path, frames;                           // of films
+    double framesPerSecond = 0, speed = 0, seconds = 0; // 0: as the path says
+    bool unfold = false;
+    bool noShading = false, noSkipping = false, noCheck = false, explain = false, json = false;
+    ModeOptions mode;
+    InputOptions input;
+};
+
+} // namespace tessera

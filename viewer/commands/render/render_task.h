@@ -1,0 +1,23 @@
+// viewer/commands/render/render_task.h: what `tessera render` draws once all that can be refused early was.
+#pragma once
+
+#include "bricking/store/store_reader.h"
+#include "core/budget.h"
+#include "core/scene.h"
+#include "render/renderer.h"
+#include "viewer/commands/render/render_arguments.h"
+#include "viewer/options/options.h"
+
+namespace tessera {
+
+/// One picture, a film, or an unfolded wall. What it refers to outlives it.
+struct RenderTask {
+    const RenderArguments& arguments;
+    const CommonOptions& common;
+    Scene scene; // as the options have it; of films and walls without the path's cameras
+    const StoreReader& store;
+    Ledger &ram, &gpu;
+    RenderOptions options;
+};
+
+} // namespace tessera

@@ -1,0 +1,102 @@
+// viewer/commands/render/run_render.cpp: see run_render.h.
+#include "viewer/commands/render/run_render.h"
+
+#include "bricking/store/store_reader.h"
+#include "core/error.h"
+#include "core/path.h"
+#include "render/plan/memory_plan.h" // renderFloorBytes
+#include "render/renderer.h"
+#include "viewer/commands/render/film_of_path.h"
+#include "viewer/commands/render/one_picture.h"
+#include "viewer/commands/render/path_of_arguments.h"
+#include "viewer/commands/render/picture_files.h"
+#include "viewer/commands/render/scene_from_arguments.h"
+#include "viewer/commands/render/wall_along_path.h"
+#include "viewer/input/named_scene.h"
+#include "viewer/input/thin_volume.h"
+#include "viewer/input/volume_input.h"
+
+#include <utility>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A budget too small even for reading the store: the message names what the scene needs, not just the
+/// reader.
+void requireFloor(const fs::path& path, const Scene& scene, EngineKind engine, const Ledger& ram) {
+    constexpr std::size_t kReaderBytes = std::size_t{4} << 20; // enough for the reader of any store
+    if (ram.limitBytes() >= kReaderBytes)
+        return;
+    Ledger trial(ram.name(), ram.option(), kReaderBytes);
+    const VolumeInfo info = StoreReader(path, trial).info();
+    const std::size_t floor =
+        renderFloorBytes(info, scene.imageSize, pictureBytesPerPixel(engine, scene.quality.pixels), 0);
+    if (ram.limitBytes() < floor)
+        throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
+                         ", but the budget is " + formatBytes(ram.limitBytes()));
+}
+
+/// Where nobody asked for samples and RAM is too short for the sums that they take, pixels get one ray.
+void fitSamples(const VolumeInfo& info, EngineKind engine, const Ledger& ram, Scene& scene,
+                const CommonOptions& common) {
+    const auto floor = [&] {
+        return renderFloorBytes(info, scene.imageSize, pictureBytesPerPixel(engine, scene.quality.pixels), 0,
+                                scene.quality.integrator);
+    };
+    PixelSampling& pixels = scene.quality.pixels;
+    if (ram.limitBytes() >= floor())
+        return;
+    const PixelSampling asked = pixels;
+    pixels.samples = 1;
+    if (ram.limitBytes() < floor())
+        pixels = asked; // it is not for them
+    else
+        common.note("--ram has no room for more than one ray a pixel: " + formatBytes(ram.limitBytes()));
+}
+
+} // namespace
+
+void runRender(const RenderArguments& arguments, const CommonOptions& common) {
+    // Everything that can be refused is refused before the long work.
+    checkFilmOptions(arguments);
+    if (!arguments.path.empty())
+        loadPath(arguments.path);
+    if (arguments.path.empty() || arguments.unfold)
+        checkPictureOutput(arguments.out);
+    else
+        checkFilmOutput(arguments.out);
+    const EngineKind engine = engineOf(arguments);
+    Scene scene = sceneOf(arguments.in);
+    const bool samplesNamed = scene.quality.pixels.named || !arguments.samples.empty();
+    applyArguments(arguments, scene, common);
+    Ledger ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
+    Ledger gpu("GPU memory", "--gpu-memory", budgetBytes(arguments.gpuMemory, "--gpu-memory", common));
+
+    SceneVolume& volume = scene.volumes.front();
+    volume.path = storeFor(volume.path, arguments.input, ram, common);
+    requireFloor(volume.path, scene, engine, ram);
+    const StoreReader store(volume.path, ram);
+    if (!samplesNamed)
+        fitSamples(store.info(), engine, ram, scene, common);
+    if (arguments.path.empty())
+        requireFacingView(scene, store.info(), arguments.in);
+    nameFunction(volume, store.info());
+
+    RenderOptions options;
+    options.engine = engine;
+    options.device.text = arguments.device;
+    options.searching = true;
+    options.verify = verifyOf(arguments);
+    options.checking = options.verify != Verify::none;
+    const RenderTask task{arguments, common, std::move(scene), store, ram, gpu, options};
+    if (arguments.unfold)
+        renderWall(task);
+    else if (!arguments.path.empty())
+        renderFilm(task);
+    else
+        renderOnePicture(task);
+}
+
+} // namespace tessera

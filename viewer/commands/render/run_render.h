@@ -1,0 +1,13 @@
+// viewer/commands/render/run_render.h: `tessera render`: refuses all that can be refused before the long
+// work, opens the store and has a picture, a film or an unfolded wall drawn.
+#pragma once
+
+#include "viewer/commands/render/render_arguments.h"
+#include "viewer/options/options.h"
+
+namespace tessera {
+
+/// Throws InputError naming an option or a file; what drawing throws.
+void runRender(const RenderArguments& arguments, const CommonOptions& common);
+
+} // namespace tessera

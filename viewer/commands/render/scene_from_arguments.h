@@ -1,0 +1,31 @@
+// viewer/commands/render/scene_from_arguments.h: the scene that is drawn: the one that is named, as the
+// options change it. Options win over the scene.
+#pragma once
+
+#include "core/scene.h"
+#include "render/renderer.h" // Verify, EngineKind
+#include "viewer/commands/render/render_arguments.h"
+#include "viewer/options/options.h"
+
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// Puts what the options say into the scene. Notes what a preset of another program says and no scene can.
+/// Throws InputError naming the option for values that mean nothing, and for options that have no use beside
+/// the scene or one another.
+void applyArguments(const RenderArguments& arguments, Scene& scene, const CommonOptions& common);
+
+/// `--no-check` is `--verify none`. Where neither is said, films are not checked.
+/// Throws InputError naming the option for other words, and for both with different meanings.
+Verify verifyOf(const RenderArguments& arguments);
+
+/// In the order of EngineKind.
+const std::vector<std::string>& renderEngineNames();
+/// In the order of Projection.
+const std::vector<std::string>& projectionNames();
+/// Throws InputError naming --engine for what is no engine.
+EngineKind engineOf(const RenderArguments& arguments);
+
+} // namespace tessera

@@ -1,0 +1,20 @@
+// viewer/input/named_scene.h: the scene of what a user names: a scene file's, or what is drawn of a volume
+// about which nothing else is said.
+#pragma once
+
+#include "core/scene.h"
+#include "core/volume.h"
+
+#include <filesystem>
+
+namespace tessera {
+
+/// The scene in a file, or one of the volume there, its transfer function not named yet. The volume is not
+/// opened. Throws InputError naming a scene file that cannot be read.
+Scene sceneOf(const std::filesystem::path& path);
+
+/// A transfer function that nobody named follows from the values' unit: bone for HU, auto for others.
+/// @param info  of the volume's store
+void nameFunction(SceneVolume& volume, const VolumeInfo& info);
+
+} // namespace tessera
