@@ -34,7 +34,4 @@ struct ViewSessionOptions {
 /// The thread ends with it; a still that is being drawn is called off.
 std::unique_ptr<Viewing> makeViewSession(const ViewSessionOptions& options);
 
-/// What is drawn of a volume about which nothing else is said: as `tessera render` draws it.
-Scene defaultScene(const std::filesystem::path& path);
-
 } // namespace tessera

@@ -1,0 +1,139 @@
+// viewer/session/open_volume.cpp: see open_volume.h.
+#include "viewer/session/open_volume.h"
+
+#include "core/error.h"
+#include "core/preset.h"
+#include "render/contract/ray_state.h" // rayCount
+#include "render/plan/memory_plan.h"
+#include "viewer/input/named_scene.h"
+#include "viewer/session/volume_histogram.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <variant>
+
+namespace tessera {
+namespace {
+
+constexpr int kHistogramBinsSeen = 256;
+constexpr std::size_t kSliceParts = 8; // of the RAM, one is for the three planes
+/// Where pictures that follow one another would not fit beside stills: of the RAM, one each for the planes
+/// and for lines; stills are left out.
+constexpr std::size_t kTightParts = 16;
+/// Pictures that are kept at once: the one that is shown, the next, and the one that a window still reads.
+constexpr std::size_t kKeptPictures = 3;
+
+std::size_t ramForPictures(const ViewSessionOptions& options, bool withStills) {
+    return withStills ? options.ramBytes / 2 - options.ramBytes / kSliceParts
+                      : options.ramBytes - 2 * (options.ramBytes / kTightParts);
+}
+
+std::size_t shownBytes(const glm::ivec2& size) {
+    return kKeptPictures * (sizeof(glm::vec4) + sizeof(std::uint32_t)) * rayCount(size);
+}
+
+/// Without which a scene's pictures cannot follow one another.
+std::size_t ramFloor(const VolumeInfo& info, const Scene& scene) {
+    return shownBytes(scene.imageSize) +
+           renderFloorBytes(info, scene.imageSize, kPictureBytesPerPixel, 0, scene.quality.integrator);
+}
+
+TransferFunction resolved(const TransferChoice& choice, const ValueSummary& values) {
+    if (const auto* name = std::get_if<std::string>(&choice))
+        return presetFunction(*name, values);
+    return std::get<TransferFunction>(choice);
+}
+
+} // namespace
+
+OpenVolume::OpenVolume(const ViewSessionOptions& sessionOptions, const std::filesystem::path& named,
+                       bool withStills)
+    : options(sessionOptions), path(named), stills(withStills),
+      ram("RAM", "--ram", ramForPictures(options, withStills)),
+      gpu("GPU memory", "--gpu-memory", options.gpuBytes / (withStills ? 2 : 1)),
+      sliceRam("RAM", "--ram", options.ramBytes / (withStills ? kSliceParts : kTightParts)),
+      stillRam("RAM", "--ram", options.ramBytes / (withStills ? 2 : kTightParts)),
+      stillGpu("GPU memory", "--gpu-memory", withStills ? options.gpuBytes / 2 : 0) {}
+
+std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
+                                             const std::filesystem::path& path, const glm::ivec2& pictureSize,
+                                             const std::shared_ptr<Progress>& progress) {
+    std::unique_ptr<OpenVolume> next(new OpenVolume(options, path, true));
+    Scene scene = sceneOf(path);
+    scene.imageSize = pictureSize;
+    if (!scene.quality.pixels.named)
+        scene.quality.pixels.samples = PixelSampling::kAutomatic, scene.quality.pixels.named = true;
+    CommonOptions common = options.common;
+    common.progress = progress;
+    SceneVolume& volume = scene.volumes.front();
+    volume.path = storeFor(volume.path, options.input, next->ram, common);
+    progress->stage("opening " + path.filename().string());
+    next->store = std::make_unique<StoreReader>(volume.path, next->ram);
+    const std::size_t least = ramFloor(next->store->info(), scene);
+    if (next->ram.limitBytes() < least && ramForPictures(options, false) >= least) {
+        next.reset(new OpenVolume(options, path, false));
+        next->store = std::make_unique<StoreReader>(volume.path, next->ram);
+    }
+    nameFunction(volume, next->store->info());
+    next->scene = std::move(scene);
+    return next;
+}
+
+void OpenVolume::makeRenderer(const Scene& wanted) {
+    renderer.reset();
+    engine.reset();
+    pictures = {};
+    pictures = ram.charge(shownBytes(wanted.imageSize), "the pictures that a window shows");
+    RenderOptions render;
+    render.engine = options.engine;
+    render.device = options.device;
+    render.threads = options.threads;
+    engine = makeEngine(wanted, render, ram, gpu);
+    InteractiveOptions interactive;
+    interactive.threads = options.threads;
+    renderer = std::make_unique<InteractiveRenderer>(wanted, *store, *engine, ram, gpu, interactive);
+    scene = wanted;
+}
+
+std::shared_ptr<VolumeSeen> OpenVolume::describe() {
+    const VolumeInfo& info = store->info();
+    SceneVolume& volume = scene.volumes.front();
+    auto seen = std::make_shared<VolumeSeen>();
+    seen->path = path;
+    seen->info = info;
+    seen->values = summarise(renderer->volume().statistics, info, volume.unit);
+    scene.camera = renderer->camera();
+    volume.transferFunction = resolved(volume.transferFunction, seen->values);
+    seen->scene = scene;
+    try {
+        seen->histogram = volumeHistogram(renderer->volume(), seen->values.lowest, seen->values.highest,
+                                          kHistogramBinsSeen);
+    } catch (const Error&) { // damaged: told when it is drawn
+        seen->histogram = seen->values.histogram;
+    }
+    return seen;
+}
+
+ViewingState OpenVolume::usage() const {
+    ViewingState s;
+    s.ramUsed = ram.usedBytes() + sliceRam.usedBytes() + stillRam.usedBytes(), s.ramLimit = options.ramBytes;
+    s.gpuUsed = gpu.usedBytes() + stillGpu.usedBytes(), s.gpuLimit = options.gpuBytes;
+    const Selection& has = renderer->resident();
+    s.bricks = has.levels.size();
+    s.bricksShown = has.shownBricks();
+    if (const auto& wanted = renderer->wanted())
+        for (std::size_t b = 0; b < has.levels.size(); ++b)
+            s.bricksAsWanted += has.levels[b] != Selection::kEmpty && has.levels[b] <= wanted->levels[b];
+    s.finestLevel = kLevelCount - 1;
+    for (int level = kLevelCount - 1; level >= 0; --level)
+        if (has.counts[static_cast<std::size_t>(level)] > 0)
+            s.finestLevel = level, s.coarsestLevel = std::max(s.coarsestLevel, level);
+    const BrickCache::Counters counters = renderer->cacheCounters();
+    s.chunksThere = counters.hits;
+    s.chunksMissed = counters.joins + counters.misses;
+    s.drawingStill = still != nullptr;
+    s.noStills = options.stills && !stills;
+    return s;
+}
+
+} // namespace tessera

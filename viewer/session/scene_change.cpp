@@ -1,0 +1,51 @@
+// viewer/session/scene_change.cpp: see scene_change.h. Parts of scenes are compared as they are written.
+#include "viewer/session/scene_change.h"
+
+#include <string>
+#include <variant>
+
+namespace tessera {
+namespace {
+
+/// A scene without what a renderer can be told while it goes on.
+/// @param compiles  as changeOf() has it
+std::string fixedPart(Scene scene, bool compiles) {
+    scene.measurements.clear();
+    scene.window = std::string("auto");
+    scene.lighting = {};
+    scene.shading = {};
+    if (!compiles)
+        scene.cuts = {};
+    scene.camera = FittedView{};
+    scene.volumes.front().transferFunction = std::string();
+    return sceneJson(scene);
+}
+
+std::string functionPart(const Scene& scene) {
+    Scene alone;
+    alone.volumes = {{"v", scene.volumes.front().transferFunction}};
+    return sceneJson(alone);
+}
+
+std::string lightPart(const Scene& scene) {
+    Scene alone;
+    alone.volumes = {{"v", std::string()}};
+    alone.lighting = scene.lighting;
+    alone.shading = scene.shading;
+    return sceneJson(alone);
+}
+
+} // namespace
+
+SceneChange changeOf(const Scene& wished, const Scene& drawn, const Camera& camera, bool compiles) {
+    SceneChange change;
+    change.another = fixedPart(wished, compiles) != fixedPart(drawn, compiles);
+    change.turned = std::get<Camera>(wished.camera) != camera;
+    change.recoloured = functionPart(wished) != functionPart(drawn);
+    change.rewindowed = wished.window != drawn.window;
+    change.recut = !(wished.cuts == drawn.cuts);
+    change.relit = lightPart(wished) != lightPart(drawn);
+    return change;
+}
+
+} // namespace tessera

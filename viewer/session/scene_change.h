@@ -1,0 +1,22 @@
+// viewer/session/scene_change.h: in what a wished scene differs from the one that is drawn: what a renderer
+// can be told while it goes on, and what needs another.
+#pragma once
+
+#include "core/camera.h"
+#include "core/scene.h"
+
+namespace tessera {
+
+struct SceneChange {
+    bool another = false; // more than a renderer can be told: it is made anew
+    bool turned = false, recoloured = false, rewindowed = false, recut = false, relit = false;
+
+    bool any() const { return another || turned || recoloured || rewindowed || recut || relit; }
+};
+
+/// @param wished, drawn  of one volume; wished has its camera spelled out
+/// @param camera         that is drawn
+/// @param compiles       Engine::About's: whether cuts are part of what is compiled
+SceneChange changeOf(const Scene& wished, const Scene& drawn, const Camera& camera, bool compiles);
+
+} // namespace tessera

@@ -1,0 +1,85 @@
+// viewer/session/session_beside.cpp: the part of session_thread.h that has stills drawn and lines looked for,
+// on threads of their own. One of the two at a time: they have one share of the memory.
+#include "viewer/session/session_thread.h"
+
+#include <utility>
+
+namespace tessera {
+
+void SessionThread::startStill() {
+    OpenVolume& o = *open_;
+    RenderOptions render;
+    render.engine = options_.engine;
+    render.device = options_.device;
+    render.threads = options_.threads;
+    render.searching = render.checking = true;
+    render.verify = Verify::quick;
+    stillBegun_ = true;
+    ++stillNumber_;
+    o.still = std::make_unique<Still>(
+        o.scene, asked_, *o.store, o.stillRam, o.stillGpu, render, [this, number = stillNumber_] {
+            board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.stillEnded = number; });
+        });
+}
+
+void SessionThread::finishStill() {
+    OpenVolume& o = *open_;
+    FinishedStill finished = o.still->take();
+    o.still.reset();
+    if (finished.picture)
+        prepareDisplay(*finished.picture);
+    board_.tell([&](SessionNews& news) {
+        if (finished.picture && stillBegun_) {
+            finished.picture->asked = asked_;
+            news.picture = finished.picture;
+            ++news.state.pictures;
+            news.state.measured = measured_ = finished.measured;
+            news.state.drawingStill = false;
+            news.state.atRest = true;
+        } else if (!finished.problem.empty()) {
+            news.state.problem = finished.problem;
+            news.state.drawingStill = false;
+            news.state.atRest = true;
+        } else {
+            resting_ = false; // called off: the wish that did so gets one of its own
+        }
+    });
+}
+
+void SessionThread::startLine(const SessionWishes::Line& line) {
+    if (!open_) {
+        board_.tell([&](SessionNews& news) {
+            news.line = {};
+            news.line.number = line.number;
+        });
+        return;
+    }
+    OpenVolume& o = *open_;
+    o.line.reset();
+    if (o.still) { // its memory is the line's from now on
+        o.still.reset();
+        stillBegun_ = false;
+    }
+    lineNumber_ = line.number;
+    o.line = std::make_unique<LineFinder>(
+        line.wish, *o.store, o.stillRam, options_.threads, [this, number = line.number] {
+            board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.lineEnded = number; });
+        });
+    board_.tell([&](SessionNews& news) { news.lineProgress = o.line->progress(); });
+}
+
+void SessionThread::finishLine() {
+    OpenVolume& o = *open_;
+    LineState found = o.line->take();
+    o.line.reset();
+    found.number = lineNumber_;
+    resting_ = false; // a still may follow
+    board_.tell([&](SessionNews& news) {
+        news.line = std::move(found);
+        news.lineProgress.reset();
+        if (news.lines != lineNumber_) // another is asked for already
+            news.line.searching = true;
+    });
+}
+
+} // namespace tessera

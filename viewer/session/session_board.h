@@ -1,0 +1,107 @@
+// viewer/session/session_board.h: what those who look at a volume and the thread that draws it tell one
+// another, under one lock: wishes one way, what has come of them the other.
+#pragma once
+
+#include "core/progress.h"
+#include "viewer/session/slice_thread.h"
+#include "viewer/session/viewing.h"
+
+#include <condition_variable>
+#include <cstdint>
+#include <filesystem>
+#include <glm/vec2.hpp>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace tessera {
+
+/// What the thread has to look at. The latest of a kind counts.
+struct SessionWishes {
+    struct ToOpen {
+        std::filesystem::path path;
+        glm::ivec2 pictureSize{0};
+    };
+    struct ToShow {
+        Scene scene;
+        bool moving = false;
+        std::uint64_t number = 0;
+    };
+    struct Question {
+        glm::dvec2 place{0};
+        std::uint64_t number = 0;
+    };
+    struct Line {
+        LineWish wish;
+        std::uint64_t number = 0;
+    };
+    bool stop = false;
+    std::optional<ToOpen> toOpen;
+    std::optional<ToShow> toShow;
+    std::optional<Question> question;
+    bool stateAsked = false;
+    std::optional<Line> line;
+    bool lineCalledOff = false;
+    std::optional<std::vector<Camera>> ahead;
+    /// Numbers of a still and of a line whose own threads have ended; 0: none.
+    std::uint64_t stillEnded = 0, lineEnded = 0;
+
+    bool any() const {
+        return stop || toOpen || toShow || question || stateAsked || line || lineCalledOff || ahead ||
+               stillEnded != 0 || lineEnded != 0;
+    }
+};
+
+/// What others see; and the numbers that were given so far.
+struct SessionNews {
+    std::shared_ptr<const VolumeSeen> volume;
+    std::shared_ptr<const ShownPicture> picture;
+    std::optional<PickedPlace> picked;
+    ViewingState state;
+    bool levelsShown = false; // state has the bricks' levels
+    std::shared_ptr<Progress> opening;
+    LineState line;
+    std::shared_ptr<Progress> lineProgress; // while one is looked for
+    std::unique_ptr<SliceThread> slices;    // of what is open
+    std::uint64_t wishes = 0, questions = 0, lines = 0;
+};
+
+/// Functions that are handed in run under the lock: they copy, and do no work.
+class SessionBoard {
+  public:
+    /// Calls change(SessionWishes&, SessionNews&), and wakes the thread.
+    template <typename Change> void ask(const Change& change) {
+        {
+            const std::lock_guard lock(mutex_);
+            change(wishes_, news_);
+        }
+        wake_.notify_all();
+    }
+    /// Calls change(SessionNews&).
+    template <typename Change> void tell(const Change& change) {
+        const std::lock_guard lock(mutex_);
+        change(news_);
+    }
+    /// What get(const SessionNews&) returns.
+    template <typename Get> auto look(const Get& get) const {
+        const std::lock_guard lock(mutex_);
+        return get(news_);
+    }
+    /// Of the thread: all wishes since the last call. @param waiting  until there are any
+    SessionWishes take(bool waiting) {
+        std::unique_lock lock(mutex_);
+        if (waiting)
+            wake_.wait(lock, [&] { return wishes_.any(); });
+        return std::exchange(wishes_, {});
+    }
+
+  private:
+    mutable std::mutex mutex_; // of all that follows
+    std::condition_variable wake_;
+    SessionWishes wishes_;
+    SessionNews news_;
+};
+
+} // namespace tessera

@@ -1,0 +1,239 @@
+// viewer/session/session_thread.cpp: see session_thread.h. Its turns: wishes are taken, and the picture goes
+// on a little.
+#include "viewer/session/session_thread.h"
+
+#include "core/error.h"
+#include "viewer/session/display_pixels.h"
+#include "viewer/session/picking.h"
+#include "viewer/session/scene_change.h"
+
+#include <chrono>
+#include <utility>
+#include <variant>
+
+namespace tessera {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kMovingStepVoxels = 1;
+constexpr std::chrono::milliseconds kTurn{20}; // after which wishes are looked at again
+
+} // namespace
+
+SessionThread::SessionThread(const ViewSessionOptions& options, SessionBoard& board)
+    : options_(options), board_(board), pace_(options.frameMs), thread_([this] { run(); }) {}
+
+SessionThread::~SessionThread() {
+    board_.ask([this](SessionWishes& wishes, SessionNews&) {
+        wishes.stop = true;
+        callOffOpening();
+    });
+    thread_.join();
+}
+
+void SessionThread::run() {
+    for (;;) {
+        SessionWishes wishes = board_.take(resting_);
+        if (wishes.stop)
+            break;
+        try {
+            turn(wishes);
+        } catch (const Cancelled&) { // another volume, or the end
+        } catch (const Interrupted&) {
+            giveUp("interrupted");
+        } catch (const std::exception& e) {
+            giveUp(e.what());
+        }
+        options_.news();
+    }
+    dropSlices();
+    open_.reset(); // here: engines belong to the thread
+}
+
+void SessionThread::turn(SessionWishes& wishes) {
+    if (wishes.toOpen)
+        openVolume(*wishes.toOpen);
+    if (wishes.stillEnded != 0 && wishes.stillEnded == stillNumber_ && open_ && open_->still)
+        finishStill();
+    if (wishes.lineCalledOff && open_ && open_->line)
+        open_->line->callOff();
+    if (wishes.lineEnded != 0 && wishes.lineEnded == lineNumber_ && open_ && open_->line)
+        finishLine();
+    if (wishes.line)
+        startLine(*wishes.line);
+    if (wishes.ahead && open_ && open_->renderer)
+        open_->renderer->setPath(std::move(*wishes.ahead));
+    if (wishes.toShow && open_)
+        take(*wishes.toShow);
+    if (wishes.question && open_)
+        answer(*wishes.question);
+    proceed();
+    if (wishes.stateAsked && open_ && open_->renderer)
+        tellState(progress_);
+}
+
+void SessionThread::take(const SessionWishes::ToShow& wish) {
+    OpenVolume& o = *open_;
+    if (wish.scene.volumes.front().path != o.scene.volumes.front().path)
+        return;        // of the volume before
+    if (!o.renderer) { // the last scene could not be drawn, for want of memory
+        makeRenderer(wish.scene);
+        asked_ = wish.number;
+        moving_ = wish.moving;
+        return;
+    }
+    const Camera& camera = std::get<Camera>(wish.scene.camera);
+    const SceneChange change =
+        changeOf(wish.scene, o.scene, o.renderer->camera(), o.engine->about().compiles);
+    const bool changed = change.any();
+    if (changed) {
+        if (o.still)
+            o.still->callOff();
+        stillBegun_ = false;
+        measured_.clear();
+    }
+    if (change.another || (change.relit && !o.renderer->setLight(wish.scene.lighting, wish.scene.shading))) {
+        makeRenderer(wish.scene);
+    } else if (changed) {
+        if (change.turned)
+            o.renderer->setCamera(camera);
+        if (change.recoloured)
+            o.renderer->setFunction(std::get<TransferFunction>(wish.scene.volumes.front().transferFunction));
+        if (change.rewindowed)
+            o.renderer->setWindow(wish.scene.window);
+        if (change.recut)
+            o.renderer->setCuts(wish.scene.cuts);
+        quickFirst_ = true;
+        if (!drawsMoving_)
+            o.renderer->cancel();
+    }
+    o.scene = wish.scene;
+    hastySize_ = pace_.sizeFor(o.scene.imageSize); // once a wish: nothing is drawn again for a better guess
+    const std::uint64_t before = std::exchange(asked_, wish.number);
+    moving_ = wish.moving;
+    resting_ = false;
+    if (!changed)
+        answerAsBefore(before);
+}
+
+/// The picture that answered the wish before is of this one as well; where none has, one is on its way.
+void SessionThread::answerAsBefore(std::uint64_t before) {
+    board_.tell([&](SessionNews& news) {
+        if (!news.picture || news.picture->asked != before)
+            return;
+        auto same = std::make_shared<ShownPicture>(*news.picture);
+        same->asked = asked_;
+        news.picture = std::move(same);
+    });
+}
+
+void SessionThread::answer(const SessionWishes::Question& question) {
+    PickedPlace picked = pickPlace(open_->renderer->volume(), open_->renderer->part(),
+                                   open_->renderer->camera(), open_->scene.imageSize, question.place);
+    picked.number = question.number;
+    board_.tell([&](SessionNews& news) { news.picked = picked; });
+}
+
+void SessionThread::proceed() {
+    if (resting_ || !open_ || !open_->renderer) {
+        resting_ = true;
+        return;
+    }
+    OpenVolume& o = *open_;
+    const bool hasty = moving_ || quickFirst_;
+    if (hasty)
+        o.renderer->setHaste(InteractiveRenderer::Haste{hastySize_, kMovingStepVoxels});
+    else
+        o.renderer->setHaste(std::nullopt);
+    drawsMoving_ = hasty;
+    InteractiveRenderer::Progress progress;
+    try {
+        progress = o.renderer->advance(Clock::now() + kTurn);
+    } catch (const Error& e) { // a chunk that cannot be read: its bricks stay as coarse as they are
+        ++damaged_;
+        board_.tell([&](SessionNews& news) { news.state.problem = e.what(); });
+        return;
+    }
+    progress_ = progress;
+    if (progress.newPicture) {
+        publishPicture(progress);
+        quickFirst_ = false;
+    }
+    resting_ = progress.converged && hasty == moving_;
+    if (resting_ && !moving_)
+        nothingMoreComes();
+    if (resting_ && !moving_ && options_.stills && o.stills && !stillBegun_ && !o.still && !o.line)
+        startStill();
+    tellState(progress);
+}
+
+void SessionThread::publishPicture(const InteractiveRenderer::Progress& progress) {
+    auto picture = std::make_shared<ShownPicture>();
+    const InteractiveRenderer& r = *open_->renderer;
+    picture->image = r.picture();
+    picture->stage = picture->image.size != open_->scene.imageSize || moving_                ? Stage::moving
+                     : progress.movesLeft > 0 || progress.choosing || progress.lightIsCoarse ? Stage::loading
+                                                                                             : Stage::whole;
+    picture->camera = r.camera();
+    picture->asked = asked_;
+    picture->drawingMs = r.pictureMs();
+    pace_.drew(picture->image.size, picture->drawingMs);
+    prepareDisplay(*picture);
+    board_.tell([&](SessionNews& news) {
+        news.picture = std::move(picture);
+        ++news.state.pictures;
+    });
+}
+
+/// The last picture was taken for one whose bricks are on their way; it turned out to be the last.
+void SessionThread::nothingMoreComes() {
+    board_.tell([](SessionNews& news) {
+        if (!news.picture || news.picture->stage != Stage::loading)
+            return;
+        auto whole = std::make_shared<ShownPicture>(*news.picture);
+        whole->stage = Stage::whole;
+        news.picture = std::move(whole);
+    });
+}
+
+void SessionThread::prepareDisplay(ShownPicture& picture) const {
+    const Scene& scene = open_->scene;
+    picture.displaySize = scene.imageSize;
+    picture.display = displayPixels(picture.image, scene.background, scene.imageSize, options_.threads);
+}
+
+void SessionThread::tellState(const InteractiveRenderer::Progress& progress) {
+    const OpenVolume& o = *open_;
+    ViewingState s = o.usage();
+    s.movesLeft = progress.movesLeft;
+    s.choosing = progress.choosing;
+    s.lightIsCoarse = progress.lightIsCoarse;
+    s.atRest = resting_ && !o.still && !o.line;
+    s.measured = measured_;
+    s.damagedChunks = damaged_;
+    const Selection& has = o.renderer->resident();
+    board_.tell([&](SessionNews& news) {
+        if (news.levelsShown) {
+            s.levels = std::make_shared<const std::vector<std::uint8_t>>(has.levels);
+            s.brickGrid = has.bricks;
+        }
+        s.kind = news.state.kind;
+        s.what = news.state.what;
+        s.problem = news.state.problem;
+        s.engine = news.state.engine;
+        s.pictures = news.state.pictures;
+        news.state = std::move(s);
+    });
+}
+
+/// What was asked cannot be drawn: nothing more comes until something else is asked.
+void SessionThread::giveUp(const std::string& problem) {
+    resting_ = true;
+    board_.tell([&](SessionNews& news) {
+        news.state.problem = problem;
+        news.state.atRest = true;
+    });
+}
+
+} // namespace tessera

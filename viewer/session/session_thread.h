@@ -1,0 +1,74 @@
+// viewer/session/session_thread.h: the thread that draws what a session's board asks for. Everything that is
+// open belongs to it; what others see of it is copied to the board.
+#pragma once
+
+#include "core/interrupt.h"
+#include "render/interactive_renderer.h"
+#include "viewer/session/frame_pace.h"
+#include "viewer/session/open_volume.h"
+#include "viewer/session/session_board.h"
+#include "viewer/session/view_session.h"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <thread>
+
+namespace tessera {
+
+class SessionThread {
+  public:
+    /// Begins. board outlives this.
+    SessionThread(const ViewSessionOptions& options, SessionBoard& board);
+    /// Ends it; what is being opened or drawn is called off.
+    ~SessionThread();
+    SessionThread(const SessionThread&) = delete;
+    SessionThread& operator=(const SessionThread&) = delete;
+    /// What is being opened, if anything is. From any thread.
+    void callOffOpening() { openingCalledOff_ = true; }
+
+  private:
+    // session_thread.cpp: its turns, from wishes to pictures
+    void run();
+    void turn(SessionWishes& wishes);
+    void take(const SessionWishes::ToShow& wish);
+    void answerAsBefore(std::uint64_t before);
+    void answer(const SessionWishes::Question& question);
+    void proceed();
+    void publishPicture(const InteractiveRenderer::Progress& progress);
+    void prepareDisplay(ShownPicture& picture) const;
+    void nothingMoreComes();
+    void tellState(const InteractiveRenderer::Progress& progress);
+    void giveUp(const std::string& problem);
+    // session_opening.cpp: another volume, another renderer
+    void openVolume(const SessionWishes::ToOpen& what);
+    void makeRenderer(const Scene& scene);
+    void dropSlices();
+    // session_beside.cpp: what is drawn or looked for on other threads while pictures rest
+    void startStill();
+    void finishStill();
+    void startLine(const SessionWishes::Line& line);
+    void finishLine();
+
+    const ViewSessionOptions options_;
+    SessionBoard& board_;
+
+    std::unique_ptr<OpenVolume> open_;
+    std::uint64_t asked_ = 0; // the wish that is being drawn
+    bool moving_ = false, resting_ = true;
+    bool quickFirst_ = false;                // something is new: one picture of few pixels before one of all
+    bool drawsMoving_ = false;               // the picture in the works is one of few pixels
+    std::uint64_t stillNumber_ = 0;          // of the last still that was begun
+    bool stillBegun_ = false;                // of the scene as it is
+    std::uint64_t lineNumber_ = 0;           // of the line that is looked for
+    InteractiveRenderer::Progress progress_; // the last
+    std::string measured_;                   // of the still of asked_
+    std::size_t damaged_ = 0;                // chunks that could not be read
+    FramePace pace_;
+    glm::ivec2 hastySize_{1}; // of pictures while something moves
+
+    Cancellation::Flag openingCalledOff_{false};
+    std::thread thread_; // last: it uses all of the above
+};
+
+} // namespace tessera
