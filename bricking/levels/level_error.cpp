@@ -7,6 +7,7 @@
 #include "bricking/levels/narrow_function.h"
 #include "bricking/levels/segment_tables.h"
 #include "core/error.h"
+#include "core/mean_spacing.h"
 #include "core/threads.h"
 
 #include <algorithm>
@@ -216,8 +217,7 @@ LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, co
     // One of the two is there.
     std::optional<FunctionSums> sums(table);
     std::optional<SegmentTables> tables;
-    const glm::dvec3 spacing = info.spacingMm();
-    const GradientOpacity grades = table.gradientOpacity.perMm((spacing.x + spacing.y + spacing.z) / 3);
+    const GradientOpacity grades = table.gradientOpacity.perMm(meanSpacingMm(info));
     if (grades.isOne() && !isNarrow(*sums, table, info, rangesOf(rays, out.shows))) {
         sums.reset();
         tables.emplace(table, info);

@@ -2,6 +2,7 @@
 #include "render/contract/optics.h"
 
 #include "core/error.h"
+#include "core/mean_spacing.h"
 
 #include <algorithm>
 #include <cmath>
@@ -31,8 +32,7 @@ Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shad
 
 leaf::GradientNumbers<double> gradientNumbers(const GradientOpacity& factor, const VolumeInfo& info) {
     static_assert(GradientOpacity::kMostPoints == leaf::kMostGradientPoints);
-    const glm::dvec3 spacing = info.spacingMm();
-    const std::vector<GradientPoint> points = factor.perMm((spacing.x + spacing.y + spacing.z) / 3).points();
+    const std::vector<GradientPoint> points = factor.perMm(meanSpacingMm(info)).points();
     const double most = std::numeric_limits<float>::max();
     leaf::GradientNumbers<double> numbers;
     for (std::size_t i = 0; i < points.size(); ++i) {

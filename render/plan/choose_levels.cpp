@@ -69,6 +69,10 @@ std::size_t leaveOutUnseen(Selection& s, const ViewWeights& weights) {
 
 } // namespace
 
+Unseen unseenBy(const Lighting& lighting) {
+    return lighting.surfaceOcclusion ? Unseen::kept : Unseen::leftOut;
+}
+
 BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
                       Visibility visible, Unseen unseen) {
     BestLevels best{chooser.best(means, pages, visible), {}, 0};
@@ -221,9 +225,8 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
         // What is hidden needs no memory that what is seen could have.
         // Where something is cut away, what it hid is seen: nothing counts as hidden.
         const std::vector<float> visible = part.any() ? std::vector<float>() : chooser->predictedVisibility();
-        BestLevels best = bestLevels(*chooser, statistics.brickMean, pages, visible,
-                                     // light comes from beside the picture
-                                     scene.lighting.surfaceOcclusion ? Unseen::kept : Unseen::leftOut);
+        BestLevels best =
+            bestLevels(*chooser, statistics.brickMean, pages, visible, unseenBy(scene.lighting));
         chosen.selection = std::move(best.selection);
         chosen.error = best.error;
         chosen.unseenBricks =

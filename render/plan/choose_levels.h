@@ -56,6 +56,8 @@ struct BestLevels {
 /// Bricks that no ray of a still comes near need no level of their own: with them left out, a close camera's
 /// bricks are mostly of one level.
 enum class Unseen { kept, leftOut };
+/// Kept where surfaces take occlusion: their light comes from beside the picture.
+Unseen unseenBy(const Lighting& lighting);
 BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
                       Visibility visible, Unseen unseen = Unseen::kept);
 

@@ -244,7 +244,7 @@ void ScenePlan::mapLevels(Ledger& ram, bool always) {
 void ScenePlan::chooseByVisibility(std::span<const SeenBrick> seen, Ledger& ram) {
     const std::vector<float> visible = visibilityFactors(seen, volume.selection);
     BestLevels better = bestLevels(*chosen.chooser, volume.statistics.brickMean, chosen.atlasPages, visible,
-                                   view.lighting.surfaceOcclusion ? Unseen::kept : Unseen::leftOut);
+                                   unseenBy(view.lighting));
     chosen.error = better.error;
     chosen.unseenBricks = better.unseenBricks;
     chosen.chooser.reset();

@@ -50,7 +50,7 @@ struct RaysOfLight {
     Optics optics;
     Obstacles obstacles;
     LightSources sources;
-    std::vector<bool> emptyCells;
+    EmptyCells emptyCells;
     LatticeReader samples;
     LightRays light;
 };

@@ -1,7 +1,9 @@
-// render/engines/reference/cells_on_ray.h: the cells of the field that a ray goes through, and the field in
-// one.
+// render/engines/reference/cells_on_ray.h: the cells of the field that a ray goes through, which of them show
+// nothing, and the field in one.
 #pragma once
 
+#include "bricking/statistics/statistics.h"
+#include "core/brick.h"
 #include "render/contract/lattice.h"
 #include "render/contract/leaves.h"
 #include "render/engines/reference/reference.h" // ReferenceRay
@@ -10,8 +12,10 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <glm/common.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <vector>
 
 namespace tessera {
 
@@ -46,6 +50,35 @@ void forEachInterval(const ReferenceRay& ray, double t0, double t1, double spaci
                   ray.direction[static_cast<int>(a)];
     }
 }
+
+/// Cells of 8^3 voxels that nothing shows in, by their ranges; none where the input has no ranges.
+class EmptyCells {
+  public:
+    EmptyCells() = default; // none
+    /// @param function  says with emptyOver(lowest, highest) whether stored values between two show nothing
+    template <typename Function> EmptyCells(const ReferenceInput& input, const Function& function) {
+        if (const Statistics* s = input.statistics) {
+            grid_ = cellGrid(input.info->extentVoxels);
+            empty_.resize(s->cellMin.size());
+            for (std::size_t i = 0; i < empty_.size(); ++i)
+                empty_[i] = function.emptyOver(static_cast<double>(s->cellMin[i]),
+                                               static_cast<double>(s->cellMax[i]));
+        }
+    }
+    /// Whether [ta,tb] of a ray, which no border of such cells divides, is in one of them.
+    bool hold(const ReferenceRay& ray, double ta, double tb) const {
+        if (empty_.empty())
+            return false;
+        const glm::dvec3 middle = ray.base + 0.5 * (ta + tb) * ray.direction;
+        const glm::ivec3 cell =
+            glm::clamp(glm::ivec3(glm::floor(middle)) / kCellExtent, glm::ivec3(0), grid_ - 1);
+        return empty_[linearIndex(cell, grid_)];
+    }
+
+  private:
+    std::vector<bool> empty_;
+    glm::ivec3 grid_{0};
+};
 
 /// The eight samples of a cell of the field. Beyond the outermost sample centres both samples of an axis are
 /// the same one.

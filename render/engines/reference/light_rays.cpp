@@ -76,10 +76,10 @@ double Obstacles::behindSurfaces(double stored) const {
 }
 
 LightRays::LightRays(const VolumeInfo& info, const Optics& optics, const Obstacles& obstacles,
-                     const LightSources& sources, const std::vector<bool>& emptyCells, LatticeReader& samples,
+                     const LightSources& sources, const EmptyCells& emptyCells, LatticeReader& samples,
                      int panels)
     : info_(info), optics_(optics), obstacles_(obstacles), sources_(sources), emptyCells_(emptyCells),
-      samples_(samples), cells_(cellGrid(info.extentVoxels)), panels_(panels),
+      samples_(samples), panels_(panels),
       channels_(static_cast<int>(sources.casters.size()) + sources.ambientChannels),
       rejects_(sources.hasOcclusion && sources.occlusion.method == OcclusionMethod::rejecting),
       gathersEmission_(sources.ambientChannels > 1), toPatient_(info.patientFromVoxel),
@@ -150,10 +150,7 @@ LightRays::Walk LightRays::walk(const glm::dvec3& place, const glm::dvec3& direc
     forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
         if (walk.left < kDark)
             return;
-        const glm::dvec3 middle = ray.base + 0.5 * (ta + tb) * ray.direction;
-        const glm::ivec3 cell =
-            glm::clamp(glm::ivec3(glm::floor(middle)) / kCellExtent, glm::ivec3(0), cells_ - 1);
-        if (!emptyCells_.empty() && emptyCells_[linearIndex(cell, cells_)]) {
+        if (emptyCells_.hold(ray, ta, tb)) {
             walk.seen += walk.left * (tb - ta);
             return;
         }

@@ -52,11 +52,10 @@ class Obstacles {
 /// One thread's. All that it is given outlives it.
 class LightRays {
   public:
-    /// @param emptyCells  of 8^3 voxels, nothing in the light's way: passed in one stride; may be empty
+    /// @param emptyCells  nothing in the light's way: passed in one stride
     /// @param panels  that a smooth piece of a ray starts with
     LightRays(const VolumeInfo& info, const Optics& optics, const Obstacles& obstacles,
-              const LightSources& sources, const std::vector<bool>& emptyCells, LatticeReader& samples,
-              int panels);
+              const LightSources& sources, const EmptyCells& emptyCells, LatticeReader& samples, int panels);
 
     /// @param place  voxels
     LightShares at(const glm::dvec3& place);
@@ -97,9 +96,8 @@ class LightRays {
     const Optics& optics_;
     const Obstacles& obstacles_;
     const LightSources& sources_;
-    const std::vector<bool>& emptyCells_;
+    const EmptyCells& emptyCells_;
     LatticeReader& samples_;
-    glm::ivec3 cells_;
     int panels_, channels_;
     bool rejects_, gathersEmission_;
     glm::dmat4 toPatient_, toVoxels_;

@@ -13,6 +13,7 @@
 #include "render/contract/ray.h"
 #include "render/contract/sampler.h"
 #include "render/engines/reference/cell_gradients.h"
+#include "render/engines/reference/cell_stretch.h"
 #include "render/engines/reference/cells_on_ray.h"
 #include "render/engines/reference/cubic.h"
 #include "render/engines/reference/light_rays.h"
@@ -35,28 +36,17 @@ namespace {
 struct Lit {
     LightSources sources;
     Obstacles obstacles;
-    std::vector<bool> emptyCells;
+    EmptyCells emptyCells;
 };
-
-/// Cells of 8^3 voxels that nothing shows in, by their ranges; none where the input has no ranges.
-template <typename Function> std::vector<bool> emptyCellsOf(const ReferenceInput& input, const Function& f) {
-    std::vector<bool> empty;
-    if (const Statistics* s = input.statistics) {
-        empty.resize(s->cellMin.size());
-        for (std::size_t i = 0; i < empty.size(); ++i)
-            empty[i] = f.emptyOver(static_cast<double>(s->cellMin[i]), static_cast<double>(s->cellMax[i]));
-    }
-    return empty;
-}
 
 class RayIntegral {
   public:
     /// @param lit  null: all light gets everywhere
     RayIntegral(const ReferenceInput& input, const StoredFunction& function, const Optics& optics,
-                LatticeReader& samples, const std::vector<bool>& emptyCells, const Lit* lit)
+                LatticeReader& samples, const EmptyCells& emptyCells, const Lit* lit)
         : input_(input), info_(*input.info), function_(function), optics_(optics), samples_(samples),
-          emptyCells_(emptyCells), cells_(cellGrid(info_.extentVoxels)), panels_(input.panels),
-          toPatient_(optics.patientFromVoxel), lightTolerance_(input.lightTolerance) {
+          emptyCells_(emptyCells), panels_(input.panels), toPatient_(optics.patientFromVoxel),
+          lightTolerance_(input.lightTolerance) {
         if (lit)
             lightRays_.emplace(info_, optics, lit->obstacles, lit->sources, lit->emptyCells, samples_,
                                panels_);
@@ -83,14 +73,11 @@ class RayIntegral {
 
   private:
     void addPart(const ReferenceRay& ray, double t0, double t1, bool halves, ReferenceIntegrator& integral) {
-        lastEnd_ = std::numeric_limits<double>::quiet_NaN();
+        stretches_.begin();
         forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
             if (integral.opaque())
                 return;
-            const glm::dvec3 middle = ray.base + 0.5 * (ta + tb) * ray.direction;
-            const glm::ivec3 cell =
-                glm::clamp(glm::ivec3(glm::floor(middle)) / kCellExtent, glm::ivec3(0), cells_ - 1);
-            if (!emptyCells_.empty() && emptyCells_[linearIndex(cell, cells_)])
+            if (emptyCells_.hold(ray, ta, tb))
                 return;
             forEachInterval(ray, ta, tb, halves ? 0.5 : 1.0, 0.5,
                             [&](double a, double b) { addInterval(ray, a, b, integral); });
@@ -153,25 +140,17 @@ class RayIntegral {
         const double lo = cell.lowest(), hi = cell.highest();
         if (function_.emptyOver(lo, hi))
             return;
-        const auto stored = [&](double t) { return cell.at(position(t)); };
+        const CellStretch stretch = stretches_.through(cell, position, ta, tb);
+        const Cubic& cubic = stretch.cubic;
         const double length = tb - ta;
-        // Where intervals meet the field has one value, or a surface there would be met twice or never.
-        const double first = ta == lastEnd_ ? lastValue_ : stored(ta), last = stored(tb);
-        lastEnd_ = tb;
-        lastValue_ = last;
-        const Cubic cubic(first, stored(ta + length / 3), stored(ta + 2 * length / 3), last);
         std::vector<double>& cuts = cuts_;
-        cuts.clear();
-        std::array<double, 4> ends{};
-        const std::size_t count = cubic.monotonePieces(ends);
-        for (std::size_t i = 0; i < count; ++i)
-            cuts.push_back(ends[i]);
+        cuts.assign(stretch.ends.begin(), stretch.ends.begin() + static_cast<std::ptrdiff_t>(stretch.count));
         const auto& kinks = function_.kinks();
         for (auto k = std::lower_bound(kinks.begin(), kinks.end(), lo); k != kinks.end() && *k <= hi; ++k)
-            for (std::size_t i = 0; i + 1 < count; ++i)
-                if ((cubic(ends[i]) < *k) != (cubic(ends[i + 1]) < *k))
-                    cuts.push_back(crossing(cubic, *k, ends[i], ends[i + 1]));
-        findSurfaces(cubic, std::span(ends).first(count), first, last);
+            for (std::size_t i = 0; i + 1 < stretch.count; ++i)
+                if ((cubic(stretch.ends[i]) < *k) != (cubic(stretch.ends[i + 1]) < *k))
+                    cuts.push_back(crossing(cubic, *k, stretch.ends[i], stretch.ends[i + 1]));
+        findSurfaces(stretch);
         std::sort(cuts.begin(), cuts.end());
         if (!optics_.takesGradients())
             return addPieces(cubic, length, nullptr, integral);
@@ -265,23 +244,14 @@ class RayIntegral {
         }
     }
 
-    /// The crossings of surfaces, in the order in which the ray meets them, into met_ and cuts_. Below a
-    /// value is one side of its surface, the rest the other.
-    /// @param ends  of the pieces on which the cubic is monotone
-    void findSurfaces(const Cubic& cubic, std::span<const double> ends, double first, double last) {
+    /// The crossings of surfaces, in the order in which the ray meets them, into met_ and cuts_.
+    void findSurfaces(const CellStretch& stretch) {
         met_.clear();
-        const std::vector<Isosurface>& surfaces = function_.surfaces();
-        for (std::size_t i = 0; i + 1 < ends.size(); ++i) {
-            const double a = i == 0 ? first : cubic(ends[i]);
-            const double b = i + 2 == ends.size() ? last : cubic(ends[i + 1]);
-            for (std::size_t n = 0; n < surfaces.size(); ++n) {
-                const Isosurface& surface = surfaces[a < b ? n : surfaces.size() - 1 - n];
-                if ((a < surface.value) == (b < surface.value))
-                    continue;
-                met_.push_back({crossing(cubic, surface.value, ends[i], ends[i + 1]), &surface});
-                cuts_.push_back(met_.back().at);
-            }
-        }
+        crossSurfaces(stretch, function_.surfaces(), [&](double u, std::size_t number) {
+            met_.push_back({u, &function_.surfaces()[number]});
+            cuts_.push_back(u);
+            return false;
+        });
     }
 
     const ReferenceInput& input_;
@@ -289,8 +259,7 @@ class RayIntegral {
     const StoredFunction& function_;
     const Optics& optics_;
     LatticeReader& samples_;
-    const std::vector<bool>& emptyCells_;
-    glm::ivec3 cells_;
+    const EmptyCells& emptyCells_;
     int panels_;
     glm::dmat3 toPatient_;             // of directions
     std::vector<RayCuts::Part> parts_; // of the ray that are drawn
@@ -300,8 +269,8 @@ class RayIntegral {
         const Isosurface* surface;
     };
     std::vector<Met> met_;
-    double lastEnd_ = 0, lastValue_ = 0; // where the interval before ended, and the field there
-    double wayMm_ = 0;                   // through the volume
+    StretchesOfRay stretches_;
+    double wayMm_ = 0; // through the volume
     std::optional<LightRays> lightRays_;
     double lightTolerance_;
     LightBetween received_;
@@ -371,11 +340,11 @@ std::vector<glm::dvec4> renderReference(const ReferenceInput& input, const std::
                                         int threads) {
     const StoredFunction function(*input.function, input.surfaces, *input.info);
     const Optics optics = shadingOf(input);
-    const std::vector<bool> emptyCells = emptyCellsOf(input, function);
+    const EmptyCells emptyCells(input, function);
     std::optional<Lit> lit;
     if (optics.lighting.channels > 0) {
         lit.emplace(Lit{LightSources(input), Obstacles(function, *input.info), {}});
-        lit->emptyCells = emptyCellsOf(input, lit->obstacles);
+        lit->emptyCells = EmptyCells(input, lit->obstacles);
     }
     constexpr std::size_t kStrip = 16;
     std::vector<glm::dvec4> out(rays.size());

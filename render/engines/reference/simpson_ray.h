@@ -5,6 +5,7 @@
 // interpolation, cuts, crossings and quadrature are its own. Corners of the light it finds by halving.
 #pragma once
 
+#include "core/mean_spacing.h"
 #include "render/contract/lattice.h"
 #include "render/contract/optics.h"
 #include "render/contract/sampler.h"
@@ -210,9 +211,8 @@ class SimpsonRay {
         const glm::dvec3 stored =
             fieldGradient(samples_, ray.base + t * ray.direction, 1.0, optics_.gradient);
         const glm::dmat3 toPatient = glm::transpose(glm::inverse(glm::dmat3(info_.patientFromVoxel)));
-        const glm::dvec3 spacing = info_.spacingMm();
         return function_.gradientOpacity()
-            .perMm((spacing.x + spacing.y + spacing.z) / 3)
+            .perMm(meanSpacingMm(info_))
             .factor(glm::length(info_.rescaleSlope * (toPatient * stored)));
     }
 

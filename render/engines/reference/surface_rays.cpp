@@ -5,32 +5,23 @@
 #include "core/threads.h"
 #include "render/contract/lattice.h"
 #include "render/contract/sampler.h"
+#include "render/engines/reference/cell_stretch.h"
 #include "render/engines/reference/cells_on_ray.h"
-#include "render/engines/reference/cubic.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace tessera {
 
 ReferenceSurfaces::ReferenceSurfaces(const ReferenceInput& input)
     : input_(input), function_(*input.function, input.surfaces, *input.info), optics_(shadingOf(input)),
-      cells_(cellGrid(input.info->extentVoxels)) {
-    if (const Statistics* s = input.statistics) {
-        emptyCells_.resize(s->cellMin.size());
-        for (std::size_t i = 0; i < emptyCells_.size(); ++i)
-            emptyCells_[i] =
-                function_.emptyOver(static_cast<double>(s->cellMin[i]), static_cast<double>(s->cellMax[i]));
-    }
-}
+      emptyCells_(input, function_) {}
 
 /// visit(t, number of the surface) in the order in which the ray meets them between t0 and t1; true ends it.
 template <typename Visit>
 void ReferenceSurfaces::forEachCrossing(const ReferenceRay& ray, double t0, double t1, LatticeReader& samples,
                                         const Visit& visit) const {
-    const std::vector<Isosurface>& surfaces = function_.surfaces();
+    StretchesOfRay stretches;
     bool done = false;
-    double lastEnd = std::numeric_limits<double>::quiet_NaN(), lastValue = 0;
     const auto inCell = [&](double ta, double tb) {
         if (done)
             return;
@@ -38,31 +29,11 @@ void ReferenceSurfaces::forEachCrossing(const ReferenceRay& ray, double t0, doub
         const Cell cell(samples, glm::ivec3(glm::floor(position(0.5 * (ta + tb)) - 0.5)));
         if (function_.emptyOver(cell.lowest(), cell.highest()))
             return;
-        const auto stored = [&](double t) { return cell.at(position(t)); };
-        const double length = tb - ta;
-        // Where intervals meet the field has one value, or a surface there would be met twice or never.
-        const double first = ta == lastEnd ? lastValue : stored(ta), last = stored(tb);
-        lastEnd = tb;
-        lastValue = last;
-        const Cubic cubic(first, stored(ta + length / 3), stored(ta + 2 * length / 3), last);
-        std::array<double, 4> ends{};
-        const std::size_t count = cubic.monotonePieces(ends);
-        for (std::size_t i = 0; i + 1 < count; ++i) {
-            const double a = i == 0 ? first : cubic(ends[i]);
-            const double b = i + 2 == count ? last : cubic(ends[i + 1]);
-            for (std::size_t n = 0; n < surfaces.size() && !done; ++n) {
-                const std::size_t number = a < b ? n : surfaces.size() - 1 - n;
-                const double value = surfaces[number].value;
-                if ((a < value) != (b < value))
-                    done = visit(ta + crossing(cubic, value, ends[i], ends[i + 1]) * length, number);
-            }
-        }
+        done = crossSurfaces(stretches.through(cell, position, ta, tb), function_.surfaces(),
+                             [&](double u, std::size_t number) { return visit(ta + u * (tb - ta), number); });
     };
     forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
-        const glm::dvec3 middle = ray.base + 0.5 * (ta + tb) * ray.direction;
-        const glm::ivec3 cell =
-            glm::clamp(glm::ivec3(glm::floor(middle)) / kCellExtent, glm::ivec3(0), cells_ - 1);
-        if (!done && (emptyCells_.empty() || !emptyCells_[linearIndex(cell, cells_)]))
+        if (!done && !emptyCells_.hold(ray, ta, tb))
             forEachInterval(ray, ta, tb, 1.0, 0.5, inCell);
     });
 }

@@ -5,6 +5,7 @@
 
 #include "render/contract/optics.h"
 #include "render/contract/ray_state.h"
+#include "render/engines/reference/cells_on_ray.h"
 #include "render/engines/reference/reference.h"
 #include "render/engines/reference/stored_function.h"
 #include "render/light/surface_tracer.h"
@@ -33,8 +34,7 @@ class ReferenceSurfaces : public SurfaceTracer {
     ReferenceInput input_;
     StoredFunction function_;
     Optics optics_; // for normals
-    std::vector<bool> emptyCells_;
-    glm::ivec3 cells_;
+    EmptyCells emptyCells_;
 };
 
 } // namespace tessera

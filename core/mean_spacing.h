@@ -1,0 +1,15 @@
+// core/mean_spacing.h: the one length by which lengths per voxel are told per millimetre
+// (core/gradient_opacity.h).
+#pragma once
+
+#include "core/volume.h"
+
+namespace tessera {
+
+/// Millimetres: the mean of the three spacings.
+inline double meanSpacingMm(const VolumeInfo& info) {
+    const glm::dvec3 spacing = info.spacingMm();
+    return (spacing.x + spacing.y + spacing.z) / 3;
+}
+
+} // namespace tessera
