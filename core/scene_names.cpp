@@ -1,0 +1,108 @@
+// core/scene_names.cpp: words of scenes and options: the part of scene.h that spells and understands them.
+#include "core/colour.h"
+#include "core/error.h"
+#include "core/nearest_name.h"
+#include "core/scene.h"
+
+namespace tessera {
+
+const std::vector<std::string>& viewNames() {
+    static const std::vector<std::string> names = {"anterior", "posterior", "left",
+                                                   "right",    "superior",  "inferior"};
+    return names;
+}
+const std::vector<std::string>& fitNames() {
+    static const std::vector<std::string> names = {"shown", "volume"};
+    return names;
+}
+const std::vector<std::string>& fetchNames() {
+    static const std::vector<std::string> names = {"hardware", "exact"};
+    return names;
+}
+
+const std::vector<std::string>& edgeFunctionNames() {
+    static const std::vector<std::string> names = {"nearest", "minimum", "split", "maximum"};
+    return names;
+}
+
+const std::vector<std::string>& samplingNames() {
+    static const std::vector<std::string> names = {"full", "limited", "naive"};
+    return names;
+}
+
+const std::vector<std::string>& integratorNames() {
+    static const std::vector<std::string> names = {"auto", "midpoint", "linear", "pre-integrated",
+                                                   "pre-integrated-2d"};
+    return names;
+}
+const std::vector<std::string>& gradientNames() {
+    static const std::vector<std::string> names = {"forward", "central", "sobel", "analytic", "central-half"};
+    return names;
+}
+
+const std::vector<std::string>& pixelFilterNames() {
+    static const std::vector<std::string> names = {"box", "gaussian"};
+    return names;
+}
+
+const std::vector<std::string>& shadingModelNames() {
+    static const std::vector<std::string> names = {"phong", "blinn-phong"};
+    return names;
+}
+
+View parseView(const std::string& text, const std::string& where) {
+    static const std::map<std::string, View> others = {
+        {"front", View::anterior},   {"ventral", View::anterior}, {"back", View::posterior},
+        {"dorsal", View::posterior}, {"top", View::superior},     {"cranial", View::superior},
+        {"bottom", View::inferior},  {"caudal", View::inferior}};
+    if (const auto other = others.find(text); other != others.end())
+        return other->second;
+    return static_cast<View>(indexOfName(text, viewNames(), where));
+}
+Fit parseFit(const std::string& text, const std::string& where) {
+    return static_cast<Fit>(indexOfName(text, fitNames(), where));
+}
+Fetch parseFetch(const std::string& text, const std::string& where) {
+    return static_cast<Fetch>(indexOfName(text, fetchNames(), where));
+}
+
+EdgeFunction parseEdgeFunction(const std::string& text, const std::string& where) {
+    return static_cast<EdgeFunction>(indexOfName(text, edgeFunctionNames(), where));
+}
+
+PixelFilter parsePixelFilter(const std::string& text, const std::string& where) {
+    return static_cast<PixelFilter>(indexOfName(text, pixelFilterNames(), where));
+}
+
+Sampling parseSampling(const std::string& text, const std::string& where) {
+    return static_cast<Sampling>(indexOfName(text, samplingNames(), where));
+}
+
+Integrator parseIntegrator(const std::string& text, const std::string& where) {
+    return static_cast<Integrator>(indexOfName(text, integratorNames(), where));
+}
+
+Gradient parseGradient(const std::string& text, const std::string& where) {
+    return static_cast<Gradient>(indexOfName(text, gradientNames(), where));
+}
+
+std::optional<glm::vec3> parseBackground(const std::string& text, const std::string& where) {
+    if (text == "transparent")
+        return std::nullopt;
+    if (text == "black")
+        return glm::vec3(0);
+    if (text == "white")
+        return glm::vec3(1);
+    const bool hex = text.size() == 7 && text[0] == '#' &&
+                     text.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
+    if (!hex)
+        throw badFile(where, "black, white, #rrggbb or transparent", "\"" + text.substr(0, 40) + "\"");
+    glm::vec3 linear(0);
+    for (int c = 0; c < 3; ++c) {
+        const int byte = std::stoi(text.substr(static_cast<std::size_t>(1 + 2 * c), 2), nullptr, 16);
+        linear[c] = static_cast<float>(linearFromSrgb(byte / 255.0));
+    }
+    return linear;
+}
+
+} // namespace tessera
