@@ -220,7 +220,7 @@ class Finder {
                 at = *voxel;
                 continue;
             }
-            if (!before.mayBridge && !seed.mayBridge)
+            if (part && next && !before.mayBridge && !seed.mayBridge)
                 refuseGap(*part, *next, before, seed);
             glm::dvec3 from = part ? mmOf(at) : before.mm, to = voxel ? mmOf(*voxel) : seed.mm;
             if (part && seed.mayBridge) { // from where the part comes nearest to the seed

@@ -72,19 +72,25 @@ Statistics emptyStatistics(const VolumeInfo& info, Ledger& ram) {
 }
 
 /// Ranges of bricks from those of their cells.
-void foldBricks(Statistics& statistics) {
-    const glm::ivec3 cells = statistics.cells;
+void foldBricks(Statistics& statistics, int threads) {
+    const glm::ivec3 cells = statistics.cells, bricks = statistics.bricks;
     std::fill(statistics.brickMin.begin(), statistics.brickMin.end(), statistics.highest);
     std::fill(statistics.brickMax.begin(), statistics.brickMax.end(), statistics.lowest);
-    std::size_t cell = 0;
-    for (int z = 0; z < cells.z; ++z)
-        for (int y = 0; y < cells.y; ++y)
-            for (int x = 0; x < cells.x; ++x, ++cell) {
-                const std::size_t brick =
-                    linearIndex(glm::ivec3(x, y, z) / kCellsPerBrick, statistics.bricks);
-                statistics.brickMin[brick] = std::min(statistics.brickMin[brick], statistics.cellMin[cell]);
-                statistics.brickMax[brick] = std::max(statistics.brickMax[brick], statistics.cellMax[cell]);
+    parallelFor(static_cast<std::size_t>(bricks.z), threads, [&](std::size_t layer) {
+        const int first = static_cast<int>(layer) * kCellsPerBrick;
+        for (int z = first; z < std::min(first + kCellsPerBrick, cells.z); ++z)
+            for (int y = 0; y < cells.y; ++y) {
+                std::size_t cell = linearIndex({0, y, z}, cells);
+                const std::size_t row = linearIndex(glm::ivec3(0, y, z) / kCellsPerBrick, bricks);
+                for (int x = 0; x < cells.x; ++x, ++cell) {
+                    const std::size_t brick = row + static_cast<std::size_t>(x / kCellsPerBrick);
+                    statistics.brickMin[brick] =
+                        std::min(statistics.brickMin[brick], statistics.cellMin[cell]);
+                    statistics.brickMax[brick] =
+                        std::max(statistics.brickMax[brick], statistics.cellMax[cell]);
+                }
             }
+    });
 }
 
 /// Of statistics without them: what two layers around a brick can hold at most, from all cells that touch it.
@@ -130,7 +136,8 @@ Json readGroup(const FileHandle& folder, const StoreReader& store) {
 }
 
 /// Reads what the store holds; throws InputError when anything is missing, different or damaged.
-void readStatistics(const StoreReader& store, Statistics& statistics) {
+/// @param threads  at most so many, each with scratchBytes()
+void readStatistics(const StoreReader& store, Statistics& statistics, int threads) {
     const FileHandle folder = openFolder(store.path());
     const std::string where = (store.path() / kGroupFile).string();
     const Json group = readGroup(folder, store);
@@ -145,26 +152,37 @@ void readStatistics(const StoreReader& store, Statistics& statistics) {
     }
     if (voxels != store.info().voxelCount())
         throw badFile(where, "a histogram of all voxels", std::to_string(voxels) + " counts");
-    const auto read = [&](const char* name, const glm::ivec3& grid, std::vector<float>& values) {
-        const ArraySpec spec = floatSpec(grid);
-        const std::string relative = std::string("stats/") + name;
-        checkArrayMetadata(folder, relative, spec, store.path());
-        for (int layer = 0; layer < spec.layers(); ++layer)
-            readArrayLayer(folder, relative, spec, layer, layerOf(values, spec, layer), store.path());
-        const auto expected = integerAt(group, root + "arrays/" + name, 0, UINT32_MAX, where);
-        if (crc32c(std::as_bytes(std::span(values))) != expected)
-            throw badFile((store.path() / relative).string(), "the array that stats/zarr.json describes",
-                          "another");
+    struct Array {
+        const char* name;
+        std::vector<float>* values;
     };
-    read("cell_min", statistics.cells, statistics.cellMin);
-    read("cell_max", statistics.cells, statistics.cellMax);
-    foldBricks(statistics);
+    // Both arrays of a pair at once, layer by layer.
+    const auto read = [&](const std::array<Array, 2>& arrays, const glm::ivec3& grid) {
+        const ArraySpec spec = floatSpec(grid);
+        for (const Array& array : arrays)
+            checkArrayMetadata(folder, std::string("stats/") + array.name, spec, store.path());
+        const auto layers = static_cast<std::size_t>(spec.layers());
+        parallelFor(2 * layers, threads, [&](std::size_t task) {
+            const Array& array = arrays[task / layers];
+            const int layer = static_cast<int>(task % layers);
+            readArrayLayer(folder, std::string("stats/") + array.name, spec, layer,
+                           layerOf(*array.values, spec, layer), store.path());
+        });
+        parallelFor(2, threads, [&](std::size_t which) {
+            const std::string name = arrays[which].name;
+            const auto expected = integerAt(group, root + "arrays/" + name, 0, UINT32_MAX, where);
+            if (crc32c(std::as_bytes(std::span(*arrays[which].values))) != expected)
+                throw badFile((store.path() / "stats" / name).string(),
+                              "the array that stats/zarr.json describes", "another");
+        });
+    };
+    read({{{"cell_min", &statistics.cellMin}, {"cell_max", &statistics.cellMax}}}, statistics.cells);
+    foldBricks(statistics, threads);
     if (integerAt(group, root + "version", kOldestRead, kVersion, where) == kOldestRead) {
         boundWideRanges(statistics);
         return;
     }
-    read("brick_min", statistics.bricks, statistics.wideMin);
-    read("brick_max", statistics.bricks, statistics.wideMax);
+    read({{{"brick_min", &statistics.wideMin}, {"brick_max", &statistics.wideMax}}}, statistics.bricks);
 }
 
 } // namespace
@@ -268,8 +286,10 @@ Statistics loadStatistics(const StoreReader& store, Ledger& ram, int threads) {
         gatherMeans(store, statistics, pool);
     }
     try {
-        const Charge scratch = ram.charge(scratchBytes(store.info()), "reading statistics");
-        readStatistics(store, statistics);
+        const std::size_t each = scratchBytes(store.info());
+        const std::size_t workers = std::clamp(ram.freeBytes() / each, std::size_t{1}, threadCount(threads));
+        const Charge scratch = ram.charge(workers * each, "reading statistics");
+        readStatistics(store, statistics, static_cast<int>(workers));
         return statistics;
     } catch (const InputError&) {
         // A cache, never required: whatever was wrong with it, the voxels themselves tell.
@@ -278,7 +298,7 @@ Statistics loadStatistics(const StoreReader& store, Ledger& ram, int threads) {
     BufferPool pool(ram, threadCount(threads), store.chunkBytes(), "computing statistics");
     gatherCells(store, statistics, pool, threads);
     gatherHistogram(store, statistics, pool, threads);
-    foldBricks(statistics);
+    foldBricks(statistics, threads);
     return statistics;
 }
 

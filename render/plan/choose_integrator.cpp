@@ -22,14 +22,27 @@ constexpr double kMostSegments = 20000; // of a rise: narrower ones differ in no
 
 double typicalChangePerVoxel(const Statistics& statistics, const TransferTable& table,
                              const VolumeInfo& info) {
+    const auto physical = [&](float stored) {
+        return info.rescaleSlope * static_cast<double>(stored) + info.rescaleIntercept;
+    };
+    const auto empty = [&](float lowest, float highest) {
+        const double a = physical(lowest), b = physical(highest);
+        return table.emptyOver(std::min(a, b), std::max(a, b));
+    };
     std::vector<float> ranges;
-    for (std::size_t i = 0; i < statistics.cellMin.size(); ++i) {
-        const double a =
-            info.rescaleSlope * static_cast<double>(statistics.cellMin[i]) + info.rescaleIntercept;
-        const double b =
-            info.rescaleSlope * static_cast<double>(statistics.cellMax[i]) + info.rescaleIntercept;
-        if (!table.emptyOver(std::min(a, b), std::max(a, b)))
-            ranges.push_back(static_cast<float>(std::abs(b - a)));
+    for (std::size_t b = 0; b < statistics.brickMin.size(); ++b) {
+        if (empty(statistics.brickMin[b], statistics.brickMax[b]))
+            continue; // and all of its cells
+        const glm::ivec3 first = gridPosition(b, statistics.bricks) * kCellsPerBrick;
+        const glm::ivec3 end = glm::min(first + kCellsPerBrick, statistics.cells);
+        for (int z = first.z; z < end.z; ++z)
+            for (int y = first.y; y < end.y; ++y)
+                for (int x = first.x; x < end.x; ++x) {
+                    const std::size_t cell = linearIndex({x, y, z}, statistics.cells);
+                    const float lowest = statistics.cellMin[cell], highest = statistics.cellMax[cell];
+                    if (!empty(lowest, highest))
+                        ranges.push_back(static_cast<float>(std::abs(physical(highest) - physical(lowest))));
+                }
     }
     if (ranges.empty())
         return 0;

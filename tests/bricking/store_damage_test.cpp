@@ -34,8 +34,10 @@ class DamagedStore : public testing::Test {
             all.insert(all.end(), values.begin(), values.end());
         }
         const Statistics statistics = loadStatistics(store, ram, 1);
-        all.insert(all.end(), statistics.cellMin.begin(), statistics.cellMin.end());
-        all.insert(all.end(), statistics.cellMax.begin(), statistics.cellMax.end());
+        for (const std::vector<float>* values :
+             {&statistics.cellMin, &statistics.cellMax, &statistics.brickMean, &statistics.brickMin,
+              &statistics.brickMax, &statistics.wideMin, &statistics.wideMax})
+            all.insert(all.end(), values->begin(), values->end());
         for (const std::uint64_t count : statistics.histogram)
             all.push_back(static_cast<double>(count));
         return all;
@@ -120,6 +122,16 @@ TEST_F(DamagedStore, DamagedStatisticsAreRebuilt) {
         fs::remove(path / file);
         EXPECT_TRUE(readAll() == whole) << file;
         setFileText(path / file, text);
+    }
+    // Whole chunks, of another array: only the sum over each array tells.
+    for (const auto& [to, from] :
+         {std::pair("cell_min", "cell_max"), std::pair("cell_max", "cell_min"),
+          std::pair("brick_min", "brick_max"), std::pair("brick_max", "brick_min")}) {
+        const fs::path file = path / "stats" / to / "c/0/0/0";
+        const std::string text = fileText(file);
+        setFileText(file, fileText(path / "stats" / from / "c/0/0/0"));
+        EXPECT_TRUE(readAll() == whole) << to;
+        setFileText(file, text);
     }
     fs::remove_all(path / "stats");
     EXPECT_TRUE(readAll() == whole);

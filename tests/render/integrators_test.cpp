@@ -1,11 +1,13 @@
 // The tables behind integrators against exact integrals, which integrator a transfer function asks for, and
 // what a picture says of its own errors. (Orders, stiff media and whole pictures have tests of their own.)
+#include "core/brick.h"
 #include "render/contract/integrators.h"
 #include "render/contract/preintegration.h"
 #include "render/engines/reference/reference_integrator.h"
 #include "render/plan/choose_integrator.h"
 #include "render/plan/picture_check.h"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
@@ -217,6 +219,47 @@ TEST(ChooseIntegrator, TheErrorOnARiseIsThatOfAStep) {
     EXPECT_LT(midpointRampError(smooth, d, 0, 1000), 0.01);
     const TransferTable nothing = makeTable(TransferFunction::fromExtinction({{0, 0}, {1, 0}}, {}));
     EXPECT_EQ(midpointRampError(nothing, d, 0, 1000), 0);
+}
+
+// All cells count that can show something, also those of bricks that the volume ends in; in any order.
+TEST(ChooseIntegrator, TheTypicalChangeIsThatOfAllCellsThatShow) {
+    const TransferTable table =
+        makeTable(TransferFunction::fromExtinction({{400, 0}, {450, 1}, {500, 0}}, {}));
+    std::mt19937 random(7);
+    for (const double slope : {2.0, -2.0}) {
+        VolumeInfo info;
+        info.rescaleSlope = slope;
+        info.rescaleIntercept = slope > 0 ? -5 : 1005;
+        Statistics s;
+        s.cells = {10, 7, 9};
+        s.bricks = {3, 2, 3};
+        const std::size_t bricks = cellCount(s.bricks);
+        s.brickMin.assign(bricks, 1e9f);
+        s.brickMax.assign(bricks, -1e9f);
+        std::vector<double> ranges;
+        for (std::size_t n = 0; n < cellCount(s.cells); ++n) {
+            const glm::ivec3 cell = gridPosition(n, s.cells);
+            const std::size_t brick = linearIndex(cell / kCellsPerBrick, s.bricks);
+            // Every third brick is far from what shows.
+            const float low =
+                std::uniform_real_distribution<float>(0, 240)(random) + (brick % 3 == 0 ? 300.0f : 0.0f);
+            const float high =
+                low + std::uniform_real_distribution<float>(0, 40)(random) * static_cast<float>(1 + cell.z);
+            s.cellMin.push_back(low);
+            s.cellMax.push_back(high);
+            s.brickMin[brick] = std::min(s.brickMin[brick], low);
+            s.brickMax[brick] = std::max(s.brickMax[brick], high);
+            const double a = slope * double{low} + info.rescaleIntercept,
+                         b = slope * double{high} + info.rescaleIntercept;
+            if (!table.emptyOver(std::min(a, b), std::max(a, b)))
+                ranges.push_back(std::abs(b - a));
+        }
+        std::sort(ranges.begin(), ranges.end());
+        ASSERT_GT(ranges.size(), 100u);
+        ASSERT_LT(ranges.size(), s.cellMin.size());
+        const double rank = ranges[static_cast<std::size_t>(0.9 * static_cast<double>(ranges.size() - 1))];
+        EXPECT_NEAR(typicalChangePerVoxel(s, table, info), rank / 3, 1e-4);
+    }
 }
 
 TEST(PictureCheck, TheGridsRaysAreThePictures) {
