@@ -39,14 +39,6 @@ bool showsThroughout(const TransferTable& table, float low, float high) {
     return e.showing == e.all;
 }
 
-/// Bricks from level 2 on take strides of four segments and more, as long as a block of 2^3 voxels or longer.
-constexpr std::uint32_t kCoarsestWithBlocks = 1;
-
-/// Of what stands as one value too, which has no level.
-std::uint32_t levelOf(const HostPlane& plane, const glm::ivec3& cell) {
-    return plane.bricks()[linearIndex(cell / kCellsPerBrick, plane.grid())].low >> 24;
-}
-
 } // namespace
 
 bool fineBlocksPay(const Occupancy& occupancy, bool mixed, std::size_t rays) {
@@ -71,7 +63,7 @@ std::size_t refineBlocks(const HostPlane& plane, const Occupancy& occupancy, con
                 const glm::ivec3 cell(x, static_cast<int>(line) % grid.y, static_cast<int>(line) / grid.y);
                 const std::size_t number = linearIndex(cell, grid);
                 SkippingTexel& texel = map[number];
-                if (!isOccupied(texel) || levelOf(plane, cell) > kCoarsestWithBlocks)
+                if (!isOccupied(texel))
                     continue;
                 const float a = statistics.cellMin[number] * optics.scale + optics.offset;
                 const float b = statistics.cellMax[number] * optics.scale + optics.offset;

@@ -16,9 +16,8 @@ namespace tessera {
 /// Whether one picture gains more than that costs.
 bool fineBlocksPay(const Occupancy& occupancy, bool mixed, std::size_t rays);
 
-/// Sets the bits of all occupied cells. Needs a map of cells, and all bricks. Passed over, so that all their
-/// blocks count as showing something, are cells whose every value does, and those of bricks from level 2 on,
-/// whose strides are as long as a block.
+/// Sets the bits of all occupied cells. Needs a map of cells, and all bricks. Cells whose every value shows
+/// are passed over: all their blocks show.
 /// @param levels  of mixed levels, or null; @param level  else: of all bricks
 /// @param map  a copy of the occupancy's. Returns how many cells were looked at.
 std::size_t refineBlocks(const HostPlane& plane, const Occupancy& occupancy, const Statistics& statistics,
