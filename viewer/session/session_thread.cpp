@@ -66,7 +66,7 @@ void SessionThread::turn(SessionWishes& wishes) {
         open_->renderer->setPath(std::move(*wishes.ahead));
     if (wishes.toShow && open_)
         take(*wishes.toShow);
-    if (wishes.question && open_)
+    if (wishes.question && open_ && open_->renderer)
         answer(*wishes.question);
     proceed();
     if (wishes.stateAsked && open_ && open_->renderer)
