@@ -132,7 +132,7 @@ bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     std::unique_ptr<RayCaster> caster = engine.caster({options.counting, light != nullptr, passes}, gpu);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
-    result.refinedCells = caster->refine();
+    caster->refine();
     const auto drawSome = [&](const Rays& rays) {
         Work work; // not the picture's
         caster->begin(rays);
@@ -182,6 +182,7 @@ bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     if (!engine.bricks())
         result.passes = 0;
     result.features = caster->features();
+    result.refinedCells = caster->refinedCells();
     result.light = engine.lightReport();
     result.secondsDrawing = secondsSince(drawing);
     const auto checking = Clock::now();

@@ -84,9 +84,11 @@ class RayCaster {
     virtual bool fetchExactly() { return false; }
     /// As the scene says, again; begin() must follow.
     virtual void fetchAsAsked() {}
-    /// Makes maps of empty space finer where that pays; all bricks must be there. Returns the cells that were
-    /// looked at.
-    virtual std::size_t refine() { return 0; }
+    /// Makes maps of empty space finer where that pays, at once or as rays get there; all bricks must be
+    /// there, and stay as they are until emptySpaceChanged().
+    virtual void refine() {}
+    /// Cells that were looked at for that.
+    virtual std::size_t refinedCells() const { return 0; }
     /// Bits of features.h that are compiled in; 0 where nothing is.
     virtual std::uint32_t features() const { return 0; }
 };

@@ -99,9 +99,8 @@ void run(int argc, char** argv) {
         if (options["--targets"].find(target->name) == std::string::npos)
             continue;
         NativeCaster caster(plan, engine, {}, budgets.gpu, target);
-        const auto refining = Clock::now();
-        const std::size_t refined = std::stod(options["--blocks"]) != 0 ? caster.refine() : 0;
-        const double refineMs = msSince(refining);
+        if (std::stod(options["--blocks"]) != 0)
+            caster.refine();
         std::vector<double> ms, cpu;
         Work drawn;
         for (int round = 0; round < static_cast<int>(std::stod(options["--rounds"])); ++round) {
@@ -118,13 +117,13 @@ void run(int argc, char** argv) {
         const NativeCaster::Lanes lanes = caster.lanes();
         std::printf(
             "%-9s %7.1f ms, cpu %7.1f ms; %.1f M turns, %.1f M segments, %.1f M samples; %.0f M samples/s a "
-            "core; %.2f M pixels/s a core; lanes %.2f; blocks of %zu cells in %.1f ms\n",
+            "core; %.2f M pixels/s a core; lanes %.2f; blocks of %zu cells\n",
             target->name, minimum(ms), minimum(cpu), 1e-6 * static_cast<double>(drawn.iterations),
             1e-6 * static_cast<double>(drawn.segments), 1e-6 * static_cast<double>(drawn.samples),
             1e-6 * static_cast<double>(drawn.samples) / seconds,
             1e-6 * static_cast<double>(rayCount(scene.imageSize)) / seconds,
-            static_cast<double>(lanes.used) / (static_cast<double>(lanes.turns) * lanes.width), refined,
-            refineMs);
+            static_cast<double>(lanes.used) / (static_cast<double>(lanes.turns) * lanes.width),
+            caster.refinedCells());
     }
 }
 

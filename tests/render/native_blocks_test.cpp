@@ -178,14 +178,12 @@ TEST(NativeBlocks, ChangeNoBitUnderFunctionsWithGaps) {
     EXPECT_GT(saved, 10000u);
 }
 
-TEST(NativeBlocks, PayWhereRaysAreManyForTheCells) {
+TEST(NativeBlocks, PayWhereManyRaysGoThroughACell) {
     Prepared prepared("torso", sceneOn(infoOf("torso"), "bone", 0, {8, 8}));
     const Occupancy& cells = prepared.p.volume.occupancy;
-    const std::size_t count = cells.occupiedCells();
-    EXPECT_TRUE(fineBlocksPay(cells, false, 2 * count));
-    EXPECT_FALSE(fineBlocksPay(cells, false, count));
-    EXPECT_TRUE(fineBlocksPay(cells, true, count)) << "values of mixed levels take longer";
-    EXPECT_FALSE(fineBlocksPay(cells, true, count / 4));
+    ASSERT_EQ(cells.scale(), MapScale::cells);
+    EXPECT_TRUE(FineBlocks::pay(cells, 6));
+    EXPECT_FALSE(FineBlocks::pay(cells, 3));
 }
 
 } // namespace

@@ -42,13 +42,14 @@ inline NativePicture nativePicture(Prepared& prepared, const NativeChoices& choi
     bringBricks(engine, p, prepared.budgets.ram, prepared.budgets.gpu, out.work);
     NativeCaster caster(p, engine, {true, choices.hits, false}, prepared.budgets.gpu, choices.target);
     if (choices.refine)
-        out.refinedCells = caster.refine();
+        caster.refine();
     caster.begin(choices.rays.value_or(raysOf(p)));
     if (choices.shreds)
         while (!caster.draw(choices.slicing, RayCaster::Clock::time_point::min(), out.work)) {
         }
     else
         drawToTheEnd(caster, engine, p, choices.slicing, out.work);
+    out.refinedCells = caster.refinedCells();
     out.image = caster.image();
     out.hits = caster.hits();
     return out;

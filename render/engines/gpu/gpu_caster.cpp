@@ -97,9 +97,9 @@ void GpuCaster::fetchAsAsked() {
     march_.setFeatures(features_, scene_.volume.optics);
 }
 
-std::size_t GpuCaster::refine() {
+void GpuCaster::refine() {
     if (!(features_ & kFeatureSkipping) || (features_ & kFeaturePasses) || scene_.volume.reduces())
-        return 0;
+        return;
     const VolumeState& volume = scene_.volume;
     const auto refined = [&](const GlTexture3d& map, const Occupancy& occupancy, const TransferTable& table) {
         if (!refiningPays(occupancy, rayCount(scene_.view.imageSize)) ||
@@ -110,7 +110,7 @@ std::size_t GpuCaster::refine() {
     };
     if (volume.mapsSurfaces)
         refined(march_.surfaceMap(), volume.surfaceOccupancy, volume.surfaceTable);
-    return refined(march_.skippingMap(), volume.occupancy, volume.table);
+    refinedCells_ = refined(march_.skippingMap(), volume.occupancy, volume.table);
 }
 
 } // namespace tessera

@@ -27,7 +27,8 @@ class GpuCaster : public RayCaster {
     void emptySpaceChanged() override { mapIsNew_ = true; }
     bool fetchExactly() override;
     void fetchAsAsked() override;
-    std::size_t refine() override;
+    void refine() override;
+    std::size_t refinedCells() const override { return refinedCells_; }
     std::uint32_t features() const override { return features_; }
 
     const March& march() const { return march_; }
@@ -41,6 +42,7 @@ class GpuCaster : public RayCaster {
     std::uint32_t features_;    // the integrator's and the lights' included
     bool filtersAgain_ = false; // fetchExactly() took filters away
     bool mapIsNew_ = false;
+    std::size_t refinedCells_ = 0;
     std::uint64_t boundsVersion_ = 0; // of the bounds on the device; 0: none
     March march_;
 };

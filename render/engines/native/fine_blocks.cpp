@@ -2,13 +2,11 @@
 #include "render/engines/native/fine_blocks.h"
 
 #include "core/error.h"
-#include "core/threads.h"
 #include "render/engines/native/block_ranges.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <cstring>
+#include <glm/geometric.hpp>
 
 namespace tessera {
 namespace {
@@ -39,53 +37,77 @@ bool showsThroughout(const TransferTable& table, float low, float high) {
     return e.showing == e.all;
 }
 
+/// All of whose blocks show.
+constexpr SkippingTexel kAllShow = ~SkippingTexel{0};
+/// Of a cell that is empty after all, and no further.
+constexpr SkippingTexel kEmptyAlone = 0x0101010101010101u;
+
 } // namespace
 
-bool fineBlocksPay(const Occupancy& occupancy, bool mixed, std::size_t rays) {
-    // Where levels mix a value takes so much longer that a fourth of the rays gain as much.
-    constexpr std::size_t kRaysPerTwoCells = 4, kRaysPerTwoMixedCells = 1;
-    const std::size_t perTwo = mixed ? kRaysPerTwoMixedCells : kRaysPerTwoCells;
-    return occupancy.scale() == MapScale::cells && 2 * rays >= perTwo * occupancy.occupiedCells();
+double raysPerCell(const RayFrame<double>& frame) {
+    const double plane = 4 * glm::length(glm::cross(frame.right, frame.up)); // voxels squared
+    return frame.imageSize.x * frame.imageSize.y * kCellExtent * kCellExtent / plane;
 }
 
-std::size_t refineBlocks(const HostPlane& plane, const Occupancy& occupancy, const Statistics& statistics,
-                         const LevelMap* levels, int level, const TransferTable& table, const Optics& optics,
-                         const native::PacketTarget& target, int threads, std::span<SkippingTexel> map) {
-    TESSERA_CHECK(occupancy.scale() == MapScale::cells && map.size() == occupancy.map().size());
-    TESSERA_CHECK(statistics.cellMin.size() == map.size());
-    const glm::ivec3& grid = occupancy.grid();
-    std::atomic<std::size_t> looked{0};
-    parallelFor(
-        static_cast<std::size_t>(grid.z) * static_cast<std::size_t>(grid.y), threads, [&](std::size_t line) {
-            BlockRanges field(plane, levels, level, optics.scale, optics.offset, target);
-            std::size_t mine = 0;
-            for (int x = 0; x < grid.x; ++x) {
-                const glm::ivec3 cell(x, static_cast<int>(line) % grid.y, static_cast<int>(line) / grid.y);
-                const std::size_t number = linearIndex(cell, grid);
-                SkippingTexel& texel = map[number];
-                if (!isOccupied(texel))
-                    continue;
-                const float a = statistics.cellMin[number] * optics.scale + optics.offset;
-                const float b = statistics.cellMax[number] * optics.scale + optics.offset;
-                if (showsThroughout(table, std::min(a, b), std::max(a, b)))
-                    continue;
-                const native::CellRanges& ranges = field.of(cell);
-                // How far a value between samples can be computed from the true one: some sixty roundings of
-                // 2^-24, here and where rays take it and blend it.
-                const float slack =
-                    (std::max(std::abs(ranges.low), std::abs(ranges.high)) + 2 * std::abs(optics.offset)) /
-                    131072.0f;
-                std::uint64_t blocks = 0;
-                for (int n = 0; n < 64; ++n)
-                    if (showsWithin(table, ranges.blockLow[n] - slack, ranges.blockHigh[n] + slack))
-                        blocks |= std::uint64_t{1} << n;
-                texel = blocks != 0 ? occupiedTexel(blocks)
-                                    : 0x0101010101010101u; // empty after all, and no further
-                ++mine;
-            }
-            looked += mine;
-        });
-    return looked;
+bool FineBlocks::pay(const Occupancy& occupancy, double raysPerCell) {
+    constexpr double kRays = 4; // a cell takes as long to look at as the segments of some
+    return occupancy.scale() == MapScale::cells && raysPerCell >= (getenv("XP") ? atof(getenv("XP")) : kRays);
+}
+
+FineBlocks::FineBlocks(const FineBlocksInput& input, Ledger& gpu)
+    : in_(input), charge_(gpu.charge(bytes(input.occupancy), "blocks of empty space")),
+      map_(input.occupancy.map()) {
+    TESSERA_CHECK(in_.occupancy.scale() == MapScale::cells && in_.statistics.cellMin.size() == map_.size());
+    for (SkippingTexel& texel : map_)
+        if (isOccupied(texel))
+            texel = 0;
+}
+
+native::PacketEmptySpace FineBlocks::space() const {
+    native::PacketEmptySpace space;
+    space.map = map_.data();
+    for (int axis = 0; axis < 3; ++axis)
+        space.grid[axis] = in_.occupancy.grid()[axis];
+    space.shift = boxShift(MapScale::cells);
+    space.finer = this;
+    space.look = [](const void* finer, std::int32_t cell) {
+        static_cast<const FineBlocks*>(finer)->look(cell);
+    };
+    return space;
+}
+
+/// @param cell  [z][y][x]
+void FineBlocks::look(std::int32_t cell) const {
+    const auto number = static_cast<std::size_t>(cell);
+    std::atomic_ref<SkippingTexel> texel(map_[number]);
+    if (texel.load(std::memory_order_relaxed) != 0)
+        return; // for another lane's ray, or another thread's
+    const auto publish = [&texel](SkippingTexel found) {
+        SkippingTexel nothing = 0;
+        return texel.compare_exchange_strong(nothing, found, std::memory_order_relaxed);
+    };
+    const Optics& optics = in_.optics;
+    const float a = in_.statistics.cellMin[number] * optics.scale + optics.offset;
+    const float b = in_.statistics.cellMax[number] * optics.scale + optics.offset;
+    if (showsThroughout(in_.table, std::min(a, b), std::max(a, b))) {
+        publish(kAllShow);
+        return;
+    }
+    BlockRanges field(in_.plane, in_.levels, in_.level, optics.scale, optics.offset, in_.target);
+    const glm::ivec3& grid = in_.occupancy.grid();
+    const native::CellRanges& ranges =
+        field.of({cell % grid.x, cell / grid.x % grid.y, cell / grid.x / grid.y});
+    // How far a value between samples can be computed from the true one: some sixty roundings of 2^-24, here
+    // and where rays take it and blend it.
+    const float slack =
+        (std::max(std::abs(ranges.low), std::abs(ranges.high)) + 2 * std::abs(optics.offset)) / 131072.0f;
+    std::uint64_t blocks = 0;
+    for (int n = 0; n < 64; ++n)
+        if (showsWithin(in_.table, ranges.blockLow[n] - slack, ranges.blockHigh[n] + slack))
+            blocks |= std::uint64_t{1} << n;
+    // Of two threads that found the same, one counts.
+    if (publish(blocks != 0 ? occupiedTexel(blocks) : kEmptyAlone))
+        looked_.fetch_add(1, std::memory_order_relaxed);
 }
 
 } // namespace tessera

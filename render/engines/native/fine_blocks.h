@@ -1,27 +1,64 @@
 // render/engines/native/fine_blocks.h: which blocks of 2^3 voxels of an occupied cell can show anything: bits
 // of the map of empty space (render/empty_space/distance_map.h), from the samples that the engine holds
-// (block_ranges.h).
+// (block_ranges.h). A cell is looked at when the first ray gets to it, so that cells no ray meets cost
+// nothing.
 #pragma once
 
 #include "bricking/statistics/statistics.h"
+#include "core/budget.h"
 #include "core/transfer_function.h"
 #include "render/contract/optics.h"
+#include "render/contract/ray.h"
 #include "render/empty_space/occupancy.h"
 #include "render/engines/native/host_plane.h"
 
-#include <span>
+#include <atomic>
+#include <cstdint>
+#include <vector>
 
 namespace tessera {
 
-/// Whether one picture gains more than that costs.
-bool fineBlocksPay(const Occupancy& occupancy, bool mixed, std::size_t rays);
+/// What blocks are found from. It outlives them and stays as it is; all bricks are there.
+struct FineBlocksInput {
+    const HostPlane& plane;
+    const Occupancy& occupancy; // by cells
+    const Statistics& statistics;
+    const LevelMap* levels; // of mixed levels, or null
+    int level;              // else: of all bricks
+    const TransferTable& table;
+    const Optics& optics;
+    const native::PacketTarget& target;
+};
 
-/// Sets the bits of all occupied cells. Needs a map of cells, and all bricks. Cells whose every value shows
-/// are passed over: all their blocks show.
-/// @param levels  of mixed levels, or null; @param level  else: of all bricks
-/// @param map  a copy of the occupancy's. Returns how many cells were looked at.
-std::size_t refineBlocks(const HostPlane& plane, const Occupancy& occupancy, const Statistics& statistics,
-                         const LevelMap* levels, int level, const TransferTable& table, const Optics& optics,
-                         const native::PacketTarget& target, int threads, std::span<SkippingTexel> map);
+class FineBlocks {
+  public:
+    /// No cell is looked at yet. Charges as many bytes as the map has.
+    FineBlocks(const FineBlocksInput& input, Ledger& gpu);
+    FineBlocks(const FineBlocks&) = delete;
+    FineBlocks& operator=(const FineBlocks&) = delete;
+
+    static std::size_t bytes(const Occupancy& occupancy) {
+        return occupancy.map().size() * sizeof(SkippingTexel);
+    }
+    /// Whether a picture gains more than looking costs.
+    /// @param raysPerCell  of raysPerCell()
+    static bool pay(const Occupancy& occupancy, double raysPerCell);
+
+    /// What packets read in place of the occupancy's map. Any number of threads.
+    native::PacketEmptySpace space() const;
+    /// Cells that were looked at. Those of which every value shows are not: all their blocks do.
+    std::size_t looked() const { return looked_.load(std::memory_order_relaxed); }
+
+  private:
+    void look(std::int32_t cell) const;
+
+    FineBlocksInput in_;
+    Charge charge_;
+    mutable std::vector<SkippingTexel> map_; // 0: not looked at. Written by any thread, each texel whole
+    mutable std::atomic<std::size_t> looked_{0};
+};
+
+/// Rays of a picture that go through a cell of 8^3 voxels, in the plane that they are aimed at.
+double raysPerCell(const RayFrame<double>& frame);
 
 } // namespace tessera

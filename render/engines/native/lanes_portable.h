@@ -195,10 +195,15 @@ template <int Scale> TESSERA_LANE Pair gatherPair(const void* base, I index, M m
     for (int k = 0; k < kWidth; ++k)
         if (m.v[k] != 0) {
             std::uint32_t words[2];
-            __builtin_memcpy(words,
-                             static_cast<const char*>(base) +
-                                 std::int64_t{Scale} * static_cast<std::int32_t>(index.v[k]),
-                             sizeof words);
+            const char* const from =
+                static_cast<const char*>(base) + std::int64_t{Scale} * static_cast<std::int32_t>(index.v[k]);
+            if constexpr (Scale == sizeof words) { // whole: another thread may write it
+                const std::uint64_t both =
+                    __atomic_load_n(reinterpret_cast<const std::uint64_t*>(from), __ATOMIC_RELAXED);
+                __builtin_memcpy(words, &both, sizeof words);
+            } else {
+                __builtin_memcpy(words, from, sizeof words);
+            }
             r.low.v[k] = words[0];
             r.high.v[k] = words[1];
         }

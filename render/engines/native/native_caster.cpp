@@ -5,11 +5,11 @@
 #include "core/interrupt.h"
 #include "core/threads.h"
 #include "render/engines/mirror/mirror.h"
-#include "render/engines/native/fine_blocks.h"
 #include "render/engines/native/native_tracer.h"
 
 #include <algorithm>
 #include <mutex>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -63,9 +63,11 @@ native::PacketHelp helpOf(const Context& context) {
     return help;
 }
 
-native::PacketEmptySpace spaceOf(const Occupancy& empty, const std::vector<SkippingTexel>& finer) {
+native::PacketEmptySpace spaceOf(const Occupancy& empty, const FineBlocks* finer) {
+    if (finer)
+        return finer->space();
     native::PacketEmptySpace space;
-    space.map = finer.empty() ? empty.map().data() : finer.data();
+    space.map = empty.map().data();
     for (int axis = 0; axis < 3; ++axis)
         space.grid[axis] = empty.grid()[axis];
     space.shift = boxShift(empty.scale());
@@ -169,11 +171,9 @@ void NativeCaster::begin(const Rays& rays) {
     packetFrame_ = packetFrameOf(frame_);
     if (tablesAreNew_)
         fillTables();
-    if (mapIsNew_) { // what was made finer is of another one
-        map_ = surfaceMap_ = {};
-        mapCharge_ = {};
-        surfaceMapCharge_ = {};
-        mapIsNew_ = false;
+    if (std::exchange(mapIsNew_, false)) { // what was found is of another one
+        blocks_.reset();
+        surfaceBlocks_.reset();
     }
     raysCharge_ = {};
     raysCharge_ = gpu_.charge((kRayColourBytes + kRayNextBytes + (options_.hits ? sizeof(SurfaceHit) : 0)) *
@@ -331,9 +331,9 @@ native::PacketScene NativeCaster::packetScene() const {
             o.toPatient[3 * column + row] = optics.patientFromVoxel[column][row];
         }
     if (const Occupancy* const empty = occupancy()) {
-        s.space = spaceOf(*empty, map_);
+        s.space = spaceOf(*empty, blocks_.get());
         if (mapsSurfaces())
-            s.surfaces.space = spaceOf(volume.surfaceOccupancy, surfaceMap_);
+            s.surfaces.space = spaceOf(volume.surfaceOccupancy, surfaceBlocks_.get());
     }
     native::PacketSurfaces& surfaces = s.surfaces;
     TESSERA_CHECK(optics.surfaces.size() <= native::kMostSurfaces);
@@ -532,27 +532,25 @@ Image NativeCaster::image() const {
     return image;
 }
 
-std::size_t NativeCaster::refine() {
-    const VolumeState& volume = scene_.volume;
-    const auto refined = [&](const Occupancy& cells, const TransferTable& table, Charge& charge,
-                             std::vector<SkippingTexel>& map) -> std::size_t {
-        const std::size_t bytes = cells.map().size() * sizeof(SkippingTexel);
-        if (!fineBlocksPay(cells, volume.mixed(), rayCount(scene_.view.imageSize)) ||
-            gpu_.freeBytes() < bytes)
-            return 0;
-        charge = gpu_.charge(bytes, "the map of empty space");
-        map = cells.map();
-        return refineBlocks(engine_.settled(), cells, volume.statistics,
-                            volume.mixed() ? &volume.levels : nullptr, volume.selection.finest(), table,
-                            volume.optics, target_, engine_.threads(), map);
-    };
+void NativeCaster::refine() {
     const Occupancy* const all = occupancy();
-    if (!all || options_.passes)
-        return 0;
-    return refined(*all, volume.table, mapCharge_, map_) +
-           (mapsSurfaces()
-                ? refined(volume.surfaceOccupancy, volume.surfaceTable, surfaceMapCharge_, surfaceMap_)
-                : 0);
+    if (!all || options_.passes || !FineBlocks::pay(*all, raysPerCell(scene_.view.frame)))
+        return;
+    const VolumeState& volume = scene_.volume;
+    const auto finer = [&](const Occupancy& cells, const TransferTable& table) {
+        const FineBlocksInput input{
+            engine_.settled(),         cells, volume.statistics, volume.mixed() ? &volume.levels : nullptr,
+            volume.selection.finest(), table, volume.optics,     target_};
+        return gpu_.freeBytes() < FineBlocks::bytes(cells) ? nullptr
+                                                           : std::make_unique<FineBlocks>(input, gpu_);
+    };
+    blocks_ = finer(*all, volume.table);
+    if (mapsSurfaces())
+        surfaceBlocks_ = finer(volume.surfaceOccupancy, volume.surfaceTable);
+}
+
+std::size_t NativeCaster::refinedCells() const {
+    return (blocks_ ? blocks_->looked() : 0) + (surfaceBlocks_ ? surfaceBlocks_->looked() : 0);
 }
 
 } // namespace tessera

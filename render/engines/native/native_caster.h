@@ -3,6 +3,7 @@
 
 #include "render/contract/ray_cuts.h"
 #include "render/engine.h"
+#include "render/engines/native/fine_blocks.h"
 #include "render/engines/native/native_engine.h"
 #include "render/engines/native/native_field.h"
 #include "render/engines/native/packet.h"
@@ -31,7 +32,8 @@ class NativeCaster : public RayCaster {
         engine_.functionChanged();
     }
     void emptySpaceChanged() override { mapIsNew_ = true; }
-    std::size_t refine() override;
+    void refine() override;
+    std::size_t refinedCells() const override;
 
     /// Turns of packets that took samples, and lanes that took one in them, since begin().
     struct Lanes {
@@ -63,10 +65,9 @@ class NativeCaster : public RayCaster {
     CasterOptions options_;
     const native::PacketTarget& target_;
     native::PacketMarch march_ = nullptr;
-    Charge raysCharge_, tablesCharge_, mapCharge_, surfaceMapCharge_;
-    std::vector<float> tables_[4]; // extinction, red, green, blue
-    /// Of empty space, made finer; else those of the scene are read.
-    std::vector<SkippingTexel> map_, surfaceMap_;
+    Charge raysCharge_, tablesCharge_;
+    std::vector<float> tables_[4];                       // extinction, red, green, blue
+    std::unique_ptr<FineBlocks> blocks_, surfaceBlocks_; // none: the scene's maps are read
     bool tablesAreNew_ = true, mapIsNew_ = false;
 
     Rays rays_;

@@ -87,6 +87,9 @@ struct PacketEmptySpace {
     const std::uint64_t* map = nullptr; // null: nothing is skipped (render/empty_space/distance_map.h)
     std::int32_t grid[3] = {};
     std::int32_t shift = 3; // log2 of a box's edge, voxels
+    /// A texel of 0 was not looked at yet (fine_blocks.h); look() makes it what it is.
+    const void* finer = nullptr; // null: no texel is 0
+    void (*look)(const void* finer, std::int32_t number) = nullptr;
 };
 
 /// How far values go in bricks and in cells (render/empty_space/value_bounds.h).

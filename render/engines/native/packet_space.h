@@ -50,6 +50,29 @@ struct BoxAt {
     M shows;      // its block
 };
 
+/// Looks at cells that no ray got to before.
+inline __attribute__((noinline)) void lookAt(const PacketEmptySpace& space, const I& numbers, M m) {
+    alignas(64) std::int32_t number[kWidth];
+    store(number, numbers);
+    const auto lanes = bits(m);
+    for (int lane = 0; lane < kWidth; ++lane)
+        if (lanes >> lane & 1u)
+            space.look(space.finer, number[lane]);
+}
+
+/// Texels of boxes, by their places in the map.
+TESSERA_LANE Pair texelsAt(const PacketEmptySpace& space, I number, M m) {
+    Pair texel = gatherPair<8>(space.map, number, m);
+    if (space.finer) {
+        const M unknown = m & ((texel.low | texel.high) == I(0));
+        if (any(unknown)) [[unlikely]] {
+            lookAt(space, number, unknown);
+            texel = gatherPair<8>(space.map, number, m);
+        }
+    }
+    return texel;
+}
+
 /// Of an occupied box.
 TESSERA_LANE M blockShows(const Pair& texel, I x, I y, I z) {
     const I bit = min(x | shl<2>(y) | shl<4>(z), I(62));
@@ -65,7 +88,7 @@ TESSERA_LANE BoxAt boxAt(const PacketEmptySpace& space, const PacketField& f, F3
     const I index =
         (sar(box.voxel[2], shift) * I(space.grid[1]) + sar(box.voxel[1], shift)) * I(space.grid[0]) +
         sar(box.voxel[0], shift);
-    box.texel = gatherPair<8>(space.map, index, m);
+    box.texel = texelsAt(space, index, m);
     box.isOccupied = box.texel.high < I(0);
     const auto block = [&](int axis) { return sar(box.voxel[axis], blockShift) & I(3); };
     box.shows = m & box.isOccupied & blockShows(box.texel, block(0), block(1), block(2));

@@ -34,7 +34,7 @@ inline __attribute__((noinline)) M clearBetween(const PacketEmptySpace& space, c
         const I x = first[0] + I(corner & 1), y = first[1] + I((corner >> 1) & 1),
                 z = first[2] + I(corner >> 2);
         const I box = (sar<2>(z) * I(space.grid[1]) + sar<2>(y)) * I(space.grid[0]) + sar<2>(x);
-        const Pair texel = gatherPair<8>(space.map, box, lanes);
+        const Pair texel = texelsAt(space, box, lanes);
         const M isOccupied = texel.high < I(0);
         m = m & ~(lanes & isOccupied & blockShows(texel, x & I(3), y & I(3), z & I(3)));
     }
