@@ -131,7 +131,7 @@ TEST(NativeBlocks, ChangeNoBitWhereLevelsMix) {
             if (edge == EdgeFunction::nearest && integrator != Integrator::midpoint)
                 continue; // refused: values jump there
             SCOPED_TRACE(static_cast<int>(edge));
-            MixedScene mixed("torso", "bone", 1, edge, Sampling::limited, {48, 48}, integrator);
+            MixedScene mixed("torso", "bone", 1, edge, Sampling::limited, {80, 80}, integrator);
             mixed.choose(randomShownLevels(mixed.p().volume.selection, 3));
             NativeChoices choices;
             choices.refine = true;
@@ -178,12 +178,48 @@ TEST(NativeBlocks, ChangeNoBitUnderFunctionsWithGaps) {
     EXPECT_GT(saved, 10000u);
 }
 
+/// A cell that no ray gets to is not looked at, and one that many get to is looked at once.
+TEST(NativeBlocks, AreLookedForWhereRaysGo) {
+    Prepared prepared("torso", sceneOn(infoOf("torso"), "bone", 0, {96, 96}));
+    NativeChoices choices;
+    choices.refine = true;
+    choices.threads = 1;
+    const NativePicture all = nativePicture(prepared, choices);
+    EXPECT_GT(all.refinedCells, 100u);
+    EXPECT_LE(all.refinedCells, prepared.p.volume.occupancy.occupiedCells());
+    choices.threads = 4;
+    EXPECT_EQ(nativePicture(prepared, choices).refinedCells, all.refinedCells);
+    // The same rays, but for those of the left half of the picture, which is the left half of the volume.
+    std::vector<glm::vec2> right;
+    for (int y = 0; y < 96; ++y)
+        for (int x = 48; x < 96; ++x)
+            right.push_back(glm::vec2(x, y) + 0.5f);
+    Rays rays = raysOf(prepared.p);
+    rays.places = right;
+    rays.arraySize = {48, 96};
+    choices.rays = rays;
+    const NativePicture half = nativePicture(prepared, choices);
+    EXPECT_GT(half.refinedCells, all.refinedCells / 5);
+    EXPECT_LT(half.refinedCells, all.refinedCells * 4 / 5);
+    for (int y = 0; y < 96; ++y)
+        for (int x = 0; x < 48; ++x)
+            ASSERT_EQ(half.image.at(x, y), all.image.at(x + 48, y)) << x << "," << y;
+}
+
 TEST(NativeBlocks, PayWhereManyRaysGoThroughACell) {
     Prepared prepared("torso", sceneOn(infoOf("torso"), "bone", 0, {8, 8}));
     const Occupancy& cells = prepared.p.volume.occupancy;
     ASSERT_EQ(cells.scale(), MapScale::cells);
-    EXPECT_TRUE(FineBlocks::pay(cells, 6));
-    EXPECT_FALSE(FineBlocks::pay(cells, 3));
+    EXPECT_TRUE(FineBlocks::pay(cells, false, 6));
+    EXPECT_FALSE(FineBlocks::pay(cells, false, 3));
+    EXPECT_TRUE(FineBlocks::pay(cells, true, 20));
+    EXPECT_FALSE(FineBlocks::pay(cells, true, 10)) << "cells between levels take longer to look at";
+
+    RayFrame<double> frame;
+    frame.imageSize = {100, 50};
+    frame.right = {0, 100, 0}; // from the picture's middle to its side: two voxels a pixel
+    frame.up = {0, 0, 50};
+    EXPECT_DOUBLE_EQ(raysPerCell(frame), 16);
 }
 
 } // namespace

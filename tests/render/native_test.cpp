@@ -100,6 +100,7 @@ TEST_P(Native, CuttingTheWorkChangesNoBit) {
     choices = {};
     choices.refine = true;
     const NativePicture refined = nativePicture(prepared, choices);
+    EXPECT_GT(refined.refinedCells, 0u);
     EXPECT_EQ(differing(refined.image, whole.image), 0u) << "blocks";
     EXPECT_LE(refined.work.segments, whole.work.segments);
 }

@@ -534,9 +534,11 @@ Image NativeCaster::image() const {
 
 void NativeCaster::refine() {
     const Occupancy* const all = occupancy();
-    if (!all || options_.passes || !FineBlocks::pay(*all, raysPerCell(scene_.view.frame)))
-        return;
     const VolumeState& volume = scene_.volume;
+    const double ofPixel = std::max(1, scene_.view.quality.pixels.samples); // where they decide, at least
+    if (!all || options_.passes ||
+        !FineBlocks::pay(*all, volume.mixed(), ofPixel * raysPerCell(scene_.view.frame)))
+        return;
     const auto finer = [&](const Occupancy& cells, const TransferTable& table) {
         const FineBlocksInput input{
             engine_.settled(),         cells, volume.statistics, volume.mixed() ? &volume.levels : nullptr,
