@@ -100,7 +100,7 @@ void run(int argc, char** argv) {
             continue;
         NativeCaster caster(plan, engine, {}, budgets.gpu, target);
         if (std::stod(options["--blocks"]) != 0)
-            caster.refine();
+            caster.findBlocks();
         std::vector<double> ms, cpu;
         Work drawn;
         for (int round = 0; round < static_cast<int>(std::stod(options["--rounds"])); ++round) {

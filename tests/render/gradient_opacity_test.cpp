@@ -76,7 +76,7 @@ TEST_P(Graded, NativeHasTheMirrorsBits) {
     choices.slicing.fixedIterations = 7;
     EXPECT_EQ(differing(nativePicture(prepared, choices).image, whole), 0u) << "seven turns at a time";
     choices = {};
-    choices.refine = true;
+    choices.blocks = true;
     EXPECT_EQ(differing(nativePicture(prepared, choices).image, whole), 0u) << "blocks";
     // It is there: without it the picture is another.
     Scene plain = GetParam().scene(kSize);

@@ -201,7 +201,7 @@ TEST(LightPicture, CutsAndThreadsChangeNothing) {
     one.threads = 1;
     shreds.shreds = true;
     shreds.slicing.fixedIterations = 3;
-    refined.refine = true;
+    refined.blocks = true;
     for (const NativeChoices& choices : {one, shreds, refined})
         EXPECT_EQ(differing(nativePicture(lit.prepared, choices).image, picture), 0u);
 }

@@ -131,10 +131,10 @@ TEST(NativeBlocks, ChangeNoBitWhereLevelsMix) {
             if (edge == EdgeFunction::nearest && integrator != Integrator::midpoint)
                 continue; // refused: values jump there
             SCOPED_TRACE(static_cast<int>(edge));
-            MixedScene mixed("torso", "bone", 1, edge, Sampling::limited, {80, 80}, integrator);
+            MixedScene mixed("torso", "bone", 1, edge, Sampling::limited, {48, 48}, integrator);
             mixed.choose(randomShownLevels(mixed.p().volume.selection, 3));
             NativeChoices choices;
-            choices.refine = true;
+            choices.blocks = true;
             const NativePicture blocks = nativePicture(*mixed.prepared, choices);
             EXPECT_GT(blocks.refinedCells, 100u);
             EXPECT_EQ(differing(blocks.image, mirrorPicture(*mixed.prepared)), 0u);
@@ -169,7 +169,7 @@ TEST(NativeBlocks, ChangeNoBitUnderFunctionsWithGaps) {
             Prepared prepared(store, scene);
             SCOPED_TRACE(std::string(store) + " round " + std::to_string(round));
             NativeChoices choices;
-            choices.refine = true;
+            choices.blocks = true;
             const NativePicture blocks = nativePicture(prepared, choices), cells = nativePicture(prepared);
             EXPECT_GT(blocks.refinedCells, 0u);
             EXPECT_EQ(differing(blocks.image, cells.image), 0u);
@@ -182,7 +182,7 @@ TEST(NativeBlocks, ChangeNoBitUnderFunctionsWithGaps) {
 TEST(NativeBlocks, AreLookedForWhereRaysGo) {
     Prepared prepared("torso", sceneOn(infoOf("torso"), "bone", 0, {96, 96}));
     NativeChoices choices;
-    choices.refine = true;
+    choices.blocks = true;
     choices.threads = 1;
     const NativePicture all = nativePicture(prepared, choices);
     EXPECT_GT(all.refinedCells, 100u);
@@ -207,13 +207,10 @@ TEST(NativeBlocks, AreLookedForWhereRaysGo) {
 }
 
 TEST(NativeBlocks, PayWhereManyRaysGoThroughACell) {
-    Prepared prepared("torso", sceneOn(infoOf("torso"), "bone", 0, {8, 8}));
-    const Occupancy& cells = prepared.p.volume.occupancy;
-    ASSERT_EQ(cells.scale(), MapScale::cells);
-    EXPECT_TRUE(FineBlocks::pay(cells, false, 6));
-    EXPECT_FALSE(FineBlocks::pay(cells, false, 3));
-    EXPECT_TRUE(FineBlocks::pay(cells, true, 20));
-    EXPECT_FALSE(FineBlocks::pay(cells, true, 10)) << "cells between levels take longer to look at";
+    EXPECT_TRUE(FineBlocks::pay(false, 6));
+    EXPECT_FALSE(FineBlocks::pay(false, 3));
+    EXPECT_TRUE(FineBlocks::pay(true, 20));
+    EXPECT_FALSE(FineBlocks::pay(true, 10)) << "cells between levels take longer to look at";
 
     RayFrame<double> frame;
     frame.imageSize = {100, 50};

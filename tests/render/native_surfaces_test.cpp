@@ -160,7 +160,7 @@ TEST(NativeSurfaceBlocks, ChangeNoBit) {
             NativeChoices choices;
             choices.hits = true;
             const NativePicture cells = nativePicture(prepared, choices);
-            choices.refine = true;
+            choices.blocks = true;
             const NativePicture blocks = nativePicture(prepared, choices);
             EXPECT_GT(blocks.refinedCells, 100u);
             EXPECT_LT(blocks.work.samples, cells.work.samples);

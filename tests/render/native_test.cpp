@@ -98,7 +98,7 @@ TEST_P(Native, CuttingTheWorkChangesNoBit) {
     choices.threads = 1;
     EXPECT_EQ(differing(nativePicture(prepared, choices).image, whole.image), 0u) << "one thread";
     choices = {};
-    choices.refine = true;
+    choices.blocks = true;
     const NativePicture refined = nativePicture(prepared, choices);
     EXPECT_GT(refined.refinedCells, 0u);
     EXPECT_EQ(differing(refined.image, whole.image), 0u) << "blocks";

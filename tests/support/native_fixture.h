@@ -25,7 +25,7 @@ struct NativePicture {
 struct NativeChoices {
     const native::PacketTarget* target = nullptr;
     Slicing slicing = {};
-    bool hits = false, refine = false, shreds = false; // shreds: every deadline has passed
+    bool hits = false, blocks = false, shreds = false; // shreds: every deadline has passed
     bool aprons = true;
     int threads = 0;
     std::optional<Rays> rays = {}; // else those of the plan
@@ -41,8 +41,8 @@ inline NativePicture nativePicture(Prepared& prepared, const NativeChoices& choi
     NativePicture out;
     bringBricks(engine, p, prepared.budgets.ram, prepared.budgets.gpu, out.work);
     NativeCaster caster(p, engine, {true, choices.hits, false}, prepared.budgets.gpu, choices.target);
-    if (choices.refine)
-        caster.refine();
+    if (choices.blocks)
+        caster.findBlocks();
     caster.begin(choices.rays.value_or(raysOf(p)));
     if (choices.shreds)
         while (!caster.draw(choices.slicing, RayCaster::Clock::time_point::min(), out.work)) {

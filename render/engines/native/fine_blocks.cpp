@@ -49,11 +49,11 @@ double raysPerCell(const RayFrame<double>& frame) {
     return frame.imageSize.x * frame.imageSize.y * kCellExtent * kCellExtent / plane;
 }
 
-bool FineBlocks::pay(const Occupancy& occupancy, bool mixed, double raysPerCell) {
+bool FineBlocks::pay(bool mixed, double raysPerCell) {
     // A cell takes as long to look at as what is empty in it takes so many rays (docs/performance.md); where
     // levels mix, cells are blended from several bricks.
     constexpr double kRays = 4, kMixedRays = 16;
-    return occupancy.scale() == MapScale::cells && raysPerCell >= (mixed ? kMixedRays : kRays);
+    return raysPerCell >= (mixed ? kMixedRays : kRays);
 }
 
 FineBlocks::FineBlocks(const FineBlocksInput& input, Ledger& gpu)

@@ -42,7 +42,7 @@ class FineBlocks {
     }
     /// Whether a picture gains more than looking costs.
     /// @param raysPerCell  of raysPerCell()
-    static bool pay(const Occupancy& occupancy, bool mixed, double raysPerCell);
+    static bool pay(bool mixed, double raysPerCell);
 
     /// What packets read in place of the occupancy's map. Any number of threads.
     native::PacketEmptySpace space() const;

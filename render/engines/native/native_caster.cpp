@@ -533,11 +533,15 @@ Image NativeCaster::image() const {
 }
 
 void NativeCaster::refine() {
+    const double ofPixel = std::max(1, scene_.view.quality.pixels.samples); // where they decide, at least
+    if (FineBlocks::pay(scene_.volume.mixed(), ofPixel * raysPerCell(scene_.view.frame)))
+        findBlocks();
+}
+
+void NativeCaster::findBlocks() {
     const Occupancy* const all = occupancy();
     const VolumeState& volume = scene_.volume;
-    const double ofPixel = std::max(1, scene_.view.quality.pixels.samples); // where they decide, at least
-    if (!all || options_.passes ||
-        !FineBlocks::pay(*all, volume.mixed(), ofPixel * raysPerCell(scene_.view.frame)))
+    if (!all || all->scale() != MapScale::cells || options_.passes)
         return;
     const auto finer = [&](const Occupancy& cells, const TransferTable& table) {
         const FineBlocksInput input{

@@ -33,6 +33,8 @@ class NativeCaster : public RayCaster {
     }
     void emptySpaceChanged() override { mapIsNew_ = true; }
     void refine() override;
+    /// As refine(), whether it pays or not, where there is a map of cells.
+    void findBlocks();
     std::size_t refinedCells() const override;
 
     /// Turns of packets that took samples, and lanes that took one in them, since begin().
