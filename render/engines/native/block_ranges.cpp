@@ -21,8 +21,6 @@ constexpr int kBlockExtent = kCellExtent / kBlocks;
 constexpr int kMostSamples = 10; // along a cell: its 8 of level 0, and one on both sides
 constexpr int kPoints = 9;       // planes between voxels along a cell, both its faces included
 constexpr int kRow = 12;         // floats of a row of points
-constexpr int kRowSamples = 16;  // floats of a row of samples
-constexpr int kRowTaken = 12;    // of them, side by side
 
 /// Samples of a level that the field in a cell is made of, along one axis.
 struct Window {
@@ -175,24 +173,18 @@ void BlockRanges::rangesOfBrick(const glm::ivec3& at, const glm::ivec3& firstVox
                 pitch * std::clamp(window.first + n - at[axis] * edge, least[axis], last[axis]);
     }
     const std::int64_t* const xs = offsets[0];
-    // Of a row, samples that follow one another; those before and behind repeat the outermost.
-    const auto before = static_cast<int>(std::upper_bound(xs, xs + count.x, xs[0]) - xs) - 1;
-    const auto end = static_cast<int>(std::lower_bound(xs, xs + count.x, xs[count.x - 1]) - xs) + 1;
+    native::CellRows rows;
+    rows.first = static_cast<int>(std::upper_bound(xs, xs + count.x, xs[0]) - xs) - 1;
+    rows.last = static_cast<int>(std::lower_bound(xs, xs + count.x, xs[count.x - 1]) - xs);
+    if (rows.first > rows.last) // beside the brick
+        rows.first = rows.last = 0;
+    rows.countY = count.y, rows.countZ = count.z;
+    std::copy_n(offsets[1], count.y, rows.alongY);
+    for (int z = 0; z < count.z; ++z)
+        rows.alongZ[z] = offsets[2][z] + xs[rows.first] - rows.first;
+    rows.scale = scale_, rows.offset = offset_;
     withSamples(plane_, [&](const auto* samples) {
-        const auto* const own = samples + brick.base;
-        if (before > kRowSamples - kRowTaken) // beside the brick, or it ends within the cell
-            return take(
-                count, scale_, offset_,
-                [&](int x, int y, int z) { return own[offsets[2][z] + offsets[1][y] + xs[x]]; }, samples_);
-        for (int z = 0; z < count.z; ++z)
-            for (int y = 0; y < count.y; ++y) {
-                const auto* const from = own + offsets[2][z] + offsets[1][y] + xs[before];
-                auto& row = samples_.rows[z * kMostSamples + y];
-                for (int x = 0; x < kRowTaken; ++x) // what is beyond is of no value (HostPlane::kAround)
-                    row[before + x] = static_cast<float>(from[x]) * scale_ + offset_;
-                std::fill(row, row + before, row[before]);
-                std::fill(row + end, std::end(row), row[end - 1]);
-            }
+        target_.cellSamples(samples + brick.base, plane_.kind(), rows, samples_);
     });
     rangesOfSamples(level, firstVoxel, out);
 }

@@ -185,6 +185,14 @@ struct PacketPlaces {
 struct CellSamples {
     alignas(64) float rows[100][16]; // ten of each are used; the others repeat one of them
 };
+/// Where those of one brick are: samples after its first, of each row and slice; then how a row goes on.
+struct CellRows {
+    std::int64_t alongY[10], alongZ[10]; // along z: of the row's first number, too
+    std::int32_t countY = 0, countZ = 0;
+    std::int32_t first = 0,
+                 last = 0;       // numbers of a row that are samples; those before and behind repeat them
+    float scale = 1, offset = 0; // from samples as they are stored
+};
 /// Least and largest value of the field in each block of 2^3 voxels (x + 4y + 16z), and of all samples.
 struct CellRanges {
     alignas(64) float blockLow[64];
@@ -221,6 +229,8 @@ struct PacketTarget {
     PacketMarch (*march)(const PacketScene&) = nullptr;
     /// Through places on the picture, a lane each: x right, y down, pixels.
     void (*rays)(const PacketFrame&, const PacketPlaces&, PacketJob&) = nullptr;
+    /// @param samples  the brick's first
+    void (*cellSamples)(const void* samples, SampleKind kind, const CellRows&, CellSamples&) = nullptr;
     void (*cellRanges)(const CellSamples&, CellRanges&) = nullptr;
     /// Of a step through samples of an extinction. @param count  a multiple of kOcclusionRun
     void (*opacities)(const float* extinction, int count, float stepMm, float* out) = nullptr;

@@ -1,84 +1,116 @@
-// render/engines/native/packet_blocks.h: the range of the field in every block of 2^3 voxels of a cell, rows
-// of a cell side by side in lanes. The field is extreme at sample centres and at blocks' faces: 13 points an
-// axis, five faces and eight samples. For packet_*.cpp alone.
+// render/engines/native/packet_blocks.h: the range of the field in every block of 2^3 voxels of a cell. The
+// field is extreme at sample centres and at blocks' faces: 13 points an axis, five faces and eight samples.
+// Sixteen numbers side by side whatever the lanes of rays, because a cell has as many in a row. For
+// packet_*.cpp alone.
 #pragma once
 
 #include "render/engines/native/lanes.h"
 #include "render/engines/native/packet.h"
 
+#include <cstring>
+
 namespace tessera::TESSERA_LANES {
 
 using native::CellRanges;
+using native::CellRows;
 using native::CellSamples;
+using native::SampleKind;
 
 constexpr int kCellSamples = 10, kCellPoints = 13, kRowFloats = 16;
-struct CellRow { // in registers one by one: a row fills sixteen lanes at most
-    single::F v[kRowFloats / single::kWidth];
-};
-template <typename Take> TESSERA_LANE CellRow rowwise(const Take& take) {
+using CellRow = float __attribute__((vector_size(kRowFloats * sizeof(float))));
+
+TESSERA_LANE CellRow loadRow(const float (&from)[kRowFloats]) {
     CellRow row;
-    for (int n = 0; n < kRowFloats / single::kWidth; ++n)
-        row.v[n] = take(n);
+    std::memcpy(&row, from, sizeof row);
     return row;
 }
-TESSERA_LANE CellRow loadRow(const float* p) {
-    return rowwise([&](int n) { return single::load(p + n * single::kWidth); });
+TESSERA_LANE CellRow halfway(CellRow a, CellRow b) {
+    return 0.5f * (a + b);
 }
-TESSERA_LANE void storeRow(float* p, const CellRow& row) {
-    for (int n = 0; n < kRowFloats / single::kWidth; ++n)
-        single::store(p + n * single::kWidth, row.v[n]);
+TESSERA_LANE CellRow least(CellRow a, CellRow b) {
+    return a < b ? a : b;
 }
-TESSERA_LANE CellRow halfway(const CellRow& a, const CellRow& b) {
-    return rowwise([&](int n) { return single::F(0.5f) * (a.v[n] + b.v[n]); });
-}
-TESSERA_LANE CellRow least(const CellRow& a, const CellRow& b) {
-    return rowwise([&](int n) { return min(a.v[n], b.v[n]); });
-}
-TESSERA_LANE CellRow most(const CellRow& a, const CellRow& b) {
-    return rowwise([&](int n) { return max(a.v[n], b.v[n]); });
+TESSERA_LANE CellRow most(CellRow a, CellRow b) {
+    return a > b ? a : b;
 }
 
-/// Ten rows, `pitch` apart, as thirteen.
-TESSERA_LANE void pointsAcross(const CellRow* from, int pitch, CellRow (&to)[kCellPoints]) {
-    for (int block = 0; block < 4; ++block) {
-        to[3 * block] = halfway(from[2 * block * pitch], from[(2 * block + 1) * pitch]);
-        to[3 * block + 1] = from[(2 * block + 1) * pitch];
-        to[3 * block + 2] = from[(2 * block + 2) * pitch];
+/// The samples of one brick, rows along x. What a row reads beyond them is of no value
+/// (HostPlane::kAround), and overwritten.
+template <typename Stored> void takeRows(const void* brick, const CellRows& rows, CellSamples& out) {
+    constexpr std::size_t kSampleBytes = sizeof(Stored) / kRowFloats;
+    for (int z = 0; z < rows.countZ; ++z)
+        for (int y = 0; y < rows.countY; ++y) {
+            Stored stored;
+            std::memcpy(&stored,
+                        static_cast<const char*>(brick) +
+                            (rows.alongZ[z] + rows.alongY[y]) * std::int64_t{kSampleBytes},
+                        sizeof stored);
+            const CellRow values = __builtin_convertvector(stored, CellRow) * rows.scale + rows.offset;
+            auto& row = out.rows[z * kCellSamples + y];
+            std::memcpy(&row, &values, sizeof values);
+            for (int x = 0; x < rows.first; ++x)
+                row[x] = row[rows.first];
+            for (int x = rows.last + 1; x < kRowFloats; ++x)
+                row[x] = row[rows.last];
+        }
+}
+inline void cellSamples(const void* brick, SampleKind kind, const CellRows& rows, CellSamples& out) {
+    using Signed = std::int16_t __attribute__((vector_size(kRowFloats * sizeof(std::int16_t))));
+    using Unsigned = std::uint16_t __attribute__((vector_size(kRowFloats * sizeof(std::uint16_t))));
+    switch (kind) {
+    case SampleKind::i16:
+        return takeRows<Signed>(brick, rows, out);
+    case SampleKind::u16:
+        return takeRows<Unsigned>(brick, rows, out);
+    case SampleKind::f32:
+        break;
     }
-    to[12] = halfway(from[8 * pitch], from[9 * pitch]);
+    takeRows<CellRow>(brick, rows, out);
+}
+
+/// Ten samples as thirteen points: the faces between blocks, then of every block its first sample, then its
+/// second.
+TESSERA_LANE CellRow pointsAlong(CellRow s) {
+    return halfway(__builtin_shufflevector(s, s, 0, 2, 4, 6, 8, 1, 3, 5, 7, 2, 4, 6, 8, 8, 8, 8),
+                   __builtin_shufflevector(s, s, 1, 3, 5, 7, 9, 1, 3, 5, 7, 2, 4, 6, 8, 8, 8, 8));
+}
+/// Of a block, from its points along x: in the first four numbers.
+template <typename Of> TESSERA_LANE CellRow overBlocks(CellRow p, const Of& of) {
+    const CellRow next = __builtin_shufflevector(p, p, 1, 2, 3, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0);
+    const CellRow first = __builtin_shufflevector(p, p, 5, 6, 7, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0);
+    const CellRow second = __builtin_shufflevector(p, p, 9, 10, 11, 12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0);
+    return of(of(p, next), of(first, second));
+}
+
+/// Ten rows as thirteen.
+TESSERA_LANE void pointsAcross(const CellRow* from, CellRow (&to)[kCellPoints]) {
+    for (int block = 0; block < 4; ++block) {
+        to[3 * block] = halfway(from[2 * block], from[2 * block + 1]);
+        to[3 * block + 1] = from[2 * block + 1];
+        to[3 * block + 2] = from[2 * block + 2];
+    }
+    to[12] = halfway(from[8], from[9]);
 }
 
 inline void cellRanges(const CellSamples& samples, CellRanges& out) {
-    // Along x: ten samples of a row become thirteen points.
-    static thread_local CellRow alongX[kCellSamples * kCellSamples];
-    alignas(64) float points[kRowFloats] = {};
     CellRow low = loadRow(samples.rows[0]), high = low;
-    for (int r = 0; r < kCellSamples * kCellSamples; ++r) {
-        const float* const s = samples.rows[r];
-        const CellRow all = loadRow(s);
-        low = least(low, all);
-        high = most(high, all);
-        for (int block = 0; block < 4; ++block) {
-            points[3 * block] = 0.5f * (s[2 * block] + s[2 * block + 1]);
-            points[3 * block + 1] = s[2 * block + 1];
-            points[3 * block + 2] = s[2 * block + 2];
+    CellRow slices[kCellSamples][kCellPoints]; // points along x and y
+    for (int z = 0; z < kCellSamples; ++z) {
+        CellRow alongX[kCellSamples];
+        for (int y = 0; y < kCellSamples; ++y) {
+            const CellRow row = loadRow(samples.rows[z * kCellSamples + y]);
+            low = least(low, row);
+            high = most(high, row);
+            alongX[y] = pointsAlong(row);
         }
-        points[12] = 0.5f * (s[8] + s[9]);
-        alongX[r] = loadRow(points);
+        pointsAcross(alongX, slices[z]);
     }
-    alignas(64) float lows[kRowFloats], highs[kRowFloats];
-    storeRow(lows, low);
-    storeRow(highs, high);
-    out.low = lows[0], out.high = highs[0];
+    out.low = low[0], out.high = high[0];
     for (int x = 1; x < kCellSamples; ++x) {
-        out.low = lows[x] < out.low ? lows[x] : out.low;
-        out.high = highs[x] > out.high ? highs[x] : out.high;
+        out.low = low[x] < out.low ? low[x] : out.low;
+        out.high = high[x] > out.high ? high[x] : out.high;
     }
-    static thread_local CellRow slices[kCellSamples][kCellPoints]; // points along x and y
-    for (int z = 0; z < kCellSamples; ++z)
-        pointsAcross(alongX + z * kCellSamples, 1, slices[z]);
-    static thread_local CellRow lowest[kCellPoints][4],
-        highest[kCellPoints][4]; // of points along z, blocks along y
+    CellRow lowest[kCellPoints][4], highest[kCellPoints][4]; // of points along z, blocks along y
     for (int z = 0; z < kCellPoints; ++z) {
         const int block = z / 3, part = z % 3;
         const int a = 2 * block + part, b = part == 0 ? 2 * block + 1 : a;
@@ -91,22 +123,17 @@ inline void cellRanges(const CellSamples& samples, CellRanges& out) {
             highest[z][j] = most(most(four[0], four[1]), most(four[2], four[3]));
         }
     }
-    alignas(64) float lowLine[kRowFloats], highLine[kRowFloats];
     for (int k = 0; k < 4; ++k)
         for (int j = 0; j < 4; ++j) {
-            storeRow(lowLine, least(least(lowest[3 * k][j], lowest[3 * k + 1][j]),
-                                    least(lowest[3 * k + 2][j], lowest[3 * k + 3][j])));
-            storeRow(highLine, most(most(highest[3 * k][j], highest[3 * k + 1][j]),
-                                    most(highest[3 * k + 2][j], highest[3 * k + 3][j])));
-            for (int i = 0; i < 4; ++i) {
-                float lowestHere = lowLine[3 * i], highestHere = highLine[3 * i];
-                for (int n = 1; n < 4; ++n) {
-                    lowestHere = lowLine[3 * i + n] < lowestHere ? lowLine[3 * i + n] : lowestHere;
-                    highestHere = highLine[3 * i + n] > highestHere ? highLine[3 * i + n] : highestHere;
-                }
-                out.blockLow[i + 4 * j + 16 * k] = lowestHere;
-                out.blockHigh[i + 4 * j + 16 * k] = highestHere;
-            }
+            const int z = 3 * k;
+            const CellRow lows = overBlocks(
+                least(least(lowest[z][j], lowest[z + 1][j]), least(lowest[z + 2][j], lowest[z + 3][j])),
+                [](CellRow a, CellRow b) { return least(a, b); });
+            const CellRow highs = overBlocks(
+                most(most(highest[z][j], highest[z + 1][j]), most(highest[z + 2][j], highest[z + 3][j])),
+                [](CellRow a, CellRow b) { return most(a, b); });
+            std::memcpy(out.blockLow + 4 * j + 16 * k, &lows, 4 * sizeof(float));
+            std::memcpy(out.blockHigh + 4 * j + 16 * k, &highs, 4 * sizeof(float));
         }
 }
 
