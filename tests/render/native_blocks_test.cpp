@@ -209,8 +209,8 @@ TEST(NativeBlocks, AreLookedForWhereRaysGo) {
 TEST(NativeBlocks, PayWhereManyRaysGoThroughACell) {
     EXPECT_TRUE(FineBlocks::pay(false, 6));
     EXPECT_FALSE(FineBlocks::pay(false, 3));
-    EXPECT_TRUE(FineBlocks::pay(true, 20));
-    EXPECT_FALSE(FineBlocks::pay(true, 10)) << "cells between levels take longer to look at";
+    EXPECT_TRUE(FineBlocks::pay(true, 10));
+    EXPECT_FALSE(FineBlocks::pay(true, 6)) << "cells between levels take longer to look at";
 
     RayFrame<double> frame;
     frame.imageSize = {100, 50};
