@@ -77,9 +77,7 @@ NamedScene namedScene(const AccuracyArguments& arguments, Ledger& ram, const Com
     volume.path = storeFor(volume.path, arguments.input, ram, common);
     if (!arguments.preset.empty())
         volume.transferFunction = arguments.preset;
-    if (const auto* preset = std::get_if<std::string>(&volume.transferFunction); preset && preset->empty())
-        volume.transferFunction =
-            std::string(StoreReader(volume.path, ram).info().unit == "HU" ? "bone" : "auto");
+    nameFunction(volume, StoreReader(volume.path, ram).info());
     if (!arguments.size.empty())
         named.scene.imageSize = parseImageSize(arguments.size, "--size", Scene::kMaxImageExtent);
     if (arguments.noShading)

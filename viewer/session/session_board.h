@@ -90,10 +90,12 @@ class SessionBoard {
         return get(news_);
     }
     /// Of the thread: all wishes since the last call. @param waiting  until there are any
-    SessionWishes take(bool waiting) {
+    /// @param taken  called with them, before anyone has another wish
+    template <typename Taken> SessionWishes take(bool waiting, const Taken& taken) {
         std::unique_lock lock(mutex_);
         if (waiting)
             wake_.wait(lock, [&] { return wishes_.any(); });
+        taken();
         return std::exchange(wishes_, {});
     }
 

@@ -8,7 +8,6 @@
 namespace tessera {
 
 void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
-    openingCalledOff_ = false;
     const Cancellation asks(&openingCalledOff_);
     auto progress = std::make_shared<Progress>(Verbosity::quiet, true);
     board_.tell([&](SessionNews& news) { news.opening = progress; });

@@ -34,7 +34,8 @@ SessionThread::~SessionThread() {
 
 void SessionThread::run() {
     for (;;) {
-        SessionWishes wishes = board_.take(resting_);
+        // Who calls an opening off from here on means the one that is taken now.
+        SessionWishes wishes = board_.take(resting_, [this] { openingCalledOff_ = false; });
         if (wishes.stop)
             break;
         try {
