@@ -47,18 +47,6 @@ struct PointsAlong {
     }
 };
 
-/// Fills rows of samples. @param sample  from numbers along x, y, z, from 0
-template <typename Sample>
-void take(const glm::ivec3& count, float scale, float offset, const Sample& sample, CellSamples& to) {
-    for (int z = 0; z < count.z; ++z)
-        for (int y = 0; y < count.y; ++y) {
-            auto& row = to.rows[z * kMostSamples + y];
-            for (int x = 0; x < count.x; ++x)
-                row[x] = static_cast<float>(sample(x, y, z)) * scale + offset;
-            std::fill(row + count.x, std::end(row), row[0]);
-        }
-}
-
 /// From a sample of a brick to the next along an axis, samples.
 std::int64_t pitchAlong(const HostPlane& plane, int level, int axis) {
     return axis == 0 ? 1 : axis == 1 ? plane.rowPitch(level) : plane.slicePitch(level);
@@ -178,7 +166,7 @@ void BlockRanges::rangesOfBrick(const glm::ivec3& at, const glm::ivec3& firstVox
     rows.last = static_cast<int>(std::lower_bound(xs, xs + count.x, xs[count.x - 1]) - xs);
     if (rows.first > rows.last) // beside the brick
         rows.first = rows.last = 0;
-    rows.countY = count.y, rows.countZ = count.z;
+    rows.endY = count.y, rows.endZ = count.z;
     std::copy_n(offsets[1], count.y, rows.alongY);
     for (int z = 0; z < count.z; ++z)
         rows.alongZ[z] = offsets[2][z] + xs[rows.first] - rows.first;
@@ -212,22 +200,58 @@ void BlockRanges::rangesOfLevel(int level, const glm::ivec3& firstVoxel, CellRan
     }
     if (one) // which clamps where the volume ends, too
         return rangesOfBrick(firstVoxel / kBrickExtent, firstVoxel, out);
-    withSamples(plane_, [&](const auto* samples) {
-        take(
-            count, scale_, offset_,
-            [&](int x, int y, int z) {
-                const PacketBrick& brick =
-                    plane_.bricks()[static_cast<std::size_t>(bricks[2][z] + bricks[1][y] + bricks[0][x])];
+    const std::int64_t* const xs = offsets[0];
+    // Part by part: what one brick has of the window.
+    const auto part = [&](int axis, int from) {
+        int end = from + 1;
+        while (end < count[axis] && bricks[axis][end] == bricks[axis][from])
+            ++end;
+        return end;
+    };
+    native::CellRows rows;
+    rows.alone = false;
+    rows.scale = scale_, rows.offset = offset_;
+    std::copy_n(offsets[1], count.y, rows.alongY);
+    for (rows.firstZ = 0; rows.firstZ < count.z; rows.firstZ = rows.endZ) {
+        rows.endZ = part(2, rows.firstZ);
+        for (rows.firstY = 0; rows.firstY < count.y; rows.firstY = rows.endY) {
+            rows.endY = part(1, rows.firstY);
+            for (rows.first = 0; rows.first < count.x; rows.first = rows.last + 1) {
+                rows.last = part(0, rows.first) - 1;
+                // Where the volume ends numbers repeat its last sample: one by one.
+                if (xs[rows.last] - xs[rows.first] != rows.last - rows.first)
+                    rows.last = rows.first;
+                const PacketBrick& brick = plane_.bricks()[static_cast<std::size_t>(
+                    bricks[2][rows.firstZ] + bricks[1][rows.firstY] + bricks[0][rows.first])];
                 const std::uint32_t state = brick.low >> 24;
                 TESSERA_CHECK(state != PacketBrick::kAbsent);
-                return state == PacketBrick::kValue
-                           ? brick.mean
-                           : static_cast<float>(
-                                 samples[brick.base + offsets[2][z] + offsets[1][y] + offsets[0][x]]);
-            },
-            samples_);
-    });
+                if (state == PacketBrick::kValue) {
+                    fill(rows, brick.mean * scale_ + offset_);
+                    continue;
+                }
+                for (int z = rows.firstZ; z < rows.endZ; ++z)
+                    rows.alongZ[z] = offsets[2][z] + xs[rows.first] - rows.first;
+                withSamples(plane_, [&](const auto* samples) {
+                    target_.cellSamples(samples + brick.base, plane_.kind(), rows, samples_);
+                });
+            }
+        }
+    }
+    for (int z = 0; z < count.z; ++z)
+        for (int y = 0; y < count.y; ++y) {
+            auto& row = samples_.rows[z * kMostSamples + y];
+            std::fill(row + count.x, std::end(row), row[0]);
+        }
     rangesOfSamples(level, firstVoxel, out);
+}
+
+/// All samples of a part.
+void BlockRanges::fill(const native::CellRows& part, float value) {
+    for (int z = part.firstZ; z < part.endZ; ++z)
+        for (int y = part.firstY; y < part.endY; ++y) {
+            auto& row = samples_.rows[z * kMostSamples + y];
+            std::fill(row + part.first, row + part.last + 1, value);
+        }
 }
 
 /// Adds what other bricks have in the blocks where they have weight.

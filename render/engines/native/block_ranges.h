@@ -26,6 +26,7 @@ class BlockRanges {
     void rangesOfBrick(const glm::ivec3& brick, const glm::ivec3& firstVoxel, native::CellRanges& out);
     void rangesOfLevel(int level, const glm::ivec3& firstVoxel, native::CellRanges& out);
     void rangesOfSamples(int level, const glm::ivec3& firstVoxel, native::CellRanges& out);
+    void fill(const native::CellRows& part, float value);
     void addNeighbours(const glm::ivec3& cell, const BrickCorner& corner);
 
     const HostPlane& plane_;

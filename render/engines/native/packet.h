@@ -185,13 +185,14 @@ struct PacketPlaces {
 struct CellSamples {
     alignas(64) float rows[100][16]; // ten of each are used; the others repeat one of them
 };
-/// Where those of one brick are: samples after its first, of each row and slice; then how a row goes on.
+/// Those that one brick has.
 struct CellRows {
-    std::int64_t alongY[10], alongZ[10]; // along z: of the row's first number, too
-    std::int32_t countY = 0, countZ = 0;
-    std::int32_t first = 0,
-                 last = 0;       // numbers of a row that are samples; those before and behind repeat them
-    float scale = 1, offset = 0; // from samples as they are stored
+    std::int64_t alongY[10], alongZ[10]; // samples after its first; along z: of the row's number 0, too
+    std::int32_t firstY = 0, endY = 0;   // rows
+    std::int32_t firstZ = 0, endZ = 0;   // slices
+    std::int32_t first = 0, last = 0;    // numbers of a row
+    bool alone = true;                   // the other numbers repeat the outermost; else they stay
+    float scale = 1, offset = 0;         // from samples as they are stored
 };
 /// Least and largest value of the field in each block of 2^3 voxels (x + 4y + 16z), and of all samples.
 struct CellRanges {

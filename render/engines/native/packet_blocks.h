@@ -18,6 +18,8 @@ using native::SampleKind;
 
 constexpr int kCellSamples = 10, kCellPoints = 13, kRowFloats = 16;
 using CellRow = float __attribute__((vector_size(kRowFloats * sizeof(float))));
+using CellNumbers = std::int32_t __attribute__((vector_size(kRowFloats * sizeof(std::int32_t))));
+constexpr CellNumbers kNumbers = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
 TESSERA_LANE CellRow loadRow(const float (&from)[kRowFloats]) {
     CellRow row;
@@ -38,16 +40,21 @@ TESSERA_LANE CellRow most(CellRow a, CellRow b) {
 /// (HostPlane::kAround), and overwritten.
 template <typename Stored> void takeRows(const void* brick, const CellRows& rows, CellSamples& out) {
     constexpr std::size_t kSampleBytes = sizeof(Stored) / kRowFloats;
-    for (int z = 0; z < rows.countZ; ++z)
-        for (int y = 0; y < rows.countY; ++y) {
+    const CellNumbers others = (kNumbers < rows.first) | (kNumbers > rows.last);
+    for (int z = rows.firstZ; z < rows.endZ; ++z)
+        for (int y = rows.firstY; y < rows.endY; ++y) {
             Stored stored;
             std::memcpy(&stored,
                         static_cast<const char*>(brick) +
                             (rows.alongZ[z] + rows.alongY[y]) * std::int64_t{kSampleBytes},
                         sizeof stored);
-            const CellRow values = __builtin_convertvector(stored, CellRow) * rows.scale + rows.offset;
+            CellRow values = __builtin_convertvector(stored, CellRow) * rows.scale + rows.offset;
             auto& row = out.rows[z * kCellSamples + y];
+            if (!rows.alone)
+                values = others ? loadRow(row) : values;
             std::memcpy(&row, &values, sizeof values);
+            if (!rows.alone)
+                continue;
             for (int x = 0; x < rows.first; ++x)
                 row[x] = row[rows.first];
             for (int x = rows.last + 1; x < kRowFloats; ++x)
