@@ -207,10 +207,25 @@ TEST(NativeBlocks, AreLookedForWhereRaysGo) {
 }
 
 TEST(NativeBlocks, PayWhereManyRaysGoThroughACell) {
-    EXPECT_TRUE(FineBlocks::pay(false, 6));
-    EXPECT_FALSE(FineBlocks::pay(false, 3));
-    EXPECT_TRUE(FineBlocks::pay(true, 10));
-    EXPECT_FALSE(FineBlocks::pay(true, 6)) << "cells between levels take longer to look at";
+    EXPECT_TRUE(FineBlocks::pay(false, 12));
+    EXPECT_FALSE(FineBlocks::pay(false, 6));
+    EXPECT_TRUE(FineBlocks::pay(true, 20));
+    EXPECT_FALSE(FineBlocks::pay(true, 12)) << "cells between levels take longer to look at";
+
+    // One ray a pixel, as many as pixels choose, and as many as an error takes.
+    const auto looks = [](int samples, std::optional<double> maxError) {
+        Scene scene = sceneOn(infoOf("torso"), "vessels", 1, {56, 44});
+        scene.quality.pixels.samples = samples;
+        Prepared prepared("torso", scene);
+        prepared.p.view.quality.maxError = maxError;
+        NativeChoices choices;
+        choices.refine = true;
+        return nativePicture(prepared, choices).refinedCells > 0;
+    };
+    EXPECT_FALSE(looks(1, std::nullopt));
+    EXPECT_FALSE(looks(PixelSampling::kAutomatic, std::nullopt));
+    EXPECT_TRUE(looks(PixelSampling::kAutomatic, 5.0));
+    EXPECT_TRUE(looks(16, std::nullopt));
 
     RayFrame<double> frame;
     frame.imageSize = {100, 50};

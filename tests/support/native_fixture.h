@@ -25,7 +25,9 @@ struct NativePicture {
 struct NativeChoices {
     const native::PacketTarget* target = nullptr;
     Slicing slicing = {};
-    bool hits = false, blocks = false, shreds = false; // shreds: every deadline has passed
+    bool hits = false;
+    bool blocks = false, refine = false; // blocks of empty space: in any case; where they pay
+    bool shreds = false;                 // every deadline has passed
     bool aprons = true;
     int threads = 0;
     std::optional<Rays> rays = {}; // else those of the plan
@@ -43,6 +45,8 @@ inline NativePicture nativePicture(Prepared& prepared, const NativeChoices& choi
     NativeCaster caster(p, engine, {true, choices.hits, false}, prepared.budgets.gpu, choices.target);
     if (choices.blocks)
         caster.findBlocks();
+    if (choices.refine)
+        caster.refine();
     caster.begin(choices.rays.value_or(raysOf(p)));
     if (choices.shreds)
         while (!caster.draw(choices.slicing, RayCaster::Clock::time_point::min(), out.work)) {

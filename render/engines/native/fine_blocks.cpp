@@ -52,7 +52,7 @@ double raysPerCell(const RayFrame<double>& frame) {
 bool FineBlocks::pay(bool mixed, double raysPerCell) {
     // A cell takes as long to look at as what is empty in it takes so many rays (docs/performance.md); where
     // levels mix, cells are blended from several bricks.
-    constexpr double kRays = 4, kMixedRays = 8;
+    constexpr double kRays = 8, kMixedRays = 16;
     return raysPerCell >= (mixed ? kMixedRays : kRays);
 }
 

@@ -533,7 +533,12 @@ Image NativeCaster::image() const {
 }
 
 void NativeCaster::refine() {
-    const double ofPixel = std::max(1, scene_.view.quality.pixels.samples); // where they decide, at least
+    // Pixels that decide how many rays they take have about two in the mean, and more for an error's sake.
+    constexpr int kDecided = 2, kForAnError = 16;
+    const Quality& quality = scene_.view.quality;
+    const int ofPixel = quality.pixels.samples != PixelSampling::kAutomatic ? quality.pixels.samples
+                        : quality.maxError.value_or(0) > 0                  ? kForAnError
+                                                                            : kDecided;
     if (FineBlocks::pay(scene_.volume.mixed(), ofPixel * raysPerCell(scene_.view.frame)))
         findBlocks();
 }
