@@ -12,7 +12,6 @@ namespace tessera {
 namespace {
 
 using native::CellRanges;
-using native::CellSamples;
 using native::PacketBrick;
 using native::SampleKind;
 
