@@ -117,13 +117,14 @@ void run(int argc, char** argv) {
         const NativeCaster::Lanes lanes = caster.lanes();
         std::printf(
             "%-9s %7.1f ms, cpu %7.1f ms; %.1f M turns, %.1f M segments, %.1f M samples; %.0f M samples/s a "
-            "core; %.2f M pixels/s a core; lanes %.2f; blocks of %zu cells\n",
+            "core; %.2f M pixels/s a core; lanes %.2f; blocks of %zu cells, the first time cpu %.1f ms "
+            "more\n",
             target->name, minimum(ms), minimum(cpu), 1e-6 * static_cast<double>(drawn.iterations),
             1e-6 * static_cast<double>(drawn.segments), 1e-6 * static_cast<double>(drawn.samples),
             1e-6 * static_cast<double>(drawn.samples) / seconds,
             1e-6 * static_cast<double>(rayCount(scene.imageSize)) / seconds,
             static_cast<double>(lanes.used) / (static_cast<double>(lanes.turns) * lanes.width),
-            caster.refinedCells());
+            caster.refinedCells(), cpu.front() - minimum(cpu));
     }
 }
 

@@ -13,7 +13,6 @@ namespace {
 
 using native::CellRanges;
 using native::PacketBrick;
-using native::SampleKind;
 
 constexpr int kBlocks = 4; // of a cell along an axis
 constexpr int kBlockExtent = kCellExtent / kBlocks;
@@ -49,18 +48,6 @@ struct PointsAlong {
 /// From a sample of a brick to the next along an axis, samples.
 std::int64_t pitchAlong(const HostPlane& plane, int level, int axis) {
     return axis == 0 ? 1 : axis == 1 ? plane.rowPitch(level) : plane.slicePitch(level);
-}
-
-template <typename Visit> void withSamples(const HostPlane& plane, const Visit& visit) {
-    switch (plane.kind()) {
-    case SampleKind::i16:
-        return visit(static_cast<const std::int16_t*>(plane.samples()));
-    case SampleKind::u16:
-        return visit(static_cast<const std::uint16_t*>(plane.samples()));
-    case SampleKind::f32:
-        break;
-    }
-    visit(static_cast<const float*>(plane.samples()));
 }
 
 using PointRow = float[kRow];
@@ -170,9 +157,7 @@ void BlockRanges::rangesOfBrick(const glm::ivec3& at, const glm::ivec3& firstVox
     for (int z = 0; z < count.z; ++z)
         rows.alongZ[z] = offsets[2][z] + xs[rows.first] - rows.first;
     rows.scale = scale_, rows.offset = offset_;
-    withSamples(plane_, [&](const auto* samples) {
-        target_.cellSamples(samples + brick.base, plane_.kind(), rows, samples_);
-    });
+    target_.cellSamples(plane_.samplesOf(brick), plane_.kind(), rows, samples_);
     rangesOfSamples(level, firstVoxel, out);
 }
 
@@ -230,9 +215,7 @@ void BlockRanges::rangesOfLevel(int level, const glm::ivec3& firstVoxel, CellRan
                 }
                 for (int z = rows.firstZ; z < rows.endZ; ++z)
                     rows.alongZ[z] = offsets[2][z] + xs[rows.first] - rows.first;
-                withSamples(plane_, [&](const auto* samples) {
-                    target_.cellSamples(samples + brick.base, plane_.kind(), rows, samples_);
-                });
+                target_.cellSamples(plane_.samplesOf(brick), plane_.kind(), rows, samples_);
             }
         }
     }

@@ -138,6 +138,10 @@ void HostPlane::publish(std::span<const BrickEntry> entries) {
     std::copy(entries.begin(), entries.end(), entries_.begin());
 }
 
+const void* HostPlane::samplesOf(const PacketBrick& brick) const {
+    return samples_ + brick.base * sampleBytes(kind_);
+}
+
 float HostPlane::sampleAt(const PacketBrick& brick, int level, const glm::ivec3& i) const {
     const glm::ivec3 in = i & ((kBrickExtent >> level) - 1);
     const std::size_t n =

@@ -46,6 +46,7 @@ class HostPlane : public Plane {
     std::size_t bytes() const { return charge_.bytes(); }
     const std::vector<native::PacketBrick>& bricks() const { return bricks_; }
     const void* samples() const { return samples_; }
+    const void* samplesOf(const native::PacketBrick& brick) const; // its first, which is there
     native::SampleKind kind() const { return kind_; }
     std::int32_t rowPitch(int level) const { return level == 0 ? edge_ : kBrickExtent >> level; }
     std::int32_t slicePitch(int level) const { return rowPitch(level) * rowPitch(level); }
