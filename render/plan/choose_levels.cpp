@@ -5,7 +5,7 @@
 #include "core/error.h"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <optional>
 
 namespace tessera {
@@ -32,15 +32,28 @@ int quickLevel(const glm::ivec3& extentVoxels) {
 /// levels are drawn 1.3 to 3 times slower, but pages take loading (docs/performance.md). As a share of the
 /// mix's pages, which is never much to load; and one for so many rays through bricks, for what they gain.
 constexpr std::size_t kShareForSpeed = 4, kRaysForPage = 100;
+/// What a stride takes where levels mix, in strides of one level.
+constexpr double kMixedStride = 4;
 
-/// Rays that go through bricks and still show them: a ray counts for every brick that it is seen in.
-double raysThroughBricks(const Selection& s, const ViewWeights& weights, Visibility visible) {
-    double rays = 0;
+/// Strides of rays through bricks that still show them, in strides through a brick of level 0: a ray counts
+/// for every brick that it is seen in, and half as much a level.
+double stridesOfRays(const Selection& s, const ViewWeights& weights, Visibility visible) {
+    double strides = 0;
     for (std::size_t brick = 0; brick < s.levels.size(); ++brick)
         if (s.levels[brick] != Selection::kEmpty)
-            rays += static_cast<double>(weights.area[brick]) *
-                    (visible.empty() ? 1 : static_cast<double>(visible[brick]));
-    return rays;
+            strides += std::ldexp(static_cast<double>(weights.area[brick]), -s.levels[brick]) *
+                       (visible.empty() ? 1 : static_cast<double>(visible[brick]));
+    return strides;
+}
+
+/// Every brick that is not empty, of one level.
+void setLevels(Selection& s, int level) {
+    for (std::uint8_t& mine : s.levels)
+        if (mine != Selection::kEmpty) {
+            --s.counts[mine];
+            mine = static_cast<std::uint8_t>(level);
+            ++s.counts[mine];
+        }
 }
 
 /// Levels finer than a pixel that the mean of its samples still shows: a level is a mean of values, a pixel
@@ -67,6 +80,22 @@ std::size_t leaveOutUnseen(Selection& s, const ViewWeights& weights) {
     return unseen;
 }
 
+/// One level for all in place of a mix that holds none finer, where that is within the pages and has no more
+/// to load than drawing gains.
+std::optional<Selection> oneForMix(const Selection& mix, int level, const ViewWeights& weights,
+                                   std::size_t pages, Visibility visible) {
+    Selection one = mix;
+    setLevels(one, level);
+    const double strides = stridesOfRays(one, weights, visible);
+    if (strides > kMixedStride * stridesOfRays(mix, weights, visible))
+        return std::nullopt;
+    const std::size_t mixed = pagesFor(mix.counts);
+    const std::size_t forSpeed = static_cast<std::size_t>(std::ldexp(strides, level)) / kRaysForPage;
+    if (pagesFor(one.counts) > std::min(pages, mixed + std::max(mixed / kShareForSpeed, forSpeed)))
+        return std::nullopt;
+    return one;
+}
+
 } // namespace
 
 Unseen unseenBy(const Lighting& lighting) {
@@ -80,37 +109,17 @@ BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means,
     best.error = chooser.predict(s, visible);
     if (best.error.mean > 0 || s.uniform())
         return best;
-    const auto finest = static_cast<std::uint8_t>(s.finest());
+    const int finest = s.finest();
     if (unseen == Unseen::leftOut && finest <= kCoarsestWithinReach)
         best.unseenBricks = leaveOutUnseen(s, chooser.weights());
     if (s.uniform())
         return best;
-    std::array<std::size_t, kLevelCount + 1> counts{};
-    counts[finest] = s.shownBricks();
-    counts[Selection::kEmpty] = s.counts[Selection::kEmpty];
-    const std::size_t mixed = pagesFor(s.counts);
-    const std::size_t forSpeed =
-        static_cast<std::size_t>(raysThroughBricks(s, chooser.weights(), visible)) / kRaysForPage;
-    if (pagesFor(counts) > std::min(pages, mixed + std::max(mixed / kShareForSpeed, forSpeed)))
-        return best;
-    for (std::uint8_t& level : s.levels)
-        if (level != Selection::kEmpty)
-            level = finest;
-    s.counts = counts;
+    if (std::optional<Selection> one = oneForMix(s, finest, chooser.weights(), pages, visible))
+        s = std::move(*one);
     return best;
 }
 
 namespace {
-
-/// Every brick that is not empty, of one level.
-void setLevels(Selection& s, int level) {
-    for (std::uint8_t& mine : s.levels)
-        if (mine != Selection::kEmpty) {
-            --s.counts[mine];
-            mine = static_cast<std::uint8_t>(level);
-            ++s.counts[mine];
-        }
-}
 
 /// Of planes and means of rays: the finest level that a pixel can show of any brick. The greatest of means is
 /// not what is greatest, so that others take the finest there is.
@@ -216,15 +225,24 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
     else if (scene.quality.pixels.samples != 1 && !scene.quality.maxError)
         chooser->lookWithinPixels(kLevelsWithinPixels);
     chosen.predicted = true;
+    // Where something is cut away, what it hid is seen: nothing counts as hidden.
+    const std::vector<float> visible = part.any() ? std::vector<float>() : chooser->predictedVisibility();
     if (scene.quality.maxError) {
-        chosen.selection = chooser->within(statistics.brickMean, kShareOfLevels * *scene.quality.maxError);
-        chosen.error = chooser->predict(chosen.selection);
-        chosen.unseenBricks = leaveOutUndrawn(chosen.selection, part, info, takesGradients);
+        Selection& s = chosen.selection;
+        s = chooser->within(statistics.brickMean, kShareOfLevels * *scene.quality.maxError);
+        // Nearer to the truth, and drawn sooner. Whatever the pages: they decide nothing about this picture.
+        Selection finest = s;
+        const std::size_t unseen =
+            unseenBy(scene.lighting) == Unseen::leftOut ? leaveOutUnseen(finest, chooser->weights()) : 0;
+        if (std::optional<Selection> one = oneForMix(finest, 0, chooser->weights(), SIZE_MAX, visible)) {
+            s = std::move(*one);
+            chosen.unseenBricks = unseen;
+        }
+        chosen.error = chooser->predict(s);
+        chosen.unseenBricks += leaveOutUndrawn(s, part, info, takesGradients);
         inPasses();
     } else {
         // What is hidden needs no memory that what is seen could have.
-        // Where something is cut away, what it hid is seen: nothing counts as hidden.
-        const std::vector<float> visible = part.any() ? std::vector<float>() : chooser->predictedVisibility();
         BestLevels best =
             bestLevels(*chooser, statistics.brickMean, pages, visible, unseenBy(scene.lighting));
         chosen.selection = std::move(best.selection);

@@ -60,6 +60,34 @@ TEST(BestLevels, AreOneLevelWhereAMixGainsNothing) {
     EXPECT_GT(forRays, 0u);
 }
 
+// With an error to stay below: the finest level for all where its strides take less time than those of the
+// mix that would do, and its bricks no more to load than that gains; whatever the budget.
+TEST(LevelsWithin, AreTheFinestWhereThatIsDrawnSooner) {
+    Ledger ram("RAM", "--ram", std::size_t{512} << 20);
+    const StoreReader store(storePath("torso"), ram);
+    const auto levelsOf = [&](double maxError, int edge, std::size_t gpuBytes) {
+        Scene scene = sceneOn(store.info(), "bone", 0, glm::ivec2(edge));
+        scene.quality.maxError = maxError;
+        Ledger gpu("GPU memory", "--gpu-memory", gpuBytes), own("RAM", "--ram", std::size_t{512} << 20);
+        RenderOptions options;
+        options.engine = EngineKind::native;
+        return renderScene(scene, store, own, gpu, options);
+    };
+    constexpr std::size_t kAmple = std::size_t{1} << 30, kTight = std::size_t{2} << 20;
+    for (const std::size_t budget : {kAmple, kTight}) {
+        const RenderResult exact = levelsOf(12, 96, budget);
+        EXPECT_EQ(exact.bricksOfLevel[0], exact.residentBricks);
+        EXPECT_GT(exact.residentBricks, 20u);
+        EXPECT_EQ(exact.passes > 1, budget == kTight);
+        ASSERT_TRUE(exact.predictedError);
+        EXPECT_EQ(exact.predictedError->mean, 0);
+    }
+    const RenderResult rough = levelsOf(300, 96, kAmple);
+    EXPECT_LT(rough.bricksOfLevel[0], rough.residentBricks) << "far fewer strides";
+    const RenderResult small = levelsOf(12, 12, kAmple);
+    EXPECT_LT(small.bricksOfLevel[0], small.residentBricks) << "few rays";
+}
+
 // A camera close to the volume: bricks that no ray comes near are left out, those that are left are of one
 // level, and no pixel shows it.
 TEST(BestLevels, LeaveOutWhatNoRayComesNear) {

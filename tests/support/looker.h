@@ -1,0 +1,85 @@
+// tests/support/looker.h: a session and what a window does with it, for tests: asks, and waits until what it
+// asked for is there.
+#pragma once
+
+#include "viewer/session/view_session.h"
+
+#include <chrono>
+#include <condition_variable>
+#include <filesystem>
+#include <gtest/gtest.h>
+#include <memory>
+#include <mutex>
+
+namespace tessera::test {
+
+inline constexpr std::size_t kRamBytes = std::size_t{512} << 20, kGpuBytes = std::size_t{256} << 20;
+inline const glm::ivec2 kPicture(96, 72);
+
+/// A session and what a window does with it.
+class Looker {
+  public:
+    explicit Looker(bool stills = true, std::size_t ramBytes = kRamBytes) {
+        ViewSessionOptions options;
+        options.stills = stills;
+        options.engine = EngineKind::native;
+        options.ramBytes = ramBytes;
+        options.gpuBytes = kGpuBytes;
+        options.news = [this] {
+            const std::lock_guard lock(mutex_);
+            ++news_;
+            changed_.notify_all();
+        };
+        viewing = makeViewSession(options);
+    }
+    ~Looker() { viewing.reset(); } // first: its thread tells news
+
+    template <typename Condition>::testing::AssertionResult comesTo(const Condition& condition) {
+        std::unique_lock lock(mutex_);
+        const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(40);
+        while (!condition()) {
+            if (changed_.wait_until(
+                    lock, std::min(end, std::chrono::steady_clock::now() + std::chrono::milliseconds(50))) ==
+                    std::cv_status::timeout &&
+                std::chrono::steady_clock::now() > end)
+                return ::testing::AssertionFailure() << "it never came";
+        }
+        return ::testing::AssertionSuccess();
+    }
+    Scene opened(const std::filesystem::path& path) {
+        viewing->open(path, kPicture);
+        EXPECT_TRUE(comesTo([&] {
+            const auto volume = viewing->volume();
+            return volume && volume->path == path;
+        }));
+        return viewing->volume()->scene;
+    }
+    std::shared_ptr<const ShownPicture> stillOf(std::uint64_t wish) {
+        EXPECT_TRUE(comesTo([&] {
+            const auto picture = viewing->picture();
+            return picture && picture->asked >= wish && picture->stage == Stage::still;
+        }));
+        return viewing->picture();
+    }
+    std::shared_ptr<const ShownPicture> wholeOf(std::uint64_t wish) {
+        EXPECT_TRUE(comesTo([&] {
+            const auto picture = viewing->picture();
+            return !viewing->state().problem.empty() ||
+                   (picture && picture->asked >= wish && picture->stage == Stage::whole &&
+                    viewing->state().atRest);
+        })) << "wish "
+            << wish << ", picture of " << (viewing->picture() ? viewing->picture()->asked : 0) << ", stage "
+            << (viewing->picture() ? static_cast<int>(viewing->picture()->stage) : -1) << ", at rest "
+            << viewing->state().atRest << ", problem \"" << viewing->state().problem << "\"";
+        EXPECT_EQ(viewing->state().problem, "");
+        return viewing->picture();
+    }
+    std::unique_ptr<Viewing> viewing;
+
+  private:
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    int news_ = 0;
+};
+
+} // namespace tessera::test
