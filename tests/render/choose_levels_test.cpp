@@ -112,6 +112,13 @@ TEST(BestLevels, LeaveOutWhatNoRayComesNear) {
         EXPECT_EQ(close.emptyBricks, whole.emptyBricks);
         EXPECT_EQ(close.image.pixels, whole.image.pixels);
     }
+    scene.quality.maxError = 12;
+    RenderOptions options;
+    options.engine = EngineKind::native;
+    Budgets budgets;
+    const RenderResult within = renderScene(scene, store, budgets.ram, budgets.gpu, options);
+    EXPECT_GT(within.unseenBricks, 4u);
+    EXPECT_EQ(within.bricksOfLevel[0], within.residentBricks);
 }
 
 } // namespace
