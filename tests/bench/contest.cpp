@@ -31,7 +31,7 @@ std::optional<std::size_t> firstThatMeets(const Contender& contender, const Erro
 }
 
 double between(const Setting& misses, const Setting& meets, double missing, double meeting, double target,
-               OfRounds of) {
+               const OfRounds& of) {
     const auto envelope = accuracy::paretoEnvelope({{missing, of(misses.ms), 0}, {meeting, of(meets.ms), 1}});
     return accuracy::timeAtError(envelope, target).value_or(of(meets.ms));
 }
@@ -109,7 +109,11 @@ double medianOf(const std::vector<double>& ms) {
     return median(ms);
 }
 
-TimeAtTarget timeAt(const Contender& contender, const ErrorTarget& target, OfRounds of) {
+OfRounds ofRound(std::size_t number) {
+    return [number](const std::vector<double>& ms) { return ms[number % ms.size()]; };
+}
+
+TimeAtTarget timeAt(const Contender& contender, const ErrorTarget& target, const OfRounds& of) {
     TimeAtTarget out;
     const auto first = firstThatMeets(contender, target);
     const std::vector<Setting>& settings = contender.settings;

@@ -67,8 +67,11 @@ std::vector<std::size_t> decidingSettings(const Contender& contender, const Erro
 void runRounds(std::vector<Contender>& contenders, const std::vector<std::vector<std::size_t>>& deciding,
                const ContestLimits& limits);
 
-using OfRounds = double (*)(const std::vector<double>&); // minimum or median
+/// What stands for the rounds of a setting: their minimum, their median, or one of them.
+using OfRounds = std::function<double(const std::vector<double>&)>;
 double medianOf(const std::vector<double>& ms);
+/// The round of this number; where a setting has fewer, they are gone through again.
+OfRounds ofRound(std::size_t number);
 
 /// How long a renderer takes to meet a target.
 struct TimeAtTarget {
@@ -77,7 +80,7 @@ struct TimeAtTarget {
     std::size_t from = 0, to = 0; // settings that it lies between; the same: the coarsest already meets it
 };
 /// Between the last setting that misses and the first that meets both, log-log in each error that misses.
-TimeAtTarget timeAt(const Contender& contender, const ErrorTarget& target, OfRounds of);
+TimeAtTarget timeAt(const Contender& contender, const ErrorTarget& target, const OfRounds& of);
 
 /// The cheapest setting whose rms is within a 20th of the renderer's least: past it errors fall no more, and
 /// finer settings would be held against it for nothing.

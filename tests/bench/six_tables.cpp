@@ -41,7 +41,7 @@ std::string titleOf(const PictureResult& r) {
 }
 
 /// How much longer the better of VTK's mappers takes than an engine.
-std::optional<Ratio> vtkOver(const PictureResult& r, const std::string& engine, OfRounds of) {
+std::optional<Ratio> vtkOver(const PictureResult& r, const std::string& engine, const OfRounds& of) {
     const auto at = [&](const std::string& name) { return r.contenders[indexOf(r.contenders, name)]; };
     const TimeAtTarget ours = timeAt(at(engine), r.target, of);
     if (!ours.reached)
@@ -59,7 +59,7 @@ std::optional<Ratio> vtkOver(const PictureResult& r, const std::string& engine, 
 }
 
 std::optional<Ratio> engineOver(const PictureResult& r, const std::string& one, const std::string& other,
-                                OfRounds of) {
+                                const OfRounds& of) {
     const TimeAtTarget a = timeAt(r.contenders[indexOf(r.contenders, one)], r.target, of);
     const TimeAtTarget b = timeAt(r.contenders[indexOf(r.contenders, other)], r.target, of);
     if (!b.reached)
@@ -85,9 +85,64 @@ void printHead(const std::vector<std::string>& columns) {
     std::printf("|\n");
 }
 
+/// Of settings that were timed.
+std::size_t mostRounds(const PictureResult& r) {
+    std::size_t most = 0;
+    for (const Contender& c : r.contenders)
+        for (const Setting& s : c.settings)
+            most = std::max(most, s.ms.size());
+    return most;
+}
+
+/// What a number is from round to round.
+struct Spread {
+    double least = kNone, greatest = 0;
+    void add(double value) {
+        least = std::min(least, value);
+        greatest = std::max(greatest, value);
+    }
+    std::string text() const {
+        char out[64];
+        std::snprintf(out, sizeof out, "%.2f to %.2f", least, greatest);
+        return greatest > 0 ? out : "n/a";
+    }
+};
+template <typename RatioOf> Spread spreadOf(const PictureResult& r, const RatioOf& ratioOf) {
+    Spread spread;
+    for (std::size_t round = 0; round < mostRounds(r); ++round)
+        if (const std::optional<Ratio> ratio = ratioOf(r, ofRound(round)))
+            spread.add(ratio->value);
+    return spread;
+}
+
+/// The geometric mean of a ratio over pictures that have it, round by round.
+template <typename RatioOf>
+Spread spreadOfMean(const std::vector<PictureResult>& results, bool lit, bool bounds,
+                    const RatioOf& ratioOf) {
+    std::size_t rounds = 0;
+    for (const PictureResult& r : results)
+        rounds = std::max(rounds, mostRounds(r));
+    Spread spread;
+    for (std::size_t round = 0; round < rounds; ++round) {
+        double sum = 0;
+        int n = 0;
+        for (const PictureResult& r : results) {
+            if (r.lit != lit)
+                continue;
+            const std::optional<Ratio> ratio = ratioOf(r, ofRound(round));
+            if (ratio && (bounds || !ratio->atLeast))
+                sum += std::log(ratio->value), ++n;
+        }
+        if (n > 0)
+            spread.add(std::exp(sum / n));
+    }
+    return spread;
+}
+
 /// Geometric means, and the least, of a ratio over pictures.
 template <typename RatioOf>
-void printMeans(const std::vector<PictureResult>& results, const std::string& what, const RatioOf& ratioOf) {
+void printMeans(const std::vector<PictureResult>& results, const std::string& what, const OfRounds& of,
+                const RatioOf& ratioOf) {
     for (const bool lit : {false, true}) {
         double sum = 0, sumOfAll = 0;
         int n = 0, all = 0, pictures = 0;
@@ -96,7 +151,7 @@ void printMeans(const std::vector<PictureResult>& results, const std::string& wh
             if (r.lit != lit)
                 continue;
             ++pictures;
-            const std::optional<Ratio> ratio = ratioOf(r);
+            const std::optional<Ratio> ratio = ratioOf(r, of);
             if (!ratio)
                 continue;
             sumOfAll += std::log(ratio->value), ++all;
@@ -109,10 +164,13 @@ void printMeans(const std::vector<PictureResult>& results, const std::string& wh
             continue;
         std::printf("- %s, %s: ", what.c_str(), lit ? "lit" : "plain");
         if (n > 0)
-            std::printf("geometric mean %.2f over %d of %d pictures; ", std::exp(sum / n), n, pictures);
+            std::printf("geometric mean %.2f (by rounds %s) over %d of %d pictures; ", std::exp(sum / n),
+                        spreadOfMean(results, lit, false, ratioOf).text().c_str(), n, pictures);
         if (all > n)
-            std::printf("at least %.2f over %d, those counted that are only known to be larger; ",
-                        std::exp(sumOfAll / all), all);
+            std::printf("at least %.2f (by rounds %s) over %d, those counted that are only known to be "
+                        "larger; ",
+                        std::exp(sumOfAll / all), spreadOfMean(results, lit, true, ratioOf).text().c_str(),
+                        all);
         std::printf("least %s\n", text(least).c_str());
     }
 }
@@ -131,7 +189,8 @@ void printTimes(const std::vector<PictureResult>& results) {
         columns.push_back(engines.front() + " / " + engines[i]);
     }
     std::printf(
-        "\nms at the target, minima of the rounds. \"> t\": not reached, its finest setting takes t; \"*\": "
+        "\nms at the target, minima of the rounds; in brackets the least and the greatest ratio of any "
+        "round. \"> t\": not reached, its finest setting takes t; \"*\": "
         "its coarsest setting is better already.\n\n");
     printHead(columns);
     for (const PictureResult& r : results) {
@@ -141,22 +200,29 @@ void printTimes(const std::vector<PictureResult>& results) {
                 std::printf(
                     "| %s ",
                     text(timeAt(r.contenders[indexOf(r.contenders, name)], r.target, minimum)).c_str());
+        const auto print = [&](const auto& ratioOf) {
+            std::printf("| %s (%s) ", text(ratioOf(r, minimum)).c_str(), spreadOf(r, ratioOf).text().c_str());
+        };
         for (const std::string& engine : engines)
-            std::printf("| %s ", text(vtkOver(r, engine, minimum)).c_str());
-        for (const auto& [one, other] : pairs)
-            std::printf("| %s ", text(engineOver(r, one, other, minimum)).c_str());
+            print(
+                [&](const PictureResult& of, const OfRounds& rounds) { return vtkOver(of, engine, rounds); });
+        for (const auto& pair : pairs)
+            print([&](const PictureResult& of, const OfRounds& rounds) {
+                return engineOver(of, pair.first, pair.second, rounds);
+            });
         std::printf("|\n");
     }
     std::printf("\n");
     const std::pair<OfRounds, const char*> kinds[] = {{minimum, "minima"}, {medianOf, "medians"}};
     for (const auto& [of, kind] : kinds) {
         for (const std::string& engine : engines)
-            printMeans(results, std::string("best VTK / ") + engine + ", " + kind,
-                       [&, f = of](const PictureResult& r) { return vtkOver(r, engine, f); });
+            printMeans(results, std::string("best VTK / ") + engine + ", " + kind, of,
+                       [&](const PictureResult& r, const OfRounds& f) { return vtkOver(r, engine, f); });
         for (const auto& pair : pairs)
-            printMeans(
-                results, pair.first + " / " + pair.second + ", " + kind,
-                [&, f = of](const PictureResult& r) { return engineOver(r, pair.first, pair.second, f); });
+            printMeans(results, pair.first + " / " + pair.second + ", " + kind, of,
+                       [&](const PictureResult& r, const OfRounds& f) {
+                           return engineOver(r, pair.first, pair.second, f);
+                       });
     }
 }
 

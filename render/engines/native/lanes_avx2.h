@@ -175,6 +175,22 @@ template <int Scale> TESSERA_LANE Pair gatherPair(const void* base, I index, M m
             I::make(_mm256_permute4x64_epi64(_mm256_castps_si256(high), 0xd8))};
 }
 
+TESSERA_LANE void rows4(const float* words, I index, F (&out)[4]) {
+    alignas(32) std::int32_t at[kWidth];
+    store(at, index);
+    const auto row = [&](int lane) { return _mm_loadu_ps(words + at[lane]); };
+    const auto two = [&](int lane) { // half of the register each
+        return _mm256_insertf128_ps(_mm256_castps128_ps256(row(lane)), row(lane + 4), 1);
+    };
+    const __m256 a = two(0), b = two(1), c = two(2), d = two(3);
+    const __m256 low = _mm256_unpacklo_ps(a, b), lowNext = _mm256_unpacklo_ps(c, d);
+    const __m256 high = _mm256_unpackhi_ps(a, b), highNext = _mm256_unpackhi_ps(c, d);
+    out[0] = F::make(_mm256_shuffle_ps(low, lowNext, 0x44));
+    out[1] = F::make(_mm256_shuffle_ps(low, lowNext, 0xee));
+    out[2] = F::make(_mm256_shuffle_ps(high, highNext, 0x44));
+    out[3] = F::make(_mm256_shuffle_ps(high, highNext, 0xee));
+}
+
 TESSERA_LANE __m256i lowestOnes(M m) {
     const std::uint64_t bytes = _pdep_u64(bits(m), 0x0101010101010101u) * 255u;
     const auto order = static_cast<long long>(_pext_u64(0x0706050403020100u, bytes));

@@ -170,6 +170,26 @@ template <int Scale> TESSERA_LANE Pair gatherPair(const void* base, I index, M m
     return {I::make(_mm512_permutex2var_epi32(a, even, b)), I::make(_mm512_permutex2var_epi32(a, odd, b))};
 }
 
+/// One load a lane and an exchange between lanes: half as long as four gathers.
+TESSERA_LANE void rows4(const float* words, I index, F (&out)[4]) {
+    alignas(64) std::int32_t at[kWidth];
+    store(at, index);
+    const auto row = [&](int lane) { return _mm_loadu_ps(words + at[lane]); };
+    const auto four = [&](int lane) { // a quarter of the register each
+        __m512 r = _mm512_castps128_ps512(row(lane));
+        r = _mm512_insertf32x4(r, row(lane + 4), 1);
+        r = _mm512_insertf32x4(r, row(lane + 8), 2);
+        return _mm512_insertf32x4(r, row(lane + 12), 3);
+    };
+    const __m512 a = four(0), b = four(1), c = four(2), d = four(3);
+    const __m512 low = _mm512_unpacklo_ps(a, b), lowNext = _mm512_unpacklo_ps(c, d);
+    const __m512 high = _mm512_unpackhi_ps(a, b), highNext = _mm512_unpackhi_ps(c, d);
+    out[0] = F::make(_mm512_shuffle_ps(low, lowNext, 0x44));
+    out[1] = F::make(_mm512_shuffle_ps(low, lowNext, 0xee));
+    out[2] = F::make(_mm512_shuffle_ps(high, highNext, 0x44));
+    out[3] = F::make(_mm512_shuffle_ps(high, highNext, 0xee));
+}
+
 /// The lanes of m go to the lowest ones; what the others have then is of no account.
 TESSERA_LANE F compress(F a, M m) {
     return F::make(_mm512_maskz_compress_ps(m.v, a.v));

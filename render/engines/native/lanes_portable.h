@@ -210,6 +210,13 @@ template <int Scale> TESSERA_LANE Pair gatherPair(const void* base, I index, M m
     return r;
 }
 
+TESSERA_LANE void rows4(const float* words, I index, F (&out)[4]) {
+    const auto row = [&](int lane) { return load(words + static_cast<std::int32_t>(index.v[lane])).v; };
+    const Floats a = row(0), b = row(1), c = row(2), d = row(3);
+    for (int n = 0; n < 4; ++n)
+        out[n] = F::make(Floats{a[n], b[n], c[n], d[n]});
+}
+
 template <typename T> TESSERA_LANE T compress(T a, M m) {
     T r = a;
     int to = 0;

@@ -112,4 +112,13 @@ template <int Scale> TESSERA_LANE Pair gatherPair(const void* base, I index, M m
     return {{x.low, y.low}, {x.high, y.high}};
 }
 
+/// Four words beside one another from words + index on. Of every lane: the index of each must be a place that
+/// can be read.
+TESSERA_LANE void rows4(const float* words, I index, F (&out)[4]) {
+    single::F lower[4], upper[4];
+    single::rows4(words, index.a, lower), single::rows4(words, index.b, upper);
+    for (int n = 0; n < 4; ++n)
+        out[n] = {lower[n], upper[n]};
+}
+
 } // namespace tessera::TESSERA_LANES

@@ -110,22 +110,6 @@ bool NativeCaster::mapsSurfaces() const {
     return occupancy() && scene_.volume.mapsSurfaces;
 }
 
-void NativeCaster::fillTables() {
-    const std::vector<glm::vec4>& table = scene_.volume.optics.table;
-    const auto fill = [&](std::vector<float>& column, int component) {
-        column.resize(table.size());
-        for (std::size_t i = 0; i < table.size(); ++i)
-            column[i] = table[i][component];
-    };
-    tablesCharge_ = {};
-    tablesCharge_ = gpu_.charge(table.size() * sizeof(glm::vec4), "the transfer function's table");
-    fill(tables_[0], 3);
-    fill(tables_[1], 0);
-    fill(tables_[2], 1);
-    fill(tables_[3], 2);
-    tablesAreNew_ = false;
-}
-
 void NativeCaster::begin(const Rays& rays) {
     check(rays);
     rays_ = rays;
@@ -133,8 +117,6 @@ void NativeCaster::begin(const Rays& rays) {
     size_ = rays.size();
     tiles_ = (size_ + (kTileEdge - 1)) / kTileEdge;
     packetFrame_ = packetFrameOf(frame_);
-    if (tablesAreNew_)
-        fillTables();
     if (std::exchange(mapIsNew_, false)) { // what was found is of another one
         blocks_.reset();
         surfaceBlocks_.reset();
@@ -177,8 +159,8 @@ void NativeCaster::colourKeptValues() {
 }
 
 native::PacketScene NativeCaster::packetScene() const {
-    return packetSceneOf({scene_, engine_.settled(), engine_.lightChannels(), tables_, rays_.strides,
-                          frame_.flat, cuts_.has_value(), occupancy(), blocks_.get(), surfaceBlocks_.get()});
+    return packetSceneOf({scene_, engine_.settled(), engine_.lightChannels(), rays_.strides, frame_.flat,
+                          cuts_.has_value(), occupancy(), blocks_.get(), surfaceBlocks_.get()});
 }
 
 bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& work) {

@@ -27,10 +27,7 @@ class NativeCaster : public RayCaster {
     Image image() const override;
     std::vector<SurfaceHit> hits() const override { return hits_; }
     std::unique_ptr<SurfaceTracer> surfaceTracer(double voxels) const override;
-    void functionChanged() override {
-        tablesAreNew_ = true;
-        engine_.functionChanged();
-    }
+    void functionChanged() override { engine_.functionChanged(); }
     void emptySpaceChanged() override { mapIsNew_ = true; }
     void refine() override;
     /// As refine(), whether it pays or not, where there is a map of cells.
@@ -57,7 +54,6 @@ class NativeCaster : public RayCaster {
     bool drawPacket(const glm::ivec2& origin, const native::PacketScene& packets, NativeField& field,
                     const Slicing& slicing, Counts& counts);
     void nameStride(NativeField& field, const SegmentedRay<float>& ray, int i, const glm::vec4& sum);
-    void fillTables();
     const Occupancy* occupancy() const;
     bool mapsSurfaces() const;
 
@@ -67,10 +63,9 @@ class NativeCaster : public RayCaster {
     CasterOptions options_;
     const native::PacketTarget& target_;
     native::PacketMarch march_ = nullptr;
-    Charge raysCharge_, tablesCharge_;
-    std::vector<float> tables_[4];                       // extinction, red, green, blue
+    Charge raysCharge_;
     std::unique_ptr<FineBlocks> blocks_, surfaceBlocks_; // none: the scene's maps are read
-    bool tablesAreNew_ = true, mapIsNew_ = false;
+    bool mapIsNew_ = false;
 
     Rays rays_;
     RayFrame<float> frame_;

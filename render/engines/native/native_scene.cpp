@@ -88,8 +88,6 @@ native::PacketScene packetSceneOf(const PacketSceneInput& in) {
     }
     const Optics& optics = volume.optics;
     native::PacketOptics& o = s.optics;
-    o.extinction = in.tables[0].data();
-    o.red = in.tables[1].data(), o.green = in.tables[2].data(), o.blue = in.tables[3].data();
     o.scale = optics.scale, o.offset = optics.offset;
     o.last = static_cast<std::int32_t>(optics.table.size()) - 1;
     o.lastEntry = o.last - 1;
@@ -120,6 +118,7 @@ native::PacketScene packetSceneOf(const PacketSceneInput& in) {
         s.bounds.least = bounds.least();
     }
     const auto floats = [](const std::vector<glm::vec4>& v) { return v.empty() ? nullptr : &v.front().x; };
+    o.table = floats(optics.table);
     o.bins = floats(optics.bins);
     o.sums = floats(optics.sums);
     o.colours = floats(optics.seen.colours());

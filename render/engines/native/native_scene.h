@@ -18,7 +18,6 @@ struct PacketSceneInput {
     const ScenePlan& plan;
     const HostPlane& plane; // settled
     const std::vector<std::unique_ptr<HostPlane>>& light;
-    const std::vector<float> (&tables)[4]; // extinction, red, green, blue
     const Strides& strides;
     bool flat;                                // rays have one sample, at a plane
     bool keepsOn;                             // rays that keep one value go on in another interval

@@ -56,7 +56,7 @@ struct PacketField {
 
 struct PacketOptics {
     // The transfer function's table, and where values are in it
-    const float *extinction = nullptr, *red = nullptr, *green = nullptr, *blue = nullptr;
+    const float* table = nullptr; // four an entry: red, green, blue, extinction per mm
     float scale = 0, offset = 0;
     std::int32_t last = 0;      // of its entries
     std::int32_t lastEntry = 0; // the one before, and the last as a place

@@ -63,23 +63,22 @@ template <bool Mixed> TESSERA_LANE void enter(const PacketField& f, Here<Mixed>&
         const auto brick = [&](F at, int axis) {
             // As cells of level 0 lie: their bricks have aprons on the upper side.
             const F inside = min(max(at - F(0.5f), F(0.0f)), F(static_cast<float>(f.extentVoxels[axis])));
-            return min(sar<5>(truncated(inside)), I(f.grid[axis] - 1));
+            return min(max(sar<5>(truncated(inside)), I(0)), I(f.grid[axis] - 1));
         };
         x = brick(p.x, 0), y = brick(p.y, 1), z = brick(p.z, 2);
     } else {
         const auto brick = [&](F at, int axis) {
             const F cell = at * perVoxel - F(0.5f);
             const F inside = min(max(cell, F(0.0f)), F(static_cast<float>(f.last[axis])));
-            return sar(truncated(inside), I(5 - f.level));
+            return max(sar(truncated(inside), I(5 - f.level)), I(0));
         };
         x = brick(p.x, 0), y = brick(p.y, 1), z = brick(p.z, 2);
     }
     const I number_ = (z * I(f.grid[1]) + y) * I(f.grid[0]) + x;
-    const I at = shl<2>(number_);
-    const auto* words = reinterpret_cast<const std::int32_t*>(f.bricks);
-    const I base = gather<4>(words, at, m), low = gather<4>(words + 1, at, m),
-            high = gather<4>(words + 2, at, m);
-    here.base = select(m, base, here.base);
+    F entry[4]; // the words of a PacketBrick
+    rows4(reinterpret_cast<const float*>(f.bricks), shl<2>(number_), entry);
+    const I low = asInt(entry[1]), high = asInt(entry[2]);
+    here.base = select(m, asInt(entry[0]), here.base);
     const F3 lowCell{byteOf(low, 0), byteOf(low, 8), byteOf(low, 16)};
     const F3 highCell{byteOf(high, 0), byteOf(high, 8), byteOf(high, 16)};
     here.low = select(m, lowCell, here.low);
@@ -149,12 +148,33 @@ template <bool Mixed> TESSERA_LANE I indexOf(const Here<Mixed>& here, F3 cell) {
     return here.base + truncated((cell.z * here.slice + cell.y * here.row) + cell.x);
 }
 
-/// The value of lanes that need no other brick. @param x  inBrick()
+/// The rows along x that a cell's corners lie in, a sample longer at either end, by slice and row: what a
+/// value and a central difference at one place share.
+struct LongRows {
+    Row4 r00, r01, r10, r11;
+};
+/// @param left  index of the sample before the cell's first
 template <SampleKind K, bool Mixed>
-TESSERA_LANE F valueHere(const PacketField& f, const Here<Mixed>& here, F3 x, M m) {
+TESSERA_LANE LongRows longRows(const PacketField& f, const Here<Mixed>& here, I left, M m) {
+    const I row = truncated(here.row), slice = truncated(here.slice);
+    const void* const s = f.samples; // HostPlane::kAround: no row leaves the memory, whoever's samples it has
+    return {row4<K>(s, left, m), row4<K>(s, left + row, m), row4<K>(s, left + slice, m),
+            row4<K>(s, left + (slice + row), m)};
+}
+
+/// The value of lanes that need no other brick. @param x  inBrick() @param rows  null, or takes those of the
+/// lanes' cells
+template <SampleKind K, bool Mixed>
+TESSERA_LANE F valueHere(const PacketField& f, const Here<Mixed>& here, F3 x, M m, LongRows* rows = nullptr) {
     const F3 cell{floor(x.x), floor(x.y), floor(x.z)};
     const F3 part = x - cell;
-    const I index = indexOf(here, cell), row = truncated(here.row), slice = truncated(here.slice);
+    const I index = indexOf(here, cell);
+    if (rows) {
+        const LongRows r = *rows = longRows<K>(f, here, index - I(1), m);
+        return leaf::trilinear(r.r00.b, r.r00.c, r.r01.b, r.r01.c, r.r10.b, r.r10.c, r.r11.b, r.r11.c, part.x,
+                               part.y, part.z);
+    }
+    const I row = truncated(here.row), slice = truncated(here.slice);
     const Row2 r00 = row2<K>(f.samples, index, m), r01 = row2<K>(f.samples, index + row, m);
     const Row2 r10 = row2<K>(f.samples, index + slice, m), r11 = row2<K>(f.samples, index + (slice + row), m);
     return leaf::trilinear(r00.a, r00.b, r01.a, r01.b, r10.a, r10.b, r11.a, r11.b, part.x, part.y, part.z);
@@ -182,10 +202,11 @@ inline __attribute__((noinline)) F valueElsewhere(const PacketField& f, F3 p, M&
 }
 
 /// The field at p. Lanes that lack a brick are taken from m.
-/// @param x  inBrick()  @param inside  lanes that need no other brick
+/// @param x  inBrick()  @param inside  lanes that need no other brick  @param rows  as valueHere()
 template <SampleKind K, bool Mixed>
-TESSERA_LANE F valueAt(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x, M inside, M& m) {
-    F value = valueHere<K>(f, here, x, inside);
+TESSERA_LANE F valueAt(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x, M inside, M& m,
+                       LongRows* rows = nullptr) {
+    F value = valueHere<K>(f, here, x, inside, rows);
     M rest = m & ~inside;
     if (any(rest)) [[unlikely]] {
         value = select(rest, valueElsewhere<K, Mixed>(f, p, rest), value);
@@ -202,10 +223,10 @@ struct Sides {
 
 /// Central differences' values of lanes whose own cell lies in their brick: all that lie there too, from one
 /// neighbourhood of 4^3 samples. Where rounding says otherwise, or a value is another brick's, it is not
-/// known.
+/// known. @param rows  null, or those of the lanes' cells
 template <SampleKind K, bool Mixed>
-TESSERA_LANE void centralHere(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x, F h, M m,
-                              Sides& to) {
+TESSERA_LANE void centralHere(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x, F h, M m, Sides& to,
+                              const LongRows* rows) {
     using leaf::mix;
     const F one(1.0f);
     const F3 cell{floor(x.x), floor(x.y), floor(x.z)};
@@ -231,10 +252,8 @@ TESSERA_LANE void centralHere(const PacketField& f, const Here<Mixed>& here, F3 
     }
     const F3 partUp = ahead - up, partDown = behind - down;
     const I row = truncated(here.row), slice = truncated(here.slice);
-    const I index = indexOf(here, cell), left = index - I(1);
-    const void* const s = f.samples; // HostPlane::kAround: no row leaves the memory, whoever's samples it has
-    const Row4 r00 = row4<K>(s, left, m), r01 = row4<K>(s, left + row, m); // slice, row
-    const Row4 r10 = row4<K>(s, left + slice, m), r11 = row4<K>(s, left + (slice + row), m);
+    const I index = indexOf(here, cell);
+    const auto [r00, r01, r10, r11] = rows ? *rows : longRows<K>(f, here, index - I(1), m);
     to.value[0] = mix(mix(mix(r00.c, r00.d, partUp.x), mix(r01.c, r01.d, partUp.x), part.y),
                       mix(mix(r10.c, r10.d, partUp.x), mix(r11.c, r11.d, partUp.x), part.y), part.z);
     to.value[1] = mix(mix(mix(r00.a, r00.b, partDown.x), mix(r01.a, r01.b, partDown.x), part.y),
@@ -242,7 +261,7 @@ TESSERA_LANE void centralHere(const PacketField& f, const Here<Mixed>& here, F3 
     const F c00 = mix(r00.b, r00.c, part.x), c01 = mix(r01.b, r01.c, part.x);
     const F c10 = mix(r10.b, r10.c, part.x), c11 = mix(r11.b, r11.c, part.x);
     const auto along = [&](I at) {
-        const Row2 r = row2<K>(s, at, m);
+        const Row2 r = row2<K>(f.samples, at, m);
         return mix(r.a, r.b, part.x);
     };
     const I row2nd = row + row, slice2nd = slice + slice;
@@ -407,9 +426,10 @@ TESSERA_LANE F3 differencesHere(const PacketField& f, const Here<Mixed>& here, P
 }
 
 /// The gradient at p. Lanes that lack a brick are taken from m.
+/// @param rows  null, or those that valueHere() took at p
 template <SampleKind K, bool Mixed>
 TESSERA_LANE F3 gradientAt(const PacketField& f, const PacketHelp& help, const Here<Mixed>& here,
-                           PacketGradient kind, F3 p, M& m) {
+                           PacketGradient kind, F3 p, M& m, const LongRows* rows = nullptr) {
     if (kind == PacketGradient::analytic)
         return slopeOf(help, p, m);
     const F3 x = inBrick(here, p);
@@ -418,7 +438,7 @@ TESSERA_LANE F3 gradientAt(const PacketField& f, const PacketHelp& help, const H
     if (kind == PacketGradient::central) {
         const M own = m & isHere(here, x);
         Sides sides;
-        centralHere<K>(f, here, p, x, pitch, own, sides);
+        centralHere<K>(f, here, p, x, pitch, own, sides, rows);
         M known = own;
         for (const M& side : sides.known)
             known = known & side;

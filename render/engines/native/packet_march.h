@@ -103,8 +103,9 @@ inline __attribute__((noinline)) I strideStarts(const PacketField& f, const Pack
 /// The field at p, which then lies in the lanes' brick where it lies in one. @param Gradients  follow at p,
 /// so that lanes do not stay in the apron of a brick behind them, where some of a gradient's values are
 /// beyond
+/// @param rows  as valueHere()
 template <SampleKind K, bool Gradients = false, bool Mixed>
-TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m) {
+TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m, LongRows* rows = nullptr) {
     F3 x = inBrick(here, p);
     M inside = m & isHere(here, x);
     M outside = m & ~inside;
@@ -120,7 +121,7 @@ TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m) {
         x = inBrick(here, p);
         inside = m & isHere(here, x);
     }
-    return valueAt<K>(s.field, here, p, x, inside, m);
+    return valueAt<K>(s.field, here, p, x, inside, m, rows);
 }
 
 /// What lights what is shown; graded: opacity by gradient, and any of the others.
@@ -255,8 +256,10 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
         ready = none();
         F extinction;
         End back;
-        Entries at;
+        TableLook look;
         F place; // of the values that are lit
+        LongRows rows;
+        LongRows* const kept = Ends || By == Light::none ? nullptr : &rows;
         if constexpr (Ends) {
             const M unknown = m & ~known;
             if (any(unknown)) {
@@ -275,25 +278,25 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
             const M lacks = wanted & ~m;
             waiting = waiting | lacks;
             active = active & ~lacks;
-            extinction = extinctionBetween(o, front, back, m);
+            extinction = extinctionBetween(o, front, back);
             if constexpr (By == Light::lights || By == Light::graded)
                 place = F(0.5f) * (front.place + back.place);
         } else {
             const M wanted = m;
-            const F value = valueOf<K, By != Light::none>(s, here, middle, m);
+            const F value = valueOf<K, By != Light::none>(s, here, middle, m, kept);
             const M lacks = wanted & ~m;
             waiting = waiting | lacks;
             active = active & ~lacks;
-            at = entriesOf(o, value);
+            look = lookUp(o, entriesOf(o, value));
             if constexpr (By == Light::lights || By == Light::graded)
                 place = placeOf(o, value);
-            extinction = entry(o.extinction, at, m);
+            extinction = look.extinction;
         }
         M adds = m & (extinction > F(0.0f));
         F3 gradient;
         const auto takeGradients = [&] {
             const M wanted = adds;
-            gradient = gradientAt<K>(f, s.help, here, o.gradient, middle, adds);
+            gradient = gradientAt<K>(f, s.help, here, o.gradient, middle, adds, kept);
             const M lacks = wanted & ~adds;
             waiting = waiting | lacks;
             active = active & ~lacks;
@@ -313,7 +316,7 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
             if constexpr (Ends)
                 colour = colourBetween(o, front, back, depth, opacity, k, adds);
             else
-                colour = colourAt(o, at, adds);
+                colour = look.colour;
             if constexpr (By == Light::head || By == Light::lights)
                 takeGradients();
             const auto litByLights = [&] {

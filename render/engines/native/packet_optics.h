@@ -25,7 +25,7 @@ struct Entries {
     F part;
 };
 TESSERA_LANE Entries entriesAt(const PacketOptics& o, F place) {
-    const F x = min(max(place, F(0.0f)), F(o.lastPlace));
+    const F x = min(select(place > F(0.0f), place, F(0.0f)), F(o.lastPlace));
     const I first = min(truncated(x), I(o.lastEntry));
     return {first, x - number(first)};
 }
@@ -36,12 +36,17 @@ TESSERA_LANE Entries entriesOf(const PacketOptics& o, F stored) {
     const I first = min(truncated(x), I(o.lastEntry));
     return {first, x - number(first)};
 }
-TESSERA_LANE F entry(const float* column, Entries at, M m) {
-    const Pair pair = gatherPair<4>(column, at.first, m);
-    return leaf::mix(asFloat(pair.low), asFloat(pair.high), at.part);
-}
-TESSERA_LANE F3 colourAt(const PacketOptics& o, Entries at, M m) {
-    return {entry(o.red, at, m), entry(o.green, at, m), entry(o.blue, at, m)};
+/// What the table says there.
+struct TableLook {
+    F3 colour;
+    F extinction; // per mm
+};
+TESSERA_LANE TableLook lookUp(const PacketOptics& o, Entries at) {
+    F first[4], next[4];
+    const I index = shl<2>(at.first);
+    rows4(o.table, index, first), rows4(o.table + 4, index, next);
+    const auto between = [&](int n) { return leaf::mix(first[n], next[n], at.part); };
+    return {{between(0), between(1), between(2)}, between(3)};
 }
 
 /// One end of a segment. Pre-integration also needs its bin.
@@ -72,10 +77,10 @@ TESSERA_LANE End select(M m, const End& a, const End& b) {
 }
 
 /// Extinction of segments that are given by their ends, per mm.
-TESSERA_LANE F extinctionBetween(const PacketOptics& o, const End& front, const End& back, M m) {
+TESSERA_LANE F extinctionBetween(const PacketOptics& o, const End& front, const End& back) {
     if (o.integrator == PacketIntegrator::linear)
-        return F(0.5f) * (entry(o.extinction, entriesAt(o, front.place), m) +
-                          entry(o.extinction, entriesAt(o, back.place), m));
+        return F(0.5f) * (lookUp(o, entriesAt(o, front.place)).extinction +
+                          lookUp(o, entriesAt(o, back.place)).extinction);
     const M rises = front.place < back.place;
     const End low = select(rises, front, back), high = select(rises, back, front);
     const auto binEnd = [](const End& e) {
@@ -96,16 +101,15 @@ TESSERA_LANE F3 meanColour(const PacketOptics& o, const End& front, const End& b
     const M rises = front.place < back.place;
     const End low = select(rises, front, back), high = select(rises, back, front);
     const F half(0.5f);
-    const F3 middle = colourAt(o, entriesAt(o, half * (low.place + high.place)), m);
+    const F3 middle = lookUp(o, entriesAt(o, half * (low.place + high.place))).colour;
     struct Radiance {
         F3 colour;
         F weight;
     };
     const auto radiance = [&](F width, F place) {
-        const Entries at = entriesAt(o, place);
-        const F weight = width * entry(o.extinction, at, m);
-        const F3 colour = colourAt(o, at, m);
-        return Radiance{weight * colour, weight};
+        const TableLook look = lookUp(o, entriesAt(o, place));
+        const F weight = width * look.extinction;
+        return Radiance{weight * look.colour, weight};
     };
     const F next = number(low.bin + I(1)), start = number(high.bin);
     const Radiance below = radiance(next - low.place, half * (low.place + next));
@@ -151,7 +155,7 @@ TESSERA_LANE F3 colourBetween(const PacketOptics& o, const End& front, const End
     const F terms[] = {F(static_cast<float>(1.0 / 12)),       F(static_cast<float>(1.0 / 720)),
                        F(static_cast<float>(1.0 / 30240)),    F(static_cast<float>(1.0 / 1209600)),
                        F(static_cast<float>(1.0 / 47900160)), F(static_cast<float>(691.0 / 1307674368000))};
-    const F3 a = colourAt(o, entriesAt(o, front.place), m), b = colourAt(o, entriesAt(o, back.place), m);
+    const F3 a = lookUp(o, entriesAt(o, front.place)).colour, b = lookUp(o, entriesAt(o, back.place)).colour;
     const F seen = leaf::seenDepth(depth, alpha, terms);
     return a + seen * (b - a);
 }

@@ -168,16 +168,16 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
             return;
         const F3 middle = along(low + F(0.5f) * part);
         End a, b;
-        Entries at;
+        TableLook look;
         F extinction;
         if (ends) {
             a = endOf(o, valueLow, m), b = endOf(o, valueHigh, m);
-            extinction = extinctionBetween(o, a, b, m);
+            extinction = extinctionBetween(o, a, b);
         } else {
             const F value = valueOf(middle, m);
-            at = entriesOf(o, value);
+            look = lookUp(o, entriesOf(o, value));
             b.place = placeOf(o, value);
-            extinction = entry(o.extinction, at, m);
+            extinction = look.extinction;
         }
         m = m & (extinction > F(0.0f));
         if (!any(m))
@@ -190,7 +190,7 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
         }
         const F depth = extinction * (part * segmentMm);
         const F opacity = opacityOf(depth, m);
-        F3 colour = ends ? colourBetween(o, a, b, depth, opacity, stride, m) : colourAt(o, at, m);
+        F3 colour = ends ? colourBetween(o, a, b, depth, opacity, stride, m) : look.colour;
         if (o.lit) {
             if (!grades)
                 gradient = gradientOf(middle, m);

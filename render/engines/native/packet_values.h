@@ -144,7 +144,7 @@ template <SampleKind K, bool Mixed> void keep(const PacketScene& s, PacketJob& j
     }
     const M shows = ended & (met == F(1.0f));
     const Entries entries = entriesAt(o, select(shows, at, F(0.0f)));
-    const F3 colour = colourAt(o, entries, shows);
+    const F3 colour = lookUp(o, entries).colour;
     const F none_(0.0f);
     store(job.colour[0], select(ended, select(shows, colour.x, none_), kept));
     store(job.colour[1], select(ended, select(shows, colour.y, none_), length));
