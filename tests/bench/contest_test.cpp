@@ -41,6 +41,15 @@ TEST(Contest, TheLaterOfBothErrorsDecides) {
     EXPECT_GT(byLuv, 200); // what rms alone comes to
 }
 
+TEST(Contest, TimesOfOneRoundAreThatRoundsAlone) {
+    Contender c;
+    c.settings = {settingOf(1, 0.02, 0, {10, 40}), settingOf(0.5, 0.005, 0, {20, 80, 30})};
+    const ErrorTarget target{0.01, 100}; // half way, log-log
+    EXPECT_NEAR(timeAt(c, target, ofRound(0)).ms, std::sqrt(10 * 20.0), 1e-9);
+    EXPECT_NEAR(timeAt(c, target, ofRound(1)).ms, std::sqrt(40 * 80.0), 1e-9);
+    EXPECT_NEAR(timeAt(c, target, ofRound(2)).ms, std::sqrt(10 * 30.0), 1e-9); // the first one again
+}
+
 TEST(Contest, NothingIsExtrapolated) {
     Contender c;
     c.settings = {settingOf(1, 0.02, 2, {100}), settingOf(0.5, 0.011, 2, {200})};
