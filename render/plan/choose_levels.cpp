@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -28,9 +30,9 @@ int quickLevel(const glm::ivec3& extentVoxels) {
     return level;
 }
 
-/// Pages that one level for all may take beyond those of a mix of which no level can be told from it: mixed
-/// levels are drawn 1.3 to 3 times slower, but pages take loading (docs/performance.md). As a share of the
-/// mix's pages, which is never much to load; and one for so many rays through bricks, for what they gain.
+/// Pages that one level for all may take beyond those of a mix that would do: a mix is drawn more slowly, but
+/// pages take loading (docs/performance.md). As a share of the mix's pages, which is never much to load; and
+/// one for so many rays through bricks, for what they gain.
 constexpr std::size_t kShareForSpeed = 4, kRaysForPage = 100;
 /// What a stride of a mix takes, in strides of one level: 2.5 to 3.3 on the CPU, and there are more of them
 /// than stridesOfRays() counts, because they are short beside finer bricks.
@@ -233,8 +235,9 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
         s = chooser->within(statistics.brickMean, kShareOfLevels * *scene.quality.maxError);
         // Nearer to the truth, and drawn sooner. Whatever the pages: they decide nothing about this picture.
         Selection mix = s;
-        const std::size_t unseen =
-            unseenBy(scene.lighting) == Unseen::leftOut ? leaveOutUnseen(mix, chooser->weights()) : 0;
+        const bool leavesOut =
+            unseenBy(scene.lighting) == Unseen::leftOut && s.finest() <= kCoarsestWithinReach;
+        const std::size_t unseen = leavesOut ? leaveOutUnseen(mix, chooser->weights()) : 0;
         if (std::optional<Selection> one =
                 oneForMix(mix, s.finest(), chooser->weights(), SIZE_MAX, visible)) {
             s = std::move(*one);

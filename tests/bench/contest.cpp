@@ -110,7 +110,10 @@ double medianOf(const std::vector<double>& ms) {
 }
 
 OfRounds ofRound(std::size_t number) {
-    return [number](const std::vector<double>& ms) { return ms[number % ms.size()]; };
+    return [number](const std::vector<double>& ms) {
+        TESSERA_CHECK(!ms.empty());
+        return ms[number % ms.size()];
+    };
 }
 
 TimeAtTarget timeAt(const Contender& contender, const ErrorTarget& target, const OfRounds& of) {

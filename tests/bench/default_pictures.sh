@@ -22,13 +22,14 @@ for store in "$@"; do
             # shellcheck disable=SC2086
             { time "$tessera" render "$store" -o "$folder/p.png" --preset "$preset" --json -q ${TESSERA_BENCH_RENDER:-} \
                 > "$folder/json" 2> "$folder/error" || true; } 2> "$folder/time"
+            [[ -s $folder/json ]] || break # it failed
             read -r wall user system < "$folder/time"
             if [[ -z $best ]] || awk "BEGIN { exit !($wall < ${best%% *}) }"; then
                 best="$wall $(awk "BEGIN { print $user + $system }")"
                 cp "$folder/json" "$folder/best"
             fi
         done
-        if [[ ! -s $folder/json ]]; then
+        if [[ -z $best ]]; then
             echo "| $(basename "$store" .zarr) | $preset | $(head -c 60 "$folder/error") | | | | | | | | |"
             continue
         fi

@@ -190,7 +190,8 @@ void printTimes(const std::vector<PictureResult>& results) {
     }
     std::printf(
         "\nms at the target, minima of the rounds; in brackets the least and the greatest ratio of any "
-        "round. \"> t\": not reached, its finest setting takes t; \"*\": "
+        "round, where a setting with fewer rounds goes through them again. \"> t\": not reached, its finest "
+        "setting takes t; \"*\": "
         "its coarsest setting is better already.\n\n");
     printHead(columns);
     for (const PictureResult& r : results) {

@@ -89,6 +89,33 @@ TEST(LevelsWithin, AreTheFinestWhereThatIsDrawnSooner) {
     EXPECT_LT(small.bricksOfLevel[0], small.residentBricks) << "few rays";
 }
 
+// Coarse samples reach further than a brick's neighbour: then bricks beside the picture are read.
+TEST(LevelsWithin, LeaveNothingOutWhereSamplesReachFar) {
+    Ledger ram("RAM", "--ram", std::size_t{512} << 20);
+    const StoreReader store(storePath("torso"), ram);
+    const glm::ivec2 size(12);
+    Scene scene = sceneOn(store.info(), "soft-tissue", 0, size);
+    Camera camera = fitCamera(store.info(), View::anterior, Projection::perspective, size);
+    camera.position = camera.focalPoint + 0.15 * (camera.position - camera.focalPoint);
+    scene.camera = camera;
+    RenderOptions options;
+    options.engine = EngineKind::native;
+    int coarse = 0, fine = 0;
+    for (const double maxError : {0.0, 12.0, 50.0, 100.0, 150.0, 200.0, 300.0}) {
+        scene.quality.maxError = maxError;
+        Budgets budgets;
+        const RenderResult r = renderScene(scene, store, budgets.ram, budgets.gpu, options);
+        if (r.level > 2) {
+            ++coarse;
+            EXPECT_EQ(r.unseenBricks, 0u) << maxError;
+        } else {
+            fine += r.unseenBricks > 0;
+        }
+    }
+    EXPECT_GT(coarse, 0);
+    EXPECT_GT(fine, 0);
+}
+
 // A camera close to the volume: bricks that no ray comes near are left out, those that are left are of one
 // level, and no pixel shows it.
 TEST(BestLevels, LeaveOutWhatNoRayComesNear) {

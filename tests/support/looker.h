@@ -4,8 +4,10 @@
 
 #include "viewer/session/view_session.h"
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <memory>
@@ -27,7 +29,6 @@ class Looker {
         options.gpuBytes = kGpuBytes;
         options.news = [this] {
             const std::lock_guard lock(mutex_);
-            ++news_;
             changed_.notify_all();
         };
         viewing = makeViewSession(options);
@@ -79,7 +80,6 @@ class Looker {
   private:
     std::mutex mutex_;
     std::condition_variable changed_;
-    int news_ = 0;
 };
 
 } // namespace tessera::test

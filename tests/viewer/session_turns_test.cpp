@@ -35,9 +35,9 @@ TEST(SessionBoard, NobodyHasAWishWhileOthersAreTaken) {
         std::this_thread::sleep_for(50ms); // long enough to ask, if one could
         EXPECT_FALSE(asked);
     });
+    other.join();
     ASSERT_TRUE(first.toOpen);
     EXPECT_EQ(first.toOpen->path, "first");
-    other.join();
     const SessionWishes second = board.take(false, [] {});
     ASSERT_TRUE(second.toOpen);
     EXPECT_EQ(second.toOpen->path, "second");

@@ -75,6 +75,8 @@ template <bool Mixed> TESSERA_LANE void enter(const PacketField& f, Here<Mixed>&
         x = brick(p.x, 0), y = brick(p.y, 1), z = brick(p.z, 2);
     }
     const I number_ = (z * I(f.grid[1]) + y) * I(f.grid[0]) + x;
+    static_assert(sizeof(PacketBrick) == 16 && offsetof(PacketBrick, low) == 4 &&
+                  offsetof(PacketBrick, high) == 8);
     F entry[4]; // the words of a PacketBrick
     rows4(reinterpret_cast<const float*>(f.bricks), shl<2>(number_), entry);
     const I low = asInt(entry[1]), high = asInt(entry[2]);
@@ -162,15 +164,16 @@ TESSERA_LANE LongRows longRows(const PacketField& f, const Here<Mixed>& here, I 
             row4<K>(s, left + (slice + row), m)};
 }
 
-/// The value of lanes that need no other brick. @param x  inBrick() @param rows  null, or takes those of the
-/// lanes' cells
+/// The value of lanes that need no other brick. @param x  inBrick()
+/// @param rows  null, or takes the rows of these lanes' cells; those of other lanes are 0
 template <SampleKind K, bool Mixed>
 TESSERA_LANE F valueHere(const PacketField& f, const Here<Mixed>& here, F3 x, M m, LongRows* rows = nullptr) {
     const F3 cell{floor(x.x), floor(x.y), floor(x.z)};
     const F3 part = x - cell;
     const I index = indexOf(here, cell);
     if (rows) {
-        const LongRows r = *rows = longRows<K>(f, here, index - I(1), m);
+        *rows = longRows<K>(f, here, index - I(1), m);
+        const LongRows& r = *rows;
         return leaf::trilinear(r.r00.b, r.r00.c, r.r01.b, r.r01.c, r.r10.b, r.r10.c, r.r11.b, r.r11.c, part.x,
                                part.y, part.z);
     }
@@ -426,7 +429,8 @@ TESSERA_LANE F3 differencesHere(const PacketField& f, const Here<Mixed>& here, P
 }
 
 /// The gradient at p. Lanes that lack a brick are taken from m.
-/// @param rows  null, or those that valueHere() took at p
+/// @param rows  null, or what valueHere() took at p of lanes that were in the same bricks, all of m among
+/// them
 template <SampleKind K, bool Mixed>
 TESSERA_LANE F3 gradientAt(const PacketField& f, const PacketHelp& help, const Here<Mixed>& here,
                            PacketGradient kind, F3 p, M& m, const LongRows* rows = nullptr) {

@@ -259,7 +259,8 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
         TableLook look;
         F place; // of the values that are lit
         LongRows rows;
-        LongRows* const kept = Ends || By == Light::none ? nullptr : &rows;
+        const bool shares = !Ends && By != Light::none && o.gradient == PacketGradient::central;
+        LongRows* const kept = shares ? &rows : nullptr;
         if constexpr (Ends) {
             const M unknown = m & ~known;
             if (any(unknown)) {

@@ -24,6 +24,7 @@ struct Entries {
     I first;
     F part;
 };
+/// Places that are no numbers count as the first one.
 TESSERA_LANE Entries entriesAt(const PacketOptics& o, F place) {
     const F x = min(select(place > F(0.0f), place, F(0.0f)), F(o.lastPlace));
     const I first = min(truncated(x), I(o.lastEntry));
@@ -31,10 +32,7 @@ TESSERA_LANE Entries entriesAt(const PacketOptics& o, F place) {
 }
 /// entriesAt(placeOf()), which limits places once.
 TESSERA_LANE Entries entriesOf(const PacketOptics& o, F stored) {
-    const F place = stored * F(o.scale) + F(o.offset);
-    const F x = min(select(place > F(0.0f), place, F(0.0f)), F(o.lastPlace));
-    const I first = min(truncated(x), I(o.lastEntry));
-    return {first, x - number(first)};
+    return entriesAt(o, stored * F(o.scale) + F(o.offset));
 }
 /// What the table says there.
 struct TableLook {
