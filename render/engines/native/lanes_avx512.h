@@ -170,8 +170,8 @@ template <int Scale> TESSERA_LANE Pair gatherPair(const void* base, I index, M m
     return {I::make(_mm512_permutex2var_epi32(a, even, b)), I::make(_mm512_permutex2var_epi32(a, odd, b))};
 }
 
-/// Of every lane, whatever its condition. One load a lane and an exchange between lanes: half as long as four
-/// gathers.
+/// Of every lane, whatever its condition. One load a lane and an exchange between lanes take a third of the
+/// time of four gathers.
 TESSERA_LANE void rows4(const float* words, I index, F (&out)[4]) {
     alignas(64) std::int32_t at[kWidth];
     store(at, index);

@@ -4,7 +4,7 @@
 // of instructions.
 #pragma once
 
-#include "render/engines/native/packet_field.h"
+#include "render/engines/native/packet_gradient.h"
 #include "render/engines/native/packet_optics.h"
 #include "render/engines/native/packet_space.h"
 
