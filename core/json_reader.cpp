@@ -197,6 +197,15 @@ std::string JsonValue::oneOf(const std::vector<std::string>& names) const {
                   describe(*value_) + "; nearest: \"" + nearestName(got, names) + "\"");
 }
 
+void JsonValue::read(const std::string& key, double lowest, double highest, double& target) const {
+    if (has(key))
+        target = at(key).number(lowest, highest);
+}
+void JsonValue::read(const std::string& key, bool& target) const {
+    if (has(key))
+        target = at(key).boolean();
+}
+
 bool JsonValue::isText() const {
     return value_->is_string();
 }

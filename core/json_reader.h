@@ -46,6 +46,10 @@ class JsonValue {
     std::string place() const { return where_ + ": " + path_; }
     [[noreturn]] void refuse(const std::string& expected) const;
 
+    /// Sets target where the key is there; else it stays.
+    void read(const std::string& key, double lowest, double highest, double& target) const;
+    void read(const std::string& key, bool& target) const;
+
   private:
     JsonValue(const nlohmann::json& value, std::string where, std::string path)
         : value_(&value), where_(std::move(where)), path_(std::move(path)) {}

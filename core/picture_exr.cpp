@@ -15,7 +15,7 @@ namespace tessera {
 namespace {
 
 constexpr std::array<const char*, 4> kChannels = {"R", "G", "B", "A"};
-constexpr const char* kDescription = "comments"; // EXR's word for it
+constexpr const char* kExrDescription = "comments"; // EXR's word for it
 
 class Stream final : public Imf::OStream {
   public:
@@ -61,7 +61,7 @@ PictureFile<float> read(const std::string& path, PictureParts parts) {
     for (int c = 0; c < picture.channels; ++c)
         if (!header.channels().findChannel(kChannels[static_cast<std::size_t>(c)]))
             throw PictureProblem("channels of other names than R, G, B and A");
-    if (const auto* text = header.findTypedAttribute<Imf::StringAttribute>(kDescription))
+    if (const auto* text = header.findTypedAttribute<Imf::StringAttribute>(kExrDescription))
         picture.description = text->value();
     if (parts == PictureParts::header)
         return picture;
@@ -91,7 +91,7 @@ void writeExr(CheckedOutput& out, const Image& image, const std::string& descrip
     try {
         Imf::Header header(image.size.x, image.size.y);
         header.compression() = Imf::ZIP_COMPRESSION;
-        header.insert(kDescription, Imf::StringAttribute(description));
+        header.insert(kExrDescription, Imf::StringAttribute(description));
         header.insert("Software", Imf::StringAttribute("Tessera"));
         Imf::FrameBuffer buffer;
         for (std::size_t c = 0; c < kChannels.size(); ++c) {

@@ -63,7 +63,7 @@ class Png {
     std::string words_;
 };
 
-constexpr const char* kDescription = "Description";    // PNG's word for it
+constexpr const char* kPngDescription = "Description"; // PNG's word for it
 constexpr png_alloc_size_t kMostTextBytes = 16u << 20; // a manifest is some thousands
 
 } // namespace
@@ -72,7 +72,7 @@ void writePng(CheckedOutput& out, const PictureFile<std::uint8_t>& picture) {
     Png file(true);
     const png_structp png = file.png;
     const png_infop info = file.info;
-    std::string keys[2] = {kDescription, "Software"}, texts[2] = {picture.description, "Tessera"};
+    std::string keys[2] = {kPngDescription, "Software"}, texts[2] = {picture.description, "Tessera"};
     png_text both[2] = {};
     for (int i = 0; i < 2; ++i) {
         both[i].compression = PNG_TEXT_COMPRESSION_NONE;
@@ -125,7 +125,7 @@ PictureFile<float> readPng(const std::string& path, PictureParts parts) {
     });
     checkPicture(picture.size, picture.channels);
     for (int i = 0; i < count; ++i)
-        if (texts[i].key == std::string(kDescription))
+        if (texts[i].key == std::string(kPngDescription))
             picture.description = texts[i].text;
     if (parts == PictureParts::header)
         return picture;

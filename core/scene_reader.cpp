@@ -44,16 +44,6 @@ glm::dvec3 vector(const JsonValue& value) {
     return {n[0], n[1], n[2]};
 }
 
-/// Sets target when the key is there; a missing key keeps the default.
-void readNumber(const JsonValue& object, const char* key, double lowest, double highest, double& target) {
-    if (object.has(key))
-        target = object.at(key).number(lowest, highest);
-}
-void readBoolean(const JsonValue& object, const char* key, bool& target) {
-    if (object.has(key))
-        target = object.at(key).boolean();
-}
-
 SceneVolume parseVolume(const JsonValue& value, const std::filesystem::path& folder) {
     value.requireKeys(kVolumeKeys);
     SceneVolume volume;
@@ -82,7 +72,7 @@ SceneVolume parseVolume(const JsonValue& value, const std::filesystem::path& fol
 CameraChoice parseCamera(const JsonValue& value) {
     value.requireKeys(cameraKeys());
     bool parallel = false;
-    readBoolean(value, "parallelProjection", parallel);
+    value.read("parallelProjection", parallel);
     const Projection projection = parallel ? Projection::parallel : Projection::perspective;
     if (value.has("view")) {
         for (const std::string& key : freeCameraKeys())
@@ -104,7 +94,7 @@ Isosurface parseSurface(const JsonValue& value) {
     value.requireKeys(kSurfaceKeys);
     Isosurface surface;
     surface.value = value.at("value").number();
-    readNumber(value, "opacity", 0, 1, surface.opacity);
+    value.read("opacity", 0, 1, surface.opacity);
     if (value.has("rgb")) {
         const JsonValue colour = value.at("rgb");
         if (colour.items().size() != 3)
@@ -161,7 +151,7 @@ Quality parseQuality(const JsonValue& value) {
     Quality quality;
     quality.automaticStep = !value.has("stepVoxels");
     // 1/64 voxel: finer ones come near to what float positions along a ray can tell apart
-    readNumber(value, "stepVoxels", 1.0 / 64, 16, quality.stepVoxels);
+    value.read("stepVoxels", 1.0 / 64, 16, quality.stepVoxels);
     if (value.has("integrator"))
         quality.integrator = parseIntegrator(value.at("integrator").oneOf(integratorNames()), value.place());
     if (value.has("fetch"))
@@ -173,11 +163,11 @@ Quality parseQuality(const JsonValue& value) {
         quality.sampling = parseSampling(value.at("sampling").oneOf(samplingNames()), value.place());
     if (value.has("maxError")) {
         double maxError = 0;
-        readNumber(value, "maxError", 0, 1000, maxError);
+        value.read("maxError", 0, 1000, maxError);
         quality.maxError = maxError;
     }
-    readNumber(value, "terminationTransmittance", 0, 0.5, quality.terminationTransmittance);
-    readBoolean(value, "skipping", quality.skipping);
+    value.read("terminationTransmittance", 0, 0.5, quality.terminationTransmittance);
+    value.read("skipping", quality.skipping);
     quality.pixels.named = value.has("samples");
     if (quality.pixels.named) {
         const JsonValue samples = value.at("samples");

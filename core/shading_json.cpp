@@ -4,20 +4,6 @@
 #include <nlohmann/json.hpp>
 
 namespace tessera {
-namespace {
-
-void readNumber(const JsonValue& value, const char* key, double lowest, double highest, double& target) {
-    if (value.has(key))
-        target = value.at(key).number(lowest, highest);
-}
-
-void readBoolean(const JsonValue& value, const char* key, bool& target) {
-    if (value.has(key))
-        target = value.at(key).boolean();
-}
-
-} // namespace
-
 const std::vector<std::string>& shadingKeys() {
     static const std::vector<std::string> keys = {"shade",         "ambient",  "diffuse", "specular",
                                                   "specularPower", "gradient", "model",   "gradientWeight"};
@@ -27,11 +13,11 @@ const std::vector<std::string>& shadingKeys() {
 Shading parseShading(const JsonValue& value) {
     value.requireKeys(shadingKeys());
     Shading shading;
-    readBoolean(value, "shade", shading.on);
-    readNumber(value, "ambient", 0, 1, shading.ambient);
-    readNumber(value, "diffuse", 0, 1, shading.diffuse);
-    readNumber(value, "specular", 0, 1, shading.specular);
-    readNumber(value, "specularPower", 0, 1024, shading.specularPower);
+    value.read("shade", shading.on);
+    value.read("ambient", 0, 1, shading.ambient);
+    value.read("diffuse", 0, 1, shading.diffuse);
+    value.read("specular", 0, 1, shading.specular);
+    value.read("specularPower", 0, 1024, shading.specularPower);
     if (value.has("gradient"))
         shading.gradient = parseGradient(value.at("gradient").oneOf(gradientNames()), value.place());
     if (value.has("model"))

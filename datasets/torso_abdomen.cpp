@@ -5,7 +5,7 @@
 namespace tessera {
 namespace {
 
-constexpr float kFatHu = -98, kLiverHu = 110, kSpleenHu = 120, kCortexHu = 190, kMedullaHu = 150;
+constexpr float kFatHu = -98, kLiverHu = 110, kSpleenHu = 120, kKidneyCortexHu = 190, kMedullaHu = 150;
 constexpr float kGasHu = -960, kContentsHu = 22, kWallHu = 75;
 
 Tissue& organ(TorsoBuilder& torso, std::vector<Shell> shells, float smoothMm, float gapMm) {
@@ -32,7 +32,7 @@ void addStomach(TorsoBuilder& torso) {
 }
 
 void addKidneys(TorsoBuilder& torso) {
-    Tissue& kidneys = torso.add({{0, kCortexHu}});
+    Tissue& kidneys = torso.add({{0, kKidneyCortexHu}});
     Tissue& pyramids = torso.add({{0, kMedullaHu}});
     Tissue& sinus = torso.add({{0, -60}}, 5);
     for (const float side : {-1.0F, 1.0F}) {

@@ -10,6 +10,8 @@
 
 namespace tessera {
 
+constexpr float kCortexHu = 1000, kMarrowHu = 200; // of bone
+
 /// The two domes under the lungs.
 ShapeList diaphragmShapes();
 

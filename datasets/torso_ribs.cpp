@@ -7,7 +7,7 @@
 namespace tessera {
 namespace {
 
-constexpr float kCortexHu = 1000, kMarrowHu = 200, kCartilageHu = 115;
+constexpr float kCartilageHu = 115;
 
 void addRibs(TorsoBuilder& torso) {
     Tissue& cartilage = torso.add({{0, kCartilageHu}});

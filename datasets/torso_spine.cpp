@@ -6,7 +6,7 @@
 namespace tessera {
 namespace {
 
-constexpr float kCortexHu = 1000, kSpongyHu = 240, kMarrowHu = 200, kDiscHu = 90;
+constexpr float kSpongyHu = 240, kDiscHu = 90;
 constexpr float kSpineTop = 203;
 
 float vertebraPitch(int i) { // height of a vertebra with its disc; 0 is the first thoracic

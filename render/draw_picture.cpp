@@ -2,6 +2,7 @@
 #include "render/draw_picture.h"
 
 #include "core/error.h"
+#include "core/stopwatch.h"
 #include "render/engines/gpu/features.h"
 #include "render/engines/mirror/mirror_tracer.h"
 #include "render/picture.h"
@@ -19,10 +20,6 @@ namespace tessera {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double secondsSince(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// What eight bits can show.
 constexpr double kDefaultStepError = 1.0 / 255;

@@ -9,7 +9,6 @@
 namespace tessera {
 namespace {
 
-constexpr int kMean = kLevelCount - 1;
 constexpr std::size_t kMostWanted = 1024; // chunks, of a list that is made anew after every step
 
 } // namespace

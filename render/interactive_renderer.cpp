@@ -14,7 +14,6 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr int kMean = kLevelCount - 1;
 /// Levels resident, wanted, being chosen and chosen from; gains, visibility, what was seen; moves as they are
 /// ranked.
 constexpr std::size_t kBytesPerBrick = 96;

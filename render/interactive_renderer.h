@@ -22,6 +22,8 @@
 
 namespace tessera {
 
+constexpr int kMean = kLevelCount - 1; // the level at which a brick is one value
+
 struct InteractiveOptions {
     int threads = 0;                                 // that decode and choose; 0: all processors
     std::size_t uploadBytes = std::size_t{16} << 20; // of bricks that move between two pictures, at most

@@ -2,6 +2,7 @@
 #include "render/measure_picture.h"
 
 #include "core/error.h"
+#include "core/stopwatch.h"
 
 #include <algorithm>
 #include <chrono>
@@ -166,7 +167,7 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, ScenePlan& plan, 
         out.whyNot = "the picture shows nothing, nor do the " + std::to_string(again[0].pixels()) +
                      " pixels that were drawn again";
     out.bytesRead = work.bytesUploaded;
-    out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    out.seconds = secondsSince(start);
     return out;
 }
 

@@ -1,5 +1,6 @@
 // render/renderer.cpp: see renderer.h.
 #include "render/renderer.h"
+#include "core/stopwatch.h"
 
 #include "render/draw_scene.h"
 #include "render/engines/reference/reference.h" // ReferenceRay
@@ -31,7 +32,7 @@ RenderResult renderScene(const Scene& given, const StoreReader& store, Ledger& r
     const Scene scene = asDrawn(given);
     const auto start = std::chrono::steady_clock::now();
     const MadeEngine made(scene, options, ram, gpu);
-    const double making = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double making = secondsSince(start);
     ScenePlan p;
     RenderResult result = drawScene(
         scene, p, made, ram, gpu, options, {},

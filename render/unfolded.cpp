@@ -2,6 +2,7 @@
 #include "render/unfolded.h"
 
 #include "core/error.h"
+#include "core/stopwatch.h"
 #include "render/picture.h"
 #include "render/plan/scene_plan.h"
 
@@ -16,10 +17,6 @@ namespace tessera {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-double secondsSince(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 constexpr int kCameras = 4; // around a place, a quarter of the columns each
 constexpr double kQuarter = std::numbers::pi / 2;
 constexpr double kStepVoxels = 0.5;

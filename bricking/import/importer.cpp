@@ -6,6 +6,7 @@
 #include "bricking/store/store_writer.h"
 #include "core/error.h"
 #include "core/interrupt.h"
+#include "core/stopwatch.h"
 
 #include <algorithm>
 #include <chrono>
@@ -58,7 +59,7 @@ ImportReport importToStore(SlabSource& source, const std::filesystem::path& stor
     report.bytesOut = counters.bytesWritten;
     report.chunksWritten = counters.chunksWritten;
     report.chunksFill = counters.chunksFill;
-    report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    report.seconds = secondsSince(start);
     return report;
 }
 

@@ -21,7 +21,7 @@ constexpr double kLeastSmooth = 0.7; // of that, in the tightest turns
 constexpr double kTightest = 0.5;    // radius of a turn, of the lumen's
 constexpr double kBesideGapMm = 8;
 constexpr double kStraight = 0.6; // of the way between two points: nearer together they lie in a kink
-constexpr double kFarMm = 100;
+constexpr double kMostRayMm = 100;
 constexpr std::size_t kFarSeen = 40; // voxels of the chain
 
 /// A line's points and, of each, where on the chain it came from and how much it may be smoothed.
@@ -193,7 +193,7 @@ class Centring {
         for (std::size_t k = 0; k < kRays; ++k) {
             const double angle = 2 * 3.14159265358979323846 * static_cast<double>(k) / kRays;
             directions[k] = std::cos(angle) * u + std::sin(angle) * v;
-            lengths[k] = shape_.rayMm(mm[i], directions[k], kFarMm);
+            lengths[k] = shape_.rayMm(mm[i], directions[k], kMostRayMm);
         }
         std::array<double, kRays> sorted = lengths;
         std::nth_element(sorted.begin(), sorted.begin() + kRays / 2, sorted.end());

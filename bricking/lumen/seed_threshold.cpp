@@ -15,7 +15,7 @@
 namespace tessera {
 namespace {
 
-constexpr double kFarMm = 100;
+constexpr double kMostSeedRayMm = 100;
 constexpr double kBeyondMm = 15;      // that a ray goes on behind the lumen
 constexpr double kNoises = 6;         // a value further off is none of the lumen
 constexpr double kBrighter = 1.5;     // times the way from the threshold to the lumen
@@ -84,9 +84,9 @@ SeedNeighbourhood neighbourhoodOf(LumenValues& values, const glm::dvec3& seed, c
         step *= mmPerStep;
         std::vector<double>& ray = rays.emplace_back();
         glm::dvec3 at = seed;
-        double left = kFarMm; // where it was first beyond the lumen's noise
+        double left = kMostSeedRayMm; // where it was first beyond the lumen's noise
         checkInterrupted();
-        for (double mm = 0; mm < std::min(kFarMm, left + kBeyondMm); mm += mmPerStep, at += step) {
+        for (double mm = 0; mm < std::min(kMostSeedRayMm, left + kBeyondMm); mm += mmPerStep, at += step) {
             if (glm::any(glm::lessThan(at, glm::dvec3(0))) || glm::any(glm::greaterThan(at, n)))
                 break;
             ray.push_back(values.at(at));

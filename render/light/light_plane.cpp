@@ -2,6 +2,7 @@
 #include "render/light/light_plane.h"
 
 #include "core/error.h"
+#include "core/stopwatch.h"
 
 #include <algorithm>
 #include <bit>
@@ -18,10 +19,6 @@ using Clock = std::chrono::steady_clock;
 constexpr std::uint32_t kEntryValue = 0x80000000u, kEntryAbsent = 0x40000000u; // brick_residency.h
 constexpr std::size_t kBricksAtATime = 8; // between two looks at the clock
 constexpr float kUnseen = 1e-3f;          // of a brick's light: nobody will miss it for a while
-
-double secondsSince(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 } // namespace
 

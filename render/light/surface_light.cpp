@@ -2,6 +2,7 @@
 #include "render/light/surface_light.h"
 
 #include "core/error.h"
+#include "core/stopwatch.h"
 #include "core/threads.h"
 #include "render/contract/optics.h"
 #include "render/contract/ray_cuts.h"
@@ -38,10 +39,6 @@ std::uint64_t mixed(std::uint64_t x) {
 /// In [0,1).
 double fraction(std::uint64_t bits) {
     return static_cast<double>(bits >> 11) * 0x1p-53;
-}
-
-double secondsSince(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
 } // namespace

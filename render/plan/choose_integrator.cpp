@@ -15,7 +15,7 @@ namespace {
 constexpr double kSharp = 0.5;
 /// Up to here pre-integration gained nothing on any scan and preset.
 constexpr double kSmooth = 0.05;
-constexpr int kPhases = 16;
+constexpr int kTriedPhases = 16;
 constexpr double kMostSegments = 20000; // of a rise: narrower ones differ in nothing
 
 } // namespace
@@ -75,11 +75,11 @@ double midpointRampError(const TransferTable& table, double change, double lowes
     if (!(whole > 0))
         return 0;
     double squares = 0;
-    for (int phase = 0; phase < kPhases; ++phase) {
+    for (int phase = 0; phase < kTriedPhases; ++phase) {
         double error = 0;
-        for (double x = first - step * (phase + 0.5) / kPhases; x < end; x += step)
+        for (double x = first - step * (phase + 0.5) / kTriedPhases; x < end; x += step)
             error += step * extinction(x + 0.5 * step) - (upTo(x + step) - upTo(x));
-        squares += error * error / kPhases;
+        squares += error * error / kTriedPhases;
     }
     return std::sqrt(squares) / whole;
 }

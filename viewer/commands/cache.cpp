@@ -5,7 +5,6 @@
 #include "viewer/commands/commands.h"
 #include "viewer/input/import_cache.h"
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <ctime>
 #include <memory>
@@ -67,20 +66,20 @@ void clear(const CommonOptions& common) {
 
 } // namespace
 
-void addCacheCommand(CLI::App& program, const CommonOptions& common, Action& action) {
-    auto* command = program.add_subcommand("cache", "Imports that `render` keeps for the next time");
-    command->require_subcommand(1);
-    command->footer("TESSERA_CACHE_SIZE bounds it (default: 20GiB); XDG_CACHE_HOME moves it.\n"
-                    "Example:\n  tessera cache list");
+void addCacheCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command("cache", "Imports that `render` keeps for the next time");
+    command.needsCommand();
+    command.footer("TESSERA_CACHE_SIZE bounds it (default: 20GiB); XDG_CACHE_HOME moves it.\n"
+                   "Example:\n  tessera cache list");
     auto asJson = std::make_shared<bool>(false);
-    auto* listing =
-        command->add_subcommand("list", "Entry, size, last use and kind of volume, the last used first");
-    listing->add_flag("--json", *asJson, "as JSON");
-    listing->callback([asJson, &common, &action] { action = [asJson, &common] { list(*asJson, common); }; });
-    command->add_subcommand("clear", "Remove all that no process is using")->callback([&common, &action] {
+    Command listing =
+        command.command("list", "Entry, size, last use and kind of volume, the last used first");
+    listing.flag("--json", *asJson, "as JSON");
+    listing.whenChosen([asJson, &common, &action] { action = [asJson, &common] { list(*asJson, common); }; });
+    command.command("clear", "Remove all that no process is using").whenChosen([&common, &action] {
         action = [&common] { clear(common); };
     });
-    command->add_subcommand("path", "Print the folder")->callback([&action] {
+    command.command("path", "Print the folder").whenChosen([&action] {
         action = [] { std::printf("%s\n", printable(cacheFolder().string()).c_str()); };
     });
 }

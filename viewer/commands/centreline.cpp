@@ -6,9 +6,7 @@
 #include "core/output_file.h"
 #include "viewer/commands/commands.h"
 #include "viewer/input/selection_options.h"
-#include "viewer/options/option_values.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -105,38 +103,35 @@ void runCentreline(const CentrelineArguments& arguments, const CommonOptions& co
 
 } // namespace
 
-void addCentrelineCommand(CLI::App& program, const CommonOptions& common, Action& action) {
-    auto* command = program.add_subcommand(
+void addCentrelineCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command(
         "centreline", "Find the middle of a hollow organ (colon, airways, aorta) as a path to fly along");
     auto arguments = std::make_shared<CentrelineArguments>();
-    command->add_option("IN", arguments->in, "store, or source files")->required();
-    command->add_option("--from", arguments->from, "where it begins: x,y,z in the lumen, patient space, mm")
-        ->required();
-    command->add_option("--to", arguments->to, "where it ends (default: the place furthest from --from)");
+    command.option("IN", arguments->in, "store, or source files").required();
+    command.option("--from", arguments->from, "where it begins: x,y,z in the lumen, patient space, mm")
+        .required();
+    command.option("--to", arguments->to, "where it ends (default: the place furthest from --from)");
     command
-        ->add_option("--through", arguments->through,
-                     "a place on the way, beside or in a gap, which is then bridged; may be given again")
-        ->allow_extra_args(false);
+        .option("--through", arguments->through,
+                "a place on the way, beside or in a gap, which is then bridged; may be given again")
+        .oneValueEach();
     command
-        ->add_option(
-            "--threshold", arguments->threshold,
-            "where lumen ends, physical units (default: half way to the wall, from around the seeds)")
-        ->check(numberWithin(-1e30, 1e30, "a value"));
-    command->add_flag("--tree", arguments->tree,
-                      "all branches beyond --from, as of the airways from the windpipe");
-    command
-        ->add_option("--generations", arguments->generations,
-                     "with --tree: forks between --from and a branch")
-        ->capture_default_str()
-        ->check(wholeNumberFrom(0));
-    command->add_option("--spacing", arguments->spacing, "mm between the path's points, at most")
-        ->capture_default_str()
-        ->check(numberWithin(0.05, 100, "mm from 0.05 to 100"));
-    command->add_option("-o,--output", arguments->out, "path to write, OUT.json")->required();
-    command->add_option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
-    addSelectionOptions(*command, arguments->input);
-    command->footer("Example:\n  tessera centreline thorax.zarr --from 0,8,180 --tree -o airways.json");
-    command->callback([arguments, &common, &action] {
+        .option("--threshold", arguments->threshold,
+                "where lumen ends, physical units (default: half way to the wall, from around the seeds)")
+        .check(numberWithin(-1e30, 1e30, "a value"));
+    command.flag("--tree", arguments->tree,
+                 "all branches beyond --from, as of the airways from the windpipe");
+    command.option("--generations", arguments->generations, "with --tree: forks between --from and a branch")
+        .showsDefault()
+        .check(wholeNumberFrom(0));
+    command.option("--spacing", arguments->spacing, "mm between the path's points, at most")
+        .showsDefault()
+        .check(numberWithin(0.05, 100, "mm from 0.05 to 100"));
+    command.option("-o,--output", arguments->out, "path to write, OUT.json").required();
+    command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    addSelectionOptions(command, arguments->input);
+    command.footer("Example:\n  tessera centreline thorax.zarr --from 0,8,180 --tree -o airways.json");
+    command.whenChosen([arguments, &common, &action] {
         action = [arguments, &common] { runCentreline(*arguments, common); };
     });
 }

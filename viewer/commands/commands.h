@@ -3,28 +3,18 @@
 // doing stay apart.
 #pragma once
 
-#include "viewer/options/options.h"
-
-#include <functional>
-
-namespace CLI {
-class App;
-}
+#include "viewer/options/run_commands.h"
 
 namespace tessera {
 
-using Action = std::function<void()>;
-
-void addCentrelineCommand(CLI::App& program, const CommonOptions& common, Action& action);
-void addCoverageCommand(CLI::App& program, const CommonOptions& common, Action& action);
-void addImportCommand(CLI::App& program, const CommonOptions& common, Action& action);
-void addInfoCommand(CLI::App& program, const CommonOptions& common, Action& action);
-void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& action);
-void addPhantomCommand(CLI::App& program, const CommonOptions& common, Action& action);
-void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& action);
-void addPresetCommand(CLI::App& program, const CommonOptions& common, Action& action);
-void addCacheCommand(CLI::App& program, const CommonOptions& common, Action& action);
-void addViewCommand(CLI::App& program, const CommonOptions& common, Action& action); // TESSERA_WITH_WINDOW
-void addBenchCommand(CLI::App& program, const CommonOptions& common, Action& action);
+void addCentrelineCommand(Command& program, const CommonOptions& common, Action& action);
+void addCoverageCommand(Command& program, const CommonOptions& common, Action& action);
+void addImportCommand(Command& program, const CommonOptions& common, Action& action);
+void addInfoCommand(Command& program, const CommonOptions& common, Action& action);
+void addRenderCommand(Command& program, const CommonOptions& common, Action& action);
+void addPhantomCommand(Command& program, const CommonOptions& common, Action& action);
+void addPresetCommand(Command& program, const CommonOptions& common, Action& action);
+void addCacheCommand(Command& program, const CommonOptions& common, Action& action);
+void addViewCommand(Command& program, const CommonOptions& common, Action& action); // TESSERA_WITH_WINDOW
 
 } // namespace tessera

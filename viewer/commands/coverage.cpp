@@ -6,9 +6,7 @@
 #include "core/output_file.h"
 #include "viewer/commands/commands.h"
 #include "viewer/input/selection_options.h"
-#include "viewer/options/option_values.h"
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -105,34 +103,34 @@ void runCoverage(const CoverageArguments& arguments, const CommonOptions& common
 
 } // namespace
 
-void addCoverageCommand(CLI::App& program, const CommonOptions& common, Action& action) {
-    auto* command = program.add_subcommand(
+void addCoverageCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command(
         "coverage", "Tell what share of a hollow organ's wall a flight along its line sees, and where not");
     auto arguments = std::make_shared<CoverageArguments>();
-    command->add_option("IN", arguments->in, "store, or source files")->required();
-    command->add_option("--path", arguments->path, "the path, as tessera centreline writes it")->required();
-    command->add_option("--size", arguments->size, "of the pictures, whose proportion decides what they hold")
-        ->capture_default_str();
-    command->add_option("--view-angle", arguments->viewAngle, "vertical, degrees (default: the path's)")
-        ->check(numberWithin(1, Path::kMostViewAngle, "degrees from 1 to 170"));
-    command->add_option("--every", arguments->every, "mm from a picture to the next, at most")
-        ->capture_default_str()
-        ->check(numberWithin(0.05, 1000, "mm from 0.05 to 1000"));
-    command->add_flag("--backwards", arguments->backwards, "fly from the route's end to its beginning");
-    command->add_flag("--both-ways", arguments->bothWays, "fly there and back: seen is what either sees");
+    command.option("IN", arguments->in, "store, or source files").required();
+    command.option("--path", arguments->path, "the path, as tessera centreline writes it").required();
+    command.option("--size", arguments->size, "of the pictures, whose proportion decides what they hold")
+        .showsDefault();
+    command.option("--view-angle", arguments->viewAngle, "vertical, degrees (default: the path's)")
+        .check(numberWithin(1, Path::kMostViewAngle, "degrees from 1 to 170"));
+    command.option("--every", arguments->every, "mm from a picture to the next, at most")
+        .showsDefault()
+        .check(numberWithin(0.05, 1000, "mm from 0.05 to 1000"));
+    command.flag("--backwards", arguments->backwards, "fly from the route's end to its beginning");
+    command.flag("--both-ways", arguments->bothWays, "fly there and back: seen is what either sees");
     command
-        ->add_option("--farthest", arguments->farthest,
-                     "mm from the eye, beyond which wall is not seen (default: any distance)")
-        ->check(numberWithin(0.1, 1e6, "mm from 0.1 to 1e6"));
-    command->add_option("--smallest", arguments->smallest, "mm2, below which unseen patches are not listed")
-        ->capture_default_str()
-        ->check(numberWithin(0, 1e9, "mm2 from 0 to 1e9"));
-    command->add_option("-o,--output", arguments->out, "report to write, OUT.json: all unseen patches");
-    command->add_flag("--json", arguments->json, "the report on standard output");
-    command->add_option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
-    addSelectionOptions(*command, arguments->input);
-    command->footer("Example:\n  tessera coverage colon.zarr --path colon.json --both-ways -o unseen.json");
-    command->callback([arguments, &common, &action] {
+        .option("--farthest", arguments->farthest,
+                "mm from the eye, beyond which wall is not seen (default: any distance)")
+        .check(numberWithin(0.1, 1e6, "mm from 0.1 to 1e6"));
+    command.option("--smallest", arguments->smallest, "mm2, below which unseen patches are not listed")
+        .showsDefault()
+        .check(numberWithin(0, 1e9, "mm2 from 0 to 1e9"));
+    command.option("-o,--output", arguments->out, "report to write, OUT.json: all unseen patches");
+    command.flag("--json", arguments->json, "the report on standard output");
+    command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    addSelectionOptions(command, arguments->input);
+    command.footer("Example:\n  tessera coverage colon.zarr --path colon.json --both-ways -o unseen.json");
+    command.whenChosen([arguments, &common, &action] {
         action = [arguments, &common] { runCoverage(*arguments, common); };
     });
 }

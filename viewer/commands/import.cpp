@@ -3,9 +3,7 @@
 #include "viewer/commands/commands.h"
 #include "viewer/input/selection_options.h"
 #include "viewer/input/volume_input.h"
-#include "viewer/options/option_values.h"
 
-#include <CLI/CLI.hpp>
 #include <memory>
 
 namespace tessera {
@@ -34,19 +32,19 @@ void runImport(const ImportArguments& arguments, const CommonOptions& common) {
 
 } // namespace
 
-void addImportCommand(CLI::App& program, const CommonOptions& common, Action& action) {
-    auto* command = program.add_subcommand("import", "Turn files into a store, streaming, in bounded memory");
+void addImportCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command("import", "Turn files into a store, streaming, in bounded memory");
     auto arguments = std::make_shared<ImportArguments>();
-    command->add_option("IN", arguments->in, "DICOM file or folder, .nii, .nii.gz, or a raw file's .json")
-        ->required();
-    command->add_option("OUT", arguments->out, "store to write, OUT.zarr")->required();
-    command->add_flag("--force", arguments->force, "replace an existing store");
-    addSelectionOptions(*command, arguments->input);
-    command->add_option("--unit", arguments->unit,
-                        "HU: the values are in HU, though the file cannot say so (NIfTI)");
-    command->add_option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
-    command->footer("Example:\n  tessera import scans/abdomen abdomen.zarr --ram 512MiB");
-    command->callback(
+    command.option("IN", arguments->in, "DICOM file or folder, .nii, .nii.gz, or a raw file's .json")
+        .required();
+    command.option("OUT", arguments->out, "store to write, OUT.zarr").required();
+    command.flag("--force", arguments->force, "replace an existing store");
+    addSelectionOptions(command, arguments->input);
+    command.option("--unit", arguments->unit,
+                   "HU: the values are in HU, though the file cannot say so (NIfTI)");
+    command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command.footer("Example:\n  tessera import scans/abdomen abdomen.zarr --ram 512MiB");
+    command.whenChosen(
         [arguments, &common, &action] { action = [arguments, &common] { runImport(*arguments, common); }; });
 }
 

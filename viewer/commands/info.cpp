@@ -10,7 +10,6 @@
 #include "viewer/input/volume_input.h"
 #include "viewer/input/volume_notes.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -60,10 +59,6 @@ json volumeJson(const VolumeInfo& info) {
             {"nonFiniteVoxels", info.nonFiniteVoxels},
             {"absentStored", info.absentStored},
             {"clampedVoxels", info.clampedVoxels}};
-}
-
-void printLine(const char* key, const std::string& value) {
-    std::printf("%-14s %s\n", (std::string(key) + ":").c_str(), printable(value).c_str());
 }
 
 std::string orderText(const AxisOrder& order) {
@@ -222,17 +217,17 @@ void runInfo(const InfoArguments& arguments, const CommonOptions& common) {
 
 } // namespace
 
-void addInfoCommand(CLI::App& program, const CommonOptions& common, Action& action) {
-    auto* command = program.add_subcommand(
+void addInfoCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command(
         "info", "Tell what a store or source files hold, or how a picture was made and how wrong it is");
     auto arguments = std::make_shared<InfoArguments>();
-    command->add_option("X", arguments->in, "store, DICOM file or folder, .nii, picture, ...")->required();
-    command->add_flag("--json", arguments->asJson, "as JSON");
-    command->add_flag("--allow-missing", arguments->allowMissing,
-                      "source files: leave out files that could be slices and cannot be read");
-    command->add_option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
-    command->footer("Example:\n  tessera info abdomen.zarr --json");
-    command->callback(
+    command.option("X", arguments->in, "store, DICOM file or folder, .nii, picture, ...").required();
+    command.flag("--json", arguments->asJson, "as JSON");
+    command.flag("--allow-missing", arguments->allowMissing,
+                 "source files: leave out files that could be slices and cannot be read");
+    command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command.footer("Example:\n  tessera info abdomen.zarr --json");
+    command.whenChosen(
         [arguments, &common, &action] { action = [arguments, &common] { runInfo(*arguments, common); }; });
 }
 

@@ -17,10 +17,6 @@ namespace {
 
 using nlohmann::json;
 
-void printLine(const char* key, const std::string& value) {
-    std::printf("%-14s %s\n", (std::string(key) + ":").c_str(), printable(value).c_str());
-}
-
 std::string numberText(const json& value) {
     char text[32];
     std::snprintf(text, sizeof text, "%.3g", value.get<double>());
@@ -62,6 +58,10 @@ void printErrors(const json& errors) {
 }
 
 } // namespace
+
+void printLine(const char* key, const std::string& value) {
+    std::printf("%-14s %s\n", (std::string(key) + ":").c_str(), printable(value).c_str());
+}
 
 bool isPictureName(const std::filesystem::path& path) {
     std::string extension = path.extension().string();

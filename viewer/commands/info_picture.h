@@ -2,9 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 namespace tessera {
 
+/// A line of what `info` prints; controls in value are escaped.
+void printLine(const char* key, const std::string& value);
 /// Whether it is a file with a name that pictures have.
 bool isPictureName(const std::filesystem::path& path);
 

@@ -6,7 +6,6 @@
 #include "viewer/commands/commands.h"
 #include "viewer/input/volume_input.h"
 
-#include <CLI/CLI.hpp>
 #include <memory>
 
 namespace tessera {
@@ -39,19 +38,18 @@ void runPhantom(const PhantomArguments& arguments, const CommonOptions& common) 
 
 } // namespace
 
-void addPhantomCommand(CLI::App& program, const CommonOptions& common, Action& action) {
-    auto* command = program.add_subcommand("phantom", "Generate a volume of any size, streamed into a store");
+void addPhantomCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command("phantom", "Generate a volume of any size, streamed into a store");
     auto arguments = std::make_shared<PhantomArguments>();
-    command->add_option("NAME", arguments->name, "one of " + joinNames(phantomNames()))->required();
-    command->add_option("--size", arguments->size, "voxels, XxYxZ")->capture_default_str();
-    command->add_option("-o,--output", arguments->out, "store to write, OUT.zarr")->required();
-    command->add_option(
-        "--curves", arguments->curves,
-        "of a torso: write the middles of its colon, airways and aorta, and its polyps, as JSON");
-    command->add_flag("--force", arguments->force, "replace an existing store");
-    command->add_option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
-    command->footer("Example:\n  tessera phantom torso --size 256x192x300 -o torso.zarr");
-    command->callback(
+    command.option("NAME", arguments->name, "one of " + joinNames(phantomNames())).required();
+    command.option("--size", arguments->size, "voxels, XxYxZ").showsDefault();
+    command.option("-o,--output", arguments->out, "store to write, OUT.zarr").required();
+    command.option("--curves", arguments->curves,
+                   "of a torso: write the middles of its colon, airways and aorta, and its polyps, as JSON");
+    command.flag("--force", arguments->force, "replace an existing store");
+    command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command.footer("Example:\n  tessera phantom torso --size 256x192x300 -o torso.zarr");
+    command.whenChosen(
         [arguments, &common, &action] { action = [arguments, &common] { runPhantom(*arguments, common); }; });
 }
 

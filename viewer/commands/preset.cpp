@@ -6,7 +6,6 @@
 #include "viewer/commands/commands.h"
 #include "viewer/presets/preset_library.h"
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -84,26 +83,24 @@ void run(const PresetArguments& arguments, const CommonOptions& common) {
 
 } // namespace
 
-void addPresetCommand(CLI::App& program, const CommonOptions& common, Action& action) {
+void addPresetCommand(Command& program, const CommonOptions& common, Action& action) {
     const auto a = std::make_shared<PresetArguments>();
-    CLI::App* const command = program.add_subcommand(
+    Command command = program.command(
         "preset", "Lists presets; shows, converts and keeps one (Tessera, 3D Slicer, ParaView)");
-    command->add_option(
-        "preset", a->name,
-        "a name, or a file: ours, a scene, 3D Slicer's (.vp.json, .vp, MRML), ParaView's JSON; "
-        "FILE#NAME where it holds several");
-    command->add_option("-o,--output", a->out, "writes it there (default: shows it as JSON)");
+    command.option("preset", a->name,
+                   "a name, or a file: ours, a scene, 3D Slicer's (.vp.json, .vp, MRML), ParaView's JSON; "
+                   "FILE#NAME where it holds several");
+    command.option("-o,--output", a->out, "writes it there (default: shows it as JSON)");
     command
-        ->add_option("--format", a->format,
-                     joinNames(presetFormatNames()) + " (default: slicer for .vp.json, else tessera)")
-        ->needs("--output");
-    command->add_option("--range", a->range,
-                        "LOW,HIGH: the values that 0 and 1 of a normalised map stand for");
-    command->add_option("--keep", a->keep, "keeps it under this name, for --preset and the window");
-    command->add_flag("--forget", a->forget, "removes one that was kept");
-    command->footer("Example:\n  tessera preset \"presets.xml#CT-Bone\" --keep slicer-bone\n"
-                    "  tessera render abdomen.zarr -o bone.png --preset slicer-bone");
-    command->callback([a, &common, &action] { action = [a, &common] { run(*a, common); }; });
+        .option("--format", a->format,
+                joinNames(presetFormatNames()) + " (default: slicer for .vp.json, else tessera)")
+        .needs("--output");
+    command.option("--range", a->range, "LOW,HIGH: the values that 0 and 1 of a normalised map stand for");
+    command.option("--keep", a->keep, "keeps it under this name, for --preset and the window");
+    command.flag("--forget", a->forget, "removes one that was kept");
+    command.footer("Example:\n  tessera preset \"presets.xml#CT-Bone\" --keep slicer-bone\n"
+                   "  tessera render abdomen.zarr -o bone.png --preset slicer-bone");
+    command.whenChosen([a, &common, &action] { action = [a, &common] { run(*a, common); }; });
 }
 
 } // namespace tessera

@@ -10,119 +10,113 @@
 #include "viewer/commands/render/run_render.h"
 #include "viewer/commands/render/scene_from_arguments.h"
 #include "viewer/input/selection_options.h"
-#include "viewer/options/option_values.h"
 
-#include <CLI/CLI.hpp>
 #include <limits>
 #include <memory>
 
 namespace tessera {
 
-void addRenderCommand(CLI::App& program, const CommonOptions& common, Action& action) {
-    auto* command = program.add_subcommand("render", "Draw a picture of a scene, a store or source files");
+void addRenderCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command("render", "Draw a picture of a scene, a store or source files");
     auto a = std::make_shared<RenderArguments>();
-    command->add_option("X", a->in, "scene (.json), store (.zarr), DICOM folder, .nii, ...")->required();
+    command.option("X", a->in, "scene (.json), store (.zarr), DICOM folder, .nii, ...").required();
     command
-        ->add_option(
+        .option(
             "-o,--output", a->out,
             "picture to write: .png, .exr, .tif; replaced if it exists. With --path a folder for frames, or "
             "a film: .mp4, .mov, .mkv")
-        ->required();
-    command->add_option(
+        .required();
+    command.option(
         "--path", a->path,
         "draw a film: cameras, and what else changes, from a path (.json); frames that are there stay, "
         "and several processes may draw into one folder");
-    command->add_flag(
+    command.flag(
         "--unfold", a->unfold,
         "with --path: one picture of the wall around the line, slit open: angles from left to right, the "
         "line from top to bottom");
-    command->add_option("--frames", a->frames, "of the film, from 0: A or A-B (default: all)");
-    command->add_option("--fps", a->framesPerSecond, "frames per second (default: as the path says)")
-        ->check(numberWithin(0.1, 1000, "a number from 0.1 to 1000"));
-    command->add_option("--speed", a->speed, "of the flight, mm/s (default: as the path says)")
-        ->check(numberWithin(0.01, 1e5, "mm/s from 0.01 to 100000"));
-    command->add_option("--seconds", a->seconds, "that the flight takes, whatever its speed")
-        ->check(numberWithin(0.01, 1e6, "seconds from 0.01 to 1000000"));
-    command->add_option("--size", a->size, "pixels, WIDTHxHEIGHT (default: 512x512)");
-    command->add_option("--light", a->light,
-                        joinNames(lookNames()) +
-                            ": lights, shadows and occlusion (default: plain, or the scene's)");
-    command->add_option("--preset", a->preset,
-                        joinNames(presetNames()) +
-                            ", one that was kept, or a file as `tessera preset` reads it (default: bone "
-                            "for HU, auto for other values)");
-    command->add_option("--view", a->view,
-                        joinNames(viewNames()) + "; also front, back, top, bottom (default: anterior)");
-    addModeOptions(*command, a->mode);
-    command->add_option("--fit", a->fit,
-                        "what fills the picture: all that is shown, or the volume's box: " +
-                            joinNames(fitNames()) + " (default: shown)");
-    command->add_option("--projection", a->projection, joinNames(projectionNames()));
-    command->add_option("--background", a->background, "black, white, #rrggbb or transparent");
+    command.option("--frames", a->frames, "of the film, from 0: A or A-B (default: all)");
+    command.option("--fps", a->framesPerSecond, "frames per second (default: as the path says)")
+        .check(numberWithin(0.1, 1000, "a number from 0.1 to 1000"));
+    command.option("--speed", a->speed, "of the flight, mm/s (default: as the path says)")
+        .check(numberWithin(0.01, 1e5, "mm/s from 0.01 to 100000"));
+    command.option("--seconds", a->seconds, "that the flight takes, whatever its speed")
+        .check(numberWithin(0.01, 1e6, "seconds from 0.01 to 1000000"));
+    command.option("--size", a->size, "pixels, WIDTHxHEIGHT (default: 512x512)");
+    command.option("--light", a->light,
+                   joinNames(lookNames()) +
+                       ": lights, shadows and occlusion (default: plain, or the scene's)");
+    command.option("--preset", a->preset,
+                   joinNames(presetNames()) +
+                       ", one that was kept, or a file as `tessera preset` reads it (default: bone "
+                       "for HU, auto for other values)");
+    command.option("--view", a->view,
+                   joinNames(viewNames()) + "; also front, back, top, bottom (default: anterior)");
+    addModeOptions(command, a->mode);
+    command.option("--fit", a->fit,
+                   "what fills the picture: all that is shown, or the volume's box: " +
+                       joinNames(fitNames()) + " (default: shown)");
+    command.option("--projection", a->projection, joinNames(projectionNames()));
+    command.option("--background", a->background, "black, white, #rrggbb or transparent");
     command
-        ->add_option("--engine", a->engine,
-                     joinNames(renderEngineNames()) + "; auto: gpu where there is one, else native")
-        ->capture_default_str();
+        .option("--engine", a->engine,
+                joinNames(renderEngineNames()) + "; auto: gpu where there is one, else native")
+        .showsDefault();
     command
-        ->add_option(
-            "--step", a->step,
-            "distance of samples at the finest level, in voxels (default: the longest whose estimated "
-            "error is within 1/255)")
-        ->check(numberWithin(1.0 / 64, 16, "voxels from 1/64 to 16"));
+        .option("--step", a->step,
+                "distance of samples at the finest level, in voxels (default: the longest whose estimated "
+                "error is within 1/255)")
+        .check(numberWithin(1.0 / 64, 16, "voxels from 1/64 to 16"));
     command
-        ->add_option(
+        .option(
             "--max-error", a->maxError,
             "error to stay below (L*u*v*, 99th percentile; measured, or with --verify none predicted): takes "
             "levels, step, integrator and samples that cost the least, in as many passes as the budget "
             "needs; "
             "0: the finest levels that a pixel can show (default: the best that fits at once)")
-        ->check(numberWithin(0, std::numeric_limits<double>::max(), "a number from 0 on"));
-    command->add_option(
-        "--first", a->first,
-        "write a first, coarse picture here as soon as there is one, before the picture itself");
-    command->add_option("--edge-function", a->edgeFunction,
-                        "blend between bricks: " + joinNames(edgeFunctionNames()) + " (default: split)");
-    command->add_option("--sampling", a->sampling,
-                        "steps in coarse bricks: " + joinNames(samplingNames()) + " (default: limited)");
-    command->add_option(
-        "--isosurface", a->surfaces,
-        "a surface of one value, e.g. 300, 300:#eeddcc or -400:#ffccaa:0.3 (colour, opacity); "
-        "several are drawn with several such options");
-    command->add_option("--integrator", a->integrator,
-                        "what a segment of a ray adds: " + joinNames(integratorNames()) +
-                            " (default: auto, as the transfer function asks)");
-    command->add_option("--samples", a->samples,
-                        "rays through each pixel, 1 to " + std::to_string(PixelSampling::kMost) +
-                            ", whose mean it shows, or auto: more where they are needed; 1: one through its "
-                            "middle (default: auto; 1 with --engine mirror and reference)");
-    command->add_option("--pixel-filter", a->pixelFilter,
-                        "what a pixel with several samples is the mean of: its own area, or a Gaussian that "
-                        "reaches beyond: " +
-                            joinNames(pixelFilterNames()) + " (default: box)");
-    command->add_option("--seed", a->seed, "another choice of where in a pixel samples lie (default: 0)")
-        ->check(wholeNumberFrom(0));
-    command->add_option("--fetch", a->fetch, joinNames(fetchNames()));
-    command->add_option("--gradient", a->gradient,
-                        "how surfaces are found for shading: " + joinNames(gradientNames()) +
-                            " (default: central)");
-    command->add_flag("--no-shading", a->noShading, "colours as the transfer function has them");
-    command->add_flag("--no-skipping", a->noSkipping,
-                      "sample empty space too; the picture is the same, but where --samples auto asks empty "
-                      "space where to look");
-    command->add_option("--verify", a->verify,
-                        "draw some pixels again as they should be and say how wrong the picture is: " +
-                            joinNames(verifyNames()) + " (default: quick)");
-    command->add_flag("--no-check", a->noCheck, "the same as --verify none");
-    command->add_option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
-    command->add_option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
-    command->add_option("--gl-device", a->device, "auto, software, or a device's number")
-        ->capture_default_str();
-    command->add_flag("--explain", a->explain, "list what is in the picture and what was left out");
-    command->add_flag("--json", a->json, "print the picture's manifest and timings");
-    addSelectionOptions(*command, a->input);
-    command->add_option("--unit", a->unit, "HU: the values are in HU, though the file cannot say so (NIfTI)");
-    command->footer("Example:\n  tessera render abdomen.zarr -o liver.png --preset soft-tissue --view left");
-    command->callback([a, &common, &action] { action = [a, &common] { runRender(*a, common); }; });
+        .check(numberWithin(0, std::numeric_limits<double>::max(), "a number from 0 on"));
+    command.option("--first", a->first,
+                   "write a first, coarse picture here as soon as there is one, before the picture itself");
+    command.option("--edge-function", a->edgeFunction,
+                   "blend between bricks: " + joinNames(edgeFunctionNames()) + " (default: split)");
+    command.option("--sampling", a->sampling,
+                   "steps in coarse bricks: " + joinNames(samplingNames()) + " (default: limited)");
+    command.option("--isosurface", a->surfaces,
+                   "a surface of one value, e.g. 300, 300:#eeddcc or -400:#ffccaa:0.3 (colour, opacity); "
+                   "several are drawn with several such options");
+    command.option("--integrator", a->integrator,
+                   "what a segment of a ray adds: " + joinNames(integratorNames()) +
+                       " (default: auto, as the transfer function asks)");
+    command.option("--samples", a->samples,
+                   "rays through each pixel, 1 to " + std::to_string(PixelSampling::kMost) +
+                       ", whose mean it shows, or auto: more where they are needed; 1: one through its "
+                       "middle (default: auto; 1 with --engine mirror and reference)");
+    command.option("--pixel-filter", a->pixelFilter,
+                   "what a pixel with several samples is the mean of: its own area, or a Gaussian that "
+                   "reaches beyond: " +
+                       joinNames(pixelFilterNames()) + " (default: box)");
+    command.option("--seed", a->seed, "another choice of where in a pixel samples lie (default: 0)")
+        .check(wholeNumberFrom(0));
+    command.option("--fetch", a->fetch, joinNames(fetchNames()));
+    command.option("--gradient", a->gradient,
+                   "how surfaces are found for shading: " + joinNames(gradientNames()) +
+                       " (default: central)");
+    command.flag("--no-shading", a->noShading, "colours as the transfer function has them");
+    command.flag("--no-skipping", a->noSkipping,
+                 "sample empty space too; the picture is the same, but where --samples auto asks empty "
+                 "space where to look");
+    command.option("--verify", a->verify,
+                   "draw some pixels again as they should be and say how wrong the picture is: " +
+                       joinNames(verifyNames()) + " (default: quick)");
+    command.flag("--no-check", a->noCheck, "the same as --verify none");
+    command.option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
+    command.option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command.option("--gl-device", a->device, "auto, software, or a device's number").showsDefault();
+    command.flag("--explain", a->explain, "list what is in the picture and what was left out");
+    command.flag("--json", a->json, "print the picture's manifest and timings");
+    addSelectionOptions(command, a->input);
+    command.option("--unit", a->unit, "HU: the values are in HU, though the file cannot say so (NIfTI)");
+    command.footer("Example:\n  tessera render abdomen.zarr -o liver.png --preset soft-tissue --view left");
+    command.whenChosen([a, &common, &action] { action = [a, &common] { runRender(*a, common); }; });
 }
 
 } // namespace tessera

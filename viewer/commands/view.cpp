@@ -3,12 +3,10 @@
 #include "core/nearest_name.h"
 #include "viewer/commands/commands.h"
 #include "viewer/input/selection_options.h"
-#include "viewer/options/option_values.h"
 #include "viewer/presets/preset_library.h"
 #include "viewer/session/view_session.h"
 #include "viewer/window/run_window.h"
 
-#include <CLI/CLI.hpp>
 #include <memory>
 
 namespace tessera {
@@ -56,34 +54,30 @@ void runView(const ViewArguments& arguments, const CommonOptions& common) {
 
 } // namespace
 
-void addViewCommand(CLI::App& program, const CommonOptions& common, Action& action) {
-    auto* command = program.add_subcommand("view", "Open a window on a scene, a store or source files");
+void addViewCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command("view", "Open a window on a scene, a store or source files");
     auto a = std::make_shared<ViewArguments>();
-    command->add_option(
+    command.option(
         "X", a->in,
         "scene (.json), store (.zarr), DICOM folder, .nii, ... (default: none, drop one on the window)");
-    command->add_option("--size", a->size,
-                        "of the window, WIDTHxHEIGHT (default: as it was last, 1280x720 at first)");
-    command
-        ->add_option("--engine", a->engine,
-                     joinNames(kEngines) + "; auto: gpu where there is one, else native")
-        ->capture_default_str();
-    command->add_option(
+    command.option("--size", a->size,
+                   "of the window, WIDTHxHEIGHT (default: as it was last, 1280x720 at first)");
+    command.option("--engine", a->engine, joinNames(kEngines) + "; auto: gpu where there is one, else native")
+        .showsDefault();
+    command.option(
         "--gpu-memory", a->gpuMemory,
         "budget, e.g. 256MiB (default: 1 GiB at most); half of it for what moves, half for stills");
-    command->add_option("--ram", a->ram,
-                        "budget, e.g. 512MiB (default: 1 GiB at most); halved in the same way");
-    command
-        ->add_option("--frame-ms", a->frameMs, "milliseconds that a picture may take while something moves")
-        ->check(numberWithin(5, 10000, "milliseconds from 5 to 10000"))
-        ->capture_default_str();
-    command->add_flag("--no-stills", a->noStills, "at rest stays at one ray a pixel");
-    command->add_flag("--no-panels", a->noPanels, "begins with the picture alone");
-    command->add_option("--script", a->script,
-                        "file of steps to take instead of a hand (user guide, \"The window\")");
-    addSelectionOptions(*command, a->input);
-    command->footer("Example:\n  tessera view ct-abdomen/");
-    command->callback([a, &common, &action] { action = [a, &common] { runView(*a, common); }; });
+    command.option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most); halved in the same way");
+    command.option("--frame-ms", a->frameMs, "milliseconds that a picture may take while something moves")
+        .check(numberWithin(5, 10000, "milliseconds from 5 to 10000"))
+        .showsDefault();
+    command.flag("--no-stills", a->noStills, "at rest stays at one ray a pixel");
+    command.flag("--no-panels", a->noPanels, "begins with the picture alone");
+    command.option("--script", a->script,
+                   "file of steps to take instead of a hand (user guide, \"The window\")");
+    addSelectionOptions(command, a->input);
+    command.footer("Example:\n  tessera view ct-abdomen/");
+    command.whenChosen([a, &common, &action] { action = [a, &common] { runView(*a, common); }; });
 }
 
 } // namespace tessera

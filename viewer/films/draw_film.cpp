@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/interrupt.h"
+#include "core/stopwatch.h"
 #include "render/frame_renderer.h"
 #include "viewer/films/frame_folder.h"
 #include "viewer/films/movie_file.h"
@@ -21,10 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
-
-double secondsSince(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// FNV-1a, 64 bits: paths are long.
 std::string hashOf(const std::string& text) {

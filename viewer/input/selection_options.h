@@ -2,13 +2,10 @@
 #pragma once
 
 #include "viewer/input/volume_input.h"
-
-namespace CLI {
-class App;
-}
+#include "viewer/options/command.h"
 
 namespace tessera {
 
-void addSelectionOptions(CLI::App& command, InputOptions& input);
+void addSelectionOptions(Command& command, InputOptions& input);
 
 } // namespace tessera

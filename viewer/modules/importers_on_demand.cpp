@@ -5,7 +5,7 @@
 namespace tessera {
 namespace {
 
-const ImportModule& module() {
+const ImportModule& importModule() {
     static const auto* const table = static_cast<const ImportModule*>(loadModule("tessera_importers"));
     return *table;
 }
@@ -13,32 +13,32 @@ const ImportModule& module() {
 } // namespace
 
 Catalogue lookThrough(const std::filesystem::path& path, bool allowMissing) {
-    return module().look(path, allowMissing);
+    return importModule().look(path, allowMissing);
 }
 const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& options) {
-    return module().choose(catalogue, options);
+    return importModule().choose(catalogue, options);
 }
 std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueRow& row,
                                     const SourceOptions& options) {
-    return module().open(catalogue, row, options);
+    return importModule().open(catalogue, row, options);
 }
 std::string tableOf(const Catalogue& catalogue) {
-    return module().table(catalogue);
+    return importModule().table(catalogue);
 }
 std::string passedOverText(const Catalogue& catalogue, const CatalogueRow& row) {
-    return module().passedOver(catalogue, row);
+    return importModule().passedOver(catalogue, row);
 }
 bool passesOverSomething(const Catalogue& catalogue, const CatalogueRow& row) {
-    return module().passesOver(catalogue, row);
+    return importModule().passesOver(catalogue, row);
 }
 std::string countPassed(const std::vector<PassedFile>& passed) {
-    return module().count(passed);
+    return importModule().count(passed);
 }
 const char* keyOf(PassedReason reason) {
-    return module().key(reason);
+    return importModule().key(reason);
 }
 std::unique_ptr<SlabSource> openSource(const std::filesystem::path& path, const SourceOptions& options) {
-    return module().openPath(path, options);
+    return importModule().openPath(path, options);
 }
 
 } // namespace tessera

@@ -6,7 +6,7 @@
 namespace tessera {
 namespace {
 
-const PictureModule& module() {
+const PictureModule& pictureModule() {
     static const auto* const table = static_cast<const PictureModule*>(loadModule("tessera_pictures"));
     return *table;
 }
@@ -17,13 +17,13 @@ void checkImagePath(const std::filesystem::path& path) {
     pictureFormat(path); // long before there is a picture
 }
 void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest) {
-    module().write(path, image, manifest);
+    pictureModule().write(path, image, manifest);
 }
 Image readImage(const std::filesystem::path& path) {
-    return module().read(path);
+    return pictureModule().read(path);
 }
 std::string readManifest(const std::filesystem::path& path) {
-    return module().manifest(path);
+    return pictureModule().manifest(path);
 }
 
 } // namespace tessera

@@ -5,7 +5,7 @@
 namespace tessera {
 namespace {
 
-const PresetModule& module() {
+const PresetModule& presetModule() {
     static const auto* const table = static_cast<const PresetModule*>(loadModule("tessera_presets"));
     return *table;
 }
@@ -14,10 +14,10 @@ const PresetModule& module() {
 
 std::vector<ForeignPreset> readForeignPresets(const std::string& text, PresetFormat format,
                                               const std::string& where) {
-    return module().read(text, format, where);
+    return presetModule().read(text, format, where);
 }
 ForeignText writeForeignPreset(const Preset& preset, PresetFormat format) {
-    return module().write(preset, format);
+    return presetModule().write(preset, format);
 }
 
 } // namespace tessera

@@ -93,32 +93,32 @@ void applyCuts(const ModeOptions& options, Cuts& cuts) {
 
 } // namespace
 
-void addModeOptions(CLI::App& command, ModeOptions& options) {
-    command.add_option("--mode", options.mode,
-                       "what is made of the values along a ray: " + joinNames(modeNames()) +
-                           " (default: composite)");
-    command.add_option("--window", options.window,
-                       "grey of single values, CENTRE,WIDTH or " + joinNames(windowNames()) +
-                           " (default: auto: abdomen for HU, else all values)");
-    command.add_option("--value-colour", options.valueColour,
-                       "what a single value looks like: the window's grey or the preset's colour: " +
-                           joinNames(valueColourNames()) + " (default: window)");
-    command.add_option("--slice", options.slice,
-                       std::string("a plane: ") + kSliceForm +
-                           " (default: the volume's middle); means --mode slice");
-    command.add_option("--slab", options.slab,
-                       std::string("thickness of the slice and what it shows of it: ") + kSlabForm +
-                           " (default: 0, the plane alone)");
-    command.add_option("--crop", options.boxes,
-                       std::string("a box along the patient's axes, mm, that is drawn alone: ") + kCropForm +
-                           "; several are drawn where they overlap");
-    command.add_option("--crop-voxels", options.boxesInVoxels,
-                       std::string("the same along the volume's axes, in voxels from 0: ") + kCropForm);
-    command.add_option("--cut-plane", options.planes,
-                       std::string("what lies where the normal points to is drawn alone: ") + kPlaneForm +
-                           " (a point and a normal, mm); several cut together");
-    command.add_option("--keep", options.keep,
-                       "inside or outside of --crop, --crop-voxels and --cut-plane (default: inside)");
+void addModeOptions(Command& command, ModeOptions& options) {
+    command.option("--mode", options.mode,
+                   "what is made of the values along a ray: " + joinNames(modeNames()) +
+                       " (default: composite)");
+    command.option("--window", options.window,
+                   "grey of single values, CENTRE,WIDTH or " + joinNames(windowNames()) +
+                       " (default: auto: abdomen for HU, else all values)");
+    command.option("--value-colour", options.valueColour,
+                   "what a single value looks like: the window's grey or the preset's colour: " +
+                       joinNames(valueColourNames()) + " (default: window)");
+    command.option("--slice", options.slice,
+                   std::string("a plane: ") + kSliceForm +
+                       " (default: the volume's middle); means --mode slice");
+    command.option("--slab", options.slab,
+                   std::string("thickness of the slice and what it shows of it: ") + kSlabForm +
+                       " (default: 0, the plane alone)");
+    command.option("--crop", options.boxes,
+                   std::string("a box along the patient's axes, mm, that is drawn alone: ") + kCropForm +
+                       "; several are drawn where they overlap");
+    command.option("--crop-voxels", options.boxesInVoxels,
+                   std::string("the same along the volume's axes, in voxels from 0: ") + kCropForm);
+    command.option("--cut-plane", options.planes,
+                   std::string("what lies where the normal points to is drawn alone: ") + kPlaneForm +
+                       " (a point and a normal, mm); several cut together");
+    command.option("--keep", options.keep,
+                   "inside or outside of --crop, --crop-voxels and --cut-plane (default: inside)");
 }
 
 void applyModeOptions(const ModeOptions& options, Scene& scene) {

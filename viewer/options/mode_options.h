@@ -3,8 +3,8 @@
 #pragma once
 
 #include "core/scene.h"
+#include "viewer/options/command.h"
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
@@ -15,7 +15,7 @@ struct ModeOptions {
     std::vector<std::string> boxes, boxesInVoxels, planes;
     std::string keep;
 };
-void addModeOptions(CLI::App& command, ModeOptions& options);
+void addModeOptions(Command& command, ModeOptions& options);
 /// Options win over the scene. Throws InputError naming the option, also for one that its mode has no use
 /// for.
 void applyModeOptions(const ModeOptions& options, Scene& scene);

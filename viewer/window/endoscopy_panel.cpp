@@ -14,7 +14,7 @@ namespace {
 
 constexpr ImU32 kLineInk = IM_COL32(255, 110, 160, 220), kBranchInk = IM_COL32(255, 110, 160, 110),
                 kHere = IM_COL32(255, 230, 90, 255), kUnseen = IM_COL32(90, 210, 255, 255),
-                kFaint = IM_COL32(235, 235, 235, 110);
+                kCompassInk = IM_COL32(235, 235, 235, 110);
 constexpr double kMapShare = 0.26; // of the picture's height
 constexpr double kMapMargin = 12;
 constexpr std::size_t kListedPatches = 12; // the largest
@@ -227,7 +227,7 @@ void Endoscopy::drawMap(ImDrawList& draw, const Desk& desk, const Area& area) co
         return corner + scale * glm::dvec2(mm.x - low.x, high.z - mm.z);
     };
     draw.AddRectFilled(at(corner), at(corner + glm::dvec2(width, height)), IM_COL32(10, 12, 16, 190));
-    draw.AddRect(at(corner), at(corner + glm::dvec2(width, height)), kFaint);
+    draw.AddRect(at(corner), at(corner + glm::dvec2(width, height)), kCompassInk);
     for (const CentreLine& line : path_->lines)
         for (std::size_t i = 0; i + 1 < line.points.size(); ++i)
             draw.AddLine(at(onMap(line.points[i])), at(onMap(line.points[i + 1])), kLineInk, 1.2f);
@@ -239,8 +239,8 @@ void Endoscopy::drawMap(ImDrawList& draw, const Desk& desk, const Area& area) co
     draw.AddLine(at(here), at(here + 12.0 * glm::dvec2(forward.x, -forward.z)), kHere, 2);
     draw.AddCircleFilled(at(here), 3.5f, kHere);
     if (info.orientationKnown) {
-        draw.AddText(at(corner + glm::dvec2(3, height / 2 - 7)), kFaint, "R");
-        draw.AddText(at(corner + glm::dvec2(width - 12, height / 2 - 7)), kFaint, "L");
+        draw.AddText(at(corner + glm::dvec2(3, height / 2 - 7)), kCompassInk, "R");
+        draw.AddText(at(corner + glm::dvec2(width - 12, height / 2 - 7)), kCompassInk, "L");
     }
     char words[48];
     std::snprintf(words, sizeof words, "%.0f of %.0f mm", placeMm_, curve_->lengthMm());

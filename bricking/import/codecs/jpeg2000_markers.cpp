@@ -7,8 +7,8 @@
 namespace tessera {
 namespace {
 
-constexpr int kStart = 0xFF4F, kSize = 0xFF51, kCoding = 0xFF52, kComponentCoding = 0xFF53,
-              kTilePart = 0xFF90, kData = 0xFF93, kEnd = 0xFFD9;
+constexpr int kCodestream = 0xFF4F, kSize = 0xFF51, kCoding = 0xFF52, kComponentCoding = 0xFF53,
+              kTilePart = 0xFF90, kData = 0xFF93, kCodestreamEnd = 0xFFD9;
 constexpr std::uint32_t kMostTiles = 65535; // Isot has 16 bits
 
 struct TilePart {
@@ -80,7 +80,7 @@ std::vector<TilePart> findTileParts(const MarkerReader& reader, const Jpeg2000He
         part.length = at - part.at;
         parts.push_back(part);
     }
-    if (reader.u16(at) != kEnd)
+    if (reader.u16(at) != kCodestreamEnd)
         reader.refuse("a tile-part or the end marker at byte " + std::to_string(at),
                       hexByte(reader.u8(at)) + hexByte(reader.u8(at + 1)));
     if (parts.empty())
@@ -93,7 +93,7 @@ std::vector<TilePart> findTileParts(const MarkerReader& reader, const Jpeg2000He
 Jpeg2000Header readJpeg2000Header(const MarkerReader& reader) {
     Jpeg2000Header out;
     out.header.coding = StreamCoding::jpeg2000;
-    if (reader.u16(0) != kStart)
+    if (reader.u16(0) != kCodestream)
         reader.refuse("a codestream that begins with FF4F",
                       reader.u16(0) == 0xFFD8 ? "JPEG or JPEG-LS" : "another beginning");
     if (reader.u16(2) != kSize)
@@ -103,7 +103,7 @@ Jpeg2000Header readJpeg2000Header(const MarkerReader& reader) {
     while (reader.u16(at) != kTilePart) {
         const int marker = reader.u16(at);
         const auto length = static_cast<std::size_t>(reader.u16(at + 2));
-        if (marker < 0xFF30 || marker == kEnd || length < 2)
+        if (marker < 0xFF30 || marker == kCodestreamEnd || length < 2)
             reader.refuse("a marker segment at byte " + std::to_string(at), hexByte(marker & 255));
         if (marker == kSize)
             readSize(reader, at + 2, length, out);

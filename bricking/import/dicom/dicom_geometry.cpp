@@ -19,7 +19,6 @@ namespace {
 constexpr double kGapTolerance = 0.01; // of the median gap; beyond, voxels would be misplaced visibly
 constexpr double kDriftAlong = 0.25;   // of a gap: many small deviations must not add up to a squeezed volume
 constexpr double kMissingFactor = 1.5; // a gap above this many medians is a missing slice
-constexpr double kSamePlaceMm = 1e-3;  // headers are written with 3 to 7 decimals
 constexpr double kDirectionTolerance = 1e-3; // of unit vectors; 0.5 mm at the edge of a 500 mm field
 constexpr double kSpacingTolerance = 1e-3;   // of the pixel spacing, between slices
 constexpr double kDriftTolerance = 0.05;     // of a pixel, sideways from the straight stack

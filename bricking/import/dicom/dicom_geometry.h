@@ -11,6 +11,9 @@
 
 namespace tessera {
 
+/// Slices nearer than this lie in one place: headers are written with 3 to 7 decimals.
+constexpr double kSamePlaceMm = 1e-3;
+
 /// One slice of the result: (1-weight) * slice[lower] + weight * slice[lower+1], in sorted order.
 struct SliceSample {
     int lower = 0;

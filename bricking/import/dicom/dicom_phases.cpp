@@ -15,7 +15,6 @@
 namespace tessera {
 namespace {
 
-constexpr double kSamePlaceMm = 1e-3;                    // as in dicom_geometry.cpp
 constexpr std::size_t kPartBytes = std::size_t{1} << 20; // compared at once
 
 /// Slices by place, in space; those without a position are left out.

@@ -11,7 +11,8 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint32_t kItem = 0xE000FFFE, kSequenceEnd = 0xE0DDFFFE; // group first, as it lies in the file
+constexpr std::uint32_t kFragment = 0xE000FFFE,
+                        kLastFragment = 0xE0DDFFFE; // group first, as it lies in the file
 constexpr std::uint64_t kItemHeaderBytes = 8;
 constexpr std::size_t kMostFragments = 1 << 20;
 
@@ -32,9 +33,9 @@ std::vector<Fragment> readItems(const InputFile& file, std::uint64_t at) {
             throw badFile(where, "compressed pixels up to an end mark",
                           "the end of the file (is it truncated?)");
         const std::uint32_t tag = littleEndian(head.data()), length = littleEndian(head.data() + 4);
-        if (tag == kSequenceEnd)
+        if (tag == kLastFragment)
             return items;
-        if (tag != kItem)
+        if (tag != kFragment)
             throw badFile(where, "an item of compressed pixels at byte " + std::to_string(at),
                           "something else");
         if (length > file.sizeBytes() - at - kItemHeaderBytes)

@@ -16,7 +16,7 @@ using native::PacketBrick;
 
 constexpr int kBlocks = 4; // of a cell along an axis
 constexpr int kBlockExtent = kCellExtent / kBlocks;
-constexpr int kMostSamples = 10; // along a cell: its 8 of level 0, and one on both sides
+constexpr int kCellSamples = 10; // along a cell: its 8 of level 0, and one on both sides
 constexpr int kPoints = 9;       // planes between voxels along a cell, both its faces included
 constexpr int kRow = 12;         // floats of a row of points
 
@@ -97,11 +97,11 @@ void BlockRanges::rangesOfSamples(int level, const glm::ivec3& firstVoxel, CellR
     }
     // Samples of coarser levels lie in planes between voxels.
     const PointsAlong xs(firstVoxel.x, level), ys(firstVoxel.y, level), zs(firstVoxel.z, level);
-    PointRow alongX[kMostSamples][kMostSamples], alongY[kMostSamples][kPoints], points[kPoints][kPoints];
+    PointRow alongX[kCellSamples][kCellSamples], alongY[kCellSamples][kPoints], points[kPoints][kPoints];
     const int rows = Window(firstVoxel.y, level).count, slices = Window(firstVoxel.z, level).count;
     for (int z = 0; z < slices; ++z) {
         for (int y = 0; y < rows; ++y) {
-            const float* const from = samples_.rows[z * kMostSamples + y];
+            const float* const from = samples_.rows[z * kCellSamples + y];
             for (int x = 0; x < kPoints; ++x) {
                 const float a = from[xs.low[x]], b = from[xs.low[x] + 1];
                 alongX[z][y][x] = a + (b - a) * xs.part[x];
@@ -136,7 +136,7 @@ void BlockRanges::rangesOfBrick(const glm::ivec3& at, const glm::ivec3& firstVox
         least = glm::ivec3(-kApronBefore);
         last = glm::ivec3(kBrickExtent + kApronBehind - 1);
     }
-    std::int64_t offsets[3][kMostSamples];
+    std::int64_t offsets[3][kCellSamples];
     glm::ivec3 count(0);
     for (int axis = 0; axis < 3; ++axis) {
         const Window window(firstVoxel[axis], level);
@@ -165,7 +165,7 @@ void BlockRanges::rangesOfBrick(const glm::ivec3& at, const glm::ivec3& firstVox
 void BlockRanges::rangesOfLevel(int level, const glm::ivec3& firstVoxel, CellRanges& out) {
     const int edge = kBrickExtent >> level, last = edge - 1, shift = 5 - level;
     const glm::ivec3 end = levelExtent(plane_.info().extentVoxels, level) - 1;
-    std::int64_t bricks[3][kMostSamples], offsets[3][kMostSamples];
+    std::int64_t bricks[3][kCellSamples], offsets[3][kCellSamples];
     glm::ivec3 count(0);
     bool one = true;
     for (int axis = 0; axis < 3; ++axis) {
@@ -221,7 +221,7 @@ void BlockRanges::rangesOfLevel(int level, const glm::ivec3& firstVoxel, CellRan
     }
     for (int z = 0; z < count.z; ++z)
         for (int y = 0; y < count.y; ++y) {
-            auto& row = samples_.rows[z * kMostSamples + y];
+            auto& row = samples_.rows[z * kCellSamples + y];
             std::fill(row + count.x, std::end(row), row[0]);
         }
     rangesOfSamples(level, firstVoxel, out);
@@ -231,7 +231,7 @@ void BlockRanges::rangesOfLevel(int level, const glm::ivec3& firstVoxel, CellRan
 void BlockRanges::fill(const native::CellRows& part, float value) {
     for (int z = part.firstZ; z < part.endZ; ++z)
         for (int y = part.firstY; y < part.endY; ++y) {
-            auto& row = samples_.rows[z * kMostSamples + y];
+            auto& row = samples_.rows[z * kCellSamples + y];
             std::fill(row + part.first, row + part.last + 1, value);
         }
 }

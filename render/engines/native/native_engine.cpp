@@ -11,7 +11,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kMostSamples = std::size_t{1} << 31; // what 32 bits number
+constexpr std::size_t kNumberedSamples = std::size_t{1} << 31; // what 32 bits number
 
 /// As mirrorSeen(), over the engine's bricks.
 class NativeCounter : public VisibilityCounter {
@@ -71,7 +71,7 @@ TextureLimits NativeEngine::limits() const {
     limits.maxExtent = 1 << 15;
     limits.pageEdge = kApronedEdge;
     limits.readsOnce = true;
-    limits.maxBytes = kMostSamples * 2;
+    limits.maxBytes = kNumberedSamples * 2;
     limits.indexEntryBytes = sizeof(native::PacketBrick) + 3 * sizeof(BrickEntry);
     return limits;
 }

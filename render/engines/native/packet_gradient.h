@@ -195,7 +195,7 @@ inline __attribute__((noinline)) F3 differencesElsewhere(const PacketField& f, P
     return sobel([&](int n) { return v(n); }, h);
 }
 
-/// Of the kinds but analytic, of lanes whose neighbourhood lies in their brick.
+/// Of the kinds but central and analytic, of lanes whose neighbourhood lies in their brick.
 template <SampleKind K, bool Mixed>
 TESSERA_LANE F3 differencesHere(const PacketField& f, const Here<Mixed>& here, PacketGradient kind, F3 p,
                                 F pitch, M m) {
@@ -220,6 +220,25 @@ TESSERA_LANE F3 differencesHere(const PacketField& f, const Here<Mixed>& here, P
             (value({p.x, p.y, p.z + h}) - value({p.x, p.y, p.z - h})) / both};
 }
 
+/// Of the kinds but central and analytic. Lanes that lack a brick are taken from m. One text for every loop
+/// that asks: 27 values of Sobel's in each are minutes of the compiler.
+template <SampleKind K, bool Mixed>
+inline __attribute__((noinline)) F3 otherDifferences(const PacketField& f, const Here<Mixed>& here,
+                                                     PacketGradient kind, const F3& p, M& m) {
+    const F one(1.0f);
+    const F3 ones{one, one, one}, x = inBrick(here, p);
+    M inside = m & within(x, here.low + ones, here.high - ones);
+    if constexpr (Mixed)
+        inside = inside & within(x, here.innerLow + ones, here.innerHigh - ones);
+    F3 g = differencesHere<K>(f, here, kind, p, one / here.perVoxel, inside);
+    M rest = m & ~inside;
+    if (any(rest)) [[unlikely]] {
+        g = select(rest, differencesElsewhere<K, Mixed>(f, kind, p, rest), g);
+        m = inside | rest;
+    }
+    return g;
+}
+
 /// The gradient at p. Lanes that lack a brick are taken from m.
 /// @param rows  null, or what valueHere() took at p of lanes that were in the same bricks, all of m among
 /// them
@@ -228,37 +247,25 @@ TESSERA_LANE F3 gradientAt(const PacketField& f, const PacketHelp& help, const H
                            PacketGradient kind, F3 p, M& m, const LongRows* rows = nullptr) {
     if (kind == PacketGradient::analytic)
         return slopeOf(help, p, m);
+    if (kind != PacketGradient::central)
+        return otherDifferences<K>(f, here, kind, p, m);
     const F3 x = inBrick(here, p);
-    const F one(1.0f);
-    F pitch = one / here.perVoxel; // at most 16: bricks of one sample have no box
-    if (kind == PacketGradient::central) {
-        const M own = m & isHere(here, x);
-        Sides sides;
-        centralHere<K>(f, here, p, x, pitch, own, sides, rows);
-        M known = own;
-        for (const M& side : sides.known)
-            known = known & side;
-        M rest = m & ~known;
-        if (any(rest)) [[unlikely]] {
-            const M other = m & ~own;
-            if (any(other))
-                pitch = select(other, min(pitchElsewhere<Mixed>(f, p, other), F(16.0f)), pitch);
-            valuesOfSides<K, Mixed>(f, p, pitch, sides, rest);
-            m = known | rest;
-        }
-        return differencesOf(sides, pitch);
-    }
-    const F3 ones{one, one, one};
-    M inside = m & within(x, here.low + ones, here.high - ones);
-    if constexpr (Mixed)
-        inside = inside & within(x, here.innerLow + ones, here.innerHigh - ones);
-    F3 g = differencesHere<K>(f, here, kind, p, pitch, inside);
-    M rest = m & ~inside;
+    F pitch = F(1.0f) / here.perVoxel; // at most 16: bricks of one sample have no box
+    const M own = m & isHere(here, x);
+    Sides sides;
+    centralHere<K>(f, here, p, x, pitch, own, sides, rows);
+    M known = own;
+    for (const M& side : sides.known)
+        known = known & side;
+    M rest = m & ~known;
     if (any(rest)) [[unlikely]] {
-        g = select(rest, differencesElsewhere<K, Mixed>(f, kind, p, rest), g);
-        m = inside | rest;
+        const M other = m & ~own;
+        if (any(other))
+            pitch = select(other, min(pitchElsewhere<Mixed>(f, p, other), F(16.0f)), pitch);
+        valuesOfSides<K, Mixed>(f, p, pitch, sides, rest);
+        m = known | rest;
     }
-    return g;
+    return differencesOf(sides, pitch);
 }
 
 } // namespace tessera::TESSERA_LANES

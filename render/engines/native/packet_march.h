@@ -124,9 +124,6 @@ TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m, Long
     return valueAt<K>(s.field, here, p, x, inside, m, rows);
 }
 
-/// What lights what is shown; graded: opacity by gradient, and any of the others.
-enum class Light { none, head, lights, graded };
-
 /// Shares of light that reach p, of lanes whose gradient there has been taken: no brick is lacking.
 template <bool Mixed>
 TESSERA_LANE leaf::ReceivedLight<F> lightAt(const PacketScene& s, const Here<Mixed>& here, F3 p, M m) {
@@ -138,7 +135,10 @@ TESSERA_LANE leaf::ReceivedLight<F> lightAt(const PacketScene& s, const Here<Mix
     });
 }
 
-template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const PacketScene& s, PacketJob& job) {
+/// @tparam Graded  what is shown has gradients taken: it is lit, or its opacity goes by them. By what light
+/// is asked
+///                 where the light falls: a loop for each kind would double what is compiled.
+template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const PacketScene& s, PacketJob& job) {
     const PacketField& f = s.field;
     const PacketOptics& o = s.optics;
     const bool skips = s.space.map != nullptr;
@@ -146,7 +146,7 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
     const F segmentMm = load(job.segmentMm);
     const LeapingRays leaping = leapingRays(rays.entry, rays.step);
     F3 direction{F(0.0f), F(0.0f), F(0.0f)};
-    if constexpr (By != Light::none)
+    if constexpr (Graded)
         direction = transformed(o.toPatient, load3(job.direction));
     Here<Mixed> here;
     if constexpr (!Mixed) {
@@ -259,7 +259,7 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
         TableLook look;
         F place; // of the values that are lit
         LongRows rows;
-        const bool shares = !Ends && By != Light::none && o.gradient == PacketGradient::central;
+        const bool shares = !Ends && Graded && o.gradient == PacketGradient::central;
         LongRows* const kept = shares ? &rows : nullptr;
         if constexpr (Ends) {
             const M unknown = m & ~known;
@@ -280,37 +280,35 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
             waiting = waiting | lacks;
             active = active & ~lacks;
             extinction = extinctionBetween(o, front, back);
-            if constexpr (By == Light::lights || By == Light::graded)
+            if constexpr (Graded)
                 place = F(0.5f) * (front.place + back.place);
         } else {
             const M wanted = m;
-            const F value = valueOf<K, By != Light::none>(s, here, middle, m, kept);
+            const F value = valueOf<K, Graded>(s, here, middle, m, kept);
             const M lacks = wanted & ~m;
             waiting = waiting | lacks;
             active = active & ~lacks;
             look = lookUp(o, entriesOf(o, value));
-            if constexpr (By == Light::lights || By == Light::graded)
+            if constexpr (Graded)
                 place = placeOf(o, value);
             extinction = look.extinction;
         }
         M adds = m & (extinction > F(0.0f));
-        F3 gradient;
-        const auto takeGradients = [&] {
-            const M wanted = adds;
-            gradient = gradientAt<K>(f, s.help, here, o.gradient, middle, adds, kept);
-            const M lacks = wanted & ~adds;
-            waiting = waiting | lacks;
-            active = active & ~lacks;
-            m = m & ~lacks;
-            gradients += static_cast<unsigned>(count(adds));
-        };
-        if constexpr (By == Light::graded)
-            if (any(adds)) {
-                takeGradients();
-                extinction = extinction * gradientFactor(o, gradient);
-                adds = adds & (extinction > F(0.0f));
-            }
         if (any(adds)) {
+            F3 gradient;
+            if constexpr (Graded) {
+                const M wanted = adds;
+                gradient = gradientAt<K>(f, s.help, here, o.gradient, middle, adds, kept);
+                const M lacks = wanted & ~adds;
+                waiting = waiting | lacks;
+                active = active & ~lacks;
+                m = m & ~lacks;
+                gradients += static_cast<unsigned>(count(adds));
+                if (o.gradientOpacity.count > 0) {
+                    extinction = extinction * gradientFactor(o, gradient);
+                    adds = adds & (extinction > F(0.0f));
+                }
+            }
             const F depth = extinction * (length * segmentMm);
             const F opacity = opacityOf(depth, adds);
             F3 colour;
@@ -318,21 +316,17 @@ template <SampleKind K, bool Mixed, bool Ends, Light By> void march(const Packet
                 colour = colourBetween(o, front, back, depth, opacity, k, adds);
             else
                 colour = look.colour;
-            if constexpr (By == Light::head || By == Light::lights)
-                takeGradients();
-            const auto litByLights = [&] {
-                return o.lighting.channels == 0
-                           ? shadedByLights(o, colour, gradient, direction, middle, place, leaf::AllLight())
-                           : shadedByLights(o, colour, gradient, direction, middle, place,
-                                            lightAt<Mixed>(s, here, middle, adds));
-            };
-            if constexpr (By == Light::lights)
-                colour = litByLights();
-            else if constexpr (By == Light::head)
-                colour = shaded(o, colour, gradient, direction);
-            else if constexpr (By == Light::graded)
-                if (o.lit)
-                    colour = o.hasLights ? litByLights() : shaded(o, colour, gradient, direction);
+            if constexpr (Graded)
+                if (o.lit) {
+                    if (!o.hasLights)
+                        colour = shaded(o, colour, gradient, direction);
+                    else if (o.lighting.channels == 0)
+                        colour =
+                            shadedByLights(o, colour, gradient, direction, middle, place, leaf::AllLight());
+                    else
+                        colour = shadedByLights(o, colour, gradient, direction, middle, place,
+                                                lightAt<Mixed>(s, here, middle, adds));
+                }
             const F after = alpha + (F(1.0f) - alpha) * opacity;
             const F weight = after - alpha;
             sum = select(adds, sum + weight * colour, sum);
@@ -402,13 +396,9 @@ inline void bareSamples(const PacketScene& s, const std::int32_t (&brick)[3], in
 
 template <SampleKind K, bool Mixed> PacketMarch chosen(const PacketScene& s) {
     const bool ends = s.optics.integrator != PacketIntegrator::midpoint;
-    if (s.optics.gradientOpacity.count > 0)
-        return ends ? march<K, Mixed, true, Light::graded> : march<K, Mixed, false, Light::graded>;
-    if (s.optics.lit && s.optics.hasLights)
-        return ends ? march<K, Mixed, true, Light::lights> : march<K, Mixed, false, Light::lights>;
-    if (s.optics.lit)
-        return ends ? march<K, Mixed, true, Light::head> : march<K, Mixed, false, Light::head>;
-    return ends ? march<K, Mixed, true, Light::none> : march<K, Mixed, false, Light::none>;
+    if (s.optics.lit || s.optics.gradientOpacity.count > 0)
+        return ends ? march<K, Mixed, true, true> : march<K, Mixed, false, true>;
+    return ends ? march<K, Mixed, true, false> : march<K, Mixed, false, false>;
 }
 template <SampleKind K> PacketMarch chosen(const PacketScene& s) {
     return s.field.mixed ? chosen<K, true>(s) : chosen<K, false>(s);

@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/interrupt.h"
+#include "core/stopwatch.h"
 #include "core/threads.h"
 #include "render/engines/reference/reference.h"
 #include "render/renderer.h"
@@ -23,10 +24,6 @@ namespace tessera::accuracy {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-double secondsSince(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 constexpr const char* kOutOfTime = "left out: the time for pictures was over";
 constexpr int kWarmUps = 2;
 constexpr double kLongFrameMs = 1000; // warm after one

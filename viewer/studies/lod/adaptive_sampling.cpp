@@ -12,7 +12,7 @@ namespace tessera::bench {
 namespace {
 
 constexpr std::array<Sampling, 3> kSamplings = {Sampling::full, Sampling::limited, Sampling::naive};
-constexpr double kReductions[] = {11, 30}; // as in the source
+constexpr double kSamplingReductions[] = {11, 30}; // as in the source
 
 struct SamplingRow {
     Sampling sampling = Sampling::full;
@@ -80,7 +80,7 @@ Report samplingReport(const Workbench& bench) {
         for (const std::string& preset : volume.presets) {
             SceneBench scene(bench, volume, preset, "anterior", bench.fewerPixels());
             const Selection& culled = scene.culled();
-            for (const double reduction : kReductions) {
+            for (const double reduction : kSamplingReductions) {
                 const Selection selection = scene.chosenAt(reduction);
                 const double reached = scene.reductionOf(selection);
                 for (const bool skipping : {false, true}) {

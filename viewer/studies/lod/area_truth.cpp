@@ -5,6 +5,7 @@
 #include "core/colour.h"
 #include "core/image_metrics.h"
 #include "core/interrupt.h"
+#include "core/stopwatch.h"
 #include "render/engines/native/native_engine.h"
 #include "render/engines/reference/reference_engine.h"
 #include "render/picture.h"
@@ -25,11 +26,7 @@ namespace {
 
 constexpr int kAcross = 16; // pixels of a row of the array of rays
 constexpr float kShown = 1.0f / 255;
-constexpr std::size_t kAmpleBytes = std::size_t{4} << 30;
-
-double secondsSince(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+constexpr std::size_t kTruthBytes = std::size_t{4} << 30;
 
 /// From 0 to below 1, the same with every compiler.
 double unit(std::mt19937_64& random) {
@@ -234,7 +231,7 @@ AreaTruth areaTruth(const Scene& scene, const AreaTruthEffort& effort, std::size
     const auto start = std::chrono::steady_clock::now();
     {
         std::mt19937_64 random(effort.seed);
-        Ledger ram("RAM", "--ram", ramBytes), gpu("GPU memory", "--gpu-memory", kAmpleBytes);
+        Ledger ram("RAM", "--ram", ramBytes), gpu("GPU memory", "--gpu-memory", kTruthBytes);
         NativeEngine engine(0, gpu, ram);
         AreaCaster caster(asItIs, engine, EngineKind::native, ram, gpu);
         drawTruth(caster, effort, random, truth);
@@ -246,7 +243,7 @@ AreaTruth areaTruth(const Scene& scene, const AreaTruthEffort& effort, std::size
     if (chosen.empty())
         return truth;
     const auto second = std::chrono::steady_clock::now();
-    Ledger ram("RAM", "--ram", ramBytes), gpu("GPU memory", "--gpu-memory", kAmpleBytes);
+    Ledger ram("RAM", "--ram", ramBytes), gpu("GPU memory", "--gpu-memory", kTruthBytes);
     ReferenceEngine engine(asItIs, 0);
     AreaCaster caster(asItIs, engine, EngineKind::reference, ram, gpu);
     const Image reference = rowOf(caster, chosen, effort.referenceSide, effort.seed + 1);

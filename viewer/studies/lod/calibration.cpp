@@ -1,5 +1,6 @@
 // viewer/studies/lod/calibration.cpp: see calibration.h: draws the cases and finds the truth.
 #include "viewer/studies/lod/calibration.h"
+#include "core/stopwatch.h"
 
 #include "render/renderer.h"
 
@@ -50,7 +51,7 @@ CalibrationCase drawnCase(const Workbench& bench, Scene& scene, const Calibratio
     Ledger gpu("GPU memory", "--gpu-memory", budgetBytes);
     const auto start = std::chrono::steady_clock::now();
     RenderResult r = drawn(bench, scene, gpu);
-    c.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    c.seconds = secondsSince(start);
     scene.camera = r.camera;
     if (r.errors)
         c.predictedP99 = r.errors->luvP99();

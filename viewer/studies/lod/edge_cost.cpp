@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::array<EdgeFunction, 4> kFunctions = {EdgeFunction::nearest, EdgeFunction::minimum,
                                                     EdgeFunction::split, EdgeFunction::maximum};
-constexpr double kReductions[] = {8, 30, 120};
+constexpr double kEdgeReductions[] = {8, 30, 120};
 
 std::string nameOf(EdgeFunction function) {
     return edgeFunctionNames()[static_cast<std::size_t>(function)];
@@ -72,7 +72,7 @@ Report edgeCostReport(const Workbench& bench) {
             Setting setting;
             setting.sampling = Sampling::full;
             const Drawn truth = scene.draw(culled, setting);
-            for (const double reduction : kReductions) {
+            for (const double reduction : kEdgeReductions) {
                 const Selection selection = scene.chosenAt(reduction);
                 if (selection.uniform())
                     continue; // all edge functions are one there

@@ -14,8 +14,8 @@ namespace tessera::bench {
 namespace {
 
 constexpr int kBlocks = kGradientPixels / kBrickExtent;
-constexpr EdgeFunction kFunctions[] = {EdgeFunction::nearest, EdgeFunction::minimum, EdgeFunction::split,
-                                       EdgeFunction::maximum};
+constexpr EdgeFunction kAllFunctions[] = {EdgeFunction::nearest, EdgeFunction::minimum, EdgeFunction::split,
+                                          EdgeFunction::maximum};
 
 /// A picture as a volume one brick deep, its levels 2x2 means, for interblockValue().
 class PictureSamples {
@@ -130,7 +130,7 @@ std::vector<EdgeFunctionRow> compareEdgeFunctions(unsigned seeds) {
     const GreyPicture original = rotatedGradient();
     std::vector<EdgeFunctionRow> rows;
     for (unsigned seed = 1; seed <= seeds; ++seed)
-        for (const EdgeFunction function : kFunctions) {
+        for (const EdgeFunction function : kAllFunctions) {
             rows.push_back(measured(original, rebuilt(original, randomBlockLevels(seed), function)));
             rows.back().function = function;
             rows.back().seed = seed;
@@ -160,7 +160,7 @@ Report edgeFunctionReport(unsigned seeds) {
                  "mixes where it bends least (rms)"},
                 {},
                 true};
-    for (const EdgeFunction function : kFunctions) {
+    for (const EdgeFunction function : kAllFunctions) {
         EdgeFunctionRow sum;
         double count = 0, smoothest = 0;
         for (const EdgeFunctionRow& row : rows) {
@@ -190,7 +190,7 @@ Report edgeFunctionReport(unsigned seeds) {
                      " L*u*v* (bright), the same colours everywhere:";
     figure.columns = {"original"};
     figure.rows = {{"picture", {{"gradient-original", greyImage(original)}}}, {"error", {{}}}};
-    for (const EdgeFunction function : kFunctions) {
+    for (const EdgeFunction function : kAllFunctions) {
         const std::string name = edgeFunctionNames()[static_cast<std::size_t>(function)];
         const GreyPicture picture = rebuilt(original, levels, function);
         figure.columns.push_back(name);

@@ -9,7 +9,7 @@
 namespace tessera::bench {
 namespace {
 
-constexpr double kReductions[] = {8.9, 14.8, 22.1, 35.2}; // as in the source
+constexpr double kOcclusionReductions[] = {8.9, 14.8, 22.1, 35.2}; // as in the source
 constexpr double kMiB = 1024.0 * 1024.0;
 
 /// A selection of levels, and its pictures without occlusion and with.
@@ -37,7 +37,7 @@ void addScene(const Workbench& bench, const BenchVolume& volume, const std::stri
         SceneBench scene(bench, volume, preset, "anterior", bench.fewerPixels());
         name = scene.name();
         all.push_back({scene.culled(), scene.reductionOf(scene.culled()), scene.draw(scene.culled())});
-        for (const double wanted : kReductions) {
+        for (const double wanted : kOcclusionReductions) {
             if (wanted <= all.front().reduction)
                 continue; // leaving out what shows nothing does more than that
             Selection selection = scene.chosenAt(wanted);

@@ -10,7 +10,7 @@
 namespace tessera::bench {
 namespace {
 
-constexpr double kReductions[] = {8, 20, 80};
+constexpr double kPredictedReductions[] = {8, 20, 80};
 
 /// Errors of the bricks that show something, at one level.
 std::vector<double> column(const LevelErrors& errors, std::size_t level) {
@@ -89,7 +89,7 @@ Report predictionReport(const Workbench& bench) {
             const Drawn truth = scene.draw(culled);
             const LevelErrors sizes = sizeErrors(predicted.bricks, shows);
             const ViewWeights byDistance = distanceWeights(scene.weights());
-            for (const double reduction : kReductions) {
+            for (const double reduction : kPredictedReductions) {
                 if (reduction <= scene.reductionOf(culled))
                     continue; // everything fits: nothing to choose
                 const std::size_t pages = scene.pagesAt(reduction);

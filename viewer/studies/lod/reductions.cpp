@@ -13,7 +13,7 @@ namespace tessera::bench {
 namespace {
 
 constexpr double kLosslessMean = 0.5, kLosslessP99 = 3; // L*u*v*: "virtually lossless"
-constexpr double kReductions[] = {6, 80, 315};          // as in the source
+constexpr double kShownReductions[] = {6, 80, 315};     // as in the source
 constexpr double kErrorScale = 20;                      // L*u*v* that error pictures end at
 /// What no pixel of 8 bits can show.
 constexpr float kUnseen = 1.0f / 510;
@@ -108,13 +108,13 @@ std::pair<std::string, std::vector<Panel>> pictureRow(const Workbench& bench, co
     const auto panel = [&](const std::string& what, Image image) {
         return Panel{fileName(volume.name + "-" + preset, what), std::move(image)};
     };
-    Choice medium = drawn(subject, kReductions[1], Way::counted);
+    Choice medium = drawn(subject, kShownReductions[1], Way::counted);
     Image error = colourMapped(luvDifferences(medium.image, subject.truth.image), subject.truth.image.size,
                                kErrorScale);
     std::pair<std::string, std::vector<Panel>> row{volume.name + ", " + preset, {}};
     row.second.push_back(panel("lossless", drawn(subject, lossless, Way::counted).image));
     row.second.push_back(panel("80", std::move(medium.image)));
-    row.second.push_back(panel("315", drawn(subject, kReductions[2], Way::counted).image));
+    row.second.push_back(panel("315", drawn(subject, kShownReductions[2], Way::counted).image));
     row.second.push_back(panel("80-error", std::move(error)));
     row.second.insert(row.second.begin(), panel("finest", std::move(subject.truth.image)));
     return row;
@@ -156,7 +156,7 @@ Report reductionsReport(const Workbench& bench) {
                    true};
     Table errors{
         "reductions-errors", "At given reductions, mean and 99th percentile:", {"scene", "levels"}, {}, true};
-    for (const double reduction : kReductions)
+    for (const double reduction : kShownReductions)
         for (const char* what : {" got", " mean", " p99"})
             errors.columns.push_back(formatCell(reduction) + ":1" + what);
     Table curve{"reductions-curve",
@@ -191,11 +191,11 @@ Report reductionsReport(const Workbench& bench) {
                 for (std::size_t n = 0; n < kWays.size(); ++n) {
                     const Choice most = mostLossless(subject, kWays[n].first, rounds);
                     row.insert(row.end(), {most.reduction, most.error.luvMean, most.error.luvP99});
-                    reached[n] += most.reduction >= kReductions[0];
+                    reached[n] += most.reduction >= kShownReductions[0];
                     if (kWays[n].first == Way::counted && camera == "anterior")
                         losslessAnterior = most.reduction;
                     std::vector<Cell> given = {scene.name(), kWays[n].second};
-                    for (const double reduction : kReductions) {
+                    for (const double reduction : kShownReductions) {
                         const Choice choice = drawn(subject, reduction, kWays[n].first);
                         given.insert(given.end(),
                                      {choice.reduction, choice.error.luvMean, choice.error.luvP99});

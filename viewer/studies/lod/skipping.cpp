@@ -19,9 +19,9 @@ namespace tessera::bench {
 namespace {
 
 /// From nothing to the finest; each is the one before with one thing more.
-enum Way : std::size_t { kNone, kPlainChebyshev, kOctants, kBlocks, kWays };
-constexpr std::array<const char*, kWays> kWayNames = {"none", "plain Chebyshev", "octants",
-                                                      "blocks of 2 voxels"};
+enum Leap : std::size_t { kNone, kPlainChebyshev, kOctants, kBlocks, kLeaps };
+constexpr std::array<const char*, kLeaps> kWayNames = {"none", "plain Chebyshev", "octants",
+                                                       "blocks of 2 voxels"};
 
 struct WayRow {
     double samples = 0, iterations = 0;
@@ -46,11 +46,11 @@ class SkippingCase {
           plain_(octants_.plainChebyshev(ram)) {
         Work loading;
         atlas_.bricks.load(*p_.volume.cache, loading);
-        for (std::size_t way = 0; way < kWays; ++way)
-            count(static_cast<Way>(way));
+        for (std::size_t way = 0; way < kLeaps; ++way)
+            count(static_cast<Leap>(way));
     }
 
-    void time(Way way) {
+    void time(Leap way) {
         double findMs = 0;
         const Work work = draw(way, features_, nullptr, findMs);
         rows_[way].marchMs = std::min(rows_[way].marchMs, work.marchMs);
@@ -58,10 +58,10 @@ class SkippingCase {
     }
 
     double oracle() const { return oracle_; }
-    const WayRow& row(Way way) const { return rows_[way]; }
+    const WayRow& row(Leap way) const { return rows_[way]; }
 
   private:
-    void count(Way way) {
+    void count(Leap way) {
         Image image;
         double findMs = 0;
         // A sample that shows takes six more for its gradient: so the work says how many do.
@@ -77,7 +77,7 @@ class SkippingCase {
         rows_[way].iterations = static_cast<double>(work.iterations);
     }
 
-    Work draw(Way way, std::uint32_t features, Image* image, double& findMs) {
+    Work draw(Leap way, std::uint32_t features, Image* image, double& findMs) {
         if (way != kNone)
             features |= kFeatureSkipping;
         const Occupancy& map = way == kPlainChebyshev ? plain_ : octants_;
@@ -104,7 +104,7 @@ class SkippingCase {
     std::uint32_t features_;
     Atlas atlas_;
     Occupancy octants_, plain_;
-    std::array<WayRow, kWays> rows_;
+    std::array<WayRow, kLeaps> rows_;
     double oracle_ = 0;
     Image picture_;
 };
@@ -142,10 +142,10 @@ Report skippingReport(const Workbench& bench) {
             for (const Fetch fetch : {Fetch::hardware, Fetch::exact}) {
                 SkippingCase c(scene, fetch, scene.analysisRam(), gpu);
                 for (int i = 0; i < repeats; ++i)
-                    for (std::size_t way = 0; way < kWays; ++way)
-                        c.time(static_cast<Way>(i % 2 ? kWays - 1 - way : way));
-                for (std::size_t way = 0; way < kWays; ++way) {
-                    const WayRow& row = c.row(static_cast<Way>(way));
+                    for (std::size_t way = 0; way < kLeaps; ++way)
+                        c.time(static_cast<Leap>(i % 2 ? kLeaps - 1 - way : way));
+                for (std::size_t way = 0; way < kLeaps; ++way) {
+                    const WayRow& row = c.row(static_cast<Leap>(way));
                     table.rows.push_back({scene.name(), fetch == Fetch::hardware ? "hardware" : "exact",
                                           kWayNames[way], row.samples, row.samples / c.oracle(),
                                           row.iterations, row.marchMs, row.findMs, row.bytes,

@@ -1,16 +1,14 @@
-// viewer/commands/accuracy.cpp: `tessera accuracy SCENE -o FOLDER`: how wrong the picture is, what less error
-// costs, and what breaks; and with --all the scenes of docs/accuracy.md.
+// viewer/studies/accuracy_command.cpp: `tessera accuracy SCENE -o FOLDER`: how wrong the picture is, what
+// less error costs, and what breaks; and with --all the scenes of docs/accuracy.md.
 #include "bricking/store/store_reader.h"
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "core/preset.h"
 #include "core/scratch_folder.h"
 #include "render/engines/gpu/gl/context.h"
-#include "viewer/commands/commands.h"
 #include "viewer/input/named_scene.h"
 #include "viewer/input/volume_input.h"
 #include "viewer/manifest/build_commit.h"
-#include "viewer/options/option_values.h"
 #include "viewer/studies/accuracy/accuracy_report.h"
 #include "viewer/studies/accuracy/area_sweep.h"
 #include "viewer/studies/accuracy/light_sweep.h"
@@ -18,8 +16,8 @@
 #include "viewer/studies/accuracy/scenes.h"
 #include "viewer/studies/lod/workbench.h" // scansFolder
 #include "viewer/studies/report/page.h"
+#include "viewer/studies/study_commands.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
 #include <memory>
@@ -294,58 +292,52 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
 
 } // namespace
 
-void addAccuracyCommand(CLI::App& program, const CommonOptions& common, Action& action) {
-    auto* command = program.add_subcommand(
+void addAccuracyCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command(
         "accuracy", "Measure how wrong a scene's picture is, and what less error costs in time");
     auto a = std::make_shared<AccuracyArguments>();
-    command->add_option("SCENE", a->in, "scene (.json), store (.zarr), DICOM folder, .nii, ...");
-    command->add_option("-o,--output", a->out,
-                        "folder for the page accuracy.md and the folder accuracy beside it");
-    command->add_flag("--all", a->all, "the scenes of docs/accuracy.md instead of one");
-    command->add_option("--only", a->only,
-                        "with --all: of these scenes only: " + joinNames(standardSceneNames()));
-    command->add_option("--scans", a->scans,
-                        "with --all: folder with the public scans (default: $TESSERA_TEST_DATA)");
-    command->add_flag("--pixels-only", a->pixelsOnly,
-                      "measure what samples of a pixel cost and gain, and nothing else");
+    command.option("SCENE", a->in, "scene (.json), store (.zarr), DICOM folder, .nii, ...");
+    command.option("-o,--output", a->out,
+                   "folder for the page accuracy.md and the folder accuracy beside it");
+    command.flag("--all", a->all, "the scenes of docs/accuracy.md instead of one");
+    command.option("--only", a->only, "with --all: of these scenes only: " + joinNames(standardSceneNames()));
+    command.option("--scans", a->scans,
+                   "with --all: folder with the public scans (default: $TESSERA_TEST_DATA)");
+    command.flag("--pixels-only", a->pixelsOnly,
+                 "measure what samples of a pixel cost and gain, and nothing else");
     command
-        ->add_flag("--light-only", a->lightOnly,
-                   "measure what light of voxels errs by and takes, and nothing else")
-        ->excludes("--pixels-only");
-    command->add_flag("--quick", a->quick, "small pictures, fewer settings and repeats: about a minute");
+        .flag("--light-only", a->lightOnly,
+              "measure what light of voxels errs by and takes, and nothing else")
+        .excludes("--pixels-only");
+    command.flag("--quick", a->quick, "small pictures, fewer settings and repeats: about a minute");
     command
-        ->add_option("--seconds", a->seconds,
-                     "for the first pictures of a scene; settings that come later are left out, and listed, "
-                     "and times are taken in fewer repeats (default: 40 with --quick, else no limit)")
-        ->check(numberWithin(std::numeric_limits<double>::min(), std::numeric_limits<double>::max(),
-                             "seconds, more than 0"));
-    command->add_option("--integrators", a->integrators,
-                        "to compare, of " + joinNames(integratorNames()) + " (default: all but auto)");
-    command->add_option(
-        "--peers", a->peers,
-        "CSV files of other renderers on the same scenes: scene, renderer, time_min_ms, rmse");
-    command->add_option(
-        "--keep-scenes", a->keptScenes,
-        "with --all: folder for the scenes as files, with their volumes, which other renderers "
-        "can be measured on; without -o nothing else is done");
-    command->add_option("--size", a->size,
-                        "pixels, WIDTHxHEIGHT, at most 512 are drawn (default: the scene's)");
-    command->add_option("--preset", a->preset, "instead of the scene's transfer function");
-    command->add_flag("--no-shading", a->noShading, "colours as the transfer function has them");
-    command->add_option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
-    command->add_option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+        .option("--seconds", a->seconds,
+                "for the first pictures of a scene; settings that come later are left out, and listed, "
+                "and times are taken in fewer repeats (default: 40 with --quick, else no limit)")
+        .check(numberWithin(std::numeric_limits<double>::min(), std::numeric_limits<double>::max(),
+                            "seconds, more than 0"));
+    command.option("--integrators", a->integrators,
+                   "to compare, of " + joinNames(integratorNames()) + " (default: all but auto)");
+    command.option("--peers", a->peers,
+                   "CSV files of other renderers on the same scenes: scene, renderer, time_min_ms, rmse");
+    command.option("--keep-scenes", a->keptScenes,
+                   "with --all: folder for the scenes as files, with their volumes, which other renderers "
+                   "can be measured on; without -o nothing else is done");
+    command.option("--size", a->size, "pixels, WIDTHxHEIGHT, at most 512 are drawn (default: the scene's)");
+    command.option("--preset", a->preset, "instead of the scene's transfer function");
+    command.flag("--no-shading", a->noShading, "colours as the transfer function has them");
+    command.option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
+    command.option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command
-        ->add_option("--engine", a->engine,
-                     "that draws what is measured: " + joinNames(bench::studyEngineNames()))
-        ->capture_default_str();
-    command->add_option("--gl-device", a->device, "auto, software or a number")->capture_default_str();
-    command->add_option("--series", a->input.series, "source files: number of the DICOM series")
-        ->check(wholeNumberFrom(1));
-    command->add_flag("--largest", a->input.largest,
-                      "source files: of a folder with several, the largest CT");
-    command->add_flag("--resample-z", a->input.resampleZ, "source files: interpolate uneven slices");
-    command->footer("Example:\n  tessera accuracy scene.json -o results --quick");
-    command->callback([a, &common, &action] { action = [a, &common] { runAccuracy(*a, common); }; });
+        .option("--engine", a->engine, "that draws what is measured: " + joinNames(bench::studyEngineNames()))
+        .showsDefault();
+    command.option("--gl-device", a->device, "auto, software or a number").showsDefault();
+    command.option("--series", a->input.series, "source files: number of the DICOM series")
+        .check(wholeNumberFrom(1));
+    command.flag("--largest", a->input.largest, "source files: of a folder with several, the largest CT");
+    command.flag("--resample-z", a->input.resampleZ, "source files: interpolate uneven slices");
+    command.footer("Example:\n  tessera accuracy scene.json -o results --quick");
+    command.whenChosen([a, &common, &action] { action = [a, &common] { runAccuracy(*a, common); }; });
 }
 
 } // namespace tessera

@@ -1,16 +1,15 @@
-// viewer/commands/bench.cpp: `tessera bench lod -o FOLDER`, `tessera bench memory` and `tessera bench
+// viewer/studies/bench_command.cpp: `tessera bench lod -o FOLDER`, `tessera bench memory` and `tessera bench
 // picture`: the measurements behind docs/level-of-detail.md and docs/first-picture.md, made again by one
 // command each.
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "core/scratch_folder.h"
-#include "viewer/commands/commands.h"
 #include "viewer/studies/lod/edge_functions.h"
 #include "viewer/studies/lod/experiments.h"
 #include "viewer/studies/memory/memory_budgets.h"
 #include "viewer/studies/report/page.h"
+#include "viewer/studies/study_commands.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <map>
 #include <memory>
@@ -171,63 +170,60 @@ void runBench(const BenchArguments& arguments, const Page& page, const CommonOpt
     common.note("wrote " + (fs::path(arguments.out) / (std::string(page.name) + ".md")).string());
 }
 
-void addCommon(CLI::App& command, BenchArguments& arguments, const Page& page) {
+void addCommon(Command& command, BenchArguments& arguments, const Page& page) {
     const std::string name = page.name;
     command
-        .add_option("-o,--output", arguments.out,
-                    "folder for the page " + name + ".md and the folder " + name + " beside it")
-        ->required();
-    command.add_option("--scans", arguments.scans,
-                       "folder with the public scans that the page names (default: $TESSERA_TEST_DATA)");
-    command.add_option("--volumes", arguments.volumes,
-                       "of these volumes only: " + joinNames(volumesOf(page)));
-    command.add_flag("--quick", arguments.quick, "small volumes and pictures: to see that all works");
-    command.add_option("--ram", arguments.ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+        .option("-o,--output", arguments.out,
+                "folder for the page " + name + ".md and the folder " + name + " beside it")
+        .required();
+    command.option("--scans", arguments.scans,
+                   "folder with the public scans that the page names (default: $TESSERA_TEST_DATA)");
+    command.option("--volumes", arguments.volumes, "of these volumes only: " + joinNames(volumesOf(page)));
+    command.flag("--quick", arguments.quick, "small volumes and pictures: to see that all works");
+    command.option("--ram", arguments.ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command
-        .add_option("--engine", arguments.engine,
-                    "that draws: " + joinNames(studyEngineNames()) +
-                        "; the skipping section is of the march in OpenGL, and the framing and calibration "
-                        "sections name theirs")
-        ->capture_default_str();
-    command.add_option("--gl-device", arguments.device, "auto, software or a number")->capture_default_str();
+        .option("--engine", arguments.engine,
+                "that draws: " + joinNames(studyEngineNames()) +
+                    "; the skipping section is of the march in OpenGL, and the framing and calibration "
+                    "sections name theirs")
+        .showsDefault();
+    command.option("--gl-device", arguments.device, "auto, software or a number").showsDefault();
 }
 
 } // namespace
 
-void addBenchCommand(CLI::App& program, const CommonOptions& common, Action& action) {
-    auto* command =
-        program.add_subcommand("bench", "Measure first pictures and levels of detail; makes the pages "
-                                        "of docs/ again");
-    command->require_subcommand(1);
-    command->footer("Example:\n  tessera bench lod -o results --quick");
+void addBenchCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command("bench", "Measure first pictures and levels of detail; makes the pages "
+                                               "of docs/ again");
+    command.needsCommand();
+    command.footer("Example:\n  tessera bench lod -o results --quick");
     auto arguments = std::make_shared<BenchArguments>();
     const auto add = [&](const char* name, const char* about, const Page& page) {
-        auto* const one = command->add_subcommand(name, about);
-        addCommon(*one, *arguments, page);
+        Command one = command.command(name, about);
+        addCommon(one, *arguments, page);
         return one;
     };
 
-    auto* lod = add("lod", "Edge functions, sampling, reductions, predictions, budgets, promised errors",
-                    levelsPage());
-    lod->add_option("--only", arguments->only,
-                    "sections to make: " + joinNames(experimentNames(levelsPage())));
-    lod->footer("Example:\n  tessera bench lod -o results --scans scans --only gradient");
-    lod->callback([arguments, &common, &action] {
+    Command lod = add("lod", "Edge functions, sampling, reductions, predictions, budgets, promised errors",
+                      levelsPage());
+    lod.option("--only", arguments->only, "sections to make: " + joinNames(experimentNames(levelsPage())));
+    lod.footer("Example:\n  tessera bench lod -o results --scans scans --only gradient");
+    lod.whenChosen([arguments, &common, &action] {
         action = [arguments, &common] { runBench(*arguments, levelsPage(), common); };
     });
 
-    auto* memory = add("memory", "Budgets of GPU memory, from a scene's floor to unlimited", levelsPage());
-    memory->footer("Example:\n  tessera bench memory -o results --quick");
-    memory->callback([arguments, &common, &action] {
+    Command memory = add("memory", "Budgets of GPU memory, from a scene's floor to unlimited", levelsPage());
+    memory.footer("Example:\n  tessera bench memory -o results --quick");
+    memory.whenChosen([arguments, &common, &action] {
         arguments->only = {"memory"};
         action = [arguments, &common] { runBench(*arguments, levelsPage(), common); };
     });
 
-    auto* picture = add("picture", "What fills the picture, and how smooth surfaces look", picturePage());
-    picture->add_option("--only", arguments->only,
-                        "sections to make: " + joinNames(experimentNames(picturePage())));
-    picture->footer("Example:\n  tessera bench picture -o results --scans scans --volumes abdomen");
-    picture->callback([arguments, &common, &action] {
+    Command picture = add("picture", "What fills the picture, and how smooth surfaces look", picturePage());
+    picture.option("--only", arguments->only,
+                   "sections to make: " + joinNames(experimentNames(picturePage())));
+    picture.footer("Example:\n  tessera bench picture -o results --scans scans --volumes abdomen");
+    picture.whenChosen([arguments, &common, &action] {
         action = [arguments, &common] { runBench(*arguments, picturePage(), common); };
     });
 }
