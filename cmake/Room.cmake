@@ -30,9 +30,17 @@ function(tessera_room target)
     add_library(${target} STATIC ${ARG_SOURCES})
     target_include_directories(${target} PUBLIC ${view})
     target_link_libraries(${target} PUBLIC tessera_options ${ARG_USES} PRIVATE ${ARG_PRIVATE})
+    tessera_in_unity(${target})
   else()
     add_library(${target} INTERFACE)
     target_include_directories(${target} INTERFACE ${view})
     target_link_libraries(${target} INTERFACE tessera_options ${ARG_USES})
   endif()
+endfunction()
+
+# Sources of a target are compiled several at a time, so that what they include is read once for all of them. Names in
+# their anonymous namespaces must therefore differ within a target.
+set(TESSERA_UNITY_BATCH 10 CACHE STRING "Sources that are compiled as one with TESSERA_UNITY")
+function(tessera_in_unity target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${TESSERA_UNITY} UNITY_BUILD_BATCH_SIZE ${TESSERA_UNITY_BATCH})
 endfunction()
