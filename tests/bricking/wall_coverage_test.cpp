@@ -21,7 +21,7 @@ namespace {
 using std::numbers::pi;
 using ::testing::HasSubstr;
 
-constexpr std::size_t kPlenty = std::size_t{256} << 20;
+constexpr std::size_t kWallBytes = std::size_t{256} << 20;
 constexpr double kRadius = 10;
 
 CentreLine lineOf(std::vector<glm::dvec3> points, double radius) {
@@ -57,7 +57,7 @@ CoverageRequest requestOf(const Path& path, bool bothWays = false) {
 }
 
 WallCoverage measure(const ChunkSource& source, const CoverageRequest& request, int threads = 2,
-                     std::size_t budget = kPlenty) {
+                     std::size_t budget = kWallBytes) {
     Ledger ram("RAM", "--ram", budget);
     Progress silent;
     WallCoverage found = measureWallCoverage(source, request, ram, silent, threads);
@@ -65,7 +65,7 @@ WallCoverage measure(const ChunkSource& source, const CoverageRequest& request, 
     return found;
 }
 
-std::string refusal(const ChunkSource& source, const CoverageRequest& request, std::size_t budget = kPlenty) {
+std::string refusal(const ChunkSource& source, const CoverageRequest& request, std::size_t budget = kWallBytes) {
     try {
         measure(source, request, 2, budget);
     } catch (const InputError& error) {

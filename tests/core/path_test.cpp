@@ -57,13 +57,13 @@ json whole() {
               {"clearance", 0.75}}}};
 }
 
-Path parse(const json& document) {
+Path pathOf(const json& document) {
     return parsePath(document.dump(), "p.json");
 }
 
 std::string refusal(const json& document) {
     try {
-        parse(document);
+        pathOf(document);
     } catch (const InputError& e) {
         return e.what();
     }
@@ -71,7 +71,7 @@ std::string refusal(const json& document) {
 }
 
 TEST(Path, IsReadAndWrittenWithoutLoss) {
-    const Path path = parse(whole());
+    const Path path = pathOf(whole());
     ASSERT_EQ(path.lines.size(), 2U);
     EXPECT_EQ(path.lines[1].parent, 0U);
     EXPECT_EQ(path.lines[1].leavesAtMm, 3);
@@ -156,13 +156,13 @@ TEST(Path, StrictReading) {
     for (std::size_t n = 0; n < good.size(); n += 31)
         EXPECT_THROW(parsePath(good.substr(0, n), "p"), InputError);
     EXPECT_THROW(loadPath("/no/such/path.json"), InputError);
-    Path bad = parse(whole());
+    Path bad = pathOf(whole());
     bad.lines[0].points[3].y = std::numeric_limits<double>::quiet_NaN();
     EXPECT_THROW(checkPath(bad, "p"), InputError);
 }
 
 TEST(Path, RouteTurnsIntoTheBranchWhereItLeaves) {
-    const Path path = parse(whole());
+    const Path path = pathOf(whole());
     const std::vector<RoutePoint> route = routeOf(path.lines, path.flight->route);
     // 0, 1, 2 along x, then the branch from (3, 0, 0) on
     ASSERT_EQ(route.size(), 9U);
@@ -175,20 +175,20 @@ TEST(Path, RouteTurnsIntoTheBranchWhereItLeaves) {
     EXPECT_EQ(routeOf(path.lines, {0}).back().alongMm, 5);
 }
 
-void collect(const json& schema, const json& root, const std::string& path,
+void collectKeys(const json& schema, const json& root, const std::string& path,
              std::map<std::string, std::set<std::string>>& keys) {
     if (schema.contains("$ref")) {
         const std::string to = schema["$ref"].get<std::string>();
         if (to.starts_with("#")) // what is of scenes is tested with them
-            collect(root.at(json::json_pointer(to.substr(1))), root, path, keys);
+            collectKeys(root.at(json::json_pointer(to.substr(1))), root, path, keys);
     }
     if (schema.contains("items"))
-        collect(schema["items"], root, path + "[]", keys);
+        collectKeys(schema["items"], root, path + "[]", keys);
     if (schema.contains("properties")) {
         EXPECT_EQ(schema.value("additionalProperties", true), false) << path;
         for (const auto& [key, value] : schema["properties"].items()) {
             keys[path].insert(key);
-            collect(value, root, path + "." + key, keys);
+            collectKeys(value, root, path + "." + key, keys);
         }
     }
 }
@@ -206,7 +206,7 @@ TEST(Path, SchemaAndParserKnowTheSameKeys) {
     const json schema = json::parse(readTextFile(TESSERA_SOURCE_DIR "/docs/path.schema.json"));
     const json scene = json::parse(readTextFile(TESSERA_SOURCE_DIR "/docs/scene.schema.json"));
     std::map<std::string, std::set<std::string>> published, parsed;
-    collect(schema, schema, "$", published);
+    collectKeys(schema, schema, "$", published);
     for (const auto& [path, names] : pathKeys())
         parsed[path] = {names.begin(), names.end()};
     EXPECT_EQ(published, parsed);

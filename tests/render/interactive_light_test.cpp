@@ -18,8 +18,8 @@ using namespace tessera::test;
 using std::chrono::milliseconds;
 using Clock = InteractiveRenderer::Clock;
 
-constexpr glm::ivec2 kSize(40, 36);
-constexpr std::size_t kAmple = std::size_t{1} << 30;
+constexpr glm::ivec2 kLitSize(40, 36);
+constexpr std::size_t kAmpleForLight = std::size_t{1} << 30;
 
 Light keyLight(LightFrame frame, double softness) {
     Light light;
@@ -32,7 +32,7 @@ Light keyLight(LightFrame frame, double softness) {
 }
 
 Scene litScene() {
-    Scene scene = interactiveScene("soft-tissue", 0, kSize);
+    Scene scene = interactiveScene("soft-tissue", 0, kLitSize);
     scene.lighting.lights = {keyLight(LightFrame::camera, 4), Light{}};
     scene.lighting.occlusion = Occlusion{.rays = 16, .radiusMm = 12};
     return scene;
@@ -69,7 +69,7 @@ Pictures picturesUntilAtRest(Session& session, milliseconds each = milliseconds(
 /// drawn.
 Pictures hastyPictures(Session& session, double stepVoxels) {
     Pictures pictures;
-    session.renderer.setHaste(InteractiveRenderer::Haste{kSize, stepVoxels});
+    session.renderer.setHaste(InteractiveRenderer::Haste{kLitSize, stepVoxels});
     for (int n = 0, still = 0; n < 5000 && still < 50; ++n) {
         const auto progress = session.renderer.advance(Clock::now() + milliseconds(5));
         still = progress.newPicture || progress.movesLeft > 0 || progress.choosing ? 0 : still + 1;
@@ -86,7 +86,7 @@ Pictures hastyPictures(Session& session, double stepVoxels) {
 Image alone(const Scene& scene, bool native) {
     InteractiveOptions options;
     options.coarseLightFirst = false;
-    Session session(scene, kAmple, options, storePath("torso"), native);
+    Session session(scene, kAmpleForLight, options, storePath("torso"), native);
     const Pictures pictures = picturesUntilAtRest(session);
     for (const bool coarse : pictures.coarse)
         EXPECT_FALSE(coarse);
@@ -104,7 +104,7 @@ TEST_P(InteractiveLight, IsCoarseFirstAndWholeInTheEnd) {
     unlit.lighting.lights[0].shadow = false;
     Pictures coarse, pictures;
     {
-        Session session(scene, kAmple, {}, storePath("torso"), GetParam());
+        Session session(scene, kAmpleForLight, {}, storePath("torso"), GetParam());
         coarse = hastyPictures(session, scene.quality.stepVoxels);
         pictures = picturesUntilAtRest(session, milliseconds(1));
         session.checkStep();
@@ -124,13 +124,13 @@ TEST_P(InteractiveLight, IsCoarseFirstAndWholeInTheEnd) {
     EXPECT_LT(compare(coarse.last(), whole).rms, 0.8 * without);
 }
 
-struct Change {
+struct LitChange {
     const char* name;
     std::function<void(InteractiveRenderer&, Scene&)> make;
 };
-std::vector<Change> changes() {
+std::vector<LitChange> litChanges() {
     const auto relight = [](const char* name, const std::function<void(Scene&)>& edit) {
-        return Change{name, [edit](InteractiveRenderer& r, Scene& s) {
+        return LitChange{name, [edit](InteractiveRenderer& r, Scene& s) {
                           edit(s);
                           EXPECT_TRUE(r.setLight(s.lighting, s.shading));
                       }};
@@ -143,7 +143,7 @@ std::vector<Change> changes() {
          }},
         {"a camera that carries the light",
          [](InteractiveRenderer& r, Scene& s) {
-             s.camera = cameraNumber(1, infoOf("torso"), kSize);
+             s.camera = cameraNumber(1, infoOf("torso"), kLitSize);
              r.setCamera(std::get<Camera>(s.camera));
          }},
         relight("how bright a light is", [](Scene& s) { s.lighting.lights[0].intensity = 0.5; }),
@@ -166,9 +166,9 @@ std::vector<Change> changes() {
         {"a camera in haste, and rest",
          [](InteractiveRenderer& r, Scene& s) {
              for (int n = 0; n < 3; ++n) {
-                 s.camera = cameraNumber(n, infoOf("torso"), kSize);
+                 s.camera = cameraNumber(n, infoOf("torso"), kLitSize);
                  r.setCamera(std::get<Camera>(s.camera));
-                 r.setHaste(InteractiveRenderer::Haste{kSize / 2, 1});
+                 r.setHaste(InteractiveRenderer::Haste{kLitSize / 2, 1});
                  for (int turn = 0; turn < 8; ++turn)
                      r.advance(Clock::now() + milliseconds(10));
              }
@@ -181,11 +181,11 @@ TEST_P(InteractiveLight, ComesToTheSameWhateverWasSetBefore) {
     Scene scene = litScene();
     std::vector<Scene> scenes;
     std::vector<Image> pictures;
-    const std::vector<Change> all = changes();
+    const std::vector<LitChange> all = litChanges();
     {
-        Session session(scene, kAmple, {}, storePath("torso"), GetParam());
+        Session session(scene, kAmpleForLight, {}, storePath("torso"), GetParam());
         picturesUntilAtRest(session);
-        for (const Change& change : all) {
+        for (const LitChange& change : all) {
             change.make(session.renderer, scene);
             const Pictures drawn = picturesUntilAtRest(session, milliseconds(3));
             ASSERT_FALSE(drawn.all.empty()) << change.name;
@@ -208,7 +208,7 @@ TEST_P(InteractiveLight, ComesToTheSameWhateverWasSetBefore) {
 TEST_P(InteractiveLight, AnEditOfLightsComputesWhatDependsOnIt) {
     Scene scene = litScene();
     scene.lighting.finestLevel = 3; // coarse light is all there is: one pass
-    Session session(scene, kAmple, {}, storePath("torso"), GetParam());
+    Session session(scene, kAmpleForLight, {}, storePath("torso"), GetParam());
     picturesUntilAtRest(session);
     const auto bytesOf = [&](const auto& edit) {
         const std::uint64_t before = session.renderer.work().bytesUploaded;
@@ -227,7 +227,7 @@ TEST_P(InteractiveLight, AnEditOfLightsComputesWhatDependsOnIt) {
 
 TEST_P(InteractiveLight, WhatTakesAnotherRendererIsRefused) {
     const Scene scene = litScene();
-    Session session(scene, kAmple, {}, storePath("torso"), GetParam());
+    Session session(scene, kAmpleForLight, {}, storePath("torso"), GetParam());
     const Image before = picturesUntilAtRest(session).last();
     Lighting more = scene.lighting, less = scene.lighting, wider = scene.lighting;
     more.lights.push_back(keyLight(LightFrame::patient, 0));
@@ -240,7 +240,7 @@ TEST_P(InteractiveLight, WhatTakesAnotherRendererIsRefused) {
         EXPECT_FALSE(session.renderer.setLight(lighting, scene.shading));
     for (const Shading& shading : {unlit, sobel})
         EXPECT_FALSE(session.renderer.setLight(scene.lighting, shading));
-    session.renderer.setHaste(InteractiveRenderer::Haste{kSize, 1});
+    session.renderer.setHaste(InteractiveRenderer::Haste{kLitSize, 1});
     session.renderer.setHaste(std::nullopt); // drawn again
     EXPECT_TRUE(bitEqual(picturesUntilAtRest(session).last(), before));
 }

@@ -19,7 +19,7 @@ namespace {
 
 using namespace tessera::test;
 
-constexpr glm::ivec2 kPicture(24, 18), kArray(37, 23); // no packet's edges divide the array
+constexpr glm::ivec2 kWhole(24, 18), kPlaces(37, 23); // no packet's edges divide the array
 
 VolumeInfo infoOf(const std::string& store) {
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
@@ -70,23 +70,23 @@ void expectPlaces(Engine& engine, Prepared& prepared, bool picturesOfAnySize) {
     const RayFrame<double>& frame = p.view.frame;
     const Image today = draw(raysOf(p));
     EXPECT_FALSE(isBlank(today));
-    const Places middle = middles(kPicture, 1);
+    const Places middle = middles(kWhole, 1);
     EXPECT_TRUE(bitEqual(draw(middle.of(frame, p.strides())), today));
     if (picturesOfAnySize) {
-        const Places quarters = middles(kPicture, 2);
+        const Places quarters = middles(kWhole, 2);
         EXPECT_TRUE(
             bitEqual(draw(quarters.of(frame, p.strides())), draw({twiceAsLarge(frame), p.strides()})));
     }
     // The same middles in another order, in an array of another shape with some of them twice.
-    std::vector<std::size_t> order(rayCount(kPicture));
+    std::vector<std::size_t> order(rayCount(kWhole));
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::shuffle(order.begin(), order.end(), std::mt19937(5));
-    Places shuffled{{}, kArray};
-    for (std::size_t i = 0; i < rayCount(kArray); ++i)
+    Places shuffled{{}, kPlaces};
+    for (std::size_t i = 0; i < rayCount(kPlaces); ++i)
         shuffled.all.push_back(middle.all[order[i % order.size()]]);
     const Rays rays = shuffled.of(frame, p.strides());
     const Image drawn = draw(rays);
-    ASSERT_EQ(drawn.size, kArray);
+    ASSERT_EQ(drawn.size, kPlaces);
     std::size_t different = 0;
     for (std::size_t i = 0; i < drawn.pixels.size(); ++i)
         different += drawn.pixels[i] != today.pixels[order[i % order.size()]];
@@ -98,7 +98,7 @@ void expectPlaces(Engine& engine, Prepared& prepared, bool picturesOfAnySize) {
 TEST(Places, AreWhatTheySayOnEveryEngine) {
     const GlContext context({"software"});
     for (const int camera : {0, 1, 2}) {
-        const Scene scene = sceneOn(infoOf("torso"), "soft-tissue", camera, kPicture);
+        const Scene scene = sceneOn(infoOf("torso"), "soft-tissue", camera, kWhole);
         Prepared prepared("torso", scene);
         Ledger& gpu = prepared.budgets.gpu;
         Ledger& ram = prepared.budgets.ram;
@@ -122,9 +122,9 @@ TEST(Places, OfTheReferenceAreThoseOfLargerPictures) {
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
     for (const int camera : {0, 1, 2}) {
-        const Camera c = cameraNumber(camera, info, kPicture);
-        const auto rays = referenceRays(c, info, kPicture, middles(kPicture, 2).all);
-        const auto larger = referenceRays(c, info, 2 * kPicture);
+        const Camera c = cameraNumber(camera, info, kWhole);
+        const auto rays = referenceRays(c, info, kWhole, middles(kWhole, 2).all);
+        const auto larger = referenceRays(c, info, 2 * kWhole);
         ASSERT_EQ(rays.size(), larger.size());
         for (std::size_t i = 0; i < rays.size(); ++i) {
             ASSERT_EQ(rays[i].base, larger[i].base);
@@ -146,11 +146,11 @@ Image mirrored(const ScenePlan& p, const Places& places) {
 // With each set of instructions, one level and mixed ones.
 TEST(Places, NativePicturesHaveTheMirrorsBits) {
     for (const bool isMixed : {false, true}) {
-        MixedScene scene("torso", "soft-tissue", 0, EdgeFunction::split, Sampling::limited, kPicture);
+        MixedScene scene("torso", "soft-tissue", 0, EdgeFunction::split, Sampling::limited, kWhole);
         if (isMixed)
             scene.choose(randomShownLevels(scene.p().volume.selection, 3));
         ScenePlan& p = scene.p();
-        const Places places = randomPlaces(kPicture, kArray, 11);
+        const Places places = randomPlaces(kWhole, kPlaces, 11);
         const Image mirror = mirrored(p, places);
         EXPECT_FALSE(isBlank(mirror));
         for (const native::PacketTarget* target : nativeTargets()) {
@@ -167,9 +167,9 @@ TEST(Places, NativePicturesHaveTheMirrorsBits) {
 }
 
 TEST(Places, NativeSurfacesAndHitsAreTheMirrors) {
-    Prepared prepared("torso", torsoScene(0, true, Integrator::midpoint, kPicture));
+    Prepared prepared("torso", torsoScene(0, true, Integrator::midpoint, kWhole));
     const ScenePlan& p = prepared.p;
-    const Places places = randomPlaces(kPicture, kArray, 12);
+    const Places places = randomPlaces(kWhole, kPlaces, 12);
     NativeChoices choices;
     choices.hits = true;
     choices.rays = places.of(p.view.frame, p.strides());
@@ -187,16 +187,16 @@ TEST(Places, NativeSurfacesAndHitsAreTheMirrors) {
 TEST(Places, MarchEqualsTheMirrorOnItsOwnRays) {
     const GlContext context({"software"});
     for (const bool surfaces : {false, true}) {
-        Prepared prepared("torso", surfaces ? torsoScene(0, true, Integrator::midpoint, kPicture)
-                                            : sceneOn(infoOf("torso"), "soft-tissue", 0, kPicture));
+        Prepared prepared("torso", surfaces ? torsoScene(0, true, Integrator::midpoint, kWhole)
+                                            : sceneOn(infoOf("torso"), "soft-tissue", 0, kWhole));
         const ScenePlan& p = prepared.p;
         Ledger& gpu = prepared.budgets.gpu;
-        const Places places = randomPlaces(kPicture, kArray, 13);
+        const Places places = randomPlaces(kWhole, kPlaces, 13);
         const Rays rays = places.of(p.view.frame, p.strides());
         const auto own = gpuRays(rays, gpu);
         ASSERT_EQ(own.size(), places.all.size());
         Work work;
-        Image mirror(kArray);
+        Image mirror(kPlaces);
         const auto source = [&](std::size_t i) { return own[i]; };
         mirror.pixels = mirrorRays<float>(mirrorInput(p, true), own.size(), source, 0, work);
         GpuEngine engine(context, gpu, prepared.budgets.ram);
@@ -207,7 +207,7 @@ TEST(Places, MarchEqualsTheMirrorOnItsOwnRays) {
             EXPECT_TRUE(draw.caster->hits() ==
                         mirrorHits<float>(mirrorInput(p, true), own.size(), source, 0));
         }
-        const Places middle = middles(kPicture, 1);
+        const Places middle = middles(kWhole, 1);
         const auto through = gpuRays(middle.of(p.view.frame, p.strides()), gpu);
         const auto pixels = gpuRays(p.view.frame, gpu);
         ASSERT_EQ(through.size(), pixels.size());
@@ -222,12 +222,12 @@ TEST(Places, MarchEqualsTheMirrorOnItsOwnRays) {
 // Few pages: rays wait for bricks, and go on where they were.
 TEST(Places, WaitingRaysGoOnThroughTheirPlaces) {
     const GlContext context({"software"});
-    Scene scene = sceneOn(infoOf("torso"), "bone", 0, kPicture);
+    Scene scene = sceneOn(infoOf("torso"), "bone", 0, kWhole);
     for (const bool onGpu : {true, false}) {
         Prepared prepared("torso", scene);
         ScenePlan& p = prepared.p;
         Ledger& gpu = prepared.budgets.gpu;
-        const Places places = randomPlaces(kPicture, kArray, 14);
+        const Places places = randomPlaces(kWhole, kPlaces, 14);
         const Rays rays = places.of(p.view.frame, p.strides());
         const auto drawn = [&](std::size_t pages, int& passes) {
             std::unique_ptr<Engine> engine;
@@ -256,16 +256,16 @@ TEST(Places, WaitingRaysGoOnThroughTheirPlaces) {
 
 TEST(Places, AreChargedWhereTheyAreKept) {
     const GlContext context({"software"});
-    Prepared prepared("torso", sceneOn(infoOf("torso"), "bone", 0, kPicture));
+    Prepared prepared("torso", sceneOn(infoOf("torso"), "bone", 0, kWhole));
     const ScenePlan& p = prepared.p;
     Ledger& gpu = prepared.budgets.gpu;
     GpuEngine engine(context, gpu, prepared.budgets.ram);
     Drawer draw(engine, prepared);
     draw(raysOf(p));
     const std::size_t before = gpu.usedBytes();
-    const Places places = randomPlaces(kPicture, kPicture, 15);
+    const Places places = randomPlaces(kWhole, kWhole, 15);
     draw(places.of(p.view.frame, p.strides()));
-    EXPECT_EQ(gpu.usedBytes() - before, kRayPlaceBytes * rayCount(kPicture));
+    EXPECT_EQ(gpu.usedBytes() - before, kRayPlaceBytes * rayCount(kWhole));
     draw(raysOf(p));
     EXPECT_EQ(gpu.usedBytes(), before);
 }

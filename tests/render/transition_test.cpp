@@ -9,7 +9,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint8_t kMean = kLevelCount - 1, kEmpty = Selection::kEmpty;
+constexpr std::uint8_t kMean = kLevelCount - 1, kNoLevel = Selection::kEmpty;
 
 /// Bricks in a row of chunks of their own at level 0; two share a chunk at level 1, four at level 2.
 Selection row(std::vector<std::uint8_t> levels) {
@@ -27,8 +27,8 @@ Moves moves(const Selection& from, const Selection& to, const std::vector<float>
 }
 
 TEST(Moves, WhatGivesRoomBackGoesFirstThenCoarseLevelsThenTheMostGain) {
-    const Selection from = row({0, kMean, 1, 0, kEmpty, kMean, 2, 2, 3});
-    const Selection to = row({2, 0, kMean, 0, kEmpty, 3, 0, 1, 1});
+    const Selection from = row({0, kMean, 1, 0, kNoLevel, kMean, 2, 2, 3});
+    const Selection to = row({2, 0, kMean, 0, kNoLevel, 3, 0, 1, 1});
     const std::vector<float> gain = {0, 9, 0, 0, 0, 8, 1, 5, 3};
     // To the mean; coarser; the coarse level of 1, which its own is finer than; 5 wants a coarser one than
     // that, so goes straight; then by gain.
@@ -49,7 +49,7 @@ TEST(Moves, BricksOfOneChunkStayTogether) {
 
 // As after packing anew: a brick that has no samples takes its own level at once, or it would never come.
 TEST(Moves, WithoutACoarseLevelBricksGoStraight) {
-    const Selection from = row({kMean, kMean, kEmpty, kMean}), to = row({0, 4, kEmpty, 2});
+    const Selection from = row({kMean, kMean, kNoLevel, kMean}), to = row({0, 4, kNoLevel, 2});
     EXPECT_EQ(moves(from, to, {3, 2, 0, 1}, kMean), (Moves{{0, 0}, {1, 4}, {3, 2}}));
     EXPECT_TRUE(moves(to, to, {3, 2, 0, 1}, kMean).empty());
 }

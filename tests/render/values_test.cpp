@@ -14,7 +14,7 @@ namespace {
 
 using namespace tessera::test;
 
-constexpr glm::ivec2 kSize(39, 43); // no packet's edges divide it
+constexpr glm::ivec2 kValuesSize(39, 43); // no packet's edges divide it
 
 class Values : public testing::TestWithParam<ValueCase> {
   protected:
@@ -22,7 +22,7 @@ class Values : public testing::TestWithParam<ValueCase> {
         if (!std::filesystem::exists(storePath(GetParam().store)))
             GTEST_SKIP() << GetParam().store << " is absent: the real scans are not on this machine";
     }
-    Scene scene(const glm::ivec2& size = kSize) const {
+    Scene scene(const glm::ivec2& size = kValuesSize) const {
         return valueScene(GetParam(), infoOf(GetParam().store), size);
     }
     bool plane() const { return GetParam().mode == Mode::slice && GetParam().thicknessMm == 0; }
