@@ -16,6 +16,7 @@ if [[ ${1:-} == --view ]]; then
     shift
 fi
 ensure_packages "$root/cmake/debian-packages.txt"
+configure_release
 build_release tessera
 tessera=$root/build/release/tessera
 out=$root/demo-output

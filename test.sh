@@ -4,7 +4,8 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 source "$root/cmake/setup.sh"
 
-ensure_packages "$root/cmake/debian-packages.txt"
+ensure_packages "$root/cmake/debian-packages.txt" "$root/cmake/debian-packages-tests.txt"
+configure_release TESTS
 build_release
 cd "$root"
 exec ctest --preset release -j2 --output-on-failure "$@"

@@ -38,20 +38,30 @@ ensure_packages() {
         apt-get install -q -y --no-install-recommends "${missing[@]}" >&2
 }
 
-# Builds preset release; arguments: targets (none: everything). Silent unless something is built or fails.
-build_release() {
-    local targets=() log
-    (($#)) && targets=(--target "$@")
+# Objects are found again in another folder, where ccache is installed.
+export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
+
+# Configures preset release. Arguments: parts that are built besides the program, such as TESTS.
+configure_release() {
+    local options=() part log cache=$root/build/release/CMakeCache.txt
+    for part in "$@"; do
+        grep -qs "^TESSERA_WITH_$part:BOOL=ON" "$cache" || options+=("-DTESSERA_WITH_$part=ON")
+    done
+    [[ -f $root/build/release/build.ninja && ${#options[@]} -eq 0 ]] && return
+    echo "Configuring ..." >&2
     log=$(mktemp)
-    if [[ ! -f $root/build/release/build.ninja ]]; then
-        echo "Configuring ..." >&2
-        if ! (cd "$root" && cmake --preset release) >"$log" 2>&1; then
-            cat "$log" >&2
-            rm -f "$log"
-            exit 1
-        fi
+    if ! (cd "$root" && cmake --preset release ${options[@]:+"${options[@]}"}) >"$log" 2>&1; then
+        cat "$log" >&2
+        rm -f "$log"
+        exit 1
     fi
     rm -f "$log"
+}
+
+# Builds preset release; arguments: targets (none: everything). Silent unless something is built or fails.
+build_release() {
+    local targets=()
+    (($#)) && targets=(--target "$@")
     # ninja -n: is there anything to do? Only then is it worth a word.
     if ! (cd "$root/build/release" && ninja -n ${targets[@]:+"${targets[@]:1}"}) 2>/dev/null |
         grep -q "no work to do"; then

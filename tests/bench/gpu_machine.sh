@@ -19,7 +19,7 @@ fi
 phantom=${TESSERA_BENCH_PHANTOM:-$extent}
 mkdir -p "$results"
 cmake -G Ninja -S . -B "$build" -DCMAKE_BUILD_TYPE=Release -DTESSERA_WITH_IMPORT=OFF -DTESSERA_WITH_IMAGE_FILES=OFF \
-    -DTESSERA_WITH_VIEWER=OFF -DTESSERA_WITH_TESTS=OFF
+    -DTESSERA_WITH_VIEWER=OFF -DTESSERA_WITH_TESTS=OFF -DTESSERA_WITH_BENCHMARKS=ON
 cmake --build "$build" --target frame_bench
 "$build/frame_bench" --store "$results/torso-$phantom.zarr" --phantom "$phantom" --device "${1:-auto}" --check 1 \
     --sizes "${TESSERA_BENCH_SIZES:-$sizes}" --repeats "$repeats" > "$results/frame.csv"

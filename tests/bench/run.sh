@@ -18,7 +18,7 @@ results=build/bench-results
 store=build/bench-data/torso-thorax.zarr
 mkdir -p "$results" build/bench-data
 
-[[ -f $build/CMakeCache.txt ]] || cmake --preset release -B "$build"
+cmake --preset release -B "$build" -DTESSERA_WITH_BENCHMARKS=ON
 what=("$@")
 [[ ${#what[@]} -gt 0 ]] || what=(micro frame interactive peer)
 targets=(tessera)

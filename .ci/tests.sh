@@ -1,0 +1,26 @@
+# .ci/tests.sh: which tests stand for the others. Sourced.
+
+# Pictures, by ctest's names: every engine, every feature of the march, every kind of ray, light and surface once; levels
+# mixed, memory short, and a frame after another.
+one_a_feature='^(prepare_test_stores$|Engines\.|Planes\.|Features\.|Gradients\.TheScenesChoice|Isosurfaces\.CompositeInOrder'
+one_a_feature+='|Isosurfaces\.ThinSheets|Visibility\.MarchCounts|BlockRanges\.|NativeBlocks\.|NativeTypes\.|NativeBorders\.'
+one_a_feature+='|Passes\.|Cuts\.|Frames\.|Unfolded\.|LitPlanes\.|Emission\.|MaxError\.|Determinism\.|Gates\.|Framing\.)'
+
+# Test programs of a file that changed: of its room.
+tests_of() { # FILE
+    case $1 in
+    core/*picture* | core/image_file* | tests/core/image_file*) echo core_image_file_test ;;
+    core/* | tests/core/*) echo core_test core_scene_test ;;
+    bricking/store/* | bricking/statistics/* | bricking/import/importer*) echo bricking_store_test ;;
+    bricking/cache/*) echo bricking_cache_test ;;
+    bricking/levels/*) echo bricking_selection_test ;;
+    bricking/lumen/*) echo bricking_lumen_test ;;
+    bricking/import/* | tests/import/*) echo import_test damage_corpus ;;
+    datasets/* | tests/datasets/*) echo datasets_phantom_test ;;
+    tests/bricking/*) echo bricking_store_test bricking_cache_test ;;
+    render/engines/native/* | render/contract/*) echo render_native_test ;;
+    render/* | tests/render/*) echo render_unit_test render_engine_test ;;
+    viewer/presets/*) echo viewer_presets_test ;;
+    viewer/modules/*) echo modules_test ;;
+    esac
+}
