@@ -65,7 +65,8 @@ WallCoverage measure(const ChunkSource& source, const CoverageRequest& request, 
     return found;
 }
 
-std::string refusal(const ChunkSource& source, const CoverageRequest& request, std::size_t budget = kWallBytes) {
+std::string refusal(const ChunkSource& source, const CoverageRequest& request,
+                    std::size_t budget = kWallBytes) {
     try {
         measure(source, request, 2, budget);
     } catch (const InputError& error) {

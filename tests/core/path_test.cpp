@@ -176,7 +176,7 @@ TEST(Path, RouteTurnsIntoTheBranchWhereItLeaves) {
 }
 
 void collectKeys(const json& schema, const json& root, const std::string& path,
-             std::map<std::string, std::set<std::string>>& keys) {
+                 std::map<std::string, std::set<std::string>>& keys) {
     if (schema.contains("$ref")) {
         const std::string to = schema["$ref"].get<std::string>();
         if (to.starts_with("#")) // what is of scenes is tested with them

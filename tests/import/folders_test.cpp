@@ -17,6 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::Each;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -471,6 +473,33 @@ TEST_F(Folder, ASliceIsASliceWhateverItsName) {
     EXPECT_THAT(refused(), AllOf(HasSubstr(nameOf(46)), HasSubstr("pipe")));
 }
 
+// As LIDC-IDRI and others whose names were taken out: no frame, and no reason to refuse. Two frames with
+// slices enough to be places are refused, one that lacks in some is not.
+TEST_F(Folder, AFrameOfReferenceOfEverySlicesOwnIsNone) {
+    const auto withFrames = [&](std::initializer_list<const char*> frames) {
+        writeSeries();
+        int n = 0;
+        for (const char* const frame : frames) {
+            DicomImage image = imageAt(n);
+            image.frameOfReference = frame;
+            writeDicom(folder / nameOf(41 + n++), image);
+        }
+    };
+    withFrames({"1.2.1", "1.2.1", "1.2.1", "1.2.1"});
+    const auto alike = openSource(folder.path(), {});
+    EXPECT_THAT(alike->notes(), Each(Not(HasSubstr("frame of reference"))));
+    withFrames({"1.2.1", "1.2.2", "1.2.3", "1.2.4"});
+    const auto own = openSource(folder.path(), {});
+    EXPECT_THAT(own->notes(), Contains(HasSubstr("every slice names a frame of reference of its own")));
+    EXPECT_EQ(own->info().patientFromVoxel, alike->info().patientFromVoxel);
+    withFrames({"1.2.1", "", "1.2.1", "1.2.1"});
+    EXPECT_EQ(openSource(folder.path(), {})->info().extentVoxels, alike->info().extentVoxels);
+    withFrames({"1.2.1", "1.2.1", "1.2.2", "1.2.2"});
+    EXPECT_THAT(refused(), HasSubstr("FrameOfReferenceUID (0020,0052)"));
+    withFrames({"1.2.1", "1.2.1", "1.2.1", "1.2.2"});
+    EXPECT_THAT(refused(), HasSubstr("FrameOfReferenceUID (0020,0052)"));
+}
+
 TEST_F(Folder, ASliceThatDisagreesAboutItsValuesIsRefused) {
     const auto refusedWith = [&](const auto& change) {
         writeSeries();
@@ -483,12 +512,9 @@ TEST_F(Folder, ASliceThatDisagreesAboutItsValuesIsRefused) {
                 AllOf(HasSubstr("RescaleIntercept (0028,1052) in every slice"), HasSubstr("IM0043")));
     EXPECT_THAT(refusedWith([](DicomImage& i) { i.slope.reset(); }),
                 HasSubstr("RescaleSlope (0028,1053) in every"));
-    // Two patients, or two places that have nothing to do with each other, are no one volume; nobody is
-    // named.
+    // Two patients are no one volume; nobody is named.
     EXPECT_THAT(refusedWith([](DicomImage& i) { i.patientSuffix = "X"; }),
                 HasSubstr("PatientID (0010,0020)"));
-    EXPECT_THAT(refusedWith([](DicomImage& i) { i.frameOfReference = "1.2.3"; }),
-                HasSubstr("FrameOfReferenceUID (0020,0052)"));
     EXPECT_THAT(refusedWith([](DicomImage& i) { i.modality = "CU"; }), HasSubstr("Modality (0008,0060)"));
     // Fewer rows or frames than there are pixels: a part would be lost.
     EXPECT_THAT(refusedWith([](DicomImage& i) { i.rows = 2; }),

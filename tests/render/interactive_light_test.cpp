@@ -131,9 +131,9 @@ struct LitChange {
 std::vector<LitChange> litChanges() {
     const auto relight = [](const char* name, const std::function<void(Scene&)>& edit) {
         return LitChange{name, [edit](InteractiveRenderer& r, Scene& s) {
-                          edit(s);
-                          EXPECT_TRUE(r.setLight(s.lighting, s.shading));
-                      }};
+                             edit(s);
+                             EXPECT_TRUE(r.setLight(s.lighting, s.shading));
+                         }};
     };
     return {
         {"a function",

@@ -199,6 +199,7 @@ class Scanner {
             });
         for (std::size_t index = 0; index < scan_.series.size(); ++index) {
             DicomSeries& each = scan_.series[index];
+            judgeFrames(kindOfSeries_[index].frames, each);
             const bool placed =
                 std::any_of(each.slices.begin(), each.slices.end(),
                             [](const DicomSlice& slice) { return slice.positionMm.has_value(); });
@@ -409,20 +410,35 @@ class Scanner {
             series.isHounsfield = series.acquisition.modality == "CT" && header.real(DC::RescaleIntercept) &&
                                   (type.empty() || type == "HU");
             scan_.series.push_back(std::move(series));
-            kindOfSeries_.push_back({current_.modality, type == "HU" ? "" : type, // HU is what CT has anyway
-                                     header.text(DC::PatientID), header.text(DC::FrameOfReferenceUID)});
+            kindOfSeries_.push_back({current_.modality,
+                                     type == "HU" ? "" : type, // HU is what CT has anyway
+                                     header.text(DC::PatientID),
+                                     {}});
         }
         DicomSeries& series = scan_.series[at->second];
-        const auto& [modality, type, patient, frame] = kindOfSeries_[at->second];
+        auto& [modality, type, patient, frames] = kindOfSeries_[at->second];
+        if (const std::string frame = header.text(DC::FrameOfReferenceUID); !frame.empty())
+            ++frames[frame];
         if (current_.modality != modality)
             series.disagreement = "Modality (0008,0060)";
         else if (const std::string own = header.text(DC::RescaleType); (own == "HU" ? "" : own) != type)
             series.disagreement = "RescaleType (0028,1054)";
         else if (header.text(DC::PatientID) != patient)
             series.disagreement = "PatientID (0010,0020)";
-        else if (header.text(DC::FrameOfReferenceUID) != frame)
-            series.disagreement = "FrameOfReferenceUID (0020,0052)";
         return series;
+    }
+
+    /// Positions of two frames of reference have nothing to do with one another. A UID that is another in
+    /// every slice, as some who take names out write it, is no frame of anything.
+    static void judgeFrames(const std::map<std::string, int>& frames, DicomSeries& series) {
+        if (frames.size() < 2)
+            return;
+        const bool everySlicesOwn =
+            std::all_of(frames.begin(), frames.end(), [](const auto& frame) { return frame.second == 1; });
+        if (everySlicesOwn)
+            series.oddity = "every slice names a frame of reference of its own: none is taken for one";
+        else if (series.disagreement.empty())
+            series.disagreement = "FrameOfReferenceUID (0020,0052)";
     }
 
     DicomScan scan_;
@@ -430,7 +446,8 @@ class Scanner {
     std::vector<std::pair<PassedFile, Current>> passed_;
     /// Of a series' first file. The identifiers are compared, and stay in here.
     struct Kind {
-        std::string modality, rescaleType, patient, frameOfReference;
+        std::string modality, rescaleType, patient;
+        std::map<std::string, int> frames; // of reference: the slices of each
     };
     std::vector<Kind> kindOfSeries_;
     std::map<std::string, std::size_t> indexOfUid_; // a UID identifies a study: it stays in here

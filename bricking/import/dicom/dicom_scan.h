@@ -68,6 +68,7 @@ struct DicomSeries {
     bool isScout = false;       // a localizer: a shadow picture, not a section
     std::string object;         // what it is where that is no CT, MR or PET: "secondary capture"
     std::string disagreement;   // an element that has to be the same in every file and is not
+    std::string oddity;         // of all slices, harmless and worth a word; "" none
     std::string derivation;     // "MPR", "MIP", ...: how it was derived, "" for an original
 };
 

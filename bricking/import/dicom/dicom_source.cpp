@@ -163,8 +163,8 @@ class DicomSource final : public RandomSlabSource {
     std::vector<std::string> notes() const override {
         const StreamFindings& findings = pixels_.findings();
         std::vector<std::string> lines;
-        for (const std::string* line :
-             {&habit_, &formats_, &findings.beyond, &findings.disagreement, &findings.mended})
+        for (const std::string* line : {&series_.oddity, &habit_, &formats_, &findings.beyond,
+                                        &findings.disagreement, &findings.mended})
             if (!line->empty())
                 lines.push_back(*line);
         return lines;
