@@ -39,7 +39,8 @@ function(tessera_room target)
 endfunction()
 
 # Sources of a target are compiled several at a time, so that what they include is read once for all of them. Names in
-# their anonymous namespaces must therefore differ within a target.
+# their anonymous namespaces must therefore differ within a target, also from those of headers that others of them
+# take from another namespace: the nearer one would hide them.
 set(TESSERA_UNITY_BATCH 10 CACHE STRING "Sources that are compiled as one with TESSERA_UNITY")
 function(tessera_in_unity target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${TESSERA_UNITY} UNITY_BUILD_BATCH_SIZE ${TESSERA_UNITY_BATCH})

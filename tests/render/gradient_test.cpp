@@ -14,8 +14,8 @@ namespace {
 
 using namespace tessera::test;
 
-constexpr Gradient kKinds[] = {Gradient::forward, Gradient::central, Gradient::sobel, Gradient::analytic,
-                               Gradient::centralHalf};
+constexpr Gradient kGradientKinds[] = {Gradient::forward, Gradient::central, Gradient::sobel,
+                                       Gradient::analytic, Gradient::centralHalf};
 const std::string& nameOf(Gradient kind) {
     return gradientNames()[static_cast<std::size_t>(kind)];
 }
@@ -63,7 +63,7 @@ TEST(Gradients, AreExactForWhatTheirFormulaIs) {
         };
         const Formula saddle{[](const glm::dvec3& p) { return p.x * p.y * p.z; }, {20, 22, 24}, pitch};
         for (const glm::dvec3& p : insidePlaces(linear, 500)) {
-            for (const Gradient kind : kKinds)
+            for (const Gradient kind : kGradientKinds)
                 ASSERT_LE(differ(gradient(linear, p, kind), slope), 1e-10) << nameOf(kind);
             // Of a quadratic field, too, anywhere between samples.
             for (const Gradient kind : {Gradient::central, Gradient::centralHalf, Gradient::sobel})
@@ -147,7 +147,7 @@ TEST(Gradients, HaveTheirOrders) {
         return glm::dvec3(1.3 * std::cos(a) * std::cos(b) + 0.15 * std::cos(c),
                           -0.7 * std::sin(a) * std::sin(b), 0.5 * std::cos(c));
     };
-    for (const Gradient kind : kKinds) {
+    for (const Gradient kind : kGradientKinds) {
         const auto error = [&](double pitch) {
             const Formula field{value, glm::ivec3(static_cast<int>(8 / pitch)), pitch};
             double sum = 0;
@@ -187,12 +187,12 @@ TEST(Gradients, NormalsOfASphereAreRadialUnderAnySpacing) {
                            glm::ivec3(2.0 * reach) + 4};
         std::mt19937 random(5);
         std::normal_distribution<double> normal;
-        double worst[std::size(kKinds)] = {};
+        double worst[std::size(kGradientKinds)] = {};
         for (int i = 0; i < 2000; ++i) {
             const glm::dvec3 radial =
                 glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)));
             const glm::dvec3 p = reach + voxelFromPatient * (radius * radial);
-            for (const Gradient kind : kKinds) {
+            for (const Gradient kind : kGradientKinds) {
                 const glm::dvec3 g = glm::transpose(voxelFromPatient) * fieldGradient(ball, p, 1.0, kind);
                 const double angle = std::atan2(glm::length(glm::cross(g, radial)), glm::dot(g, radial));
                 double& most = worst[static_cast<int>(kind)];
@@ -205,7 +205,7 @@ TEST(Gradients, NormalsOfASphereAreRadialUnderAnySpacing) {
         EXPECT_LE(worst[static_cast<int>(Gradient::sobel)], 0.3);
         EXPECT_LE(worst[static_cast<int>(Gradient::forward)], 2.5);
         EXPECT_LE(worst[static_cast<int>(Gradient::analytic)], 2.5);
-        for (const Gradient kind : kKinds)
+        for (const Gradient kind : kGradientKinds)
             RecordProperty(nameOf(kind), std::to_string(worst[static_cast<int>(kind)]));
     }
 }
@@ -224,7 +224,7 @@ TEST(Gradients, ZeroIsUnlitAndNeverNan) {
         for (const glm::ivec3& samples :
              {glm::ivec3(1), glm::ivec3(33, 1, 70), glm::ivec3(1, 1, 2), glm::ivec3(20)})
             for (const double constant : {0.0, 0.1, -1024.3, 65535.0, 3e30, 1e-40})
-                for (const Gradient kind : kKinds)
+                for (const Gradient kind : kGradientKinds)
                     for (int i = 0; i < 200; ++i) {
                         const Formula field{[&](const glm::dvec3&) { return constant; }, samples};
                         std::uniform_real_distribution<float> unit(-0.1f, 1.1f);
@@ -236,7 +236,7 @@ TEST(Gradients, ZeroIsUnlitAndNeverNan) {
                     }
         // Along an axis of one sample there is no slope, along the others there is.
         const Formula slab{[](const glm::dvec3& p) { return p.x + 2 * p.z; }, {33, 1, 70}};
-        for (const Gradient kind : kKinds) {
+        for (const Gradient kind : kGradientKinds) {
             const glm::dvec3 g = fieldGradient(slab, glm::dvec3(11.3, 0.2, 22.6), 1.0, kind);
             EXPECT_NEAR(g.x, 1, 1e-12) << nameOf(kind);
             EXPECT_EQ(g.y, 0) << nameOf(kind);
@@ -292,7 +292,7 @@ TEST(Gradients, TheScenesChoiceIsDrawn) {
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
     std::vector<Image> pictures;
-    for (const Gradient kind : kKinds) {
+    for (const Gradient kind : kGradientKinds) {
         Scene scene = sceneOn(info, "bone", 0, {24, 24});
         scene.shading.gradient = kind;
         Prepared prepared("torso", scene);

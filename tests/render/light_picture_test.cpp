@@ -14,7 +14,7 @@
 namespace tessera::test {
 namespace {
 
-Light keyLight(double softness = 0) {
+Light castingLight(double softness = 0) {
     Light light;
     light.kind = LightKind::directional;
     light.direction = {-1, 1, 1};
@@ -75,9 +75,9 @@ TEST(LightPicture, NativeIsTheMirror) {
     const VolumeInfo info = infoOf("torso");
     Lighting occluded, shadowed, all;
     occluded.occlusion = Occlusion{};
-    shadowed.lights = {keyLight()};
+    shadowed.lights = {castingLight()};
     all.occlusion = Occlusion{.rays = 16, .radiusMm = 9};
-    all.lights = {Light{}, keyLight(10), pointLight(info)};
+    all.lights = {Light{}, castingLight(10), pointLight(info)};
     all.lights[0].intensity = 0.3;
     all.finestLevel = 1;
     int camera = 0;
@@ -94,7 +94,7 @@ TEST(LightPicture, NativeIsTheMirror) {
 TEST(LightPicture, NativeIsTheMirrorWhereLevelsMix) {
     Lighting all;
     all.occlusion = Occlusion{.rays = 16, .radiusMm = 12};
-    all.lights = {keyLight(), Light{}};
+    all.lights = {castingLight(), Light{}};
     for (unsigned seed = 0; seed < 3; ++seed) {
         LitPlan lit("torso", litScene("torso", "soft-tissue", static_cast<int>(seed), all));
         ScenePlan& p = lit.prepared.p;
@@ -106,7 +106,7 @@ TEST(LightPicture, NativeIsTheMirrorWhereLevelsMix) {
 TEST(LightPicture, SurfacesAreLitToo) {
     Lighting all;
     all.occlusion = Occlusion{};
-    all.lights = {keyLight()};
+    all.lights = {castingLight()};
     for (const bool mixed : {false, true}) {
         Scene scene = litScene("torso", "soft-tissue", 0, all);
         scene.quality.integrator = mixed ? Integrator::midpoint : Integrator::preintegrated;
@@ -128,9 +128,9 @@ TEST(LightPicture, DarkensWhatIsHidden) {
         return sum / static_cast<double>(image.pixels.size());
     };
     Lighting plain, open, shadow, occlusion;
-    plain.lights = {keyLight()};
+    plain.lights = {castingLight()};
     plain.lights[0].shadow = false;
-    shadow.lights = {keyLight()};
+    shadow.lights = {castingLight()};
     occlusion = plain;
     occlusion.occlusion = Occlusion{};
     open = plain;
@@ -162,7 +162,7 @@ TEST(LightPicture, MarchIsTheMirror) {
     Lighting one, two, three;
     one.occlusion = Occlusion{};
     two.occlusion = Occlusion{.rays = 16, .radiusMm = 9};
-    two.lights = {keyLight(10), Light{}};
+    two.lights = {castingLight(10), Light{}};
     three = two;
     three.lights.push_back(pointLight(info));
     int n = 0;
@@ -194,7 +194,7 @@ TEST(LightPicture, MarchIsTheMirror) {
 TEST(LightPicture, CutsAndThreadsChangeNothing) {
     Lighting all;
     all.occlusion = Occlusion{};
-    all.lights = {keyLight(5)};
+    all.lights = {castingLight(5)};
     LitPlan lit("torso", litScene("torso", "bone", 0, all));
     const Image picture = nativePicture(lit.prepared).image;
     NativeChoices one, shreds, refined;
@@ -211,7 +211,7 @@ TEST(LightPicture, CutsAndThreadsChangeNothing) {
 TEST(LightPicture, KeepsItsBudgets) {
     Lighting all;
     all.occlusion = Occlusion{.rays = 8, .radiusMm = 6};
-    all.lights = {keyLight(4), Light{}};
+    all.lights = {castingLight(4), Light{}};
     for (const EngineKind kind : {EngineKind::native, EngineKind::gpu})
         for (const std::size_t mib : {4, 9, 40}) {
             Ledger ram("RAM", "--ram", std::size_t{160} << 20), gpu("GPU memory", "--gpu-memory", mib << 20);
@@ -251,7 +251,7 @@ TEST(LightPicture, FollowsAnEdit) {
 /// What lies behind a surface takes light, whether rays leap over what shows nothing or not.
 TEST(LightPicture, WhatIsBehindASurfaceTakesLight) {
     Lighting lighting;
-    lighting.lights = {keyLight()};
+    lighting.lights = {castingLight()};
     Scene scene = litScene("torso", "bone", 0, lighting);
     scene.volumes[0].transferFunction = TransferFunction::fromExtinction({}, {});
     scene.surfaces = {{-300, {0.9, 0.6, 0.5}, 0.05}}; // skin, through which light comes far
@@ -278,7 +278,7 @@ TEST(LightPicture, WhatIsBehindASurfaceTakesLight) {
 /// Bytes, samples and pictures of a scene without light are those of a scene that never heard of it.
 TEST(LightPicture, CostsNothingWhereItIsNotAskedFor) {
     Lighting none;
-    Light off = keyLight();
+    Light off = castingLight();
     off.intensity = 0;
     Lighting dark;
     dark.lights = {Light{}, off};
