@@ -5,12 +5,104 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <pthread.h>
 #include <thread>
 #include <vector>
 
 namespace tessera {
+namespace {
+
+/// A thread that waits for work between two loops: a picture in small parts runs some ten thousand loops, and
+/// threads that are made for each cost more than what they do.
+class Worker {
+  public:
+    Worker() {
+        std::thread([this] { run(); }).detach();
+    }
+    void start(const std::function<void()>& work) {
+        const std::lock_guard lock(mutex_);
+        work_ = &work;
+        changed_.notify_all();
+    }
+    void wait() {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [&] { return !work_; });
+    }
+
+  private:
+    [[noreturn]] void run() {
+        std::unique_lock lock(mutex_);
+        for (;;) {
+            changed_.wait(lock, [&] { return work_; });
+            lock.unlock();
+            (*work_)();
+            lock.lock();
+            work_ = nullptr;
+            changed_.notify_all();
+        }
+    }
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    const std::function<void()>* work_ = nullptr; // null: it waits
+};
+
+/// Those that wait. Never destroyed: they wait until the process ends. A child of fork() has none of them.
+class Workers {
+  public:
+    static Workers& all() {
+        static Workers* const workers = new Workers;
+        return *workers;
+    }
+    Worker* take() {
+        {
+            const std::lock_guard lock(mutex_);
+            if (!idle_.empty()) {
+                Worker* const worker = idle_.back();
+                idle_.pop_back();
+                return worker;
+            }
+        }
+        return new Worker;
+    }
+    void giveBack(Worker* worker) {
+        const std::lock_guard lock(mutex_);
+        idle_.push_back(worker);
+    }
+
+  private:
+    Workers() {
+        ::pthread_atfork([] { all().mutex_.lock(); }, [] { all().mutex_.unlock(); },
+                         [] {
+                             all().idle_.clear();
+                             all().mutex_.unlock();
+                         });
+    }
+    std::mutex mutex_;
+    std::vector<Worker*> idle_;
+};
+
+/// Runs work on `others` threads and this one, until all of them are done with it.
+void runBeside(std::size_t others, const std::function<void()>& work) {
+    std::vector<Worker*> taken;
+    taken.reserve(others);
+    try {
+        while (taken.size() < others) {
+            taken.push_back(Workers::all().take());
+            taken.back()->start(work);
+        }
+    } catch (const std::exception&) { // no more threads are to be had: those that are there do it
+    }
+    work();
+    for (Worker* const worker : taken) {
+        worker->wait();
+        Workers::all().giveBack(worker);
+    }
+}
+
+} // namespace
 
 int defaultThreads() {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -40,13 +132,7 @@ void parallelFor(std::size_t count, int threads, const std::function<void(std::s
             next = count; // the others stop at their next turn
         }
     };
-    if (used <= 1) {
-        work();
-    } else {
-        std::vector<std::jthread> pool;
-        for (std::size_t i = 0; i < used; ++i)
-            pool.emplace_back(work);
-    }
+    runBeside(used > 0 ? used - 1 : 0, work);
     if (failure)
         std::rethrow_exception(failure);
 }
