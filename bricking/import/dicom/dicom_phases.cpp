@@ -1,6 +1,7 @@
 // bricking/import/dicom/dicom_phases.cpp: see dicom_phases.h.
 #include "bricking/import/dicom/dicom_phases.h"
 
+#include "bricking/import/dicom/dicom_geometry.h" // kSamePlaceMm
 #include "bricking/import/source/input_file.h"
 #include "core/error.h"
 
