@@ -40,6 +40,8 @@ bool isFrame(const std::string& name) {
            name.find_first_not_of("0123456789", kBegin.size()) == name.size() - kEnd.size();
 }
 constexpr std::string_view kClaimEnd = ".claim";
+const std::string kOwnFilm = ".film-"; // a process's own text of the film, before it is everybody's
+
 bool isClaim(const std::string& name) { // of a frame: "." before its name, kClaimEnd behind it
     return name.starts_with(".frame-") && name.ends_with(kClaimEnd);
 }
@@ -167,12 +169,12 @@ void FrameFolder::adopt(const json& film) {
         // nothing. (Not named as what OutputFile leaves behind, which others sweep away.)
         static std::atomic<int> folders{0}; // of this process: several may begin at once
         const fs::path own =
-            folder_ / (".film-" + std::to_string(::getpid()) + "-" + std::to_string(folders++) + ".json");
+            folder_ / (kOwnFilm + std::to_string(::getpid()) + "-" + std::to_string(folders++) + ".json");
         writeOutputFile(own, text);
         const TemporaryPath unfinished(own);
         const bool linked = ::link(own.c_str(), file.c_str()) == 0;
         const int why = errno;
-        if (!linked && why != EEXIST) // no links to be had
+        if (!linked && why != EEXIST && !fs::exists(file)) // no links to be had
             fs::rename(own, file);
         std::error_code ignored;
         fs::remove(own, ignored);
@@ -190,7 +192,7 @@ void FrameFolder::adopt(const json& film) {
 }
 
 /// Of frames that are there: who was killed between a frame's last step and its claim's left one, and nobody
-/// asks for that frame again.
+/// asks for that frame again. And what a process wrote of the film before it was killed: the film is there.
 void FrameFolder::removeUselessClaims() {
     std::error_code ignored;
     std::vector<fs::path> useless;
@@ -198,6 +200,8 @@ void FrameFolder::removeUselessClaims() {
         const std::string name = entry.path().filename().string();
         if (isClaim(name) &&
             fs::exists(folder_ / name.substr(1, name.size() - 1 - kClaimEnd.size()), ignored))
+            useless.push_back(entry.path());
+        if (name.starts_with(kOwnFilm) && fs::exists(folder_ / kFilmFile, ignored))
             useless.push_back(entry.path());
     }
     for (const fs::path& path : useless)
