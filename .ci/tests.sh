@@ -5,6 +5,8 @@
 one_a_feature='^(prepare_test_stores$|Engines\.|Planes\.|Features\.|Gradients\.TheScenesChoice|Isosurfaces\.CompositeInOrder'
 one_a_feature+='|Isosurfaces\.ThinSheets|Visibility\.MarchCounts|BlockRanges\.|NativeBlocks\.|NativeTypes\.|NativeBorders\.'
 one_a_feature+='|Passes\.|Cuts\.|Frames\.|Unfolded\.|LitPlanes\.|Emission\.|MaxError\.|Determinism\.|Gates\.|Framing\.)'
+# What engines have in common with the mirror, on one of the scans' stores.
+one_store='^[A-Za-z]+/(Contract|CutPicture|Values|Graded|Native|NativeSurfaces|NativeMixed|Gates|MixedPicture)\..*/torso'
 
 # Test programs of a file that changed: of its room.
 tests_of() { # FILE
