@@ -38,7 +38,7 @@ ensure_packages() {
         apt-get install -q -y --no-install-recommends "${missing[@]}" >&2
 }
 
-# For ccache, where it is installed: headers by their place in the repository. Sources compiled together are found again in the same folder only.
+# For ccache, where it is installed: files by their place in the repository, so that another clone finds them.
 export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
 
 # Configures preset release. Arguments: parts that are built besides the program, such as TESTS.

@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "core/json_reader.h"
 #include "core/path.h"
+#include "tests/support/folders.h"
 
 #include <cmath>
 #include <gmock/gmock.h>
@@ -203,8 +204,8 @@ void references(const json& schema, std::set<std::string>& to) {
 }
 
 TEST(Path, SchemaAndParserKnowTheSameKeys) {
-    const json schema = json::parse(readTextFile(TESSERA_SOURCE_DIR "/docs/path.schema.json"));
-    const json scene = json::parse(readTextFile(TESSERA_SOURCE_DIR "/docs/scene.schema.json"));
+    const json schema = json::parse(readTextFile((test::sourceFolder() / "docs/path.schema.json").string()));
+    const json scene = json::parse(readTextFile((test::sourceFolder() / "docs/scene.schema.json").string()));
     std::map<std::string, std::set<std::string>> published, parsed;
     collectKeys(schema, schema, "$", published);
     for (const auto& [path, names] : pathKeys())

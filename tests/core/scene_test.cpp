@@ -7,6 +7,7 @@
 #include "core/look.h"
 #include "core/nearest_name.h"
 #include "core/preset.h"
+#include "tests/support/folders.h"
 
 #include <cmath>
 #include <functional>
@@ -320,7 +321,7 @@ void keysUsed(const json& value, const std::string& path,
 }
 
 TEST(Scene, SchemaAndParserKnowTheSameKeys) {
-    const json schema = json::parse(readTextFile(TESSERA_SOURCE_DIR "/docs/scene.schema.json"));
+    const json schema = json::parse(readTextFile((test::sourceFolder() / "docs/scene.schema.json").string()));
     std::map<std::string, std::set<std::string>> published, parsed, shown;
     collect(schema, schema, "$", published);
     for (const auto& [path, names] : sceneKeys())

@@ -3,6 +3,7 @@
 // nothing to do (libraries, driver, compiled shaders), plus 32 MiB. On a software device GPU memory is
 // resident memory too.
 #include "core/scratch_folder.h"
+#include "tests/support/folders.h"
 
 #include <algorithm>
 #include <cmath>
@@ -141,9 +142,7 @@ TEST_F(Memory, ImportStaysWithinItsBudget) {
     for (const int ram : {12, 24, 64})
         expectWithin("import body.json body.zarr -q --force --ram " + std::to_string(ram) + "MiB", empty,
                      ram);
-    const char* given = std::getenv("TESSERA_TEST_DATA");
-    const fs::path data = given ? given : fs::path(TESSERA_SOURCE_DIR) / "../shared/data";
-    const fs::path abdomen = fs::weakly_canonical(data) / "ct-abdomen-dicom";
+    const fs::path abdomen = fs::weakly_canonical(tessera::test::testData()) / "ct-abdomen-dicom";
     if (!fs::exists(abdomen))
         GTEST_SKIP() << "the rest: " << abdomen << " is absent";
     // One slice of it would be the empty scene; libraries are the same, so the raw one is the stricter

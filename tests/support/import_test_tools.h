@@ -5,6 +5,7 @@
 #include "bricking/import/open_source.h"
 #include "core/error.h"
 #include "core/scratch_folder.h"
+#include "tests/support/folders.h"
 
 #include <cstdint>
 #include <cstdlib>
@@ -92,15 +93,6 @@ template <class Action> std::string refusal(Action action) {
 
 inline std::string refusalOfOpening(const std::filesystem::path& path, const SourceOptions& options = {}) {
     return refusal([&] { openSource(path, options); });
-}
-
-/// The folder of shared test data, or an empty path.
-inline std::filesystem::path testData() {
-    const char* given = std::getenv("TESSERA_TEST_DATA");
-    const std::filesystem::path folder =
-        given ? given : std::filesystem::path(TESSERA_SOURCE_DIR) / "../shared/data";
-    std::error_code error;
-    return std::filesystem::is_directory(folder, error) ? folder : std::filesystem::path();
 }
 
 /// A NIfTI-1 file's bytes: header, 4 zero bytes, voxels. srow is the 3x4 sform, row by row (RAS).

@@ -4,10 +4,10 @@
 #include "datasets/phantom.h"
 #ifdef TESSERA_WITH_IMPORT
 #include "bricking/import/open_source.h"
+#include "tests/support/folders.h"
 #endif
 
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 
 namespace {
@@ -33,9 +33,7 @@ int main(int argc, char** argv) {
     make(*tessera::makePhantom("checkerboard", {64, 40, 33}), folder / "checkerboard.zarr");
     make(*tessera::makePhantom("sphere", {33, 1, 70}), folder / "thin.zarr");
 #ifdef TESSERA_WITH_IMPORT
-    const char* given = std::getenv("TESSERA_TEST_DATA");
-    const std::filesystem::path data =
-        given ? given : std::filesystem::path(TESSERA_SOURCE_DIR) / "../shared/data";
+    const std::filesystem::path data = tessera::test::testData();
     for (const auto& [name, source] :
          {std::pair("abdomen", "ct-abdomen-dicom"), std::pair("head", "ct-head-tilted-dicom")}) {
         if (!std::filesystem::exists(data / source)) {

@@ -11,6 +11,7 @@
 #include "render/picture.h"
 #include "render/plan/scene_plan.h"
 #include "render/residency/texels.h"
+#include "tests/support/folders.h"
 
 #include <algorithm>
 #include <cstring>
@@ -22,10 +23,6 @@
 #include <string>
 
 namespace tessera::test {
-
-inline std::filesystem::path storePath(const std::string& name) {
-    return std::filesystem::path(TESSERA_TEST_STORES) / (name + ".zarr");
-}
 
 /// Roomy ledgers: budgets have tests of their own.
 struct Budgets {
