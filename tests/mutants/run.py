@@ -6,6 +6,7 @@ Exit status: 0 where all were caught, 1 where some survived or did not build, 2 
 import argparse
 import fcntl
 import fnmatch
+import json
 import os
 import re
 import resource
@@ -141,8 +142,7 @@ class Copy:
         self.jobs, self.timeout = jobs, timeout
         self.dirty = {}  # original text of files that hold a mutant
         self.patience = {}  # seconds for tests whose time without a mutant is known
-        self.env = dict(os.environ, CCACHE_BASEDIR=str(folder), CCACHE_NOHASHDIR="1",
-                        CCACHE_SLOPPINESS="pch_defines,time_macros", TMPDIR=str(folder / "build" / "tmp"))
+        self.env = dict(os.environ, CCACHE_BASEDIR=str(folder), CCACHE_NOHASHDIR="1", TMPDIR=str(folder / "build" / "tmp"))
         # Tests of real scans look beside the sources, where the copy has nothing.
         self.env.setdefault("TESSERA_TEST_DATA", str(ROOT.parent / "shared" / "data"))
 
@@ -171,9 +171,8 @@ class Copy:
             if name.parts[0] != "build" and path.is_file() and str(name) not in wanted:
                 path.unlink()
         if not (self.build / "build.ninja").exists():
-            ccache = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []
-            subprocess.run(["cmake", "--preset", "release", "-DTESSERA_WITH_BENCHMARKS=OFF", *ccache], check=True,
-                           cwd=self.root, env=self.env, stdout=subprocess.DEVNULL)
+            subprocess.run(["cmake", "--preset", "release", "-DTESSERA_WITH_TESTS=ON"], check=True, cwd=self.root,
+                           env=self.env, stdout=subprocess.DEVNULL)
 
     def plant(self, mutant):
         for edit in mutant.edits:
@@ -241,6 +240,22 @@ class Copy:
                 sys.exit(f"{program} has no test {tests}")
             self.patience[program, tests] = min(self.timeout, 30 + 10 * sum(seconds))
 
+    def gate(self):
+        """Filters of the tests that .ci/run runs, by program."""
+        pictures = subprocess.run(["bash", "-c", 'source .ci/tests.sh; echo "$one_a_feature|$one_store"'], check=True,
+                                  cwd=self.root, capture_output=True, text=True).stdout.strip()
+        listed = subprocess.run(["ctest", "--test-dir", self.build, "--show-only=json-v1"], check=True, env=self.env,
+                                capture_output=True, text=True).stdout
+        filters = {}
+        for test in json.loads(listed)["tests"]:
+            labels = [p["value"] for p in test.get("properties", ()) if p["name"] == "LABELS"]
+            if labels == [["image"]] and not re.search(pictures, test["name"]):
+                continue
+            chosen = [word for word in test.get("command", ()) if word.startswith("--gtest_filter=")]
+            if chosen:
+                filters.setdefault(Path(test["command"][0]).name, []).append(chosen[0].split("=", 1)[1])
+        return {program: ":".join(names) for program, names in filters.items()}
+
     def all_tests(self):
         """Builds everything and runs ctest; returns who failed."""
         if self.make(["all"]):
@@ -252,14 +267,19 @@ class Copy:
         return "" if done.returncode == 0 else failed.group(1) if failed else "ctest"
 
 
-def judge(copy, mutant, nearest, everything):
-    """Plants one mutant; returns the verdict and who gave it."""
+def judge(copy, mutant, gate, nearest, everything):
+    """Plants one mutant; returns the verdict and who gave it. `gate`: Copy::gate(), or none."""
     try:
         copy.plant(mutant)
         programs = list(dict.fromkeys(program for program, _ in mutant.tests))
         if text := copy.make(programs):
             error = re.search(r"^.*error:.*$", text, re.M)
             return "no build", error.group(0) if error else text[-200:]
+        if gate is not None:
+            for program in programs:
+                if program in gate and (by := copy.test(program, gate[program])):
+                    return "caught", by
+            return "survived", "the gate"
         wide = [(program, "*") for program in programs if (program, "*") not in mutant.tests and not nearest]
         for program, tests in mutant.tests + wide:
             if by := copy.test(program, tests):
@@ -282,6 +302,8 @@ def arguments():
                         help="seconds after which a test program hangs, which counts as caught (default: 240)")
     parser.add_argument("--nearest", action="store_true",
                         help="only the tests that a mutant names, not the rest of their programs")
+    parser.add_argument("--gate", action="store_true",
+                        help="the tests of its programs that .ci/run runs, instead of those that a mutant names")
     parser.add_argument("--all-tests", action="store_true",
                         help="for a mutant that its nearest test programs let pass: all tests (slow)")
     parser.add_argument("--list", action="store_true", help="list the mutants and stop")
@@ -325,11 +347,12 @@ def main():
         copy.learn(program, [names for of, names in tests if of == program])
     print(f"{len(chosen)} mutants; without one, their tests pass ({time.time() - started:.0f} s)", flush=True)
 
+    gate = copy.gate() if options.gate else None
     results = []
     try:
         for m in chosen:
             started = time.time()
-            verdict, by = judge(copy, m, options.nearest, options.all_tests)
+            verdict, by = judge(copy, m, gate, options.nearest, options.all_tests)
             results.append((m, verdict))
             print(f"{verdict:9} {time.time() - started:5.0f} s  {m.room:11} {m.name:44} {by}", flush=True)
     except KeyboardInterrupt:
