@@ -157,6 +157,8 @@ TEST(ShadowMaps, AreWhatRaysOfShadowSay) {
     expectAsByRays({"torso", "soft-tissue", true, false, 0.02, 0.2});
     expectAsByRays({"torso", "soft-tissue", true, true, 0.02, 0.2});
     expectAsByRays({"sphere", "bone", false, false, 0.02, 0.2});
+    if (!std::filesystem::exists(storePath("abdomen")))
+        GTEST_SKIP() << "the rest: no store of the abdomen";
     expectAsByRays({"abdomen", "bone", false, false, 0.03, 0.3});
 }
 
