@@ -1,10 +1,11 @@
 # .ci/tests.sh: which tests stand for the others. Sourced.
 
 # Pictures, by ctest's names: every engine, every feature of the march, every kind of ray, light and surface once; levels
-# mixed, memory short, and a frame after another.
+# mixed, memory short, a frame after another, and a window's pictures by the native engine.
 one_a_feature='^(prepare_test_stores$|Engines\.|Planes\.|Features\.|Gradients\.TheScenesChoice|Isosurfaces\.CompositeInOrder'
 one_a_feature+='|Isosurfaces\.ThinSheets|Visibility\.MarchCounts|BlockRanges\.|NativeBlocks\.|NativeTypes\.|NativeBorders\.'
-one_a_feature+='|Passes\.|Cuts\.|Frames\.|Unfolded\.|LitPlanes\.|Emission\.|MaxError\.|Determinism\.|Gates\.|Framing\.)'
+one_a_feature+='|Passes\.|Cuts\.|Frames\.|Unfolded\.|LitPlanes\.|Emission\.|MaxError\.|Determinism\.|Gates\.|Framing\.'
+one_a_feature+='|Occluder\.|LightPicture\.(NativeIsTheMirrorWhere|KeepsItsBudgets|FollowsAnEdit|Cuts)|MeasuredErrors\.|[A-Za-z]+/Interactive[A-Za-z]*\..*/native)'
 # What engines have in common with the mirror, on one of the scans' stores.
 one_store='^[A-Za-z]+/(Contract|CutPicture|Values|Graded|Native|NativeSurfaces|NativeMixed|Gates|MixedPicture)\..*/torso'
 

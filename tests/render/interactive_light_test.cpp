@@ -179,6 +179,7 @@ std::vector<LitChange> litChanges() {
 
 TEST_P(InteractiveLight, ComesToTheSameWhateverWasSetBefore) {
     Scene scene = litScene();
+    scene.lighting.occlusion->rays = 8; // light is found whole for every change, twice
     std::vector<Scene> scenes;
     std::vector<Image> pictures;
     const std::vector<LitChange> all = litChanges();
