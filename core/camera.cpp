@@ -2,6 +2,7 @@
 #include "core/camera.h"
 
 #include "core/error.h"
+#include "core/magnitude.h"
 
 #include <algorithm>
 #include <array>
@@ -41,18 +42,19 @@ Ball boundingBall(const VolumeInfo& info) {
 
 void Camera::validate(const std::string& where) const {
     const auto refuse = [&](const std::string& text) { return InputError(where + ": " + text); };
-    for (int i = 0; i < 3; ++i)
-        if (!std::isfinite(position[i]) || !std::isfinite(focalPoint[i]) || !std::isfinite(viewUp[i]))
-            throw refuse("expected finite numbers in position, focalPoint and viewUp");
+    checkPlace(position, "a position", where);
+    checkPlace(focalPoint, "a focalPoint", where);
+    checkDirection(viewUp, "a viewUp", where);
     const glm::dvec3 view = focalPoint - position;
-    if (!(glm::length(view) > 0))
+    if (!(glm::length(view) >= kShortestDirection))
         throw refuse("expected position and focalPoint to differ");
     if (!(glm::length(glm::cross(view, viewUp)) > 1e-9 * glm::length(view) * glm::length(viewUp)))
         throw refuse("expected a viewUp that is not parallel to the direction of view");
     if (projection == Projection::perspective && !(viewAngle > 0 && viewAngle < 180))
-        throw refuse("expected viewAngle between 0 and 180 degrees, found " + std::to_string(viewAngle));
-    if (projection == Projection::parallel && !(parallelScale > 0 && std::isfinite(parallelScale)))
-        throw refuse("expected a positive parallelScale in mm, found " + std::to_string(parallelScale));
+        throw refuse("expected viewAngle between 0 and 180 degrees, found " + shownNumber(viewAngle));
+    if (projection == Projection::parallel && !(parallelScale > 0 && parallelScale <= kFarthestPlaceMm))
+        throw refuse("expected a positive parallelScale in mm, at most 1e+12, found " +
+                     shownNumber(parallelScale));
 }
 
 ViewAxes viewAxes(View view) {

@@ -22,8 +22,8 @@ struct Camera {
     double viewAngle = 30;      // full vertical angle, degrees, (0,180)
     double parallelScale = 100; // half the height of the view, mm; parallel projection only
 
-    /// Throws InputError naming where for values that are not finite, a zero view direction, viewUp parallel
-    /// to it, or an angle or scale out of range.
+    /// Throws InputError naming where for values that are not finite or beyond bounds (core/magnitude.h), a
+    /// zero view direction, viewUp parallel to it, or an angle or scale out of range.
     void validate(const std::string& where) const;
     bool operator==(const Camera&) const = default;
 };

@@ -51,7 +51,7 @@ Scissors parseScissors(const JsonValue& value) {
     Scissors scissors{parseFreeCamera(value.at("camera")), 1, {}, keepOf(value)};
     if (value.has("aspect"))
         scissors.aspect = value.at("aspect").number();
-    for (const JsonValue& point : value.at("outline").items()) {
+    for (const JsonValue& point : value.at("outline").items(Cuts::kMostPoints, "points")) {
         const std::vector<double> n = point.numbers(2);
         scissors.outline.emplace_back(n[0], n[1]);
     }
@@ -63,10 +63,8 @@ template <typename Cut, typename Parse>
 void parseAll(const JsonValue& object, const char* key, std::vector<Cut>& out, const Parse& parse) {
     if (!object.has(key))
         return;
-    for (const JsonValue& item : object.at(key).items())
+    for (const JsonValue& item : object.at(key).items(Cuts::kMostOfAKind, key))
         out.push_back(parse(item));
-    if (out.size() > Cuts::kMostOfAKind)
-        object.at(key).refuse("at most " + std::to_string(Cuts::kMostOfAKind) + " " + key);
 }
 
 } // namespace

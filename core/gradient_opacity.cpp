@@ -2,6 +2,7 @@
 #include "core/gradient_opacity.h"
 
 #include "core/error.h"
+#include "core/magnitude.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +15,9 @@ GradientOpacity GradientOpacity::fromPoints(std::vector<GradientPoint> points, P
         throw InputError(where + ": expected at most " + std::to_string(kMostPoints) + " points, found " +
                          std::to_string(points.size()));
     for (GradientPoint& p : points) {
-        if (!std::isfinite(p.length) || !(p.length >= 0))
-            throw InputError(where + ": expected lengths of 0 or more, found " + std::to_string(p.length));
+        checkValue(p.length, "a gradient's length", where);
+        if (!(p.length >= 0))
+            throw InputError(where + ": expected lengths of 0 or more, found " + shownNumber(p.length));
         if (!std::isfinite(p.factor))
             throw InputError(where + ": expected finite numbers, found factor " + std::to_string(p.factor));
         p.factor = std::clamp(p.factor, 0.0, 1.0);

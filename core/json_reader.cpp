@@ -17,30 +17,6 @@ namespace {
 
 using nlohmann::json;
 
-/// Follows the parser through objects and lists, to see what the finished document no longer shows.
-class Watch {
-  public:
-    explicit Watch(const std::string& where) : where_(where) {}
-
-    bool operator()(int depth, json::parse_event_t event, const json& parsed) {
-        if (event == json::parse_event_t::object_start || event == json::parse_event_t::array_start) {
-            if (depth >= kMaxJsonDepth)
-                throw badFile(where_, "at most " + std::to_string(kMaxJsonDepth) + " nested levels", "more");
-            keys_.emplace_back();
-        } else if (event == json::parse_event_t::object_end || event == json::parse_event_t::array_end) {
-            keys_.pop_back();
-        } else if (event == json::parse_event_t::key) {
-            if (!keys_.back().insert(parsed.get<std::string>()).second)
-                throw badFile(where_, "every key once in an object", "the key " + parsed.dump() + " twice");
-        }
-        return true;
-    }
-
-  private:
-    const std::string& where_;
-    std::vector<std::set<std::string>> keys_; // of the objects that are open
-};
-
 /// What a value is, short enough for a line.
 std::string describe(const json& value) {
     constexpr std::size_t kMaxShown = 40;
@@ -54,6 +30,54 @@ std::string describe(const json& value) {
     return text;
 }
 
+/// Follows the parser through objects and lists, to see what the finished document no longer shows. In a walk
+/// of its own: a document that is built under watch looks at all of a list again at each object in it.
+class Watch : public nlohmann::json_sax<json> {
+  public:
+    explicit Watch(const std::string& where) : where_(where) {}
+
+    bool start_object(std::size_t) override { return open(); }
+    bool start_array(std::size_t) override { return open(); }
+    bool end_object() override { return close(); }
+    bool end_array() override { return close(); }
+    bool key(std::string& key) override {
+        if (!keys_.back().insert(key).second)
+            throw badFile(where_, "every key once in an object", "the key " + describe(json(key)) + " twice");
+        return true;
+    }
+    bool null() override { return true; }
+    bool boolean(bool) override { return true; }
+    bool number_integer(std::int64_t) override { return true; }
+    bool number_unsigned(std::uint64_t) override { return true; }
+    bool number_float(double, const std::string&) override { return true; }
+    bool string(std::string&) override { return true; }
+    bool binary(json::binary_t&) override { return true; }
+    bool parse_error(std::size_t, const std::string&, const json::exception& error) override {
+        // "[json.exception.parse_error.101] parse error at line 3, column 5: ..."; the tag helps nobody
+        std::string message = error.what();
+        if (const auto tag = message.find("] "); tag != std::string::npos)
+            message = message.substr(tag + 2);
+        std::replace_if(
+            message.begin(), message.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+        throw badFile(where_, "JSON", "a " + message);
+    }
+
+  private:
+    bool open() {
+        if (keys_.size() >= static_cast<std::size_t>(kMaxJsonDepth))
+            throw badFile(where_, "at most " + std::to_string(kMaxJsonDepth) + " nested levels", "more");
+        keys_.emplace_back();
+        return true;
+    }
+    bool close() {
+        keys_.pop_back();
+        return true;
+    }
+
+    const std::string& where_;
+    std::vector<std::set<std::string>> keys_; // of the objects and lists that are open
+};
+
 std::string plainNumber(double number) {
     std::ostringstream out;
     out.precision(10); // ranges are written by hand: no digits of rounding noise
@@ -66,20 +90,9 @@ std::string plainNumber(double number) {
 json parseStrictJson(const std::string& text, const std::string& where) {
     if (text.size() > kMaxJsonBytes)
         throw badFile(where, "at most 16 MiB of JSON", "more");
-    try {
-        Watch watch(where);
-        return json::parse(text, [&watch](int depth, json::parse_event_t event, json& parsed) {
-            return watch(depth, event, parsed);
-        });
-    } catch (const json::exception& error) {
-        // "[json.exception.parse_error.101] parse error at line 3, column 5: ..."; the tag helps nobody
-        std::string message = error.what();
-        if (const auto tag = message.find("] "); tag != std::string::npos)
-            message = message.substr(tag + 2);
-        std::replace_if(
-            message.begin(), message.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-        throw badFile(where, "JSON", "a " + message);
-    }
+    Watch watch(where);
+    json::sax_parse(text, &watch);
+    return json::parse(text);
 }
 
 std::string readTextFile(const std::string& path) {
@@ -126,14 +139,21 @@ JsonValue JsonValue::at(const std::string& key) const {
     return {*found, where_, path_ + "." + key};
 }
 
-std::vector<JsonValue> JsonValue::items() const {
+JsonItems JsonValue::items() const {
     if (!value_->is_array())
         refuse("a list");
-    std::vector<JsonValue> values;
-    values.reserve(value_->size());
-    for (std::size_t i = 0; i < value_->size(); ++i)
-        values.push_back({(*value_)[i], where_, path_ + "[" + std::to_string(i) + "]"});
-    return values;
+    return {*this, value_->size()};
+}
+
+JsonItems JsonValue::items(std::size_t most, const std::string& what) const {
+    JsonItems list = items();
+    if (list.size() > most)
+        refuse("at most " + std::to_string(most) + " " + what);
+    return list;
+}
+
+JsonValue JsonItems::operator[](std::size_t i) const {
+    return {(*list_.value_)[i], list_.where_, list_.path_ + "[" + std::to_string(i) + "]"};
 }
 
 std::vector<double> JsonValue::numbers(std::size_t count) const {

@@ -167,11 +167,12 @@ Lighting parseLighting(const JsonValue& value) {
     Lighting lighting;
     if (value.has("lights")) {
         const JsonValue lights = value.at("lights");
-        for (const JsonValue& item : lights.items())
-            lighting.lights.push_back(parseLight(item));
-        if (lighting.lights.empty() || lighting.lights.size() > Lighting::kMaxLights)
+        const JsonItems items = lights.items();
+        if (items.empty() || items.size() > Lighting::kMaxLights)
             lights.refuse("1 to " + std::to_string(Lighting::kMaxLights) +
                           " lights (without the key: a head light)");
+        for (const JsonValue& item : items)
+            lighting.lights.push_back(parseLight(item));
     }
     if (value.has("occlusion"))
         lighting.occlusion = parseOcclusion(value.at("occlusion"));

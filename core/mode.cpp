@@ -2,6 +2,7 @@
 #include "core/mode.h"
 
 #include "core/error.h"
+#include "core/magnitude.h"
 #include "core/nearest_name.h"
 
 #include <algorithm>
@@ -131,8 +132,11 @@ ValueColour parseValueColour(const std::string& text, const std::string& where) 
 GreyWindow checkedWindow(double centre, double width, const std::string& where) {
     if (!std::isfinite(centre) || !std::isfinite(width) || !(width > 0))
         throw badFile(where, "CENTRE,WIDTH with a width above 0",
-                      std::to_string(centre) + "," + std::to_string(width));
-    return {centre, width};
+                      shownNumber(centre) + "," + shownNumber(width));
+    const GreyWindow window{centre, width};
+    checkValue(window.low(), "CENTRE,WIDTH whose ends lie", where);
+    checkValue(window.high(), "CENTRE,WIDTH whose ends lie", where);
+    return window;
 }
 
 WindowChoice parseWindow(const std::string& text, const std::string& where) {
@@ -154,11 +158,12 @@ WindowChoice parseWindow(const std::string& text, const std::string& where) {
 }
 
 void checkSlice(const SlicePlane& slice, const std::string& where) {
-    if (!(slice.thicknessMm >= 0) || !std::isfinite(slice.thicknessMm))
-        throw badFile(where, "a thickness of 0 mm or more", std::to_string(slice.thicknessMm));
-    const double length = glm::length(slice.normal);
-    if (!(length > 0) || !std::isfinite(length))
-        throw badFile(where, "a normal that is not 0", "one of length " + std::to_string(length));
+    checkLength(slice.thicknessMm, "a thickness", where);
+    if (!(slice.thicknessMm >= 0))
+        throw badFile(where, "a thickness of 0 mm or more", shownNumber(slice.thicknessMm));
+    checkLength(slice.positionMm.value_or(0), "a position", where);
+    checkPlace(slice.point, "a point", where);
+    checkDirection(slice.normal, "a normal", where);
 }
 
 } // namespace tessera

@@ -75,9 +75,9 @@ Orientation parseOrientation(const std::string& text, const std::string& where);
 ValueColour parseValueColour(const std::string& text, const std::string& where);
 /// A name, or "CENTRE,WIDTH".
 WindowChoice parseWindow(const std::string& text, const std::string& where);
-/// Centre and width that are finite, width above 0.
+/// Centre and width that are finite, width above 0, both ends values that a voxel can hold.
 GreyWindow checkedWindow(double centre, double width, const std::string& where);
-/// A thickness of at least 0, and a normal that is one.
+/// A thickness of at least 0, a normal that is one, and numbers within bounds (core/magnitude.h).
 void checkSlice(const SlicePlane& slice, const std::string& where);
 
 } // namespace tessera

@@ -28,7 +28,7 @@ constexpr double kMostMm = 1e7, kMostSeconds = 1e6;
 constexpr int kMostIndex = 1000000;
 
 glm::dvec3 placeOf(const JsonValue& value) {
-    const std::vector<JsonValue> items = value.items();
+    const JsonItems items = value.items();
     if (items.size() != 3)
         value.refuse("[x, y, z] in mm");
     return {items[0].number(-kMostMm, kMostMm), items[1].number(-kMostMm, kMostMm),
@@ -42,7 +42,7 @@ PathVolume parseVolume(const JsonValue& value) {
     value.requireKeys(kVolumeKeys);
     PathVolume volume;
     volume.contentHash = value.at("contentHash").text();
-    const std::vector<JsonValue> size = value.at("size").items();
+    const JsonItems size = value.at("size").items();
     if (size.size() != 3)
         value.at("size").refuse("[x, y, z] in voxels");
     for (int axis = 0; axis < 3; ++axis)
@@ -89,7 +89,7 @@ LookAround parseLook(const JsonValue& value) {
     if (value.has("pitch"))
         look.pitchDegrees = value.at("pitch").number(-89, 89);
     if (value.has("offset")) {
-        const std::vector<JsonValue> offset = value.at("offset").items();
+        const JsonItems offset = value.at("offset").items();
         if (offset.size() != 2)
             value.at("offset").refuse("[right, up] in mm");
         look.offsetMm = {offset[0].number(-1e4, 1e4), offset[1].number(-1e4, 1e4)};
@@ -231,19 +231,12 @@ Path parsePath(const std::string& text, const std::string& where) {
         path.lumen = parseLumen(root.at("lumen"));
     if (root.has("lines")) {
         std::size_t points = 0;
-        const std::vector<JsonValue> lines = root.at("lines").items();
-        if (lines.size() > Path::kMostLines)
-            root.at("lines").refuse("at most " + std::to_string(Path::kMostLines) + " lines");
-        for (const JsonValue& item : lines)
+        for (const JsonValue& item : root.at("lines").items(Path::kMostLines, "lines"))
             path.lines.push_back(parseLine(item, points));
     }
-    if (root.has("keyframes")) {
-        const std::vector<JsonValue> keyframes = root.at("keyframes").items();
-        if (keyframes.size() > Path::kMostKeyframes)
-            root.at("keyframes").refuse("at most " + std::to_string(Path::kMostKeyframes) + " keyframes");
-        for (const JsonValue& item : keyframes)
+    if (root.has("keyframes"))
+        for (const JsonValue& item : root.at("keyframes").items(Path::kMostKeyframes, "keyframes"))
             path.keyframes.push_back(parseKeyframe(item));
-    }
     if (root.has("flight"))
         path.flight = parseFlight(root.at("flight"));
     if (root.has("framesPerSecond"))

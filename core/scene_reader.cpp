@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "core/json_reader.h"
 #include "core/lighting_json.h"
+#include "core/magnitude.h"
 #include "core/measurement_json.h"
 #include "core/scene.h"
 #include "core/shading_json.h"
@@ -94,6 +95,7 @@ Isosurface parseSurface(const JsonValue& value) {
     value.requireKeys(kSurfaceKeys);
     Isosurface surface;
     surface.value = value.at("value").number();
+    checkValue(surface.value, "a value", value.at("value").place());
     value.read("opacity", 0, 1, surface.opacity);
     if (value.has("rgb")) {
         const JsonValue colour = value.at("rgb");
@@ -107,10 +109,8 @@ Isosurface parseSurface(const JsonValue& value) {
 
 std::vector<Isosurface> parseSurfaces(const JsonValue& value) {
     std::vector<Isosurface> surfaces;
-    for (const JsonValue& item : value.items())
+    for (const JsonValue& item : value.items(Scene::kMaxSurfaces, "isosurfaces"))
         surfaces.push_back(parseSurface(item));
-    if (surfaces.size() > Scene::kMaxSurfaces)
-        value.refuse("at most " + std::to_string(Scene::kMaxSurfaces) + " isosurfaces");
     return surfaces;
 }
 
@@ -186,7 +186,7 @@ Quality parseQuality(const JsonValue& value) {
 void parseImage(const JsonValue& value, Scene& scene) {
     value.requireKeys(kImageKeys);
     if (value.has("size")) {
-        const std::vector<JsonValue> size = value.at("size").items();
+        const JsonItems size = value.at("size").items();
         if (size.size() != 2)
             value.at("size").refuse("[width, height]");
         for (int axis = 0; axis < 2; ++axis)
@@ -224,7 +224,7 @@ Scene parseScene(const std::string& text, const std::filesystem::path& folder, c
     root.requireKeys(kSceneKeys);
     root.at("tesseraScene").integer(Scene::kVersion, Scene::kVersion);
     Scene scene;
-    const std::vector<JsonValue> volumes = root.at("volumes").items();
+    const JsonItems volumes = root.at("volumes").items();
     if (volumes.size() != 1)
         root.at("volumes").refuse("a list of exactly one volume (more are not drawn yet)");
     scene.volumes.push_back(parseVolume(volumes.front(), folder));

@@ -1,6 +1,8 @@
 // core/shading_json.cpp: see shading_json.h.
 #include "core/shading_json.h"
 
+#include "core/magnitude.h"
+
 #include <nlohmann/json.hpp>
 
 namespace tessera {
@@ -28,6 +30,7 @@ Shading parseShading(const JsonValue& value) {
         const std::vector<double> ends = weight.numbers(2);
         if (!(ends[0] >= 0 && ends[0] <= ends[1]))
             weight.refuse("[low, high], 0 or more, ascending");
+        checkValue(ends[1], "[low, high]", weight.place());
         shading.gradientWeight = GradientWeight{ends[0], ends[1]};
     }
     return shading;

@@ -2,6 +2,7 @@
 #include "core/transfer_function.h"
 
 #include "core/error.h"
+#include "core/magnitude.h"
 
 #include <algorithm>
 #include <cmath>
@@ -56,12 +57,12 @@ TransferFunction TransferFunction::fromOpacity(std::vector<OpacityPoint> opacity
 TransferFunction TransferFunction::fromExtinction(std::vector<OpacityPoint> extinction,
                                                   std::vector<ColourPoint> colour, const std::string& where) {
     for (OpacityPoint& p : extinction) {
-        checkFinite(p.value, "value", where);
+        checkValue(p.value, "a point's value", where);
         checkFinite(p.opacity, "opacity", where);
         p.opacity = std::max(p.opacity, 0.0);
     }
     for (ColourPoint& p : colour) {
-        checkFinite(p.value, "value", where);
+        checkValue(p.value, "a point's value", where);
         for (int c = 0; c < 3; ++c) {
             checkFinite(p.colour[c], "colour", where);
             p.colour[c] = std::clamp(p.colour[c], 0.0, 1.0);
@@ -89,6 +90,8 @@ void TransferFunction::setMaterials(std::vector<Material> materials, const std::
         throw InputError(where + ": expected at most " + std::to_string(kMaxMaterials) +
                          " materials, found " + std::to_string(materials.size()));
     for (std::size_t i = 0; i < materials.size(); ++i) {
+        checkValue(materials[i].from, "a material's \"from\"", where);
+        checkValue(materials[i].to, "a material's \"to\"", where);
         if (!(materials[i].from < materials[i].to))
             throw InputError(where + ": expected a material's \"from\" below its \"to\"");
         if (i > 0 && materials[i].from < materials[i - 1].to)
@@ -206,6 +209,9 @@ TransferTable makeTable(const TransferFunction& function, std::vector<SurfaceVal
         first -= 0.5 * lacking;
         last += 0.5 * lacking;
     }
+    // What was added to the ends of a range that fills floats is beyond them.
+    first = std::max(first, -kLargestValue);
+    last = std::min(last, kLargestValue);
     double closest = last - first;
     for (std::size_t i = 1; i < kinks.size(); ++i)
         closest = std::min(closest, kinks[i] - kinks[i - 1]);

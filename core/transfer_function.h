@@ -38,8 +38,8 @@ class TransferFunction {
     TransferFunction() = default;
     /// Points in any order; sorted stably. Opacities and colours are clamped to [0,1].
     /// No opacity points: transparent everywhere; no colour points: white.
-    /// Throws InputError naming where for values, opacities or colours that are not finite, and for a
-    /// reference length that is not positive and finite.
+    /// Throws InputError naming where for values that no voxel can hold (core/magnitude.h), opacities or
+    /// colours that are not finite, and for a reference length that is not positive and finite.
     static TransferFunction fromOpacity(std::vector<OpacityPoint> opacity, std::vector<ColourPoint> colour,
                                         double referenceLengthMm,
                                         const std::string& where = "transfer function");
@@ -59,8 +59,8 @@ class TransferFunction {
     const std::vector<ColourPoint>& colourPoints() const { return colour_; }
     double referenceLengthMm() const { return referenceLengthMm_; }
     static constexpr std::size_t kMaxMaterials = 8;
-    /// Ascending. Throws InputError naming where for ranges that are empty or share values, and for more than
-    /// kMaxMaterials.
+    /// Ascending. Throws InputError naming where for ranges that are empty or share values, values that no
+    /// voxel can hold, and for more than kMaxMaterials.
     void setMaterials(std::vector<Material> materials, const std::string& where = "transfer function");
     const std::vector<Material>& materials() const { return materials_; }
     /// A material sends light.

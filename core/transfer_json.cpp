@@ -56,7 +56,7 @@ const std::vector<std::string> kGradientUnits = {"mm", "voxel"}; // in the order
 
 GradientOpacity parseGradientOpacity(const JsonValue& value, const std::string& unit) {
     std::vector<GradientPoint> points;
-    for (const JsonValue& item : value.items()) {
+    for (const JsonValue& item : value.items(GradientOpacity::kMostPoints, "points")) {
         const std::vector<double> point = item.numbers(2);
         if (!(point[0] >= 0))
             item.refuse("[length, factor], a length of 0 or more");
@@ -88,7 +88,8 @@ TransferFunction parseTransfer(const JsonValue& value) {
         TransferFunction::fromOpacity(std::move(opacity), std::move(colour), unitMm, value.place());
     if (value.has("materials")) {
         std::vector<Material> materials;
-        for (const JsonValue& item : value.at("materials").items())
+        for (const JsonValue& item :
+             value.at("materials").items(TransferFunction::kMaxMaterials, "materials"))
             materials.push_back(parseMaterial(item));
         function.setMaterials(std::move(materials), value.at("materials").place());
     }

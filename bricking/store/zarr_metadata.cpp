@@ -5,6 +5,7 @@
 #include "bricking/store/pyramid.h"
 #include "bricking/store/shard.h"
 #include "core/error.h"
+#include "core/magnitude.h"
 
 #include <cmath>
 #include <cstring>
@@ -287,8 +288,26 @@ std::vector<ShardRecord> parseShards(const Json& document, const std::string& po
 
 } // namespace
 
+namespace {
+constexpr double kLeastStoredMm = 1e-9, kMostStoredMm = 1e9, kFarthestStoredMm = 1e18;
+} // namespace
+
 void checkStorable(const VolumeInfo& info, const std::string& where) {
     info.validate(where);
+    // Wider than what importers believe: only so that no arithmetic overflows on a store of other hands.
+    const glm::dvec3 spacing = info.spacingMm();
+    for (int axis = 0; axis < 3; ++axis)
+        if (!(spacing[axis] >= kLeastStoredMm && spacing[axis] <= kMostStoredMm))
+            throw badFile(where, "a voxel spacing from 1e-9 to 1e9 mm",
+                          shownNumber(spacing[axis]) + " mm along axis " + std::to_string(axis));
+    for (int axis = 0; axis < 3; ++axis)
+        if (!(std::abs(info.patientFromVoxel[3][axis]) <= kFarthestStoredMm))
+            throw badFile(where, "a first voxel within 1e18 mm of the origin",
+                          shownNumber(info.patientFromVoxel[3][axis]) + " mm");
+    if (!(std::abs(info.rescaleSlope) >= 1 / kLargestValue))
+        throw badFile(where, "a rescale slope that tells values apart", shownNumber(info.rescaleSlope));
+    checkValue(info.rescaleSlope, "a rescale slope", where);
+    checkValue(info.rescaleIntercept, "a rescale intercept", where);
     for (int axis = 0; axis < 3; ++axis)
         if (info.extentVoxels[axis] > kMaxExtent)
             throw badFile(where, "at most 2^30 voxels along every axis",

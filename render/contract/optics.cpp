@@ -17,8 +17,13 @@ Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shad
     o.table = table.entries;
     // Physical = slope * stored + intercept, folded into the table's own scale once, in double.
     const double perValue = static_cast<double>(table.entriesPerValue);
-    o.scale = static_cast<float>(info.rescaleSlope * perValue);
-    o.offset = static_cast<float>((info.rescaleIntercept - static_cast<double>(table.firstValue)) * perValue);
+    // Held to what floats hold, so that no place is infinity minus infinity.
+    const auto held = [](double number) {
+        constexpr double most = std::numeric_limits<float>::max();
+        return static_cast<float>(std::clamp(number, -most, most));
+    };
+    o.scale = held(info.rescaleSlope * perValue);
+    o.offset = held((info.rescaleIntercept - static_cast<double>(table.firstValue)) * perValue);
     setShading(o, shading);
     o.gradientOpacity = gradientNumbers(table.gradientOpacity, info);
     const glm::dmat3 linear(info.patientFromVoxel);

@@ -6,12 +6,14 @@
 #include "bricking/levels/selection.h"
 #include "bricking/statistics/statistics.h"
 #include "core/brick.h"
+#include "core/error.h"
 #include "core/scene.h"
 #include "core/transfer_function.h"
 #include "core/volume.h"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <limits>
@@ -45,6 +47,7 @@ class ZeroExtinction {
         const double perValue = static_cast<double>(table.entriesPerValue);
         scale_ = info.rescaleSlope * perValue;
         offset_ = (info.rescaleIntercept - static_cast<double>(table.firstValue)) * perValue;
+        TESSERA_CHECK(std::isfinite(scale_) && scale_ != 0 && std::isfinite(offset_));
     }
     bool over(const Hull& h) const {
         const double x = static_cast<double>(h.lo) * scale_ + offset_;

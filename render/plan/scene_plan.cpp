@@ -2,6 +2,7 @@
 #include "render/plan/scene_plan.h"
 
 #include "core/error.h"
+#include "core/magnitude.h"
 #include "core/threads.h"
 #include "render/contract/lattice.h"
 #include "render/contract/ray_state.h"
@@ -273,10 +274,12 @@ ScenePlan viewOf(const Scene& given, const StoreReader& store, Statistics* kept,
     p.view.imageCharge = ram.charge(bytesPerPixel * rayCount(scene.imageSize), "the picture");
     p.volume.selectionCharge = ram.charge(selectionBytes(info), "the selection of bricks");
     p.volume.statistics = kept ? std::move(*kept) : loadStatistics(store, ram, threads);
+    const ValueSummary values = summarise(p.volume.statistics, info, scene.volumes.at(0).unit);
+    for (const double value : {values.lowest, values.highest})
+        checkValue(value, "physical values", store.path().string());
     const TransferChoice& function = scene.volumes.at(0).transferFunction;
     if (const auto* name = std::get_if<std::string>(&function))
-        p.setFunction(presetFunction(*name, summarise(p.volume.statistics, info, scene.volumes.at(0).unit)),
-                      scene, ram);
+        p.setFunction(presetFunction(*name, values), scene, ram);
     else
         p.setFunction(std::get<TransferFunction>(function), scene, ram);
     p.view.part = drawnPart(scene, info);

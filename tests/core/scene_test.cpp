@@ -10,6 +10,7 @@
 #include "tests/support/folders.h"
 
 #include <cmath>
+#include <ctime>
 #include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -272,6 +273,30 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
     camera["camera"]["viewAngle"] = 30;
     camera["camera"]["focalPoint"] = camera["camera"]["position"];
     messageOf(camera.dump());
+}
+
+// What a hostile file costs: every list that has a bound, with many times as many, and lists that have none.
+TEST(Scene, LongListsAreReadInTimeThatGrowsWithThem) {
+    constexpr int kMany = 100000;
+    const auto listOf = [](const json& item) {
+        json list = json::array();
+        for (int i = 0; i < kMany; ++i)
+            list.push_back(item);
+        return list;
+    };
+    for (const char* pointer :
+         {"/isosurfaces", "/lighting/lights", "/cuts/boxes", "/cuts/planes", "/cuts/scissors",
+          "/cuts/scissors/0/outline", "/measurements", "/volumes", "/volumes/0/transferFunction/materials",
+          "/volumes/0/transferFunction/gradientOpacity"}) {
+        const std::string text = with(pointer, listOf(json::object()));
+        const std::clock_t start = std::clock();
+        EXPECT_THAT(messageOf(text), HasSubstr("100000")) << pointer;
+        EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 3) << pointer;
+    }
+    const std::string points = with("/volumes/0/transferFunction/scalarOpacity", listOf({1, 0.5}));
+    const std::clock_t start = std::clock();
+    parse(points);
+    EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 3);
 }
 
 TEST(Scene, TextThatIsNoSceneIsRefused) {

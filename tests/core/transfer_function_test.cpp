@@ -52,6 +52,25 @@ TEST(TransferFunction, StepTakesTheRightValueAndOutermostOfTriplicates) {
     EXPECT_EQ(f.extinction(std::nextafter(5.0, 0.0)), 0);
 }
 
+// Whatever the points are, readers of the table have numbers: a first value and a scale.
+TEST(TransferFunction, TablesOfTheWidestFunctionsAreOfFiniteNumbers) {
+    const double most = std::numeric_limits<float>::max();
+    for (const double low : {-most, -1e30, 0.0, 1e-300, most})
+        for (const double high : {-most, 5e-324, 1.0, 0.99 * most, most}) {
+            const TransferFunction f = TransferFunction::fromOpacity({{low, 0}, {high, 1}}, {}, 1);
+            for (const bool surface : {false, true}) {
+                const TransferTable table = makeTable(f, surface ? std::vector<SurfaceValue>{{low}, {high}}
+                                                                 : std::vector<SurfaceValue>());
+                EXPECT_TRUE(std::isfinite(table.firstValue)) << low << " " << high;
+                EXPECT_TRUE(std::isnormal(table.entriesPerValue)) << low << " " << high;
+                for (const glm::vec4& entry : table.entries)
+                    ASSERT_TRUE(std::isfinite(entry.a) && std::isfinite(entry.r)) << low << " " << high;
+            }
+        }
+    EXPECT_THROW(TransferFunction::fromOpacity({{-1e308, 0}, {1e308, 1}}, {}, 1), InputError);
+    EXPECT_THROW(TransferFunction::fromOpacity({}, {{3.5e38, {}}}, 1), InputError);
+}
+
 TEST(TransferFunction, RefusesWhatIsNotFinite) {
     const double nan = std::numeric_limits<double>::quiet_NaN(),
                  inf = std::numeric_limits<double>::infinity();

@@ -78,8 +78,13 @@ inline Image mirrorPicture(const Prepared& prepared) {
     const ScenePlan& p = prepared.p;
     Image image(p.view.imageSize);
     Work work;
-    image.pixels = mirrorRays<float>(mirrorInput(p, p.view.quality.skipping), image.pixels.size(),
-                                     frameRays(cast<float>(p.view.frame)), 0, work);
+    MirrorInput input = mirrorInput(p, p.view.quality.skipping);
+    std::optional<CutRays> cuts;
+    if (p.view.frame.cuts)
+        input.cuts = &cuts.emplace(cutRays(p.view.frame, {}, 0));
+    input.segmentVoxels = p.view.frame.segmentVoxels;
+    image.pixels =
+        mirrorRays<float>(input, image.pixels.size(), frameRays(cast<float>(p.view.frame)), 0, work);
     return image;
 }
 

@@ -6,6 +6,7 @@
 #include "viewer/presets/foreign_preset.h"
 
 #include <cmath>
+#include <ctime>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -236,6 +237,32 @@ TEST(ForeignPresets, WhatTheyCannotSayIsSaid) {
     EXPECT_THAT(writeForeignPreset(preset, PresetFormat::slicerJson).leftOut, ElementsAre("\"mode\""));
     EXPECT_THAT(writeForeignPreset(preset, PresetFormat::paraView).leftOut,
                 ElementsAre("\"mode\"", "\"shading\""));
+}
+
+// Curves of many points cost VTK the square of their number.
+TEST(ForeignPresets, LongCurvesAreRefusedAndTheLongestAreQuick) {
+    const auto slicer = [](std::size_t count) {
+        std::string points;
+        for (std::size_t i = 0; i < count; ++i)
+            points += (i > 0 ? "," : "") +
+                      ("{\"x\":" + std::to_string(i) + ",\"y\":0." + std::to_string(i % 10) + "}");
+        return "{\"volumeProperties\":[{\"components\":[{\"scalarOpacity\":{\"points\":[" + points +
+               "]}}]}]}";
+    };
+    const auto paraView = [](std::size_t count) {
+        std::string numbers;
+        for (std::size_t i = 0; i < count; ++i)
+            numbers += (i > 0 ? "," : "") + std::to_string(i) + ",0.5,0.25,0." + std::to_string(i % 10);
+        return "[{\"ColorSpace\":\"Lab\",\"RGBPoints\":[" + numbers + "]}]";
+    };
+    const std::clock_t start = std::clock();
+    EXPECT_THAT(refusal([&] { readForeignPresets(slicer(100000), PresetFormat::slicerJson, "x"); }),
+                HasSubstr("at most 2048 points"));
+    EXPECT_THAT(refusal([&] { readForeignPresets(paraView(50000), PresetFormat::paraView, "x"); }),
+                HasSubstr("at most 8192 numbers"));
+    EXPECT_EQ(readForeignPresets(slicer(2048), PresetFormat::slicerJson, "x").size(), 1u);
+    EXPECT_EQ(readForeignPresets(paraView(2048), PresetFormat::paraView, "x").size(), 1u);
+    EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 8);
 }
 
 TEST(ForeignPresets, LiesAreRefused) {

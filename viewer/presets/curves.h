@@ -11,6 +11,9 @@
 
 namespace tessera {
 
+/// Of a curve in a file: VTK sorts all points at each that is added, and looks for a value from the first on.
+constexpr std::size_t kMostCurvePoints = 2048;
+
 /// A point of vtkPiecewiseFunction.
 struct VtkPoint {
     double x = 0, y = 0, midpoint = 0.5, sharpness = 0;

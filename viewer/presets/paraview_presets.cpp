@@ -17,7 +17,7 @@ using nlohmann::json;
 
 /// The numbers of a list, in tuples.
 std::vector<std::vector<double>> tuples(const JsonValue& list, std::size_t arity) {
-    const std::vector<JsonValue> items = list.items();
+    const JsonItems items = list.items(arity * kMostCurvePoints, "numbers");
     if (items.empty() || items.size() % arity != 0)
         list.refuse("numbers in groups of " + std::to_string(arity));
     std::vector<std::vector<double>> out(items.size() / arity);

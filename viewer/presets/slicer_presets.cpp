@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/json_reader.h"
+#include "core/magnitude.h"
 #include "viewer/presets/curves.h"
 
 #include <algorithm>
@@ -26,8 +27,8 @@ using nlohmann::json;
 
 constexpr const char* kSchema = "https://raw.githubusercontent.com/slicer/slicer/main/Modules/Loadable/"
                                 "VolumeRendering/Resources/Schema/volume-property-schema-v1.0.0.json#";
-constexpr std::size_t kMostNumbers = 1'000'000;
-constexpr double kLeastUnitMm = 1e-6, kMostUnitMm = 1e6; // of scenes, as for specular powers below
+constexpr std::size_t kMostNumbers = 4 * kMostCurvePoints + 1; // and their count
+constexpr double kLeastUnitMm = 1e-6, kMostUnitMm = 1e6;       // of scenes, as for specular powers below
 constexpr double kMostPower = 1024;
 
 /// A volume property, however it was written.
@@ -116,7 +117,7 @@ std::vector<std::vector<double>> tuples(const std::string& text, std::size_t ari
         throw badFile(where, expected,
                       numbers.empty() ? "none"
                                       : std::to_string(numbers.size() - 1) + " numbers after the count " +
-                                            std::to_string(static_cast<long long>(numbers.front())));
+                                            shownNumber(numbers.front()));
     std::vector<std::vector<double>> out;
     for (std::size_t i = 1; i < numbers.size(); i += arity)
         out.emplace_back(numbers.begin() + static_cast<std::ptrdiff_t>(i),
@@ -187,7 +188,7 @@ void findElements(vtkXMLDataElement* element, std::vector<vtkXMLDataElement*>& f
 
 std::vector<VtkPoint> jsonCurve(const JsonValue& value) {
     std::vector<VtkPoint> out;
-    for (const JsonValue& point : value.at("points").items())
+    for (const JsonValue& point : value.at("points").items(kMostCurvePoints, "points"))
         out.push_back({point.at("x").number(), point.at("y").number(),
                        point.has("midpoint") ? point.at("midpoint").number() : 0.5,
                        point.has("sharpness") ? point.at("sharpness").number() : 0});
@@ -195,7 +196,7 @@ std::vector<VtkPoint> jsonCurve(const JsonValue& value) {
 }
 
 Property jsonProperty(const JsonValue& value) {
-    const std::vector<JsonValue> components = value.at("components").items();
+    const JsonItems components = value.at("components").items();
     if (components.size() != 1)
         value.at("components").refuse("a list of one component");
     const JsonValue& component = components.front();
@@ -222,7 +223,8 @@ Property jsonProperty(const JsonValue& value) {
     if (component.has("gradientOpacity"))
         p.gradientOpacity = jsonCurve(component.at("gradientOpacity"));
     if (component.has("rgbTransferFunction"))
-        for (const JsonValue& point : component.at("rgbTransferFunction").at("points").items()) {
+        for (const JsonValue& point :
+             component.at("rgbTransferFunction").at("points").items(kMostCurvePoints, "points")) {
             const std::vector<double> c = point.at("color").numbers(3);
             p.colours.push_back({point.at("x").number(),
                                  {c[0], c[1], c[2]},

@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/look.h"
+#include "core/magnitude.h"
 #include "core/nearest_name.h"
 #include "core/preset.h"
 #include "viewer/presets/preset_library.h"
@@ -37,6 +38,7 @@ Isosurface parseSurface(const std::string& text) {
     if (parts.empty() || parts.size() > 3 || text.back() == ':')
         throw refuse();
     Isosurface surface{number(parts[0])};
+    checkValue(surface.value, "a value", "--isosurface");
     if (parts.size() > 1) {
         const std::optional<glm::vec3> colour = parseBackground(parts[1], "--isosurface");
         if (!colour)
