@@ -26,11 +26,15 @@ glm::dvec3 along(const CentredLine& line, double mm) {
                    true);
 }
 
-double radiusAlong(const CentredLine& line, double mm) {
-    const double place = std::clamp(mm / line.spacingMm, 0.0, static_cast<double>(line.mm.size() - 1));
-    const auto i = std::min(static_cast<std::size_t>(place), line.mm.size() - 2);
+double numberAt(const std::vector<double>& numbers, double place) {
+    const auto i = std::min(static_cast<std::size_t>(place), numbers.size() - 2);
     const double t = place - static_cast<double>(i);
-    return (1 - t) * line.radiusMm[i] + t * line.radiusMm[i + 1];
+    return (1 - t) * numbers[i] + t * numbers[i + 1];
+}
+
+double radiusAlong(const CentredLine& line, double mm) {
+    return numberAt(line.radiusMm,
+                    std::clamp(mm / line.spacingMm, 0.0, static_cast<double>(line.mm.size() - 1)));
 }
 
 double lengthOf(const CentredLine& line) {
@@ -59,8 +63,9 @@ void addFork(Centred& limb, double& mm) {
         limb.forks.push_back(mm);
 }
 
-/// The piece of a line between two places, evenly spaced.
-CentreLine piece(const CentredLine& line, double fromMm, double toMm) {
+/// The piece of a line between two places, evenly spaced. @param leastMm  closer together points follow no
+/// bend
+CentreLine piece(const CentredLine& line, double fromMm, double toMm, double leastMm) {
     CentreLine out;
     const double count = std::max(1.0, std::ceil((toMm - fromMm) / line.spacingMm - 1e-6));
     for (double i = 0; i <= count; ++i) {
@@ -69,6 +74,17 @@ CentreLine piece(const CentredLine& line, double fromMm, double toMm) {
         out.radiusMm.push_back(radiusAlong(line, mm));
     }
     out.spacingMm = (toMm - fromMm) / count;
+    if (stepsHold(out.points, out.spacingMm))
+        return out;
+    // its points fell on other sides of a bend than the line's
+    const std::vector<glm::dvec3> points = std::move(out.points);
+    const std::vector<double> radii = std::move(out.radiusMm);
+    EvenSteps even = evenSteps(points, line.spacingMm, leastMm);
+    out.points = std::move(even.mm);
+    out.spacingMm = even.spacingMm;
+    out.radiusMm.clear();
+    for (const double place : even.places)
+        out.radiusMm.push_back(numberAt(radii, place));
     return out;
 }
 
@@ -123,7 +139,7 @@ LumenBranches branchLines(const LumenGraph& graph, const std::vector<LumenLimb>&
         double at = 0;
         for (std::size_t k = 0; k <= limb.forks.size() && generation <= generations; ++k, ++generation) {
             const double end = k < limb.forks.size() ? limb.forks[k] : lengthOf(limb.line);
-            CentreLine line = piece(limb.line, at, end);
+            CentreLine line = piece(limb.line, at, end, 0.25 * shape.smallestSpacingMm());
             line.name = "generation " + std::to_string(generation);
             if (before >= 0) {
                 line.parent = static_cast<std::size_t>(before);

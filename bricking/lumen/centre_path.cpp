@@ -20,7 +20,7 @@ constexpr double kWideTurn = 1.5;    // radius of a turn, of the lumen's, from w
 constexpr double kLeastSmooth = 0.7; // of that, in the tightest turns
 constexpr double kTightest = 0.5;    // radius of a turn, of the lumen's
 constexpr double kBesideGapMm = 8;
-constexpr double kStraight = 0.6; // of the way between two points: nearer together they lie in a kink
+constexpr double kLookMm = 0.25; // smallest spacings: closer together points follow no bend
 constexpr double kMostRayMm = 100;
 constexpr std::size_t kFarSeen = 40; // voxels of the chain
 
@@ -305,13 +305,16 @@ class Centring {
         for (int finer = 0; finer < 8; ++finer) {
             line.mm =
                 evenly(stations_.mm, rules_.spacingMm / (1 << finer / 2), finer % 2 == 1, line.spacingMm);
-            bool good = true;
-            for (std::size_t i = 0; i + 1 < line.mm.size() && good; ++i)
-                good = glm::length(line.mm[i + 1] - line.mm[i]) > kStraight * line.spacingMm;
+            bool good = stepsHold(line.mm, line.spacingMm);
             for (std::size_t i = 0; i + 1 < line.mm.size() && good; ++i)
                 good = bridged(i, line) || shape_.staysInside(line.mm[i], line.mm[i + 1], values_, rule_);
             if (good)
                 break;
+        }
+        if (!stepsHold(line.mm, line.spacingMm)) { // a kink stays one however close points lie
+            EvenSteps even = evenSteps(stations_.mm, rules_.spacingMm, kLookMm * shape_.smallestSpacingMm());
+            line.mm = std::move(even.mm);
+            line.spacingMm = even.spacingMm;
         }
         for (std::size_t i = 0; i < line.mm.size(); ++i) {
             if (i % 64 == 0)

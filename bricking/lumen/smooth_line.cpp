@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <numeric>
 
 namespace tessera {
 
@@ -93,6 +94,53 @@ std::vector<glm::dvec3> evenly(const std::vector<glm::dvec3>& line, double spaci
         out.push_back(pointAt(fine, place, true));
     spacing = arcsOf(fine).back() / static_cast<double>(out.size() - 1);
     return out;
+}
+
+bool stepsHold(const std::vector<glm::dvec3>& points, double spacingMm) {
+    for (std::size_t i = 0; i + 1 < points.size(); ++i)
+        if (!(glm::length(points[i + 1] - points[i]) >= kLeastStep * spacingMm))
+            return false;
+    return true;
+}
+
+EvenSteps evenSteps(const std::vector<glm::dvec3>& line, double spacingMm, double leastMm) {
+    std::vector<std::size_t> kept(line.size());
+    std::iota(kept.begin(), kept.end(), std::size_t{0});
+    for (double spacing = spacingMm;;) {
+        std::vector<glm::dvec3> points;
+        for (const std::size_t i : kept)
+            points.push_back(line[i]);
+        const std::vector<double> places = evenPlaces(points, spacing);
+        EvenSteps out;
+        for (const double place : places)
+            out.mm.push_back(pointAt(points, place, true));
+        out.spacingMm = arcsOf(points).back() / static_cast<double>(places.size() - 1);
+        if (kept.size() <= 2 || stepsHold(out.mm, out.spacingMm)) {
+            for (const double place : places) {
+                const std::size_t i = std::min(static_cast<std::size_t>(place), kept.size() - 2);
+                const auto a = static_cast<double>(kept[i]), b = static_cast<double>(kept[i + 1]);
+                out.places.push_back(a + (place - static_cast<double>(i)) * (b - a));
+            }
+            return out;
+        }
+        if (spacing > leastMm) {
+            spacing /= 2;
+            continue;
+        }
+        std::vector<bool> goes(kept.size(), false); // points of the line within a step that turns back
+        bool any = false;
+        for (std::size_t i = 0; i + 1 < places.size(); ++i)
+            if (!(glm::length(out.mm[i + 1] - out.mm[i]) >= kLeastStep * out.spacingMm))
+                for (auto k = static_cast<std::size_t>(std::ceil(places[i]));
+                     k < kept.size() - 1 && static_cast<double>(k) <= places[i + 1]; ++k)
+                    if (k > 0)
+                        any = goes[k] = true;
+        std::vector<std::size_t> rest;
+        for (std::size_t k = 0; k < kept.size(); ++k)
+            if (!goes[k] && (any || k == 0 || k + 1 == kept.size()))
+                rest.push_back(kept[k]);
+        kept = rest;
+    }
 }
 
 double turnMm(const std::vector<glm::dvec3>& line, std::size_t point, std::size_t reach) {

@@ -24,6 +24,20 @@ glm::dvec3 pointAt(const std::vector<glm::dvec3>& line, double place, bool strai
 std::vector<glm::dvec3> evenly(const std::vector<glm::dvec3>& line, double spacingMm, bool straight,
                                double& spacing);
 
+/// Of points that claim an even spacing, how far each is at least from the one before, as a share of it:
+/// nearer together they lie in a kink. A path's reader takes 0.5 (core/path.cpp).
+constexpr double kLeastStep = 0.6;
+bool stepsHold(const std::vector<glm::dvec3>& points, double spacingMm);
+
+struct EvenSteps {
+    std::vector<double> places; ///< on the line, as evenPlaces() has them, ascending
+    std::vector<glm::dvec3> mm; ///< there, or on the chord over a kink
+    double spacingMm = 0;
+};
+/// Evenly along straight lines between the points, so that stepsHold(): closer together than spacingMm where
+/// the line bends, down to leastMm; what turns back within less than that is left out. Its ends stay.
+EvenSteps evenSteps(const std::vector<glm::dvec3>& line, double spacingMm, double leastMm);
+
 /// Radius of the circle through a point and those `reach` before and after it, mm; infinite for a straight
 /// line and near the ends.
 double turnMm(const std::vector<glm::dvec3>& line, std::size_t point, std::size_t reach);

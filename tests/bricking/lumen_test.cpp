@@ -7,10 +7,12 @@
 #include "bricking/lumen/nearest_voxels.h"
 #include "bricking/lumen/smooth_line.h"
 #include "core/interrupt.h"
+#include "core/path.h"
 #include "tests/support/lumen_tubes.h"
 
 #include <gtest/gtest.h>
 #include <map>
+#include <random>
 #include <set>
 
 namespace tessera::test {
@@ -249,6 +251,29 @@ TEST(Lumen, SmoothingKeepsBendsAndTakesRipples) {
     EXPECT_LE(spacing, 1.7);
     for (std::size_t i = 0; i + 1 < even.size(); ++i)
         EXPECT_NEAR(glm::length(even[i + 1] - even[i]), spacing, 0.03);
+}
+
+TEST(Lumen, WhatIsWrittenIsReadBackWhateverTheLineDoes) {
+    // lines that turn back within a step, as narrow branches make them
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal;
+    for (int trial = 0; trial < 300; ++trial) {
+        std::vector<glm::dvec3> line = {{0, 0, 0}};
+        for (int i = 0; i < 3 + trial % 40; ++i)
+            line.push_back(line.back() + (trial % 3 == 0 && i % 5 == 4 ? -0.8 : 1.0) * glm::dvec3(0.3, 0, 0) +
+                           0.01 * (trial % 30) * glm::dvec3(normal(random), normal(random), normal(random)));
+        const EvenSteps even = evenSteps(line, 0.5, 0.1);
+        EXPECT_TRUE(stepsHold(even.mm, even.spacingMm)) << trial;
+        EXPECT_EQ(even.mm.front(), line.front());
+        EXPECT_LT(glm::length(even.mm.back() - line.back()), 1e-9);
+        EXPECT_TRUE(std::is_sorted(even.places.begin(), even.places.end()));
+        EXPECT_LE(even.spacingMm, 0.5 + 1e-9);
+        for (std::size_t i = 0; i < even.mm.size(); ++i)
+            EXPECT_LT(lineDistance(even.mm[i], line), 0.5);
+        Path path;
+        path.lines.push_back({"", even.mm, std::vector<double>(even.mm.size(), 1.0), even.spacingMm});
+        EXPECT_NO_THROW(parsePath(pathJson(path), "the path"));
+    }
 }
 
 } // namespace
