@@ -67,6 +67,10 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, ScenePlan& plan, 
     const auto start = std::chrono::steady_clock::now();
     PictureMeasurement out;
     out.mode = picture.mode;
+    const Lighting& lighting = picture.scene.lighting;
+    out.keptLight = reductionOf(picture.scene) == Reduction::composite &&
+                    (lightChannels(lighting) > 0 || lighting.surfaceOcclusion);
+    out.singleRays = picture.samplesPerPixel == 1;
     const bool finest = hasFinestLevels(plan);
     const glm::ivec2 size = picture.image.size;
     const bool large = size.x * size.y >= kLarge;

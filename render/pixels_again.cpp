@@ -92,7 +92,8 @@ std::vector<std::string> describe(const PictureMeasurement& m) {
         return {"measured error: not measured, because " + m.whyNot};
     std::vector<std::string> lines = {"measured error: " + numbers(m.all) + ", from " +
                                       std::to_string(m.all.shown) + " pixels drawn again with " + raysOf(m) +
-                                      " rays each"};
+                                      " rays each" +
+                                      (m.keptLight ? "; what light itself errs by is not in it" : "")};
     if (m.all.whyNoP99 == NotMeasured::tooFewPixels && m.all.shown >= kFewestForP99)
         lines.push_back("measured error: no 99th percentile, because they lie in " +
                         std::to_string(m.all.clusters) + " clusters, as bytes allow; it takes " +
@@ -104,7 +105,9 @@ std::vector<std::string> describe(const PictureMeasurement& m) {
         lines.push_back("measured error: no 99th percentile, because " + raysOf(m) +
                         " rays a pixel leave the truth too noisy");
     lines.push_back("of it the picture's samples of its pixels: " + numbers(m.sampling));
-    lines.push_back("of it levels, step, filtering and ended rays: " + numbers(m.rays));
+    lines.push_back("of it levels, step, filtering and ended rays: " + numbers(m.rays) +
+                    ", of the mean over a pixel's " + raysOf(m) + " rays" +
+                    (m.singleRays ? "; single rays, as the picture has, err by as much or more" : ""));
     return lines;
 }
 

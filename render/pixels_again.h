@@ -27,6 +27,10 @@ struct PictureMeasurement {
     /// The same pixels with the picture's own levels, step, filtering and ends of rays, but as many samples
     /// as the truth: what the picture's samples of a pixel leave out; and what all the others do.
     MeasuredErrors sampling, rays;
+    /// The picture has light that is kept of voxels or surfaces: what that light itself errs by is in none of
+    /// these numbers, because the truth has the same.
+    bool keptLight = false;
+    bool singleRays = false;          // the picture has one ray a pixel
     int samples = 0, mostSamples = 0; // of the truth of a pixel; of those that it was too noisy with
     std::size_t bytesRead = 0;
     double seconds = 0;

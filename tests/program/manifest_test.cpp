@@ -12,6 +12,7 @@ namespace {
 
 using nlohmann::json;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class Manifest : public Program {
   protected:
@@ -71,6 +72,26 @@ TEST_F(Manifest, SaysHowWrongThePictureIs) {
     EXPECT_THAT(run("info a.png").out, HasSubstr("not measured"));
     write("b.png", "no picture");
     EXPECT_NE(run("info b.png").exitCode, 0);
+}
+
+// What a measured error does not hold is said beside it, wherever it is told.
+TEST_F(Manifest, SaysWhatIsNotInTheError) {
+    const std::string render = "render s.zarr -o a.png --engine native --preset auto --size 40x40 --explain ";
+    const Outcome lit = run(render + "--light studio --max-error 20");
+    ASSERT_EQ(lit.exitCode, 0) << lit.problems;
+    EXPECT_THAT(lit.out, HasSubstr("what light itself errs by is not in it"));
+    EXPECT_THAT(lit.problems, HasSubstr("what light itself errs by is not measured"));
+    EXPECT_THAT(run("info a.png").out, HasSubstr("what light itself errs by"));
+    EXPECT_EQ(json::parse(run("info a.png --json").out)["errors"]["measured"]["notCounted"], json({"light"}));
+    const Outcome plain = run(render + "--samples 1");
+    ASSERT_EQ(plain.exitCode, 0) << plain.problems;
+    EXPECT_THAT(plain.out, Not(HasSubstr("light itself")));
+    EXPECT_THAT(
+        plain.out,
+        HasSubstr(
+            "of the mean over a pixel's 16 rays; single rays, as the picture has, err by as much or more"));
+    EXPECT_FALSE(json::parse(run("info a.png --json").out)["errors"]["measured"].contains("notCounted"));
+    EXPECT_THAT(run(render + "--samples 4").out, Not(HasSubstr("single rays")));
 }
 
 TEST_F(Manifest, HoldsTheCameraThatDrew) {

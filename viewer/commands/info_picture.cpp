@@ -49,6 +49,9 @@ void printErrors(const json& errors) {
     if (m.contains("notMeasured"))
         return printLine("error", "not measured: " + m.at("notMeasured").get<std::string>());
     printLine("error", errorText(m));
+    if (m.contains("notCounted"))
+        for (const json& what : m.at("notCounted"))
+            printLine("not in it", "what " + what.get<std::string>() + " itself errs by");
     printLine("measured", "on " + std::to_string(m.at("pixelsThatShow").get<int>()) + " pixels of " +
                               std::to_string(m.at("samplesOfPixel").get<int>()) + " rays");
     printLine("of samples", errorText(m.at("samplesOfPixels")));
