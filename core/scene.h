@@ -188,7 +188,9 @@ Integrator parseIntegrator(const std::string& text, const std::string& where);
 Gradient parseGradient(const std::string& text, const std::string& where);
 PixelFilter parsePixelFilter(const std::string& text, const std::string& where);
 
-/// Colour from "black", "white", "#rrggbb" (sRGB) or "transparent" (none). Throws InputError naming where.
+/// Colour as findColour() knows it, or none of "transparent". Throws InputError naming where.
 std::optional<glm::vec3> parseBackground(const std::string& text, const std::string& where);
+/// The same without "transparent". @param others  what else may be said there: "transparent, "
+glm::vec3 parseColour(const std::string& text, const std::string& where, const std::string& others = "");
 
 } // namespace tessera

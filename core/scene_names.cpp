@@ -89,20 +89,16 @@ Gradient parseGradient(const std::string& text, const std::string& where) {
 std::optional<glm::vec3> parseBackground(const std::string& text, const std::string& where) {
     if (text == "transparent")
         return std::nullopt;
-    if (text == "black")
-        return glm::vec3(0);
-    if (text == "white")
-        return glm::vec3(1);
-    const bool hex = text.size() == 7 && text[0] == '#' &&
-                     text.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
-    if (!hex)
-        throw badFile(where, "black, white, #rrggbb or transparent", "\"" + text.substr(0, 40) + "\"");
-    glm::vec3 linear(0);
-    for (int c = 0; c < 3; ++c) {
-        const int byte = std::stoi(text.substr(static_cast<std::size_t>(1 + 2 * c), 2), nullptr, 16);
-        linear[c] = static_cast<float>(linearFromSrgb(byte / 255.0));
-    }
-    return linear;
+    return parseColour(text, where, "transparent, ");
+}
+
+glm::vec3 parseColour(const std::string& text, const std::string& where, const std::string& others) {
+    const std::optional<glm::vec3> colour = findColour(text);
+    if (!colour)
+        throw badFile(where,
+                      others + "#rrggbb or a colour's name (black, white, red, grey and the others of CSS)",
+                      "\"" + text.substr(0, 40) + "\"; nearest: \"" + nearestColour(text) + "\"");
+    return *colour;
 }
 
 } // namespace tessera

@@ -263,7 +263,7 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
              {"/image/size", {640, 0}},
              {"/image/size", {640.5, 480}},
              {"/image/size", {640, 1000000000000LL}},
-             {"/image/background", "blue"},
+             {"/image/background", "blueish"},
              {"/image/background", "#12345g"},
              {"/image/background", {0, 0, 2}}})
         EXPECT_FALSE(messageOf(with(pointer, value)).empty()) << pointer << " " << value;

@@ -240,6 +240,25 @@ TEST_F(ImportCache, IsListedAndCleared) {
     EXPECT_EQ(run("cache list").exitCode, 0);
 }
 
+// Where a link in the cache leads to is somebody's: it is neither counted nor removed.
+TEST_F(ImportCache, LinksAreNotFollowed) {
+    ASSERT_EQ(render("v").exitCode, 0);
+    write("precious.bin", std::string(3 << 20, 'p'));
+    fs::create_directories(folder_ / "precious");
+    write("precious/zarr.json", std::string(2 << 20, 'p'));
+    fs::create_symlink(folder_ / "precious.bin", entries().front() / "link");
+    fs::create_symlink(folder_ / "precious", place() / "0123456789abcdef.zarr");
+    fs::remove(entries(".json").front()); // so that its bytes are counted
+    const auto listed = nlohmann::json::parse(run("cache list --json").out);
+    ASSERT_EQ(listed.size(), 2u);
+    for (const auto& entry : listed)
+        EXPECT_LT(entry["bytes"].get<std::uint64_t>(), 1u << 20) << entry;
+    EXPECT_THAT(run("cache clear").problems, ::testing::ContainsRegex("removed 2 imports, [0-9.]+ KiB"));
+    EXPECT_TRUE(entries().empty());
+    EXPECT_EQ(fs::file_size(folder_ / "precious.bin"), std::uintmax_t{3} << 20);
+    EXPECT_EQ(fs::file_size(folder_ / "precious/zarr.json"), std::uintmax_t{2} << 20);
+}
+
 TEST_F(ImportCache, APictureNeedsNoCache) {
     write("cache", "a file where the folder would be");
     const Outcome outcome = render("v");

@@ -138,7 +138,7 @@ TEST_F(Program, RenderRefusesBadOptionsBeforeItWorks) {
     expectRefused(render + "--engine mirro", {"--engine", "nearest: \"mirror\""});
     expectRefused(render + "--view sideways", {"--view", "anterior"});
     expectRefused(render + "--projection isometric", {"--projection"});
-    expectRefused(render + "--background blue", {"--background", "#rrggbb"});
+    expectRefused(render + "--background blueish", {"--background", "#rrggbb"});
     expectRefused(render + "--fetch soft", {"--fetch"});
     expectRefused(render + "--step 0.001", {"--step"});
     expectRefused(render + "--step x", {"--step"});

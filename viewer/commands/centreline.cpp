@@ -12,6 +12,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <memory>
+#include <sstream>
 
 namespace tessera {
 namespace {
@@ -33,13 +34,15 @@ glm::dvec3 parsePlace(const std::string& text, const std::string& option) {
         return badFile(option, "a place as x,y,z, millimetres in patient space", "'" + text + "'");
     };
     glm::dvec3 place;
-    const char* at = text.c_str();
+    std::istringstream words(text);
     for (int axis = 0; axis < 3; ++axis) {
+        std::string word;
+        std::getline(words, word, axis < 2 ? ',' : '\0');
+        word = withoutUnit(word, "mm");
         char* end = nullptr;
-        place[axis] = std::strtod(at, &end);
-        if (end == at || !(std::abs(place[axis]) <= kMostMm) || *end != (axis < 2 ? ',' : '\0'))
+        place[axis] = std::strtod(word.c_str(), &end);
+        if (word.empty() || *end != '\0' || !(std::abs(place[axis]) <= kMostMm))
             throw refuse();
-        at = end + 1;
     }
     return place;
 }
@@ -125,6 +128,7 @@ void addCentrelineCommand(Command& program, const CommonOptions& common, Action&
         .showsDefault()
         .check(wholeNumberFrom(0));
     command.option("--spacing", arguments->spacing, "mm between the path's points, at most")
+        .inUnit("mm")
         .showsDefault()
         .check(numberWithin(0.05, 100, "mm from 0.05 to 100"));
     command.option("-o,--output", arguments->out, "path to write, OUT.json").required();

@@ -114,6 +114,7 @@ void addCoverageCommand(Command& program, const CommonOptions& common, Action& a
     command.option("--view-angle", arguments->viewAngle, "vertical, degrees (default: the path's)")
         .check(numberWithin(1, Path::kMostViewAngle, "degrees from 1 to 170"));
     command.option("--every", arguments->every, "mm from a picture to the next, at most")
+        .inUnit("mm")
         .showsDefault()
         .check(numberWithin(0.05, 1000, "mm from 0.05 to 1000"));
     command.flag("--backwards", arguments->backwards, "fly from the route's end to its beginning");
@@ -121,8 +122,10 @@ void addCoverageCommand(Command& program, const CommonOptions& common, Action& a
     command
         .option("--farthest", arguments->farthest,
                 "mm from the eye, beyond which wall is not seen (default: any distance)")
+        .inUnit("mm")
         .check(numberWithin(0.1, 1e6, "mm from 0.1 to 1e6"));
     command.option("--smallest", arguments->smallest, "mm2, below which unseen patches are not listed")
+        .inUnit("mm2")
         .showsDefault()
         .check(numberWithin(0, 1e9, "mm2 from 0 to 1e9"));
     command.option("-o,--output", arguments->out, "report to write, OUT.json: all unseen patches");

@@ -38,8 +38,10 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     command.option("--fps", a->framesPerSecond, "frames per second (default: as the path says)")
         .check(numberWithin(0.1, 1000, "a number from 0.1 to 1000"));
     command.option("--speed", a->speed, "of the flight, mm/s (default: as the path says)")
+        .inUnit("mm/s")
         .check(numberWithin(0.01, 1e5, "mm/s from 0.01 to 100000"));
     command.option("--seconds", a->seconds, "that the flight takes, whatever its speed")
+        .inUnit("s")
         .check(numberWithin(0.01, 1e6, "seconds from 0.01 to 1000000"));
     command.option("--size", a->size, "pixels, WIDTHxHEIGHT (default: 512x512)");
     command.option("--light", a->light,
@@ -56,7 +58,8 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
                    "what fills the picture: all that is shown, or the volume's box: " +
                        joinNames(fitNames()) + " (default: shown)");
     command.option("--projection", a->projection, joinNames(projectionNames()));
-    command.option("--background", a->background, "black, white, #rrggbb or transparent");
+    command.option("--background", a->background,
+                   "a colour (black, red, #rrggbb), or transparent (default: black)");
     command
         .option("--engine", a->engine,
                 joinNames(renderEngineNames()) + "; auto: gpu where there is one, else native")
@@ -81,7 +84,7 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     command.option("--sampling", a->sampling,
                    "steps in coarse bricks: " + joinNames(samplingNames()) + " (default: limited)");
     command.option("--isosurface", a->surfaces,
-                   "a surface of one value, e.g. 300, 300:#eeddcc or -400:#ffccaa:0.3 (colour, opacity); "
+                   "a surface of one value, e.g. 300, 300:ivory or -400:#ffccaa:0.3 (colour, opacity); "
                    "several are drawn with several such options");
     command.option("--integrator", a->integrator,
                    "what a segment of a ray adds: " + joinNames(integratorNames()) +

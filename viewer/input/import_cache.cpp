@@ -70,12 +70,15 @@ std::string factsOf(const fs::path& path) {
     return text;
 }
 
+/// Of what goes when the folder goes: links, also the folder if it is one, lead to what stays.
 std::uint64_t bytesBelow(const fs::path& folder) {
     std::uint64_t bytes = 0;
     std::error_code ignored;
+    if (fs::is_symlink(folder, ignored))
+        return 0;
     for (fs::recursive_directory_iterator entry(folder, ignored), end; !ignored && entry != end;
          entry.increment(ignored))
-        if (std::error_code none; entry->is_regular_file(none))
+        if (std::error_code none; fs::is_regular_file(entry->symlink_status(none)))
             bytes += entry->file_size(none);
     return bytes;
 }
@@ -285,7 +288,9 @@ std::vector<CacheEntry> listCache(const fs::path& folder) {
         listed.store = entry.store;
         listed.about = textOf(note, "about");
         const bool known = note.is_object() && note.contains("bytes") && note["bytes"].is_number_unsigned();
-        listed.bytes = known ? note["bytes"].get<std::uint64_t>() : bytesBelow(entry.store);
+        std::error_code none;
+        const bool link = fs::is_symlink(entry.store, none);
+        listed.bytes = known && !link ? note["bytes"].get<std::uint64_t>() : bytesBelow(entry.store);
         struct stat facts {};
         if (::stat(entry.lock.c_str(), &facts) == 0 || ::stat(entry.store.c_str(), &facts) == 0)
             listed.lastUse = facts.st_mtim.tv_sec;
@@ -303,7 +308,7 @@ std::vector<CacheEntry> shrinkCache(const fs::path& folder, std::uint64_t bytes)
     std::uint64_t left = 0;
     for (const CacheEntry& entry : entries)
         left += entry.bytes;
-    for (auto last = entries.rbegin(); last != entries.rend() && left > bytes; ++last) {
+    for (auto last = entries.rbegin(); last != entries.rend() && (bytes == 0 || left > bytes); ++last) {
         const Entry entry(folder, last->store.stem().string());
         const LockTry lock = tryLock(entry.lock, LockKind::exclusive, true);
         if (!lock.locked)

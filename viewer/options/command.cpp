@@ -36,16 +36,19 @@ std::vector<std::string> commandNames(const CLI::App& program) {
     return names;
 }
 
-/// A mistyped command, found before the parser, which would only say that one is missing.
-void checkCommand(const CLI::App& program, int argc, char** argv) {
+/// A mistyped command, or one of a command's own, found before the parser, which would only say that one is
+/// missing.
+void checkCommand(const CLI::App& program, char** from, char** end, const std::string& of = "") {
     const auto isWord = [](const char* argument) { return argument[0] != '-'; };
-    char** const first = std::find_if(argv + 1, argv + argc, isWord);
-    if (first == argv + argc)
+    char** const word = std::find_if(from, end, isWord);
+    if (word == end)
         return;
     const std::vector<std::string> names = commandNames(program);
-    if (std::find(names.begin(), names.end(), *first) == names.end())
-        throw badFile("command line", "a command (" + joinNames(names) + ")",
-                      "\"" + std::string(*first) + "\"; nearest: \"" + nearestName(*first, names) + "\"");
+    if (std::find(names.begin(), names.end(), *word) == names.end())
+        throw badFile("command line", "a command" + of + " (" + joinNames(names) + ")",
+                      "\"" + std::string(*word) + "\"; nearest: \"" + nearestName(*word, names) + "\"");
+    if (const CLI::App& command = *program.get_subcommand(*word); command.get_require_subcommand_min() > 0)
+        checkCommand(command, word + 1, end, " of " + command.get_name());
 }
 
 /// The parser's complaint, with the nearest option where one was unknown.
@@ -96,12 +99,29 @@ ValueCheck numberWithin(double lowest, double highest, const std::string& what) 
     };
 }
 
+std::string withoutUnit(const std::string& text, const std::string& unit) {
+    if (!text.ends_with(unit))
+        return text;
+    const std::string number = text.substr(0, text.size() - unit.size());
+    const std::size_t end = number.find_last_not_of(' ');
+    return end == std::string::npos ? text : number.substr(0, end + 1);
+}
+
 Option& Option::required() {
     option_->required();
     return *this;
 }
 Option& Option::check(const ValueCheck& check) {
     option_->check(CLI::Validator([check](std::string& text) { return check(text); }, ""));
+    return *this;
+}
+Option& Option::inUnit(const std::string& unit) {
+    option_->transform(CLI::Validator(
+        [unit](std::string& text) {
+            text = withoutUnit(text, unit);
+            return std::string();
+        },
+        ""));
     return *this;
 }
 Option& Option::showsDefault() {
@@ -162,7 +182,7 @@ CommandLine::CommandLine(const std::string& name, const std::string& version, co
 CommandLine::~CommandLine() = default;
 
 std::optional<int> CommandLine::parse(int argc, char** argv) {
-    checkCommand(*app_, argc, argv);
+    checkCommand(*app_, argv + 1, argv + argc);
     try {
         app_->parse(argc, argv);
     } catch (const CLI::Success& success) { // --help, --version

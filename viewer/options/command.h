@@ -22,12 +22,18 @@ ValueCheck wholeNumberFrom(int lowest);
 /// A finite number within [lowest, highest]. @param what  "voxels from 1/64 to 16"
 ValueCheck numberWithin(double lowest, double highest, const std::string& what);
 
+/// What is left of a number's text without the unit that it is in: "5mm" and "5 mm" are "5". One without, or
+/// nothing but the unit, stays as it is.
+std::string withoutUnit(const std::string& text, const std::string& unit);
+
 /// An option that was declared. All of these return it, so that they follow one another.
 class Option {
   public:
     explicit Option(CLI::Option& option) : option_(&option) {}
     Option& required();
     Option& check(const ValueCheck& check);
+    /// Its number may have its unit behind it: "mm". Checks see the number.
+    Option& inUnit(const std::string& unit);
     /// Help shows what its target holds now.
     Option& showsDefault();
     /// Not without, and not together with, another one ("--output").

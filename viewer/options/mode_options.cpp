@@ -12,12 +12,13 @@
 namespace tessera {
 namespace {
 
-/// Numbers between commas.
+/// Numbers between commas; lengths may have their unit behind them.
 std::vector<double> numbers(const std::string& text, std::size_t count, const std::string& option,
                             const std::string& expected) {
     std::vector<double> out;
     std::istringstream words(text);
     for (std::string word; std::getline(words, word, ',');) {
+        word = withoutUnit(word, "mm");
         char* end = nullptr;
         const double value = std::strtod(word.c_str(), &end);
         if (word.empty() || *end != '\0' || !std::isfinite(value))

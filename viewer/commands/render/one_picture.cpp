@@ -58,6 +58,8 @@ void renderOnePicture(const RenderTask& task) {
             std::printf("%s\n", line.c_str());
     }
     finishStandardOutput();
+    if (!blank)
+        noteMissingSurfaces(task, result);
     noteMissedError(task, result);
     noteWritten(task, task.scene, result, "");
     common.detail("most charged: RAM " + formatBytes(task.ram.peakBytes()) + " of " +

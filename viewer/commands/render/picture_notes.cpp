@@ -2,6 +2,8 @@
 #include "viewer/commands/render/picture_notes.h"
 
 #include "core/preset.h"
+#include "render/plan/drawn_part.h"
+#include "viewer/commands/render/volume_place.h"
 
 #include <algorithm>
 
@@ -23,6 +25,22 @@ bool showsAnything(const TransferChoice& choice, const RenderResult& result) {
     return std::any_of(function->kinks().begin(), function->kinks().end(), [&](double v) {
         return v >= result.lowest && v <= result.highest && function->extinction(v) > 0;
     });
+}
+
+/// Whether a surface of the value can lie between the volume's voxels.
+bool isAmong(double value, const RenderResult& result) {
+    return value >= result.lowest && value <= result.highest;
+}
+bool hasSurfaceAmong(const std::vector<Isosurface>& surfaces, const RenderResult& result) {
+    return std::any_of(surfaces.begin(), surfaces.end(), [&](const Isosurface& surface) {
+        return surface.opacity > 0 && isAmong(surface.value, result);
+    });
+}
+
+/// "-1024 to 3071 HU"
+std::string rangeOf(const RenderResult& result, const VolumeInfo& info) {
+    return formatNumber(result.lowest) + " to " + formatNumber(result.highest) +
+           (info.unit.empty() ? "" : " " + info.unit);
 }
 
 /// "level 2" or "levels 0 to 4", and the passes where there were several.
@@ -52,24 +70,45 @@ void noteWritten(const RenderTask& task, const Scene& scene, const RenderResult&
 void warnBlank(const RenderTask& task, const RenderResult& result) {
     const Scene& scene = task.scene;
     const VolumeInfo& info = task.store.info();
-    const std::string unit = info.unit.empty() ? "" : " " + info.unit;
-    std::string why = "the camera sees nothing of the volume", fix = " --view anterior";
-    if (!(result.highest > result.lowest)) {
-        why = "all values of the volume are the same", fix = "";
-    } else if (reductionOf(scene) == Reduction::composite && scene.mode != Mode::isosurface &&
+    const Reduction reduction = reductionOf(scene);
+    const bool composites = reduction == Reduction::composite;
+    std::string why = "the camera sees nothing of the volume, which lies in " + placeOf(info);
+    std::string fix = " --view anterior";
+    if (composites && !(result.highest > result.lowest)) {
+        why = "all values of the volume are " + formatNumber(result.lowest), fix = "";
+    } else if (scene.mode == Mode::isosurface && !hasSurfaceAmong(scene.surfaces, result)) {
+        why = "none of the isosurfaces' values is among the volume's, which go from " + rangeOf(result, info);
+        fix = " --isosurface " + formatNumber(0.5 * (result.lowest + result.highest));
+    } else if (composites && scene.mode != Mode::isosurface && !hasSurfaceAmong(scene.surfaces, result) &&
                !showsAnything(scene.volumes.front().transferFunction, result)) {
-        why = "the transfer function shows none of the volume's values", fix = " --preset auto";
+        why =
+            "the transfer function shows none of the volume's values, which go from " + rangeOf(result, info);
+        fix = " --preset auto";
+    } else if (!drawnPart(scene, info).meets(glm::dvec3(0), glm::dvec3(info.extentVoxels))) {
+        why = "the cuts leave nothing of the volume, which lies in " + placeOf(info), fix = "";
     }
-    printProblem("the picture is blank: " + why + "; they go from " + formatNumber(result.lowest) + " to " +
-                 formatNumber(result.highest) + unit + "; try: " +
+    printProblem("the picture is blank: " + why + "; try: " +
                  (fix.empty() ? "tessera info " + task.arguments.in
                               : "tessera render " + task.arguments.in + " -o " + task.arguments.out + fix));
+}
+
+void noteMissingSurfaces(const RenderTask& task, const RenderResult& result) {
+    if (reductionOf(task.scene) != Reduction::composite)
+        return;
+    for (const Isosurface& surface : task.scene.surfaces)
+        if (surface.opacity > 0 && !isAmong(surface.value, result))
+            task.common.note("isosurface " + formatNumber(surface.value, 6) +
+                             ": the volume has no such value, so nothing of it is in the picture; its values "
+                             "go from " +
+                             rangeOf(result, task.store.info()));
 }
 
 void noteMissedError(const RenderTask& task, const RenderResult& result) {
     const double asked = task.scene.quality.maxError.value_or(0);
     if (!(asked > 0))
         return;
+    if (result.measured && result.measured->keptLight)
+        task.common.note("--max-error is about rays and levels: what light itself errs by is not measured");
     if (!result.shortfall.empty())
         task.common.note("the picture is not known to be within --max-error " + formatNumber(asked, 2) +
                          ": " + result.shortfall);

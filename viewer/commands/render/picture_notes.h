@@ -16,6 +16,9 @@ void noteWritten(const RenderTask& task, const Scene& scene, const RenderResult&
 /// A blank picture is no error, but never a silent one: why it is, and what to try.
 void warnBlank(const RenderTask& task, const RenderResult& result);
 
+/// Isosurfaces of values that the volume does not have.
+void noteMissingSurfaces(const RenderTask& task, const RenderResult& result);
+
 /// Where an error to stay below was asked for: why the picture is not known to be.
 void noteMissedError(const RenderTask& task, const RenderResult& result);
 

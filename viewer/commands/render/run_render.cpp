@@ -11,6 +11,7 @@
 #include "viewer/commands/render/path_of_arguments.h"
 #include "viewer/commands/render/picture_files.h"
 #include "viewer/commands/render/scene_from_arguments.h"
+#include "viewer/commands/render/volume_place.h"
 #include "viewer/commands/render/wall_along_path.h"
 #include "viewer/input/named_scene.h"
 #include "viewer/input/thin_volume.h"
@@ -82,6 +83,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
         fitSamples(store.info(), engine, ram, scene, common);
     if (arguments.path.empty())
         requireFacingView(scene, store.info(), arguments.in);
+    requireSliceInVolume(scene, store.info(),
+                         arguments.mode.slice.empty() ? arguments.in + ": $.slice" : "--slice");
     nameFunction(volume, store.info());
 
     RenderOptions options;

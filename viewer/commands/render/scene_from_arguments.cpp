@@ -18,10 +18,10 @@
 namespace tessera {
 namespace {
 
-/// "300", "300:#eeddcc" or "300:#eeddcc:0.5".
+/// "300", "300:ivory" or "300:#eeddcc:0.5".
 Isosurface parseSurface(const std::string& text) {
     const auto refuse = [&] {
-        return badFile("--isosurface", "VALUE, VALUE:#rrggbb or VALUE:#rrggbb:OPACITY (0 to 1)",
+        return badFile("--isosurface", "VALUE, VALUE:COLOUR or VALUE:COLOUR:OPACITY (0 to 1)",
                        "\"" + text.substr(0, 40) + "\"");
     };
     std::vector<std::string> parts;
@@ -40,10 +40,7 @@ Isosurface parseSurface(const std::string& text) {
     Isosurface surface{number(parts[0])};
     checkValue(surface.value, "a value", "--isosurface");
     if (parts.size() > 1) {
-        const std::optional<glm::vec3> colour = parseBackground(parts[1], "--isosurface");
-        if (!colour)
-            throw refuse();
-        surface.colour = glm::dvec3(*colour);
+        surface.colour = glm::dvec3(parseColour(parts[1], "--isosurface"));
     }
     if (parts.size() > 2)
         surface.opacity = number(parts[2]);
