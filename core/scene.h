@@ -23,7 +23,7 @@ namespace tessera {
 /// How the field's gradient is taken (docs/sampling.md, "Value"): differences to one side, over a pitch to
 /// both, the smoothed differences of Sobel, the derivative of trilinear interpolation itself, or differences
 /// over half a pitch to both sides.
-enum class Gradient { forward, central, sobel, analytic, centralHalf };
+enum class Gradient { forward, central, sobel, analytic, centralHalf, cubic };
 
 /// What highlights follow: the mirrored light, or the direction halfway between light and viewer.
 enum class ShadingModel { phong, blinnPhong };

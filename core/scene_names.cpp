@@ -36,7 +36,8 @@ const std::vector<std::string>& integratorNames() {
     return names;
 }
 const std::vector<std::string>& gradientNames() {
-    static const std::vector<std::string> names = {"forward", "central", "sobel", "analytic", "central-half"};
+    static const std::vector<std::string> names = {"forward",  "central",      "sobel",
+                                                   "analytic", "central-half", "cubic"};
     return names;
 }
 

@@ -46,6 +46,46 @@ TESSERA_LEAF V trilinear(V v000, V v001, V v010, V v011, V v100, V v101, V v110,
     return mix(mix(a, b, fy), mix(c, d, fy), fz);
 }
 
+/// Cubic B-splines about a place in a cell, of the samples -1, 0, 1, 2: `value` of each, and what the
+/// derivative takes of the differences between each and the next: so it is exactly 0 where all are the same.
+template <typename V> struct CubicWeights { V value[4], step[3]; };
+template <typename V> TESSERA_LEAF CubicWeights<V> cubicWeights(V f) {
+    const V one(1.0f), half(0.5f), sixth = one / V(6.0f);
+    const V g = one - f, ff = f * f, gg = g * g;
+    const V first = sixth * gg * g, last = sixth * ff * f;
+    const V low = V(2.0f) / V(3.0f) - ff * (one - half * f);
+    return {{first, low, ((one - first) - low) - last, last}, {half * gg, half + f * g, half * ff}};
+}
+/// Of four samples in a row, or of four rows that are smoothed.
+template <typename V> TESSERA_LEAF V cubicValue(const CubicWeights<V>& w, V a, V b, V c, V d) {
+    return w.value[0] * a + w.value[1] * b + w.value[2] * c + w.value[3] * d;
+}
+template <typename V> TESSERA_LEAF V cubicStep(const CubicWeights<V>& w, V a, V b, V c, V d) {
+    return w.step[0] * (b - a) + w.step[1] * (c - b) + w.step[2] * (d - c);
+}
+/// The derivative per sample along x, y and z. @param row  row(y, z, r) fills r[4] with the samples of a row,
+/// y and z from 0 to 3
+template <typename V, typename Vec, typename Row>
+TESSERA_LEAF Vec cubicGradient(V fx, V fy, V fz, const Row& row) {
+    const CubicWeights<V> wx = cubicWeights(fx), wy = cubicWeights(fy), wz = cubicWeights(fz);
+    V alongX[4], alongY[4], smooth[4];
+    for (int z = 0; z < 4; ++z) {
+        V step[4], value[4];
+        for (int y = 0; y < 4; ++y) {
+            V r[4];
+            row(y, z, r);
+            step[y] = cubicStep(wx, r[0], r[1], r[2], r[3]);
+            value[y] = cubicValue(wx, r[0], r[1], r[2], r[3]);
+        }
+        alongX[z] = cubicValue(wy, step[0], step[1], step[2], step[3]);
+        alongY[z] = cubicStep(wy, value[0], value[1], value[2], value[3]);
+        smooth[z] = cubicValue(wy, value[0], value[1], value[2], value[3]);
+    }
+    return {cubicValue(wz, alongX[0], alongX[1], alongX[2], alongX[3]),
+            cubicValue(wz, alongY[0], alongY[1], alongY[2], alongY[3]),
+            cubicStep(wz, smooth[0], smooth[1], smooth[2], smooth[3])};
+}
+
 /// 1 - exp(-x) in float, x not negative: a polynomial below 1/4, a written-out exponential above.
 template <typename V> TESSERA_LEAF V oneMinusExpBelow(V x) {
     const V one(1.0f);

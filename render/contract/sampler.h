@@ -12,6 +12,7 @@
 #include "render/contract/leaves.h"
 #include "render/contract/level_map.h"
 
+#include <array>
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
 
@@ -83,6 +84,22 @@ glm::vec<3, Real> sobelDifferences(const Value& value, const glm::vec<3, Real>& 
     return sum / (Real(32) * h);
 }
 
+/// No cubic gradient is of a lattice that is coarser, voxels: for the same reason.
+constexpr int kMostCubicPitch = kMostReach / 2;
+
+/// The derivative of the cubic B-spline of a field's values on a lattice: smooth across its cells. @param
+/// pitch  of the lattice, a power of two; its points are those of samples of that pitch
+template <typename Real, typename Value>
+glm::vec<3, Real> cubicDifferences(const Value& value, const glm::vec<3, Real>& p, Real pitch) {
+    const Real h = std::min(pitch, Real(kMostCubicPitch));
+    const glm::vec<3, Real> at = (Real(1) / h) * p - Real(0.5), cell = glm::floor(at), part = at - cell;
+    const auto row = [&](int y, int z, Real(&r)[4]) {
+        for (int x = 0; x < 4; ++x)
+            r[x] = value(h * (cell + (glm::vec<3, Real>(glm::ivec3(x, y, z)) - Real(0.5))));
+    };
+    return leaf::cubicGradient<Real, glm::vec<3, Real>>(part.x, part.y, part.z, row) * (Real(1) / h);
+}
+
 /// Differences of a field, of any kind but the analytic one.
 template <typename Real, typename Value>
 glm::vec<3, Real> differences(Gradient kind, const Value& value, const glm::vec<3, Real>& p, Real pitch) {
@@ -93,6 +110,8 @@ glm::vec<3, Real> differences(Gradient kind, const Value& value, const glm::vec<
         return sobelDifferences(value, p, pitch);
     case Gradient::centralHalf:
         return centralDifferences(value, p, Real(0.5) * pitch);
+    case Gradient::cubic:
+        return cubicDifferences(value, p, pitch);
     case Gradient::central:
     case Gradient::analytic:
         break;
@@ -102,7 +121,20 @@ glm::vec<3, Real> differences(Gradient kind, const Value& value, const glm::vec<
 
 /// How many values of the field a gradient takes; the analytic one the samples of one.
 constexpr int gradientValues(Gradient kind) {
-    return kind == Gradient::forward ? 4 : kind == Gradient::sobel ? 27 : kind == Gradient::analytic ? 1 : 6;
+    switch (kind) {
+    case Gradient::forward:
+        return 4;
+    case Gradient::sobel:
+        return 27;
+    case Gradient::analytic:
+        return 1;
+    case Gradient::cubic:
+        return 64;
+    case Gradient::central:
+    case Gradient::centralHalf:
+        break;
+    }
+    return 6;
 }
 
 /// A field's derivative, per voxel, and its value.
@@ -286,12 +318,56 @@ glm::vec<3, Real> interblockSlope(Samples& samples, const glm::vec<3, Real>& pos
     return (sumSlope - (sum / weights) * weightsSlope) / weights;
 }
 
+/// Cubic gradient of the field of mixed levels: of the lattice of the level that has most weight, as far as
+/// that is more than all others have, and that of central differences for the rest. Empty bricks have no
+/// level.
+template <typename Real, typename Samples>
+glm::vec<3, Real> interblockCubic(Samples& samples, const glm::vec<3, Real>& position) {
+    const LevelMap& map = samples.map();
+    const CornerPlace<Real> place = cornerPlace(position, glm::vec<3, Real>(map.extentVoxels), map.bricks);
+    const BrickCorner& corner = map.at(place.corner);
+    const auto value = [&](const glm::vec<3, Real>& at) { return interblockValue(samples, at); };
+    const auto cubic = [&](int level) {
+        return cubicDifferences(value, position, static_cast<Real>(1 << level));
+    };
+    if (corner.agree())
+        return cubic(corner.commonLevel());
+    const int near = nearAxes(corner, place.offset);
+    std::array<Real, kLevelCount> ofLevel{};
+    Real all(0);
+    int subset = 0;
+    do {
+        const int n = place.current ^ subset;
+        const std::uint32_t code = corner.code(n);
+        if (code < std::uint32_t{kLevelCount}) {
+            const Real weight = cornerWeight(corner, n, near, place.offset, map.edgeFunction, map.finest);
+            ofLevel[code] = ofLevel[code] + weight;
+            all = all + weight;
+        }
+        subset = (subset - near) & near;
+    } while (subset != 0);
+    int most = 0;
+    for (int level = 1; level < kLevelCount; ++level)
+        if (ofLevel[static_cast<std::size_t>(level)] > ofLevel[static_cast<std::size_t>(most)])
+            most = level;
+    if (!(all > Real(0)))
+        return cubic(static_cast<int>(map.finest));
+    const Real share = Real(2) * (ofLevel[static_cast<std::size_t>(most)] / all) - Real(1);
+    if (share >= Real(1))
+        return cubic(most);
+    const glm::vec<3, Real> central =
+        centralDifferences(value, position, std::min(interblockPitch(samples, position), Real(kMostReach)));
+    return share <= Real(0) ? central : central + share * (cubic(most) - central);
+}
+
 /// Gradient of the field of mixed levels; differences with the local pitch.
 template <typename Real, typename Samples>
 glm::vec<3, Real> interblockGradient(Samples& samples, const glm::vec<3, Real>& p,
                                      Gradient kind = Gradient::central) {
     if (kind == Gradient::analytic)
         return interblockSlope(samples, p);
+    if (kind == Gradient::cubic)
+        return interblockCubic(samples, p);
     return differences(
         kind, [&](const glm::vec<3, Real>& at) { return interblockValue(samples, at); }, p,
         interblockPitch(samples, p));

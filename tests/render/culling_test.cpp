@@ -58,7 +58,7 @@ TEST(Culling, LitPicturesOfTheFinestLevelAreBitEqual) {
         const VolumeInfo info = StoreReader(storePath(store), ram).info();
         for (const char* preset : {"bone", "skin"})
             for (const Gradient kind : {Gradient::central, Gradient::sobel, Gradient::centralHalf,
-                                        Gradient::forward, Gradient::analytic}) {
+                                        Gradient::forward, Gradient::analytic, Gradient::cubic}) {
                 if (kind != Gradient::central && store != std::string("torso"))
                     continue; // scans take long
                 Scene scene = sceneOn(info, preset, 0, {96, 96});

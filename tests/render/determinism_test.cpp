@@ -162,8 +162,8 @@ TEST_P(Determinism, WhatIsLeftOutLeavesNoTrace) {
     table.push_back({"one level by the path of mixed levels", drawn(lit, {}, true), image});
 
     const Image unlit = drawn(plain);
-    for (const Gradient gradient :
-         {Gradient::forward, Gradient::central, Gradient::sobel, Gradient::analytic, Gradient::centralHalf}) {
+    for (const Gradient gradient : {Gradient::forward, Gradient::central, Gradient::sobel, Gradient::analytic,
+                                    Gradient::centralHalf, Gradient::cubic}) {
         Scene neutral = lit;
         neutral.shading.ambient = 1;
         neutral.shading.diffuse = neutral.shading.specular = 0;

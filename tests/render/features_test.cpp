@@ -92,8 +92,8 @@ std::vector<std::uint32_t> coveringCombinations() {
 TEST(Features, ProgramsOfAllTriplesCompileAndOmitWhatTheyDoNotNeed) {
     const GlContext context({"software"});
     const std::vector<std::uint32_t> rows = coveringCombinations();
-    EXPECT_EQ(allowedCombinations().size(), 1242112u);
-    EXPECT_EQ(rows.size(), 76u);
+    EXPECT_EQ(allowedCombinations().size(), 1490432u);
+    EXPECT_EQ(rows.size(), 91u);
     for (const std::uint32_t f : rows) {
         const GlProgram program = marchComposition(f).program("march.comp");
         EXPECT_EQ(program.hasUniform("uPhong"), (f & kFeatureShading) != 0) << f;
@@ -289,7 +289,8 @@ TEST(Features, IdiomsForLlvmpipeChangeNoBit) {
         const std::pair<Prepared*, Gradient> lightings[] = {{&uniform, Gradient::central},
                                                             {&uniform, Gradient::sobel},
                                                             {&mixed, Gradient::central},
-                                                            {&mixed, Gradient::analytic}};
+                                                            {&mixed, Gradient::analytic},
+                                                            {&mixed, Gradient::cubic}};
         for (const auto& [prepared, kind] : lightings)
             out.images.push_back(marchOn(*prepared, lit | gradientFeature(kind), smallDispatches()).image);
         const std::uint32_t texels =

@@ -91,7 +91,7 @@ TEST_P(Field, ShaderEqualsItsTwin) {
         worst = std::max(worst, std::abs(filtered[i].w - value));
     }
     for (const Gradient kind :
-         {Gradient::forward, Gradient::sobel, Gradient::analytic, Gradient::centralHalf}) {
+         {Gradient::forward, Gradient::sobel, Gradient::analytic, Gradient::centralHalf, Gradient::cubic}) {
         const auto probed =
             probeField(positions, features | gradientFeature(kind), info, source, prepared.budgets.gpu);
         for (std::size_t i = 0; i < positions.size(); ++i)

@@ -14,8 +14,8 @@ namespace {
 
 using namespace tessera::test;
 
-constexpr Gradient kGradientKinds[] = {Gradient::forward, Gradient::central, Gradient::sobel,
-                                       Gradient::analytic, Gradient::centralHalf};
+constexpr Gradient kGradientKinds[] = {Gradient::forward,  Gradient::central,     Gradient::sobel,
+                                       Gradient::analytic, Gradient::centralHalf, Gradient::cubic};
 const std::string& nameOf(Gradient kind) {
     return gradientNames()[static_cast<std::size_t>(kind)];
 }
@@ -66,7 +66,8 @@ TEST(Gradients, AreExactForWhatTheirFormulaIs) {
             for (const Gradient kind : kGradientKinds)
                 ASSERT_LE(differ(gradient(linear, p, kind), slope), 1e-10) << nameOf(kind);
             // Of a quadratic field, too, anywhere between samples.
-            for (const Gradient kind : {Gradient::central, Gradient::centralHalf, Gradient::sobel})
+            for (const Gradient kind :
+                 {Gradient::central, Gradient::centralHalf, Gradient::sobel, Gradient::cubic})
                 ASSERT_LE(differ(gradient(quadratic, p, kind), quadraticSlope(p)), 1e-8) << nameOf(kind);
             // A saddle is what a trilinear cell can be.
             ASSERT_LE(
@@ -78,7 +79,8 @@ TEST(Gradients, AreExactForWhatTheirFormulaIs) {
         const Formula square{[](const glm::dvec3& p) { return p.x * p.x; }, {20, 5, 5}, pitch};
         for (int i = 2; i < 18; ++i) {
             const glm::dvec3 p = pitch * (glm::dvec3(i, 2, 2) + 0.5);
-            for (const Gradient kind : {Gradient::central, Gradient::centralHalf, Gradient::sobel})
+            for (const Gradient kind :
+                 {Gradient::central, Gradient::centralHalf, Gradient::sobel, Gradient::cubic})
                 EXPECT_NEAR(gradient(cube, p, kind).x, 3 * p.x * p.x + pitch * pitch, 1e-8) << nameOf(kind);
             for (const Gradient kind : {Gradient::forward, Gradient::analytic})
                 EXPECT_NEAR(gradient(square, p, kind).x, 2 * p.x + pitch, 1e-9) << nameOf(kind);
@@ -121,6 +123,42 @@ TEST(Gradients, CentralIsTrilinearBetweenTheDifferencesOfTheLattice) {
             differences.side[axis] = 1;
             ASSERT_NEAR(g[axis], fieldValue(differences, p, 1.0), 1e-14) << n;
         }
+    }
+}
+
+// Across planes of samples it and its own slope go on: what the others' kinks make of a lit surface it does
+// not.
+TEST(Gradients, CubicIsSmoothAndConvolvesTheSamplesWithTheSpline) {
+    const Noise noise;
+    const auto spline = [](double x) {
+        const double a = std::abs(x);
+        return a < 1 ? 2.0 / 3 - a * a * (1 - a / 2) : a < 2 ? (2 - a) * (2 - a) * (2 - a) / 6 : 0.0;
+    };
+    const auto slope = [](double x) {
+        const double a = std::abs(x), s = x < 0 ? -1 : 1;
+        return s * (a < 1 ? a * (1.5 * a - 2) : a < 2 ? -(2 - a) * (2 - a) / 2 : 0.0);
+    };
+    std::mt19937 random(13);
+    std::uniform_real_distribution<double> unit(1.5, 3.5);
+    const auto at = [&](const glm::dvec3& p) { return fieldGradient(noise, p, 1.0, Gradient::cubic); };
+    for (int n = 0; n < 200; ++n) {
+        glm::dvec3 p(unit(random), unit(random), unit(random));
+        glm::dvec3 expected(0);
+        for (int i = 0; i < 125; ++i) {
+            const glm::dvec3 d = p - 0.5 - glm::dvec3(i % 5, i / 5 % 5, i / 25);
+            const double v = noise.at({i % 5, i / 5 % 5, i / 25});
+            expected +=
+                v * glm::dvec3(slope(d.x) * spline(d.y) * spline(d.z), spline(d.x) * slope(d.y) * spline(d.z),
+                               spline(d.x) * spline(d.y) * slope(d.z));
+        }
+        ASSERT_LE(differ(at(p), expected), 1e-14) << n;
+        const int axis = n % 3;
+        constexpr double kStep = 1e-5;
+        glm::dvec3 step(0);
+        step[axis] = kStep;
+        p[axis] = 2.5; // on a plane of samples
+        const glm::dvec3 before = (at(p) - at(p - step)) / kStep, after = (at(p + step) - at(p)) / kStep;
+        ASSERT_LE(differ(before, after), 1e-4) << n;
     }
 }
 
@@ -203,6 +241,7 @@ TEST(Gradients, NormalsOfASphereAreRadialUnderAnySpacing) {
         EXPECT_LE(worst[static_cast<int>(Gradient::central)], 0.15);
         EXPECT_LE(worst[static_cast<int>(Gradient::centralHalf)], 0.15);
         EXPECT_LE(worst[static_cast<int>(Gradient::sobel)], 0.3);
+        EXPECT_LE(worst[static_cast<int>(Gradient::cubic)], 0.15);
         EXPECT_LE(worst[static_cast<int>(Gradient::forward)], 2.5);
         EXPECT_LE(worst[static_cast<int>(Gradient::analytic)], 2.5);
         for (const Gradient kind : kGradientKinds)

@@ -71,7 +71,9 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(NativeCase{"torso", "soft-tissue", 0, Integrator::midpoint, Gradient::centralHalf},
                     NativeCase{"torso", "soft-tissue", 1, Integrator::midpoint, Gradient::forward},
                     NativeCase{"torso", "soft-tissue", 2, Integrator::midpoint, Gradient::sobel},
-                    NativeCase{"torso", "bone", 0, Integrator::preintegrated, Gradient::analytic}));
+                    NativeCase{"torso", "bone", 0, Integrator::preintegrated, Gradient::analytic},
+                    NativeCase{"torso", "soft-tissue", 1, Integrator::midpoint, Gradient::cubic, true},
+                    NativeCase{"abdomen", "bone", 0, Integrator::linear, Gradient::cubic}));
 
 TEST_P(Native, HasTheMirrorsBits) {
     for (const bool light : {true, false}) {
@@ -182,7 +184,9 @@ INSTANTIATE_TEST_SUITE_P(
         MixedCase{EdgeFunction::split, Sampling::limited, Integrator::linear, Gradient::centralHalf, 2},
         MixedCase{EdgeFunction::split, Sampling::naive, Integrator::preintegrated, Gradient::analytic, 0},
         MixedCase{EdgeFunction::maximum, Sampling::limited, Integrator::preintegrated2d, Gradient::central,
-                  1}));
+                  1},
+        MixedCase{EdgeFunction::split, Sampling::limited, Integrator::midpoint, Gradient::cubic, 0},
+        MixedCase{EdgeFunction::maximum, Sampling::full, Integrator::midpoint, Gradient::cubic, 1}));
 
 TEST_P(NativeMixed, HasTheMirrorsBits) {
     const MixedCase c = GetParam();

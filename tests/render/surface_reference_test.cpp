@@ -38,8 +38,8 @@ double largestOf(const glm::dvec4& a, const glm::dvec4& b) {
 // but touches a surface may meet it by one of the two and not by the other.
 TEST(SurfaceReference, SurfacesAloneAreTheTruthAtAnyStep) {
     for (const int camera : {0, 1, 2})
-        for (const Gradient gradient :
-             {Gradient::central, Gradient::analytic, Gradient::sobel, Gradient::centralHalf}) {
+        for (const Gradient gradient : {Gradient::central, Gradient::analytic, Gradient::sobel,
+                                        Gradient::centralHalf, Gradient::cubic}) {
             SCOPED_TRACE(camera);
             Scene scene = torsoScene(camera, false, Integrator::midpoint, {40, 40});
             scene.shading.gradient = gradient;

@@ -67,8 +67,8 @@ inline const Space kSpaces[] = {
     {"leftHanded", glm::dmat3(glm::dvec3(0, 0.7, 0), glm::dvec3(1.1, 0, 0), glm::dvec3(0.2, -0.3, 1.7)), 2},
 };
 /// Directions of kinds that are exact where the field is linear, whatever its pitch.
-constexpr Gradient kKinds[] = {Gradient::central, Gradient::centralHalf, Gradient::sobel, Gradient::analytic,
-                               Gradient::forward};
+constexpr Gradient kKinds[] = {Gradient::central,  Gradient::centralHalf, Gradient::sobel,
+                               Gradient::analytic, Gradient::forward,     Gradient::cubic};
 
 /// All pixels of a picture have a colour of the medium, weighed by how opaque they are.
 inline void expectLit(const Image& image, const glm::dvec3& lit, double tolerance, const char* who) {

@@ -52,6 +52,8 @@ std::uint32_t gradientFeature(Gradient gradient) {
         return kFeatureAnalyticGradient;
     case Gradient::centralHalf:
         return kFeatureHalfCentralGradient;
+    case Gradient::cubic:
+        return kFeatureCubicGradient;
     }
     return 0;
 }

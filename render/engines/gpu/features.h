@@ -41,7 +41,8 @@
     FEATURE(Values, values)                                                                                  \
     FEATURE(Slabs, slabs)                                                                                    \
     FEATURE(Intervals, intervals)                                                                            \
-    FEATURE(GradientOpacity, gradientOpacity)
+    FEATURE(GradientOpacity, gradientOpacity)                                                                \
+    FEATURE(CubicGradient, cubicGradient)
 
 namespace tessera {
 
@@ -69,8 +70,9 @@ constexpr std::uint32_t kIntegratorFeatures =
 
 /// Of an integrator that is not automatic.
 std::uint32_t integratorFeatures(Integrator integrator);
-constexpr std::uint32_t kGradientFeatures =
-    kFeatureForwardGradient | kFeatureSobelGradient | kFeatureAnalyticGradient | kFeatureHalfCentralGradient;
+constexpr std::uint32_t kGradientFeatures = kFeatureForwardGradient | kFeatureSobelGradient |
+                                            kFeatureAnalyticGradient | kFeatureHalfCentralGradient |
+                                            kFeatureCubicGradient;
 /// The bit that has a program take gradients this way; 0 for central differences.
 std::uint32_t gradientFeature(Gradient gradient);
 

@@ -142,6 +142,9 @@ native::PacketScene packetSceneOf(const PacketSceneInput& in) {
     case Gradient::analytic:
         o.gradient = native::PacketGradient::analytic;
         break;
+    case Gradient::cubic:
+        o.gradient = native::PacketGradient::cubic;
+        break;
     }
     o.ambient = optics.phong.x, o.diffuse = optics.phong.y, o.specular = optics.phong.z;
     o.power = optics.specularPower;

@@ -16,7 +16,7 @@ constexpr int kMostSurfaces = 8;
 
 enum class SampleKind { i16, u16, f32 };
 /// As Gradient and Integrator of core/scene.h.
-enum class PacketGradient { central, centralHalf, forward, sobel, analytic };
+enum class PacketGradient { central, centralHalf, forward, sobel, analytic, cubic };
 enum class PacketIntegrator { midpoint, linear, preintegrated, preintegrated2d };
 /// As Reduction of core/mode.h.
 enum class PacketReduction { composite, maximum, minimum, average };

@@ -89,7 +89,7 @@ template <typename Value> TESSERA_LANE F3 sobel(const Value& value, F h) {
     return {sum.x / all, sum.y / all, sum.z / all};
 }
 
-/// Analytic gradients go one by one, by the scalar text. Lanes that lack a brick are taken from m.
+/// Gradients one by one, by the scalar text. Lanes that lack a brick are taken from m.
 inline __attribute__((noinline)) F3 slopeOf(const PacketHelp& help, F3 p, M& m) {
     alignas(64) float x[kWidth], y[kWidth], z[kWidth], gx[kWidth] = {}, gy[kWidth] = {}, gz[kWidth] = {};
     store(x, p.x), store(y, p.y), store(z, p.z);
@@ -150,7 +150,7 @@ TESSERA_LANE F3 differencesOf(const Sides& s, F h) {
             (s.value[4] - s.value[5]) / both};
 }
 
-/// Differences of lanes whose neighbourhood needs other bricks; of the kinds but central and analytic.
+/// Differences of lanes whose neighbourhood needs other bricks; of the kinds but central, cubic and analytic.
 template <SampleKind K, bool Mixed>
 inline __attribute__((noinline)) F3 differencesElsewhere(const PacketField& f, PacketGradient kind, F3 p,
                                                          M& m) {
@@ -195,7 +195,7 @@ inline __attribute__((noinline)) F3 differencesElsewhere(const PacketField& f, P
     return sobel([&](int n) { return v(n); }, h);
 }
 
-/// Of the kinds but central and analytic, of lanes whose neighbourhood lies in their brick.
+/// Of the kinds but central, cubic and analytic, of lanes whose neighbourhood lies in their brick.
 template <SampleKind K, bool Mixed>
 TESSERA_LANE F3 differencesHere(const PacketField& f, const Here<Mixed>& here, PacketGradient kind, F3 p,
                                 F pitch, M m) {
@@ -220,8 +220,8 @@ TESSERA_LANE F3 differencesHere(const PacketField& f, const Here<Mixed>& here, P
             (value({p.x, p.y, p.z + h}) - value({p.x, p.y, p.z - h})) / both};
 }
 
-/// Of the kinds but central and analytic. Lanes that lack a brick are taken from m. One text for every loop
-/// that asks: 27 values of Sobel's in each are minutes of the compiler.
+/// Of the kinds but central, cubic and analytic. Lanes that lack a brick are taken from m. One text for every
+/// loop that asks: 27 values of Sobel's in each are minutes of the compiler.
 template <SampleKind K, bool Mixed>
 inline __attribute__((noinline)) F3 otherDifferences(const PacketField& f, const Here<Mixed>& here,
                                                      PacketGradient kind, const F3& p, M& m) {
@@ -239,6 +239,39 @@ inline __attribute__((noinline)) F3 otherDifferences(const PacketField& f, const
     return g;
 }
 
+/// Cubic gradients: of lanes whose 4^3 samples are all of their brick or its apron. Others go one by one.
+template <SampleKind K, bool Mixed>
+inline __attribute__((noinline)) F3 cubicAt(const PacketField& f, const PacketHelp& help,
+                                            const Here<Mixed>& here, const F3& p, M& m) {
+    const F one(1.0f), two(2.0f);
+    const F3 x = inBrick(here, p);
+    const F3 cell{floor(x.x), floor(x.y), floor(x.z)}, part = x - cell;
+    const F3 first = cell - F3{one, one, one}, last = cell + F3{two, two, two};
+    const auto between = [&](const F3& low, const F3& high) {
+        return (low.x <= first.x) & (low.y <= first.y) & (low.z <= first.z) & (last.x <= high.x) &
+               (last.y <= high.y) & (last.z <= high.z);
+    };
+    M inside = m & between(here.low, here.high);
+    if constexpr (Mixed)
+        inside = inside & between(here.innerLow, here.innerHigh);
+    const I row = truncated(here.row), slice = truncated(here.slice), index = indexOf(here, first);
+    I ofSlice = index, ofRow = index;
+    F3 g = leaf::cubicGradient<F, F3>(part.x, part.y, part.z, [&](int y, int, F(&r)[4]) {
+        const Row4 four = row4<K>(f.samples, ofRow, inside);
+        r[0] = four.a, r[1] = four.b, r[2] = four.c, r[3] = four.d;
+        ofRow = ofRow + row;
+        if (y == 3)
+            ofSlice = ofSlice + slice, ofRow = ofSlice;
+    });
+    g = {g.x * here.perVoxel, g.y * here.perVoxel, g.z * here.perVoxel};
+    M rest = m & ~inside;
+    if (any(rest)) [[unlikely]] {
+        g = select(rest, slopeOf(help, p, rest), g);
+        m = inside | rest;
+    }
+    return g;
+}
+
 /// The gradient at p. Lanes that lack a brick are taken from m.
 /// @param rows  null, or what valueHere() took at p of lanes that were in the same bricks, all of m among
 /// them
@@ -247,6 +280,8 @@ TESSERA_LANE F3 gradientAt(const PacketField& f, const PacketHelp& help, const H
                            PacketGradient kind, F3 p, M& m, const LongRows* rows = nullptr) {
     if (kind == PacketGradient::analytic)
         return slopeOf(help, p, m);
+    if (kind == PacketGradient::cubic)
+        return cubicAt<K>(f, help, here, p, m);
     if (kind != PacketGradient::central)
         return otherDifferences<K>(f, here, kind, p, m);
     const F3 x = inBrick(here, p);

@@ -33,10 +33,15 @@ class Neighbourhood {
     std::array<double, 64> values_;
 };
 
-/// Planes of sample centres bound the cells of the field. Differences over half a pitch take values half a
-/// voxel off, which change their cells at the planes between; all others change theirs where the field does.
-inline bool cutsHalfwayBetweenSamples(Gradient gradient) {
-    return gradient == Gradient::forward || gradient == Gradient::centralHalf;
+/// Distance of the planes, those of sample centres among them, between which every component of the gradient
+/// along a ray is a cubic, voxels. Planes of sample centres bound the cells of the field. Differences over
+/// half a pitch take values half a voxel off, which change their cells at the planes between. Cubic B-splines
+/// make a polynomial of the eighth degree, which is a cubic to some 1e-7 of the gradient on an eighth of a
+/// cell.
+inline double planesOfGradient(Gradient gradient) {
+    if (gradient == Gradient::cubic)
+        return 0.125;
+    return gradient == Gradient::forward || gradient == Gradient::centralHalf ? 0.5 : 1.0;
 }
 
 /// In patient space, per mm, at ta, two places between and tb: between them every component is a cubic. The

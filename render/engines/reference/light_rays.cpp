@@ -146,7 +146,7 @@ LightRays::Walk LightRays::walk(const glm::dvec3& place, const glm::dvec3& direc
     }
     t1 = std::min(t1, mm);
     walk.seen = t0;
-    const bool halves = optics_.grades() && cutsHalfwayBetweenSamples(optics_.gradient);
+    const double planes = optics_.grades() ? planesOfGradient(optics_.gradient) : 1.0;
     forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
         if (walk.left < kDark)
             return;
@@ -154,7 +154,7 @@ LightRays::Walk LightRays::walk(const glm::dvec3& place, const glm::dvec3& direc
             walk.seen += walk.left * (tb - ta);
             return;
         }
-        forEachInterval(ray, ta, tb, halves ? 0.5 : 1.0, 0.5, [&](double a, double b) {
+        forEachInterval(ray, ta, tb, planes, 0.5, [&](double a, double b) {
             if (walk.left >= kDark)
                 throughCell<withSeen>(ray, a, b, walk);
         });

@@ -65,21 +65,22 @@ class RayIntegral {
         ReferenceIntegrator integral;
         lastLit_ = std::numeric_limits<double>::quiet_NaN();
         wayMm_ = t1 - t0;
-        const bool halves = optics_.takesGradients() && cutsHalfwayBetweenSamples(optics_.gradient);
+        const double planes = optics_.takesGradients() ? planesOfGradient(optics_.gradient) : 1.0;
         for (const RayCuts::Part& part : parts_)
-            addPart(ray, part.from, part.to, halves, integral);
+            addPart(ray, part.from, part.to, planes, integral);
         return glm::dvec4(integral.colour(), integral.alpha());
     }
 
   private:
-    void addPart(const ReferenceRay& ray, double t0, double t1, bool halves, ReferenceIntegrator& integral) {
+    void addPart(const ReferenceRay& ray, double t0, double t1, double planes,
+                 ReferenceIntegrator& integral) {
         stretches_.begin();
         forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
             if (integral.opaque())
                 return;
             if (emptyCells_.hold(ray, ta, tb))
                 return;
-            forEachInterval(ray, ta, tb, halves ? 0.5 : 1.0, 0.5,
+            forEachInterval(ray, ta, tb, planes, 0.5,
                             [&](double a, double b) { addInterval(ray, a, b, integral); });
         });
     }

@@ -123,7 +123,7 @@ std::vector<Planned> plannedSettings(const Scene& scene, bool quick, const std::
     }
     if (asIs.gradient)
         for (const Gradient gradient : {Gradient::forward, Gradient::central, Gradient::sobel,
-                                        Gradient::analytic, Gradient::centralHalf}) {
+                                        Gradient::analytic, Gradient::centralHalf, Gradient::cubic}) {
             Setting s = asIs;
             s.gradient = gradient;
             plan.add(s, "gradient");

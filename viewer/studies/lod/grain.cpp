@@ -18,8 +18,10 @@
 namespace tessera::bench {
 namespace {
 
-constexpr Gradient kKinds[] = {Gradient::centralHalf, Gradient::central, Gradient::sobel, Gradient::analytic,
-                               Gradient::forward};
+constexpr Gradient kSideBySide[] = {Gradient::centralHalf, Gradient::central, Gradient::sobel,
+                                    Gradient::cubic};
+constexpr Gradient kKinds[] = {Gradient::centralHalf, Gradient::central, Gradient::sobel,
+                               Gradient::analytic,    Gradient::forward, Gradient::cubic};
 
 /// What is looked at: a surface of a volume, and the normals that it truly has.
 struct Subject {
@@ -28,6 +30,7 @@ struct Subject {
     const char* about;
 };
 constexpr Subject kSubjects[] = {{"torso", 500, "bones at 500 HU, against the phantom's formula"},
+                                 {"torso", -300, "skin at -300 HU, against the phantom's formula"},
                                  {"abdomen", -300, "skin at -300 HU, against Sobel's gradient"},
                                  {"abdomen", 300, "bones and vessels at 300 HU, against Sobel's gradient"}};
 
@@ -172,9 +175,12 @@ Report grainReport(const Workbench& bench) {
         "that error changes from a pixel to the next, in the mean, which is what the eye takes for the grain "
         "of "
         "wood. `central` is the default. `central-half` takes differences over half as much: nearer to the "
-        "truth on edges as sharp as the phantom's (1.75 voxels), and grainier everywhere. Where the truth is "
-        "Sobel's gradient, which is a smooth estimate itself, angles tell how far from smooth a kind is, not "
-        "how wrong."};
+        "truth on edges as sharp as the phantom's (1.75 voxels), and grainier everywhere. `cubic` is of the "
+        "samples' cubic B-spline, which smooths alike wherever a place lies between samples. Where the truth "
+        "is "
+        "Sobel's gradient, a smooth estimate itself that shows the lattice a little, angles tell how far "
+        "from "
+        "it a kind is, not how wrong."};
     Table table{"grain", "Angle to the surface's normal, degrees:", {"surface", "places"}, {}, true};
     for (const Gradient kind : kKinds) {
         const std::string& name = gradientNames()[static_cast<std::size_t>(kind)];
@@ -198,13 +204,14 @@ Report grainReport(const Workbench& bench) {
     }
     Figure figure;
     figure.caption = "Side by side:";
-    figure.columns = {"central-half", "central", "sobel"};
+    for (const Gradient kind : kSideBySide)
+        figure.columns.push_back(gradientNames()[static_cast<std::size_t>(kind)]);
     for (const auto& [name, preset] : {std::pair("torso", "bone"), std::pair("abdomen", "skin")}) {
         const auto volume = find(name);
         if (volume == bench.volumes.end())
             continue;
         std::vector<Panel> panels;
-        for (const Gradient kind : {Gradient::centralHalf, Gradient::central, Gradient::sobel})
+        for (const Gradient kind : kSideBySide)
             panels.push_back(
                 {std::string("grain-") + name + "-" + gradientNames()[static_cast<std::size_t>(kind)],
                  closeUp(bench, *volume, preset, kind)});

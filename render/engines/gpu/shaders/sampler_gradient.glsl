@@ -1,6 +1,6 @@
 // sampler_gradient.glsl: gradients of the field (docs/sampling.md, "Value"), as FEATURE_FORWARD_GRADIENT,
-// FEATURE_SOBEL_GRADIENT, FEATURE_ANALYTIC_GRADIENT, FEATURE_HALF_CENTRAL_GRADIENT say, else by central
-// differences over a pitch to either side; twin of render/contract/sampler.h.
+// FEATURE_SOBEL_GRADIENT, FEATURE_ANALYTIC_GRADIENT, FEATURE_HALF_CENTRAL_GRADIENT, FEATURE_CUBIC_GRADIENT say, else
+// by central differences over a pitch to either side; twin of render/contract/sampler.h.
 // Needs sampler_current_brick.glsl. Gives fieldGradient(p): p in level-0 voxels, stored units per voxel; and
 // kGradientValues, how many values of the field it takes.
 
@@ -62,10 +62,8 @@ vec3 fieldGradient(vec3 p) {
 }
 #endif
 #else
-const uint kGradientValues = 6u;
-
 // Central differences of this very field.
-vec3 fieldGradient(vec3 p) {
+vec3 centralDifferences(vec3 p) {
     precise float pitch = inCurrentBrick(p) ? currentBrickPitch() : localPitch(p);
 #if FEATURE_HALF_CENTRAL_GRADIENT
     precise float h = 0.5 * pitch;
@@ -99,4 +97,12 @@ vec3 fieldGradient(vec3 p) {
     precise vec3 g = (ahead - behind) / (2.0 * h);
     return g;
 }
+
+#if FEATURE_CUBIC_GRADIENT
+#include "sampler_cubic.glsl"
+#else
+const uint kGradientValues = 6u;
+
+vec3 fieldGradient(vec3 p) { return centralDifferences(p); }
+#endif
 #endif
