@@ -8,6 +8,7 @@
 #include "core/picture_codecs.h"
 #include "core/picture_format.h"
 #include "core/printable_text.h"
+#include "core/regular_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -62,6 +63,7 @@ void write(CheckedOutput& out, Format format, const Image& image, const std::str
 }
 
 PictureFile<float> read(const std::filesystem::path& path, PictureParts parts) {
+    refusePipeOrDevice(path);
     const Format format = pictureFormat(path);
     try {
         return format == Format::png    ? readPng(path.string(), parts)

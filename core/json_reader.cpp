@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "core/regular_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -96,6 +97,7 @@ json parseStrictJson(const std::string& text, const std::string& where) {
 }
 
 std::string readTextFile(const std::string& path) {
+    refusePipeOrDevice(path);
     std::ifstream file(path, std::ios::binary | std::ios::ate);
     const auto end = file ? file.tellg() : std::ifstream::pos_type(-1);
     if (end < 0)

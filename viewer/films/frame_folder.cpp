@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "core/output_file.h"
 #include "core/printable_text.h"
+#include "core/regular_file.h"
 
 #include <algorithm>
 #include <atomic>
@@ -47,6 +48,7 @@ bool isClaim(const std::string& name) { // of a frame: "." before its name, kCla
 }
 
 std::string textOf(const fs::path& path) {
+    refusePipeOrDevice(path);
     std::ifstream file(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
 }

@@ -5,6 +5,7 @@
 #include "core/look.h"
 #include "core/output_file.h"
 #include "core/preset.h"
+#include "core/regular_file.h"
 #include "viewer/session/camera_moves.h"
 #include "viewer/window/function_edits.h"
 
@@ -48,6 +49,7 @@ std::size_t residentKib() {
 } // namespace
 
 Script::Script(const std::filesystem::path& file) : file_(file) {
+    refusePipeOrDevice(file);
     std::ifstream stream(file);
     if (!stream)
         throw badFile(file.string(), "a script", "a file that cannot be read");

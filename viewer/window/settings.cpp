@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/output_file.h"
+#include "core/regular_file.h"
 #include "core/user_folder.h"
 
 #include <algorithm>
@@ -29,6 +30,8 @@ fs::path settingsFile() {
 
 Settings loadSettings(const fs::path& file) {
     Settings settings;
+    if (isPipeOrDevice(file))
+        return settings;
     std::ifstream stream(file);
     const std::string text((std::istreambuf_iterator<char>(stream)), {});
     const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);

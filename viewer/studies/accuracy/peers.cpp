@@ -2,6 +2,7 @@
 #include "viewer/studies/accuracy/peers.h"
 
 #include "core/error.h"
+#include "core/regular_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -37,6 +38,7 @@ std::vector<std::string> fieldsOf(const std::string& line) {
 } // namespace
 
 std::vector<PeerPoint> loadPeers(const std::filesystem::path& file, const std::string& onlyScene) {
+    refusePipeOrDevice(file);
     std::ifstream in(file);
     std::string line;
     if (!std::getline(in, line))

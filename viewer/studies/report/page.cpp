@@ -5,6 +5,7 @@
 #include "core/output_file.h"
 #if TESSERA_WITH_IMAGE_FILES
 #include "core/image_file.h"
+#include "core/regular_file.h"
 #endif
 
 #include <algorithm>
@@ -29,6 +30,7 @@ std::string markOf(const std::string& name) {
 }
 
 std::string readText(const fs::path& path) {
+    refusePipeOrDevice(path);
     std::ifstream file(path, std::ios::binary);
     std::ostringstream text;
     text << file.rdbuf();
