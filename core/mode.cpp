@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <glm/geometric.hpp>
+#include <numeric>
 #include <sstream>
 #include <utility>
 
@@ -30,6 +31,25 @@ const std::vector<std::pair<std::string, GreyWindow>>& namedWindows() {
         {"brain", {40, 80}},    {"subdural", {75, 215}}, {"lung", {-600, 1500}}, {"mediastinum", {50, 350}},
         {"abdomen", {50, 400}}, {"liver", {30, 150}},    {"bone", {400, 1800}}};
     return windows;
+}
+
+/// The highest value that a window should show: where a thousandth of the voxels takes more than half of the
+/// range, what the others reach.
+double mostOf(const ValueSummary& values) {
+    constexpr double kFew = 1e-3, kMuch = 0.5;
+    const double voxels = std::accumulate(values.histogram.begin(), values.histogram.end(), 0.0);
+    const auto bins = static_cast<double>(values.histogram.size());
+    double above = 0;
+    for (std::size_t bin = values.histogram.size(); bin-- > 0;) {
+        const double here = values.histogram[bin];
+        if (above + here <= kFew * voxels) {
+            above += here;
+            continue;
+        }
+        const double part = (static_cast<double>(bin) + 1 - (kFew * voxels - above) / here) / bins;
+        return part < kMuch ? values.lowest + part * (values.highest - values.lowest) : values.highest;
+    }
+    return values.highest;
 }
 
 } // namespace
@@ -77,9 +97,8 @@ GreyWindow windowOf(const WindowChoice& choice, const ValueSummary& values) {
         return named(name);
     if (values.isHu || looksLikeHu(values))
         return named("abdomen");
-    const double width = values.highest - values.lowest;
-    return width > 0 ? GreyWindow{0.5 * (values.lowest + values.highest), width}
-                     : GreyWindow{values.lowest, 1};
+    const double width = mostOf(values) - values.lowest;
+    return width > 0 ? GreyWindow{values.lowest + 0.5 * width, width} : GreyWindow{values.lowest, 1};
 }
 
 const Names& modeNames() {
@@ -95,7 +114,7 @@ const Names& orientationNames() {
     return names;
 }
 const Names& valueColourNames() {
-    static const Names names = {"window", "transferFunction"};
+    static const Names names = {"window", "transferFunction", "inverse"};
     return names;
 }
 const Names& windowNames() {

@@ -12,8 +12,8 @@ namespace tessera {
 glm::dvec3 colourOfValue(const ValueLook& look, const TransferFunction& function, double value) {
     if (look.colour == ValueColour::transferFunction)
         return function.colour(value);
-    const double grey = (value - look.window.low()) / look.window.width;
-    return glm::dvec3(linearFromSrgb(std::clamp(grey, 0.0, 1.0)));
+    const double part = std::clamp((value - look.window.low()) / look.window.width, 0.0, 1.0);
+    return glm::dvec3(linearFromSrgb(look.colour == ValueColour::inverse ? 1 - part : part));
 }
 
 TransferTable valueTable(const ValueLook& look, const TransferFunction& function, Reduction reduction) {
@@ -31,9 +31,11 @@ TransferTable valueTable(const ValueLook& look, const TransferFunction& function
         table.entriesPerValue =
             static_cast<float>((kEntries - 1) / std::max({look.window.width, least, 1e-25}));
         table.entries.resize(kEntries);
-        for (std::size_t i = 0; i < kEntries; ++i)
+        for (std::size_t i = 0; i < kEntries; ++i) {
+            const std::size_t grey = look.colour == ValueColour::inverse ? kEntries - 1 - i : i;
             table.entries[i] = glm::vec4(
-                glm::vec3(static_cast<float>(linearFromSrgb(static_cast<double>(i) / (kEntries - 1)))), 1);
+                glm::vec3(static_cast<float>(linearFromSrgb(static_cast<double>(grey) / (kEntries - 1)))), 1);
+        }
     }
     table.relativeError = 0;
     for (glm::vec4& entry : table.entries)

@@ -42,11 +42,11 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              : reduction == Reduction::minimum                           ? "least"
                                                                          : "greatest",
              "; light, isosurfaces, integrator and opacities are not used");
-        if (scene.valueColour == ValueColour::window)
-            line("window: centre %g, width %g%s", r.window.centre, r.window.width,
-                 ", greys of an sRGB display");
-        else
+        if (scene.valueColour == ValueColour::transferFunction)
             line("colours of values: the transfer function's");
+        else
+            line("window: centre %g, width %g, greys of an sRGB display%s", r.window.centre, r.window.width,
+                 scene.valueColour == ValueColour::inverse ? ", from white to black" : "");
     } else if (scene.mode == Mode::isosurface) {
         line("mode: isosurface; the transfer function shows nothing");
     }

@@ -304,6 +304,34 @@ TEST(ValueWindow, GreysAreThoseOfDicomsLinearWindow) {
             << value;
 }
 
+TEST(ValueWindow, InverseGreysFallFromWhiteToBlack) {
+    const ValueLook look{ValueColour::inverse, {40, 400}}, plain{ValueColour::window, {40, 400}};
+    const TransferFunction none;
+    for (const double value : {-3000.0, -160.0, -60.0, 40.0, 140.0, 240.0, 3000.0})
+        EXPECT_NEAR(greyOf(colourOfValue(look, none, value).r),
+                    1 - greyOf(colourOfValue(plain, none, value).r), 1e-12)
+            << value;
+    for (const Reduction reduction : {Reduction::maximum, Reduction::minimum, Reduction::average}) {
+        const TransferTable table = valueTable(look, none, reduction);
+        EXPECT_EQ(table.entries.front().r, 1);
+        EXPECT_EQ(table.entries.back().r, 0);
+    }
+}
+
+// A PET: few voxels of the bladder hold a hundred times what the rest does.
+TEST(ValueWindow, AutoIsNotStretchedByAThousandthOfTheVoxels) {
+    ValueSummary pet{0, 100, false, 1, std::vector<double>(64, 0)};
+    pet.histogram[0] = 900000, pet.histogram[2] = 99500, pet.histogram[3] = 200, pet.histogram[63] = 300;
+    const GreyWindow window = windowOf(std::string("auto"), pet);
+    EXPECT_EQ(window.low(), 0);
+    EXPECT_GT(window.high(), 4);
+    EXPECT_LT(window.high(), 7);
+    pet.histogram[63] = 3000; // more than a thousandth: tissue
+    EXPECT_EQ(windowOf(std::string("auto"), pet).high(), 100);
+    ValueSummary even{0, 64, false, 1, std::vector<double>(64, 10)};
+    EXPECT_EQ(windowOf(std::string("auto"), even).high(), 64);
+}
+
 TEST(ValueWindow, Names) {
     ValueSummary hu{-1000, 3000, true, 1, {}}, other{0, 255, false, 1, {}};
     EXPECT_EQ(windowOf(std::string("auto"), hu), (GreyWindow{50, 400}));

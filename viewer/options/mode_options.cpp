@@ -100,9 +100,10 @@ void addModeOptions(Command& command, ModeOptions& options) {
                        " (default: composite)");
     command.option("--window", options.window,
                    "grey of single values, CENTRE,WIDTH or " + joinNames(windowNames()) +
-                       " (default: auto: abdomen for HU, else all values)");
+                       " (default: auto: abdomen for HU, else all values but few that lie far above)");
     command.option("--value-colour", options.valueColour,
-                   "what a single value looks like: the window's grey or the preset's colour: " +
+                   "what a single value looks like: the window's grey, the preset's colour or grey from "
+                   "white to black: " +
                        joinNames(valueColourNames()) + " (default: window)");
     command.option("--slice", options.slice,
                    std::string("a plane: ") + kSliceForm +
