@@ -7,6 +7,7 @@
 #include "core/lighting.h"
 #include "core/measurement.h"
 #include "core/mode.h"
+#include "core/source_choice.h"
 #include "core/transfer_function.h"
 
 #include <filesystem>
@@ -107,7 +108,8 @@ using TransferChoice = std::variant<std::string, TransferFunction>;
 struct SceneVolume {
     std::filesystem::path path; // store or source; absolute once a scene is loaded
     TransferChoice transferFunction = std::string("bone");
-    std::string unit = {}; // "HU": the values are in HU, whatever the volume says; "": as the volume says
+    std::string unit = {};    // "HU": the values are in HU, whatever the volume says; "": as the volume says
+    SourceChoice source = {}; // of source files; a store has nothing to choose
 };
 
 /// What a camera by side holds: all that the transfer function and the isosurfaces show, or the volume's box.

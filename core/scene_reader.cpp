@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -24,7 +25,8 @@ const Keys kSceneKeys = {"tesseraScene", "volumes",      "camera",  "shading",  
                          "isosurfaces",  "mode",         "window",  "valueColour", "slice",
                          "cuts",         "measurements", "quality", "image"};
 const Keys kSliceKeys = {"plane", "position", "point", "normal", "thickness", "reduction"};
-const Keys kVolumeKeys = {"path", "transferFunction", "unit"};
+const Keys kVolumeKeys = {"path",  "transferFunction", "unit",      "series",
+                          "phase", "largest",          "resampleZ", "allowMissing"};
 const Keys kFittedKeys = {"view", "fit", "parallelProjection"};
 const Keys kSurfaceKeys = {"value", "rgb", "opacity"};
 const Keys kQualityKeys = {"stepVoxels", "integrator",   "fetch",    "terminationTransmittance",
@@ -56,6 +58,13 @@ SceneVolume parseVolume(const JsonValue& value, const std::filesystem::path& fol
         value.at("unit").oneOf({"", "HU"});
         volume.unit = value.at("unit").text();
     }
+    SourceChoice& source = volume.source;
+    for (const auto& [key, number] : {std::pair{"series", &source.series}, {"phase", &source.phase}})
+        if (value.has(key))
+            *number = value.at(key).integer(1, std::numeric_limits<int>::max());
+    value.read("largest", source.largest);
+    value.read("resampleZ", source.resampleZ);
+    value.read("allowMissing", source.allowMissing);
     if (value.has("transferFunction")) {
         const JsonValue function = value.at("transferFunction");
         if (function.isText()) {

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -75,6 +76,17 @@ std::string sceneJson(const Scene& scene) {
         volumes.push_back({{"path", volume.path.string()},
                            {"transferFunction", std::move(function)},
                            {"unit", volume.unit}});
+        // Told only where something was chosen: a store has nothing to choose.
+        json& written = volumes.back();
+        const SourceChoice& source = volume.source;
+        for (const auto& [key, number] : {std::pair{"series", source.series}, {"phase", source.phase}})
+            if (number > 0)
+                written[key] = number;
+        for (const auto& [key, chosen] : {std::pair{"largest", source.largest},
+                                          {"resampleZ", source.resampleZ},
+                                          {"allowMissing", source.allowMissing}})
+            if (chosen)
+                written[key] = true;
     }
     json surfaces = json::array();
     for (const Isosurface& surface : scene.surfaces)

@@ -83,6 +83,17 @@ glm::dvec3 firstVoxelCentreMm(const VolumeInfo& info) {
     return glm::dvec3(info.patientFromVoxel * glm::dvec4(0.5, 0.5, 0.5, 1));
 }
 
+PatientBox patientBoxOf(const VolumeInfo& info) {
+    PatientBox box;
+    box.low = box.high = glm::dvec3(info.patientFromVoxel[3]);
+    for (int axis = 0; axis < 3; ++axis)
+        for (int step = 0; step < 3; ++step) { // -0 is no number to show
+            const double along = info.patientFromVoxel[step][axis] * info.extentVoxels[step];
+            (along < 0 ? box.low : box.high)[axis] += along + 0.0;
+        }
+    return box;
+}
+
 void storeFill(const VolumeInfo& info, std::byte* out) {
     const auto put = [&](auto value) { std::memcpy(out, &value, sizeof value); };
     switch (info.type) {

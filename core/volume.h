@@ -10,8 +10,11 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <string>
+#include <vector>
 
 namespace tessera {
+
+inline constexpr const char* kSuvUnit = "SUVbw"; // g/ml, by body weight
 
 /// The types a store holds; importers convert others without loss (i8 to i16) or say that they lose.
 enum class ValueType : std::uint8_t { u8, i16, u16, f32 };
@@ -77,7 +80,11 @@ struct VolumeInfo {
     std::uint64_t nonFiniteVoxels = 0; // NaN and infinite values: absent, and stored as absentStored
     double absentStored = 0;           // the lowest physical value of the data, where a voxel is absent
     std::uint64_t clampedVoxels =
-        0; // values clamped into the stored type, or a lossy stream's into its range
+        0;                  // values clamped into the stored type, or a lossy stream's into its range
+    double suvPerValue = 0; // of a PET: SUV by body weight = this * physical value; 0 unknown
+    /// What of the source is odd and was taken all the same, a line each; quotes no name of a file and no
+    /// text of a header but numbers and code words.
+    std::vector<std::string> remarks;
 
     /// Lengths of the columns of patientFromVoxel, millimetres per voxel.
     glm::dvec3 spacingMm() const;
@@ -94,6 +101,12 @@ glm::dmat4 patientFromVoxelOf(const glm::dvec3& firstCentreMm, const glm::dvec3&
                               const glm::dvec3& stepY, const glm::dvec3& stepZ);
 /// Position of the centre of voxel (0,0,0) in patient space, mm.
 glm::dvec3 firstVoxelCentreMm(const VolumeInfo& info);
+
+/// The smallest box along the patient's axes that holds the volume, outer faces of its voxels included, mm.
+struct PatientBox {
+    glm::dvec3 low{0}, high{0};
+};
+PatientBox patientBoxOf(const VolumeInfo& info);
 
 /// Writes the fill value once, as stored: bytesPerValue() bytes.
 void storeFill(const VolumeInfo& info, std::byte* out);

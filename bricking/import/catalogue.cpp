@@ -50,10 +50,27 @@ std::string afterPath(const Error& error) {
     return at == std::string::npos ? text : text.substr(at + 2);
 }
 
+/// The folder of a file, as it lies below the catalogue's path; "" for that one itself.
+std::string folderBelow(const fs::path& top, const fs::path& folder) {
+    const std::string below = folder.lexically_relative(top).string();
+    return below == "." || below.rfind("..", 0) == 0 ? "" : printableName(below);
+}
+
+/// The folder that holds all slices, whether or not each has one of its own.
+std::string folderOf(const DicomSeries& series, const fs::path& top) {
+    fs::path common = series.slices.front().file.parent_path();
+    for (const DicomSlice& slice : series.slices)
+        while (common != top && common.has_relative_path() &&
+               slice.file.lexically_relative(common).string().rfind("..", 0) == 0)
+            common = common.parent_path();
+    return folderBelow(top, common);
+}
+
 /// NIfTI, and raw with its sidecar.
-CatalogueRow rowOfFile(const fs::path& path) {
+CatalogueRow rowOfFile(const fs::path& path, const fs::path& top) {
     CatalogueRow row;
     row.path = path;
+    row.folder = folderBelow(top, path.parent_path());
     row.rank = CatalogueRank::volume;
     row.what = printableName(path.filename());
     try {
@@ -76,6 +93,8 @@ std::string reconstructionOf(const DicomSeries& series, const DicomListing& list
         return std::string(shown);
     };
     const Acquisition& a = series.acquisition;
+    if (!series.part.empty())
+        add(series.part);
     if (!series.derivation.empty())
         add(series.derivation);
     if (!a.kernel.empty())
@@ -106,6 +125,9 @@ CatalogueRow rowOfSeries(const DicomScan& scan, std::size_t index, const fs::pat
     CatalogueRow row;
     row.series = static_cast<int>(index) + 1;
     row.path = path;
+    row.number = series.number;
+    row.date = series.date;
+    row.folder = folderOf(series, path);
     row.modality = series.acquisition.modality;
     row.slices = listing.slices;
     row.what = reconstructionOf(series, listing);
@@ -136,6 +158,18 @@ CatalogueRow rowOfSeries(const DicomScan& scan, std::size_t index, const fs::pat
 
 InputError withTable(const InputError& error, const Catalogue& catalogue) {
     return InputError(std::string(error.what()) + "\n" + tableOf(catalogue));
+}
+
+/// ": series 1, 2 and 7": those of the table's rows that compete.
+std::string whichSeries(const std::vector<const CatalogueRow*>& rows) {
+    constexpr std::size_t kMostNumbers = 12;
+    std::string text;
+    for (std::size_t i = 0; i < std::min(rows.size(), kMostNumbers); ++i) {
+        if (rows[i]->series == 0)
+            return "";
+        text += (i == 0 ? ": series " : ", ") + std::to_string(rows[i]->series);
+    }
+    return text + (rows.size() > kMostNumbers ? ", ..." : "");
 }
 
 /// Nothing that could be opened: says what is there instead.
@@ -180,7 +214,7 @@ Catalogue lookThrough(const fs::path& path, bool allowMissing) {
     catalogue.path = path;
     if (!fs::is_directory(path, error)) {
         if (isNifti(path) || endsWith(path, ".json")) {
-            catalogue.rows.push_back(rowOfFile(path));
+            catalogue.rows.push_back(rowOfFile(path, path.parent_path()));
             return catalogue;
         }
         catalogue.scan = scanDicom({path});
@@ -196,7 +230,7 @@ Catalogue lookThrough(const fs::path& path, bool allowMissing) {
             used.insert(file);
             if (isRaw)
                 used.insert(rawDataFile(file).lexically_normal());
-            CatalogueRow row = rowOfFile(file);
+            CatalogueRow row = rowOfFile(file, path);
             if (!row.info) {
                 row.rank = CatalogueRank::none;
                 row.files = 1;
@@ -300,7 +334,7 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
     throw withTable(badFile(where,
                             series ? "one volume, or a choice with --series N or --largest"
                                    : "one volume, or the name of one file, or --largest",
-                            std::to_string(rows.size()) + " volumes"),
+                            std::to_string(rows.size()) + " volumes" + whichSeries(rows)),
                     catalogue);
 }
 

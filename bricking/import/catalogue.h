@@ -28,6 +28,9 @@ struct CatalogueRow {
     CatalogueRank rank = CatalogueRank::none;
     std::string modality;            // "" unknown
     int slices = 0, files = 0;       // files: of rows that hold no slices
+    std::optional<int> number;       // SeriesNumber, as scanners and reports count
+    std::string date;                // "2023-05-17", "" unknown
+    std::string folder;              // where its files lie, below the catalogue's path; "" there itself
     std::string what;                // "scout", "dose report", a file's name
     std::string problem;             // why it is refused as it is; "" if it is not
     std::optional<VolumeInfo> info;  // with its axes in the nearest LPS order; none where it is no volume
@@ -54,7 +57,9 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
 std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueRow& row,
                                     const SourceOptions& options);
 
-/// One line for each row with a line of headings; no text that could hold a name. Ends without a line break.
+/// One line for each row with a line of headings; of headers no text that could hold a name. Columns that
+/// tell nothing (numbers and dates where no header has any, folders where all lie in one) are left out. Ends
+/// without a line break.
 std::string tableOf(const Catalogue& catalogue);
 
 /// "series 2 (CT, 2 slices: scout), 1 dose report, 2 empty (a, b)": all that opening this row passes over;

@@ -5,6 +5,6 @@ namespace tessera {
 
 /// Raised by whoever changes what an import makes of the same files: voxels, values, geometry, or what the
 /// store tells of them. Imports in the cache that another version made are made again.
-constexpr int kImportVersion = 3;
+constexpr int kImportVersion = 4;
 
 } // namespace tessera

@@ -13,6 +13,15 @@
 
 namespace tessera {
 
+namespace {
+std::string sayWhyNoSuv(const VolumeInfo& info) {
+    for (const std::string& remark : info.remarks)
+        if (remark.rfind("SUV", 0) == 0)
+            return remark;
+    return "one that does not";
+}
+} // namespace
+
 std::size_t importFloorBytes(const VolumeInfo& info, int threads) {
     // Writing gives its memory back before the statistics are made.
     return std::max(StoreWriter::floorBytes(info, threads), statisticsFloorBytes(info, threads));
@@ -24,6 +33,14 @@ ImportReport importToStore(SlabSource& source, const std::filesystem::path& stor
     VolumeInfo info = source.info();
     if (!options.unit.empty() && !info.unit.empty() && info.unit != options.unit)
         throw badFile(source.describe(), "values in " + options.unit, "values in " + info.unit);
+    if (options.unit == kSuvUnit) {
+        if (!(info.suvPerValue > 0))
+            throw badFile(source.describe(), "a PET whose header tells all that SUV takes",
+                          sayWhyNoSuv(info));
+        info.rescaleSlope *= info.suvPerValue;
+        info.rescaleIntercept *= info.suvPerValue;
+        info.suvPerValue = 1;
+    }
     if (!options.unit.empty())
         info.unit = options.unit;
     info.validate(source.describe());

@@ -3,7 +3,6 @@
 #include "bricking/import/catalogue.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 
 namespace tessera {
@@ -36,6 +35,12 @@ std::string cellOfSpacing(const CatalogueRow& row) {
     return text;
 }
 
+/// The end of a long path, which tells more than its beginning.
+std::string endOf(const std::string& folder) {
+    constexpr std::size_t kMostShown = 40;
+    return folder.size() <= kMostShown ? folder : "..." + folder.substr(folder.size() - kMostShown + 3);
+}
+
 std::string shortly(const CatalogueRow& row) {
     if (row.series == 0)
         return row.what;
@@ -47,19 +52,40 @@ std::string shortly(const CatalogueRow& row) {
 } // namespace
 
 std::string tableOf(const Catalogue& catalogue) {
-    std::vector<std::array<std::string, 6>> lines = {
-        {"series", "modality", "slices", "size", "spacing (mm)", "what"}};
-    for (const CatalogueRow& row : catalogue.rows) {
+    const auto& rows = catalogue.rows;
+    const auto any = [&](const auto& has) { return std::any_of(rows.begin(), rows.end(), has); };
+    const bool numbers = any([](const CatalogueRow& row) { return row.number.has_value(); });
+    const bool dates = any([](const CatalogueRow& row) { return !row.date.empty(); });
+    const bool folders = any([&](const CatalogueRow& row) {
+        return row.rank != CatalogueRank::none && row.folder != rows.front().folder;
+    });
+    const auto orDash = [](const std::string& text) { return text.empty() ? "-" : text; };
+    std::vector<std::vector<std::string>> lines;
+    const auto add = [&](const std::string& series, const std::string& number, const std::string& date,
+                         const std::string& folder, std::vector<std::string> rest) {
+        std::vector<std::string> line = {series};
+        if (numbers)
+            line.push_back(orDash(number));
+        if (dates)
+            line.push_back(orDash(date));
+        if (folders)
+            line.push_back(orDash(folder));
+        line.insert(line.end(), rest.begin(), rest.end());
+        lines.push_back(std::move(line));
+    };
+    add("series", "number", "date", "folder", {"modality", "slices", "size", "spacing (mm)", "what"});
+    for (const CatalogueRow& row : rows) {
         std::string what = row.what;
         if (!row.problem.empty())
             what += (what.empty() ? "" : "; ") + row.problem;
-        lines.push_back({row.series > 0 ? std::to_string(row.series) : "-",
-                         row.modality.empty() ? "-" : row.modality,
-                         row.files > 0 ? std::to_string(row.files) + (row.files == 1 ? " file" : " files")
-                                       : std::to_string(row.slices),
-                         cellOfSize(catalogue, row), cellOfSpacing(row), what});
+        add(row.series > 0 ? std::to_string(row.series) : "-", row.number ? std::to_string(*row.number) : "",
+            row.date, endOf(row.folder),
+            {orDash(row.modality),
+             row.files > 0 ? std::to_string(row.files) + (row.files == 1 ? " file" : " files")
+                           : std::to_string(row.slices),
+             cellOfSize(catalogue, row), cellOfSpacing(row), what});
     }
-    std::array<std::size_t, 6> width{};
+    std::vector<std::size_t> width(lines.front().size());
     for (const auto& line : lines)
         for (std::size_t i = 0; i < line.size(); ++i)
             width[i] = std::max(width[i], line[i].size());
@@ -94,7 +120,8 @@ bool passesOverSomething(const Catalogue& catalogue, const CatalogueRow& row) {
     return std::any_of(catalogue.rows.begin(), catalogue.rows.end(),
                        [&](const CatalogueRow& other) { return &other != &row; }) ||
            std::any_of(passed.begin(), passed.end(), [](const PassedFile& file) {
-               return file.reason != PassedReason::notSlice && file.reason != PassedReason::zarr;
+               return file.reason != PassedReason::notSlice && file.reason != PassedReason::zarr &&
+                      file.reason != PassedReason::emptyFolder;
            });
 }
 

@@ -314,6 +314,7 @@ void StoreWriter::finish(const VolumeInfo& final) {
     s.info.absentStored = final.absentStored;
     s.info.clampedVoxels = final.clampedVoxels;
     s.info.lossy = final.lossy;
+    s.info.remarks = withPlainTexts(final).remarks;
     s.metadata.info = s.info;
     for (int level = 0; level < kLevelCount; ++level) {
         const std::string text = levelDocument(s.info, level);

@@ -15,7 +15,7 @@ namespace tessera {
 namespace {
 
 constexpr int kMaxExtent = 1 << 30; // so that sums with a chunk or shard stay inside int
-constexpr std::size_t kMaxTextBytes = 64;
+constexpr std::size_t kMaxTextBytes = 64, kMaxRemarkBytes = 300, kMaxRemarks = 16;
 
 /// A number as JSON: integer types without fraction, as Zarr demands of fill values.
 Json valueJson(const VolumeInfo& info, double value) {
@@ -165,6 +165,10 @@ Json tesseraAttributes(const StoreMetadata& metadata) {
         json["orientationKnown"] = false;
     if (info.nonFiniteVoxels > 0)
         json["absentStored"] = info.absentStored;
+    if (info.suvPerValue > 0)
+        json["suvPerValue"] = info.suvPerValue;
+    if (!info.remarks.empty())
+        json["remarks"] = info.remarks;
     return json;
 }
 
@@ -263,6 +267,13 @@ VolumeInfo parseInfo(const Json& document, const std::string& where) {
         info.orientationKnown = flagAt(document, root + "/orientationKnown", where);
     if (has("absentStored"))
         info.absentStored = numberAt(document, root + "/absentStored", where);
+    if (has("suvPerValue"))
+        info.suvPerValue = numberAt(document, root + "/suvPerValue", where);
+    if (has("remarks")) {
+        const Json& remarks = jsonAt(document, root + "/remarks", where);
+        for (std::size_t i = 0; i < remarks.size(); ++i)
+            info.remarks.push_back(textAt(document, numbered(root + "/remarks", i), where));
+    }
     return info;
 }
 
@@ -316,7 +327,7 @@ void checkStorable(const VolumeInfo& info, const std::string& where) {
         throw badFile(where, std::string("a fill value that ") + name(info.type) + " can hold",
                       std::to_string(info.fillStored));
     for (const double value : {info.acquisition.tubeVoltageKv, info.acquisition.sliceThicknessMm,
-                               info.lossyRatio, info.absentStored})
+                               info.lossyRatio, info.absentStored, info.suvPerValue})
         if (!std::isfinite(value))
             throw badFile(where, "finite acquisition values", std::to_string(value));
     for (int column = 0; column < 4; ++column)
@@ -325,13 +336,19 @@ void checkStorable(const VolumeInfo& info, const std::string& where) {
 }
 
 VolumeInfo withPlainTexts(VolumeInfo info) {
-    for (std::string* text : {&info.unit, &info.acquisition.modality, &info.acquisition.kernel}) {
-        if (text->size() > kMaxTextBytes)
-            text->resize(kMaxTextBytes);
-        for (char& c : *text)
+    const auto makePlain = [](std::string& text, std::size_t most) {
+        if (text.size() > most)
+            text.resize(most);
+        for (char& c : text)
             if (c < 0x20 || c > 0x7e)
                 c = '?';
-    }
+    };
+    for (std::string* text : {&info.unit, &info.acquisition.modality, &info.acquisition.kernel})
+        makePlain(*text, kMaxTextBytes);
+    if (info.remarks.size() > kMaxRemarks)
+        info.remarks.resize(kMaxRemarks);
+    for (std::string& remark : info.remarks)
+        makePlain(remark, kMaxRemarkBytes);
     return info;
 }
 
@@ -377,8 +394,10 @@ bool isGroupOfOurs(std::string_view text) {
 }
 
 std::string contentHashOf(const StoreMetadata& metadata) {
+    StoreMetadata content = metadata; // of the same voxels, whatever is remarked on their source
+    content.info.remarks.clear();
     std::uint64_t hash = 0xcbf29ce484222325u; // FNV-1a, 64 bits
-    for (const char c : groupJson(metadata).dump())
+    for (const char c : groupJson(content).dump())
         hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
     char text[24];
     std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));

@@ -56,7 +56,8 @@ const char* const kFitted = R"({"tesseraScene":1,
     "samples":16,"pixelFilter":"gaussian","seed":3},
   "image":{"size":[640,480],"background":"#336699"}})";
 const char* const kFree =
-    R"({"tesseraScene":1,"volumes":[{"path":"/s/x.zarr","unit":"","transferFunction":"lung"}],
+    R"({"tesseraScene":1,"volumes":[{"path":"/s/x.zarr","unit":"","transferFunction":"lung",
+      "series":3,"phase":2,"largest":true,"resampleZ":true,"allowMissing":true}],
   "camera":{"position":[1,2,3.25],"focalPoint":[4,5,6],"viewUp":[0,0.1,1],"viewAngle":110.5,
     "parallelProjection":false,"parallelScale":77.7},"slice":{"plane":"coronal","position":12.5},
   "image":{"background":[0.1,0.2,0.3]}})";
@@ -180,6 +181,22 @@ TEST(Scene, WrittenAndReadBackIsTheSame) {
     transparent.volumes.push_back({"/x.zarr", "bone"});
     transparent.background.reset();
     EXPECT_FALSE(parse(sceneJson(transparent)).background);
+}
+
+TEST(Scene, WhatOfASourceIsMeantIsKept) {
+    Scene scene;
+    scene.volumes.push_back({"/scans/a", "bone"});
+    EXPECT_EQ(json::parse(sceneJson(scene))["volumes"][0].size(), 3u) << "nothing chosen, nothing said";
+    SourceChoice& source = scene.volumes[0].source;
+    const auto expectKept = [&] { EXPECT_EQ(parse(sceneJson(scene)).volumes[0].source, source); };
+    source.series = 3;
+    expectKept();
+    source.phase = 2, source.largest = true;
+    expectKept();
+    source.resampleZ = source.allowMissing = true;
+    expectKept();
+    EXPECT_THAT(messageOf(with("/volumes/0/series", 0)), HasSubstr("$.volumes[0].series"));
+    EXPECT_THAT(messageOf(with("/volumes/0/serie", 1)), HasSubstr("nearest: \"series\""));
 }
 
 TEST(Scene, RefusalsNameThePathAndTheNearestKey) {

@@ -415,9 +415,59 @@ TEST_F(Streams, DeflatedDataSetsWithAndWithoutATrailer) {
     std::string damaged = deflated(plain, true, "");
     damaged[damaged.size() - 6] = static_cast<char>(damaged[damaged.size() - 6] ^ 1); // in the checksum
     writeFile(path, damaged);
-    EXPECT_THAT(refusalOfOpening(path), HasSubstr("does not inflate"));
+    EXPECT_THAT(refusalOfOpening(path), HasSubstr("nothing behind the deflated data set"));
     writeFile(path, deflated(plain, false, "more"));
-    EXPECT_THAT(refusalOfOpening(path), HasSubstr("does not inflate"));
+    EXPECT_THAT(refusalOfOpening(path), HasSubstr("nothing behind the deflated data set"));
+}
+
+// 2 MiB that inflate to 2 GiB took 512 MiB before they were refused.
+TEST_F(Streams, ADeflateBombTakesLittleMemory) {
+    DicomImage plain = image("", "");
+    plain.fragments.clear();
+    plain.pixels = words_;
+    plain.syntax = "1.2.840.10008.1.2.1.99";
+    const std::string bytes = dicomBytes(plain);
+    std::uint32_t metaBytes = 0;
+    std::memcpy(&metaBytes, bytes.data() + 140, 4);
+    const auto raw = [](const std::string& text, int flush) { // what a deflate stream has of it
+        z_stream stream{};
+        deflateInit2(&stream, 6, Z_DEFLATED, -15, 8, Z_DEFAULT_STRATEGY);
+        std::string out(compressBound(text.size()) + 64, '\0');
+        stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));
+        stream.avail_in = static_cast<uInt>(text.size());
+        stream.next_out = reinterpret_cast<Bytef*>(out.data());
+        stream.avail_out = static_cast<uInt>(out.size());
+        deflate(&stream, flush);
+        out.resize(stream.total_out);
+        deflateEnd(&stream);
+        return out;
+    };
+    const std::string megabyte = raw(std::string(1 << 20, 'x'), Z_FULL_FLUSH); // stands for itself anywhere
+    std::string bomb = bytes.substr(0, 144 + metaBytes) + raw(bytes.substr(144 + metaBytes), Z_FULL_FLUSH);
+    for (int i = 0; i < 2048; ++i)
+        bomb += megabyte;
+    const auto path = folder_ / "IM0001.dcm";
+    writeFile(path, bomb + raw("", Z_FINISH));
+    bomb.clear();
+    const auto mostBytes = [] { // of the process, so far
+        std::ifstream status("/proc/self/status");
+        std::size_t kilobytes = 0;
+        for (std::string line; std::getline(status, line);)
+            if (line.rfind("VmHWM:", 0) == 0)
+                kilobytes = std::stoul(line.substr(6));
+        return kilobytes << 10;
+    };
+    std::ofstream("/proc/self/clear_refs") << "5"; // begins the count anew, where that may be
+    const std::size_t before = mostBytes();
+    EXPECT_THAT(refusalOfOpening(path), HasSubstr("at most 512 MiB"));
+    EXPECT_LT(mostBytes() - before, std::size_t{32} << 20);
+    // A large one that is none is read by parts.
+    DicomImage large = plain;
+    large.columns = large.rows = 3000;
+    large.pixels.assign(9000000, 7);
+    large.pixels.back() = 1234;
+    writeFile(path, deflated(large, false, ""));
+    EXPECT_EQ(readAll<std::int16_t>(*openSource(path, {})).back(), 1234 - 1024);
 }
 
 // An element out of order in one slice is damage, in all slices a writer's habit.

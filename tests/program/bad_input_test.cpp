@@ -142,8 +142,8 @@ TEST_F(BadInput, DicomFoldersThatAreNoVolume) {
         slice("missing/" + std::to_string(z), z >= 3 ? z + 2 : z);
     }
     for (const char* command : {"import two out.zarr", "render two -o out.png --engine mirror"})
-        expectRefusedWithTable(command,
-                               {"two: expected", "--series", "\n  1       CT        5", "\n  2       CT"});
+        expectRefusedWithTable(command, {"two: expected", "--series", "\n  1       2023-05-17  CT        5",
+                                         "\n  2       2023-05-17  CT"});
     EXPECT_FALSE(exists("out.zarr") || exists("out.png"));
     EXPECT_EQ(run("import two chosen.zarr --series 2").exitCode, 0);
     expectRefusedWithTable("import two out.zarr --series 3", {"--series between 1 and 2"});

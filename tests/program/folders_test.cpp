@@ -4,7 +4,10 @@
 #include "tests/support/import_test_tools.h"
 #include "tests/support/program_fixture.h"
 
+#include "core/image_file.h" // readManifest
+
 #include <nlohmann/json.hpp>
+#include <sys/stat.h>
 
 namespace tessera::test {
 namespace {
@@ -59,7 +62,8 @@ TEST_F(Folders, WhatWasPassedOverIsSaidAtImportAndInInfo) {
     const Outcome info = run("info scan");
     EXPECT_EQ(info.exitCode, 0);
     EXPECT_THAT(info.out, AllOf(HasSubstr("passed over:"), HasSubstr("1 not DICOM (notes.bin)"),
-                                HasSubstr("  series  modality  slices"),
+                                HasSubstr("  series  date        modality  slices"),
+                                HasSubstr("place:         x -0.5 to 11.5, y -0.5 to 11.5, z 1 to 9 mm"),
                                 HasSubstr("field of view: 12 x 12 x 8 mm"), Not(HasSubstr("body"))));
     const auto json = nlohmann::json::parse(run("info scan --json").out);
     EXPECT_EQ(json["passedOver"], (nlohmann::json{{"notSlice", 1}, {"notDicom", 1}, {"notImage", 1}}));
@@ -113,10 +117,137 @@ TEST_F(Folders, AScoutAndASliceExplainThemselvesInsteadOfABlankPicture) {
     expectRefusedWithTable("render scout -o a.png --engine mirror", {"a scout (localizer)", "--series 1"});
     series("scan");
     const std::string render = "render scan/IM0002 --engine mirror --preset bone --size 16x16 -o a.png";
-    expectRefused(render + " -q", {"one slice", "--view superior", "folder"});
+    expectRefused(render + " -q --view left", {"one slice", "--view superior"});
     EXPECT_FALSE(exists("a.png"));
+    const Outcome shown = run(render);
+    EXPECT_EQ(shown.exitCode, 0) << shown.problems;
+    EXPECT_THAT(shown.problems, HasSubstr("one slice: shown as --slice axial"));
+    const std::string asShown = readAll(folder_ / "a.png");
+    EXPECT_EQ(run(render + " --slice axial").exitCode, 0);
+    EXPECT_EQ(readAll(folder_ / "a.png"), asShown);
     EXPECT_EQ(run(render + " --view superior").exitCode, 0);
-    EXPECT_THAT(run("import scan/IM0002 one.zarr").problems, HasSubstr("one slice only"));
+    EXPECT_EQ(run(render + " --mode maximum -q").exitCode, 0) << "from where it faces";
+    EXPECT_THAT(run("import scan/IM0002 one.zarr").problems,
+                AllOf(HasSubstr("one slice only"), HasSubstr("name the folder")));
+    EXPECT_EQ(run("render one.zarr -q --engine mirror --size 16x16 -o b.png").exitCode, 0);
+    slice("lone/IM0002", 0); // a folder that holds no more
+    const Outcome lone = run("render lone --engine mirror --size 16x16 -o c.png");
+    EXPECT_EQ(lone.exitCode, 0) << lone.problems;
+    EXPECT_THAT(lone.problems, Not(HasSubstr("name the folder")));
+}
+
+TEST_F(Folders, TheTableTellsWhatPeopleChooseBy) {
+    series("study/arterial",
+           [](DicomImage& image) { image.seriesNumber = "5", image.seriesDate = "20230518"; });
+    series("study/venous", [](DicomImage& image) {
+        image.series = "2", image.seriesNumber = "7", image.seriesDate = "20230519";
+        image.columns = 6, image.rows = 24;
+    });
+    slice("study/scout", 0, [](DicomImage& image) {
+        image.series = "3", image.imageType = "LOCALIZER", image.seriesNumber = "1";
+    });
+    expectRefusedWithTable("import study a.zarr", {"found 2 volumes: series 1, 3",
+                                                   "  series  number  date        folder    modality",
+                                                   "  1       5       2023-05-18  arterial  CT        4",
+                                                   "  3       7       2023-05-19  venous    CT        4",
+                                                   "  2       1       2023-05-17  -         CT        1"});
+    const Outcome info = run("info study");
+    const std::size_t first = info.out.find("source:        series 1"),
+                      last = info.out.find("source:        series 3");
+    EXPECT_LT(first, last) << "in the order of the table\n" << info.out;
+    EXPECT_NE(last, std::string::npos);
+    const auto json = nlohmann::json::parse(run("info study --json").out);
+    EXPECT_EQ(json["series"][0]["seriesNumber"], 5);
+    EXPECT_EQ(json["series"][0]["date"], "2023-05-18");
+    EXPECT_EQ(json["series"][0]["folder"], "arterial");
+    // None of it is kept.
+    ASSERT_EQ(run("import study a.zarr --series 3").exitCode, 0);
+    const std::string store = readAll(folder_ / "a.zarr/zarr.json");
+    for (const char* text : {"2023", "venous", "seriesNumber"})
+        EXPECT_THAT(store, Not(HasSubstr(text)));
+}
+
+TEST_F(Folders, WhatIsOddIsSaidAtImportAndStaysInTheStore) {
+    for (int n = 1; n <= 6; ++n)
+        slice("scan/IM000" + std::to_string(n), 10 * n, [&](DicomImage& image) {
+            image.thickness = "5", image.instance = 2 * n - 1;
+            image.kernel = n == 2 ? "B70f" : "B30f";
+        });
+    const std::string gaps = "slices are 5 mm thick and lie 10 mm apart",
+                      kernel = "the kernel is B30f in 5 slices";
+    for (const char* command : {"import scan a.zarr", "info scan", "info a.zarr", "info a.zarr --json"}) {
+        const Outcome outcome = run(command);
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.problems;
+        EXPECT_THAT(outcome.out + outcome.problems, AllOf(HasSubstr(gaps), HasSubstr(kernel))) << command;
+    }
+}
+
+TEST_F(Folders, AStoreHasNothingToChoose) {
+    series("scan");
+    ASSERT_EQ(run("import scan a.zarr").exitCode, 0);
+    const std::string render = "render a.zarr --engine mirror --preset bone --size 16x16 -o a.png ";
+    expectRefused(render + "--series 2", {"a.zarr", "--series", "a store"});
+    expectRefused(render + "--phase 1", {"a.zarr", "--phase", "a store"});
+    EXPECT_FALSE(exists("a.png"));
+    const Outcome largest = run(render + "--largest");
+    EXPECT_EQ(largest.exitCode, 0);
+    EXPECT_THAT(largest.problems, HasSubstr("--largest is for source files"));
+}
+
+TEST_F(Folders, ASceneSaysWhichSeriesOfItsSource) {
+    series("scan");
+    series("scan/other", [](DicomImage& image) { image.series = "2", image.pixels.assign(144, 1500); });
+    write("s.json", R"({"tesseraScene":1,"volumes":[{"path":"scan","series":2,"transferFunction":"bone"}],
+                        "image":{"size":[16,16]}})");
+    const auto hash = [&](const std::string& arguments) {
+        const Outcome outcome = run("render " + arguments + " --engine mirror --size 16x16 -o a.png --json");
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.problems;
+        EXPECT_THAT(readManifest(folder_ / "a.png"), Not(HasSubstr("\"series\"")));
+        return nlohmann::json::parse(outcome.out)["store"].dump();
+    };
+    EXPECT_EQ(hash("s.json"), hash("scan --series 2 --preset bone"));
+    EXPECT_NE(hash("s.json --series 1"), hash("s.json")) << "options win";
+}
+
+TEST_F(Folders, APipeIsNeverWaitedFor) {
+    fs::create_directories(folder_ / "a.zarr");
+    ASSERT_EQ(::mkfifo((folder_ / "a.zarr/zarr.json").c_str(), 0600), 0);
+    series("scan");
+    for (const char* name : {"p.json", "p.nii", "p.nii.gz", "p.dcm", "p.png"})
+        ASSERT_EQ(::mkfifo((folder_ / name).c_str(), 0600), 0);
+    const std::string render = " -q --engine mirror --size 16x16 -o out.png";
+    for (const char* input : {"a.zarr", "p.json", "p.nii", "p.nii.gz", "p.dcm", "p.png"}) {
+        EXPECT_EQ(run("info " + std::string(input)).exitCode, 2) << input;
+        EXPECT_EQ(run("render " + std::string(input) + render).exitCode, 2) << input;
+        EXPECT_EQ(run("import " + std::string(input) + " b.zarr").exitCode, 2) << input;
+    }
+    expectRefused("info a.zarr", {"zarr.json", "a regular file"});
+    expectRefused("render scan --preset p.json" + render, {"p.json"});
+    expectRefused("render scan --path p.json" + render, {"p.json", "a regular file"});
+}
+
+TEST_F(Folders, AVolumeOfLabelsIsSaidToBeOne) {
+    NiftiImage image;
+    image.extent = {24, 24, 24};
+    image.datatype = 512;
+    for (int i = 0; i < 24 * 24 * 24; ++i) {
+        const int x = i % 24, y = i / 24 % 24, z = i / 576;
+        const auto label = static_cast<std::uint16_t>(x > 4 && y > 4 && z > 4 ? 1 + x / 8 + 3 * (y / 8) : 0);
+        image.voxels.append(reinterpret_cast<const char*>(&label), sizeof label);
+    }
+    writeFile(folder_ / "labels.nii.gz", gzip(niftiBytes(image)));
+    writeFile(folder_ / "labels.nii", niftiBytes(image));
+    for (const char* name : {"labels.nii.gz", "labels.nii"})
+        EXPECT_THAT(run("import " + std::string(name) + " l.zarr --force").problems,
+                    HasSubstr("looks like a label map (10 whole values, 0 to 9)"));
+    EXPECT_THAT(run("render l.zarr --engine mirror --size 16x16 -o a.png").problems,
+                HasSubstr("looks like a label map"));
+    // Few values without regions, and measurements, are none.
+    std::uint32_t random = 4711;
+    for (std::size_t i = 0; i < image.voxels.size(); i += 2)
+        image.voxels[i] = static_cast<char>((random = random * 1664525 + 1013904223) >> 28);
+    writeFile(folder_ / "noise.nii", niftiBytes(image));
+    EXPECT_THAT(run("import noise.nii n.zarr").problems, Not(HasSubstr("label map")));
 }
 
 TEST_F(Folders, ForeignZarrIsNamedByEveryCommand) {

@@ -10,7 +10,9 @@
 #include <filesystem>
 #include <fstream>
 #include <glm/vec3.hpp>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -50,6 +52,15 @@ struct DicomImage {
     std::optional<std::string> positionText, orientationText, spacingText; // written instead
     int samplesPerPixel = 1;
     bool preamble = true, implicitVr = false; // implicit: without a preamble only
+    std::string kernel = "B30f", voltage = "120", thickness = "1.5", photometric = "MONOCHROME2";
+    int instance = 1;                                       // says nothing: order comes from positions
+    std::optional<std::string> seriesNumber, seriesDate;    // "3", "20230518"
+    std::optional<std::string> seriesUid, patient, station; // written instead; "" an empty value
+    std::string charset, patientName = kPlanted[0];
+    std::map<unsigned, std::string> vrs;                          // by tag, 0x00280030: written with this VR
+    std::set<unsigned> without;                                   // tags that are left out
+    std::map<unsigned, std::pair<std::string, std::string>> more; // elements besides: VR and value, by tag
+    char filling = ' ';                                           // what makes texts even
 };
 
 class DicomBytes {
@@ -62,10 +73,19 @@ class DicomBytes {
         u16((bigEndian ? v >> 16 : v) & 0xffff);
         u16((bigEndian ? v : v >> 16) & 0xffff);
     }
-    void element(unsigned group, unsigned tag, const char* vr, std::string value) {
-        const bool longForm = std::string("OB OW SQ").find(vr) != std::string::npos;
+    void element(unsigned group, unsigned tag, const char* usualVr, std::string value) {
+        while (!more.empty() && more.begin()->first < (group << 16 | tag)) {
+            const auto [at, element] = *more.begin();
+            more.erase(more.begin());
+            this->element(at >> 16, at & 0xffff, element.first.c_str(), element.second);
+        }
+        const auto other = vrs.find(group << 16 | tag);
+        const std::string vr = other == vrs.end() ? usualVr : other->second;
+        if (without.contains(group << 16 | tag))
+            return;
+        const bool longForm = std::string("OB OW SQ UN UT").find(vr) != std::string::npos;
         if (value.size() % 2)
-            value += std::string(vr) == "UI" ? '\0' : ' ';
+            value += vr == "UI" ? '\0' : filling;
         u16(group), u16(tag);
         if (implicitVr) {
             u32(value.size());
@@ -107,6 +127,10 @@ class DicomBytes {
     const std::string& bytes() const { return bytes_; }
     std::string bytes_;
     bool implicitVr = false, bigEndian = false;
+    std::map<unsigned, std::string> vrs;
+    std::set<unsigned> without;
+    std::map<unsigned, std::pair<std::string, std::string>> more;
+    char filling = ' ';
 };
 
 inline std::string decimals(std::initializer_list<double> values) {
@@ -127,15 +151,23 @@ inline std::string dicomBytes(const DicomImage& image) {
     const std::string uid = kPlanted[6] + "." + image.series + "." + std::to_string(++instance);
     DicomBytes meta, d;
     d.implicitVr = image.implicitVr;
+    d.vrs = image.vrs;
+    d.more = image.more;
+    d.without = image.without;
+    d.filling = image.filling;
     d.bigEndian = image.syntax == "1.2.840.10008.1.2.2"; // of the data set; the meta group is always little
     meta.element(0x2, 0x2, "UI", image.storageClass);
     meta.element(0x2, 0x3, "UI", uid);
     meta.element(0x2, 0x10, "UI", image.syntax);
+    if (!image.charset.empty())
+        d.element(0x8, 0x5, "CS", image.charset);
     if (!image.imageType.empty())
         d.element(0x8, 0x8, "CS", image.imageType);
     d.element(0x8, 0x16, "UI", image.storageClass);
     d.element(0x8, 0x18, "UI", uid);
     d.element(0x8, 0x20, "DA", kPlanted[3]);
+    if (image.seriesDate)
+        d.element(0x8, 0x21, "DA", *image.seriesDate);
     d.element(0x8, 0x30, "TM", kPlanted[13]);
     if (image.acquisitionTime)
         d.element(0x8, 0x32, "TM", *image.acquisitionTime);
@@ -145,24 +177,26 @@ inline std::string dicomBytes(const DicomImage& image) {
     d.element(0x8, 0x60, "CS", image.modality);
     d.element(0x8, 0x80, "LO", kPlanted[5]);
     d.element(0x8, 0x90, "PN", kPlanted[8]);
-    d.element(0x8, 0x1010, "SH", kPlanted[11]);
+    d.element(0x8, 0x1010, "SH", image.station.value_or(kPlanted[11]));
     d.element(0x8, 0x103e, "LO", kPlanted[4]);
     d.element(0x9, 0x10, "LO", kPlanted[12]);
-    d.element(0x10, 0x10, "PN", kPlanted[0]);
-    d.element(0x10, 0x20, "LO", kPlanted[1] + image.patientSuffix);
+    d.element(0x10, 0x10, "PN", image.patientName);
+    d.element(0x10, 0x20, "LO", image.patient.value_or(kPlanted[1] + image.patientSuffix));
     d.element(0x10, 0x30, "DA", kPlanted[2]);
     d.element(0x10, 0x1040, "LO", kPlanted[9]);
     d.element(0x10, 0x4000, "LT", kPlanted[10]);
-    d.element(0x18, 0x50, "DS", "1.5");
-    d.element(0x18, 0x60, "DS", "120");
+    d.element(0x18, 0x50, "DS", image.thickness);
+    d.element(0x18, 0x60, "DS", image.voltage);
     if (image.betweenSlices)
         d.element(0x18, 0x88, "DS", *image.betweenSlices);
-    d.element(0x18, 0x1210, "SH", "B30f");
+    d.element(0x18, 0x1210, "SH", image.kernel);
     d.element(0x20, 0xd, "UI", kPlanted[6]);
-    d.element(0x20, 0xe, "UI", kPlanted[6] + ".7." + image.series);
+    d.element(0x20, 0xe, "UI", image.seriesUid.value_or(kPlanted[6] + ".7." + image.series));
+    if (image.seriesNumber)
+        d.element(0x20, 0x11, "IS", *image.seriesNumber);
     if (image.acquisition)
         d.element(0x20, 0x12, "IS", std::to_string(*image.acquisition));
-    d.element(0x20, 0x13, "IS", "1"); // instance numbers say nothing: order comes from positions
+    d.element(0x20, 0x13, "IS", std::to_string(image.instance));
     const std::string orientation =
         image.orientationText.value_or(decimals(image.rowDirection) + "\\" + decimals(image.columnDirection));
     if (image.framePositions.empty()) {
@@ -180,7 +214,7 @@ inline std::string dicomBytes(const DicomImage& image) {
     if (!image.frameOfReference.empty())
         d.element(0x20, 0x52, "UI", image.frameOfReference);
     d.number(0x28, 0x2, image.samplesPerPixel);
-    d.element(0x28, 0x4, "CS", "MONOCHROME2");
+    d.element(0x28, 0x4, "CS", image.photometric);
     if (image.frames > 1)
         d.element(0x28, 0x8, "IS", std::to_string(image.frames));
     d.number(0x28, 0x10, image.rows);

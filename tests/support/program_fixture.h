@@ -80,7 +80,7 @@ class Program : public ::testing::Test {
         EXPECT_EQ(outcome.exitCode, 2) << arguments << "\n" << outcome.problems;
         EXPECT_EQ(outcome.problems.rfind("tessera: ", 0), 0u) << outcome.problems;
         const std::size_t line = outcome.problems.find('\n');
-        EXPECT_EQ(outcome.problems.find("\n  series  modality"), line) << outcome.problems;
+        EXPECT_EQ(outcome.problems.find("\n  series  "), line) << outcome.problems;
         EXPECT_THAT(outcome.problems.substr(0, line), ::testing::HasSubstr("expected")) << arguments;
         for (const std::string& word : words)
             EXPECT_THAT(outcome.problems, ::testing::HasSubstr(word)) << arguments;

@@ -76,6 +76,30 @@ TEST(ViewSession, AtRestShowsTheVeryPictureOfTheProgram) {
     EXPECT_THAT(looker.viewing->state().measured, HasSubstr("L*u*v*"));
 }
 
+// What a window saves of source files opened straight away has to open again when the cache is cleared.
+TEST(ViewSession, ASceneNamesItsSourceAndNotTheCache) {
+    const ScratchFolder folder;
+    const fs::path source = folder / "ball.json", cache = folder / "cache";
+    ::setenv("XDG_CACHE_HOME", cache.c_str(), 1);
+    std::string voxels;
+    for (int i = 0; i < 24 * 24 * 24; ++i)
+        voxels += static_cast<char>(i % 24 * 5 + i / 24 % 24 * 3);
+    std::ofstream(folder / "ball.raw", std::ios::binary) << voxels;
+    std::ofstream(source) << R"({"data":"ball.raw","type":"uint8","extent":[24,24,24],"spacing":[1,1,1]})";
+    Scene scene;
+    {
+        Looker looker(false);
+        scene = looker.opened(source);
+        looker.wholeOf(0);
+    }
+    EXPECT_EQ(scene.volumes.front().path, source);
+    std::ofstream(folder / "saved.json") << sceneJson(scene);
+    EXPECT_GT(fs::remove_all(cache), 1u);
+    Looker again(false);
+    EXPECT_EQ(sceneJson(again.opened(folder / "saved.json")), sceneJson(scene));
+    again.wholeOf(0);
+}
+
 TEST(ViewSession, WhileSomethingMovesPicturesAreSmallerAndOfTheLastWish) {
     Looker looker;
     Scene scene = looker.opened(storePath("torso"));

@@ -19,7 +19,7 @@ struct ImportArguments {
 void runImport(const ImportArguments& arguments, const CommonOptions& common) {
     ImportOptions options;
     if (!arguments.unit.empty())
-        options.unit = parseUnit(arguments.unit);
+        options.unit = parseUnit(arguments.unit, true);
     Ledger ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     const std::filesystem::path out(arguments.out);
     requireStorePath(out, arguments.force);
@@ -41,7 +41,8 @@ void addImportCommand(Command& program, const CommonOptions& common, Action& act
     command.flag("--force", arguments->force, "replace an existing store");
     addSelectionOptions(command, arguments->input);
     command.option("--unit", arguments->unit,
-                   "HU: the values are in HU, though the file cannot say so (NIfTI)");
+                   "HU: the values are in HU, though the file cannot say so (NIfTI); SUVbw: of a PET whose "
+                   "header tells weight, dose and times");
     command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command.footer("Example:\n  tessera import scans/abdomen abdomen.zarr --ram 512MiB");
     command.whenChosen(

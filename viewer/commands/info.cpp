@@ -27,8 +27,13 @@ struct InfoArguments {
     bool asJson = false, allowMissing = false;
 };
 
+json asJson(const glm::dvec3& v) {
+    return {v.x, v.y, v.z};
+}
+
 json volumeJson(const VolumeInfo& info) {
     const glm::dvec3 mm = info.spacingMm();
+    const PatientBox place = patientBoxOf(info);
     json affine = json::array(); // rows
     for (int row = 0; row < 4; ++row) {
         affine.push_back(json::array());
@@ -58,7 +63,10 @@ json volumeJson(const VolumeInfo& info) {
             {"gantryTiltDegrees", gantryTiltDegrees(info)},
             {"nonFiniteVoxels", info.nonFiniteVoxels},
             {"absentStored", info.absentStored},
-            {"clampedVoxels", info.clampedVoxels}};
+            {"clampedVoxels", info.clampedVoxels},
+            {"placeMm", {{"from", asJson(place.low)}, {"to", asJson(place.high)}}},
+            {"suvPerValue", info.suvPerValue},
+            {"remarks", info.remarks}};
 }
 
 std::string orderText(const AxisOrder& order) {
@@ -71,6 +79,17 @@ std::string orderText(const AxisOrder& order) {
 
 constexpr double kLeastTilt = 0.05; // degrees; below it is the rounding of headers
 
+/// In the numbers that --slice, --crop, --from and cameras take.
+void printPlace(const VolumeInfo& info) {
+    const PatientBox box = patientBoxOf(info);
+    const auto range = [&](int axis) {
+        return std::string(1, "xyz"[axis]) + " " + formatNumber(box.low[axis], 6) + " to " +
+               formatNumber(box.high[axis], 6);
+    };
+    printLine("place", range(0) + ", " + range(1) + ", " + range(2) + " mm (to the left, back and head" +
+                           (info.orientationKnown ? ")" : ", if the source lies as it says)"));
+}
+
 void printVolume(const VolumeInfo& info) {
     const glm::dvec3 mm = info.spacingMm();
     printLine("size", formatExtent(info.extentVoxels) + " voxels of " + formatNumber(mm.x) + " x " +
@@ -78,12 +97,16 @@ void printVolume(const VolumeInfo& info) {
     printLine("field of view", formatNumber(mm.x * info.extentVoxels.x) + " x " +
                                    formatNumber(mm.y * info.extentVoxels.y) + " x " +
                                    formatNumber(mm.z * info.extentVoxels.z) + " mm");
+    printPlace(info);
     if (const double tilt = gantryTiltDegrees(info); std::abs(tilt) > kLeastTilt)
         printLine("gantry tilt", formatNumber(tilt) + " degrees (anterior edge of the slices towards the " +
                                      (tilt > 0 ? "head)" : "feet)"));
     printLine("type", std::string(name(info.type)) + ", value = " + formatNumber(info.rescaleSlope, 6) +
                           " * stored + " + formatNumber(info.rescaleIntercept, 6) +
                           (info.unit.empty() ? ", unit unknown" : " " + info.unit));
+    if (info.suvPerValue > 0 && info.unit != kSuvUnit)
+        printLine("SUV", "SUVbw = " + formatNumber(info.suvPerValue, 6) +
+                             " * value; import with --unit SUVbw stores it");
     const Acquisition& a = info.acquisition;
     std::string text = a.modality.empty() ? "modality unknown" : a.modality;
     if (!a.kernel.empty())
@@ -102,6 +125,8 @@ void printVolume(const VolumeInfo& info) {
         printLine("compression", sayLoss(info));
     if (info.clampedVoxels)
         printLine("clamped", std::to_string(info.clampedVoxels) + " voxels");
+    for (const std::string& remark : info.remarks)
+        printLine("remark", remark);
 }
 
 std::uintmax_t bytesOnDisk(const fs::path& folder) {
@@ -152,6 +177,12 @@ json rowJson(const ListedRow& row) {
     json out = {{"modality", row.modality}, {"what", row.what}, {"problem", row.problem}};
     if (row.series > 0)
         out["series"] = row.series;
+    if (row.number)
+        out["seriesNumber"] = *row.number;
+    if (!row.date.empty())
+        out["date"] = row.date;
+    if (!row.folder.empty())
+        out["folder"] = row.folder;
     if (row.files > 0)
         out["files"] = row.files;
     else
@@ -180,7 +211,11 @@ void infoSource(const InfoArguments& arguments, const CommonOptions& common) {
     }
     if (arguments.asJson) {
         json report = {{"kind", "source"}, {"volumes", json::array()}, {"series", json::array()}};
-        for (const ListedVolume& volume : listed) {
+        std::vector<ListedVolume> bySize = listed; // largest first
+        std::stable_sort(bySize.begin(), bySize.end(), [](const ListedVolume& a, const ListedVolume& b) {
+            return a.info.voxelCount() > b.info.voxelCount();
+        });
+        for (const ListedVolume& volume : bySize) {
             report["volumes"].push_back(volumeJson(volume.info));
             report["volumes"].back()["label"] = volume.label;
             report["volumes"].back()["series"] = volume.series;

@@ -22,6 +22,8 @@ struct ViewArguments {
 const std::vector<std::string> kEngines = {"auto", "gpu", "native"}; // in the order of EngineKind
 
 void runView(const ViewArguments& arguments, const CommonOptions& common) {
+    if (!arguments.in.empty() && looksLikeStore(arguments.in))
+        requireNoChoice(arguments.in, arguments.input, common);
     ViewSessionOptions session;
     session.engine = static_cast<EngineKind>(indexOfName(arguments.engine, kEngines, "--engine"));
     session.ramBytes = budgetBytes(arguments.ram, "--ram", common);

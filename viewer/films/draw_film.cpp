@@ -37,8 +37,10 @@ std::string hashOf(const std::string& text) {
 json recordOf(const FilmJob& job, const EngineMaker& engine) {
     Scene scene = job.scene;
     scene.camera = Camera{}; // the path's
-    for (SceneVolume& volume : scene.volumes)
+    for (SceneVolume& volume : scene.volumes) {
         volume.path = "content-" + job.store->contentHash() + ".zarr";
+        volume.source = {};
+    }
     json record = {{"tesseraFilm", 1},
                    {"program", "tessera " TESSERA_VERSION},
                    {"volume", job.store->contentHash()},

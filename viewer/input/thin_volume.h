@@ -1,5 +1,5 @@
-// viewer/input/thin_volume.h: a volume of one slice, which is a line from the side: explained instead of
-// drawn blank.
+// viewer/input/thin_volume.h: a volume of one slice, which is a line from the side: shown as what it is
+// instead of drawn blank.
 #pragma once
 
 #include "core/scene.h"
@@ -9,7 +9,13 @@
 
 namespace tessera {
 
-/// Throws InputError, naming `where` and the view that shows the slice, if the scene looks by side (--view)
+/// Where nobody asked for a side, a volume's single slice is looked at as a slice, and in other modes than
+/// compositing from where it faces.
+/// @param sideNamed  a camera's fit or projection was asked for: then the mode stays
+/// @return what to say: "one slice: shown as --slice axial"; "" where nothing changed
+std::string faceThinVolume(Scene& scene, const VolumeInfo& info, bool sideNamed);
+
+/// Throws InputError naming `where` and the view that shows the slice, if the scene looks by side (--view)
 /// along a volume's single slice. A camera that is spelled out may look as it likes.
 void requireFacingView(const Scene& scene, const VolumeInfo& info, const std::string& where);
 

@@ -29,7 +29,8 @@ void requireExisting(const fs::path& path) {
 std::string InputOptions::key() const {
     // Every member decides what an import makes; one that is added has to be named here, or this does not
     // compile.
-    const auto& [number, isResampled, isLargest, phaseNumber, mayMiss] = *this;
+    const auto& [number, isResampled, isLargest, phaseNumber, mayMiss] =
+        static_cast<const SourceChoice&>(*this);
     return std::to_string(number) + "|" + std::to_string(isResampled) + "|" + std::to_string(isLargest) +
            "|" + std::to_string(phaseNumber) + "|" + std::to_string(mayMiss);
 }
@@ -38,9 +39,11 @@ bool looksLikeStore(const fs::path& path) {
     std::error_code ignored;
     if (path.extension() == ".zarr" && !fs::exists(path, ignored)) // a program died while it replaced it
         recoverFolders(path.has_parent_path() ? path.parent_path() : fs::path("."));
+    if (!fs::is_regular_file(path / "zarr.json", ignored)) // the reader says what else it is
+        return fs::exists(path / "zarr.json", ignored) && !fs::is_directory(path / "zarr.json", ignored);
     std::ifstream file(path / "zarr.json", std::ios::binary);
-    if (!file || !fs::is_regular_file(path / "zarr.json", ignored))
-        return fs::is_regular_file(path / "zarr.json", ignored);
+    if (!file)
+        return true;
     constexpr std::size_t kLookedAt = 1 << 20; // this program's metadata is far shorter
     std::string text(kLookedAt, '\0');
     file.read(text.data(), static_cast<std::streamsize>(text.size()));
@@ -56,16 +59,12 @@ InputListing listInput(const fs::path& path, bool allowMissing) {
     InputListing listing;
     const Catalogue catalogue = lookThrough(path, allowMissing);
     for (const CatalogueRow& row : catalogue.rows) {
-        listing.rows.push_back(
-            {row.series, row.modality, row.what, row.problem, row.slices, row.files, row.phases});
+        listing.rows.push_back({row.series, row.modality, row.date, row.folder, row.what, row.problem,
+                                row.number, row.slices, row.files, row.phases});
         if (row.info)
             listing.volumes.push_back({row.series > 0 ? "series " + std::to_string(row.series) : row.what,
                                        *row.info, row.path, row.series});
     }
-    std::stable_sort(listing.volumes.begin(), listing.volumes.end(),
-                     [](const ListedVolume& a, const ListedVolume& b) {
-                         return a.info.voxelCount() > b.info.voxelCount();
-                     });
     listing.table = tableOf(catalogue);
     listing.passedOver = countPassed(catalogue.scan.passed);
     for (const PassedFile& file : catalogue.scan.passed)
@@ -78,6 +77,7 @@ namespace {
 /// What was taken of several, and all that was passed over.
 void noteChoice(const Catalogue& catalogue, const CatalogueRow& row, const InputOptions& options,
                 const CommonOptions& common) {
+    std::error_code ignored;
     const std::string label = row.series > 0 ? "series " + std::to_string(row.series) : row.what;
     if (options.largest && row.info) {
         const glm::dvec3 mm = row.info->spacingMm();
@@ -88,12 +88,14 @@ void noteChoice(const Catalogue& catalogue, const CatalogueRow& row, const Input
                     " x " + formatNumber(mm.y) + " x " + formatNumber(mm.z) + " mm");
     }
     if (row.info && row.slices == 1)
-        common.note("one slice only, taken as " +
-                    formatNumber(row.info->spacingMm()[static_cast<int>(
-                        std::find(row.info->originalOrder.sourceAxis.begin(),
-                                  row.info->originalOrder.sourceAxis.end(), 2) -
-                        row.info->originalOrder.sourceAxis.begin())]) +
-                    " mm thick: seen from the side it is a line; name the folder for the whole series");
+        common.note(
+            "one slice only, taken as " +
+            formatNumber(row.info->spacingMm()[static_cast<int>(
+                std::find(row.info->originalOrder.sourceAxis.begin(),
+                          row.info->originalOrder.sourceAxis.end(), 2) -
+                row.info->originalOrder.sourceAxis.begin())]) +
+            " mm thick" +
+            (fs::is_directory(catalogue.path, ignored) ? "" : "; name the folder for the whole series"));
     const std::string passed = passedOverText(catalogue, row);
     if (passed.empty())
         return;
@@ -137,6 +139,19 @@ std::unique_ptr<SlabSource> openInput(const fs::path& path, const InputOptions&,
 }
 #endif
 
+void requireNoChoice(const fs::path& path, const InputOptions& options, const CommonOptions& common) {
+    for (const auto& [chosen, option] : {std::pair{options.series, "--series"}, {options.phase, "--phase"}})
+        if (chosen > 0)
+            throw badFile(path.string(), std::string("source files for ") + option + " to choose from",
+                          "a store, which holds one volume");
+    for (const auto& [asked, option] : {std::pair{options.largest, "--largest"},
+                                        {options.resampleZ, "--resample-z"},
+                                        {options.allowMissing, "--allow-missing"}})
+        if (asked)
+            common.note(std::string(option) + " is for source files: " + path.string() +
+                        " is a store, which is taken as it is");
+}
+
 void requireStorePath(const fs::path& given, bool force) {
     std::error_code ignored;
     const fs::path out = given.has_filename() ? given : given.parent_path(); // "x.zarr/" means x.zarr
@@ -150,9 +165,10 @@ void requireStorePath(const fs::path& given, bool force) {
         throw badFile(out.string(), "a new name, or --force to replace", "a store of that name");
 }
 
-std::string parseUnit(const std::string& text) {
-    if (text != "HU")
-        throw badFile("--unit", "HU", "\"" + text.substr(0, 40) + "\"");
+std::string parseUnit(const std::string& text, bool atImport) {
+    if (text != "HU" && (!atImport || text != kSuvUnit))
+        throw badFile("--unit", atImport ? "HU or SUVbw" : "HU; SUVbw is for tessera import",
+                      "\"" + text.substr(0, 40) + "\"");
     return text;
 }
 
@@ -173,8 +189,10 @@ void noteImport(const ImportReport& report, const SlabSource& source, const fs::
 fs::path storeFor(const fs::path& path, const InputOptions& options, Ledger& ram,
                   const CommonOptions& common) {
     requireExisting(path);
-    if (looksLikeStore(path))
-        return path; // the reader says what is wrong with a damaged one
+    if (looksLikeStore(path)) { // the reader says what is wrong with a damaged one
+        requireNoChoice(path, options, common);
+        return path;
+    }
     const MakeStore make = [&](const fs::path& store, bool durable) {
         const auto source = openInput(path, options, store.parent_path(), common);
         common.detail("importing " + source->describe() + " to " + store.string());
@@ -184,6 +202,12 @@ fs::path storeFor(const fs::path& path, const InputOptions& options, Ledger& ram
         noteImport(importToStore(*source, store, ram, import), *source, store, ram, common);
     };
     return cachedStore(fs::canonical(path), options, common, make);
+}
+
+fs::path storeFor(const SceneVolume& volume, const InputOptions& named, Ledger& ram,
+                  const CommonOptions& common) {
+    const bool isNamed = static_cast<const SourceChoice&>(named) != SourceChoice{};
+    return storeFor(volume.path, isNamed ? named : InputOptions(volume.source), ram, common);
 }
 
 } // namespace tessera

@@ -5,21 +5,21 @@
 #include "bricking/import/importer.h" // ImportReport
 #include "bricking/import/source/slab_source.h"
 #include "core/budget.h"
+#include "core/scene.h"
+#include "core/source_choice.h"
 #include "viewer/options/options.h"
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace tessera {
 
-struct InputOptions {
-    int series = 0;
-    bool resampleZ = false;
-    bool largest = false;      // a folder's largest CT, or its largest volume if there is no CT
-    int phase = 0;             // of a series with several pictures at each place; 0: none chosen
-    bool allowMissing = false; // files that could be slices and cannot be read are left out
+struct InputOptions : SourceChoice {
+    InputOptions() = default;
+    explicit InputOptions(const SourceChoice& choice) : SourceChoice(choice) {}
     /// All that decides what is opened, as text.
     std::string key() const;
 };
@@ -42,12 +42,13 @@ struct ListedVolume {
 /// A row of the table of series, for machines.
 struct ListedRow {
     int series = 0; // 0: not to be chosen by number
-    std::string modality, what, problem;
+    std::string modality, date, folder, what, problem;
+    std::optional<int> number; // SeriesNumber
     int slices = 0, files = 0;
     std::vector<std::string> phases;
 };
 struct InputListing {
-    std::vector<ListedVolume> volumes; // largest first
+    std::vector<ListedVolume> volumes; // in the order of the rows
     std::vector<ListedRow> rows;       // everything, volumes or not
     std::string table;                 // the same as lines for people
     std::string passedOver;            // files that are in no row, counted by reason; "" for none
@@ -57,15 +58,24 @@ struct InputListing {
 InputListing listInput(const std::filesystem::path& path, bool allowMissing);
 
 /// The store for path: itself if it is one, else its import (import_cache.h), made now if there is none. It
-/// stays as long as `common`.
+/// stays as long as `common`. Throws InputError for a series or phase of a store.
 std::filesystem::path storeFor(const std::filesystem::path& path, const InputOptions& options, Ledger& ram,
+                               const CommonOptions& common);
+
+/// A store is one volume: of options that choose among several, those that ask for another throw InputError,
+/// and those that mean nothing are said.
+void requireNoChoice(const std::filesystem::path& store, const InputOptions& options,
+                     const CommonOptions& common);
+/// The store of a scene's volume: options that were named win over what the scene says of its source.
+std::filesystem::path storeFor(const SceneVolume& volume, const InputOptions& named, Ledger& ram,
                                const CommonOptions& common);
 
 /// Refuses early, before long work, what importToStore() would refuse: an output that does not end in .zarr,
 /// that exists without force, or that is no store. Throws InputError naming it.
 void requireStorePath(const std::filesystem::path& out, bool force);
-/// "HU", the one unit that presets need. Throws InputError naming --unit for anything else.
-std::string parseUnit(const std::string& text);
+/// "HU", the one unit that presets need, or at import "SUVbw". Throws InputError naming --unit for anything
+/// else.
+std::string parseUnit(const std::string& text, bool atImport = false);
 /// One line about a finished import, more with --verbose.
 void noteImport(const ImportReport& report, const SlabSource& source, const std::filesystem::path& store,
                 const Ledger& ram, const CommonOptions& common);

@@ -1,7 +1,8 @@
 // viewer/input/volume_notes.cpp: see volume_notes.h.
 #include "viewer/input/volume_notes.h"
 
-#include "viewer/options/options.h" // formatNumber
+#include "bricking/import/source/label_tally.h" // kLabelMapRemark
+#include "viewer/options/options.h"             // formatNumber
 
 namespace tessera {
 
@@ -15,6 +16,13 @@ std::string sayAbsent(const VolumeInfo& info) {
 std::string sayLoss(const VolumeInfo& info) {
     return info.lossyRatio > 0 ? "with loss, ratio " + formatNumber(info.lossyRatio) + " as the header says"
                                : "with loss";
+}
+
+std::string sayLabels(const VolumeInfo& info) {
+    for (const std::string& remark : info.remarks)
+        if (remark.rfind(kLabelMapRemark, 0) == 0)
+            return remark;
+    return "";
 }
 
 std::vector<std::string> sayChanges(const VolumeInfo& info) {

@@ -13,6 +13,8 @@ namespace tessera {
 std::string sayAbsent(const VolumeInfo& info);
 /// "with loss, ratio 8.2 as the header says"; lossy.
 std::string sayLoss(const VolumeInfo& info);
+/// What a picture of a volume of labels shows; "" for other volumes.
+std::string sayLabels(const VolumeInfo& info);
 /// All that is so of a volume, a line each, for notes.
 std::vector<std::string> sayChanges(const VolumeInfo& info);
 

@@ -103,8 +103,10 @@ nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const 
     const std::string hash = store.contentHash();
     Scene shown = scene;
     shown.camera = result.camera;
-    for (SceneVolume& volume : shown.volumes)
+    for (SceneVolume& volume : shown.volumes) {
         volume.path = "content-" + hash + ".zarr";
+        volume.source = {};
+    }
     const VolumeInfo& info = store.info();
     const Work& work = result.work;
     nlohmann::json manifest = {

@@ -6,6 +6,7 @@
 #include "render/contract/ray_state.h" // rayCount
 #include "render/plan/memory_plan.h"
 #include "viewer/input/named_scene.h"
+#include "viewer/input/thin_volume.h"
 #include "viewer/session/volume_histogram.h"
 
 #include <algorithm>
@@ -65,16 +66,21 @@ std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
         scene.quality.pixels.samples = PixelSampling::kAutomatic, scene.quality.pixels.named = true;
     CommonOptions common = options.common;
     common.progress = progress;
+    // The scene keeps the source, and what of it: saved, it opens again when the cache is gone.
     SceneVolume& volume = scene.volumes.front();
-    volume.path = storeFor(volume.path, options.input, next->ram, common);
+    if (options.input != SourceChoice{} && !looksLikeStore(volume.path)) // a store may be dropped later
+        volume.source = options.input;
+    const std::filesystem::path store = storeFor(volume, InputOptions(volume.source), next->ram, common);
+    volume.path = std::filesystem::absolute(volume.path).lexically_normal();
     progress->stage("opening " + path.filename().string());
-    next->store = std::make_unique<StoreReader>(volume.path, next->ram);
+    next->store = std::make_unique<StoreReader>(store, next->ram);
     const std::size_t least = ramFloor(next->store->info(), scene);
     if (next->ram.limitBytes() < least && ramForPictures(options, false) >= least) {
         next.reset(new OpenVolume(options, path, false));
-        next->store = std::make_unique<StoreReader>(volume.path, next->ram);
+        next->store = std::make_unique<StoreReader>(store, next->ram);
     }
     nameFunction(volume, next->store->info());
+    faceThinVolume(scene, next->store->info(), false);
     next->scene = std::move(scene);
     return next;
 }

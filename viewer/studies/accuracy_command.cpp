@@ -72,7 +72,8 @@ NamedScene namedScene(const AccuracyArguments& arguments, Ledger& ram, const Com
     named.name = plainName(fs::path(arguments.in).stem().string());
     named.scene = sceneOf(arguments.in);
     SceneVolume& volume = named.scene.volumes.front();
-    volume.path = storeFor(volume.path, arguments.input, ram, common);
+    volume.path = storeFor(volume, arguments.input, ram, common);
+    volume.source = {};
     if (!arguments.preset.empty())
         volume.transferFunction = arguments.preset;
     nameFunction(volume, StoreReader(volume.path, ram).info());

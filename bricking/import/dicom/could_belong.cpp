@@ -88,6 +88,20 @@ class Neighbours {
         return byFolder_.find(folder.string()) == byFolder_.end() && at != bySameName_.end() &&
                at->second.contains(series);
     }
+    /// Whether three folders or more beside this one hold a slice of the series each, and none holds several
+    /// slices.
+    bool foldersBesideHoldASliceEach(const fs::path& folder, std::size_t series) const {
+        std::size_t holding = 0;
+        for (const auto& [name, slices] : slicesOfFolder_) {
+            const fs::path beside(name);
+            if (beside == folder || beside.parent_path() != folder.parent_path())
+                continue;
+            if (slices > 1)
+                return false;
+            holding += folderHolds(beside, series);
+        }
+        return holding > kFewSlices;
+    }
     /// Whether the folder, or one that lies in it, holds slices of the series.
     bool folderOrOneBelowHolds(const fs::path& folder, std::size_t series) const {
         return folderHolds(folder, series) ||
@@ -100,6 +114,7 @@ class Neighbours {
     void add(const fs::path& file, std::size_t series) {
         const fs::path folder = file.parent_path();
         byFolder_[folder.string()].insert(series);
+        ++slicesOfFolder_[folder.string()];
         byEnding_[(folder / endingOf(file)).string()].insert(series);
         bySameName_[(folder.parent_path() / file.filename()).string()].insert(series);
         for (const Numbered& numbered : numberings(file.filename().string()))
@@ -118,6 +133,7 @@ class Neighbours {
     }
 
     std::map<std::string, std::set<std::size_t>> byFolder_, byEnding_, bySameName_;
+    std::map<std::string, std::size_t> slicesOfFolder_;
 };
 
 /// Whether a slice continues the stack of a series: alike in size, orientation and spacing, and a whole
@@ -176,6 +192,9 @@ bool belongs(const PassedFile& file, std::size_t series, const Neighbours& neigh
     case PassedReason::damaged:
     case PassedReason::notDicom:
         break;
+    case PassedReason::emptyFolder:
+        return neighbours.beside(file.path).contains(series) ||
+               neighbours.foldersBesideHoldASliceEach(file.path, series);
     case PassedReason::folderNotReadable:
         return neighbours.folderOrOneBelowHolds(file.path.parent_path(), series);
     default:

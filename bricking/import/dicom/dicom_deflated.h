@@ -1,17 +1,39 @@
-// bricking/import/dicom/dicom_deflated.h: undoes the deflated transfer syntax, which vtk-dicom does not read,
-// by turning the whole file into the plain little-endian file that it stands for.
+// bricking/import/dicom/dicom_deflated.h: undoes the deflated transfer syntax, which vtk-dicom does not read:
+// the file stands for an explicit little-endian one with the same data set, the plain file. A few bytes may
+// inflate to a thousand times as many, so none of this holds the whole.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
-#include <vector>
+#include <span>
+#include <string>
 
 namespace tessera {
 
 constexpr const char* kDeflatedSyntax = "1.2.840.10008.1.2.1.99";
+/// Of the plain file: the pixels have to begin within.
+constexpr std::uint64_t kMostInflatedHeader = std::uint64_t{16} << 20;
 
-/// The bytes of an explicit little-endian DICOM file with the same data set. The file is one image, held
-/// whole. Throws InputError naming the file if it is damaged or larger than 512 MiB when inflated.
-std::vector<std::byte> inflateDicom(const std::filesystem::path& path);
+/// The plain file under a name that a parser can open, in memory alone (headers hold identifiers): its first
+/// 16 MiB and its last 1 MiB as they are, zeros between.
+class InflatedFile {
+  public:
+    /// Throws InputError naming the file if it is damaged or larger than 512 MiB when inflated.
+    explicit InflatedFile(const std::filesystem::path& path);
+    ~InflatedFile();
+    InflatedFile(const InflatedFile&) = delete;
+    InflatedFile& operator=(const InflatedFile&) = delete;
+    std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
+    std::uint64_t sizeBytes() const { return sizeBytes_; }
+
+  private:
+    int descriptor_;
+    std::uint64_t sizeBytes_ = 0;
+};
+
+/// Fills out from byte `offset` of the plain file on, passing what lies before. Throws InputError naming the
+/// file if it ends before.
+void readInflated(const std::filesystem::path& path, std::uint64_t offset, std::span<std::byte> out);
 
 } // namespace tessera

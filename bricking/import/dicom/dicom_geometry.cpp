@@ -7,6 +7,7 @@
 #include "core/gantry_tilt.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <glm/geometric.hpp>
@@ -22,11 +23,15 @@ constexpr double kMissingFactor = 1.5; // a gap above this many medians is a mis
 constexpr double kDirectionTolerance = 1e-3; // of unit vectors; 0.5 mm at the edge of a 500 mm field
 constexpr double kSpacingTolerance = 1e-3;   // of the pixel spacing, between slices
 constexpr double kDriftTolerance = 0.05;     // of a pixel, sideways from the straight stack
-constexpr double kMostCosine = 0.02;    // 1.1 degrees: a real header's rounding stays below a tenth of it
-constexpr double kMostTiltDegrees = 45; // a gantry tilts by 30
-constexpr double kMostRounding = 0.1;   // of a gap: beyond, a slice could be misplaced visibly
-constexpr double kMostGrowth = 4;       // slices after resampling, per slice before
-constexpr int kMostListed = 12;         // runs of gaps in a message
+constexpr double kMostCosine = 0.02;      // 1.1 degrees: a real header's rounding stays below a tenth of it
+constexpr double kMostTiltDegrees = 45;   // a gantry tilts by 30
+constexpr double kMostRounding = 0.1;     // of a gap: beyond, a slice could be misplaced visibly
+constexpr double kMostSideways = 1.0 / 3; // of a pixel, for positions that are rounded
+constexpr double kMostRoundedDirection = 0.01; // two decimals
+constexpr double kMostRoundedSpacing = 0.02;   // of the spacing, and two decimals
+constexpr double kRoundingSlack = 1 + 1e-6;    // decimal fractions in binary
+constexpr double kMostGrowth = 4;              // slices after resampling, per slice before
+constexpr int kMostListed = 12;                // runs of gaps in a message
 
 std::string mm(double value) {
     char text[32];
@@ -47,42 +52,104 @@ glm::dvec3 unitDirection(const glm::dvec3& given, const std::string& where) {
     return given / length;
 }
 
-/// Every slice has a place, and all agree in everything but position.
-Stack checkAlike(const DicomSeries& series, const std::string& where) {
+/// What the last decimal that a header gives of some numbers is worth: 1 for whole ones; 0: finer than
+/// `mostDecimals` tell.
+template <class Numbers> double unitOf(const Numbers& numbers, int mostDecimals) {
+    double unit = 1;
+    for (int decimals = 0; decimals <= mostDecimals; ++decimals, unit /= 10)
+        if (std::all_of(numbers.begin(), numbers.end(), [unit](double x) {
+                return std::abs(x / unit - std::round(x / unit)) < 1e-6 * std::max(1.0, std::abs(x / unit));
+            }))
+            return unit;
+    return 0;
+}
+
+/// What directions and pixel spacing of a slice are rounded to, at most.
+struct Rounding {
+    double direction = 0, spacing = 0;
+};
+Rounding roundingOf(const DicomSlice& slice) {
+    constexpr int kMostDecimals = 6;
+    const glm::dvec3 &r = *slice.rowDirection, &c = *slice.columnDirection;
+    const glm::dvec2& s = *slice.spacingMm;
+    return {std::min(kMostRoundedDirection, unitOf(std::array{r.x, r.y, r.z, c.x, c.y, c.z}, kMostDecimals)),
+            std::min({kMostRoundedDirection, kMostRoundedSpacing * std::min(s.x, s.y),
+                      unitOf(std::array{s.x, s.y}, kMostDecimals)})};
+}
+
+/// Whether two vectors are roundings of one.
+template <class Vector> bool roundingExplains(const Vector& a, const Vector& b, double unitA, double unitB) {
+    double largest = 0;
+    for (int i = 0; i < Vector::length(); ++i)
+        largest = std::max(largest, std::abs(a[i] - b[i]));
+    return largest <= (unitA + unitB) / 2 * kRoundingSlack;
+}
+
+void checkComplete(const DicomSlice& slice, const std::string& where) {
+    for (int axis = 0; slice.positionMm && axis < 3; ++axis)
+        if (!(std::abs((*slice.positionMm)[axis]) <= kFarthestMm))
+            throw badFile(where, "ImagePositionPatient (0020,0032) within 1e+07 mm of the origin",
+                          mm((*slice.positionMm)[axis]) + " mm in " + printableName(slice.file.filename()));
+    if (!slice.positionMm || !slice.rowDirection || !slice.spacingMm)
+        throw badFile(where, "position, orientation and pixel spacing in every slice",
+                      printableName(slice.file.filename()) + " without " +
+                          (!slice.positionMm     ? "ImagePositionPatient (0020,0032)"
+                           : !slice.rowDirection ? "ImageOrientationPatient (0020,0037)"
+                                                 : "PixelSpacing (0028,0030)"));
+    if (!(slice.spacingMm->x > 0) || !(slice.spacingMm->y > 0))
+        throw badFile(where, "PixelSpacing (0028,0030), the pixel spacing, above 0",
+                      mm(slice.spacingMm->x) + " x " + mm(slice.spacingMm->y) + " mm in " +
+                          printableName(slice.file.filename()));
+}
+
+/// Every slice has a place, and all agree in everything but position. Of numbers that are rounded in some
+/// slices the finest are taken, which plan.oddity says.
+Stack checkAlike(const DicomSeries& series, SlicePlan& plan, const std::string& where) {
     const DicomSlice& first = series.slices.front();
+    std::vector<Rounding> rounding;
+    std::size_t direction = 0, spacing = 0; // of the finest
     for (const DicomSlice& slice : series.slices) {
-        for (int axis = 0; slice.positionMm && axis < 3; ++axis)
-            if (!(std::abs((*slice.positionMm)[axis]) <= kFarthestMm))
-                throw badFile(where, "ImagePositionPatient (0020,0032) within 1e+07 mm of the origin",
-                              mm((*slice.positionMm)[axis]) + " mm in " +
-                                  printableName(slice.file.filename()));
-        if (!slice.positionMm || !slice.rowDirection || !slice.spacingMm)
-            throw badFile(where, "position, orientation and pixel spacing in every slice",
-                          printableName(slice.file.filename()) + " without " +
-                              (!slice.positionMm     ? "ImagePositionPatient (0020,0032)"
-                               : !slice.rowDirection ? "ImageOrientationPatient (0020,0037)"
-                                                     : "PixelSpacing (0028,0030)"));
-        if (!(slice.spacingMm->x > 0) || !(slice.spacingMm->y > 0))
-            throw badFile(where, "PixelSpacing (0028,0030), the pixel spacing, above 0",
-                          mm(slice.spacingMm->x) + " x " + mm(slice.spacingMm->y) + " mm in " +
-                              printableName(slice.file.filename()));
+        checkComplete(slice, where);
         if (slice.columns != first.columns || slice.rows != first.rows)
             throw badFile(where, "slices of one size",
                           std::to_string(first.columns) + " x " + std::to_string(first.rows) + " and " +
                               std::to_string(slice.columns) + " x " + std::to_string(slice.rows) + " in " +
                               printableName(slice.file.filename()));
-        if (glm::length(*slice.rowDirection - *first.rowDirection) > kDirectionTolerance ||
-            glm::length(*slice.columnDirection - *first.columnDirection) > kDirectionTolerance)
-            throw badFile(where, "slices of one orientation",
-                          "another in " + printableName(slice.file.filename()));
-        if (glm::length(*slice.spacingMm - *first.spacingMm) > kSpacingTolerance * first.spacingMm->x)
-            throw badFile(where, "slices of one pixel spacing",
-                          "another in " + printableName(slice.file.filename()));
+        rounding.push_back(roundingOf(slice));
+        const std::size_t here = rounding.size() - 1;
+        if (rounding[here].direction < rounding[direction].direction)
+            direction = here;
+        if (rounding[here].spacing < rounding[spacing].spacing)
+            spacing = here;
     }
+    const glm::dvec3 row = *series.slices[direction].rowDirection,
+                     column = *series.slices[direction].columnDirection;
+    const glm::dvec2 pixel = *series.slices[spacing].spacingMm;
+    std::string rounded;
+    for (std::size_t i = 0; i < series.slices.size(); ++i) {
+        const DicomSlice& slice = series.slices[i];
+        const double unit = rounding[i].direction, finest = rounding[direction].direction;
+        if (glm::length(*slice.rowDirection - row) > kDirectionTolerance ||
+            glm::length(*slice.columnDirection - column) > kDirectionTolerance) {
+            if (!roundingExplains(*slice.rowDirection, row, unit, finest) ||
+                !roundingExplains(*slice.columnDirection, column, unit, finest))
+                throw badFile(where, "slices of one orientation",
+                              "another in " + printableName(slice.file.filename()));
+            rounded = "ImageOrientationPatient (0020,0037)";
+        }
+        if (glm::length(*slice.spacingMm - pixel) > kSpacingTolerance * pixel.x) {
+            if (!roundingExplains(*slice.spacingMm, pixel, rounding[i].spacing, rounding[spacing].spacing))
+                throw badFile(where, "slices of one pixel spacing",
+                              "another in " + printableName(slice.file.filename()));
+            rounded = "PixelSpacing (0028,0030)";
+        }
+    }
+    if (!rounded.empty())
+        plan.oddity = rounded + " is rounded in some slices: that with most decimals is taken for all";
     Stack stack;
-    stack.row = unitDirection(*first.rowDirection, where);
-    stack.column = unitDirection(*first.columnDirection, where);
-    stack.spacing = *first.spacingMm;
+    stack.row = unitDirection(row, where);
+    stack.column = unitDirection(column, where);
+    stack.spacing = pixel;
     const glm::dvec3 normal = glm::cross(stack.row, stack.column);
     if (!(std::abs(glm::dot(stack.row, stack.column)) < kMostCosine))
         throw badFile(
@@ -152,31 +219,44 @@ std::vector<double> sortAlongNormal(const DicomSeries& series, const Stack& stac
     return distance;
 }
 
-/// What the last decimal that the headers give of a position is worth, mm: gaps differ by that much where
-/// positions are rounded (0.625 mm between slices, written with two decimals). 0: none that is worth telling.
-double roundingOf(const DicomSeries& series) {
+/// How far rounding can have moved each slice of plan.order from its place in a straight and even stack of
+/// the same ends, mm: half a unit of its own last decimal and half of the ends'. 0: no decimals worth
+/// telling, or more than `most` is lost.
+std::vector<double> movedByRounding(const DicomSeries& series, const SlicePlan& plan, double most) {
     constexpr int kMostDecimals = 4;
-    double unit = 1;
-    for (int decimals = 0; decimals <= kMostDecimals; ++decimals, unit /= 10) {
-        const auto isRound = [unit](double x) {
-            return std::abs(x / unit - std::round(x / unit)) < 1e-6 * std::max(1.0, std::abs(x / unit));
-        };
-        if (std::all_of(series.slices.begin(), series.slices.end(), [&](const DicomSlice& slice) {
-                const glm::dvec3 p = *slice.positionMm;
-                return isRound(p.x) && isRound(p.y) && isRound(p.z);
-            }))
-            return decimals == 0 ? 0 : unit;
+    std::vector<double> units;
+    for (const int i : plan.order) {
+        const glm::dvec3 p = *series.slices[static_cast<std::size_t>(i)].positionMm;
+        const double unit = unitOf(std::array{p.x, p.y, p.z}, kMostDecimals);
+        units.push_back(unit < 1 && unit <= most ? unit : 0);
     }
-    return 0;
+    const double ends = std::max(units.front(), units.back());
+    for (double& unit : units)
+        unit = (unit + ends) / 2 * kRoundingSlack;
+    return units;
 }
 
-/// The largest distance of a slice from its place in an even stack of the same ends, mm.
+/// The distance of slice n from its place in an even stack of the same ends, mm.
+double driftOf(const std::vector<double>& distance, std::size_t n) {
+    const double step = distance.back() / static_cast<double>(distance.size() - 1);
+    return std::abs(distance[n] - step * static_cast<double>(n));
+}
+
 double driftAlong(const std::vector<double>& distance) {
     double largest = 0;
-    const double step = distance.back() / static_cast<double>(distance.size() - 1);
     for (std::size_t n = 0; n < distance.size(); ++n)
-        largest = std::max(largest, std::abs(distance[n] - step * static_cast<double>(n)));
+        largest = std::max(largest, driftOf(distance, n));
     return largest;
+}
+
+/// Whether an even stack with rounded positions would have these gaps.
+bool roundingMakesUneven(const DicomSeries& series, const SlicePlan& plan,
+                         const std::vector<double>& distance, double medianMm) {
+    const std::vector<double> moved = movedByRounding(series, plan, kMostRounding * medianMm);
+    for (std::size_t n = 0; n < distance.size(); ++n)
+        if (driftOf(distance, n) > std::max(moved[n], kGapTolerance / 2 * medianMm))
+            return false;
+    return true;
 }
 
 /// A straight stack: each position lies on the line from the first to the last, whatever its distance along.
@@ -185,12 +265,14 @@ void checkStraight(const DicomSeries& series, const Stack& stack, const SlicePla
     const auto position = [&](std::size_t n) {
         return *series.slices[static_cast<std::size_t>(plan.order[n])].positionMm;
     };
+    const double pixel = std::min(stack.spacing.x, stack.spacing.y);
+    const std::vector<double> moved = movedByRounding(series, plan, kMostSideways * pixel);
     const std::size_t last = distance.size() - 1;
     for (std::size_t n = 1; n < last; ++n) {
         const glm::dvec3 expected =
             position(0) + (position(last) - position(0)) * (distance[n] / distance[last]);
         const double drift = glm::length(position(n) - expected);
-        if (drift > kDriftTolerance * std::min(stack.spacing.x, stack.spacing.y))
+        if (drift > kDriftTolerance * pixel && !roundingExplains(position(n), expected, moved[n], moved[n]))
             throw badFile(where, "slices stacked along a straight line",
                           "slice " + std::to_string(n + 1) + " shifted sideways by " + mm(drift) + " mm");
     }
@@ -217,8 +299,8 @@ void planResampling(const std::vector<double>& distance, double stepMm, SlicePla
 } // namespace
 
 SlicePlan planSlices(const DicomSeries& series, bool resampleZ, const std::string& where) {
-    const Stack stack = checkAlike(series, where);
     SlicePlan plan;
+    const Stack stack = checkAlike(series, plan, where);
     const std::vector<double> distance = sortAlongNormal(series, stack, plan, where);
     const glm::dvec3 firstMm = *series.slices[static_cast<std::size_t>(plan.order.front())].positionMm;
     const glm::dvec3 lastMm = *series.slices[static_cast<std::size_t>(plan.order.back())].positionMm;
@@ -243,10 +325,8 @@ SlicePlan planSlices(const DicomSeries& series, bool resampleZ, const std::strin
         auto uneven = std::count_if(gaps.begin(), gaps.end(), [&](double gap) {
             return std::abs(gap - median) > kGapTolerance * median;
         });
-        // Rounded positions of an even stack: each lies within one rounding of its place.
-        const double rounding = roundingOf(series);
-        if (rounding > 0 && rounding <= kMostRounding * median &&
-            driftAlong(distance) <= rounding * (1 + 1e-6))
+        plan.gapMm = median;
+        if (uneven > 0 && roundingMakesUneven(series, plan, distance, median))
             uneven = 0;
         if (uneven > 0 && !resampleZ)
             throw badFile(where, "evenly spaced slices (within 1 % of the median gap, " + mm(median) + " mm)",

@@ -26,6 +26,8 @@ struct SlicePlan {
     glm::dmat4 patientFromVoxel{1};
     double tiltDegrees = 0; // gantryTiltDegrees() of the affine
     bool resampled = false;
+    double gapMm = 0;   // the median of the gaps between slices; 0: a single slice
+    std::string oddity; // orientations or spacings that are rounded in some slices; "" none
 };
 
 /// Orders the slices by position and checks them; `where` names the series in errors.
@@ -36,7 +38,7 @@ struct SlicePlan {
 /// position, orientation or spacing; mixed sizes, orientations or pixel spacings; two slices at one place;
 /// uneven gaps without resampleZ (all listed, those above 1.5 medians named as missing slices); slices that
 /// drift sideways by more than 5 % of a pixel from a straight stack; rows not at right angles to columns; and
-/// a stack that leans by more than 45 degrees.
+/// a stack that leans by more than 45 degrees. What rounding of a slice's own numbers explains is no fault.
 SlicePlan planSlices(const DicomSeries& series, bool resampleZ, const std::string& where);
 
 } // namespace tessera

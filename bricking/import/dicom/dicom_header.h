@@ -9,7 +9,9 @@
 #include <cstring>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vtkDICOMDictionary.h>
+#include <vtkDICOMItem.h>
 #include <vtkDICOMMetaData.h>
 #include <vtkDICOMValue.h>
 
@@ -18,16 +20,25 @@ namespace tessera {
 class DicomHeader {
   public:
     explicit DicomHeader(vtkDICOMMetaData* data) : data_(data) {}
+    /// Of one item of a sequence, which has no frames.
+    explicit DicomHeader(const vtkDICOMItem* item) : item_(item) {}
 
-    std::string text(vtkDICOMTag tag) const {
-        std::string value = data_->Get(0, 0, tag).AsString();
-        while (!value.empty() && (value.back() == ' ' || value.back() == '\0'))
-            value.pop_back();
-        return value;
+    /// Without the blanks and zeros that fill it up.
+    std::string text(vtkDICOMTag tag, int frame = 0) const {
+        const std::string value = valueOf(tag, frame).AsString();
+        const std::string_view filling(" \0", 2);
+        const std::size_t begin = value.find_first_not_of(filling), end = value.find_last_not_of(filling);
+        return begin == std::string::npos ? "" : value.substr(begin, end + 1 - begin);
     }
     bool has(vtkDICOMTag tag) const { return data_->Has(tag); }
+    /// The only item of a sequence; nothing where there are more, or none.
+    std::optional<DicomHeader> itemOf(vtkDICOMTag sequence) const {
+        const vtkDICOMValue& value = valueOf(sequence, 0);
+        const vtkDICOMItem* items = value.GetSequenceData();
+        return items && value.GetNumberOfValues() == 1 ? std::optional(DicomHeader(items)) : std::nullopt;
+    }
     std::optional<int> integer(vtkDICOMTag tag, int frame = 0) const {
-        const vtkDICOMValue& value = data_->Get(0, frame, tag);
+        const vtkDICOMValue& value = valueOf(tag, frame);
         if (!value.IsValid() || value.GetNumberOfValues() < 1)
             return std::nullopt;
         return value.AsInt();
@@ -44,7 +55,7 @@ class DicomHeader {
     template <int N>
     std::optional<std::array<double, N>> reals(vtkDICOMTag tag, int frame, const char* name,
                                                std::string& fault) const {
-        const vtkDICOMValue& value = data_->Get(0, frame, tag);
+        const vtkDICOMValue& value = valueOf(tag, frame);
         if (!value.IsValid() || value.GetVL() == 0)
             return std::nullopt;
         std::array<double, N> out{};
@@ -80,7 +91,7 @@ class DicomHeader {
     }
     /// The last of several numbers: what was done last.
     std::optional<double> last(vtkDICOMTag tag) const {
-        const vtkDICOMValue& value = data_->Get(0, 0, tag);
+        const vtkDICOMValue& value = valueOf(tag, 0);
         if (!value.IsValid() || value.GetNumberOfValues() < 1)
             return std::nullopt;
         const double number = value.GetDouble(value.GetNumberOfValues() - 1);
@@ -88,7 +99,7 @@ class DicomHeader {
     }
     /// Seconds of the day of a TM value ("HHMMSS.FFFFFF") or of the time in a DT value.
     std::optional<double> seconds(vtkDICOMTag tag, int frame) const {
-        const vtkDICOMValue& value = data_->Get(0, frame, tag);
+        const vtkDICOMValue& value = valueOf(tag, frame);
         if (!value.IsValid() || value.GetNumberOfValues() < 1)
             return std::nullopt;
         std::string digits = value.AsString();
@@ -126,7 +137,12 @@ class DicomHeader {
         return found == count ? "" : std::to_string(found) + " values";
     }
 
-    vtkDICOMMetaData* data_;
+    const vtkDICOMValue& valueOf(vtkDICOMTag tag, int frame) const {
+        return item_ ? item_->Get(tag) : data_->Get(0, frame, tag);
+    }
+
+    vtkDICOMMetaData* data_ = nullptr;
+    const vtkDICOMItem* item_ = nullptr; // instead of it
 };
 
 /// Short code words only: what a whitelist entry may hold. Anything else is dropped, not shortened.

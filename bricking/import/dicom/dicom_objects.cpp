@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 
 namespace tessera {
 namespace {
@@ -87,7 +88,11 @@ std::string objectWords(const std::string& storageClass) {
 }
 
 bool hasType(const std::string& imageType, const std::string& word) {
-    return ("\\" + imageType + "\\").find("\\" + word + "\\") != std::string::npos;
+    std::string plain = "\\"; // in capitals, without the blanks that some writers put around each value
+    for (const char c : imageType)
+        if (c != ' ')
+            plain += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    return (plain + "\\").find("\\" + word + "\\") != std::string::npos;
 }
 
 std::string derivationOf(const std::string& imageType) {

@@ -112,10 +112,7 @@ void DicomPixels::read(const DicomSlice& slice, std::span<std::int32_t> out) {
     const auto valueBytes = static_cast<std::size_t>(slice.bitsAllocated / 8);
     buffer_.resize(out.size() * valueBytes);
     if (slice.coding == PixelCoding::deflated) {
-        const std::vector<std::byte> whole = inflateDicom(slice.file);
-        if (whole.size() < slice.pixelOffsetBytes + buffer_.size())
-            throw badFile(slice.file.string(), "the pixels that it had when it was opened", "fewer");
-        std::memcpy(buffer_.data(), whole.data() + slice.pixelOffsetBytes, buffer_.size());
+        readInflated(slice.file, slice.pixelOffsetBytes, buffer_);
     } else {
         InputFile(slice.file).readAt(slice.pixelOffsetBytes, buffer_);
     }

@@ -1,6 +1,7 @@
 // bricking/import/dicom/dicom_place.cpp: see dicom_place.h.
 #include "bricking/import/dicom/dicom_place.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace tessera {
@@ -48,6 +49,10 @@ void readPlace(const DicomHeader& header, int frame, DicomSlice& slice) {
     slice.slope = header.real(DC::RescaleSlope, frame, "RescaleSlope (0028,1053)", fault);
     slice.intercept = header.real(DC::RescaleIntercept, frame, "RescaleIntercept (0028,1052)", fault);
     slice.moment = readMoment(header, frame);
+    slice.kernel = codeWord(header.text(DC::ConvolutionKernel, frame));
+    slice.tubeVoltageKv = std::max(0.0, header.real(DC::KVP, frame).value_or(0));
+    slice.thicknessMm = std::max(0.0, header.real(DC::SliceThickness, frame).value_or(0));
+    slice.instance = header.integer(DC::InstanceNumber, frame);
     slice.paddingFirst = storedValueOf(header.integer(DC::PixelPaddingValue, frame), slice);
     slice.paddingLast = storedValueOf(header.integer(DC::PixelPaddingRangeLimit, frame), slice);
     if (!slice.paddingLast)

@@ -5,8 +5,12 @@
 #include "bricking/import/dicom/dicom_header.h"
 #include "bricking/import/dicom/dicom_objects.h"
 #include "bricking/import/dicom/dicom_place.h"
+#include "bricking/import/dicom/dicom_remarks.h"
 #include "bricking/import/dicom/dicom_structure.h"
+#include "bricking/import/dicom/dicom_suv.h"
 #include "bricking/import/dicom/folder_walk.h"
+#include "bricking/import/dicom/series_agreement.h"
+#include "bricking/import/dicom/series_parts.h"
 #include "bricking/import/dicom/vtk_quiet.h"
 #include "bricking/import/source/input_file.h"
 #include "core/error.h"
@@ -14,10 +18,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <set>
-#include <sys/mman.h> // memfd_create
-#include <unistd.h>
 #include <vtkDICOMDictionary.h>
 #include <vtkDICOMMetaData.h>
 #include <vtkDICOMParser.h>
@@ -91,6 +94,26 @@ bool hasOverlayBits(const Header& header) {
     return false;
 }
 
+/// The colours that one sample a pixel is said to stand for: an index into a table, or a mistake. "": greys.
+std::string colourOf(const Header& header) {
+    const std::string text = header.text(DC::PhotometricInterpretation);
+    for (const char* colour : {"RGB", "PALETTE", "YBR", "HSV", "ARGB", "CMYK"})
+        if (text.rfind(colour, 0) == 0)
+            return colour;
+    return "";
+}
+
+/// "2023-05-17", of the series, the acquisition or the study; "" where none is a date.
+std::string dateOf(const Header& header) {
+    for (const vtkDICOMTag tag :
+         {vtkDICOMTag(DC::SeriesDate), vtkDICOMTag(DC::AcquisitionDate), vtkDICOMTag(DC::StudyDate)}) {
+        const std::string text = header.text(tag);
+        if (text.size() == 8 && text.find_first_not_of("0123456789") == std::string::npos)
+            return text.substr(0, 4) + "-" + text.substr(4, 2) + "-" + text.substr(6);
+    }
+    return "";
+}
+
 /// The shape and number format of the pixels. False: an image, but not a slice of scalars.
 bool readPixelFormat(const Header& header, DicomSlice& slice) {
     slice.columns = header.integer(DC::Columns).value_or(0);
@@ -107,27 +130,6 @@ bool readPixelFormat(const Header& header, DicomSlice& slice) {
            (slice.bitsAllocated == 8 || slice.bitsAllocated == 16) && slice.bitsStored >= 1 &&
            slice.highBit < slice.bitsAllocated && slice.highBit + 1 >= slice.bitsStored;
 }
-
-/// Bytes under a name that a parser can open, without touching a disk (they hold identifiers).
-class MemoryFile {
-  public:
-    explicit MemoryFile(const std::vector<std::byte>& bytes)
-        : descriptor_(::memfd_create("tessera", MFD_CLOEXEC)) {
-        if (descriptor_ < 0 ||
-            ::write(descriptor_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) {
-            if (descriptor_ >= 0)
-                ::close(descriptor_);
-            throw Error("no memory file for a deflated DICOM file");
-        }
-    }
-    ~MemoryFile() { ::close(descriptor_); }
-    MemoryFile(const MemoryFile&) = delete;
-    MemoryFile& operator=(const MemoryFile&) = delete;
-    std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
-
-  private:
-    int descriptor_;
-};
 
 /// Scans files into series.
 class Scanner {
@@ -149,14 +151,17 @@ class Scanner {
         }
         DicomStructure structure = structureOf(file);
         const std::string syntax = structure.syntax;
-        std::optional<MemoryFile> inflated;
+        std::optional<InflatedFile> inflated;
         if (syntax == kDeflatedSyntax) {
             try {
-                inflated.emplace(inflateDicom(file));
-            } catch (const InputError&) {
-                return damaged(file, "a deflated DICOM file", "one that does not inflate");
+                inflated.emplace(file);
+            } catch (const BadFile& fault) {
+                return damaged(file, fault.expected(), fault.found());
             }
             structure = structureOf(inflated->path());
+            if (inflated->sizeBytes() > kMostInflatedHeader &&
+                (structure.pixelOffsetBytes == 0 || structure.pixelOffsetBytes > kMostInflatedHeader))
+                return damaged(file, "pixels that begin within 16 MiB of a deflated data set", "none there");
         }
         if (structure.breaksOff)
             return damaged(file, "a whole DICOM file", structure.irregularity + " (is it truncated?)");
@@ -186,11 +191,9 @@ class Scanner {
     DicomScan take() {
         // A series in which nothing has a position (a radiograph, a screen shot) is no volume. One in which
         // something has is kept whole, so that a slice without a position is noticed.
-        std::vector<std::optional<std::size_t>> kept;
+        std::vector<std::optional<std::size_t>> kept; // of each series, its place in `series`
         std::vector<DicomSeries> series;
-        const auto withoutUid = indexOfUid_.find("");
-        const std::size_t indexWithoutUid =
-            withoutUid == indexOfUid_.end() ? scan_.series.size() : withoutUid->second;
+        joinLoneSlices(scan_.series, says_);
         const bool slicesAreRegular =
             std::all_of(scan_.series.begin(), scan_.series.end(), [](const DicomSeries& each) {
                 return std::all_of(each.slices.begin(), each.slices.end(), [](const DicomSlice& slice) {
@@ -199,15 +202,20 @@ class Scanner {
             });
         for (std::size_t index = 0; index < scan_.series.size(); ++index) {
             DicomSeries& each = scan_.series[index];
-            judgeFrames(kindOfSeries_[index].frames, each);
+            if (each.slices.empty()) { // joined to an earlier one
+                kept.push_back(std::nullopt);
+                continue;
+            }
             const bool placed =
                 std::any_of(each.slices.begin(), each.slices.end(),
                             [](const DicomSlice& slice) { return slice.positionMm.has_value(); });
             kept.push_back(placed ? std::optional(series.size()) : std::nullopt);
             if (placed) {
-                series.push_back(std::move(each));
+                for (DicomSeries& part : partsOf(std::move(each), says_[index]))
+                    series.push_back(std::move(part));
                 continue;
             }
+            says_[index].judge(each);
             const std::string what =
                 each.object.empty() ? "image without a position in the patient" : each.object;
             std::set<std::filesystem::path> files; // frames share one
@@ -217,7 +225,7 @@ class Scanner {
             const auto irregular =
                 std::find_if(each.slices.begin(), each.slices.end(),
                              [](const DicomSlice& slice) { return !slice.irregularity.empty(); });
-            const bool isWithoutUid = index == indexWithoutUid;
+            const bool isWithoutUid = withoutUid_.contains(index);
             // What an irregular header says that it is need not be true, unless the writer is like that.
             const bool isIrregular =
                 irregular != each.slices.end() && (each.object.empty() || slicesAreRegular);
@@ -232,6 +240,8 @@ class Scanner {
             if (!files.empty())
                 scan_.others.push_back({each.acquisition.modality, what, static_cast<int>(files.size())});
         }
+        for (DicomSeries& each : series)
+            takeCommonAcquisition(each);
         scan_.series = std::move(series);
         std::map<std::pair<std::string, std::string>, DicomOther> others;
         for (auto& [file, from] : passed_) {
@@ -297,6 +307,13 @@ class Scanner {
             return structure.irregularity.empty()
                        ? notASlice(file, header, slice)
                        : damaged(file, "a header without fault", structure.irregularity);
+        if (const std::string colour = colourOf(header); !colour.empty())
+            return isSliceClass(current_.storageClass)
+                       ? damaged(file,
+                                 "PhotometricInterpretation (0028,0004) MONOCHROME1 or MONOCHROME2 for one "
+                                 "sample a pixel",
+                                 colour)
+                       : pass({file, PassedReason::noPlace, "", "colour image"});
         const bool plain = syntax.empty() || syntax == kDeflatedSyntax || syntax == kImplicitLittle ||
                            syntax == kExplicitLittle || (syntax == kExplicitBig && slice.bitsAllocated == 16);
         const CompressedSyntax* const compressed = plain ? nullptr : compressedSyntax(syntax);
@@ -356,7 +373,7 @@ class Scanner {
             current_.storageClass.rfind(kSecondaryCapture, 0) == 0)
             return pass({file, PassedReason::noPlace, "", "secondary capture"});
 
-        DicomSeries& series = seriesOf(header);
+        std::vector<DicomSlice> slices;
         for (int frame = 0; frame < frames; ++frame) {
             readPlace(header, frame, slice);
             if (const std::size_t bar = slice.fault.find('|'); bar != std::string::npos)
@@ -364,7 +381,20 @@ class Scanner {
             slice.pixelOffsetBytes = offset + static_cast<std::uint64_t>(frame) * frameBytes;
             if (compressed)
                 slice.fragments = std::move(fragments[static_cast<std::size_t>(frame)]);
-            series.slices.push_back(slice);
+            slices.push_back(slice);
+        }
+        const SuvFactor suv =
+            current_.modality == "PT" ? suvFactorOf(header) : SuvFactor(); // of all frames alike
+        const std::size_t index = seriesOf(header, slices.front());
+        if (scan_.series[index].suvMissing.empty())
+            scan_.series[index].suvMissing = suv.missing;
+        const SliceSays says = {header.text(DC::Modality), header.text(DC::RescaleType),
+                                header.text(DC::PatientID), header.text(DC::FrameOfReferenceUID),
+                                slices.front().intercept.has_value()};
+        for (DicomSlice& each : slices) {
+            each.suvPerValue = suv.perValue;
+            scan_.series[index].slices.push_back(std::move(each));
+            says_[index].add(says);
         }
     }
 
@@ -390,66 +420,49 @@ class Scanner {
         return clean ? uid : "(not a UID)";
     }
 
-    DicomSeries& seriesOf(const Header& header) {
+    /// What stands for the series of a file that names none, as some who take names out leave it.
+    static std::string withoutUid(const Header& header, const DicomSlice& slice) {
+        std::string key = "|" + header.text(DC::StudyInstanceUID) + "|" + header.text(DC::SeriesNumber) +
+                          "|" + std::to_string(slice.columns) + "|" + std::to_string(slice.rows);
+        for (const auto& direction : {slice.rowDirection, slice.columnDirection})
+            for (int axis = 0; direction && axis < 3; ++axis)
+                key += "|" + std::to_string(std::lround(10 * (*direction)[axis]));
+        return key;
+    }
+
+    /// The index of the series that a file belongs to.
+    std::size_t seriesOf(const Header& header, const DicomSlice& slice) {
         // A scout beside sections of its own series is a series of its own.
         const std::string imageType = header.text(DC::ImageType);
         const bool isScout = hasType(imageType, "LOCALIZER");
+        const std::string uid = current_.uid.empty() ? withoutUid(header, slice) : current_.uid;
         const auto [at, isNew] =
-            indexOfUid_.try_emplace(current_.uid + (isScout ? kScoutMark : ""), scan_.series.size());
-        if (isNew) {
-            DicomSeries series;
-            series.isScout = isScout;
-            series.object = objectWords(current_.storageClass);
-            series.derivation = derivationOf(imageType);
-            series.acquisition.modality = modalityOf(header.text(DC::Modality));
-            series.acquisition.kernel = codeWord(header.text(DC::ConvolutionKernel));
-            series.acquisition.tubeVoltageKv = header.real(DC::KVP).value_or(0);
-            series.acquisition.sliceThicknessMm = header.real(DC::SliceThickness).value_or(0);
-            series.betweenSlicesMm = std::abs(header.real(DC::SpacingBetweenSlices).value_or(0));
-            const std::string type = header.text(DC::RescaleType);
-            series.isHounsfield = series.acquisition.modality == "CT" && header.real(DC::RescaleIntercept) &&
-                                  (type.empty() || type == "HU");
-            scan_.series.push_back(std::move(series));
-            kindOfSeries_.push_back({current_.modality,
-                                     type == "HU" ? "" : type, // HU is what CT has anyway
-                                     header.text(DC::PatientID),
-                                     {}});
+            indexOfUid_.try_emplace(uid + (isScout ? kScoutMark : ""), scan_.series.size());
+        if (!isNew)
+            return at->second;
+        DicomSeries series;
+        series.isScout = isScout;
+        series.object = objectWords(current_.storageClass);
+        series.derivation = derivationOf(imageType);
+        series.betweenSlicesMm = std::abs(header.real(DC::SpacingBetweenSlices).value_or(0));
+        series.number = header.integer(DC::SeriesNumber);
+        series.date = dateOf(header);
+        if (current_.uid.empty()) {
+            withoutUid_.insert(at->second);
+            series.oddities.push_back(
+                "no SeriesInstanceUID (0020,000e): slices of one study, number, size and "
+                "orientation are taken for one series");
         }
-        DicomSeries& series = scan_.series[at->second];
-        auto& [modality, type, patient, frames] = kindOfSeries_[at->second];
-        if (const std::string frame = header.text(DC::FrameOfReferenceUID); !frame.empty())
-            ++frames[frame];
-        if (current_.modality != modality)
-            series.disagreement = "Modality (0008,0060)";
-        else if (const std::string own = header.text(DC::RescaleType); (own == "HU" ? "" : own) != type)
-            series.disagreement = "RescaleType (0028,1054)";
-        else if (header.text(DC::PatientID) != patient)
-            series.disagreement = "PatientID (0010,0020)";
-        return series;
-    }
-
-    /// Positions of two frames of reference have nothing to do with one another. A UID that is another in
-    /// every slice, as some who take names out write it, is no frame of anything.
-    static void judgeFrames(const std::map<std::string, int>& frames, DicomSeries& series) {
-        if (frames.size() < 2)
-            return;
-        const bool everySlicesOwn =
-            std::all_of(frames.begin(), frames.end(), [](const auto& frame) { return frame.second == 1; });
-        if (everySlicesOwn)
-            series.oddity = "every slice names a frame of reference of its own: none is taken for one";
-        else if (series.disagreement.empty())
-            series.disagreement = "FrameOfReferenceUID (0020,0052)";
+        scan_.series.push_back(std::move(series));
+        says_.emplace_back();
+        return at->second;
     }
 
     DicomScan scan_;
     Current current_;
     std::vector<std::pair<PassedFile, Current>> passed_;
-    /// Of a series' first file. The identifiers are compared, and stay in here.
-    struct Kind {
-        std::string modality, rescaleType, patient;
-        std::map<std::string, int> frames; // of reference: the slices of each
-    };
-    std::vector<Kind> kindOfSeries_;
+    std::vector<SeriesAgreement> says_;             // of each series
+    std::set<std::size_t> withoutUid_;              // series that no file names
     std::map<std::string, std::size_t> indexOfUid_; // a UID identifies a study: it stays in here
 };
 

@@ -22,7 +22,7 @@ namespace tessera {
 enum class PixelCoding : std::uint8_t {
     littleEndian, // plain, read by position
     bigEndian,    // plain, read by position
-    deflated,     // the whole data set is deflated; the offset is that in inflateDicom()
+    deflated,     // the whole data set is deflated; the offset is that in what it inflates to
     compressed    // a stream in fragments
 };
 
@@ -57,19 +57,27 @@ struct DicomSlice {
     std::optional<glm::dvec2> spacingMm;                     // x, y
     std::string irregularity; // of the file's structure, in words that quote no value; empty: none
     SliceMoment moment;
-    std::string fault; // a number of the header that is none: "EXPECTED|FOUND"
+    std::string kernel;                        // a code word; "" unknown
+    double tubeVoltageKv = 0, thicknessMm = 0; // 0 unknown
+    std::optional<int> instance;               // InstanceNumber; says nothing about the order
+    double suvPerValue = 0;                    // PET: SUV by body weight; 0 unknown
+    std::string fault;                         // a number of the header that is none: "EXPECTED|FOUND"
 };
 
 struct DicomSeries {
     std::vector<DicomSlice> slices; // in the order of the files' names
     Acquisition acquisition;
-    bool isHounsfield = false;  // CT, rescaled, and not said to be in another unit
-    double betweenSlicesMm = 0; // SpacingBetweenSlices, 0 unknown; used for a single slice only
-    bool isScout = false;       // a localizer: a shadow picture, not a section
-    std::string object;         // what it is where that is no CT, MR or PET: "secondary capture"
-    std::string disagreement;   // an element that has to be the same in every file and is not
-    std::string oddity;         // of all slices, harmless and worth a word; "" none
-    std::string derivation;     // "MPR", "MIP", ...: how it was derived, "" for an original
+    bool isHounsfield = false;         // CT, rescaled, and not said to be in another unit
+    double betweenSlicesMm = 0;        // SpacingBetweenSlices, 0 unknown; used for a single slice only
+    bool isScout = false;              // a localizer: a shadow picture, not a section
+    std::string object;                // what it is where that is no CT, MR or PET: "secondary capture"
+    std::string disagreement;          // an element that has to be the same in every file and is not
+    std::vector<std::string> oddities; // harmless and worth a word
+    std::string derivation;            // "MPR", "MIP", ...: how it was derived, "" for an original
+    std::string part;                  // of what was one series: "frame of reference 1 of 2"; "" all of it
+    std::optional<int> number;         // SeriesNumber
+    std::string suvMissing;            // PET: why SUV is not known
+    std::string date;                  // "2023-05-17", for choosing: never kept; "" unknown
 };
 
 /// Files of one series that hold no slice of a volume, and what they are.

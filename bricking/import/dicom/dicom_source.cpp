@@ -5,6 +5,7 @@
 #include "bricking/import/dicom/dicom_geometry.h"
 #include "bricking/import/dicom/dicom_phases.h"
 #include "bricking/import/dicom/dicom_pixels.h"
+#include "bricking/import/dicom/dicom_remarks.h"
 #include "bricking/import/source/plausible.h"
 #include "bricking/import/source/printable_name.h"
 #include "bricking/import/source/random_slab_source.h"
@@ -116,8 +117,7 @@ std::string checkFormats(const DicomSeries& series) {
     if (series.slices.size() > 2 && others <= std::max<std::size_t>(1, series.slices.size() / kFew))
         throw badFile(odd.file.string(), "pixels of " + words(common->first) + ", as the other slices have",
                       words(formatOf(odd)));
-    return "slices of several number formats, first in " + printableName(odd.file.filename()) +
-           ": each is read by its own";
+    return "slices of several number formats: each is read by its own";
 }
 
 VolumeInfo describeVolume(const DicomSeries& series, const SlicePlan& plan, const std::string& where) {
@@ -150,21 +150,50 @@ VolumeInfo describeVolume(const DicomSeries& series, const SlicePlan& plan, cons
     return info;
 }
 
+/// The factor that all slices of a PET have, or a remark that says why there is none.
+void takeSuv(const DicomSeries& series, VolumeInfo& info) {
+    if (series.acquisition.modality != "PT")
+        return;
+    const double first = series.slices.front().suvPerValue;
+    const bool alike = std::all_of(series.slices.begin(), series.slices.end(), [&](const DicomSlice& slice) {
+        return std::abs(slice.suvPerValue - first) <= 1e-6 * first;
+    });
+    if (first > 0 && alike)
+        info.suvPerValue = first;
+    else
+        info.remarks.push_back(
+            "SUV is not known: the header lacks " +
+            (series.suvMissing.empty() ? "one weight, dose and time for all slices" : series.suvMissing));
+}
+
+/// All that can be refused without looking at pixels, and what is remarked on the rest.
+std::pair<SlicePlan, VolumeInfo> checkedVolume(DicomSeries& series, bool resampleZ, bool ofSeveralPhases,
+                                               const std::string& where) {
+    takeCommonAcquisition(series);
+    checkRescale(series, where);
+    SlicePlan plan = planSlices(series, resampleZ, where);
+    VolumeInfo info = describeVolume(series, plan, where);
+    info.remarks = remarksOn(series, plan, ofSeveralPhases);
+    takeSuv(series, info);
+    for (std::string line : {checkRegular(series), checkFormats(series)})
+        if (!line.empty())
+            info.remarks.push_back(std::move(line));
+    return {std::move(plan), std::move(info)};
+}
+
 class DicomSource final : public RandomSlabSource {
   public:
     DicomSource(DicomSeries series, SlicePlan plan, VolumeInfo info, std::string description)
         : series_(std::move(series)), plan_(std::move(plan)), info_(std::move(info)),
-          description_(std::move(description)), habit_(checkRegular(series_)),
-          formats_(checkFormats(series_)) {}
+          description_(std::move(description)) {}
 
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return description_; }
 
     std::vector<std::string> notes() const override {
         const StreamFindings& findings = pixels_.findings();
-        std::vector<std::string> lines;
-        for (const std::string* line : {&series_.oddity, &habit_, &formats_, &findings.beyond,
-                                        &findings.disagreement, &findings.mended})
+        std::vector<std::string> lines = info_.remarks;
+        for (const std::string* line : {&findings.beyond, &findings.disagreement, &findings.mended})
             if (!line->empty())
                 lines.push_back(*line);
         return lines;
@@ -265,7 +294,7 @@ class DicomSource final : public RandomSlabSource {
     DicomSeries series_;
     SlicePlan plan_;
     VolumeInfo info_;
-    std::string description_, habit_, formats_; // the last two: notes
+    std::string description_;
     DicomPixels pixels_;
     std::vector<std::int32_t> stored_; // one slice
     std::array<Kept, 2> kept_;         // resampling only: the two neighbours
@@ -291,13 +320,6 @@ std::string describeSource(const DicomSeries& series, const SlicePlan& plan, int
     const auto padded = std::any_of(series.slices.begin(), series.slices.end(), [](const DicomSlice& slice) {
         return slice.paddingFirst && slopeOf(slice) * *slice.paddingFirst + interceptOf(slice) < kAirHu;
     });
-    const auto rescaledAlike = [&](const DicomSlice& slice) {
-        return slopeOf(slice) == slopeOf(series.slices.front()) &&
-               interceptOf(slice) == interceptOf(series.slices.front());
-    };
-    // Usual for PET; for CT it is right, but seldom, and a damaged number looks alike.
-    if (series.isHounsfield && !std::all_of(series.slices.begin(), series.slices.end(), rescaledAlike))
-        text += ", slope or intercept not the same in every slice";
     if (series.isHounsfield && padded)
         text += ", declared padding below -1024 HU set to -1024 HU";
     return text;
@@ -382,9 +404,7 @@ std::unique_ptr<SlabSource> openDicom(const DicomScan& scan, std::size_t index, 
         missing += dropWithoutPosition(series);
     const std::size_t duplicates = dropDuplicates(series);
     choosePhase(series, options.phase, options.allowMissing, where);
-    checkRescale(series, where);
-    SlicePlan plan = planSlices(series, options.resampleZ, where);
-    VolumeInfo info = describeVolume(series, plan, where);
+    auto [plan, info] = checkedVolume(series, options.resampleZ, options.phase > 0, where);
     std::string description = describeSource(series, plan, number, info);
     if (options.phase > 0)
         description += ", --phase " + std::to_string(options.phase);
@@ -410,9 +430,8 @@ DicomListing listDicom(const DicomScan& scan, std::size_t index, bool allowMissi
         choosePhase(series, 1, true, "");
     listing.slices = static_cast<int>(series.slices.size());
     const auto tryWith = [&](bool resampleZ) {
-        checkRescale(series, "");
-        const SlicePlan plan = planSlices(series, resampleZ, "");
-        listing.info = describeVolume(series, plan, "");
+        const auto [plan, info] = checkedVolume(series, resampleZ, !phases.empty(), "");
+        listing.info = info;
         listing.tiltDegrees = plan.tiltDegrees;
     };
     try {

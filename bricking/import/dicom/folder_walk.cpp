@@ -44,6 +44,8 @@ void walk(const fs::path& folder, FolderFiles& found) {
     fs::directory_iterator it(folder, error);
     if (error)
         return unreadable(error);
+    if (it == fs::directory_iterator())
+        found.passed.push_back({folder, PassedReason::emptyFolder});
     for (; it != fs::directory_iterator(); it.increment(error)) { // an error makes it the end
         const fs::path& path = it->path();
         std::error_code none;

@@ -20,12 +20,13 @@ struct Words {
     const char* single; // of one file, after "found"
     bool named;
 };
-constexpr std::array<Words, 11> kWords = {{
+constexpr std::array<Words, 12> kWords = {{
     {"notSlice", "file of another kind", "files of other kinds", "a file of another kind", true},
     {"notDicom", "not DICOM", "not DICOM", "a file that is not DICOM", true},
     {"empty", "empty", "empty", "an empty file (0 bytes)", true},
     {"zeroFilled", "filled with zeros", "filled with zeros", "a file filled with zeros", true},
     {"notReadable", "not readable", "not readable", "a file that is not readable", true},
+    {"emptyFolder", "empty folder", "empty folders", "an empty folder", true},
     {"folderNotReadable", "folder not readable", "folders not readable", "a folder that is not readable",
      true},
     {"folderLink", "link to a folder, not followed", "links to folders, not followed", "a link to a folder",

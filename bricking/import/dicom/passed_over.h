@@ -16,6 +16,7 @@ enum class PassedReason {
     empty,             // 0 bytes
     zeroFilled,        // nothing but zeros where a header should be
     notReadable,       // no permission, a link to nothing, a disk that fails
+    emptyFolder,       // where a slice, or a slice's folder, could be
     folderNotReadable, // what it holds is not known
     folderLink,        // links to folders are not followed
     damaged,           // a DICOM image or another volume's file that cannot be used

@@ -46,7 +46,12 @@ class GzipNiftiSource final : public SlabSource {
 
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return description_; }
-    std::vector<std::string> notes() const override { return converter_.notes(); }
+    std::vector<std::string> notes() const override {
+        std::vector<std::string> lines = info_.remarks;
+        for (std::string& line : converter_.notes())
+            lines.push_back(std::move(line));
+        return lines;
+    }
 
     void readSlices(int count, std::span<std::byte> out) override {
         const std::size_t sliceBytes = sliceBytesOf(info_);

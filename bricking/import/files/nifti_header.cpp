@@ -202,7 +202,9 @@ NiftiHeader parseNiftiHeader(std::span<const std::byte> bytes, const std::string
         throw badFile(where, "a scalar number type", "NIfTI datatype " + std::to_string(typeCode));
     header.type = *type;
     const int bitpix = f.get<std::int16_t>(f.at().bitpix); // 16 bits in both versions
-    if (bitpix != static_cast<int>(8 * bytesPerFileValue(*type)))
+    if (bitpix == 0)
+        header.info.remarks.push_back("bitpix is 0: datatype tells the size of a value");
+    else if (bitpix != static_cast<int>(8 * bytesPerFileValue(*type)))
         throw badFile(where,
                       std::string("bitpix ") + std::to_string(8 * bytesPerFileValue(*type)) + " for " +
                           name(*type),

@@ -75,6 +75,7 @@ class OrientedSource final : public SlabSource {
         info_.absentStored = source_->info().absentStored;
         info_.clampedVoxels = source_->info().clampedVoxels;
         info_.lossy = source_->info().lossy;
+        info_.remarks = source_->info().remarks;
     }
 
   private:

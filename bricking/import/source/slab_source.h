@@ -16,7 +16,7 @@ class SlabSource {
   public:
     virtual ~SlabSource() = default;
     /// Complete from the start, except for what only the voxels tell, which grows as slices are read and is
-    /// final after the last one: nonFiniteVoxels, absentStored, clampedVoxels, lossy.
+    /// final after the last one: nonFiniteVoxels, absentStored, clampedVoxels, lossy, remarks.
     virtual const VolumeInfo& info() const = 0;
     /// Reads the next `count` slices (z ascending) into out: [z][y][x], x fastest, little-endian stored
     /// values. out.size() == count * extent.y * extent.x * bytesPerValue. Throws InputError naming the file

@@ -19,6 +19,15 @@ void SliceConverter::convert(std::span<const std::byte> in, std::span<std::byte>
     info.nonFiniteVoxels += counts.nonFinite;
     info.clampedVoxels += counts.clamped;
     rounded_ += counts.rounded;
+    const bool isBare = info.rescaleSlope == 1 && info.rescaleIntercept == 0 && info.unit.empty();
+    if (!isBare)
+        return;
+    labels_.add(out, info.type);
+    converted_ += out.size() / bytesPerValue(info.type);
+    if (converted_ != info.voxelCount())
+        return;
+    if (std::string remark = labels_.remark(); !remark.empty())
+        info.remarks.push_back(std::move(remark));
 }
 
 std::vector<std::string> SliceConverter::notes() const {

@@ -3,6 +3,7 @@
 // lowest value of the data: 0 would be water in a CT, an opaque slab around what was masked.
 #pragma once
 
+#include "bricking/import/source/label_tally.h"
 #include "bricking/import/source/voxel_types.h"
 #include "core/volume.h"
 
@@ -22,7 +23,7 @@ class SliceConverter {
     /// visitAll is called once, and only if there is a voxel without a number.
     SliceConverter(FileType type, bool bigEndian, VisitVoxels visitAll);
     /// Converts as storeVoxels() does and keeps the account in info: nonFiniteVoxels, absentStored,
-    /// clampedVoxels. Throws what visitAll throws.
+    /// clampedVoxels, and with the last voxel a remark where they are labels. Throws what visitAll throws.
     void convert(std::span<const std::byte> in, std::span<std::byte> out, VolumeInfo& info);
     /// What was lost that info does not count: whole numbers that float32 cannot hold.
     std::vector<std::string> notes() const;
@@ -33,7 +34,8 @@ class SliceConverter {
     FileType type_;
     bool bigEndian_;
     VisitVoxels visitAll_;
-    std::uint64_t rounded_ = 0;
+    std::uint64_t rounded_ = 0, converted_ = 0;
+    LabelTally labels_;
 };
 
 } // namespace tessera

@@ -16,6 +16,7 @@
 #include "viewer/input/named_scene.h"
 #include "viewer/input/thin_volume.h"
 #include "viewer/input/volume_input.h"
+#include "viewer/input/volume_notes.h"
 
 #include <utility>
 
@@ -76,16 +77,24 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     Ledger gpu("GPU memory", "--gpu-memory", budgetBytes(arguments.gpuMemory, "--gpu-memory", common));
 
     SceneVolume& volume = scene.volumes.front();
-    volume.path = storeFor(volume.path, arguments.input, ram, common);
+    const bool isStoreNamed = looksLikeStore(volume.path); // an import says so itself
+    volume.path = storeFor(volume, arguments.input, ram, common);
+    volume.source = {};
     requireFloor(volume.path, scene, engine, ram);
     const StoreReader store(volume.path, ram);
     if (!samplesNamed)
         fitSamples(store.info(), engine, ram, scene, common);
-    if (arguments.path.empty())
+    if (arguments.path.empty()) {
+        const bool sideNamed = !arguments.fit.empty() || !arguments.projection.empty();
+        if (const std::string words = faceThinVolume(scene, store.info(), sideNamed); !words.empty())
+            common.note(words);
         requireFacingView(scene, store.info(), arguments.in);
+    }
     requireSliceInVolume(scene, store.info(),
                          arguments.mode.slice.empty() ? arguments.in + ": $.slice" : "--slice");
     nameFunction(volume, store.info());
+    if (const std::string words = sayLabels(store.info()); !words.empty() && isStoreNamed)
+        common.note(words);
 
     RenderOptions options;
     options.engine = engine;

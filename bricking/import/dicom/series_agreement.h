@@ -1,0 +1,37 @@
+// bricking/import/dicom/series_agreement.h: what the slices of one series have to say alike. Identifiers are
+// compared here, and stay in here. Private to the DICOM importer.
+#pragma once
+
+#include "bricking/import/dicom/dicom_scan.h"
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace tessera {
+
+/// An empty text is an absent one: it agrees with everything.
+struct SliceSays {
+    std::string modality, rescaleType, patient, frame; // frame: of reference
+    bool hasIntercept = false;
+};
+
+class SeriesAgreement {
+  public:
+    /// In the order of the series' slices.
+    void add(SliceSays slice) { slices_.push_back(std::move(slice)); }
+    void add(const SeriesAgreement& other);
+    /// Fills modality, isHounsfield, disagreement and oddities of the series.
+    void judge(DicomSeries& series) const;
+    /// Positions of two frames of reference have nothing to do with one another: where each of several has
+    /// slices enough for a volume, they are series of their own. One group of slices (as indices) for each;
+    /// empty: the series stays whole.
+    std::vector<std::vector<std::size_t>> framesApart() const;
+    SeriesAgreement of(const std::vector<std::size_t>& slices) const;
+
+  private:
+    std::vector<SliceSays> slices_;
+};
+
+} // namespace tessera

@@ -1,0 +1,37 @@
+// bricking/import/source/label_tally.h: whether the values of a volume are names of regions rather than
+// measurements: few whole numbers, each of which fills places side by side.
+#pragma once
+
+#include "core/volume.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace tessera {
+
+/// What a remark of such a volume begins with.
+inline constexpr const char* kLabelMapRemark = "looks like a label map";
+
+class LabelTally {
+  public:
+    /// Stored values in the order of the volume. Costs next to nothing once there are too many values.
+    void add(std::span<const std::byte> stored, ValueType type);
+    /// After the last voxel: "looks like a label map (43 whole values, 0 to 117): ..."; "" for other data.
+    std::string remark() const;
+
+  private:
+    static constexpr std::size_t kMostLabels = 256;
+    void see(double value);
+
+    std::array<double, kMostLabels> values_{}; // ascending
+    std::size_t count_ = 0;
+    bool isOther_ = false; // more values, or one that is no label
+    std::uint64_t voxels_ = 0, inside_ = 0,
+                  edges_ = 0; // inside: above 0; edges: of these, unlike the one before
+    double before_ = 0;
+};
+
+} // namespace tessera
