@@ -2,6 +2,7 @@
 #include "core/coverage.h"
 
 #include <cstdio>
+#include <string>
 
 namespace tessera {
 
@@ -16,6 +17,10 @@ std::string coverageText(const WallCoverage& coverage, double smallestMm2) {
                       coverage.patches[0].alongMm);
         text += words;
     }
+    if (coverage.flown < coverage.lines)
+        text += "; along " + std::to_string(coverage.flown) + " of " + std::to_string(coverage.lines) +
+                " lines, the wall of the others does not count: the path's flight.route names those that are "
+                "flown";
     return text;
 }
 

@@ -20,12 +20,14 @@ struct UnseenPatch {
 struct WallCoverage {
     double wallMm2 = 0, seenMm2 = 0;
     std::uint64_t faces = 0;          ///< of voxels, that the wall is made of
+    std::size_t lines = 1, flown = 1; ///< that the path has, and that the flight goes along
     std::uint64_t blind = 0;          ///< cameras whose eye is not in the lumen: on bridges
     std::vector<UnseenPatch> patches; ///< largest first
     double share() const { return wallMm2 > 0 ? seenMm2 / wallMm2 : 0; }
 };
 
-/// One sentence. @param smallestMm2  below which patches are not listed
+/// One sentence, which says so where not all lines were flown. @param smallestMm2  below which patches are
+/// not listed
 std::string coverageText(const WallCoverage& coverage, double smallestMm2);
 
 } // namespace tessera

@@ -37,6 +37,11 @@ struct Lumen {
     enum class Side { below, above };
     double threshold = 0; // physical units
     Side side = Side::below;
+    double noise = 0;   // standard deviation of the noise that was taken off the values first; 0: none was
+    bool leaks = false; // into what is beyond its wall, as whoever made the lines was told
+    /// Where the volume's own values, noise and all, show the wall; none: at the threshold.
+    std::optional<double> surface = {};
+    double shownAt() const { return surface.value_or(threshold); }
     bool operator==(const Lumen&) const = default;
 };
 

@@ -17,7 +17,7 @@ using Keys = std::vector<std::string>;
 
 const Keys kPathKeys = {"tesseraPath", "volume", "lumen", "lines", "keyframes", "flight", "framesPerSecond"};
 const Keys kVolumeKeys = {"contentHash", "size"};
-const Keys kLumenKeys = {"threshold", "side"};
+const Keys kLumenKeys = {"threshold", "side", "noise", "leaks", "surface"};
 const Keys kSideNames = {"below", "above"}; // in the order of Lumen::Side
 const Keys kLineKeys = {"name", "count", "spacing", "points", "radius", "parent", "leavesAt"};
 const Keys kKeyframeKeys = {"time",     "place", "easing", "camera", "look", "transferFunction",
@@ -52,8 +52,16 @@ PathVolume parseVolume(const JsonValue& value) {
 
 Lumen parseLumen(const JsonValue& value) {
     value.requireKeys(kLumenKeys);
-    return {value.at("threshold").number(),
-            value.at("side").oneOf(kSideNames) == kSideNames[0] ? Lumen::Side::below : Lumen::Side::above};
+    Lumen lumen{value.at("threshold").number(), value.at("side").oneOf(kSideNames) == kSideNames[0]
+                                                    ? Lumen::Side::below
+                                                    : Lumen::Side::above};
+    if (value.has("noise"))
+        lumen.noise = value.at("noise").number(0, 1e30);
+    if (value.has("surface"))
+        lumen.surface = value.at("surface").number();
+    if (value.has("leaks"))
+        lumen.leaks = value.at("leaks").boolean();
+    return lumen;
 }
 
 CentreLine parseLine(const JsonValue& value, std::size_t& points) {
@@ -256,9 +264,16 @@ std::string pathJson(const Path& path) {
             {"contentHash", path.volume->contentHash},
             {"size",
              {path.volume->extentVoxels.x, path.volume->extentVoxels.y, path.volume->extentVoxels.z}}};
-    if (path.lumen)
-        document["lumen"] = {{"threshold", path.lumen->threshold},
-                             {"side", kSideNames[static_cast<std::size_t>(path.lumen->side)]}};
+    if (path.lumen) {
+        json& lumen = document["lumen"] = {{"threshold", path.lumen->threshold},
+                                           {"side", kSideNames[static_cast<std::size_t>(path.lumen->side)]}};
+        if (path.lumen->noise > 0)
+            lumen["noise"] = path.lumen->noise;
+        if (path.lumen->surface)
+            lumen["surface"] = *path.lumen->surface;
+        if (path.lumen->leaks)
+            lumen["leaks"] = true;
+    }
     for (const CentreLine& line : path.lines)
         document["lines"].push_back(lineJson(line));
     for (const Keyframe& key : path.keyframes)

@@ -6,6 +6,7 @@
 #include "bricking/lumen/lumen_parts.h"
 #include "bricking/lumen/lumen_tree.h"
 #include "bricking/lumen/nearest_voxels.h"
+#include "bricking/lumen/quiet_values.h"
 #include "bricking/lumen/seed_threshold.h"
 #include "core/error.h"
 
@@ -18,7 +19,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kMostCacheBytes = std::size_t{256} << 20;
+constexpr double kNoisesShown = 6; // from the lumen's value to where its wall is drawn
 
 std::string placeText(const glm::dvec3& mm) {
     std::array<char, 96> text;
@@ -37,7 +38,7 @@ class Finder {
     Finder(const ChunkSource& source, const CentrelineRequest& request, Ledger& ram, Progress& progress,
            int threads)
         : info_(source.info()), request_(request), ram_(ram), progress_(progress),
-          cache_(source, ram, cacheBytes(source, ram, threads), threads), values_(cache_, info_),
+          field_(source, ram, threads), values_(std::in_place, field_.cache(), info_),
           toMm_(info_.patientFromVoxel), toVoxel_(glm::inverse(info_.patientFromVoxel)) {}
 
     Centrelines run() {
@@ -49,7 +50,7 @@ class Finder {
         progress_.stage("growing the lumen");
         const glm::ivec3 first = *voxelOf(request_.seeds.front());
         std::optional<GrownLumen> grown = growFirst(first);
-        LumenParts parts(cache_, info_, rule_, ram_, progress_);
+        LumenParts parts(field_.cache(), info_, rule_, ram_, progress_);
         LumenPart& part = grown ? parts.add(std::move(*grown)) : parts.partOf(first);
         if (request_.tree)
             findTree(parts, part, first);
@@ -60,17 +61,14 @@ class Finder {
             found_.lumenVoxels = lumen.grown.count;
             centre(lumen.shape);
         }
-        found_.lumen = {rule_.threshold, rule_.below ? Lumen::Side::below : Lumen::Side::above};
+        found_.lumen = {rule_.threshold, rule_.below ? Lumen::Side::below : Lumen::Side::above, takenOff_,
+                        found_.evidence.leaks};
+        found_.lumen.surface = surface();
         progress_.end();
         return std::move(found_);
     }
 
   private:
-    static std::size_t cacheBytes(const ChunkSource& source, const Ledger& ram, int threads) {
-        return std::max(std::min(kMostCacheBytes, ram.freeBytes() / 4),
-                        BrickCache::floorBytes(source.info(), threads));
-    }
-
     glm::dvec3 placeOf(const CentrelineSeed& seed) const {
         return glm::dvec3(toVoxel_ * glm::dvec4(seed.mm, 1));
     }
@@ -98,56 +96,98 @@ class Finder {
                (info_.unit.empty() ? "" : " " + info_.unit);
     }
 
+    SeedNeighbourhood near(const CentrelineSeed& seed) {
+        return request_.threshold ? neighbourhoodOf(*values_, placeOf(seed), *request_.threshold)
+                                  : neighbourhoodOf(*values_, placeOf(seed), seed.name);
+    }
+
+    /// Where values are noisy around a seed, all that follows is decided on values without that noise.
+    void takeNoiseOff() {
+        bool noisy = false;
+        for (const CentrelineSeed& seed : request_.seeds) {
+            if (seed.mayBridge)
+                continue;
+            const SeedNeighbourhood around = near(seed);
+            if (&seed == &request_.seeds.front())
+                found_.evidence.noise = around.noise;
+            noisy = noisy || around.noisy();
+            takenOff_ = std::max(takenOff_, around.noise);
+        }
+        if (!noisy) {
+            takenOff_ = 0;
+            return;
+        }
+        values_.reset(); // it holds chunks
+        field_.quieten(takenOff_);
+        values_.emplace(field_.cache(), info_);
+    }
+
     void findRule() {
+        takeNoiseOff();
         const CentrelineSeed* first = nullptr;
         for (const CentrelineSeed& seed : request_.seeds) {
             if (seed.mayBridge)
                 continue;
-            const SeedNeighbourhood near = request_.threshold
-                                               ? neighbourhoodOf(values_, placeOf(seed), *request_.threshold)
-                                               : neighbourhoodOf(values_, placeOf(seed), seed.name);
-            if (first && near.rule.below != rule_.below)
+            const SeedNeighbourhood here = near(seed);
+            if (first && here.rule.below != rule_.below)
                 throw badFile(seed.name, "a place in the lumen of " + first->name + ", " + ruleText(),
-                              numberText(near.lumen) + " at " + placeText(seed.mm));
+                              numberText(here.lumen) + " at " + placeText(seed.mm));
             // of several thresholds the strictest
-            const double brightest = std::max(near.rule.brightest, rule_.brightest);
-            const bool stricter = !first || (rule_.below ? near.rule.threshold < rule_.threshold
-                                                         : near.rule.threshold > rule_.threshold);
+            const double brightest = std::max(here.rule.brightest, rule_.brightest);
+            const bool stricter = !first || (rule_.below ? here.rule.threshold < rule_.threshold
+                                                         : here.rule.threshold > rule_.threshold);
             if (stricter)
-                rule_ = near.rule;
-            rule_.brightest = first ? brightest : near.rule.brightest;
+                rule_ = here.rule;
+            rule_.brightest = first ? brightest : here.rule.brightest;
             if (!first) {
                 first = &seed;
-                around_ = near;
+                around_ = here;
             }
         }
         TESSERA_CHECK(first);
         for (const CentrelineSeed& seed : request_.seeds)
             if (!seed.mayBridge && !voxelOf(seed))
                 throw badFile(seed.name, "a place in the lumen, " + ruleText(),
-                              numberText(values_.at(placeOf(seed))) + " at " + placeText(seed.mm));
+                              numberText(values_->at(placeOf(seed))) + " at " + placeText(seed.mm));
+        found_.evidence.lumen = around_.lumen;
+        found_.evidence.wall = around_.wall;
+        found_.evidence.noiseLeft = around_.noise;
+        found_.evidence.given = request_.threshold.has_value();
     }
 
-    /// What hangs together with the first seed, with a threshold that does not leak; none where a threshold
-    /// was given, or where one that does not leak parts the seeds.
+    /// What hangs together with the first seed, with a threshold that does not leak, whoever chose it; none
+    /// where one that does not leak parts the seeds, or where leaks are asked for.
     std::optional<GrownLumen> growFirst(const glm::ivec3& seed) {
         // contrast goes on into veins, heart and bone: that keeps no path from its end
-        if (request_.threshold || (!rule_.below && !request_.tree))
+        if (request_.mayLeak || (!rule_.below && !request_.tree))
             return std::nullopt;
         SeedNeighbourhood around = around_;
         around.rule = rule_;
-        GuardedLumen guarded = growWithoutLeaks(cache_, info_, around, seed, request_.tree, ram_);
-        if (guarded.leaked) {
-            const LumenRule before = std::exchange(rule_, guarded.rule);
-            for (const CentrelineSeed& other : request_.seeds)
-                if (const auto voxel = voxelOf(other);
-                    !other.mayBridge && (!voxel || !guarded.grown.voxels.contains(*voxel))) {
-                    rule_ = before;
-                    return std::nullopt;
-                }
-            found_.leakedAt = before.threshold;
-        }
+        GuardedLumen guarded = growWithoutLeaks(field_.cache(), info_, around, seed, request_.tree, ram_);
+        if (!guarded.leaked)
+            return std::move(guarded.grown);
+        found_.evidence.leaksAt = rule_.threshold;
+        const LumenRule before = std::exchange(rule_, guarded.rule);
+        for (const CentrelineSeed& other : request_.seeds)
+            if (const auto voxel = voxelOf(other);
+                !other.mayBridge && (!voxel || !guarded.grown.voxels.contains(*voxel))) {
+                rule_ = before;
+                found_.evidence.leaks = true;
+                return std::nullopt;
+            }
         return std::move(guarded.grown);
+    }
+
+    /// Beyond a tightened threshold, as far from the lumen's value as the volume's noise reaches: nearer,
+    /// noise in the lumen is stones in a picture. No further than what was half way.
+    std::optional<double> surface() const {
+        const LumenEvidence& evidence = found_.evidence;
+        if (!(takenOff_ > 0) || !evidence.leaksAt || evidence.leaks)
+            return std::nullopt;
+        const double tight = std::abs(rule_.threshold - evidence.lumen),
+                     wide = std::abs(*evidence.leaksAt - evidence.lumen);
+        return evidence.lumen +
+               (rule_.below ? 1 : -1) * std::clamp(kNoisesShown * takenOff_, tight, std::max(tight, wide));
     }
 
     void findTree(LumenParts& parts, LumenPart& part, const glm::ivec3& seed) {
@@ -155,7 +195,7 @@ class Finder {
         const LumenGraph& graph = parts.graphOf(part, kBlocksOfTree);
         const std::vector<LumenLimb> limbs = lumenLimbs(graph, graph.nodeAt(seed), ram_, progress_.shares());
         progress_.stage("finding the branches' middles");
-        LumenBranches branches = branchLines(graph, limbs, part.shape, values_, rule_, request_.spacingMm,
+        LumenBranches branches = branchLines(graph, limbs, part.shape, *values_, rule_, request_.spacingMm,
                                              request_.mostGenerations, progress_.shares());
         found_.lines = std::move(branches.lines);
         found_.generations = std::move(branches.generations);
@@ -174,7 +214,7 @@ class Finder {
                 for (int x = -1; x <= 1; ++x) {
                     const glm::ivec3 v = own + glm::ivec3(x, y, z);
                     if (v != glm::clamp(v, glm::ivec3(0), info_.extentVoxels - 1) ||
-                        !rule_.takes(values_.voxel(v)))
+                        !rule_.takes(values_->voxel(v)))
                         continue;
                     if (const double away = glm::length(mmOf(v) - seed.mm); away < least) {
                         least = away;
@@ -259,7 +299,7 @@ class Finder {
         const Charge charge = ram_.charge(points * 8 * sizeof(glm::dvec3), "the line");
         CentringRules rules;
         rules.spacingMm = request_.spacingMm;
-        const CentredLine line = centrePath(shape, pieces_, values_, rule_, rules);
+        const CentredLine line = centrePath(shape, pieces_, *values_, rule_, rules);
         found_.leastTurnMm = line.leastTurnMm;
         CentreLine out;
         out.points = line.mm;
@@ -273,8 +313,9 @@ class Finder {
     const CentrelineRequest& request_;
     Ledger& ram_;
     Progress& progress_;
-    BrickCache cache_;
-    LumenValues values_;
+    LumenField field_;
+    std::optional<LumenValues> values_;
+    double takenOff_ = 0; // deviation of the noise that is; 0: none
     const glm::dmat4 toMm_, toVoxel_;
     LumenRule rule_;
     SeedNeighbourhood around_; // of the first seed

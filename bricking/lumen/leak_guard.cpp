@@ -11,7 +11,9 @@ namespace {
 
 constexpr double kStep = 1 / 20.0,
                  kFinestStep = 1 / 160.0; // of the way from the lumen's value to the threshold
-constexpr double kLike = 1 / 4.0;         // the same
+constexpr double kLike = 1 / 8.0;         // the same
+constexpr double kNoisesInside = 3;       // that far from the lumen's value nearly all of it is inside
+constexpr double kNoisesOff = 1;          // that a threshold stays from a leak
 constexpr double kExplosion = 1.5;
 constexpr double kFewMm3 = 5000; // less grows as it likes: a trachea around the seed
 
@@ -27,17 +29,18 @@ GuardedLumen growWithoutLeaks(BrickCache& cache, const VolumeInfo& info, const S
     };
     const glm::dvec3 mm = info.spacingMm();
     const auto few = static_cast<std::uint64_t>(kFewMm3 / (mm.x * mm.y * mm.z)) + 1000;
+    const double way = std::abs(around.rule.threshold - around.lumen);
+    const double inside = way > 0 ? std::clamp(kNoisesInside * around.noise / way, kStep, 1.0) : 1;
     if (!always) {
         GrowLimits limits;
-        limits.like = LikeSeed{ruleAt(kLike), 0};
+        limits.like = LikeSeed{ruleAt(std::max(kLike, inside)), 0};
         limits.like->mostUnlike = 4 * few;
         GrownLumen grown = growLumen(cache, info, around.rule, seed, ram, limits, soFar);
         if (!grown.stopped && 2 * grown.unlike <= grown.count)
             return {std::move(grown), around.rule, false};
     }
     // from where most of the lumen around the seed is inside
-    const double way = std::abs(around.rule.threshold - around.lumen);
-    double share = std::clamp(around.noise / way, kStep, 1.0);
+    double share = inside;
     GrownLumen best = growLumen(cache, info, ruleAt(share), seed, ram, {}, soFar);
     bool leaked = false;
     for (double step = kStep; share < 1 && step >= kFinestStep;) {
@@ -53,8 +56,12 @@ GuardedLumen growWithoutLeaks(BrickCache& cache, const VolumeInfo& info, const S
             continue;
         }
         share = next;
-
         best = std::move(grown);
+    }
+    // where noise opens a way to what is beyond, single voxels are open before
+    if (const double back = kNoisesOff * around.noise / way; leaked && back > kFinestStep) {
+        share = std::max(inside, share - back);
+        best = growLumen(cache, info, ruleAt(share), seed, ram, {}, soFar);
     }
     return {std::move(best), ruleAt(share), leaked};
 }

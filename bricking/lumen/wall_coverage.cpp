@@ -4,6 +4,7 @@
 #include "bricking/lumen/wall_coverage.h"
 
 #include "bricking/lumen/lumen_parts.h"
+#include "bricking/lumen/quiet_values.h"
 #include "bricking/lumen/seed_threshold.h"
 #include "bricking/lumen/unseen_patches.h"
 #include "bricking/lumen/wall_faces.h"
@@ -22,7 +23,6 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kMostCacheBytes = std::size_t{256} << 20;
 constexpr double kReachRadii = 1.5;
 
 /// Where one is beside the lines: the route's segments, and the points of the other lines.
@@ -122,6 +122,8 @@ class Measuring {
         const VoxelSet& voxels = parts->whole().grown.voxels;
         const WallFaces wall(voxels, toMm_);
         WallCoverage found;
+        found.lines = request_.lines.size();
+        found.flown = request_.flight.route.size();
         addEyes(voxels, found);
         progress_.stage("looking for unseen wall");
         ChunkFaces faces = placesOf(voxels, wall);
@@ -161,11 +163,10 @@ class Measuring {
     /// What hangs together with the route's points: on either side of a bridge a part.
     std::unique_ptr<LumenParts> grow() {
         progress_.stage("growing the lumen");
-        cache_.emplace(source_, ram_,
-                       std::max(std::min(kMostCacheBytes, ram_.freeBytes() / 4),
-                                BrickCache::floorBytes(info_, threads_)),
-                       threads_);
-        LumenValues values(*cache_, info_);
+        field_.emplace(source_, ram_, threads_);
+        if (request_.lumen.noise > 0)
+            field_->quieten(request_.lumen.noise);
+        LumenValues values(field_->cache(), info_);
         std::vector<glm::dvec3> seeds;
         for (const RoutePoint& point : beside_.route())
             if (point.radiusMm > 0) {
@@ -178,7 +179,7 @@ class Measuring {
         rule_ = neighbourhoodOf(values, seeds.front(), request_.lumen.threshold).rule;
         rule_.brightest = std::max(
             rule_.brightest, neighbourhoodOf(values, seeds.back(), request_.lumen.threshold).rule.brightest);
-        auto parts = std::make_unique<LumenParts>(*cache_, info_, rule_, ram_, progress_);
+        auto parts = std::make_unique<LumenParts>(field_->cache(), info_, rule_, ram_, progress_);
         std::size_t inside = 0;
         for (const glm::dvec3& seed : seeds)
             if (const glm::ivec3 voxel(glm::floor(seed)); rule_.takes(values.voxel(voxel))) {
@@ -305,7 +306,7 @@ class Measuring {
     const Beside beside_;
     const glm::dmat4 toMm_, toVoxel_;
     const double reach_;
-    std::optional<BrickCache> cache_;
+    std::optional<LumenField> field_;
     LumenRule rule_;
     std::vector<Eye> eyes_;
 };

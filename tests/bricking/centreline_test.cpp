@@ -4,8 +4,8 @@
 #include "bricking/lumen/lumen_values.h"
 #include "core/error.h"
 #include "core/interrupt.h"
-#include "datasets/phantom.h"
 #include "tests/support/lumen_tubes.h"
+#include "tests/support/phantom_chunks.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,43 +17,6 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr std::size_t kPlenty = std::size_t{512} << 20;
-
-/// A phantom in memory, or a box of it.
-class PhantomChunks final : public ChunkSource {
-  public:
-    PhantomChunks(const std::string& name, const glm::ivec3& extent, const glm::ivec3& low = glm::ivec3(0),
-                  glm::ivec3 size = glm::ivec3(0)) {
-        const auto source = makePhantom(name, extent);
-        info_ = source->info();
-        whole_.resize(cellCount(extent));
-        source->readSlices(extent.z, std::as_writable_bytes(std::span(whole_)));
-        extent_ = extent;
-        low_ = low;
-        if (size != glm::ivec3(0)) {
-            info_.extentVoxels = size;
-            info_.patientFromVoxel[3] += info_.patientFromVoxel * glm::dvec4(glm::dvec3(low), 0);
-        }
-    }
-    const VolumeInfo& info() const override { return info_; }
-    void readChunk(const ChunkKey& key, std::span<std::byte> out) const override {
-        const glm::ivec3 corner = glm::ivec3(key.i, key.j, key.k) * kChunkExtent;
-        std::size_t n = 0;
-        for (int z = 0; z < kChunkExtent; ++z)
-            for (int y = 0; y < kChunkExtent; ++y)
-                for (int x = 0; x < kChunkExtent; ++x) {
-                    const glm::ivec3 v = corner + glm::ivec3(x, y, z);
-                    const bool in = glm::all(glm::lessThan(v, info_.extentVoxels));
-                    const std::int16_t value =
-                        in ? whole_[linearIndex(v + low_, extent_)] : std::int16_t{-1024};
-                    std::memcpy(out.data() + 2 * n++, &value, 2);
-                }
-    }
-
-  private:
-    VolumeInfo info_;
-    std::vector<std::int16_t> whole_;
-    glm::ivec3 extent_, low_;
-};
 
 Centrelines find(const ChunkSource& source, const CentrelineRequest& request, std::size_t budget = kPlenty) {
     Ledger ram("RAM", "--ram", budget);
@@ -281,15 +244,23 @@ TEST(Centreline, AThresholdThatLeaksIsTightenedAndSaidSo) {
     });
     CentrelineRequest request = between({0, 0, 6}, {0, 0, 74});
     const Centrelines found = find(leaky, request);
-    ASSERT_TRUE(found.leakedAt);
-    EXPECT_NEAR(*found.leakedAt, -480, 30);
+    ASSERT_TRUE(found.evidence.leaksAt);
+    EXPECT_FALSE(found.evidence.leaks) << "what was taken does not";
+    EXPECT_NEAR(*found.evidence.leaksAt, -480, 30);
     EXPECT_LT(found.lumen.threshold, -860);
     EXPECT_NEAR(static_cast<double>(found.lumenVoxels), 3.14159 * 36 * 80, 2500);
     EXPECT_LT(apart(found.lines[0].points, line).most, 0.5);
-    request.threshold = -700; // a threshold that is given is kept
+    request.threshold = -700; // one that is given, too
+    const Centrelines given = find(leaky, request);
+    EXPECT_EQ(given.evidence.leaksAt, -700);
+    EXPECT_LT(given.lumen.threshold, -860);
+    EXPECT_LT(given.lumenVoxels, 12000u);
+    EXPECT_THAT(lumenText(given, "HU"), HasSubstr("tightened from -700 HU, at which it leaks"));
+    request.mayLeak = true; // but where that is asked for
     EXPECT_GT(find(leaky, request).lumenVoxels, 100000u);
+    EXPECT_EQ(find(leaky, request).lumen.threshold, -700);
     const FieldChunks tight(leaky.info(), pipe);
-    EXPECT_FALSE(find(tight, between({0, 0, 6}, {0, 0, 74})).leakedAt);
+    EXPECT_FALSE(find(tight, between({0, 0, 6}, {0, 0, 74})).evidence.leaksAt);
 }
 
 TEST(Centreline, OneSeedGoesToTheFurthestPlace) {

@@ -27,6 +27,16 @@ TEST_F(Program, CoverageTellsWhatAFlightSees) {
     ASSERT_FALSE(report["patches"].empty());
     EXPECT_GE(report["patches"].front()["areaMm2"], report["patches"].back()["areaMm2"]);
 
+    EXPECT_EQ(report["lines"], 1);
+    EXPECT_EQ(there.out.find("flight.route"), std::string::npos) << "all lines were flown";
+    ASSERT_EQ(run("centreline t.zarr --from=0,8,180 --tree --generations 1 -o tree.json -q").exitCode, 0);
+    const Outcome ofTree = run("coverage t.zarr --path tree.json --every 20");
+    ASSERT_EQ(ofTree.exitCode, 0) << ofTree.problems;
+    EXPECT_THAT(
+        ofTree.out,
+        HasSubstr("along 1 of " + std::to_string(loadPath(folder_ / "tree.json").lines.size()) + " lines"));
+    EXPECT_THAT(ofTree.out, HasSubstr("flight.route"));
+
     const auto refused = [&](const std::string& words, const std::string& why) {
         const Outcome outcome = run("coverage " + words);
         EXPECT_EQ(outcome.exitCode, 2) << words;

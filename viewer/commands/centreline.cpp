@@ -23,7 +23,7 @@ struct CentrelineArguments {
     std::string in, from, to, out, ram;
     std::vector<std::string> through;
     double threshold = std::numeric_limits<double>::quiet_NaN(), spacing = 1;
-    bool tree = false;
+    bool tree = false, mayLeak = false;
     int generations = 12;
     InputOptions input;
 };
@@ -60,6 +60,9 @@ CentrelineRequest requestOf(const CentrelineArguments& arguments) {
         throw badFile("--through", "--to as well, where the path ends", "--through alone");
     if (!std::isnan(arguments.threshold))
         request.threshold = arguments.threshold;
+    if (arguments.mayLeak && !request.threshold)
+        throw badFile("--may-leak", "--threshold beside it, which it keeps", "none");
+    request.mayLeak = arguments.mayLeak;
     request.tree = arguments.tree;
     request.mostGenerations = arguments.generations;
     request.spacingMm = arguments.spacing;
@@ -68,13 +71,10 @@ CentrelineRequest requestOf(const CentrelineArguments& arguments) {
 
 void tell(const Centrelines& found, const VolumeInfo& info, const Path& path, const std::string& out,
           const CommonOptions& common) {
-    const std::string unit = info.unit.empty() ? "" : " " + info.unit;
     const LinesExtent extent = extentOf(path.lines);
-    common.note("lumen: " + std::string(found.lumen.side == Lumen::Side::below ? "below " : "above ") +
-                formatNumber(found.lumen.threshold) + unit +
-                (found.leakedAt ? ", tightened from " + formatNumber(*found.leakedAt) + unit +
-                                      ", at which it leaks; --threshold sets it"
-                                : "; --threshold moves it"));
+    common.note(lumenText(found, info.unit) + (found.evidence.leaksAt && found.evidence.given
+                                                   ? "; --may-leak keeps it"
+                                                   : "; --threshold sets it"));
     for (const CentrelineBridge& bridge : found.bridges)
         common.note("bridged: a gap of " + formatNumber(glm::length(bridge.toMm - bridge.fromMm)) + " mm");
     common.note("wrote " + out + ": " +
@@ -120,8 +120,11 @@ void addCentrelineCommand(Command& program, const CommonOptions& common, Action&
         .oneValueEach();
     command
         .option("--threshold", arguments->threshold,
-                "where lumen ends, physical units (default: half way to the wall, from around the seeds)")
+                "where lumen ends, physical units, tightened where it leaks (default: half way to the wall, "
+                "from around the seeds)")
         .check(numberWithin(-1e30, 1e30, "a value"));
+    command.flag("--may-leak", arguments->mayLeak,
+                 "with --threshold: keep it where the lumen leaks into what is beyond its wall");
     command.flag("--tree", arguments->tree,
                  "all branches beyond --from, as of the airways from the windpipe");
     command.option("--generations", arguments->generations, "with --tree: forks between --from and a branch")

@@ -53,6 +53,8 @@ nlohmann::json reportOf(const CoverageArguments& a, const CoverageRequest& reque
                           {"wallMm2", found.wallMm2},
                           {"seenMm2", found.seenMm2},
                           {"faces", found.faces},
+                          {"lines", found.lines},
+                          {"route", request.flight.route},
                           {"cameras", request.cameras.size()},
                           {"camerasOutsideTheLumen", found.blind},
                           {"viewAngle", request.flight.viewAngle},

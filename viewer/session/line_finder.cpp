@@ -13,9 +13,7 @@ std::string aboutText(const Centrelines& found, const VolumeInfo& info) {
     std::string text =
         (found.lines.size() == 1 ? "a line" : std::to_string(found.lines.size()) + " branches") +
         std::string(" of ") + formatNumber(extent.lengthMm) + " mm, " + formatNumber(extent.narrowestMm) +
-        " to " + formatNumber(extent.widestMm) + " mm from the wall; lumen " +
-        (found.lumen.side == Lumen::Side::below ? "below " : "above ") + formatNumber(found.lumen.threshold) +
-        (info.unit.empty() ? "" : " " + info.unit);
+        " to " + formatNumber(extent.widestMm) + " mm from the wall; " + lumenText(found, info.unit);
     if (!found.bridges.empty())
         text += "; gaps bridged: " + std::to_string(found.bridges.size());
     return text;
