@@ -19,6 +19,8 @@ namespace tessera::test {
 namespace {
 
 using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::Not;
 using Clock = std::chrono::steady_clock;
 
 /// Round the sphere, and into another function and light on the way; 11 frames.
@@ -40,6 +42,12 @@ std::string pixelsOf(const std::string& png) {
 }
 std::string frameName(std::size_t n) {
     return FrameFolder::nameOf(n);
+}
+
+/// The same way as a line whose lumen is known.
+std::string flightInLumen(const std::string& lumen) {
+    std::string text = kFlight;
+    return text.insert(text.find("\"lines\""), "\"lumen\":" + lumen + ",");
 }
 
 class Films : public Program {
@@ -326,6 +334,36 @@ TEST_P(Claims, AreNeverForTwo) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, Claims, ::testing::Values(ClaimKind::lock, ClaimKind::lease));
+
+TEST_F(Films, APathOfALumenShowsItsWallWhereNothingIsNamed) {
+    write("wall.json", flightInLumen(R"({"threshold":-120,"side":"below"})"));
+    const std::string film = "render s.zarr --path wall.json --engine native --size 8x6 --frames 0 -o ";
+    const auto sceneOfFrame = [&](const std::string& folder) {
+        return json::parse(readManifest(folder_ / folder / frameName(0)))["scene"];
+    };
+    const Outcome wall = run(film + "wall");
+    ASSERT_EQ(wall.exitCode, 0) << wall.problems;
+    EXPECT_THAT(wall.problems, HasSubstr("the lumen's wall, at -120"));
+    EXPECT_EQ(sceneOfFrame("wall")["mode"], "isosurface");
+    EXPECT_EQ(sceneOfFrame("wall")["isosurfaces"][0]["value"], -120);
+    write("shown.json", flightInLumen(R"({"threshold":-120,"side":"below","noise":9,"surface":-60})"));
+    ASSERT_EQ(run("render s.zarr --path shown.json --engine native --size 8x6 --frames 0 -o shown").exitCode,
+              0);
+    EXPECT_EQ(sceneOfFrame("shown")["isosurfaces"][0]["value"], -60);
+    for (const std::string named : {"--preset bone ", "--isosurface=10 ", "--mode mip "}) {
+        const std::string folder = "named" + std::to_string(named.size());
+        ASSERT_EQ(run(film + folder + " " + named).exitCode, 0) << named;
+        EXPECT_THAT(sceneOfFrame(folder).dump(), Not(HasSubstr("-120"))) << named;
+    }
+    ASSERT_EQ(run("render scene.json --path wall.json --engine native --frames 0 -o scene").exitCode, 0);
+    EXPECT_THAT(sceneOfFrame("scene").dump(), Not(HasSubstr("-120"))) << "a scene says what it shows";
+
+    write("leaks.json", flightInLumen(R"({"threshold":-120,"side":"below","leaks":true})"));
+    const std::string unfold = "render s.zarr --path leaks.json --unfold --engine native --size 8x8 -o w.png";
+    expectRefused(unfold, {"leaks.json", "does not leak", "--may-leak"});
+    EXPECT_EQ(run(unfold + " --may-leak").exitCode, 0);
+    expectRefused("render s.zarr -o w.png --may-leak", {"--may-leak", "--unfold"});
+}
 
 } // namespace
 } // namespace tessera::test

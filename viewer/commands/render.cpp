@@ -34,6 +34,7 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
         "--unfold", a->unfold,
         "with --path: one picture of the wall around the line, slit open: angles from left to right, the "
         "line from top to bottom");
+    command.flag("--may-leak", a->mayLeak, "with --unfold: also of a lumen that is known to leak");
     command.option("--frames", a->frames, "of the film, from 0: A or A-B (default: all)");
     command.option("--fps", a->framesPerSecond, "frames per second (default: as the path says)")
         .check(numberWithin(0.1, 1000, "a number from 0.1 to 1000"));

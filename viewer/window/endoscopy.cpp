@@ -3,6 +3,7 @@
 #include "viewer/window/endoscopy.h"
 
 #include "core/error.h"
+#include "core/lumen_wall.h"
 #include "core/output_file.h"
 #include "core/preset.h"
 
@@ -20,7 +21,6 @@ constexpr double kSteerMm = 1;      // of Shift and the arrow keys
 constexpr double kMostPitch = 85;   // degrees
 constexpr double kAheadSeconds = 2; // whose bricks are read ahead
 constexpr int kAheadCameras = 8;
-const glm::dvec3 kWallColour(0.72, 0.30, 0.20); // mucosa, linear
 // As GLFW numbers them.
 constexpr int kSpace = 32, kEnter = 257, kRight = 262, kLeft = 263, kDown = 264, kUp = 265, kHome = 268;
 
@@ -75,20 +75,14 @@ void Endoscopy::showWall(Desk& desk) {
     if (!path_ || !path_->lumen)
         return;
     Scene scene = desk.scene();
-    const double wall = path_->lumen->threshold;
-    if (std::none_of(scene.surfaces.begin(), scene.surfaces.end(),
-                     [&](const Isosurface& s) { return s.value == wall; })) {
-        if (scene.surfaces.size() >= Scene::kMaxSurfaces)
-            return;
-        scene.surfaces.push_back({wall, kWallColour, 1});
-    }
-    scene.mode = Mode::isosurface;
+    if (!showLumenWall(*path_->lumen, scene))
+        return;
     desk.beginEdit();
     desk.setScene(scene, false);
     char words[160];
     std::snprintf(words, sizeof words,
-                  "the wall is an isosurface at %.0f %s (Mode and Isosurfaces; Ctrl Z takes it back)", wall,
-                  desk.volume()->info.unit.c_str());
+                  "the wall is an isosurface at %.0f %s (Mode and Isosurfaces; Ctrl Z takes it back)",
+                  path_->lumen->shownAt(), desk.volume()->info.unit.c_str());
     desk.tell(words);
 }
 

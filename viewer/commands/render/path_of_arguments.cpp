@@ -19,6 +19,8 @@ void checkFilmOptions(const RenderArguments& a) {
             throw badFile(option, "--path beside it: it is of films", "none");
     if (a.unfold && !film)
         throw badFile("--unfold", "--path beside it, which has the line", "none");
+    if (a.mayLeak && !a.unfold)
+        throw badFile("--may-leak", "--unfold beside it", "none");
     if (!film)
         return;
     for (const auto& [said, option] : {std::pair{!a.frames.empty(), "--frames"},

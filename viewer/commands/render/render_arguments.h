@@ -26,7 +26,7 @@ struct RenderArguments {
     std::string verify;
     std::string path, frames;                           // of films
     double framesPerSecond = 0, speed = 0, seconds = 0; // 0: as the path says
-    bool unfold = false;
+    bool unfold = false, mayLeak = false;
     bool noShading = false, noSkipping = false, noCheck = false, explain = false, json = false;
     ModeOptions mode;
     InputOptions input;

@@ -3,6 +3,7 @@
 
 #include "bricking/store/store_reader.h"
 #include "core/error.h"
+#include "core/lumen_wall.h"
 #include "core/path.h"
 #include "render/plan/memory_plan.h" // renderFloorBytes
 #include "render/renderer.h"
@@ -18,7 +19,9 @@
 #include "viewer/input/volume_input.h"
 #include "viewer/input/volume_notes.h"
 
+#include <optional>
 #include <utility>
+#include <variant>
 
 namespace tessera {
 namespace {
@@ -58,13 +61,35 @@ void fitSamples(const VolumeInfo& info, EngineKind engine, const Ledger& ram, Sc
         common.note("--ram has no room for more than one ray a pixel: " + formatBytes(ram.limitBytes()));
 }
 
+/// Bones and organs are seen from outside; what nobody asked for other things of shows the wall that is flown
+/// along.
+void showWallWhereNothingIsNamed(const RenderArguments& arguments, const Path& path, Scene& scene,
+                                 const CommonOptions& common) {
+    const auto* function = std::get_if<std::string>(&scene.volumes.front().transferFunction);
+    const bool named = !function || !function->empty() || !scene.surfaces.empty() ||
+                       scene.mode != Mode::composite || !arguments.mode.mode.empty();
+    if (!named && showsWallByDefault(path) && showLumenWall(*path.lumen, scene))
+        common.note("the lumen's wall, at " + formatNumber(path.lumen->shownAt()) +
+                    "; --preset, --isosurface and --mode show other things");
+}
+
+/// A wall that a leak has laid open takes long to draw and shows nothing.
+void refuseLeaks(const RenderArguments& arguments, const Path& path) {
+    if (arguments.unfold && path.lumen && path.lumen->leaks && !arguments.mayLeak)
+        throw badFile(arguments.path, "a path whose lumen does not leak, or --may-leak beside --unfold",
+                      "one whose lumen leaks (\"lumen\", \"leaks\"): lines may lie outside of it");
+}
+
 } // namespace
 
 void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     // Everything that can be refused is refused before the long work.
     checkFilmOptions(arguments);
-    if (!arguments.path.empty())
-        loadPath(arguments.path);
+    std::optional<Path> path;
+    if (!arguments.path.empty()) {
+        path = loadPath(arguments.path);
+        refuseLeaks(arguments, *path);
+    }
     if (arguments.path.empty() || arguments.unfold)
         checkPictureOutput(arguments.out);
     else
@@ -73,6 +98,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     Scene scene = sceneOf(arguments.in);
     const bool samplesNamed = scene.quality.pixels.named || !arguments.samples.empty();
     applyArguments(arguments, scene, common);
+    if (path)
+        showWallWhereNothingIsNamed(arguments, *path, scene, common);
     Ledger ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     Ledger gpu("GPU memory", "--gpu-memory", budgetBytes(arguments.gpuMemory, "--gpu-memory", common));
 
