@@ -90,8 +90,8 @@ constexpr double kViewAngle = 30; // degrees, of cameras that are fitted
 constexpr double kMargin = 1.03;  // of the picture's half, around what it holds
 } // namespace
 
-ViewFit::ViewFit(View view, Projection projection, const glm::ivec2& imageSize)
-    : axes_(viewAxes(view)), projection_(projection), aspect_(static_cast<double>(imageSize.x) / imageSize.y),
+ViewFit::ViewFit(const ViewAxes& axes, Projection projection, const glm::ivec2& imageSize)
+    : axes_(axes), projection_(projection), aspect_(static_cast<double>(imageSize.x) / imageSize.y),
       tangent_(0) {
     if (projection == Projection::perspective)
         tangent_ = std::tan(glm::radians(kViewAngle) / 2) / kMargin * glm::dvec2(aspect_, 1);
@@ -140,8 +140,8 @@ Camera ViewFit::camera() const {
     return camera;
 }
 
-Camera fitCamera(const VolumeInfo& info, View view, Projection projection, const glm::ivec2& imageSize) {
-    const ViewAxes axes = viewAxes(view);
+Camera fitCamera(const VolumeInfo& info, const ViewAxes& axes, Projection projection,
+                 const glm::ivec2& imageSize) {
     Camera camera;
     camera.projection = projection;
     camera.focalPoint = boundingBall(info).centre;

@@ -40,7 +40,9 @@ ViewAxes viewAxes(View view);
 /// needs no second look. Boxes are along the axes of the view: right, up, towards; mm.
 class ViewFit {
   public:
-    ViewFit(View view, Projection projection, const glm::ivec2& imageSize);
+    ViewFit(const ViewAxes& axes, Projection projection, const glm::ivec2& imageSize);
+    ViewFit(View view, Projection projection, const glm::ivec2& imageSize)
+        : ViewFit(viewAxes(view), projection, imageSize) {}
     const ViewAxes& axes() const { return axes_; }
     /// @param half  half the size of the box, positive
     void add(const glm::dvec3& centre, const glm::dvec3& half);
@@ -63,8 +65,14 @@ class ViewFit {
     double nearest_, farthest_; // along towards
 };
 
-/// Looks at the whole volume from a side of the patient. The volume's box fits the picture tightly.
-Camera fitCamera(const VolumeInfo& info, View view, Projection projection, const glm::ivec2& imageSize);
+/// Looks at the whole volume from a side of the patient, or from elsewhere. The volume's box fits the picture
+/// tightly.
+Camera fitCamera(const VolumeInfo& info, const ViewAxes& axes, Projection projection,
+                 const glm::ivec2& imageSize);
+inline Camera fitCamera(const VolumeInfo& info, View view, Projection projection,
+                        const glm::ivec2& imageSize) {
+    return fitCamera(info, viewAxes(view), projection, imageSize);
+}
 
 /// From the camera's axes to those of patient space: the picture's right, its up, and towards the viewer,
 /// unit.

@@ -122,6 +122,8 @@ struct FittedView {
     Fit fit = Fit::shown;
     /// Whether anybody asked for a side; else a slice is looked at along its normal, in parallel.
     bool named = false;
+    /// From anywhere, in place of the side: what windows ask for. Not in files.
+    std::optional<ViewAxes> axes = {};
 };
 using CameraChoice = std::variant<FittedView, Camera>;
 

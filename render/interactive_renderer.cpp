@@ -3,7 +3,8 @@
 #include "render/interactive_renderer.h"
 
 #include "core/error.h"
-#include "render/picture.h" // raysOf
+#include "render/picture.h"      // raysOf
+#include "render/plan/framing.h" // framingBytes
 #include "render/plan/visibility_rays.h"
 
 #include <algorithm>
@@ -110,6 +111,19 @@ void InteractiveRenderer::setCamera(const Camera& camera) {
 
 void InteractiveRenderer::setFunction(const TransferFunction& function) {
     nextFunction_ = function;
+}
+
+std::optional<Camera> InteractiveRenderer::fitted(const FittedView& view) {
+    if (nextFunction_) {
+        cancel();
+        applyFunction();
+    }
+    if (ram_.freeBytes() < framingBytes(p_.info(), options_.threads))
+        return std::nullopt;
+    Scene scene = scene_;
+    scene.camera = view;
+    return plannedCamera(scene, *p_.volume.store, p_.volume.statistics, p_.volume.table, ram_,
+                         options_.threads);
 }
 
 void InteractiveRenderer::setWindow(const WindowChoice& window) {

@@ -56,6 +56,10 @@ class InteractiveRenderer {
     /// the camera moves; cancel() drops it.
     void setCamera(const Camera& camera);
     void setFunction(const TransferFunction& function);
+    /// The camera of such a view of what is shown, as a plan has it, for setCamera(); none where what is free
+    /// of the RAM is too little to find it. Drops the picture in the works where a function waits for its
+    /// end.
+    std::optional<Camera> fitted(const FittedView& view);
     /// Of modes that show single values.
     void setWindow(const WindowChoice& window);
     /// Lights, and what answers to them. False where that takes another renderer, and nothing is changed:

@@ -258,14 +258,15 @@ std::size_t framingBytes(const VolumeInfo& info, int threads) {
 Camera fittedCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
                     const TransferTable& table, const glm::ivec2& imageSize, Ledger& ram, int threads) {
     const VolumeInfo& info = store.info();
-    const Camera whole = fitCamera(info, view.view, view.projection, imageSize);
+    const ViewAxes axes = view.axes.value_or(viewAxes(view.view));
+    const Camera whole = fitCamera(info, axes, view.projection, imageSize);
     if (view.fit == Fit::volume)
         return whole;
     const Charge charge = ram.charge(searchBytes(info), "fitting the camera");
     const std::size_t floor = latticeCacheFloorBytes(info, threads);
     BrickCache cache(store, ram, std::clamp(ram.freeBytes() / 4, floor, std::max(floor, kMostCacheBytes)),
                      threads > 0 ? threads : defaultThreads());
-    const ViewFit empty(view.view, view.projection, imageSize);
+    const ViewFit empty(axes, view.projection, imageSize);
     const ViewSpace space(info, empty.axes());
     const ShownRays shown(cache, info, statistics, table, space, kLeastOpacityFramed, threads);
     EdgeSearch search(info, statistics, shown, space, empty, threads);

@@ -252,6 +252,16 @@ void ScenePlan::chooseByVisibility(std::span<const SeenBrick> seen, Ledger& ram)
     setSelection(std::move(better.selection), ram);
 }
 
+Camera plannedCamera(const Scene& scene, const StoreReader& store, const Statistics& statistics,
+                     const TransferTable& table, Ledger& ram, int threads) {
+    const auto* const view = std::get_if<FittedView>(&scene.camera);
+    if (!view)
+        return std::get<Camera>(scene.camera);
+    if (!view->named && scene.mode == Mode::slice)
+        return sliceCamera(scene.slice, store.info(), scene.imageSize);
+    return fittedCamera(*view, store, statistics, table, scene.imageSize, ram, threads);
+}
+
 namespace {
 
 /// @param kept  null: read from the store
@@ -283,15 +293,7 @@ ScenePlan viewOf(const Scene& given, const StoreReader& store, Statistics* kept,
     else
         p.setFunction(std::get<TransferFunction>(function), scene, ram);
     p.view.part = drawnPart(scene, info);
-    const auto* const view = std::get_if<FittedView>(&scene.camera);
-    if (view && !view->named && scene.mode == Mode::slice)
-        p.view.camera = sliceCamera(scene.slice, info, scene.imageSize);
-    else if (view)
-        p.view.camera =
-            fittedCamera(*view, store, p.volume.statistics, p.volume.table, scene.imageSize, ram, threads);
-    else
-        p.view.camera = std::get<Camera>(scene.camera);
-
+    p.view.camera = plannedCamera(scene, store, p.volume.statistics, p.volume.table, ram, threads);
     p.ramFloorBytes = floor;
     return p;
 }

@@ -6,6 +6,7 @@
 #include "core/image_metrics.h"
 #include "core/scene.h"
 #include "core/scratch_folder.h"
+#include "tests/support/dicom_writer.h"
 #include "viewer/session/slice_frame.h"
 
 #include <chrono>
@@ -133,6 +134,10 @@ class WindowTest : public ::testing::Test {
         std::vector<std::string> words = {TESSERA_PROGRAM, "view",   path,           "--size", "900x600",
                                           "--ram",         "512MiB", "--gpu-memory", "256MiB"};
         words[4] = size_;
+        if (size_.empty())
+            words.erase(words.begin() + 3, words.begin() + 5);
+        if (path.empty())
+            words.erase(words.begin() + 2);
         if (!more.empty())
             words.insert(words.end(), {"--script", more});
         window_.emplace(words, folder_.path(), folder_ / "window.txt");
@@ -358,9 +363,29 @@ TEST_F(WindowTest, AHandMeasuresCutsAndMovesTheCrosshair) {
     const Image scissored = picture_;
     EXPECT_GT(differenceFrom(whole), 0.002);
     ASSERT_TRUE(after("key b"));
-    EXPECT_EQ(scene().cuts.boxes.size(), 1u);
+    now = scene();
+    ASSERT_EQ(now.cuts.boxes.size(), 1u);
     ASSERT_TRUE(isThePictureOfItsScene());
     EXPECT_EQ(differenceFrom(scissored), 0);
+
+    // A side of the box goes where its handle is dragged, and no other side goes anywhere.
+    const CropBox box = now.cuts.boxes[0];
+    const auto leftSide = [&](const CropBox& b) {
+        return glm::dvec3(info.patientFromVoxel *
+                          glm::dvec4(b.high.x, (b.low.y + b.high.y) / 2, (b.low.z + b.high.z) / 2, 1));
+    };
+    const glm::dvec2 grip = inWindow(now, leftSide(box)), moved = grip - glm::dvec2(60, 0);
+    ASSERT_TRUE(after(move(grip) + "sleep 0.2 mousedown 1 sleep 0.2 " + move(grip - glm::dvec2(30, 0)) +
+                      "sleep 0.2 " + move(moved) + "sleep 0.2 mouseup 1 mousemove 500 560"));
+    now = scene();
+    const CropBox smaller = now.cuts.boxes.at(0);
+    EXPECT_LT(smaller.high.x, box.high.x);
+    EXPECT_EQ(smaller.low, box.low);
+    EXPECT_EQ(smaller.high.y, box.high.y);
+    EXPECT_EQ(smaller.high.z, box.high.z);
+    EXPECT_NEAR(inWindow(now, leftSide(smaller)).x, moved.x, 3);
+    ASSERT_TRUE(isThePictureOfItsScene());
+    EXPECT_GT(differenceFrom(scissored), 0.0005);
 }
 
 // Twice as many pixels to a unit: the picture has them all, the panel is as wide in units, and what is
@@ -391,6 +416,133 @@ TEST_F(WindowTest, OnAFineDisplayUnitsHaveMorePixels) {
         EXPECT_NEAR(seen.x, clicks[i].x, 1.01) << i;
         EXPECT_NEAR(seen.y, clicks[i].y, 1.01) << i;
     }
+}
+
+// One rule: what shows fits the pane that it is shown in, of whatever shape, from every side, and after every
+// preset; what a hand has moved stays in the picture where the pane gets narrower.
+TEST_F(WindowTest, WhatShowsFitsItsPane) {
+    std::ofstream(folder_ / "s.txt") << "wait still\npicture first.png\n"
+                                        "view left\nwait still\npicture left.png\n"
+                                        "preset skin\nwait still\npicture skin.png\n"
+                                        "planes off\npanels off\nwait still\npicture wide.png\n"
+                                        "orbit 30 20\nzoom 3\nfit\nwait still\npicture fitted.png\n"
+                                        "planes on\npanels on\nwait still\npicture narrow.png\n"
+                                        "projection parallel\nwait still\npicture parallel.png\n"
+                                        "mode isosurface\nwait still\npicture surface.png\n"
+                                        "mode slice\nwait still\npicture slice.png\n"
+                                        "view left\nwait still\npicture sagittal.png\n"
+                                        "mode composite\nwait still\npicture back.png\nquit\n";
+    start(TESSERA_TORSO, "s.txt");
+    ASSERT_EQ(window_->exitCode(100s), 0) << readAll(folder_ / "window.txt");
+    for (const char* const name : {"first", "left", "skin", "wide", "fitted", "narrow", "parallel", "surface",
+                                   "slice", "sagittal", "back"}) {
+        const Image picture = readImage(folder_ / (std::string(name) + ".png"));
+        const glm::ivec2 size = picture.size;
+        glm::ivec2 low = size, high(-1);
+        for (int y = 0; y < size.y; ++y)
+            for (int x = 0; x < size.x; ++x)
+                if (const glm::vec4 p = picture.pixels[static_cast<std::size_t>(y * size.x + x)];
+                    p.r + p.g + p.b > 0.02f)
+                    low = glm::min(low, {x, y}), high = glm::max(high, {x, y});
+        ASSERT_GT(high.x, 0) << name << " shows nothing";
+        EXPECT_GT(low.x, 0) << name;
+        EXPECT_GT(low.y, 0) << name;
+        EXPECT_LT(high.x, size.x - 1) << name;
+        EXPECT_LT(high.y, size.y - 1) << name;
+        const glm::dvec2 part = glm::dvec2(high - low + 1) / glm::dvec2(size);
+        const bool slice = std::string(name) == "slice" || std::string(name) == "sagittal";
+        EXPECT_GT(std::max(part.x, part.y), slice ? 0.6 : 0.85) // slices fit with the air around the patient
+            << name << " fills " << part.x << " x " << part.y;
+    }
+}
+
+// More pixels than are shown are those of `tessera render` with that size.
+TEST_F(WindowTest, APictureIsSavedLargerThanItIsShown) {
+    std::ofstream(folder_ / "s.txt") << "wait still\npicture torso.png 2\nwait 500\nwait rest\n"
+                                        "scene torso.json\nquit\n";
+    start(TESSERA_TORSO, "s.txt");
+    ASSERT_EQ(window_->exitCode(100s), 0) << readAll(folder_ / "window.txt");
+    const Image large = readImage(folder_ / "torso.png");
+    const glm::ivec2 size = loadScene(folder_ / "torso.json").imageSize;
+    ASSERT_EQ(large.size, 2 * size);
+    Process render({TESSERA_PROGRAM, "render", "torso.json", "-o", "drawn.png", "--ram", "256MiB",
+                    "--gpu-memory", "128MiB", "--size",
+                    std::to_string(large.size.x) + "x" + std::to_string(large.size.y)},
+                   folder_.path(), folder_ / "render.txt");
+    ASSERT_EQ(render.exitCode(60s), 0) << readAll(folder_ / "render.txt");
+    EXPECT_EQ(large.pixels, readImage(folder_ / "drawn.png").pixels);
+}
+
+// A folder with several series: the list is clicked, and what was clicked is drawn and saved. Without a path
+// the folder is found by clicks, too.
+TEST_F(WindowTest, ASeriesIsChosenByAClick) {
+    fs::create_directories(folder_ / "a-scan"); // before what programs keep here
+    for (const int series : {1, 2})
+        for (int n = 0; n < 3 + 4 * (series - 1); ++n) {
+            DicomImage image;
+            image.columns = image.rows = 24;
+            image.spacingX = image.spacingY = 1;
+            image.series = std::to_string(series);
+            image.pixels.assign(576, 24);
+            for (int y = 6; y < 18; ++y)
+                for (int x = 6; x < 18; ++x)
+                    image.pixels[static_cast<std::size_t>(24 * y + x)] = 2000;
+            image.position = glm::dvec3(0, 0, 2 * n);
+            writeDicom(folder_ / "a-scan" / (std::to_string(series) + "-" + std::to_string(n)), image);
+        }
+    // In the browser: the folder, "open this folder", then the second row of the list.
+    for (const std::string& way :
+         {std::string("wait choice\n"),
+          std::string("wait 300\nclick 400 284\nwait 300\nwindow in.ppm\nclick 520 254\n"
+                      "wait choice\n")}) {
+        std::ofstream(folder_ / "s.txt") << way << "wait 1000\nwindow list.ppm\nclick 600 340\nwait 300\n"
+                                         << "wait still\npicture chosen.png\nscene chosen.json\nquit\n";
+        start(way.find("click") == std::string::npos ? "a-scan" : "", "s.txt");
+        ASSERT_EQ(window_->exitCode(60s), 0) << readAll(folder_ / "window.txt");
+        Ledger ram("RAM", "--ram", std::size_t{256} << 20);
+        const Scene chosen = loadScene(folder_ / "chosen.json");
+        EXPECT_EQ(StoreReader(chosen.volumes.front().path, ram).info().extentVoxels.z, 7);
+        EXPECT_FALSE(isBlank(readImage(folder_ / "chosen.png")));
+        fs::remove(folder_ / "chosen.json");
+        fs::remove_all(folder_ / "cache");
+    }
+}
+
+// Where the mode has nothing to draw it is offered what it lacks; a scene that cannot be drawn ends a wait.
+TEST_F(WindowTest, IsosurfacesAloneGetOne) {
+    std::ofstream(folder_ / "s.txt") << "wait whole\nmode isosurface\nwait still\nscene surface.json\nquit\n";
+    start(TESSERA_TORSO, "s.txt");
+    ASSERT_EQ(window_->exitCode(60s), 0) << readAll(folder_ / "window.txt");
+    const Scene seen = loadScene(folder_ / "surface.json");
+    ASSERT_EQ(seen.surfaces.size(), 1u);
+    EXPECT_GT(seen.surfaces[0].value, 100) << "bone's";
+    EXPECT_LT(seen.surfaces[0].value, 600);
+}
+
+TEST_F(WindowTest, AScriptDoesNotWaitForWhatCannotBeDrawn) {
+    std::ofstream(folder_ / "s.txt") << "wait whole\nsize 3000x2400\nwait 1000\nwait still\nquit\n";
+    start(TESSERA_TORSO, "s.txt");
+    ASSERT_EQ(window_->exitCode(60s), 2) << readAll(folder_ / "window.txt");
+    EXPECT_THAT(readAll(folder_ / "window.txt"), HasSubstr("line 4"));
+}
+
+// The size that is named is the size that one gets, whatever is remembered.
+TEST_F(WindowTest, ASizeThatIsNamedIsTaken) {
+    fs::create_directories(folder_ / "config/tessera");
+    std::ofstream(folder_ / "config/tessera/window.json") << R"({"windowSize": [700, 500]})";
+    const auto sizeNow = [&] {
+        return printed("xdotool getwindowgeometry --shell $(xdotool search --name Tessera | tail -1) | "
+                       "sed -n 's/^\\(WIDTH\\|HEIGHT\\)=//p' | tr '\\n' ' '");
+    };
+    start(TESSERA_TORSO); // --size 900x600
+    ASSERT_TRUE(rests());
+    EXPECT_EQ(sizeNow(), "900 600 ");
+    EXPECT_EQ(std::system("xdotool key ctrl+q"), 0);
+    ASSERT_EQ(window_->exitCode(10s), 0);
+    size_.clear();
+    start(TESSERA_TORSO);
+    ASSERT_TRUE(rests());
+    EXPECT_EQ(sizeNow(), "900 600 ") << "remembered";
 }
 
 // A line is asked for, flown and made a film of: what the window shows on the way is what the film's frame of
@@ -508,11 +660,11 @@ TEST_F(WindowTest, WhatCannotBeOpenedIsSaidInTheWindow) {
     start("nowhere.zarr", "s.txt");
     EXPECT_EQ(window_->exitCode(30s), 0) << readAll(folder_ / "window.txt");
     EXPECT_GT(fs::file_size(folder_ / "shown.ppm"), 900u * 600 * 3);
-    // Letters in the colour of warnings in the middle, where else nothing is.
+    // Letters in the colour of warnings in the upper part, where else nothing is.
     const std::string picture = readAll(folder_ / "shown.ppm");
     const std::size_t pixels = picture.size() - 900u * 600 * 3;
     int letters = 0;
-    for (std::size_t y = 280; y < 310; ++y)
+    for (std::size_t y = 60; y < 100; ++y)
         for (std::size_t x = 340; x < 890; ++x) {
             const std::size_t at = pixels + 3 * (y * 900 + x);
             letters += static_cast<unsigned char>(picture[at]) > 200 &&

@@ -44,6 +44,24 @@ glm::dvec3 pointAt(const Camera& camera, const glm::dvec2& pixel) {
                                        glm::dot(ray.direction, forward));
 }
 
+// What a picture holds, one of any other proportion holds: at the same depth, as far to each side and as
+// high.
+TEST(HeldBy, HoldsAllThatWasSeen) {
+    for (const Projection projection : {Projection::perspective, Projection::parallel}) {
+        const Camera camera = oblique(projection);
+        for (const glm::ivec2& to : {glm::ivec2(400, 300), glm::ivec2(300, 400), glm::ivec2(1000, 300),
+                                     glm::ivec2(80, 600), glm::ivec2(800, 600)}) {
+            const Camera held = heldBy(camera, kSize, to);
+            const double before = halfHeightMm(camera), now = halfHeightMm(held);
+            EXPECT_GE(now, before * (1 - 1e-12));
+            EXPECT_GE(now * to.x / to.y, before * kSize.x / kSize.y * (1 - 1e-12));
+            EXPECT_NEAR(std::max(before, before * kSize.x / kSize.y * to.y / to.x), now, 1e-9 * now)
+                << "and no more than that";
+            EXPECT_EQ(held.position, camera.position);
+        }
+    }
+}
+
 class CameraMoves : public ::testing::TestWithParam<Projection> {};
 
 TEST_P(CameraMoves, OrbitKeepsTheFocalPointAndItsDistance) {

@@ -121,6 +121,60 @@ TEST(ViewSession, WhileSomethingMovesPicturesAreSmallerAndOfTheLastWish) {
     looker.stillOf(looker.viewing->show(scene, false));
 }
 
+// A camera by side, or from anywhere, is fitted to what shows, to the function and the picture of the wish:
+// it is the camera of `tessera render`, whatever was drawn before.
+TEST(ViewSession, FitsCamerasToThePictureTheyAreFor) {
+    const auto planned = [](Scene scene) {
+        Ledger ram("RAM", "--ram", kRamBytes / 2), gpu("GPU memory", "--gpu-memory", kGpuBytes / 2);
+        const StoreReader store(scene.volumes.front().path, ram);
+        RenderOptions options;
+        options.engine = EngineKind::native;
+        return renderScene(scene, store, ram, gpu, options).camera;
+    };
+    Looker looker(false);
+    Scene scene = looker.opened(storePath("torso"));
+    ASSERT_TRUE(looker.viewing->volume()->fitted);
+    looker.wholeOf(0);
+    const glm::ivec2 sizes[] = {kPicture, {60, 100}, {60, 100}, {120, 40}};
+    const char* const presets[] = {"bone", "bone", "skin", "lung"};
+    for (std::size_t n = 0; n < 4; ++n)
+        for (const View view : {View::left, View::inferior}) {
+            scene.imageSize = sizes[n];
+            scene.volumes.front().transferFunction =
+                presetFunction(presets[n], looker.viewing->volume()->values);
+            FittedView asked;
+            asked.view = view;
+            asked.named = true;
+            scene.camera = asked;
+            const Camera expected = planned(scene);
+            if (n % 2 == 1) // the same from axes
+                asked = {View::anterior, Projection::perspective, Fit::shown, true, viewAxes(view)};
+            scene.camera = asked;
+            const auto whole = looker.wholeOf(looker.viewing->show(scene, false));
+            EXPECT_EQ(whole->camera, expected)
+                << presets[n] << ", " << viewNames()[static_cast<std::size_t>(view)];
+            EXPECT_EQ(whole->image.size, sizes[n]);
+        }
+}
+
+// What cannot be drawn is refused by its number, at once, and the next scene is drawn.
+TEST(ViewSession, SaysWhichWishCannotBeDrawn) {
+    Looker looker(false);
+    Scene scene = looker.opened(storePath("torso"));
+    looker.wholeOf(0);
+    EXPECT_EQ(looker.viewing->state().refused, 0u);
+    Scene empty = scene;
+    empty.mode = Mode::isosurface;
+    const std::uint64_t wish = looker.viewing->show(empty, false);
+    ASSERT_TRUE(looker.comesTo([&] { return looker.viewing->state().refused == wish; }));
+    EXPECT_TRUE(looker.viewing->state().atRest);
+    EXPECT_THAT(looker.viewing->state().problem, HasSubstr("isosurface"));
+    looker.viewing->problemSeen();
+    const std::uint64_t next = looker.viewing->show(scene, false);
+    EXPECT_FALSE(isBlank(looker.wholeOf(next)->image));
+    EXPECT_LT(looker.viewing->state().refused, next);
+}
+
 TEST(ViewSession, CutsAndWindowsComeToWhatAFreshOneShows) {
     const auto box = [](const VolumeInfo& info, double part) {
         Cuts cuts;
@@ -247,6 +301,46 @@ TEST(ViewSession, APlaceOfThePictureIsWhereOneSeesSomething) {
     const std::uint64_t beside = looker.viewing->pick({0.5, 0.5});
     ASSERT_TRUE(looker.comesTo([&] { return looker.viewing->picked()->number >= beside; }));
     EXPECT_FALSE(looker.viewing->picked()->hit) << "outside the volume";
+}
+
+// Of values that rise along x, a disc has the one of its middle as the mean, and half the radius' rise as
+// deviation, whichever way it lies; outside of the volume there are none.
+TEST(ViewSession, ACircleTellsTheValuesThatItHolds) {
+    const ScratchFolder folder;
+    VolumeInfo info;
+    info.extentVoxels = {80, 70, 60};
+    info.type = ValueType::f32;
+    info.patientFromVoxel = glm::dmat4(2);
+    info.patientFromVoxel[3] = {-11, 7, 5, 1};
+    FormulaSource source(info, [](const glm::dvec3& p) { return 100 + 3 * p.x; }); // 1.5 per mm
+    Ledger ram("RAM", "--ram", kRamBytes);
+    importToStore(source, folder / "ramp.zarr", ram, {});
+    Looker looker(false);
+    looker.opened(folder / "ramp.zarr");
+    const auto valuesOf = [&](const glm::dvec3& centre, double radius, const glm::dvec3& u,
+                              const glm::dvec3& v) {
+        Measurement circle{MeasurementKind::circle,
+                           {centre + radius * u, centre + radius * v, centre - radius * u}};
+        const std::uint64_t question = looker.viewing->askValues(circle);
+        EXPECT_TRUE(looker.comesTo([&] {
+            return looker.viewing->discValues() && looker.viewing->discValues()->number == question;
+        }));
+        return *looker.viewing->discValues();
+    };
+    const glm::dvec3 centre = glm::dvec3(2.0 * 40, 2.0 * 35, 2.0 * 30) + glm::dvec3(-11, 7, 5);
+    const double atCentre = 100 + 3 * 40;
+    for (const double radius : {8.0, 25.0}) {
+        const DiscValues flat = valuesOf(centre, radius, {1, 0, 0}, {0, 1, 0});
+        EXPECT_NEAR(flat.mean, atCentre, 0.02 * radius);
+        EXPECT_NEAR(flat.deviation, 1.5 * radius / 2, 0.03 * radius);
+        EXPECT_NEAR(flat.most - flat.least, 2 * 1.5 * radius, 0.2 * radius);
+        const DiscValues across = valuesOf(centre, radius, {0, 1, 0}, {0, 0, 1});
+        EXPECT_NEAR(across.mean, atCentre, 1e-3) << "all of one x";
+        EXPECT_NEAR(across.deviation, 0, 1e-3);
+        EXPECT_GT(across.samples, 100u);
+    }
+    EXPECT_EQ(valuesOf({5000, 0, 0}, 8, {1, 0, 0}, {0, 1, 0}).samples, 0u);
+    EXPECT_EQ(valuesOf(centre, 8, {1, 0, 0}, {0.5, 0, 0}).samples, 0u) << "a line is no circle";
 }
 
 TEST(Still, IsCalledOffAtOnce) {

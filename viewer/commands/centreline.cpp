@@ -3,6 +3,7 @@
 #include "bricking/lumen/centreline.h"
 #include "bricking/store/store_reader.h"
 #include "core/error.h"
+#include "core/number_text.h"
 #include "core/output_file.h"
 #include "viewer/commands/commands.h"
 #include "viewer/input/selection_options.h"
@@ -79,9 +80,9 @@ void tell(const Centrelines& found, const VolumeInfo& info, const Path& path, co
         common.note("bridged: a gap of " + formatNumber(glm::length(bridge.toMm - bridge.fromMm)) + " mm");
     common.note("wrote " + out + ": " +
                 (path.lines.size() == 1 ? "a path" : std::to_string(path.lines.size()) + " branches") +
-                " of " + formatNumber(extent.lengthMm) + " mm, " + formatNumber(extent.narrowestMm) + " to " +
-                formatNumber(extent.widestMm) + " mm from the wall, turns of " +
-                formatNumber(found.leastTurnMm) + " mm and more");
+                " of " + mmText(extent.lengthMm) + ", " + mmText(extent.narrowestMm) + " to " +
+                mmText(extent.widestMm) + " from the wall, turns of " + formatNumber(found.leastTurnMm) +
+                " mm and more");
     common.detail(std::to_string(found.lumenVoxels) + " voxels of lumen, searched in blocks of " +
                   std::to_string(found.blockVoxels) + " voxels");
 }

@@ -2,6 +2,7 @@
 #include "viewer/options/options.h"
 
 #include "core/error.h"
+#include "core/number_text.h"
 #include "core/printable_text.h"
 
 #include <algorithm>
@@ -9,7 +10,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <sstream>
 #include <unistd.h> // isatty
 #include <vector>
 
@@ -93,10 +93,7 @@ std::string formatExtent(const glm::ivec3& extent) {
     return std::to_string(extent.x) + " x " + std::to_string(extent.y) + " x " + std::to_string(extent.z);
 }
 std::string formatNumber(double number, int digits) {
-    std::ostringstream out;
-    out.precision(digits);
-    out << number;
-    return out.str();
+    return numberText(number, digits);
 }
 
 } // namespace tessera

@@ -46,7 +46,7 @@ glm::ivec3 parseVolumeSize(const std::string& text, const std::string& option, i
 
 /// "512 x 512 x 134"
 std::string formatExtent(const glm::ivec3& extent);
-/// A number with at most `digits` significant digits and no padding: "1.07".
+/// As numberText() (core/number_text.h).
 std::string formatNumber(double number, int digits = 4);
 
 } // namespace tessera

@@ -12,6 +12,7 @@ namespace tessera {
 namespace {
 
 constexpr double kNearestMm = 1e-3, kFarthestMm = 1e7;
+constexpr double kWidestDegrees = 170;
 
 struct Axes {
     glm::dvec3 right, up, towards; // unit
@@ -111,6 +112,18 @@ Camera seenFrom(const Camera& camera, View view) {
     moved.position = camera.focalPoint + focalDistanceMm(camera) * axes.towards;
     moved.viewUp = axes.up;
     return moved;
+}
+
+Camera heldBy(const Camera& camera, const glm::ivec2& from, const glm::ivec2& to) {
+    const auto aspect = [](const glm::ivec2& size) { return static_cast<double>(size.x) / size.y; };
+    const double factor = aspect(from) / aspect(to);
+    Camera held = camera;
+    if (!(factor > 1))
+        return held;
+    held.parallelScale *= factor;
+    const double half = std::tan(glm::radians(camera.viewAngle) / 2) * factor;
+    held.viewAngle = std::min(2 * glm::degrees(std::atan(half)), kWidestDegrees);
+    return held;
 }
 
 Camera projectedBy(const Camera& camera, Projection projection) {

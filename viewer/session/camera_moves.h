@@ -32,6 +32,10 @@ Camera seenFrom(const Camera& camera, View view);
 /// In the other projection, with the same size of what lies at the focal point's depth.
 Camera projectedBy(const Camera& camera, Projection projection);
 
+/// What the camera's picture of one size holds, that of another size holds too: where it is narrower in
+/// proportion, angle or scale are larger. The eye stays. @param from, to  pixels
+Camera heldBy(const Camera& camera, const glm::ivec2& from, const glm::ivec2& to);
+
 /// Half the height of what the picture shows at the focal point's depth, mm.
 double halfHeightMm(const Camera& camera);
 /// The distance from the eye to the focal point, mm.

@@ -3,7 +3,7 @@
 
 #include "bricking/lumen/centreline.h"
 #include "bricking/lumen/wall_coverage.h"
-#include "viewer/options/options.h" // formatNumber
+#include "core/number_text.h"
 
 namespace tessera {
 namespace {
@@ -12,8 +12,8 @@ std::string aboutText(const Centrelines& found, const VolumeInfo& info) {
     const LinesExtent extent = extentOf(found.lines);
     std::string text =
         (found.lines.size() == 1 ? "a line" : std::to_string(found.lines.size()) + " branches") +
-        std::string(" of ") + formatNumber(extent.lengthMm) + " mm, " + formatNumber(extent.narrowestMm) +
-        " to " + formatNumber(extent.widestMm) + " mm from the wall; " + lumenText(found, info.unit);
+        std::string(" of ") + mmText(extent.lengthMm) + ", " + mmText(extent.narrowestMm) + " to " +
+        mmText(extent.widestMm) + " from the wall; " + lumenText(found, info.unit);
     if (!found.bridges.empty())
         text += "; gaps bridged: " + std::to_string(found.bridges.size());
     return text;

@@ -7,6 +7,7 @@
 #include "render/plan/memory_plan.h"
 #include "viewer/input/named_scene.h"
 #include "viewer/input/thin_volume.h"
+#include "viewer/session/camera_moves.h" // heldBy
 #include "viewer/session/volume_histogram.h"
 
 #include <algorithm>
@@ -57,10 +58,15 @@ OpenVolume::OpenVolume(const ViewSessionOptions& sessionOptions, const std::file
       stillGpu("GPU memory", "--gpu-memory", withStills ? options.gpuBytes / 2 : 0) {}
 
 std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
-                                             const std::filesystem::path& path, const glm::ivec2& pictureSize,
+                                             const std::filesystem::path& path, const InputOptions& input,
+                                             const glm::ivec2& pictureSize,
                                              const std::shared_ptr<Progress>& progress) {
     std::unique_ptr<OpenVolume> next(new OpenVolume(options, path, true));
     Scene scene = sceneOf(path);
+    if (const auto* const view = std::get_if<FittedView>(&scene.camera))
+        next->fitted = *view;
+    else
+        scene.camera = heldBy(std::get<Camera>(scene.camera), scene.imageSize, pictureSize);
     scene.imageSize = pictureSize;
     if (!scene.quality.pixels.named)
         scene.quality.pixels.samples = PixelSampling::kAutomatic, scene.quality.pixels.named = true;
@@ -68,15 +74,17 @@ std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
     common.progress = progress;
     // The scene keeps the source, and what of it: saved, it opens again when the cache is gone.
     SceneVolume& volume = scene.volumes.front();
-    if (options.input != SourceChoice{} && !looksLikeStore(volume.path)) // a store may be dropped later
-        volume.source = options.input;
+    if (input != SourceChoice{} && !looksLikeStore(volume.path)) // a store may be dropped later
+        volume.source = input;
     const std::filesystem::path store = storeFor(volume, InputOptions(volume.source), next->ram, common);
     volume.path = std::filesystem::absolute(volume.path).lexically_normal();
     progress->stage("opening " + path.filename().string());
     next->store = std::make_unique<StoreReader>(store, next->ram);
     const std::size_t least = ramFloor(next->store->info(), scene);
     if (next->ram.limitBytes() < least && ramForPictures(options, false) >= least) {
+        const std::optional<FittedView> fitted = next->fitted;
         next.reset(new OpenVolume(options, path, false));
+        next->fitted = fitted;
         next->store = std::make_unique<StoreReader>(store, next->ram);
     }
     nameFunction(volume, next->store->info());
@@ -99,6 +107,7 @@ void OpenVolume::makeRenderer(const Scene& wanted) {
     interactive.threads = options.threads;
     renderer = std::make_unique<InteractiveRenderer>(wanted, *store, *engine, ram, gpu, interactive);
     scene = wanted;
+    scene.camera = renderer->camera();
 }
 
 std::shared_ptr<VolumeSeen> OpenVolume::describe() {
@@ -108,7 +117,7 @@ std::shared_ptr<VolumeSeen> OpenVolume::describe() {
     seen->path = path;
     seen->info = info;
     seen->values = summarise(renderer->volume().statistics, info, volume.unit);
-    scene.camera = renderer->camera();
+    seen->fitted = fitted;
     volume.transferFunction = resolved(volume.transferFunction, seen->values);
     seen->scene = scene;
     try {

@@ -12,6 +12,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 namespace tessera {
 
@@ -20,15 +21,17 @@ struct OpenVolume {
     /// Opens what is named, importing what is not a store; there is no renderer yet. Where pictures that
     /// follow one another would not fit beside stills, stills are left out.
     /// @param pictureSize  pixels, in place of the scene's
+    /// @param input  which of several volumes
     /// Throws InputError naming the path or a budget; Cancelled.
     static std::unique_ptr<OpenVolume> open(const ViewSessionOptions& options,
-                                            const std::filesystem::path& path, const glm::ivec2& pictureSize,
+                                            const std::filesystem::path& path, const InputOptions& input,
+                                            const glm::ivec2& pictureSize,
                                             const std::shared_ptr<Progress>& progress);
 
-    /// A renderer of a scene, in the place of the one before, which goes first.
+    /// A renderer of a scene, in the place of the one before, which goes first. Spells out its camera.
     /// Throws InputError naming a budget that is too small: then there is none.
     void makeRenderer(const Scene& scene);
-    /// What others may know of it; needs a renderer. Spells out the scene's camera and function.
+    /// What others may know of it; needs a renderer. Spells out the scene's function.
     std::shared_ptr<VolumeSeen> describe();
     /// Memory, bricks and chunks as they are; the rest of it stays unsaid. Needs a renderer.
     ViewingState usage() const;
@@ -42,6 +45,7 @@ struct OpenVolume {
     std::shared_ptr<Engine> engine;
     std::unique_ptr<InteractiveRenderer> renderer; // null: what was asked for could not be drawn
     Scene scene;                                   // that the renderer draws
+    std::optional<FittedView> fitted;              // what the scene's camera was as it was opened
     std::unique_ptr<Still> still;                  // while one is drawn
     std::unique_ptr<LineFinder> line;              // while one is looked for
 

@@ -40,7 +40,8 @@ std::string lightPart(const Scene& scene) {
 SceneChange changeOf(const Scene& wished, const Scene& drawn, const Camera& camera, bool compiles) {
     SceneChange change;
     change.another = fixedPart(wished, compiles) != fixedPart(drawn, compiles);
-    change.turned = std::get<Camera>(wished.camera) != camera;
+    const auto* const asked = std::get_if<Camera>(&wished.camera);
+    change.turned = !asked || *asked != camera;
     change.recoloured = functionPart(wished) != functionPart(drawn);
     change.rewindowed = wished.window != drawn.window;
     change.recut = !(wished.cuts == drawn.cuts);

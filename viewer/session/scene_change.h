@@ -14,7 +14,7 @@ struct SceneChange {
     bool any() const { return another || turned || recoloured || rewindowed || recut || relit; }
 };
 
-/// @param wished, drawn  of one volume; wished has its camera spelled out
+/// @param wished, drawn  of one volume; a camera of wished by side is another one
 /// @param camera         that is drawn
 /// @param compiles       Engine::About's: whether cuts are part of what is compiled
 SceneChange changeOf(const Scene& wished, const Scene& drawn, const Camera& camera, bool compiles);

@@ -2,11 +2,14 @@
 // on threads of their own. One of the two at a time: they have one share of the memory.
 #include "viewer/session/session_thread.h"
 
+#include "core/error.h"
+#include "viewer/session/saved_picture.h"
+
 #include <utility>
 
 namespace tessera {
 
-void SessionThread::startStill() {
+void SessionThread::drawStill(const Scene& scene) {
     OpenVolume& o = *open_;
     RenderOptions render;
     render.engine = options_.engine;
@@ -14,15 +17,62 @@ void SessionThread::startStill() {
     render.threads = options_.threads;
     render.searching = render.checking = true;
     render.verify = Verify::quick;
-    stillBegun_ = true;
     ++stillNumber_;
     o.still = std::make_unique<Still>(
-        o.scene, asked_, *o.store, o.stillRam, o.stillGpu, render, [this, number = stillNumber_] {
+        scene, asked_, *o.store, o.stillRam, o.stillGpu, render, [this, number = stillNumber_] {
             board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.stillEnded = number; });
         });
 }
 
+void SessionThread::startStill() {
+    stillBegun_ = true;
+    drawStill(open_->scene);
+}
+
+void SessionThread::startSaving(const SessionWishes::Save& save) {
+    if (!open_ || save.scene.volumes.front().path != open_->scene.volumes.front().path)
+        return; // of the volume before
+    if (!open_->stills || open_->line) {
+        board_.tell([&](SessionNews& news) {
+            news.state.problem = open_->line ? "cannot save a picture of that size while a line is looked for"
+                                             : "cannot save a picture of that size: --ram is too small for a "
+                                               "still of this volume";
+        });
+        return;
+    }
+    if (open_->still && !saving_)
+        stillBegun_ = false; // it is begun again afterwards
+    open_->still.reset();
+    saving_ = save.path;
+    drawStill(save.scene);
+    board_.tell([](SessionNews& news) { news.state.atRest = false; });
+}
+
+void SessionThread::finishSaving() {
+    FinishedStill finished = open_->still->take();
+    open_->still.reset();
+    const std::filesystem::path path = *std::exchange(saving_, {});
+    std::string problem = finished.problem;
+    if (finished.picture)
+        try {
+            savePicture(path, *finished.picture);
+        } catch (const Error& e) {
+            problem = e.what();
+        }
+    resting_ = false;
+    board_.tell([&](SessionNews& news) {
+        if (!problem.empty())
+            news.state.problem = problem;
+        else if (finished.picture)
+            news.notice = "wrote the picture " + path.string();
+    });
+}
+
 void SessionThread::finishStill() {
+    if (saving_) {
+        finishSaving();
+        return;
+    }
     OpenVolume& o = *open_;
     FinishedStill finished = o.still->take();
     o.still.reset();
@@ -58,6 +108,7 @@ void SessionThread::startLine(const SessionWishes::Line& line) {
     o.line.reset();
     if (o.still) { // its memory is the line's from now on
         o.still.reset();
+        saving_.reset();
         stillBegun_ = false;
     }
     lineNumber_ = line.number;

@@ -23,6 +23,7 @@ struct SessionWishes {
     struct ToOpen {
         std::filesystem::path path;
         glm::ivec2 pictureSize{0};
+        VolumePick pick = {};
     };
     struct ToShow {
         Scene scene;
@@ -37,7 +38,17 @@ struct SessionWishes {
         LineWish wish;
         std::uint64_t number = 0;
     };
+    struct Disc {
+        Measurement circle;
+        std::uint64_t number = 0;
+    };
+    struct Save {
+        Scene scene;
+        std::filesystem::path path;
+    };
     bool stop = false;
+    std::optional<Save> save;
+    std::optional<Disc> disc;
     std::optional<ToOpen> toOpen;
     std::optional<ToShow> toShow;
     std::optional<Question> question;
@@ -49,8 +60,8 @@ struct SessionWishes {
     std::uint64_t stillEnded = 0, lineEnded = 0;
 
     bool any() const {
-        return stop || toOpen || toShow || question || stateAsked || line || lineCalledOff || ahead ||
-               stillEnded != 0 || lineEnded != 0;
+        return stop || save || disc || toOpen || toShow || question || stateAsked || line || lineCalledOff ||
+               ahead || stillEnded != 0 || lineEnded != 0;
     }
 };
 
@@ -59,9 +70,13 @@ struct SessionNews {
     std::shared_ptr<const VolumeSeen> volume;
     std::shared_ptr<const ShownPicture> picture;
     std::optional<PickedPlace> picked;
+    std::optional<DiscValues> disc;
     ViewingState state;
     bool levelsShown = false; // state has the bricks' levels
+    std::string notice;
     std::shared_ptr<Progress> opening;
+    std::shared_ptr<const VolumeOffers> offers;
+    std::vector<std::shared_ptr<const Thumbnail>> thumbnails; // of offers, as many
     LineState line;
     std::shared_ptr<Progress> lineProgress; // while one is looked for
     std::unique_ptr<SliceThread> slices;    // of what is open

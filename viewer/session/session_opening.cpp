@@ -2,19 +2,31 @@
 // renderer made for a scene of which more has changed than one can be told.
 #include "viewer/session/session_thread.h"
 
+#include "core/error.h"
+
 #include <exception>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 namespace tessera {
 
 void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
     const Cancellation asks(&openingCalledOff_);
+    thumbnails_.reset();
     auto progress = std::make_shared<Progress>(Verbosity::quiet, true);
-    board_.tell([&](SessionNews& news) { news.opening = progress; });
+    board_.tell([&](SessionNews& news) {
+        news.opening = progress;
+        news.offers.reset();
+        news.thumbnails.clear();
+        news.state.kind = ViewingState::Kind::opening;
+    });
     try {
-        std::unique_ptr<OpenVolume> next = OpenVolume::open(options_, what.path, what.pictureSize, progress);
+        std::unique_ptr<OpenVolume> next = OpenVolume::open(
+            options_, what.path, optionsFor(what.pick, options_.input), what.pictureSize, progress);
         dropSlices(); // of the one before, which goes
         open_ = std::move(next);
+        saving_.reset();
         makeRenderer(Scene(open_->scene));
         std::shared_ptr<VolumeSeen> seen = open_->describe();
         std::unique_ptr<SliceThread> slices;
@@ -40,6 +52,8 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
         board_.tell([](SessionNews& news) { news.opening.reset(); });
         throw;
     } catch (const std::exception& e) {
+        if (offerChoice(what, e.what()))
+            return;
         const bool stays = open_ && open_->renderer && // what was open
                            board_.look([](const SessionNews& news) { return news.volume != nullptr; });
         if (!stays) { // not under the lock, which what ends with it takes
@@ -60,6 +74,48 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
         });
         resting_ = true;
     }
+}
+
+/// Where a folder holds several volumes and none was named, they are offered. What is open stays.
+bool SessionThread::offerChoice(const SessionWishes::ToOpen& what, const std::string& why) {
+    std::shared_ptr<const VolumeOffers> offers;
+    std::error_code ignored;
+    const InputOptions input = optionsFor(what.pick, options_.input);
+    const bool chosen = what.pick != VolumePick{};
+    if ((!chosen && !asksForChoice(why)) || looksLikeStore(what.path) ||
+        !std::filesystem::exists(what.path, ignored))
+        return false;
+    try {
+        offers = volumeOffers(what.path, input);
+    } catch (const Error&) { // what was wrong at first is said
+    }
+    if (!offers)
+        return false;
+    board_.tell([&](SessionNews& news) {
+        news.opening.reset();
+        news.offers = offers;
+        news.thumbnails.assign(offers->offers.size(), nullptr);
+        news.state.kind = news.volume ? ViewingState::Kind::open : ViewingState::Kind::choosing;
+        news.state.what = why.substr(0, why.find('\n'));
+        if (chosen) // and it cannot be opened
+            news.state.problem = news.state.what;
+    });
+    resting_ = resting_ || !open_ || !open_->renderer;
+    // Slices that are looked at have what is left of the planes' share, which outlives this, or a part of
+    // all.
+    constexpr std::size_t kParts = 8;
+    auto ram = open_ ? std::shared_ptr<Ledger>(std::shared_ptr<void>(), &open_->sliceRam)
+                     : std::make_shared<Ledger>("RAM", "--ram", options_.ramBytes / kParts);
+    thumbnails_ = std::make_unique<OfferThumbnails>(
+        offers, options_.input, std::move(ram),
+        [this, offers](std::size_t n, std::shared_ptr<const Thumbnail> thumbnail) {
+            board_.tell([&](SessionNews& news) {
+                if (news.offers == offers)
+                    news.thumbnails[n] = std::move(thumbnail);
+            });
+            options_.news();
+        });
+    return true;
 }
 
 /// Of the open volume.

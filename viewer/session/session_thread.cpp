@@ -3,6 +3,7 @@
 #include "viewer/session/session_thread.h"
 
 #include "core/error.h"
+#include "viewer/session/disc_values.h"
 #include "viewer/session/display_pixels.h"
 #include "viewer/session/picking.h"
 #include "viewer/session/scene_change.h"
@@ -48,6 +49,7 @@ void SessionThread::run() {
         }
         options_.news();
     }
+    thumbnails_.reset();
     dropSlices();
     open_.reset(); // here: engines belong to the thread
 }
@@ -63,12 +65,16 @@ void SessionThread::turn(SessionWishes& wishes) {
         finishLine();
     if (wishes.line)
         startLine(*wishes.line);
+    if (wishes.save)
+        startSaving(*wishes.save);
     if (wishes.ahead && open_ && open_->renderer)
         open_->renderer->setPath(std::move(*wishes.ahead));
     if (wishes.toShow && open_)
         take(*wishes.toShow);
     if (wishes.question && open_ && open_->renderer)
         answer(*wishes.question);
+    if (wishes.disc)
+        answer(*wishes.disc);
     proceed();
     if (wishes.stateAsked && open_ && open_->renderer)
         tellState(progress_);
@@ -77,19 +83,18 @@ void SessionThread::turn(SessionWishes& wishes) {
 void SessionThread::take(const SessionWishes::ToShow& wish) {
     OpenVolume& o = *open_;
     if (wish.scene.volumes.front().path != o.scene.volumes.front().path)
-        return;        // of the volume before
+        return; // of the volume before
+    const std::uint64_t before = std::exchange(asked_, wish.number);
+    moving_ = wish.moving;
     if (!o.renderer) { // the last scene could not be drawn, for want of memory
         makeRenderer(wish.scene);
-        asked_ = wish.number;
-        moving_ = wish.moving;
         return;
     }
-    const Camera& camera = std::get<Camera>(wish.scene.camera);
     const SceneChange change =
         changeOf(wish.scene, o.scene, o.renderer->camera(), o.engine->about().compiles);
     const bool changed = change.any();
     if (changed) {
-        if (o.still)
+        if (o.still && !saving_)
             o.still->callOff();
         stillBegun_ = false;
         measured_.clear();
@@ -97,25 +102,35 @@ void SessionThread::take(const SessionWishes::ToShow& wish) {
     if (change.another || (change.relit && !o.renderer->setLight(wish.scene.lighting, wish.scene.shading))) {
         makeRenderer(wish.scene);
     } else if (changed) {
-        if (change.turned)
-            o.renderer->setCamera(camera);
         if (change.recoloured)
             o.renderer->setFunction(std::get<TransferFunction>(wish.scene.volumes.front().transferFunction));
         if (change.rewindowed)
             o.renderer->setWindow(wish.scene.window);
         if (change.recut)
             o.renderer->setCuts(wish.scene.cuts);
+        if (change.turned)
+            aim(wish.scene);
         quickFirst_ = true;
         if (!drawsMoving_)
             o.renderer->cancel();
     }
     o.scene = wish.scene;
+    o.scene.camera = o.renderer->camera();
     hastySize_ = pace_.sizeFor(o.scene.imageSize); // once a wish: nothing is drawn again for a better guess
-    const std::uint64_t before = std::exchange(asked_, wish.number);
-    moving_ = wish.moving;
     resting_ = false;
     if (!changed)
         answerAsBefore(before);
+}
+
+/// The scene's camera; one by side is fitted, by another renderer where this one has left no memory for it.
+void SessionThread::aim(const Scene& scene) {
+    const auto* const view = std::get_if<FittedView>(&scene.camera);
+    const std::optional<Camera> camera =
+        view ? open_->renderer->fitted(*view) : std::get<Camera>(scene.camera);
+    if (camera)
+        open_->renderer->setCamera(*camera);
+    else
+        makeRenderer(scene);
 }
 
 /// The picture that answered the wish before is of this one as well; where none has, one is on its way.
@@ -134,6 +149,19 @@ void SessionThread::answer(const SessionWishes::Question& question) {
                                    open_->renderer->camera(), open_->scene.imageSize, question.place);
     picked.number = question.number;
     board_.tell([&](SessionNews& news) { news.picked = picked; });
+}
+
+void SessionThread::answer(const SessionWishes::Disc& question) {
+    DiscValues values;
+    try {
+        if (open_ && open_->renderer) {
+            const VolumeState& volume = open_->renderer->volume();
+            values = discValues(*volume.cache, volume.info(), question.circle);
+        }
+    } catch (const Error&) { // damaged
+    }
+    values.number = question.number;
+    board_.tell([&](SessionNews& news) { news.disc = values; });
 }
 
 void SessionThread::proceed() {
@@ -201,6 +229,7 @@ void SessionThread::nothingMoreComes() {
 void SessionThread::prepareDisplay(ShownPicture& picture) const {
     const Scene& scene = open_->scene;
     picture.displaySize = scene.imageSize;
+    picture.background = scene.background;
     picture.display = displayPixels(picture.image, scene.background, scene.imageSize, options_.threads);
 }
 
@@ -213,6 +242,7 @@ void SessionThread::tellState(const InteractiveRenderer::Progress& progress) {
     s.atRest = resting_ && !o.still && !o.line;
     s.measured = measured_;
     s.damagedChunks = damaged_;
+    s.refused = refused_;
     const Selection& has = o.renderer->resident();
     board_.tell([&](SessionNews& news) {
         if (news.levelsShown) {
@@ -231,9 +261,11 @@ void SessionThread::tellState(const InteractiveRenderer::Progress& progress) {
 /// What was asked cannot be drawn: nothing more comes until something else is asked.
 void SessionThread::giveUp(const std::string& problem) {
     resting_ = true;
+    refused_ = asked_;
     board_.tell([&](SessionNews& news) {
         news.state.problem = problem;
         news.state.atRest = true;
+        news.state.refused = refused_;
     });
 }
 

@@ -8,9 +8,12 @@
 #include "viewer/session/open_volume.h"
 #include "viewer/session/session_board.h"
 #include "viewer/session/view_session.h"
+#include "viewer/session/volume_offers.h"
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -32,8 +35,10 @@ class SessionThread {
     void run();
     void turn(SessionWishes& wishes);
     void take(const SessionWishes::ToShow& wish);
+    void aim(const Scene& scene);
     void answerAsBefore(std::uint64_t before);
     void answer(const SessionWishes::Question& question);
+    void answer(const SessionWishes::Disc& question);
     void proceed();
     void publishPicture(const InteractiveRenderer::Progress& progress);
     void prepareDisplay(ShownPicture& picture) const;
@@ -42,11 +47,15 @@ class SessionThread {
     void giveUp(const std::string& problem);
     // session_opening.cpp: another volume, another renderer
     void openVolume(const SessionWishes::ToOpen& what);
+    bool offerChoice(const SessionWishes::ToOpen& what, const std::string& why);
     void makeRenderer(const Scene& scene);
     void dropSlices();
     // session_beside.cpp: what is drawn or looked for on other threads while pictures rest
+    void drawStill(const Scene& scene);
     void startStill();
     void finishStill();
+    void startSaving(const SessionWishes::Save& save);
+    void finishSaving();
     void startLine(const SessionWishes::Line& line);
     void finishLine();
 
@@ -54,18 +63,22 @@ class SessionThread {
     SessionBoard& board_;
 
     std::unique_ptr<OpenVolume> open_;
-    std::uint64_t asked_ = 0; // the wish that is being drawn
+    std::uint64_t asked_ = 0;   // the wish that is being drawn
+    std::uint64_t refused_ = 0; // the last wish that cannot be
     bool moving_ = false, resting_ = true;
-    bool quickFirst_ = false;                // something is new: one picture of few pixels before one of all
-    bool drawsMoving_ = false;               // the picture in the works is one of few pixels
-    std::uint64_t stillNumber_ = 0;          // of the last still that was begun
-    bool stillBegun_ = false;                // of the scene as it is
-    std::uint64_t lineNumber_ = 0;           // of the line that is looked for
-    InteractiveRenderer::Progress progress_; // the last
-    std::string measured_;                   // of the still of asked_
-    std::size_t damaged_ = 0;                // chunks that could not be read
+    bool quickFirst_ = false;       // something is new: one picture of few pixels before one of all
+    bool drawsMoving_ = false;      // the picture in the works is one of few pixels
+    std::uint64_t stillNumber_ = 0; // of the last still that was begun
+    bool stillBegun_ = false;       // of the scene as it is
+    std::optional<std::filesystem::path> saving_; // where the still goes that is drawn; none: to the window
+    std::uint64_t lineNumber_ = 0;                // of the line that is looked for
+    InteractiveRenderer::Progress progress_;      // the last
+    std::string measured_;                        // of the still of asked_
+    std::size_t damaged_ = 0;                     // chunks that could not be read
     FramePace pace_;
     glm::ivec2 hastySize_{1}; // of pictures while something moves
+
+    std::unique_ptr<OfferThumbnails> thumbnails_; // while there is something to choose
 
     Cancellation::Flag openingCalledOff_{false};
     std::thread thread_; // last: it uses all of the above

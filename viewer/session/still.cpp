@@ -34,6 +34,7 @@ FinishedStill draw(const Scene& scene, std::uint64_t asked, const StoreReader& s
     picture->drawingMs = 1e3 * (result.secondsPreparing + result.secondsLoading + result.secondsDrawing);
     picture->manifest = makeManifest(scene, store, result, ram, gpu)
                             .dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+    picture->background = scene.background;
     finished.measured = measuredText(result);
     picture->image = std::move(result.image);
     finished.picture = std::move(picture);

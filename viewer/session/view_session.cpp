@@ -3,11 +3,9 @@
 #include "viewer/session/view_session.h"
 
 #include "core/error.h"
+#include "viewer/session/saved_picture.h"
 #include "viewer/session/session_board.h"
 #include "viewer/session/session_thread.h"
-#if TESSERA_WITH_IMAGE_FILES
-#include "core/image_file.h"
-#endif
 
 #include <utility>
 #include <variant>
@@ -21,10 +19,12 @@ class ViewSession final : public Viewing {
   public:
     explicit ViewSession(const ViewSessionOptions& options) : thread_(options, board_) {}
 
-    void open(const fs::path& path, const glm::ivec2& pictureSize) override {
+    void open(const fs::path& path, const glm::ivec2& pictureSize, const VolumePick& pick) override {
         board_.ask([&](SessionWishes& wishes, SessionNews& news) {
-            wishes.toOpen = {path, pictureSize};
+            wishes.toOpen = {path, pictureSize, pick};
             wishes.toShow.reset();
+            news.offers.reset();
+            news.thumbnails.clear();
             news.state.kind = ViewingState::Kind::opening;
             news.state.what = "opening " + path.filename().string();
             news.state.share = 0;
@@ -32,11 +32,20 @@ class ViewSession final : public Viewing {
             thread_.callOffOpening(); // of one before: this one cannot have begun
         });
     }
+    std::shared_ptr<const VolumeOffers> offers() const override {
+        return board_.look([](const SessionNews& news) { return news.offers; });
+    }
+    std::shared_ptr<const Thumbnail> thumbnail(std::size_t offer) const override {
+        return board_.look([&](const SessionNews& news) {
+            return offer < news.thumbnails.size() ? news.thumbnails[offer] : nullptr;
+        });
+    }
     std::shared_ptr<const VolumeSeen> volume() const override {
         return board_.look([](const SessionNews& news) { return news.volume; });
     }
     std::uint64_t show(const Scene& scene, bool moving) override {
-        std::get<Camera>(scene.camera).validate("camera");
+        if (const auto* const camera = std::get_if<Camera>(&scene.camera))
+            camera->validate("camera");
         std::uint64_t number = 0;
         board_.ask([&](SessionWishes& wishes, SessionNews& news) {
             number = ++news.wishes;
@@ -91,6 +100,17 @@ class ViewSession final : public Viewing {
     std::optional<PickedPlace> picked() const override {
         return board_.look([](const SessionNews& news) { return news.picked; });
     }
+    std::uint64_t askValues(const Measurement& circle) override {
+        std::uint64_t number = 0;
+        board_.ask([&](SessionWishes& wishes, SessionNews& news) {
+            number = ++news.questions;
+            wishes.disc = {circle, number};
+        });
+        return number;
+    }
+    std::optional<DiscValues> discValues() const override {
+        return board_.look([](const SessionNews& news) { return news.disc; });
+    }
     std::uint64_t findLine(const LineWish& wish) override {
         std::uint64_t number = 0;
         board_.ask([&](SessionWishes& wishes, SessionNews& news) {
@@ -119,7 +139,20 @@ class ViewSession final : public Viewing {
     void lookAhead(std::vector<Camera> next) override {
         board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.ahead = std::move(next); });
     }
-    void saveScreenshot(const fs::path& path) const override;
+    void saveScreenshot(const fs::path& path) const override {
+        const std::shared_ptr<const ShownPicture> shown = picture();
+        if (!shown)
+            throw InputError("there is no picture to save");
+        savePicture(path, *shown);
+    }
+    void saveStill(const Scene& scene, const fs::path& path) override {
+        board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.save = {scene, path}; });
+    }
+    std::string takeNotice() override {
+        std::string notice;
+        board_.tell([&](SessionNews& news) { notice.swap(news.notice); });
+        return notice;
+    }
     void problemSeen() override {
         board_.tell([](SessionNews& news) { news.state.problem.clear(); });
     }
@@ -128,21 +161,6 @@ class ViewSession final : public Viewing {
     SessionBoard board_;
     SessionThread thread_; // last: it uses the board
 };
-
-void ViewSession::saveScreenshot(const fs::path& path) const {
-#if TESSERA_WITH_IMAGE_FILES
-    const std::shared_ptr<const ShownPicture> shown = picture();
-    const std::shared_ptr<const VolumeSeen> seen = volume();
-    if (!shown || !seen)
-        throw InputError("there is no picture to save");
-    checkImagePath(path);
-    const auto background = seen->scene.background;
-    writeImage(path, background ? overBackground(shown->image, *background) : shown->image,
-               shown->manifest.empty() ? R"({"notice":"not for diagnosis","coarse":true})" : shown->manifest);
-#else
-    throw InputError(path.string() + ": this program was built without picture files");
-#endif
-}
 
 } // namespace
 

@@ -4,33 +4,100 @@
 #include "viewer/session/camera_moves.h"
 #include "viewer/window/overlays.h" // pictureFromPatient
 
-#include <cstdio>
+#include <algorithm>
 #include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
 #include <imgui.h>
+#include <vector>
 
 namespace tessera {
 namespace {
 
-constexpr ImU32 kInk = IM_COL32(255, 160, 90, 255), kHeld = IM_COL32(255, 220, 140, 255);
-constexpr double kReach = 10;           // pixels around a handle that take it
+constexpr ImU32 kInk = IM_COL32(255, 160, 90, 255), kHeld = IM_COL32(255, 220, 140, 255),
+                kEdge = IM_COL32(255, 160, 90, 130);
+constexpr double kReach = 10;           // units around a handle that take it
 constexpr double kArrowOfHeight = 0.08; // of the picture: how long a handle's arrow is
 
-/// A plane's handle on the picture, pixels: where it stands, and the end of a way along its normal.
+/// Where a box lies: a corner, and the ways along its edges, mm, for one of its units each.
+struct BoxFrame {
+    glm::dvec3 origin{0};
+    glm::dmat3 axes{1.0};
+    glm::dvec3 mmPerUnit{1};
+    glm::dvec3 at(const glm::dvec3& place) const { return origin + axes * place; }
+};
+BoxFrame frameOf(const VolumeInfo& info, const CropBox& box) {
+    BoxFrame frame;
+    if (box.space == CropBox::Space::patient)
+        return frame;
+    frame.origin = glm::dvec3(info.patientFromVoxel[3]);
+    frame.axes = glm::dmat3(info.patientFromVoxel);
+    frame.mmPerUnit = info.spacingMm();
+    return frame;
+}
+
+/// What a handle pushes: a plane along its normal, or a side of the crop box along its axis.
+struct Grip {
+    std::size_t plane = 0;
+    int axis = -1; // of the box; -1: a plane
+    bool high = false;
+    glm::dvec3 point{0}, direction{0}; // mm; unit
+};
+
+std::vector<Grip> gripsOf(const Desk& desk) {
+    std::vector<Grip> grips;
+    const Cuts& cuts = desk.scene().cuts;
+    for (std::size_t i = 0; i < cuts.planes.size(); ++i)
+        grips.push_back({i, -1, false, cuts.planes[i].point, glm::normalize(cuts.planes[i].normal)});
+    if (cuts.boxes.empty())
+        return grips;
+    const CropBox& box = cuts.boxes.front();
+    const BoxFrame frame = frameOf(desk.volume()->info, box);
+    for (int axis = 0; axis < 3; ++axis)
+        for (const bool high : {false, true}) {
+            glm::dvec3 place = (box.low + box.high) / 2.0;
+            place[axis] = (high ? box.high : box.low)[axis];
+            grips.push_back(
+                {0, axis, high, frame.at(place), glm::normalize(frame.axes[axis]) * (high ? 1.0 : -1.0)});
+        }
+    return grips;
+}
+
+/// Pushes it. @param mm  along its direction
+void push(Scene& scene, const VolumeInfo& info, const Grip& grip, double mm) {
+    if (grip.axis < 0) {
+        scene.cuts.planes[grip.plane].point += mm * grip.direction;
+        return;
+    }
+    CropBox& box = scene.cuts.boxes.front();
+    const double units = mm / frameOf(info, box).mmPerUnit[grip.axis];
+    constexpr double kThinnest = 0.5; // units
+    double &low = box.low[grip.axis], &high = box.high[grip.axis];
+    if (grip.high)
+        high = std::max(high + units, low + kThinnest);
+    else
+        low = std::min(low - units, high - kThinnest);
+    if (box.space == CropBox::Space::voxels) {
+        const double extent = info.extentVoxels[grip.axis];
+        low = std::clamp(low, 0.0, extent - kThinnest);
+        high = std::clamp(high, low + kThinnest, extent);
+    }
+}
+
+/// A grip on the picture, pixels: where it stands, and the end of a way along its direction.
 struct Handle {
     glm::dvec2 from{0}, to{0};
     double mm = 0; // of that way
 };
 
-std::optional<Handle> handleOf(const Desk& desk, const glm::ivec2& size, const CutPlane& plane) {
+std::optional<Handle> handleOf(const Desk& desk, const glm::ivec2& size, const Grip& grip) {
     Handle handle;
     const Camera& camera = desk.camera();
-    const glm::dvec3 normal = glm::normalize(plane.normal);
     const double halfHeightMm = camera.projection == Projection::parallel
                                     ? camera.parallelScale
-                                    : 0.25 * glm::length(plane.point - camera.position);
-    handle.mm = 2 * kArrowOfHeight * halfHeightMm;
-    if (!pictureFromPatient(camera, size, plane.point, handle.from) ||
-        !pictureFromPatient(camera, size, plane.point + handle.mm * normal, handle.to))
+                                    : 0.25 * glm::length(grip.point - camera.position);
+    handle.mm = 2 * kArrowOfHeight * halfHeightMm * (grip.axis < 0 ? 1.0 : 0.4);
+    if (!pictureFromPatient(camera, size, grip.point, handle.from) ||
+        !pictureFromPatient(camera, size, grip.point + handle.mm * grip.direction, handle.to))
         return std::nullopt;
     return handle;
 }
@@ -67,7 +134,7 @@ void CutHandles::addPlane(Desk& desk) {
 }
 
 void CutHandles::boxes(Desk& desk) {
-    const glm::dvec3 extent(desk.volume()->info.extentVoxels);
+    const VolumeInfo& info = desk.volume()->info;
     Scene scene = desk.scene();
     std::vector<CropBox>& boxes = scene.cuts.boxes;
     bool on = !boxes.empty();
@@ -78,15 +145,19 @@ void CutHandles::boxes(Desk& desk) {
     if (boxes.empty())
         return;
     CropBox& box = boxes.front();
+    const bool voxels = box.space == CropBox::Space::voxels;
+    const glm::dvec3 mm = frameOf(info, box).mmPerUnit, extent = glm::dvec3(info.extentVoxels) * mm;
     bool moved = false;
     const char* const names[] = {"x", "y", "z"};
     for (int axis = 0; axis < 3; ++axis) {
-        float ends[2] = {static_cast<float>(box.low[axis]), static_cast<float>(box.high[axis])};
+        float ends[2] = {static_cast<float>(box.low[axis] * mm[axis]),
+                         static_cast<float>(box.high[axis] * mm[axis])};
         const float most = static_cast<float>(extent[axis]);
-        if (ImGui::DragFloatRange2(names[axis], &ends[0], &ends[1], most / 400, 0, most, "%.0f", "%.0f") &&
+        if (ImGui::DragFloatRange2(names[axis], &ends[0], &ends[1], most / 400, voxels ? 0 : -2e4f,
+                                   voxels ? most : 2e4f, "%.1f mm", "%.1f mm") &&
             ends[0] < ends[1]) {
-            box.low[axis] = static_cast<double>(ends[0]);
-            box.high[axis] = static_cast<double>(ends[1]);
+            box.low[axis] = static_cast<double>(ends[0]) / mm[axis];
+            box.high[axis] = static_cast<double>(ends[1]) / mm[axis];
             moved = true;
         }
         if (ImGui::IsItemActivated())
@@ -146,38 +217,44 @@ void CutHandles::panel(Desk& desk) {
 }
 
 bool CutHandles::handle(Desk& desk, const Area& area) {
-    if (!desk.volume() || desk.scene().cuts.planes.empty()) {
+    const std::vector<Grip> grips = desk.volume() ? gripsOf(desk) : std::vector<Grip>();
+    if (grips.empty()) {
         held_.reset();
         return false;
     }
     const ImGuiIO& io = ImGui::GetIO();
     const glm::dvec2 mouse(io.MousePos.x, io.MousePos.y), place = area.pictureFromWindow(mouse);
-    if (!held_ && !io.WantCaptureMouse && ImGui::IsMouseClicked(0))
-        for (std::size_t i = 0; i < desk.scene().cuts.planes.size(); ++i)
-            if (const auto handle = handleOf(desk, area.pixels(), desk.scene().cuts.planes[i]);
-                handle && glm::length(handle->from - place) <= kReach * area.pixelsPerUnit) {
+    if (!held_ && !io.WantCaptureMouse && ImGui::IsMouseClicked(0)) {
+        double nearest = kReach * area.pixelsPerUnit;
+        for (std::size_t i = 0; i < grips.size(); ++i)
+            if (const auto handle = handleOf(desk, area.pixels(), grips[i]);
+                handle && glm::length(handle->from - place) <= nearest) {
+                nearest = glm::length(handle->from - place);
                 held_ = i;
-                desk.beginEdit();
             }
+        if (held_)
+            desk.beginEdit();
+    }
     if (!held_)
         return false;
-    if (!ImGui::IsMouseDown(0) || *held_ >= desk.scene().cuts.planes.size()) {
+    if (!ImGui::IsMouseDown(0) || *held_ >= grips.size()) {
         held_.reset();
         return true;
     }
     if (io.MouseDelta.x == 0 && io.MouseDelta.y == 0)
         return true;
-    Scene scene = desk.scene();
-    CutPlane& plane = scene.cuts.planes[*held_];
     const glm::dvec2 delta = glm::dvec2(io.MouseDelta.x, io.MouseDelta.y) * area.pixelsPerUnit;
-    if (const auto handle = handleOf(desk, area.pixels(), plane)) {
-        // Along the normal as it is seen; up and down where it is seen end on, by what a way of the picture's
-        // height would be.
+    const Grip& grip = grips[*held_];
+    if (const auto handle = handleOf(desk, area.pixels(), grip)) {
+        // Along the direction as it is seen; up and down where it is seen end on, by what a way of the
+        // picture's height would be.
         const glm::dvec2 way = handle->to - handle->from;
-        const double least = 0.3 * kArrowOfHeight * area.pixels().y, length = glm::length(way);
-        const double mm = length > least ? handle->mm * glm::dot(delta, way) / (length * length)
-                                         : -handle->mm * delta.y / (kArrowOfHeight * area.pixels().y);
-        plane.point += mm * glm::normalize(plane.normal);
+        const double full = kArrowOfHeight * area.pixels().y * (grip.axis < 0 ? 1.0 : 0.4);
+        const double length = glm::length(way);
+        const double mm = length > 0.3 * full ? handle->mm * glm::dot(delta, way) / (length * length)
+                                              : -handle->mm * delta.y / full;
+        Scene scene = desk.scene();
+        push(scene, desk.volume()->info, grip, mm);
         desk.setScene(scene, true);
     }
     return true;
@@ -187,18 +264,43 @@ void CutHandles::draw(const Desk& desk, const Area& area) const {
     if (!desk.volume())
         return;
     ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-    for (std::size_t i = 0; i < desk.scene().cuts.planes.size(); ++i) {
-        const auto handle = handleOf(desk, area.pixels(), desk.scene().cuts.planes[i]);
+    const auto at = [](const glm::dvec2& p) {
+        return ImVec2(static_cast<float>(p.x), static_cast<float>(p.y));
+    };
+    draw.PushClipRect(at(area.from), at(area.from + area.size));
+    if (!desk.scene().cuts.boxes.empty()) {
+        const CropBox& box = desk.scene().cuts.boxes.front();
+        const BoxFrame frame = frameOf(desk.volume()->info, box);
+        const auto corner = [&](int n) {
+            return frame.at({n & 1 ? box.high.x : box.low.x, n & 2 ? box.high.y : box.low.y,
+                             n & 4 ? box.high.z : box.low.z});
+        };
+        glm::dvec2 a(0), b(0);
+        for (int n = 0; n < 8; ++n)
+            for (int axis = 0; axis < 3; ++axis)
+                if (const int other = n | 1 << axis;
+                    other != n && pictureFromPatient(desk.camera(), area.pixels(), corner(n), a) &&
+                    pictureFromPatient(desk.camera(), area.pixels(), corner(other), b))
+                    draw.AddLine(at(area.from + a / area.pixelsPerUnit),
+                                 at(area.from + b / area.pixelsPerUnit), kEdge, 1);
+    }
+    const std::vector<Grip> grips = gripsOf(desk);
+    for (std::size_t i = 0; i < grips.size(); ++i) {
+        const auto handle = handleOf(desk, area.pixels(), grips[i]);
         if (!handle)
             continue;
-        const glm::dvec2 a = area.from + handle->from / area.pixelsPerUnit,
-                         b = area.from + handle->to / area.pixelsPerUnit;
+        const ImVec2 from = at(area.from + handle->from / area.pixelsPerUnit),
+                     to = at(area.from + handle->to / area.pixelsPerUnit);
         const ImU32 ink = held_ == i ? kHeld : kInk;
-        const ImVec2 from(static_cast<float>(a.x), static_cast<float>(a.y));
-        draw.AddLine(from, {static_cast<float>(b.x), static_cast<float>(b.y)}, ink, 2);
-        draw.AddCircleFilled(from, 5, ink);
-        draw.AddCircle(from, 9, ink, 0, 1.5f);
+        draw.AddLine(from, to, ink, 2);
+        if (grips[i].axis < 0) {
+            draw.AddCircleFilled(from, 5, ink);
+            draw.AddCircle(from, 9, ink, 0, 1.5f);
+        } else {
+            draw.AddRectFilled({from.x - 4, from.y - 4}, {from.x + 4, from.y + 4}, ink);
+        }
     }
+    draw.PopClipRect();
 }
 
 } // namespace tessera

@@ -1,5 +1,5 @@
 // viewer/window/cut_handles.h: the crop box and oblique planes that cut: their part of the panel, and handles
-// on the picture to push planes with.
+// on the picture to push planes and the box's sides with.
 #pragma once
 
 #include "viewer/window/desk.h"
@@ -27,7 +27,7 @@ class CutHandles {
     void boxes(Desk& desk);
     void planes(Desk& desk);
 
-    std::optional<std::size_t> held_; // plane whose handle is dragged
+    std::optional<std::size_t> held_; // that is dragged, in the order of planes and the sides of the box
 };
 
 } // namespace tessera

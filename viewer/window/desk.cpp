@@ -2,9 +2,13 @@
 #include "viewer/window/desk.h"
 
 #include "core/nearest_name.h"
+#include "core/number_text.h"
 #include "core/output_file.h"
+#include "viewer/session/camera_moves.h"
+#include "viewer/window/function_edits.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace tessera {
 namespace {
@@ -13,6 +17,12 @@ using namespace std::chrono_literals;
 constexpr auto kRestAfter = 180ms; // without input, nothing moves any more
 constexpr auto kSizeStays = 200ms; // before a picture gets another size
 constexpr std::size_t kMostTimes = 200;
+
+std::string functionText(const TransferFunction& function) {
+    Scene alone;
+    alone.volumes = {{"v", function}};
+    return sceneJson(alone);
+}
 
 } // namespace
 
@@ -45,8 +55,14 @@ void Desk::update() {
         picture_.reset();
         picked_.reset();
         history_ = {};
+        discs_.clear();
+        discAsked_.reset();
+        presetName_.clear();
         if (volume_) {
             scene_ = volume_->scene;
+            fitted_ = volume_->fitted;
+            fitAsked_ = 0;
+            held_ = fitted_ ? std::nullopt : std::optional<Held>({camera(), scene_.imageSize});
             settings_.opened(volume_->path);
             const VolumeInfo& info = volume_->info;
             slices_ = {};
@@ -65,43 +81,157 @@ void Desk::update() {
         }
         while (latency_.pictureTimes.size() > kMostTimes)
             latency_.pictureTimes.pop_front();
+        takeFitted();
     }
+    offers_ = viewing_.offers();
+    takeDiscValues();
     picked_ = viewing_.picked();
     if (picked_ && picked_->number <= pickedBefore_)
         picked_.reset();
     viewing_.showLevels(showLevels);
     state_ = viewing_.state();
     if (!state_.problem.empty()) {
+        lastProblem_ = state_.problem;
         tell(state_.problem, true);
         viewing_.problemSeen();
     }
+    if (const std::string notice = viewing_.takeNotice(); !notice.empty())
+        tell(notice);
     if (message_ && now > message_->until)
         message_.reset();
 }
 
-void Desk::send(bool moving) {
+/// The picture that answers says where a fitted camera is.
+void Desk::takeFitted() {
+    if (fitAsked_ == 0 || !picture_ || picture_->asked < fitAsked_)
+        return;
+    scene_.camera = picture_->camera;
+    fitAsked_ = 0;
+}
+
+std::uint64_t Desk::ask(bool moving) {
+    if (fitAsked_ == 0)
+        return viewing_.show(scene_, moving);
+    Scene wish = scene_;
+    wish.camera = *fitted_;
+    return fitAsked_ = viewing_.show(wish, moving);
+}
+
+void Desk::send(bool moving, bool fit) {
     if (!volume_)
         return;
     lastInput_ = WindowClock::now();
     if (askedAt_ == WindowClock::time_point())
         askedAt_ = lastInput_; // of the first input that no picture has answered
-    asked_ = viewing_.show(scene_, moving);
+    if (fit && fitted_)
+        fitAsked_ = ~std::uint64_t{0}; // until ask() knows its number
+    asked_ = ask(moving);
     if (picked_)
         pickedBefore_ = picked_->number;
     picked_.reset();
     owesRest_ = moving;
 }
 
-void Desk::setScene(const Scene& scene, bool moving) {
-    const glm::ivec2 size = scene_.imageSize;
+void Desk::setScene(const Scene& scene, bool moving, bool fit) {
+    const Scene before = scene_;
     scene_ = scene;
-    scene_.imageSize = size;
-    send(moving);
+    scene_.imageSize = before.imageSize;
+    showSomething(before);
+    const bool slices = scene_.mode == Mode::slice;
+    const bool another = scene_.mode != before.mode;
+    if (std::get<Camera>(scene.camera) != std::get<Camera>(before.camera)) { // along a path
+        fitted_.reset();
+        held_.reset();
+        fitAsked_ = 0;
+    } else if (slices && (another || scene_.slice.orientation != before.slice.orientation ||
+                          scene_.slice.normal != before.slice.normal)) {
+        fitted_ = FittedView{}; // a plane is looked at along its normal
+        held_.reset();
+        fit = true;
+    } else if (another && before.mode == Mode::slice) {
+        fitted_ = volume_->fitted.value_or(FittedView{});
+        held_.reset();
+    }
+    send(moving, fit || another || scene_.surfaces.size() != before.surfaces.size());
+}
+
+/// Isosurfaces alone are a picture only where there is one.
+void Desk::showSomething(const Scene& before) {
+    if (scene_.mode != Mode::isosurface || !scene_.surfaces.empty())
+        return;
+    if (before.mode == Mode::isosurface) { // the last was taken away
+        scene_.mode = Mode::composite;
+        tell("without an isosurface the mode is composite");
+        return;
+    }
+    scene_.surfaces.push_back(surfaceOffered());
+    tell("an isosurface at " + valueText(scene_.surfaces.back().value, volume_->info.unit) +
+         ", where the function is half as opaque as it gets; the panel Mode changes it");
+}
+
+Isosurface Desk::surfaceOffered() const {
+    const double value =
+        std::round(halfOpaqueValue(function(), volume_->values.lowest, volume_->values.highest));
+    return {value, function().colour(value), 1};
 }
 
 void Desk::setCamera(const Camera& camera, bool moving) {
+    fitted_.reset();
+    fitAsked_ = 0;
     scene_.camera = camera;
+    held_ = {camera, scene_.imageSize};
     send(moving);
+}
+
+void Desk::fitView(View side) {
+    if (!volume_)
+        return;
+    if (scene_.mode == Mode::slice) {
+        Scene turned = scene_;
+        turned.slice.orientation = side == View::left || side == View::right           ? Orientation::sagittal
+                                   : side == View::anterior || side == View::posterior ? Orientation::coronal
+                                                                                       : Orientation::axial;
+        turned.slice.positionMm.reset();
+        beginEdit();
+        setScene(turned, false, true);
+        return;
+    }
+    fitted_ = FittedView{side, camera().projection, fitKind(), true, {}};
+    held_.reset();
+    scene_.camera = seenFrom(camera(), side); // until it is known better
+    send(false, true);
+}
+
+void Desk::fitView() {
+    if (!volume_)
+        return;
+    if (scene_.mode == Mode::slice) {
+        fitted_ = FittedView{};
+    } else if (!fitted_) {
+        const glm::dmat3 axes = patientFromCamera(camera());
+        fitted_ = FittedView{View::anterior, camera().projection, fitKind(), true,
+                             ViewAxes{axes[0], axes[1], axes[2]}};
+    }
+    held_.reset();
+    send(false, true);
+}
+
+void Desk::setProjection(Projection projection) {
+    if (!volume_ || projection == camera().projection)
+        return;
+    const Camera projected = projectedBy(camera(), projection);
+    if (!fitted_ || scene_.mode == Mode::slice) {
+        setCamera(projected, false);
+        return;
+    }
+    fitted_->projection = projection;
+    fitted_->named = true;
+    scene_.camera = projected; // until it is known better
+    send(false, true);
+}
+
+Fit Desk::fitKind() const {
+    return volume_->fitted ? volume_->fitted->fit : Fit::shown;
 }
 
 void Desk::setFunction(const TransferFunction& function, bool moving) {
@@ -122,11 +252,13 @@ bool Desk::settle() {
         if (now - sizeChanged_ < kSizeStays)
             return true;
         scene_.imageSize = wantedSize_;
-        send(false);
+        if (held_)
+            scene_.camera = heldBy(held_->camera, held_->size, wantedSize_);
+        send(false, true);
     }
     if (owesRest_ && now - lastInput_ >= kRestAfter) {
         owesRest_ = false;
-        asked_ = viewing_.show(scene_, false);
+        asked_ = ask(false);
     }
     return owesRest_ || message_;
 }
@@ -136,54 +268,98 @@ void Desk::setSlices(const SliceWish& wish) {
     viewing_.showSlices(wish);
 }
 
+/// Edits come and go; one goes on looking from where one looks.
+void Desk::takeBack(Scene scene) {
+    scene.camera = scene_.camera;
+    setScene(scene, false);
+}
+
 void Desk::undo() {
     if (history_.canUndo())
-        setScene(history_.undo(scene_), false);
+        takeBack(history_.undo(scene_));
 }
 
 void Desk::redo() {
     if (history_.canRedo())
-        setScene(history_.redo(scene_), false);
+        takeBack(history_.redo(scene_));
 }
 
 void Desk::resetCamera() {
-    if (volume_)
-        setCamera(std::get<Camera>(volume_->scene.camera), false);
-}
-
-void Desk::open(const std::filesystem::path& path) {
-    viewing_.open(path, wantedSize_.x > 0 ? wantedSize_ : Scene().imageSize);
-}
-
-template <typename Write> void Desk::save(const char* what, const char* extension, const Write& write) {
     if (!volume_)
         return;
-    const std::string stem = volume_->path.stem().string();
-    std::filesystem::path file = stem + extension;
+    if (!volume_->fitted) {
+        const Scene& opened = volume_->scene;
+        setCamera(heldBy(std::get<Camera>(opened.camera), opened.imageSize, scene_.imageSize), false);
+        return;
+    }
+    scene_.camera = volume_->scene.camera; // until it is known better
+    fitted_ = scene_.mode == Mode::slice ? FittedView{} : *volume_->fitted;
+    held_.reset();
+    send(false, true);
+}
+
+void Desk::open(const std::filesystem::path& path, const VolumePick& pick) {
+    showBrowser = false;
+    viewing_.open(path, wantedSize_.x > 0 ? wantedSize_ : Scene().imageSize, pick);
+    state_ = viewing_.state(); // what was before is no answer
+    offers_.reset();
+}
+
+void Desk::choose(std::size_t offer, int phase) {
+    if (!offers_ || offer >= offers_->offers.size())
+        return;
+    const VolumeOffer chosen = offers_->offers[offer];
+    VolumePick pick = chosen.pick;
+    pick.phase = phase;
+    open(chosen.path, pick);
+}
+
+/// @param write  gets the file's name and returns what to tell
+template <typename Write>
+void Desk::save(const std::string& name, const char* extension, const Write& write) {
+    if (!volume_)
+        return;
+    std::filesystem::path named = name.empty() ? volume_->path.stem() : std::filesystem::path(name);
+    const std::string ending = named.extension().string();
+    const bool hasEnding =
+        !name.empty() &&
+        (ending == extension || (extension == std::string(".png") && (ending == ".exr" || ending == ".tif")));
+    const std::string stem = hasEnding ? (named.parent_path() / named.stem()).string() : named.string();
+    std::filesystem::path file = stem + (hasEnding ? ending : extension);
     std::error_code ignored;
     for (int n = 2; std::filesystem::exists(file, ignored); ++n)
-        file = stem + "-" + std::to_string(n) + extension;
-    trying([&] {
-        write(file);
-        tell(std::string("wrote the ") + what + " " + std::filesystem::absolute(file, ignored).string());
+        file = stem + "-" + std::to_string(n) + (hasEnding ? ending : extension);
+    trying([&] { tell(write(file) + std::filesystem::absolute(file, ignored).string()); });
+}
+
+void Desk::savePicture(const std::string& name, int times) {
+    save(name, ".png", [&](const std::filesystem::path& file) {
+        if (times == 1) {
+            viewing_.saveScreenshot(file);
+            return std::string("wrote the picture ");
+        }
+        Scene larger = scene_;
+        larger.imageSize *= times;
+        viewing_.saveStill(larger, std::filesystem::absolute(file));
+        return std::to_string(larger.imageSize.x) + " x " + std::to_string(larger.imageSize.y) +
+               " pixels are drawn for ";
     });
 }
 
-void Desk::savePicture() {
-    save("picture", ".png", [&](const std::filesystem::path& file) { viewing_.saveScreenshot(file); });
-}
-
-void Desk::saveScene() {
-    save("scene", ".json",
-         [&](const std::filesystem::path& file) { writeOutputFile(file, sceneJson(scene_) + "\n"); });
+void Desk::saveScene(const std::string& name) {
+    save(name, ".json", [&](const std::filesystem::path& file) {
+        writeOutputFile(file, sceneJson(scene_) + "\n");
+        return std::string("wrote the scene ");
+    });
 }
 
 void Desk::takePreset(const std::string& nameOrFile) {
     const auto names = presetNames();
     if (std::find(names.begin(), names.end(), nameOrFile) != names.end()) {
-        const TransferFunction function = presetFunction(nameOrFile, volume_->values);
+        Scene scene = scene_;
+        scene.volumes.front().transferFunction = presetFunction(nameOrFile, volume_->values);
         beginEdit();
-        setFunction(function, false);
+        setScene(scene, false, true);
         return;
     }
     std::vector<std::string> leftOut;
@@ -192,9 +368,62 @@ void Desk::takePreset(const std::string& nameOrFile) {
     Scene scene = scene_;
     applyPreset(found, scene);
     beginEdit();
-    setScene(scene, false);
+    setScene(scene, false, true);
+    taken_ = found.name.empty() ? nameOrFile : found.name;
+    takenText_ = functionText(function());
+    presetName_.clear();
     if (!leftOut.empty())
         tell(found.name + ": left out: " + joinNames(leftOut));
+}
+
+/// Answers come in the order of questions.
+void Desk::takeDiscValues() {
+    if (!discAsked_)
+        return;
+    const auto values = viewing_.discValues();
+    if (!values || values->number < discNumber_)
+        return;
+    constexpr std::size_t kMostKept = 64;
+    if (discs_.size() >= kMostKept)
+        discs_.erase(discs_.begin());
+    discs_.emplace_back(*std::exchange(discAsked_, {}), *values);
+}
+
+std::string Desk::describe(const Measurement& m) {
+    std::string words = tessera::describe(m);
+    if (m.kind != MeasurementKind::circle || !std::isfinite(valueOf(m)))
+        return words;
+    const auto known =
+        std::find_if(discs_.begin(), discs_.end(), [&](const auto& disc) { return disc.first == m; });
+    if (known == discs_.end()) {
+        if (!discAsked_) {
+            discAsked_ = m;
+            discNumber_ = viewing_.askValues(m);
+        }
+        return words;
+    }
+    const DiscValues& values = known->second;
+    if (values.samples > 0)
+        words += "\nmean " + valueText(values.mean, volume_->info.unit) + ", deviation " +
+                 numberText(values.deviation, 3);
+    return words;
+}
+
+const std::string& Desk::presetName() {
+    if (presetOf_ == asked_ && !presetName_.empty())
+        return presetName_;
+    presetOf_ = asked_;
+    presetName_ = "its own";
+    const std::string text = functionText(function());
+    if (text == takenText_)
+        presetName_ = taken_;
+    for (const std::string& name : presetNames())
+        try {
+            if (functionText(presetFunction(name, volume_->values)) == text)
+                presetName_ = name;
+        } catch (const InputError&) { // not of values like these
+        }
+    return presetName_;
 }
 
 void Desk::keepPreset(const std::string& name) {

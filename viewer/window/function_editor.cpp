@@ -2,7 +2,9 @@
 #include "viewer/window/function_editor.h"
 
 #include "core/colour.h"
+#include "core/number_text.h"
 #include "core/preset.h"
+#include "viewer/window/boxes.h"
 #include "viewer/window/function_edits.h"
 
 #include <algorithm>
@@ -14,7 +16,7 @@
 namespace tessera {
 namespace {
 
-constexpr float kHeight = 150, kColours = 14, kGrab = 7;
+constexpr float kHeight = 150, kColours = 14, kAxis = 18, kGrab = 7;
 
 ImU32 screenColour(const glm::dvec3& linear, double alpha = 1) {
     const auto part = [](double x) { return static_cast<int>(std::lround(255 * srgbFromLinear(x))); };
@@ -32,7 +34,7 @@ double opacityAt(double height) {
 } // namespace
 
 void FunctionEditor::presets(Desk& desk) {
-    if (ImGui::BeginCombo("preset", "choose ...")) {
+    if (ImGui::BeginCombo("preset", desk.presetName().c_str())) {
         const auto row = [&](const std::string& name) {
             if (ImGui::Selectable(name.c_str()))
                 desk.trying([&] { desk.takePreset(name); });
@@ -73,7 +75,7 @@ void FunctionEditor::curve(Desk& desk) {
     const TransferFunction& f = desk.function();
     const ImVec2 corner = ImGui::GetCursorScreenPos();
     const float width = std::max(120.0f, ImGui::GetContentRegionAvail().x);
-    ImGui::InvisibleButton("curve", {width, kHeight + kColours},
+    ImGui::InvisibleButton("curve", {width, kHeight + kColours + kAxis},
                            ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
     const bool over = ImGui::IsItemHovered(), active = ImGui::IsItemActive();
     ImDrawList* const draw = ImGui::GetWindowDrawList();
@@ -120,6 +122,7 @@ void FunctionEditor::curve(Desk& desk) {
         draw->AddLine({xOf(picked->value), corner.y}, {xOf(picked->value), corner.y + kHeight},
                       IM_COL32(255, 210, 80, 160));
     draw->PopClipRect();
+    axis(*draw, {corner.x, corner.y + kHeight + kColours}, width);
 
     const ImVec2 mouse = ImGui::GetIO().MousePos;
     const double value =
@@ -132,7 +135,8 @@ void FunctionEditor::curve(Desk& desk) {
             near = i;
     if (over) {
         char text[96];
-        std::snprintf(text, sizeof text, "%.0f %s: opacity %.3f per %.3g mm", value, volume.info.unit.c_str(),
+        std::snprintf(text, sizeof text, "%s: opacity %.3f per %.3g mm",
+                      valueText(value, volume.info.unit).c_str(),
                       -std::expm1(-f.extinction(value) * f.referenceLengthMm()), f.referenceLengthMm());
         ImGui::SetTooltip("%s", text);
         if (near && ImGui::IsMouseDoubleClicked(0)) {
@@ -164,13 +168,33 @@ void FunctionEditor::curve(Desk& desk) {
     } else if (!ImGui::IsMouseDown(0)) {
         held_.reset();
     }
-    if (over && ImGui::GetIO().MouseWheel != 0) { // nearer, at the pointer
+    // Nearer, at the pointer; the wheel alone goes through the panel.
+    if (over && ImGui::GetIO().MouseWheel != 0 && ImGui::GetIO().KeyCtrl) {
         const double factor = std::exp2(-0.25 * static_cast<double>(ImGui::GetIO().MouseWheel));
         from_ = value + (from_ - value) * factor;
         to_ = value + (to_ - value) * factor;
         const double range = volume.values.highest - volume.values.lowest;
         if (to_ - from_ > range || to_ - from_ < range / 1000)
-            from_ = volume.values.lowest, to_ = volume.values.highest;
+            showAll(volume);
+    }
+}
+
+void FunctionEditor::showAll(const VolumeSeen& volume) {
+    from_ = volume.values.lowest;
+    to_ = volume.values.highest > from_ ? volume.values.highest : from_ + 1;
+}
+
+/// Round values below the curve.
+void FunctionEditor::axis(ImDrawList& draw, const ImVec2& corner, float width) const {
+    constexpr double kPixelsApart = 55;
+    const double step = roundStep((to_ - from_) * kPixelsApart / static_cast<double>(width));
+    for (double value = std::ceil(from_ / step) * step; value <= to_; value += step) {
+        const float x = corner.x + static_cast<float>((value - from_) / (to_ - from_)) * width;
+        const std::string text = numberText(std::abs(value) < step / 1000 ? 0 : value);
+        const float wide = ImGui::CalcTextSize(text.c_str()).x;
+        draw.AddLine({x, corner.y}, {x, corner.y + 4}, IM_COL32(200, 200, 205, 255));
+        draw.AddText({std::clamp(x - wide / 2, corner.x, corner.x + width - wide), corner.y + 3},
+                     IM_COL32(200, 200, 205, 255), text.c_str());
     }
 }
 
@@ -202,8 +226,7 @@ void FunctionEditor::draw(Desk& desk) {
         return;
     if (of_ != volume) {
         of_ = volume;
-        from_ = volume->values.lowest;
-        to_ = volume->values.highest > from_ ? volume->values.highest : from_ + 1;
+        showAll(*volume);
         held_.reset();
     }
     presets(desk);
@@ -214,8 +237,13 @@ void FunctionEditor::draw(Desk& desk) {
     colourOf(desk);
     if (const std::size_t points = desk.function().gradientOpacity().points().size(); points > 0)
         ImGui::Text("and opacity by gradient, %zu points", points);
-    ImGui::TextDisabled("drag points; click: new, right: remove,");
-    ImGui::TextDisabled("double: colour; Alt+drag in the picture: shift");
+    if (to_ - from_ < (volume->values.highest - volume->values.lowest) * (1 - 1e-9) &&
+        ImGui::SmallButton("all values"))
+        showAll(*volume);
+    ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+    wrapped("drag points; click: new, right: remove, double: colour; Ctrl and wheel: nearer; Alt and drag in "
+            "the picture: shift");
+    ImGui::PopStyleColor();
     files(desk);
 }
 

@@ -4,6 +4,7 @@
 #include "viewer/window/desk.h"
 
 #include <cstddef>
+#include <imgui.h>
 #include <optional>
 
 namespace tessera {
@@ -18,6 +19,8 @@ class FunctionEditor {
     void presets(Desk& desk);
     void files(Desk& desk); // of presets
     void curve(Desk& desk);
+    void axis(ImDrawList& draw, const ImVec2& corner, float width) const;
+    void showAll(const VolumeSeen& volume);
     void colourOf(Desk& desk);
 
     char name_[256] = {};             // of a preset or a file

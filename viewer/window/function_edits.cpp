@@ -36,6 +36,23 @@ TransferFunction shiftedAndStretched(const TransferFunction& f, double shift, do
     return made(std::move(opacity), std::move(colour), f, std::move(materials));
 }
 
+double halfOpaqueValue(const TransferFunction& f, double lowest, double highest) {
+    const std::vector<OpacityPoint>& points = f.opacityPoints();
+    double most = 0;
+    for (const OpacityPoint& p : points)
+        most = std::max(most, p.opacity);
+    double value = (lowest + highest) / 2;
+    for (std::size_t i = 0; i < points.size() && most > 0; ++i)
+        if (points[i].opacity >= most / 2) {
+            value = points[i].value;
+            if (i > 0 && points[i].opacity > points[i - 1].opacity)
+                value -= (points[i].value - points[i - 1].value) * (points[i].opacity - most / 2) /
+                         (points[i].opacity - points[i - 1].opacity);
+            break;
+        }
+    return std::clamp(value, lowest, highest);
+}
+
 TransferFunction withPointAt(const TransferFunction& f, std::size_t point, double value, double opacity) {
     std::vector<OpacityPoint> points = f.opacityPoints();
     constexpr double kNone = std::numeric_limits<double>::infinity();

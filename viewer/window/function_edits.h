@@ -19,6 +19,9 @@ TransferFunction withNewPoint(const TransferFunction& function, double value, do
                               std::size_t& index);
 /// Without an opacity point; the last one stays.
 TransferFunction withoutPoint(const TransferFunction& function, std::size_t point);
+/// Where it first comes to half of its greatest opacity, within the range; the range's middle where it has
+/// none.
+double halfOpaqueValue(const TransferFunction& function, double lowest, double highest);
 /// The colour at the colour point nearest to the value, or at a new one where none is within `reach`.
 TransferFunction withColourAt(const TransferFunction& function, double value, const glm::dvec3& colour,
                               double reach);

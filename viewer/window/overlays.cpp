@@ -2,6 +2,7 @@
 #include "viewer/window/overlays.h"
 
 #include "core/brick.h"
+#include "core/number_text.h"
 #include "viewer/session/camera_moves.h"
 
 #include <algorithm>
@@ -86,9 +87,9 @@ std::string badge(const Desk& desk) {
     case Stage::moving:
         return "coarse";
     case Stage::loading:
-        return s.movesLeft == 0 && s.lightIsCoarse
-                   ? "coarse light"
-                   : "coarse: " + std::to_string(s.movesLeft) + " bricks on their way";
+        return s.movesLeft == 1  ? "coarse: 1 brick is on its way"
+               : s.movesLeft > 1 ? "coarse: " + std::to_string(s.movesLeft) + " bricks are on their way"
+                                 : (s.lightIsCoarse ? "coarse light" : "coarse: levels are being chosen");
     case Stage::whole:
         return s.drawingStill ? "one ray a pixel; the still is being drawn"
                : s.noStills   ? "one ray a pixel: --ram is too small for a still of this volume"
@@ -185,11 +186,10 @@ void drawOverlays(Desk& desk, const Area& area, const PictureHand& hand) {
         if (const std::string words = badge(desk); !words.empty())
             text(draw, {left + 12, top + 10}, kWarning, words);
         if (const auto& picked = desk.picked(); picked && picked->hit && hand.isOver()) {
-            char words[160];
-            std::snprintf(words, sizeof words, "%.4g %s at %.1f, %.1f, %.1f mm%s", picked->value,
-                          volume->info.unit.c_str(), picked->mm.x, picked->mm.y, picked->mm.z,
-                          picked->level > 0 ? " (coarse)" : "");
-            text(draw, {left + 12, bottom - 22}, kText, words);
+            char place[96];
+            std::snprintf(place, sizeof place, " at %.1f, %.1f, %.1f mm%s", picked->mm.x, picked->mm.y,
+                          picked->mm.z, picked->level > 0 ? " (coarse)" : "");
+            text(draw, {left + 12, bottom - 22}, kText, valueText(picked->value, volume->info.unit) + place);
             glm::dvec2 pixel(0);
             if (pictureFromPatient(desk.camera(), area.pixels(), picked->mm, pixel)) {
                 const glm::dvec2 at = area.from + pixel / area.pixelsPerUnit;
@@ -211,9 +211,10 @@ void drawOverlays(Desk& desk, const Area& area, const PictureHand& hand) {
         draw.AddRectFilled({middle.x - half, middle.y},
                            {middle.x - half + 2 * half * static_cast<float>(s.share), middle.y + 12}, kText);
     } else if (s.kind == ViewingState::Kind::failed) {
-        centred(s.what, middle.y - 10, kWarning);
+        centred(s.what, top + 0.12f * (bottom - top), kWarning);
     } else if (s.kind == ViewingState::Kind::nothing) {
-        centred("drop a DICOM folder, a NIfTI file, a store or a scene here", middle.y - 10, kFaint);
+        centred("drop a DICOM folder, a NIfTI file, a store or a scene here, or choose one",
+                top + 0.12f * (bottom - top), kFaint);
     }
     if (const auto& message = desk.message()) {
         const float wrap = (right - left) * 0.8f;

@@ -3,7 +3,8 @@
 
 #include "core/budget.h" // formatBytes
 #include "core/look.h"
-#include "viewer/session/camera_moves.h"
+#include "viewer/window/boxes.h"
+#include "viewer/window/mode_panel.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -37,23 +38,42 @@ void Panels::files(Desk& desk) {
     const bool entered = ImGui::InputTextWithHint("##path", "file or folder", path_, sizeof path_,
                                                   ImGuiInputTextFlags_EnterReturnsTrue);
     ImGui::SameLine();
-    if ((ImGui::Button("open") || entered) && path_[0] != '\0')
-        desk.open(path_);
-    if (!desk.settings().recent.empty() && ImGui::BeginCombo("##recent", "recent ...")) {
-        for (const auto& path : desk.settings().recent)
-            if (ImGui::Selectable(path.string().c_str())) {
-                desk.open(std::filesystem::path(path));
-                break;
-            }
-        ImGui::EndCombo();
+    if (ImGui::Button("open") || entered) {
+        if (path_[0] != '\0')
+            desk.open(path_);
+        else
+            desk.showBrowser = !desk.showBrowser;
     }
-    if (!desk.volume())
-        return;
-    if (ImGui::Button("save picture"))
-        desk.savePicture();
+}
+
+void Panels::saving(Desk& desk) {
+    ImGui::SetNextItemWidth(-1);
+    const std::string stem = desk.volume()->path.stem().string();
+    ImGui::InputTextWithHint("##name", ("name or path, else " + stem).c_str(), name_, sizeof name_);
+    const glm::ivec2 size = desk.scene().imageSize;
+    const auto sizeName = [&](int times) {
+        return std::to_string(times * size.x) + " x " + std::to_string(times * size.y) +
+               (times == 1 ? ", as shown" : "");
+    };
+    const std::vector<std::string> sizes = {sizeName(1), sizeName(2), sizeName(4)};
+    if (const auto taken = nameBox("pixels", sizeName(times_), sizes))
+        times_ = *taken == sizes[0] ? 1 : *taken == sizes[1] ? 2 : 4;
+    const std::vector<std::string> names = {"black", "white", "#808080", "transparent"};
+    std::string chosen = "its own";
+    for (const std::string& name : names)
+        if (parseBackground(name, "background") == desk.scene().background)
+            chosen = name;
+    if (const auto taken = nameBox("background", chosen, names)) {
+        Scene scene = desk.scene();
+        scene.background = parseBackground(*taken, "background");
+        desk.beginEdit();
+        desk.setScene(scene, false);
+    }
+    if (ImGui::Button("save picture (F12)"))
+        desk.savePicture(name_, times_);
     ImGui::SameLine();
     if (ImGui::Button("save scene"))
-        desk.saveScene();
+        desk.saveScene(name_);
 }
 
 void Panels::view(Desk& desk) {
@@ -62,15 +82,14 @@ void Panels::view(Desk& desk) {
         if (n % 3 != 0)
             ImGui::SameLine();
         if (ImGui::Button(names[n], {98, 0}))
-            desk.setCamera(seenFrom(desk.camera(), static_cast<View>(n)), false);
+            desk.fitView(static_cast<View>(n));
     }
     int projection = desk.camera().projection == Projection::parallel;
     ImGui::RadioButton("perspective", &projection, 0);
     ImGui::SameLine();
     ImGui::RadioButton("parallel", &projection, 1);
     if (projection != static_cast<int>(desk.camera().projection == Projection::parallel))
-        desk.setCamera(
-            projectedBy(desk.camera(), projection ? Projection::parallel : Projection::perspective), false);
+        desk.setProjection(projection ? Projection::parallel : Projection::perspective);
     if (desk.camera().projection == Projection::perspective) {
         float angle = static_cast<float>(desk.camera().viewAngle);
         if (ImGui::SliderFloat("angle", &angle, 5, 150, "%.0f deg")) {
@@ -80,75 +99,43 @@ void Panels::view(Desk& desk) {
         }
     }
     ImGui::Checkbox("fly (W A S D, Q E, drag to look)", &desk.flying);
-    if (ImGui::Button("whole volume (R)"))
+    if (ImGui::Button("show all (R)"))
+        desk.fitView();
+    ImGui::SameLine();
+    if (ImGui::Button("as opened"))
         desk.resetCamera();
-}
-
-void Panels::mode(Desk& desk) {
-    Scene scene = desk.scene();
-    const std::vector<std::string>& names = modeNames();
-    const auto now = static_cast<std::size_t>(scene.mode);
-    bool changed = false;
-    if (ImGui::BeginCombo("##mode", names[now].c_str())) {
-        for (std::size_t n = 0; n < names.size(); ++n) {
-            const Mode mode = static_cast<Mode>(n);
-            if (mode == Mode::slice) // planes are beside the volume
-                continue;
-            if (ImGui::Selectable(names[n].c_str(), n == now)) {
-                if (mode == Mode::isosurface && scene.surfaces.empty()) {
-                    desk.tell("add an isosurface first");
-                    continue;
-                }
-                desk.beginEdit();
-                scene.mode = mode;
-                changed = true;
-            }
-        }
-        ImGui::EndCombo();
-    }
-    if (scene.mode != Mode::composite && scene.mode != Mode::isosurface) {
-        const GreyWindow window = windowOf(scene.window, desk.volume()->values);
-        float numbers[2] = {static_cast<float>(window.centre), static_cast<float>(window.width)};
-        const bool dragged = ImGui::DragFloat2("window", numbers, 2, 0, 0, "%.0f");
-        if (edited())
-            desk.beginEdit();
-        if (dragged && numbers[1] > 0) {
-            scene.window = GreyWindow{static_cast<double>(numbers[0]), static_cast<double>(numbers[1])};
-            desk.setScene(scene, true);
-        }
-        if (ImGui::BeginCombo("##names", "named windows ...")) {
-            for (const std::string& name : windowNames())
-                if (ImGui::Selectable(name.c_str())) {
-                    desk.beginEdit();
-                    scene.window = windowOf(name, desk.volume()->values);
-                    changed = true;
-                }
-            ImGui::EndCombo();
-        }
-    }
-    if (changed)
-        desk.setScene(scene, false);
 }
 
 void Panels::planes(Desk& desk) {
     ImGui::Checkbox("beside the volume (X)", &desk.showSlices);
+    if (desk.showSlices) {
+        const std::vector<std::string> names = {"all three", "axial", "coronal", "sagittal"};
+        if (const auto taken =
+                nameBox("shown", names[static_cast<std::size_t>(desk.enlargedPlane + 1)], names))
+            desk.enlargedPlane =
+                static_cast<int>(std::find(names.begin(), names.end(), *taken) - names.begin()) - 1;
+    }
     SliceWish wish = desk.slices();
-    bool changed = false;
-    if (ImGui::BeginCombo("window", "choose ...")) {
-        for (const std::string& name : windowNames())
-            if (ImGui::Selectable(name.c_str())) {
-                wish.window = windowOf(name, desk.volume()->values);
-                changed = true;
-            }
-        ImGui::EndCombo();
-    }
-    float window[2] = {static_cast<float>(wish.window.centre), static_cast<float>(wish.window.width)};
-    if (ImGui::DragFloat2("centre, width", window, 2, 0, 0, "%.0f") && window[1] > 0) {
-        wish.window = {static_cast<double>(window[0]), static_cast<double>(window[1])};
-        changed = true;
-    }
-    if (changed)
+    bool ignored = false; // planes are in no scene
+    if (const auto window = windowBox(wish.window, desk.volume()->values, ignored)) {
+        wish.window = *window;
         desk.setSlices(wish);
+    }
+}
+
+/// Cuts and all other edits, one after the other.
+void Panels::undoPanel(Desk& desk) {
+    if (desk.scene().cuts.any() && ImGui::Button("remove all cuts")) {
+        desk.beginEdit();
+        Scene scene = desk.scene();
+        scene.cuts = {};
+        desk.setScene(scene, false);
+    }
+    if (ImGui::Button("undo (Ctrl Z)"))
+        desk.undo();
+    ImGui::SameLine();
+    if (ImGui::Button("redo (Ctrl Y)"))
+        desk.redo();
 }
 
 void Panels::light(Desk& desk) {
@@ -156,15 +143,11 @@ void Panels::light(Desk& desk) {
         lookOf_ = desk.asked();
         look_ = lookOf(desk.scene());
     }
-    if (ImGui::BeginCombo("look", look_.c_str())) {
-        for (const std::string& name : lookNames())
-            if (ImGui::Selectable(name.c_str(), name == look_)) {
-                Scene scene = desk.scene();
-                applyLook(name, scene);
-                desk.beginEdit();
-                desk.setScene(scene, false);
-            }
-        ImGui::EndCombo();
+    if (const auto name = nameBox("look", look_, lookNames())) {
+        Scene lit = desk.scene();
+        applyLook(*name, lit);
+        desk.beginEdit();
+        desk.setScene(lit, false);
     }
     Scene scene = desk.scene();
     bool changed = false;
@@ -189,82 +172,38 @@ void Panels::light(Desk& desk) {
         desk.setScene(scene, false);
 }
 
-void Panels::surfaces(Desk& desk) {
-    Scene scene = desk.scene();
-    const VolumeSeen& volume = *desk.volume();
-    bool changed = false;
-    for (std::size_t i = 0; i < scene.surfaces.size(); ++i) {
-        ImGui::PushID(static_cast<int>(i));
-        Isosurface& surface = scene.surfaces[i];
-        float value = static_cast<float>(surface.value), opacity = static_cast<float>(surface.opacity);
-        ImGui::SetNextItemWidth(120);
-        const bool moved = ImGui::DragFloat(
-            "##value", &value, static_cast<float>((volume.values.highest - volume.values.lowest) / 2000),
-            static_cast<float>(volume.values.lowest), static_cast<float>(volume.values.highest), "%.0f");
-        if (edited())
-            desk.beginEdit();
-        ImGui::SameLine();
-        ImGui::SetNextItemWidth(90);
-        const bool faded = ImGui::SliderFloat("##opacity", &opacity, 0, 1, "%.2f");
-        if (edited())
-            desk.beginEdit();
-        ImGui::SameLine();
-        const bool gone = ImGui::SmallButton("remove");
-        ImGui::PopID();
-        if (moved || faded) {
-            surface.value = static_cast<double>(value);
-            surface.opacity = static_cast<double>(opacity);
-            changed = true;
-        }
-        if (gone) {
-            desk.beginEdit();
-            scene.surfaces.erase(scene.surfaces.begin() + static_cast<std::ptrdiff_t>(i));
-            changed = true;
-            break;
-        }
-    }
-    if (scene.surfaces.size() < Scene::kMaxSurfaces && ImGui::Button("add isosurface")) {
-        desk.beginEdit();
-        const auto& points = desk.function().opacityPoints();
-        scene.surfaces.push_back({points.empty() ? volume.values.lowest : points.back().value, {1, 1, 1}, 1});
-        changed = true;
-    }
-    if (changed)
-        desk.setScene(scene, false);
-}
-
 void Panels::state(Desk& desk) {
     const ViewingState& s = desk.state();
     const auto now = WindowClock::now();
-    ImGui::Text("%.0f pictures a second, %.0f ms after input", desk.latency().picturesPerSecond(now),
-                desk.latency().lastMs);
-    ImGui::Text("half within %.0f ms, 19 of 20 within %.0f ms", desk.latency().percentileMs(0.5),
-                desk.latency().percentileMs(0.95));
+    wrapped("%.0f pictures a second, %.0f ms after input", desk.latency().picturesPerSecond(now),
+            desk.latency().lastMs);
+    wrapped("half within %.0f ms, 19 of 20 within %.0f ms", desk.latency().percentileMs(0.5),
+            desk.latency().percentileMs(0.95));
     if (const ShownPicture* picture = desk.picture())
-        ImGui::Text("%s: %d x %d, %.0f ms", kStages[static_cast<int>(picture->stage)], picture->image.size.x,
-                    picture->image.size.y, picture->drawingMs);
-    ImGui::Text("RAM %s of %s", formatBytes(s.ramUsed).c_str(), formatBytes(s.ramLimit).c_str());
-    ImGui::Text("bricks' memory %s of %s", formatBytes(s.gpuUsed).c_str(), formatBytes(s.gpuLimit).c_str());
+        wrapped("%s: %d x %d, %.0f ms", kStages[static_cast<int>(picture->stage)], picture->image.size.x,
+                picture->image.size.y, picture->drawingMs);
+    wrapped("RAM %s of %s", formatBytes(s.ramUsed).c_str(), formatBytes(s.ramLimit).c_str());
+    wrapped("bricks' memory %s of %s", formatBytes(s.gpuUsed).c_str(), formatBytes(s.gpuLimit).c_str());
     if (s.bricksShown > 0)
-        ImGui::Text("%.0f %% of %zu bricks at their level, levels %d to %d",
-                    100.0 * static_cast<double>(s.bricksAsWanted) / static_cast<double>(s.bricksShown),
-                    s.bricksShown, s.finestLevel, std::max(s.finestLevel, s.coarsestLevel));
+        wrapped("%.0f %% of %zu bricks at their level, levels %d to %d",
+                100.0 * static_cast<double>(s.bricksAsWanted) / static_cast<double>(s.bricksShown),
+                s.bricksShown, s.finestLevel, std::max(s.finestLevel, s.coarsestLevel));
     if (const auto all = s.chunksThere + s.chunksMissed; all > 0)
-        ImGui::Text("%.0f %% of %llu chunks were read before they were asked for",
-                    100.0 * static_cast<double>(s.chunksThere) / static_cast<double>(all),
-                    static_cast<unsigned long long>(all));
+        wrapped("%.0f %% of %llu chunks were there when they were asked for",
+                100.0 * static_cast<double>(s.chunksThere) / static_cast<double>(all),
+                static_cast<unsigned long long>(all));
     ImGui::Checkbox("colour bricks by level (L)", &desk.showLevels);
     if (s.movesLeft > 0)
-        ImGui::Text("%zu bricks are on their way", s.movesLeft);
+        wrapped(s.movesLeft == 1 ? "%zu brick is on its way" : "%zu bricks are on their way", s.movesLeft);
     if (s.lightIsCoarse)
-        ImGui::TextUnformatted("light is coarse yet");
+        wrapped("light is coarse as yet");
     if (s.drawingStill)
-        ImGui::TextUnformatted("drawing the still ...");
+        wrapped("drawing the still ...");
     if (s.noStills)
-        ImGui::TextWrapped("no stills: --ram is too small for one of this volume beside these pictures");
+        wrapped("no stills: --ram is too small for one of this volume beside these pictures");
     if (!s.measured.empty())
-        ImGui::TextWrapped("%s", s.measured.c_str());
-    ImGui::TextWrapped("%s", s.engine.c_str());
+        wrapped("%s", s.measured.c_str());
+    wrapped("%s", s.engine.c_str());
 }
 
 void Panels::draw(Desk& desk, Tools& tools, CutHandles& cuts, Endoscopy& endoscopy, float height) {
@@ -281,19 +220,23 @@ void Panels::draw(Desk& desk, Tools& tools, CutHandles& cuts, Endoscopy& endosco
             if (ImGui::CollapsingHeader(name, open ? ImGuiTreeNodeFlags_DefaultOpen : 0))
                 body();
         };
+        part(
+            "Save", [&] { saving(desk); }, false);
         part("View", [&] { view(desk); });
         part("Transfer function", [&] { function_.draw(desk); });
-        part("Mode", [&] { mode(desk); });
+        part("Mode", [&] { modePanel(desk); });
         part("Planes", [&] { planes(desk); });
-        part("Measure and cut", [&] {
-            tools.panel(desk);
+        part("Measure", [&] { tools.panel(desk); });
+        part("Cut", [&] {
+            tools.scissorsPanel(desk);
             cuts.panel(desk);
+            undoPanel(desk);
         });
         part(
             "Endoscopy", [&] { endoscopy.panel(desk); }, false);
         part("Light", [&] { light(desk); });
         part(
-            "Isosurfaces", [&] { surfaces(desk); }, false);
+            "Isosurfaces", [&] { surfacesPanel(desk); }, false);
         part("State", [&] { state(desk); });
     }
     ImGui::End();
@@ -316,7 +259,8 @@ void drawHelp(Desk& desk) {
                                        {"planes: left drag", "the crosshair"},
                                        {"planes: right drag", "window: centre, width"},
                                        {"planes: wheel, Ctrl wheel", "through the volume; nearer"},
-                                       {"R", "whole volume"},
+                                       {"planes: double click, border", "one alone, larger; dragged: wider"},
+                                       {"R", "all that shows, from where one looks"},
                                        {"F; W A S D, Q E", "fly"},
                                        {"Ctrl Z, Ctrl Y", "undo, redo"},
                                        {"Space, arrows, Home", "along a line: fly, step, look ahead again"},
@@ -327,6 +271,7 @@ void drawHelp(Desk& desk) {
                                        {"B, N", "crop box; a plane that cuts, through the crosshair"},
                                        {"Tab; Ctrl Q", "panels; close"},
                                        {"F12, Ctrl S", "save the picture, the scene"},
+                                       {"Ctrl O", "open: folders, and what was opened last"},
                                        {"?", "this list"}};
         if (ImGui::BeginTable("keys", 2)) {
             for (const auto& row : rows) {

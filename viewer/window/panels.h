@@ -22,15 +22,16 @@ class Panels {
 
   private:
     void files(Desk& desk);
+    void saving(Desk& desk);
     void view(Desk& desk);
-    void mode(Desk& desk);
     void planes(Desk& desk);
+    void undoPanel(Desk& desk);
     void light(Desk& desk);
-    void surfaces(Desk& desk);
     void state(Desk& desk);
 
     FunctionEditor function_;
-    char path_[1024] = {};
+    char path_[1024] = {}, name_[1024] = {};
+    int times_ = 1; // the picture's pixels that are saved, of those shown along a side
     std::string look_;
     std::uint64_t lookOf_ = 0; // the wish that look_ is of
 };

@@ -118,14 +118,12 @@ void PictureHand::press(Desk& desk, int key, bool control, bool shift) {
     constexpr View kViews[] = {View::anterior, View::posterior, View::left,
                                View::right,    View::superior,  View::inferior};
     if (key >= '1' && key <= '6')
-        desk.setCamera(seenFrom(desk.camera(), kViews[key - '1']), false);
+        desk.fitView(kViews[key - '1']);
     else if (key == 'R')
-        desk.resetCamera();
+        desk.fitView();
     else if (key == 'P')
-        desk.setCamera(projectedBy(desk.camera(), desk.camera().projection == Projection::parallel
-                                                      ? Projection::perspective
-                                                      : Projection::parallel),
-                       false);
+        desk.setProjection(desk.camera().projection == Projection::parallel ? Projection::perspective
+                                                                            : Projection::parallel);
     else if (key == 'F')
         desk.flying = !desk.flying;
 }

@@ -9,6 +9,7 @@
 #include "viewer/window/cut_handles.h"
 #include "viewer/window/desk.h"
 #include "viewer/window/endoscopy.h"
+#include "viewer/window/opener.h"
 #include "viewer/window/overlays.h"
 #include "viewer/window/panels.h"
 #include "viewer/window/picture_view.h"
@@ -174,8 +175,8 @@ struct Gui {
         });
 #endif
     }
-    /// Before each frame.
-    static void begin(const Window& window) {
+    /// Before each frame. @param hand  in place of the user's
+    static void begin(const Window& window, const std::optional<ScriptedHand>& hand) {
         ImGui_ImplOpenGL3_NewFrame();
         ImGui_ImplGlfw_NewFrame();
         const glm::vec2 size(window.size()), pixels(window.framebuffer());
@@ -189,6 +190,18 @@ struct Gui {
             io.MousePos.y /= static_cast<float>(window.perUnit());
         }
 #endif
+        if (hand) {
+            const ImVec2 at(static_cast<float>(hand->at.x), static_cast<float>(hand->at.y));
+#if IMGUI_VERSION_NUM < 18700
+            io.MousePos = at;
+            io.MouseDown[0] = hand->down;
+            io.MouseWheel += static_cast<float>(hand->wheel);
+#else
+            io.AddMousePosEvent(at.x, at.y);
+            io.AddMouseButtonEvent(0, hand->down);
+            io.AddMouseWheelEvent(0, static_cast<float>(hand->wheel));
+#endif
+        }
         ImGui::NewFrame();
     }
     ~Gui() {
@@ -228,6 +241,7 @@ struct Screen {
     Gui gui;
     PictureTexture texture;
     SlicePanel slices;
+    Opener opener;
 };
 
 class Loop {
@@ -266,17 +280,21 @@ class Loop {
     }
 
     static glm::ivec2 startSize(const WindowOptions& options, const Settings& settings) {
-        return settings.windowSize.x > 0 && !options.script ? settings.windowSize : options.size;
+        const bool remembers = settings.windowSize.x > 0 && !options.script;
+        return options.size ? *options.size
+               : remembers  ? settings.windowSize
+                            : glm::ivec2(WindowOptions::kFirstSize[0], WindowOptions::kFirstSize[1]);
     }
 
-    Area pictureArea() const {
+    /// @param opens  as it will be once a volume is open
+    Area pictureArea(bool opens = false) const {
         const glm::ivec2 size = screen_->window.size(), pixels = screen_->window.framebuffer();
         Area area;
         const double panels = desk_.showPanels ? static_cast<double>(Panels::kWidth) : 0.0;
         area.from = {std::min(panels, size.x - 1.0), 0};
         area.size = glm::dvec2(size) - area.from;
-        if (desk_.showSlices && desk_.volume())
-            area.size.x = std::max(1.0, std::floor(area.size.x * (1 - SlicePanel::kShare)));
+        if (desk_.showSlices && (desk_.volume() || opens))
+            area.size.x = std::max(1.0, std::floor(area.size.x * (1 - desk_.planesShare())));
         area.pixelsPerUnit = size.x > 0 ? static_cast<double>(pixels.x) / size.x : 1;
         return area;
     }
@@ -290,18 +308,20 @@ class Loop {
     }
 
     void frame() {
-        Gui::begin(screen_->window);
+        Gui::begin(screen_->window, std::exchange(scriptedHand_, {}));
         const glm::ivec2 pixels = screen_->window.framebuffer();
         const Area area = pictureArea();
-        if (pixels.x > 0 && pixels.y > 0)
-            desk_.setPictureSize(area.pixels());
+        if (pixels.x > 0 && pixels.y > 0) // while one is opened: the size that its first picture has
+            desk_.setPictureSize(pictureArea(true).pixels());
         if (toOpen_)
             desk_.open(*std::exchange(toOpen_, {}));
         for (const fs::path& path : std::exchange(events_.dropped, {}))
             desk_.open(path);
         desk_.update();
         const bool flies = endoscopy_.advance(desk_);
-        moves_ = tools_.handle(desk_, area) || endoscopy_.handle(desk_, area) || cuts_.handle(desk_, area) ||
+        const bool planes = desk_.showSlices && desk_.volume();
+        moves_ = (planes && screen_->slices.divide(desk_, area, slicesBeside(area))) ||
+                 tools_.handle(desk_, area) || endoscopy_.handle(desk_, area) || cuts_.handle(desk_, area) ||
                  hand_.handle(desk_, area) || flies;
         for (const Events::Key& key : std::exchange(events_.pressed, {}))
             if (!ImGui::GetIO().WantTextInput)
@@ -310,7 +330,11 @@ class Loop {
                                     {[this](const glm::ivec2& size) { screen_->window.resize(size); },
                                      [this](const fs::path& path) { toCapture_ = path; },
                                      [this] { glfwSetWindowShouldClose(screen_->window.get(), GLFW_TRUE); },
-                                     countGlObjects, [this] { loseContext_ = true; }});
+                                     countGlObjects, [this] { loseContext_ = true; },
+                                     [this](const ScriptedHand& hand) { scriptedHand_ = hand; },
+                                     [this](int key, bool shift) {
+                                         events_.pressed.push_back({key, shift ? GLFW_MOD_SHIFT : 0});
+                                     }});
         waits_ = desk_.settle();
         nameWindow();
         drawPicture(area);
@@ -318,9 +342,10 @@ class Loop {
         tools_.draw(desk_, area);
         cuts_.draw(desk_, area);
         endoscopy_.draw(desk_, area);
-        if (desk_.showSlices && desk_.volume())
+        if (planes)
             screen_->slices.draw(desk_, tools_, endoscopy_, slicesBeside(area));
         panels_.draw(desk_, tools_, cuts_, endoscopy_, static_cast<float>(screen_->window.size().y));
+        screen_->opener.draw(desk_, area);
         drawHelp(desk_);
         ImGui::Render();
         glViewport(0, 0, pixels.x, pixels.y);
@@ -339,6 +364,8 @@ class Loop {
             glfwSetWindowShouldClose(screen_->window.get(), GLFW_TRUE);
         else if (shift && key.key == GLFW_KEY_SLASH)
             desk_.showHelp = !desk_.showHelp;
+        else if (control && key.key == GLFW_KEY_O)
+            desk_.showBrowser = !desk_.showBrowser;
         else if (key.key == GLFW_KEY_F12)
             desk_.savePicture();
         else if (key.key == GLFW_KEY_ESCAPE)
@@ -397,6 +424,8 @@ class Loop {
         const ViewingState& s = desk_.state();
         if (s.kind == ViewingState::Kind::opening)
             title += " (opening)";
+        else if (desk_.offers())
+            title += " (choosing)";
         else if (s.atRest && desk_.hasAsked() && desk_.volume())
             title += " (at rest)";
         if (title != title_)
@@ -429,6 +458,7 @@ class Loop {
     Script script_;
     std::optional<fs::path> toOpen_, toCapture_;
     std::string title_;
+    std::optional<ScriptedHand> scriptedHand_;
     bool moves_ = false, waits_ = false, scripted_ = false;
     bool loseContext_ = false; // as if the device had been reset
 };

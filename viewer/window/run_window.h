@@ -15,8 +15,10 @@
 namespace tessera {
 
 struct WindowOptions {
-    std::filesystem::path path;                  // opened at once; empty: none
-    glm::ivec2 size{1280, 720};                  // of the window, in the screen's units
+    static constexpr int kFirstSize[2] = {1280, 720};
+    std::filesystem::path path; // opened at once; empty: none
+    /// Of the window, in the screen's units; none: as it was last, else kFirstSize.
+    std::optional<glm::ivec2> size;
     std::optional<std::filesystem::path> script; // what to do, instead of a hand (script.h)
     bool panels = true;
     PresetShelf presets;

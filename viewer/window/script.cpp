@@ -33,7 +33,9 @@ const std::map<std::string, std::size_t>& wordsOfSteps() {
         {"mode", 1},         {"window-of", 1},  {"crop", 6},      {"levels", 1},       {"place", 3},
         {"print", 1},        {"projection", 1}, {"quit", 0},      {"lose-context", 0}, {"keep-preset", 1},
         {"write-preset", 2}, {"line", 3},       {"tree", 3},      {"fly-to", 1},       {"fly", 1},
-        {"record", 0},       {"load-path", 1},  {"save-path", 1}, {"cover", 0},        {"look-at-patch", 1}};
+        {"record", 0},       {"load-path", 1},  {"save-path", 1}, {"cover", 0},        {"look-at-patch", 1},
+        {"fit", 0},          {"choose", 1},     {"click", 2},     {"double-click", 2}, {"drag", 4},
+        {"wheel", 3},        {"key", 1}};
     return words;
 }
 
@@ -90,7 +92,10 @@ bool Script::waits(const Step& step, Desk& desk, const Endoscopy& endoscopy) {
     const ViewingState& s = desk.state();
     const ShownPicture* const picture = desk.picture();
     const bool isTime = std::isdigit(static_cast<unsigned char>(what.front())) != 0;
-    if (s.kind == ViewingState::Kind::failed && !isTime)
+    if (what == "choice")
+        return s.kind == ViewingState::Kind::opening ||
+               (!desk.offers() && s.kind != ViewingState::Kind::failed);
+    if ((s.kind == ViewingState::Kind::failed || s.kind == ViewingState::Kind::choosing) && !isTime)
         refuse(step, "a volume, but: " + s.what);
     const bool settled = desk.hasAsked();
     if (what == "volume")
@@ -99,6 +104,8 @@ bool Script::waits(const Step& step, Desk& desk, const Endoscopy& endoscopy) {
         return endoscopy.isSearching();
     if (what == "picture")
         return !picture;
+    if (desk.isRefused() && !isTime && what != "volume")
+        refuse(step, "a scene that can be drawn, but: " + desk.lastProblem());
     if (what == "whole")
         return !settled || !desk.isAnswered() ||
                (picture->stage != Stage::whole && picture->stage != Stage::still);
@@ -150,11 +157,44 @@ bool Script::takeEndoscopy(const Step& step, Desk& desk, Endoscopy& endoscopy, b
     return true;
 }
 
+/// A frame of a click or a drag. Returns whether it was the last.
+bool Script::takeHand(const Step& step, const Window& window) {
+    const bool drags = step.words.front() == "drag";
+    const glm::dvec2 from(number(step, 1), number(step, 2)),
+        to = drags ? glm::dvec2(number(step, 3), number(step, 4)) : from;
+    constexpr int kWay = 6; // frames
+    const ScriptedHand up{from, false, 0}, down{from, true, 0}, end{to, false, 0};
+    std::vector<ScriptedHand> frames = {up, up, down};
+    if (step.words.front() == "wheel")
+        frames.back() = {from, false, number(step, 3)};
+    for (int n = 1; drags && n <= kWay; ++n)
+        frames.push_back({from + (to - from) * (static_cast<double>(n) / kWay), true, 0});
+    if (step.words.front() == "double-click")
+        frames.insert(frames.end(), {up, down});
+    frames.insert(frames.end(), {end, end});
+    window.point(frames[handed_++]);
+    if (handed_ < frames.size())
+        return false;
+    handed_ = 0;
+    return true;
+}
+
 bool Script::take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Window& window) {
     const std::string& name = step.words.front();
     const auto word = [&](std::size_t i) -> const std::string& { return step.words[i]; };
     if (name == "open")
         return desk.open(word(1)), true;
+    if (name == "choose") {
+        const auto offers = desk.offers();
+        if (!offers && desk.state().kind == ViewingState::Kind::opening)
+            return false;
+        const double n = number(step, 1);
+        if (!offers || !(n >= 1 && n <= static_cast<double>(offers->offers.size())))
+            refuse(step, "the number of one of several volumes that are offered");
+        return desk.choose(static_cast<std::size_t>(n) - 1,
+                           step.words.size() > 2 ? static_cast<int>(number(step, 2)) : 0),
+               true;
+    }
     if (name == "wait")
         return !waits(step, desk, endoscopy);
     if (name == "size") {
@@ -171,6 +211,16 @@ bool Script::take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Wind
         return desk.showLevels = word(1) == "on", true;
     if (name == "planes")
         return desk.showSlices = word(1) == "on", true;
+    if (name == "key") {
+        const char letter = word(1).front();
+        if (word(1).size() != 1 || !std::isalnum(static_cast<unsigned char>(letter)))
+            refuse(step, "a letter or a digit");
+        return window.press(std::toupper(static_cast<unsigned char>(letter)),
+                            std::isupper(static_cast<unsigned char>(letter)) != 0),
+               true;
+    }
+    if (name == "click" || name == "double-click" || name == "drag" || name == "wheel")
+        return takeHand(step, window);
     if (name == "quit")
         return window.close(), true;
     if (name == "lose-context")
@@ -179,6 +229,8 @@ bool Script::take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Wind
         return window.capture(word(1)), true;
     if (!desk.volume())
         refuse(step, "an open volume first (wait volume)");
+    if (desk.isFitting())
+        return false; // what follows begins with the camera as it is
     bool alongALine = false;
     if (const bool done = takeEndoscopy(step, desk, endoscopy, alongALine); alongALine)
         return done;
@@ -189,18 +241,18 @@ bool Script::take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Wind
         desk.setCamera(panned(camera, {number(step, 1), number(step, 2)}), true);
     else if (name == "zoom")
         desk.setCamera(zoomed(camera, number(step, 1)), true);
+    else if (name == "fit")
+        desk.fitView();
     else if (name == "roll")
         desk.setCamera(rolled(camera, glm::radians(number(step, 1))), true);
     else if (name == "view")
-        desk.setCamera(seenFrom(camera, parseView(word(1), file_.string())), false);
+        desk.fitView(parseView(word(1), file_.string()));
     else if (name == "place") {
         SliceWish wish = desk.slices();
         wish.placeMm = {number(step, 1), number(step, 2), number(step, 3)};
         desk.setSlices(wish);
     } else if (name == "projection")
-        desk.setCamera(
-            projectedBy(camera, word(1) == "parallel" ? Projection::parallel : Projection::perspective),
-            false);
+        desk.setProjection(word(1) == "parallel" ? Projection::parallel : Projection::perspective);
     else if (name == "turn") {
         const int frames = static_cast<int>(number(step, 2));
         if (turned_ > 0 && desk.state().pictures == pictures_)
@@ -249,7 +301,11 @@ bool Script::take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Wind
         else
             std::printf("picked nothing\n");
     } else if (name == "picture") {
-        desk.viewing().saveScreenshot(word(1));
+        if (step.words.size() < 3)
+            return desk.viewing().saveScreenshot(word(1)), true;
+        Scene larger = desk.scene();
+        larger.imageSize *= static_cast<int>(std::clamp(number(step, 2), 1.0, 64.0));
+        desk.viewing().saveStill(larger, word(1));
     } else if (name == "scene") {
         writeOutputFile(word(1), sceneJson(desk.scene()) + "\n");
     } else if (name == "print") {
@@ -285,7 +341,9 @@ bool Script::advance(Desk& desk, Endoscopy& endoscopy, const Window& window) {
             return true;
         stepBegan_ = false;
         ++next_;
-        if (steps_[next_ - 1].words.front() == "window" || steps_[next_ - 1].words.front() == "quit")
+        const std::string& taken = steps_[next_ - 1].words.front();
+        if (taken == "window" || taken == "quit" || taken.ends_with("click") || taken == "drag" ||
+            taken == "wheel" || taken == "key")
             return true; // after the next frame
     }
     return false;

@@ -1,15 +1,20 @@
 // viewer/window/script.h: what to do in the window, from a file instead of a hand: for figures, measurements
 // and tests. A line is a step; empty lines and those that begin with # are none:
 //
-//   open PATH                 wait volume | picture | whole | still | rest | line | MILLISECONDS
+//   open PATH                 wait volume | choice | picture | whole | still | rest | line | MILLISECONDS
+//   choose N [PHASE]          of the volumes that a folder offers, from 1, once they are there (wait choice)
+//   click X Y, double-click X Y, drag X Y X2 Y2    the left button, in units of the window
+//   wheel X Y NOTCHES         key LETTER          a capital with Shift
 //   orbit RIGHT UP            degrees          pan X Y         parts of the picture's height
 //   zoom FACTOR               roll DEGREES     view SIDE       projection parallel|perspective
+//   fit                       all that shows, from where one looks
 //   turn DEGREES FRAMES       orbits in so many steps, each after the picture of the one before
 //   preset NAME|FILE          keep-preset NAME, write-preset tessera|slicer|paraview FILE
 //   light LOOK                shift VALUE FACTOR      of the transfer function
 //   isosurface VALUE          size WxH         of the window
 //   pick X Y                  pixels of the picture; prints what is there
-//   picture FILE              saves the picture          window FILE.ppm  the whole window as it is shown
+//   picture FILE [TIMES]      saves the picture, or a still of so many times the pixels along a side
+//   window FILE.ppm           the whole window as it is shown
 //   scene FILE                saves the scene            panels, planes, levels, help on|off
 //   mode NAME                 window-of C,W|NAME        crop X0 X1 Y0 Y1 Z0 Z1   mm
 //   place X Y Z               of the crosshair, mm
@@ -29,6 +34,13 @@
 
 namespace tessera {
 
+/// Where a pointer is, in units of the window, whether its left button is down, and notches of its wheel.
+struct ScriptedHand {
+    glm::dvec2 at{0};
+    bool down = false;
+    double wheel = 0;
+};
+
 class Script {
   public:
     /// What a window can do that a desk cannot.
@@ -38,6 +50,9 @@ class Script {
         std::function<void()> close;
         std::function<int()> countGlObjects;
         std::function<void()> loseContext; // as if the graphics device had been reset
+        /// A hand in place of the user's, in the next frame.
+        std::function<void(const ScriptedHand&)> point;
+        std::function<void(int key, bool shift)> press; // as GLFW names keys
     };
 
     Script() = default; // none
@@ -57,11 +72,13 @@ class Script {
     bool take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Window& window);
     bool takeEndoscopy(const Step& step, Desk& desk, Endoscopy& endoscopy, bool& taken);
     bool waits(const Step& step, Desk& desk, const Endoscopy& endoscopy);
+    bool takeHand(const Step& step, const Window& window);
 
     std::filesystem::path file_;
     std::vector<Step> steps_;
     std::size_t next_ = 0;
     int turned_ = 0;                // frames of a turn
+    std::size_t handed_ = 0;        // frames of a click or a drag
     std::uint64_t pictures_ = 0;    // when the step began
     std::uint64_t question_ = 0;    // of a pick
     WindowClock::time_point began_; // of the step

@@ -46,6 +46,8 @@ Settings loadSettings(const fs::path& file) {
         for (const auto& path : recent)
             if (path.is_string() && settings.recent.size() < Settings::kMostRecent)
                 settings.recent.emplace_back(path.get<std::string>());
+    if (const auto folder = found("folder"); folder.is_string())
+        settings.folder = folder.get<std::string>();
     if (const auto panels = found("panels"); panels.is_boolean())
         settings.panels = panels.get<bool>();
     return settings;
@@ -56,6 +58,7 @@ std::string saveSettings(const Settings& settings, const fs::path& file) {
         return {};
     nlohmann::json json = {{"windowSize", {settings.windowSize.x, settings.windowSize.y}},
                            {"panels", settings.panels},
+                           {"folder", settings.folder.string()},
                            {"recent", nlohmann::json::array()}};
     for (const fs::path& path : settings.recent)
         json["recent"].push_back(path.string());

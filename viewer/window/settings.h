@@ -11,6 +11,7 @@ struct Settings {
     static constexpr std::size_t kMostRecent = 12;
     glm::ivec2 windowSize{0};                  // 0: none remembered
     std::vector<std::filesystem::path> recent; // the last opened first
+    std::filesystem::path folder;              // that the browser showed last; empty: none
     bool panels = true;
 
     /// The path becomes the first of the recent ones.

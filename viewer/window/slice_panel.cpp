@@ -1,6 +1,9 @@
 // viewer/window/slice_panel.cpp: see slice_panel.h.
 #include "viewer/window/slice_panel.h"
 
+#include "core/number_text.h"
+#include "viewer/window/boxes.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -15,7 +18,7 @@ namespace {
 
 constexpr ImU32 kLine[] = {IM_COL32(230, 90, 80, 150), IM_COL32(90, 200, 110, 150),
                            IM_COL32(100, 150, 240, 150)};
-constexpr ImU32 kText = IM_COL32(235, 235, 235, 255);
+constexpr ImU32 kPlaneText = IM_COL32(235, 235, 235, 255);
 /// At the edges of each plane: left, right, upper, lower.
 constexpr const char* kLetters[3][4] = {{"R", "L", "A", "P"}, {"R", "L", "H", "F"}, {"A", "P", "H", "F"}};
 
@@ -24,7 +27,8 @@ ImVec2 at(const glm::dvec2& p) {
 }
 
 /// Where all of it lies within a voxel of the plane.
-void drawMeasurement(ImDrawList& draw, const Measurement& m, const Area& view, const SliceFrame& frame) {
+void drawMeasurement(ImDrawList& draw, const Measurement& m, const std::string& words, const Area& view,
+                     const SliceFrame& frame) {
     constexpr ImU32 kInk = IM_COL32(120, 220, 255, 255);
     constexpr double kNearMm = 1;
     for (const glm::dvec3& p : m.points)
@@ -42,7 +46,7 @@ void drawMeasurement(ImDrawList& draw, const Measurement& m, const Area& view, c
         draw.AddCircle(at(place(circleCentre(m))),
                        static_cast<float>(valueOf(m) / frame.mmPerPixel / view.pixelsPerUnit), kInk, 0, 1.5f);
     if (m.points.size() > 1)
-        draw.AddText(at(place(m.points[1]) + glm::dvec2(6, -14)), kInk, describe(m).c_str());
+        drawLabel(draw, at(place(m.points[1]) + glm::dvec2(10, -16)), kInk, words);
 }
 
 } // namespace
@@ -60,6 +64,24 @@ SlicePanel::~SlicePanel() {
     glDeleteTextures(static_cast<GLsizei>(textures_.size()), textures_.data());
 }
 
+bool SlicePanel::divide(Desk& desk, const Area& picture, const Area& planes) {
+    constexpr double kReach = 4;
+    const ImGuiIO& io = ImGui::GetIO();
+    const double border = planes.from.x - 1, x = static_cast<double>(io.MousePos.x);
+    const bool over = !io.WantCaptureMouse && std::abs(x - border) <= kReach;
+    if (over && ImGui::IsMouseClicked(0))
+        divides_ = true;
+    if (!ImGui::IsMouseDown(0))
+        divides_ = false;
+    if (over || divides_)
+        ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
+    if (divides_) {
+        const double whole = picture.size.x + planes.size.x;
+        desk.setPlanesShare(1 - (x - picture.from.x) / std::max(1.0, whole));
+    }
+    return divides_;
+}
+
 void SlicePanel::hand(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area& view, int plane,
                       const SliceFrame& frame) {
     const ImGuiIO& io = ImGui::GetIO();
@@ -70,6 +92,11 @@ void SlicePanel::hand(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area
     if (const glm::dvec3 mm = frame.patientFromPicture(view.pictureFromWindow(mouse));
         over && ImGui::IsMouseClicked(0) && (tools.placed(desk, mm) || endoscopy.placed(desk, mm)))
         return;
+    if (over && ImGui::IsMouseDoubleClicked(0)) {
+        desk.enlargedPlane = desk.enlargedPlane == plane ? -1 : plane;
+        held_ = -1;
+        return;
+    }
     if (over && held_ < 0 && (ImGui::IsMouseClicked(0) || ImGui::IsMouseClicked(1))) {
         held_ = plane;
         windows_ = ImGui::IsMouseClicked(1);
@@ -98,11 +125,15 @@ void SlicePanel::draw(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area
         return;
     SliceWish wish = desk.slices();
     std::array<Area, 3> views;
+    const int alone = desk.enlargedPlane;
+    const auto isShown = [&](std::size_t n) { return alone < 0 || alone == static_cast<int>(n); };
     for (std::size_t n = 0; n < 3; ++n) {
         views[n] = area;
-        views[n].size.y = area.size.y / 3 - 2;
-        views[n].from.y += static_cast<double>(n) * area.size.y / 3;
-        wish.sizes[n] = views[n].pixels();
+        if (alone < 0) {
+            views[n].size.y = area.size.y / 3 - 2;
+            views[n].from.y += static_cast<double>(n) * area.size.y / 3;
+        }
+        wish.sizes[n] = isShown(n) ? views[n].pixels() : glm::ivec2(0);
     }
     if (!(wish == desk.slices()))
         desk.setSlices(wish);
@@ -120,6 +151,8 @@ void SlicePanel::draw(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area
     }
     ImDrawList& draw = *ImGui::GetBackgroundDrawList();
     for (std::size_t n = 0; n < 3; ++n) {
+        if (!isShown(n))
+            continue;
         const Area& view = views[n];
         const SliceFrame frame = sliceFrame(desk.volume()->info, static_cast<Orientation>(n),
                                             desk.slices().placeMm, view.pixels(), desk.slices().zoom);
@@ -136,22 +169,26 @@ void SlicePanel::draw(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area
         draw.AddLine(at({view.from.x, cross.y}), at({view.from.x + view.size.x, cross.y}), kLine[across]);
         draw.AddLine(at({cross.x, view.from.y}), at({cross.x, view.from.y + view.size.y}), kLine[along]);
         for (const Measurement& m : desk.scene().measurements)
-            drawMeasurement(draw, m, view, frame);
+            drawMeasurement(draw, m, desk.describe(m), view, frame);
         endoscopy.drawOnPlane(draw, view, frame);
         draw.AddRect(at(view.from), at(view.from + view.size - 1.0), kLine[n]);
         if (desk.volume()->info.orientationKnown) {
             const glm::dvec2 middle = view.from + 0.5 * view.size;
-            draw.AddText(at({view.from.x + 5, middle.y - 7}), kText, kLetters[n][0]);
-            draw.AddText(at({view.from.x + view.size.x - 14, middle.y - 7}), kText, kLetters[n][1]);
-            draw.AddText(at({middle.x - 4, view.from.y + 3}), kText, kLetters[n][2]);
-            draw.AddText(at({middle.x - 4, view.from.y + view.size.y - 18}), kText, kLetters[n][3]);
+            draw.AddText(at({view.from.x + 5, middle.y - 7}), kPlaneText, kLetters[n][0]);
+            draw.AddText(at({view.from.x + view.size.x - 14, middle.y - 7}), kPlaneText, kLetters[n][1]);
+            draw.AddText(at({middle.x - 4, view.from.y + 3}), kPlaneText, kLetters[n][2]);
+            draw.AddText(at({middle.x - 4, view.from.y + view.size.y - 18}), kPlaneText, kLetters[n][3]);
         }
-        if (n == 0 && shown_) {
-            char text[96];
-            std::snprintf(text, sizeof text, "%.4g %s   C %.0f W %.0f", shown_->value,
-                          desk.volume()->info.unit.c_str(), shown_->wish.window.centre,
-                          shown_->wish.window.width);
-            draw.AddText(at({view.from.x + 5, view.from.y + 18}), kText, text);
+        if ((n == 0 || alone >= 0) && shown_) {
+            const GreyWindow& window = shown_->wish.window;
+            const std::string windowText =
+                "C " + numberText(window.centre) + " W " + numberText(window.width);
+            std::string value =
+                std::isfinite(shown_->value) ? valueText(shown_->value, desk.volume()->info.unit) : "";
+            const std::string both = value + (value.empty() ? "" : "   ") + windowText;
+            const bool narrow = static_cast<double>(ImGui::CalcTextSize(both.c_str()).x) > view.size.x - 10;
+            draw.AddText(at({view.from.x + 5, view.from.y + 18}), kPlaneText,
+                         (narrow && !value.empty() ? value + "\n" + windowText : both).c_str());
         }
         if (shown_ && !shown_->fine)
             draw.AddText(at({view.from.x + 5, view.from.y + view.size.y - 18}), IM_COL32(255, 190, 70, 255),

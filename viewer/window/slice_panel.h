@@ -14,9 +14,6 @@ namespace tessera {
 
 class SlicePanel {
   public:
-    /// Part of the window's width that the planes take.
-    static constexpr double kShare = 0.28;
-
     SlicePanel();
     ~SlicePanel();
     SlicePanel(const SlicePanel&) = delete;
@@ -24,6 +21,9 @@ class SlicePanel {
     /// Draws them into the area, one above the other, and takes what a hand does there. While ImGui's frame
     /// is open.
     void draw(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area& area);
+    /// The border between picture and planes, which is dragged. @param picture, planes  side by side
+    /// Returns whether it takes the mouse.
+    bool divide(Desk& desk, const Area& picture, const Area& planes);
 
   private:
     void hand(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area& view, int plane,
@@ -33,6 +33,7 @@ class SlicePanel {
     std::shared_ptr<const ShownSlices> shown_;
     int held_ = -1;        // plane under a button that is down
     bool windows_ = false; // it changes the window, not the place
+    bool divides_ = false;
 };
 
 } // namespace tessera

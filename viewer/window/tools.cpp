@@ -2,6 +2,7 @@
 #include "viewer/window/tools.h"
 
 #include "core/measurement.h"
+#include "viewer/window/boxes.h"
 #include "viewer/window/overlays.h" // pictureFromPatient
 
 #include <algorithm>
@@ -14,7 +15,7 @@
 namespace tessera {
 namespace {
 
-constexpr ImU32 kInk = IM_COL32(120, 220, 255, 255), kPending = IM_COL32(255, 210, 80, 255);
+constexpr ImU32 kMeasureInk = IM_COL32(120, 220, 255, 255), kPending = IM_COL32(255, 210, 80, 255);
 constexpr double kLeastMove = 4; // pixels between two corners of an outline
 constexpr int kCirclePieces = 64;
 
@@ -34,48 +35,64 @@ void Tools::take(Tool tool) {
     tool_ = same ? Tool::none : tool;
 }
 
+void Tools::button(const char* name, Tool tool) {
+    const bool on = tool_ == tool;
+    if (on)
+        ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));
+    if (ImGui::Button(name))
+        take(tool);
+    if (on)
+        ImGui::PopStyleColor();
+}
+
 void Tools::panel(Desk& desk) {
-    const auto button = [&](const char* name, Tool tool) {
-        const bool on = tool_ == tool;
-        if (on)
-            ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));
-        if (ImGui::Button(name))
-            take(tool);
-        if (on)
-            ImGui::PopStyleColor();
-    };
-    button("distance", Tool::distance);
+    button("distance (M)", Tool::distance);
     ImGui::SameLine();
-    button("angle", Tool::angle);
+    button("angle (G)", Tool::angle);
     ImGui::SameLine();
-    button("circle", Tool::circle);
+    button("circle (C)", Tool::circle);
     if (measures())
         ImGui::TextDisabled("click %zu places, in the volume or a plane",
                             pointsOf(pending_.kind) - pending_.points.size());
     Scene scene = desk.scene();
     for (std::size_t i = 0; i < scene.measurements.size(); ++i) {
         ImGui::PushID(static_cast<int>(i));
-        ImGui::Text("%s", describe(scene.measurements[i]).c_str());
+        const bool gone = ImGui::SmallButton("remove");
         ImGui::SameLine();
-        if (ImGui::SmallButton("remove")) {
+        wrapped("%s", desk.describe(scene.measurements[i]).c_str());
+        ImGui::PopID();
+        if (gone) {
             desk.beginEdit();
             scene.measurements.erase(scene.measurements.begin() + static_cast<std::ptrdiff_t>(i));
             desk.setScene(scene, false);
-            ImGui::PopID();
             break;
         }
-        ImGui::PopID();
     }
-    button("scissors: keep inside", Tool::scissorsInside);
+}
+
+void Tools::scissorsPanel(Desk& desk) {
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted("scissors keep");
     ImGui::SameLine();
-    button("outside", Tool::scissorsOutside);
+    button("inside", Tool::scissorsInside);
+    ImGui::SameLine();
+    button("outside (K)", Tool::scissorsOutside);
     if (tool_ == Tool::scissorsInside || tool_ == Tool::scissorsOutside)
         ImGui::TextDisabled("draw around it with the left button");
-    if (desk.scene().cuts.any() && ImGui::Button("undo all cuts")) {
-        desk.beginEdit();
-        scene = desk.scene();
-        scene.cuts = {};
-        desk.setScene(scene, false);
+    Scene scene = desk.scene();
+    for (std::size_t i = 0; i < scene.cuts.scissors.size(); ++i) {
+        ImGui::PushID(static_cast<int>(i));
+        const bool gone = ImGui::SmallButton("remove");
+        ImGui::SameLine();
+        ImGui::Text("outline %zu, %s kept", i + 1,
+                    scene.cuts.scissors[i].keep == Keep::inside ? "inside" : "outside");
+        ImGui::PopID();
+        if (gone) {
+            desk.beginEdit();
+            scene.cuts.scissors.erase(scene.cuts.scissors.begin() + static_cast<std::ptrdiff_t>(i));
+            desk.setScene(scene, false);
+            break;
+        }
     }
 }
 
@@ -90,7 +107,7 @@ bool Tools::placed(Desk& desk, const glm::dvec3& mm) {
         Scene scene = desk.scene();
         scene.measurements.push_back(pending_);
         desk.beginEdit();
-        desk.tell(describe(pending_));
+        desk.tell(tessera::describe(pending_));
         desk.setScene(scene, false);
         pending_ = {};
         tool_ = Tool::none;
@@ -197,10 +214,10 @@ void Tools::draw(Desk& desk, const Area& area) const {
                 line(on(i), on(i + 1), colour);
         }
         if (whole && at(m.points[1], p))
-            draw.AddText({p.x + 8, p.y - 14}, colour, describe(m).c_str());
+            drawLabel(draw, {p.x + 12, p.y - 16}, colour, desk.describe(m));
     };
     for (const Measurement& m : desk.scene().measurements)
-        one(m, kInk);
+        one(m, kMeasureInk);
     one(pending_, kPending);
     for (std::size_t i = 0; i + 1 < outline_.size(); ++i) {
         const glm::dvec2 a = area.from + outline_[i] / area.pixelsPerUnit,

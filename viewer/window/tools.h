@@ -17,8 +17,9 @@ class Tools {
   public:
     enum class Tool { none, distance, angle, circle, scissorsInside, scissorsOutside };
 
-    /// Buttons of the panel.
+    /// Parts of the panel: what measures, and scissors.
     void panel(Desk& desk);
+    void scissorsPanel(Desk& desk);
     /// Over the picture; before the camera's hand. Returns whether the tool takes the mouse.
     bool handle(Desk& desk, const Area& area);
     /// A place on a plane was clicked: a point of what is being measured. Returns whether a tool took it.
@@ -31,6 +32,7 @@ class Tools {
     Tool tool() const { return tool_; }
 
   private:
+    void button(const char* name, Tool tool);
     bool measures() const { return tool_ == Tool::distance || tool_ == Tool::angle || tool_ == Tool::circle; }
 
     Tool tool_ = Tool::none;

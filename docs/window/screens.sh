@@ -1,0 +1,72 @@
+#!/usr/bin/env bash
+# Makes the pictures of docs/window anew: the window on a phantom at three sizes, and a folder with several
+# volumes from its list to a saved picture, by clicks of a script on a display of its own.
+#   docs/window/screens.sh [TESSERA]
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+tessera=${1:-$root/build/release/tessera}
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+export XDG_CONFIG_HOME=$work/config XDG_CACHE_HOME=$work/cache
+"$tessera" phantom torso --size 256x192x300 -o torso.zarr -q
+# Two volumes: a ball in a box, and two balls of other values.
+python3 - <<'NII'
+import os, struct
+os.makedirs("scans")
+def write(name, size, value):
+    x, y, z = size
+    head = struct.pack("<i", 348) + bytes(36) + struct.pack("<8h", 3, x, y, z, 1, 1, 1, 1) + bytes(14)
+    head += struct.pack("<2h", 4, 16) + bytes(2) + struct.pack("<8f", 1, 1, 1, 2, 0, 0, 0, 0)
+    head += struct.pack("<3f", 352, 1, 0) + bytes(348 - 120 - 96) + bytes(0)
+    head = head[:252] + struct.pack("<2h", 1, 1) + bytes(24) + struct.pack(
+        "<12f", -1, 0, 0, x / 2, 0, -1, 0, y / 2, 0, 0, 2, -z) + bytes(16) + b"n+1\0"
+    voxels = [int(value(i, j, k)) for k in range(z) for j in range(y) for i in range(x)]
+    open(f"scans/{name}.nii", "wb").write(head + bytes(4) + struct.pack(f"<{len(voxels)}h", *voxels))
+ball = lambda p, c, r: sum((a - b) ** 2 for a, b in zip(p, c)) < r * r
+write("one-ball", (64, 64, 40), lambda *p: 900 if ball(p, (32, 32, 20), 15) else 60 if min(p) > 3 else 0)
+write("two-balls", (72, 48, 44),
+      lambda *p: 700 if ball(p, (22, 24, 22), 12) else 1200 if ball(p, (50, 24, 22), 14) else 0)
+NII
+cat >torso.txt <<'STEPS'
+wait still
+wait 300
+window shown.ppm
+quit
+STEPS
+cat >list.txt <<'STEPS'
+wait choice
+wait 2000
+window list.ppm
+click 700 430
+wait 500
+wait still
+wait 5000
+window chosen.ppm
+picture chosen.png
+quit
+STEPS
+# shown NAME DPI SIZE SCRIPT PATH: runs the script; its window's pictures become NAME.png.
+shown() {
+  xvfb-run -a -s "-screen 0 2700x1700x24 -noreset" bash -c 'echo "Xft.dpi: $1" | xrdb -merge; shift; "$@"' - \
+    "$2" "$tessera" view "$5" --size "$3" --script "$4"
+}
+png() {
+  python3 - "$1" "$2" <<'PNG'
+import struct, sys, zlib
+data = open(sys.argv[1], "rb").read()
+magic, size, most, pixels = data.split(b"\n", 3)
+width, height = map(int, size.split())
+pixels = pixels.translate(bytes(value & 0xf8 for value in range(256))) # five bits a colour: half the size
+rows = b"".join(b"\0" + pixels[3 * width * y:3 * width * (y + 1)] for y in range(height))
+part = lambda name, body: struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
+open(sys.argv[2], "wb").write(b"\x89PNG\r\n\x1a\n" + part(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
+                              + part(b"IDAT", zlib.compress(rows, 9)) + part(b"IEND", b""))
+PNG
+  echo "wrote $2"
+}
+here=$root/docs/window
+shown 1280x800 96 1280x800 torso.txt torso.zarr && png shown.ppm "$here/1280x800.png"
+shown 800x600 96 800x600 torso.txt torso.zarr && png shown.ppm "$here/800x600.png"
+shown 192dpi 192 800x600 torso.txt torso.zarr && png shown.ppm "$here/192dpi.png"
+shown list 96 1280x800 list.txt scans && png list.ppm "$here/list.png" && png chosen.ppm "$here/chosen.png"

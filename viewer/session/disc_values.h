@@ -1,0 +1,16 @@
+// viewer/session/disc_values.h: what values a circle holds that somebody measures.
+#pragma once
+
+#include "bricking/cache/brick_cache.h"
+#include "core/measurement.h"
+#include "core/volume.h"
+#include "viewer/session/viewing.h"
+
+namespace tessera {
+
+/// Of the field on the circle's disc, as trilinear interpolation of level 0 has it, at places half a voxel
+/// apart along two axes, further where a disc is large; what is outside the volume has no say. No samples
+/// where the three places make no circle. Throws what decoding threw.
+DiscValues discValues(BrickCache& cache, const VolumeInfo& info, const Measurement& circle);
+
+} // namespace tessera

@@ -1,0 +1,13 @@
+// viewer/session/saved_picture.h: a picture that was shown, as a file.
+#pragma once
+
+#include "viewer/session/viewing.h"
+
+#include <filesystem>
+
+namespace tessera {
+
+/// Writes it on its background, with its manifest. Throws Error or InputError naming the path.
+void savePicture(const std::filesystem::path& path, const ShownPicture& picture);
+
+} // namespace tessera

@@ -1,0 +1,45 @@
+// viewer/window/opener.h: what is opened: a browser of folders with what was opened last, and, of a folder
+// with several volumes, the list of them with a small picture each. Both lie over the picture.
+#pragma once
+
+#include "viewer/window/desk.h"
+#include "viewer/window/folder_listing.h"
+#include "viewer/window/picture_view.h" // Area
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace tessera {
+
+/// A GL context must be current from its making to its end.
+class Opener {
+  public:
+    Opener() = default;
+    ~Opener();
+    Opener(const Opener&) = delete;
+    Opener& operator=(const Opener&) = delete;
+    /// While ImGui's frame is open.
+    void draw(Desk& desk, const Area& area);
+
+  private:
+    void browser(Desk& desk, const Area& area);
+    void recent(Desk& desk);
+    void entries(Desk& desk);
+    void choices(Desk& desk, const Area& area);
+    struct Texture {
+        unsigned name = 0; // 0: none yet
+        glm::vec2 size{0};
+    };
+    /// Of an offer.
+    const Texture& textureOf(const Desk& desk, std::size_t offer);
+    void dropTextures();
+    void goTo(Desk& desk, const std::filesystem::path& folder);
+
+    std::optional<FolderListing> listing_;
+    std::shared_ptr<const VolumeOffers> of_; // what textures_ are of
+    std::vector<Texture> textures_;
+};
+
+} // namespace tessera
