@@ -16,7 +16,7 @@ using nlohmann::json;
 using Keys = std::vector<std::string>;
 
 const Keys kPathKeys = {"tesseraPath", "volume", "lumen", "lines", "keyframes", "flight", "framesPerSecond"};
-const Keys kVolumeKeys = {"contentHash", "size"};
+const Keys kVolumeOfPathKeys = {"contentHash", "size"};
 const Keys kLumenKeys = {"threshold", "side", "noise", "leaks", "surface"};
 const Keys kSideNames = {"below", "above"}; // in the order of Lumen::Side
 const Keys kLineKeys = {"name", "count", "spacing", "points", "radius", "parent", "leavesAt"};
@@ -39,7 +39,7 @@ json listOf(const glm::dvec3& v) {
 }
 
 PathVolume parseVolume(const JsonValue& value) {
-    value.requireKeys(kVolumeKeys);
+    value.requireKeys(kVolumeOfPathKeys);
     PathVolume volume;
     volume.contentHash = value.at("contentHash").text();
     const JsonItems size = value.at("size").items();
@@ -284,7 +284,7 @@ std::string pathJson(const Path& path) {
 }
 
 std::map<std::string, std::vector<std::string>> pathKeys() {
-    return {{"$", kPathKeys},         {"$.volume", kVolumeKeys},        {"$.lumen", kLumenKeys},
+    return {{"$", kPathKeys},         {"$.volume", kVolumeOfPathKeys},        {"$.lumen", kLumenKeys},
             {"$.lines[]", kLineKeys}, {"$.keyframes[]", kKeyframeKeys}, {"$.keyframes[].look", kLookKeys},
             {"$.flight", kFlightKeys}};
 }
