@@ -284,7 +284,7 @@ std::string pathJson(const Path& path) {
 }
 
 std::map<std::string, std::vector<std::string>> pathKeys() {
-    return {{"$", kPathKeys},         {"$.volume", kVolumeOfPathKeys},        {"$.lumen", kLumenKeys},
+    return {{"$", kPathKeys},         {"$.volume", kVolumeOfPathKeys},  {"$.lumen", kLumenKeys},
             {"$.lines[]", kLineKeys}, {"$.keyframes[]", kKeyframeKeys}, {"$.keyframes[].look", kLookKeys},
             {"$.flight", kFlightKeys}};
 }
