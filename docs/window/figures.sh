@@ -27,15 +27,5 @@ quit
 STEPS
 xvfb-run -a -s "-screen 0 1400x900x24" "$tessera" view torso.zarr --size 1100x640 --script steps.txt
 for picture in window endoscopy; do
-python3 - $picture.ppm "$root/docs/images/$picture.png" <<'PNG'
-import struct, sys, zlib
-data = open(sys.argv[1], "rb").read()
-magic, size, most, pixels = data.split(b"\n", 3)
-width, height = map(int, size.split())
-rows = b"".join(b"\0" + pixels[3 * width * y:3 * width * (y + 1)] for y in range(height))
-part = lambda name, body: struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
-open(sys.argv[2], "wb").write(b"\x89PNG\r\n\x1a\n" + part(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
-                              + part(b"IDAT", zlib.compress(rows, 9)) + part(b"IEND", b""))
-PNG
-echo "wrote $root/docs/images/$picture.png"
+    "$root/docs/window/ppm_to_png.py" $picture.ppm "$root/docs/images/$picture.png"
 done

@@ -4,6 +4,7 @@
 #   docs/window/screens.sh [TESSERA]
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+here=$root/docs/window
 tessera=${1:-$root/build/release/tessera}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -51,21 +52,7 @@ shown() {
   xvfb-run -a -s "-screen 0 2700x1700x24 -noreset" bash -c 'echo "Xft.dpi: $1" | xrdb -merge; shift; "$@"' - \
     "$2" "$tessera" view "$5" --size "$3" --script "$4"
 }
-png() {
-  python3 - "$1" "$2" <<'PNG'
-import struct, sys, zlib
-data = open(sys.argv[1], "rb").read()
-magic, size, most, pixels = data.split(b"\n", 3)
-width, height = map(int, size.split())
-pixels = pixels.translate(bytes(value & 0xf8 for value in range(256))) # five bits a colour: half the size
-rows = b"".join(b"\0" + pixels[3 * width * y:3 * width * (y + 1)] for y in range(height))
-part = lambda name, body: struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
-open(sys.argv[2], "wb").write(b"\x89PNG\r\n\x1a\n" + part(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
-                              + part(b"IDAT", zlib.compress(rows, 9)) + part(b"IEND", b""))
-PNG
-  echo "wrote $2"
-}
-here=$root/docs/window
+png() { "$here/ppm_to_png.py" "$1" "$2" 5; }
 shown 1280x800 96 1280x800 torso.txt torso.zarr && png shown.ppm "$here/1280x800.png"
 shown 800x600 96 800x600 torso.txt torso.zarr && png shown.ppm "$here/800x600.png"
 shown 192dpi 192 800x600 torso.txt torso.zarr && png shown.ppm "$here/192dpi.png"
