@@ -11,6 +11,7 @@
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <limits>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -81,6 +82,23 @@ ViewAxes viewAxes(View view) {
         axes.towards = {0, 0, -1}, axes.up = {0, -1, 0};
         break;
     }
+    axes.right = glm::cross(-axes.towards, axes.up);
+    return axes;
+}
+
+ViewAxes viewAxes(const ViewAngles& angles) {
+    const auto sine = [](double degrees) {
+        const double within = std::fmod(degrees, 360.0);
+        for (const auto& [at, value] : {std::pair{0.0, 0.0}, {90.0, 1.0}, {180.0, 0.0}, {270.0, -1.0}})
+            if (within == at || within == at - 360)
+                return value;
+        return std::sin(glm::radians(within));
+    };
+    const double s = sine(angles.turn), c = sine(angles.turn + 90);
+    const double up = sine(angles.rise), level = sine(angles.rise + 90);
+    ViewAxes axes;
+    axes.towards = {level * s, -level * c, up};
+    axes.up = {-up * s, up * c, level};
     axes.right = glm::cross(-axes.towards, axes.up);
     return axes;
 }

@@ -28,12 +28,22 @@ struct Camera {
     bool operator==(const Camera&) const = default;
 };
 
+/// Where the viewer is, seen from the patient, degrees. turn: about the axis from feet to head, 0 in front of
+/// the patient, 90 at the patient's left, 180 behind. rise: from there up towards the head, [-90,90].
+struct ViewAngles {
+    double turn = 0, rise = 0;
+    bool operator==(const ViewAngles&) const = default;
+};
+
 /// A side of the patient's axes in patient space, unit: the picture's right and up, and towards the viewer.
 /// Superior is up for the four horizontal views; for superior and inferior, anterior is up.
 struct ViewAxes {
     glm::dvec3 right{0}, up{0}, towards{0};
 };
 ViewAxes viewAxes(View view);
+/// Superior is up, or what remains of it: from straight above what lies behind the patient's axis. Exact at
+/// multiples of 90 degrees, so that 90,0 is `left`.
+ViewAxes viewAxes(const ViewAngles& angles);
 
 /// Finds the camera of a side whose picture holds all that it is given, as large as can be but for a margin
 /// of 3 %. Where things lie decides by what the planes through the picture's edges must hold, so that it
@@ -52,6 +62,8 @@ class ViewFit {
     /// Looks at the middle of what was given, at its middle depth; it must not be empty.
     Camera camera() const;
 
+    /// How far what was given reaches, as reachOf() tells it.
+    const std::array<double, 4>& reach() const { return reach_; }
     /// How far a box reaches to the picture's right, left, upper and lower edge: what the plane through the
     /// edge must hold, in mm from the plane through the origin.
     std::array<double, 4> reachOf(const glm::dvec3& centre, const glm::dvec3& half) const;

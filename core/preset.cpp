@@ -8,6 +8,7 @@
 #include "core/preset_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <numeric>
 
@@ -106,20 +107,31 @@ bool looksLikeHu(const ValueSummary& values) {
     return all > 0 && width > 0 && air >= kSomeAir * all && body >= kMost * all;
 }
 
-TransferFunction presetFunction(const std::string& name, const ValueSummary& values) {
+Preset builtInPreset(const std::string& name) {
     if (name == kAuto)
-        return autoFunction(values);
+        return {name, presetDescription(name), PresetUnit::any, {}, "{}"};
     const auto found = presets::embeddedFiles().find(name + ".json");
     if (found == presets::embeddedFiles().end()) {
         const std::vector<std::string> names = presetNames();
         throw badFile("preset", "one of " + joinNames(names),
                       "\"" + name.substr(0, 40) + "\"; nearest: \"" + nearestName(name, names) + "\"");
     }
+    return parsePreset(std::string(found->second), name, "preset " + name);
+}
+
+TransferFunction presetFunction(const std::string& name, const ValueSummary& values) {
+    if (name == kAuto)
+        return autoFunction(values);
+    const Preset preset = builtInPreset(name);
+    if (preset.unit == PresetUnit::share)
+        return overRange(preset, values.lowest,
+                         std::max(values.highest, std::nextafter(values.lowest, 1e300)))
+            .function;
     if (!values.isHu && !looksLikeHu(values))
         throw badFile("preset " + name, "values in HU",
                       "values without a unit that do not look like HU; --unit HU takes them for HU, and the "
                       "preset \"auto\" suits any");
-    return parsePreset(std::string(found->second), name, "preset " + name).function;
+    return preset.function;
 }
 
 } // namespace tessera

@@ -8,11 +8,16 @@
 
 namespace tessera {
 
-/// Names, alphabetical: "auto", "bone", "lung", "skin", "soft-tissue", "vessels".
+/// Names, alphabetical: "auto" and those of core/presets/*.json. NAME-1 is what NAME was before it changed.
 std::vector<std::string> presetNames();
 
 /// A sentence or two on one of them.
 std::string presetDescription(const std::string& name);
+
+struct Preset; // core/preset_file.h
+/// One of them with all that it says of light, mode and window. "auto" has no function here, as it depends on
+/// values. Throws InputError, listing the names and the nearest one, for an unknown name.
+Preset builtInPreset(const std::string& name);
 
 /// What is known of a volume's values, for presets that adapt ("auto").
 struct ValueSummary {
@@ -32,7 +37,8 @@ bool looksLikeHu(const ValueSummary& values);
 /// "auto": from the histogram; transparent below the background peak's upper end, ramps over the quantiles of
 /// the rest, dark red to ivory. A volume of one value is transparent.
 /// A CT preset on other data is refused with a message that names "auto".
-/// "auto" suits any data; the others suit values in HU, and values that look like them (looksLikeHu).
+/// "auto" suits any data, and so do presets over shares of a range, which becomes that of the values; the
+/// others suit values in HU, and values that look like them (looksLikeHu).
 TransferFunction presetFunction(const std::string& name, const ValueSummary& values);
 
 } // namespace tessera

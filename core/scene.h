@@ -107,13 +107,14 @@ using TransferChoice = std::variant<std::string, TransferFunction>;
 
 struct SceneVolume {
     std::filesystem::path path; // store or source; absolute once a scene is loaded
-    TransferChoice transferFunction = std::string("bone");
+    TransferChoice transferFunction = std::string("bone-1");
     std::string unit = {};    // "HU": the values are in HU, whatever the volume says; "": as the volume says
     SourceChoice source = {}; // of source files; a store has nothing to choose
 };
 
-/// What a camera by side holds: all that the transfer function and the isosurfaces show, or the volume's box.
-enum class Fit { shown, volume };
+/// What a camera by side holds: all that the transfer function and the isosurfaces show, the volume's box, or
+/// what is shown of what cuts keep.
+enum class Fit { shown, volume, kept };
 
 /// A camera by side (fitted once the volume is known), or spelled out.
 struct FittedView {
@@ -122,9 +123,17 @@ struct FittedView {
     Fit fit = Fit::shown;
     /// Whether anybody asked for a side; else a slice is looked at along its normal, in parallel.
     bool named = false;
-    /// From anywhere, in place of the side: what windows ask for. Not in files.
+    /// From anywhere, in place of the side and of angles: what windows ask for. Not in files.
     std::optional<ViewAxes> axes = {};
+    std::optional<ViewAngles> angles = {}; // in place of `view`
+    double mmPerPixel = 0;                 // of a parallel picture; 0: as it fits
 };
+ViewAxes axesOf(const FittedView& view);
+/// Half the height of a parallel picture whose pixels have this edge, mm.
+inline double parallelScaleOf(double mmPerPixel, const glm::ivec2& imageSize) {
+    return 0.5 * mmPerPixel * imageSize.y;
+}
+constexpr double kLeastMmPerPixel = 1e-5, kMostMmPerPixel = 1e4;
 using CameraChoice = std::variant<FittedView, Camera>;
 
 struct Scene {
@@ -182,6 +191,9 @@ const std::vector<std::string>& integratorNames();   // in the order of Integrat
 const std::vector<std::string>& gradientNames();     // in the order of Gradient
 const std::vector<std::string>& pixelFilterNames();  // in the order of PixelFilter
 const std::vector<std::string>& shadingModelNames(); // in the order of ShadingModel
+/// Throws InputError naming where for angles that are out of range: a turn beyond 360 degrees either way, a
+/// rise beyond 90.
+ViewAngles checkedAngles(double turn, double rise, const std::string& where);
 /// Takes other words for a side too: front, back, top, bottom, ventral, dorsal, cranial, caudal.
 View parseView(const std::string& text, const std::string& where);
 Fit parseFit(const std::string& text, const std::string& where);

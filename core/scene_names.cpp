@@ -4,6 +4,8 @@
 #include "core/nearest_name.h"
 #include "core/scene.h"
 
+#include <cmath>
+
 namespace tessera {
 
 const std::vector<std::string>& viewNames() {
@@ -12,7 +14,7 @@ const std::vector<std::string>& viewNames() {
     return names;
 }
 const std::vector<std::string>& fitNames() {
-    static const std::vector<std::string> names = {"shown", "volume"};
+    static const std::vector<std::string> names = {"shown", "volume", "kept"};
     return names;
 }
 const std::vector<std::string>& fetchNames() {
@@ -59,6 +61,17 @@ View parseView(const std::string& text, const std::string& where) {
     if (const auto other = others.find(text); other != others.end())
         return other->second;
     return static_cast<View>(indexOfName(text, viewNames(), where));
+}
+ViewAngles checkedAngles(double turn, double rise, const std::string& where) {
+    if (!(std::abs(turn) <= 360 && std::abs(rise) <= 90))
+        throw badFile(where, "degrees about the patient's axis, from -360 to 360, and up, from -90 to 90",
+                      std::to_string(turn) + "," + std::to_string(rise));
+    return {turn, rise};
+}
+ViewAxes axesOf(const FittedView& view) {
+    if (view.axes)
+        return *view.axes;
+    return view.angles ? viewAxes(*view.angles) : viewAxes(view.view);
 }
 Fit parseFit(const std::string& text, const std::string& where) {
     return static_cast<Fit>(indexOfName(text, fitNames(), where));

@@ -27,7 +27,7 @@ const Keys kSceneKeys = {"tesseraScene", "volumes",      "camera",  "shading",  
 const Keys kSliceKeys = {"plane", "position", "point", "normal", "thickness", "reduction"};
 const Keys kVolumeKeys = {"path",  "transferFunction", "unit",      "series",
                           "phase", "largest",          "resampleZ", "allowMissing"};
-const Keys kFittedKeys = {"view", "fit", "parallelProjection"};
+const Keys kFittedKeys = {"view", "fit", "parallelProjection", "mmPerPixel"};
 const Keys kSurfaceKeys = {"value", "rgb", "opacity"};
 const Keys kQualityKeys = {"stepVoxels", "integrator",   "fetch",    "terminationTransmittance",
                            "skipping",   "edgeFunction", "sampling", "maxError",
@@ -84,12 +84,23 @@ CameraChoice parseCamera(const JsonValue& value) {
     bool parallel = false;
     value.read("parallelProjection", parallel);
     const Projection projection = parallel ? Projection::parallel : Projection::perspective;
+    double mmPerPixel = 0;
+    value.read("mmPerPixel", kLeastMmPerPixel, kMostMmPerPixel, mmPerPixel);
+    if (mmPerPixel > 0 && !parallel)
+        throw badFile(value.place(), "\"parallelProjection\": true beside \"mmPerPixel\"", "perspective");
     if (value.has("view")) {
         for (const std::string& key : freeCameraKeys())
             if (value.has(key) && key != "parallelProjection")
                 throw badFile(value.place(), "either \"view\" or \"position\" and its companions",
                               "\"view\" and \"" + key + "\"");
-        FittedView view{parseView(value.at("view").oneOf(viewNames()), value.place()), projection};
+        FittedView view{View::anterior, projection};
+        if (const JsonValue side = value.at("view"); side.isList()) {
+            const std::vector<double> n = side.numbers(2);
+            view.angles = checkedAngles(n[0], n[1], side.place());
+        } else {
+            view.view = parseView(side.oneOf(viewNames()), value.place());
+        }
+        view.mmPerPixel = mmPerPixel;
         if (value.has("fit"))
             view.fit = parseFit(value.at("fit").oneOf(fitNames()), value.place());
         view.named = true;
@@ -97,6 +108,14 @@ CameraChoice parseCamera(const JsonValue& value) {
     }
     if (value.has("fit"))
         throw badFile(value.place(), "\"view\" beside \"fit\"", "none");
+    if (mmPerPixel > 0) { // of a slice that is looked at along its normal
+        for (const std::string& key : freeCameraKeys())
+            if (value.has(key) && key != "parallelProjection")
+                throw badFile(value.place(), "\"view\" beside \"mmPerPixel\"", "\"" + key + "\"");
+        FittedView view{View::anterior, projection};
+        view.mmPerPixel = mmPerPixel;
+        return view;
+    }
     return parseFreeCamera(value);
 }
 

@@ -38,10 +38,16 @@ json sliceJson(const SlicePlane& slice) {
 }
 
 json cameraJson(const CameraChoice& choice) {
-    if (const auto* fitted = std::get_if<FittedView>(&choice))
-        return {{"view", viewNames()[static_cast<std::size_t>(fitted->view)]},
-                {"fit", fitNames()[static_cast<std::size_t>(fitted->fit)]},
-                {"parallelProjection", fitted->projection == Projection::parallel}};
+    if (const auto* fitted = std::get_if<FittedView>(&choice)) {
+        json out = {{"view", viewNames()[static_cast<std::size_t>(fitted->view)]},
+                    {"fit", fitNames()[static_cast<std::size_t>(fitted->fit)]},
+                    {"parallelProjection", fitted->projection == Projection::parallel}};
+        if (fitted->angles)
+            out["view"] = {fitted->angles->turn, fitted->angles->rise};
+        if (fitted->mmPerPixel > 0)
+            out["mmPerPixel"] = fitted->mmPerPixel;
+        return out;
+    }
     return freeCameraJson(std::get<Camera>(choice));
 }
 
@@ -128,8 +134,11 @@ std::string sceneJson(const Scene& scene) {
                       {{"size", {scene.imageSize.x, scene.imageSize.y}},
                        {"background", backgroundJson(scene.background)}}}};
     if (const auto* view = std::get_if<FittedView>(&scene.camera);
-        scene.mode == Mode::slice && view && !view->named)
+        scene.mode == Mode::slice && view && !view->named) {
         document.erase("camera");
+        if (view->mmPerPixel > 0)
+            document["camera"] = {{"parallelProjection", true}, {"mmPerPixel", view->mmPerPixel}};
+    }
     const Scene none;
     if (scene.mode != Mode::composite)
         document["mode"] = modeNames()[static_cast<std::size_t>(scene.mode)];

@@ -122,7 +122,7 @@ std::optional<Camera> InteractiveRenderer::fitted(const FittedView& view) {
         return std::nullopt;
     Scene scene = scene_;
     scene.camera = view;
-    return plannedCamera(scene, *p_.volume.store, p_.volume.statistics, p_.volume.table, ram_,
+    return plannedCamera(scene, *p_.volume.store, p_.volume.statistics, p_.volume.table, p_.view.part, ram_,
                          options_.threads);
 }
 

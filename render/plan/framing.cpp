@@ -255,33 +255,97 @@ std::size_t framingBytes(const VolumeInfo& info, int threads) {
     return searchBytes(info) + latticeCacheFloorBytes(info, threads);
 }
 
+namespace {
+
+/// Everything that decides the edges of a picture from a side; empty where nothing is shown.
+ViewFit fitOfShown(const ViewAxes& axes, Projection projection, BrickCache& cache, const VolumeInfo& info,
+                   const Statistics& statistics, const TransferTable& table, const DrawnPart* part,
+                   const glm::ivec2& imageSize, int threads) {
+    const ViewFit empty(axes, projection, imageSize);
+    const ViewSpace space(info, empty.axes());
+    const ShownRays shown(cache, info, statistics, table, space, part, kLeastOpacityFramed, threads);
+    EdgeSearch search(info, statistics, shown, space, empty, threads);
+    // What rays show depends on where the eye is, which is what is looked for: again, unless it hardly moved.
+    for (int turn = 0;; ++turn) {
+        ViewFit fit = search.run();
+        if (fit.empty())
+            return fit;
+        const Camera before = search.camera(), camera = fit.camera();
+        const double moved = glm::length(camera.position - before.position);
+        if (turn + 1 == kMostTurns || projection == Projection::parallel ||
+            moved < kHardlyMoved * glm::length(camera.position - camera.focalPoint))
+            return fit;
+        search.lookFrom(camera);
+    }
+}
+
+const DrawnPart* partOf(const FittedView& view, const DrawnPart& part) {
+    return view.fit == Fit::kept && part.any() ? &part : nullptr;
+}
+
+std::size_t cacheBytes(const VolumeInfo& info, const Ledger& ram, int threads) {
+    const std::size_t floor = latticeCacheFloorBytes(info, threads);
+    return std::clamp(ram.freeBytes() / 4, floor, std::max(floor, kMostCacheBytes));
+}
+
+} // namespace
+
 Camera fittedCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
-                    const TransferTable& table, const glm::ivec2& imageSize, Ledger& ram, int threads) {
+                    const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
+                    Ledger& ram, int threads) {
     const VolumeInfo& info = store.info();
-    const ViewAxes axes = view.axes.value_or(viewAxes(view.view));
+    const ViewAxes axes = axesOf(view);
     const Camera whole = fitCamera(info, axes, view.projection, imageSize);
     if (view.fit == Fit::volume)
         return whole;
     const Charge charge = ram.charge(searchBytes(info), "fitting the camera");
-    const std::size_t floor = latticeCacheFloorBytes(info, threads);
-    BrickCache cache(store, ram, std::clamp(ram.freeBytes() / 4, floor, std::max(floor, kMostCacheBytes)),
-                     threads > 0 ? threads : defaultThreads());
-    const ViewFit empty(axes, view.projection, imageSize);
-    const ViewSpace space(info, empty.axes());
-    const ShownRays shown(cache, info, statistics, table, space, kLeastOpacityFramed, threads);
-    EdgeSearch search(info, statistics, shown, space, empty, threads);
-    // What rays show depends on where the eye is, which is what is looked for: again, unless it hardly moved.
-    for (int turn = 0;; ++turn) {
-        const ViewFit fit = search.run();
-        if (fit.empty())
-            return whole;
-        const Camera before = search.camera(), camera = fit.camera();
-        const double moved = glm::length(camera.position - before.position);
-        if (turn + 1 == kMostTurns || view.projection == Projection::parallel ||
-            moved < kHardlyMoved * glm::length(camera.position - camera.focalPoint))
-            return camera;
-        search.lookFrom(camera);
+    BrickCache cache(store, ram, cacheBytes(info, ram, threads), threads > 0 ? threads : defaultThreads());
+    const ViewFit fit = fitOfShown(axes, view.projection, cache, info, statistics, table, partOf(view, part),
+                                   imageSize, threads);
+    return fit.empty() ? whole : fit.camera();
+}
+
+Camera turningCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
+                     const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
+                     Ledger& ram, int threads) {
+    // Every direction's silhouette, in parallel: the narrowest cylinder about an axis from feet to head.
+    constexpr int kDirections = 12; // over half a turn: between two of them it is 1 % wider at most
+    const VolumeInfo& info = store.info();
+    const Charge charge = ram.charge(searchBytes(info), "fitting the camera");
+    BrickCache cache(store, ram, cacheBytes(info, ram, threads), threads > 0 ? threads : defaultThreads());
+    std::vector<ViewFit> fits;
+    for (int n = 0; n < kDirections; ++n) {
+        const ViewAxes axes = viewAxes(ViewAngles{n * 180.0 / kDirections, 0});
+        ViewFit fit(axes, Projection::parallel, imageSize);
+        if (view.fit != Fit::volume)
+            fit = fitOfShown(axes, Projection::parallel, cache, info, statistics, table, partOf(view, part),
+                             imageSize, threads);
+        if (fit.empty()) { // the volume's box
+            const ViewSpace space(info, axes);
+            const glm::dvec3 all(info.extentVoxels);
+            fit.add(space.at(0.5 * all), space.halfOf(all));
+        }
+        fits.push_back(fit);
     }
+    const auto middle = [](const ViewFit& fit) { return 0.5 * (fit.reach()[0] - fit.reach()[1]); };
+    const glm::dvec3 axis = middle(fits[0]) * fits[0].axes().right +
+                            middle(fits[kDirections / 2]) * fits[kDirections / 2].axes().right;
+    double radius = 0, up = fits[0].reach()[2], down = fits[0].reach()[3];
+    for (const ViewFit& fit : fits) {
+        const double at = glm::dot(axis, fit.axes().right);
+        radius = std::max({radius, fit.reach()[0] - at, fit.reach()[1] + at});
+        up = std::max(up, fit.reach()[2]), down = std::max(down, fit.reach()[3]);
+    }
+    const ViewAxes axes = axesOf(view);
+    const glm::dvec3 centre = axis + glm::dvec3(0, 0, 0.5 * (up - down));
+    const double half = 0.5 * (up + down);
+    const auto reach = [&](const glm::dvec3& direction) { // of the cylinder
+        return radius * glm::length(glm::dvec2(direction)) + half * std::abs(direction.z);
+    };
+    ViewFit fit(axes, view.projection, imageSize);
+    fit.add({glm::dot(centre, axes.right), glm::dot(centre, axes.up), glm::dot(centre, axes.towards)},
+            {reach(axes.right), reach(axes.up), reach(axes.towards)});
+    return fit.camera();
 }
 
 } // namespace tessera

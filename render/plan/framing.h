@@ -7,6 +7,7 @@
 #include "core/camera.h"
 #include "core/scene.h" // FittedView
 #include "core/transfer_function.h"
+#include "render/plan/drawn_part.h"
 
 #include <cstddef>
 
@@ -16,13 +17,20 @@ namespace tessera {
 /// nothing.
 constexpr double kLeastOpacityFramed = 0.015;
 
-/// The camera of a view: fitted to the volume's box, or to what table shows; to the box where it shows
-/// nothing. Statistics say which cells could be outermost, and rays through their voxels which are: so cells
-/// that show next to nothing, or nothing though their range says that they might, move no camera. Only the
-/// voxels near the picture's edges are read. The same whatever the threads, the engine and the budgets.
-/// Throws InputError where ram cannot hold framingBytes().
+/// The camera of a view: fitted to the volume's box, or to what table shows, of all or of part; to the box
+/// where it shows nothing. Statistics say which cells could be outermost, and rays through their voxels which
+/// are: so cells that show next to nothing, or nothing though their range says that they might, move no
+/// camera. Only the voxels near the picture's edges are read. The same whatever the threads, the engine and
+/// the budgets. Throws InputError where ram cannot hold framingBytes().
 Camera fittedCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
-                    const TransferTable& table, const glm::ivec2& imageSize, Ledger& ram, int threads);
+                    const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
+                    Ledger& ram, int threads);
+
+/// A camera that holds as much whatever the turn about the patient's axis through its focal point, from the
+/// view's side at first: of a turntable. Some 12 times the work. Throws as fittedCamera() does.
+Camera turningCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
+                     const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
+                     Ledger& ram, int threads);
 
 /// Memory that fitting to what is shown takes at least, while it lasts.
 /// @param threads  0: all processors

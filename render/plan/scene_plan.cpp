@@ -253,13 +253,16 @@ void ScenePlan::chooseByVisibility(std::span<const SeenBrick> seen, Ledger& ram)
 }
 
 Camera plannedCamera(const Scene& scene, const StoreReader& store, const Statistics& statistics,
-                     const TransferTable& table, Ledger& ram, int threads) {
+                     const TransferTable& table, const DrawnPart& part, Ledger& ram, int threads) {
     const auto* const view = std::get_if<FittedView>(&scene.camera);
     if (!view)
         return std::get<Camera>(scene.camera);
-    if (!view->named && scene.mode == Mode::slice)
-        return sliceCamera(scene.slice, store.info(), scene.imageSize);
-    return fittedCamera(*view, store, statistics, table, scene.imageSize, ram, threads);
+    Camera camera = !view->named && scene.mode == Mode::slice
+                        ? sliceCamera(scene.slice, store.info(), scene.imageSize)
+                        : fittedCamera(*view, store, statistics, table, part, scene.imageSize, ram, threads);
+    if (view->mmPerPixel > 0)
+        camera.parallelScale = parallelScaleOf(view->mmPerPixel, scene.imageSize);
+    return camera;
 }
 
 namespace {
@@ -293,7 +296,8 @@ ScenePlan viewOf(const Scene& given, const StoreReader& store, Statistics* kept,
     else
         p.setFunction(std::get<TransferFunction>(function), scene, ram);
     p.view.part = drawnPart(scene, info);
-    p.view.camera = plannedCamera(scene, store, p.volume.statistics, p.volume.table, ram, threads);
+    p.view.camera =
+        plannedCamera(scene, store, p.volume.statistics, p.volume.table, p.view.part, ram, threads);
     p.ramFloorBytes = floor;
     return p;
 }

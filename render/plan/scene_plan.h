@@ -90,11 +90,12 @@ ScenePlan planScene(const Scene& scene, const StoreReader& store, const TextureL
 ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, int threads,
                    std::size_t bytesPerPixel = kPictureBytesPerPixel);
 
-/// The scene's camera; one by side fitted to what is shown, or to the slice.
+/// The scene's camera; one by side fitted to what is shown, or to the slice, at its scale if it names one.
 /// @param scene  as asDrawn() has it
+/// @param part   what its cuts keep: drawnPart()
 /// Throws InputError where ram cannot hold framingBytes() (framing.h).
 Camera plannedCamera(const Scene& scene, const StoreReader& store, const Statistics& statistics,
-                     const TransferTable& table, Ledger& ram, int threads);
+                     const TransferTable& table, const DrawnPart& part, Ledger& ram, int threads);
 
 /// Takes the scene's quality and chooses levels anew, with their maps and a new cache. The engine must have
 /// let go of the selection and of the cache.

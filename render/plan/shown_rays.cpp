@@ -36,8 +36,9 @@ double endOfBox(const RayLine<double>& line, const glm::ivec3& first, int edge) 
 } // namespace
 
 ShownRays::ShownRays(BrickCache& cache, const VolumeInfo& info, const Statistics& statistics,
-                     const TransferTable& table, const ViewSpace& space, double leastOpacity, int threads)
-    : cache_(cache), info_(info), bricks_(statistics.bricks), table_(table), space_(space),
+                     const TransferTable& table, const ViewSpace& space, const DrawnPart* part,
+                     double leastOpacity, int threads)
+    : cache_(cache), info_(info), bricks_(statistics.bricks), table_(table), space_(space), part_(part),
       leastDepth_(-std::log1p(-leastOpacity)) {
     for (const SurfaceValue& surface : table.surfaces)
         surfaces_.push_back({surface.value, -std::log1p(-std::min(surface.opacity, 0.999))});
@@ -58,6 +59,9 @@ ShownRays::ShownRays(BrickCache& cache, const VolumeInfo& info, const Statistics
             const glm::ivec3 cell = first + cellOfBit(bit);
             if (glm::any(glm::greaterThanEqual(cell, statistics.cells)))
                 continue;
+            const glm::dvec3 low(cell * kCellExtent);
+            if (part_ && !part_->meets(low, low + static_cast<double>(kCellExtent)))
+                continue;
             const std::size_t at = linearIndex(cell, statistics.cells);
             if (!emptyOver(statistics.cellMin[at], statistics.cellMax[at]))
                 shownCells_[b] |= std::uint64_t{1} << bit;
@@ -75,7 +79,7 @@ void ShownRays::strengths(LatticeReader& samples, const glm::ivec3& first,
     samples.cube<kCellExtent>(first, out.data());
     for (std::size_t n = 0; n < out.size(); ++n) {
         const glm::ivec3 voxel = first + gridPosition(n, glm::ivec3(kCellExtent));
-        out[n] = glm::any(glm::greaterThanEqual(voxel, info_.extentVoxels))
+        out[n] = glm::any(glm::greaterThanEqual(voxel, info_.extentVoxels)) || !drawn(glm::dvec3(voxel) + 0.5)
                      ? 0
                      : strength(samples, voxel, physical(out[n]));
     }
@@ -123,6 +127,10 @@ bool ShownRays::reaches(LatticeReader& samples, const glm::dvec3& place, const g
             const int edge = cells == 0 ? kBrickExtent : kCellExtent;
             const double end = endOfBox(line, voxel / edge * edge, edge);
             t = std::max(t, std::floor(end / kStepVoxels) * kStepVoxels);
+            continue;
+        }
+        if (!drawn(p)) {
+            before = std::numeric_limits<double>::quiet_NaN();
             continue;
         }
         const double value = physical(valueAt(samples, p));

@@ -8,6 +8,7 @@
 #include "core/transfer_function.h"
 #include "render/contract/lattice.h"
 #include "render/contract/ray.h"
+#include "render/plan/drawn_part.h"
 
 #include <array>
 #include <cstdint>
@@ -41,9 +42,11 @@ struct ViewSpace {
 class ShownRays {
   public:
     /// All must outlive this. @param leastOpacity  from which on a ray shows something
+    /// @param part  outside of which nothing shows; null: all of the volume
     /// @param threads  0: all processors
     ShownRays(BrickCache& cache, const VolumeInfo& info, const Statistics& statistics,
-              const TransferTable& table, const ViewSpace& space, double leastOpacity, int threads);
+              const TransferTable& table, const ViewSpace& space, const DrawnPart* part, double leastOpacity,
+              int threads);
 
     /// For one thread.
     LatticeReader reader() const { return {cache_, info_, 0, nullptr}; }
@@ -73,6 +76,8 @@ class ShownRays {
     double strength(LatticeReader& samples, const glm::ivec3& voxel, double value) const;
     double physical(double stored) const { return info_.rescaleSlope * stored + info_.rescaleIntercept; }
     bool emptyOver(float lowest, float highest) const;
+    /// Of a place in voxels. A box around it would say more than is asked.
+    bool drawn(const glm::dvec3& place) const { return !part_ || part_->meets(place, place); }
     double lookUp(double entry) const;
     double sumTo(double entry) const;
     /// Place of a value in the table, in entries.
@@ -86,6 +91,7 @@ class ShownRays {
     glm::ivec3 bricks_;
     const TransferTable& table_;
     const ViewSpace& space_;
+    const DrawnPart* part_;
     double leastDepth_;                     // optical
     std::vector<std::uint64_t> shownCells_; // of every brick
     std::vector<Surface> surfaces_;

@@ -114,7 +114,7 @@ Step measure(InteractiveRenderer& renderer, double deadlineMs) {
 void run(int argc, char** argv) {
     auto options = parseOptions(argc, argv,
                                 {{"--store", ""},
-                                 {"--preset", "bone"},
+                                 {"--preset", "bone-1"},
                                  {"--size", "512"},
                                  {"--steps", "12"},
                                  {"--degrees", "10"},

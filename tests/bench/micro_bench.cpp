@@ -252,7 +252,7 @@ void sampleOnMirror(benchmark::State& state, Workbench& bench, ValueType type, O
 void march(benchmark::State& state, Workbench& bench, ValueType type, Fetch fetch, bool shaded) {
     Scene scene;
     scene.camera = FittedView{View::anterior, Projection::perspective, Fit::volume};
-    scene.volumes = {{"", std::string("bone")}};
+    scene.volumes = {{"", std::string("bone-1")}};
     scene.shading.on = shaded;
     SceneOnDevice onDevice(scene, bench.store(type), bench.context(), bench.budgets);
     const std::uint32_t features = onDevice.features(fetch);

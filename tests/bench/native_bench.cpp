@@ -27,7 +27,7 @@ double cpuSeconds() {
 void run(int argc, char** argv) {
     auto options = parseOptions(argc, argv,
                                 {{"--store", ""},
-                                 {"--preset", "bone"},
+                                 {"--preset", "bone-1"},
                                  {"--scene", ""},
                                  {"--light", "on"},
                                  {"--step", "0.5"},

@@ -133,7 +133,7 @@ void run(int argc, char** argv) {
                                 {{"--scene", ""},
                                  {"--store", "build/bench-data/torso-thorax.zarr"},
                                  {"--phantom", "512x512x749"},
-                                 {"--preset", "bone"},
+                                 {"--preset", "bone-1"},
                                  {"--size", ""},
                                  {"--rounds", "6"},
                                  {"--stride", ""},

@@ -5,6 +5,7 @@
 #include "core/error.h"
 
 #include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
 #include <gtest/gtest.h>
 #include <vector>
 
@@ -171,6 +172,36 @@ TEST(Camera, RefusesWhatCannotBeDrawn) {
     camera = Camera{};
     camera.viewAngle = 180;
     EXPECT_THROW(camera.validate("scene.json"), InputError);
+}
+
+// Turned about the patient's axis and up: sides at multiples of 90 degrees exactly, a right-handed frame
+// between them.
+TEST(Camera, AxesOfAngles) {
+    const auto same = [](const ViewAxes& a, const ViewAxes& b) {
+        return a.right == b.right && a.up == b.up && a.towards == b.towards;
+    };
+    EXPECT_TRUE(same(viewAxes(ViewAngles{0, 0}), viewAxes(View::anterior)));
+    EXPECT_TRUE(same(viewAxes(ViewAngles{90, 0}), viewAxes(View::left)));
+    EXPECT_TRUE(same(viewAxes(ViewAngles{-90, 0}), viewAxes(View::right)));
+    EXPECT_TRUE(same(viewAxes(ViewAngles{270, 0}), viewAxes(View::right)));
+    EXPECT_TRUE(same(viewAxes(ViewAngles{180, 0}), viewAxes(View::posterior)));
+    EXPECT_TRUE(same(viewAxes(ViewAngles{-360, 0}), viewAxes(View::anterior)));
+    EXPECT_TRUE(same(viewAxes(ViewAngles{180, 90}), viewAxes(View::superior)));
+    EXPECT_TRUE(same(viewAxes(ViewAngles{0, -90}), viewAxes(View::inferior)));
+    for (double turn = -360; turn <= 360; turn += 17)
+        for (double rise = -90; rise <= 90; rise += 13) {
+            const ViewAxes axes = viewAxes(ViewAngles{turn, rise});
+            EXPECT_NEAR(glm::length(axes.up), 1, 1e-12);
+            EXPECT_NEAR(glm::dot(axes.up, axes.towards), 0, 1e-12);
+            EXPECT_NEAR(glm::length(glm::cross(axes.right, axes.up) - axes.towards), 0, 1e-12);
+            EXPECT_NEAR(axes.towards.z, std::sin(glm::radians(rise)), 1e-12) << "the angle above the horizon";
+            EXPECT_GE(axes.up.z, -1e-12) << "the head is up";
+            if (std::abs(rise) < 89) {
+                const glm::dvec2 flat = glm::normalize(glm::dvec2(axes.towards));
+                EXPECT_NEAR(flat.x, std::sin(glm::radians(turn)), 1e-9) << "the patient's left";
+                EXPECT_NEAR(flat.y, -std::cos(glm::radians(turn)), 1e-9) << "the front";
+            }
+        }
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 #include "core/film.h"
 
 #include "core/error.h"
+#include "core/turntable.h"
 
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -300,6 +301,35 @@ TEST(Film, FramesFollowFromTheirNumbers) {
                 std::cos(glm::radians(40.0)), 1e-9);
     plain.flight.reset();
     EXPECT_THROW(Film(plain, scene, presets, "p"), InputError);
+}
+
+// A turntable's frames: as many as were asked for, at equal angles, at one distance.
+TEST(Turntable, FramesGoAroundAtEqualAngles) {
+    Camera first;
+    first.position = {30, -500, 200};
+    first.focalPoint = {30, 20, 80};
+    for (const double degrees : {360.0, 90.0, -720.0, 200.0})
+        for (const std::size_t frames : {2u, 7u, 120u}) {
+            const Film film(turntable(first, degrees, frames, 30), Scene{}, {}, "turn");
+            ASSERT_EQ(film.frames(), frames);
+            const double whole = static_cast<double>(std::fmod(degrees, 360) == 0 ? frames : frames - 1);
+            for (std::size_t n = 0; n < frames; ++n) {
+                const Camera camera = film.cameraAt(film.timeOf(n));
+                const glm::dvec3 at = camera.position - camera.focalPoint;
+                EXPECT_LT(glm::length(camera.focalPoint - first.focalPoint), 1e-6);
+                EXPECT_NEAR(at.z, 120, 1e-6) << "it neither rises nor falls";
+                EXPECT_NEAR(glm::length(glm::dvec2(at)), 520, 1e-6);
+                // From the front towards the patient's left, which is +x.
+                const double angle = glm::radians(degrees * static_cast<double>(n) / whole);
+                EXPECT_NEAR(at.x, 520 * std::sin(angle), 1e-5) << degrees << " " << n;
+                EXPECT_NEAR(at.y, -520 * std::cos(angle), 1e-5) << degrees << " " << n;
+                EXPECT_GT(camera.viewUp.z, 0.5);
+            }
+        }
+    EXPECT_THROW(turntable(first, 0, 10, 25), InputError);
+    EXPECT_THROW(turntable(first, std::nan(""), 10, 25), InputError);
+    EXPECT_THROW(turntable(first, 360, 1, 25), InputError);
+    EXPECT_THROW(turntable(first, 360, 10001, 25), InputError);
 }
 
 } // namespace

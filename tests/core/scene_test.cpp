@@ -7,6 +7,7 @@
 #include "core/look.h"
 #include "core/nearest_name.h"
 #include "core/preset.h"
+#include "core/preset_file.h"
 #include "tests/support/folders.h"
 
 #include <cmath>
@@ -14,6 +15,7 @@
 #include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -31,7 +33,7 @@ const char* const kFitted = R"({"tesseraScene":1,
       {"from":0,"to":40.5,"ambient":0.125,"diffuse":0.25,"specular":0.5,"specularPower":64,
        "emission":[1,0.5,0.25]}],
     "gradientOpacity":[[0,0],[12.5,0.25],[12.5,0.5],[60,1]],"gradientOpacityUnit":"voxel"}}],
-  "camera":{"view":"left","fit":"volume","parallelProjection":true},
+  "camera":{"view":"left","fit":"volume","parallelProjection":true,"mmPerPixel":0.75},
   "shading":{"shade":false,"ambient":0.1,"diffuse":0.7,"specular":0.3,"specularPower":40,
     "gradient":"sobel","model":"blinn-phong","gradientWeight":[2,8.5]},
   "lighting":{"lights":[
@@ -95,6 +97,7 @@ TEST(Scene, EveryKeyIsRead) {
     EXPECT_DOUBLE_EQ(function.colour(0).g, 0.2);
     EXPECT_EQ(std::get<FittedView>(scene.camera).view, View::left);
     EXPECT_EQ(std::get<FittedView>(scene.camera).projection, Projection::parallel);
+    EXPECT_EQ(std::get<FittedView>(scene.camera).mmPerPixel, 0.75);
     EXPECT_FALSE(scene.shading.on);
     EXPECT_EQ(scene.shading.ambient, 0.1);
     EXPECT_EQ(scene.shading.diffuse, 0.7);
@@ -362,6 +365,39 @@ void keysUsed(const json& value, const std::string& path,
         }
 }
 
+TEST(Scene, CamerasByAnglesAndByScaleAreReadAndWritten) {
+    const auto camera = [](const std::string& text) {
+        const Scene scene =
+            parse(R"({"tesseraScene":1,"volumes":[{"path":"x"}],"mode":"slice","camera":)" + text + "}");
+        const Scene again = parse(sceneJson(scene));
+        EXPECT_EQ(sceneJson(again), sceneJson(scene)) << text;
+        return std::get<FittedView>(again.camera);
+    };
+    EXPECT_EQ(camera(R"({"view":[-30,15.5],"fit":"kept"})").angles, (ViewAngles{-30, 15.5}));
+    EXPECT_EQ(camera(R"({"view":[-30,15.5],"fit":"kept"})").fit, Fit::kept);
+    EXPECT_TRUE(camera(R"({"view":[0,0]})").named);
+    EXPECT_EQ(camera(R"({"view":"left","parallelProjection":true,"mmPerPixel":0.5})").mmPerPixel, 0.5);
+    const FittedView slice = camera(R"({"parallelProjection":true,"mmPerPixel":0.5})");
+    EXPECT_EQ(slice.mmPerPixel, 0.5);
+    EXPECT_FALSE(slice.named) << "it is looked at along its normal";
+    EXPECT_THROW(camera(R"({"view":"left","mmPerPixel":0.5})"), InputError) << "perspective";
+    EXPECT_THROW(camera(R"({"view":[361,0]})"), InputError);
+    EXPECT_THROW(camera(R"({"view":[0,90.1]})"), InputError);
+    EXPECT_THROW(camera(R"({"view":[1,2,3]})"), InputError);
+    EXPECT_THROW(camera(R"({"parallelProjection":true,"mmPerPixel":0})"), InputError);
+    EXPECT_THROW(camera(R"({"position":[0,0,0],"parallelProjection":true,"mmPerPixel":1})"), InputError);
+}
+
+TEST(Scene, AxesOfAViewWinOverAnglesAndAnglesOverItsSide) {
+    FittedView view;
+    view.view = View::posterior;
+    EXPECT_EQ(axesOf(view).towards, viewAxes(View::posterior).towards);
+    view.angles = ViewAngles{90, 0};
+    EXPECT_EQ(axesOf(view).towards, viewAxes(View::left).towards);
+    view.axes = viewAxes(View::superior);
+    EXPECT_EQ(axesOf(view).towards, viewAxes(View::superior).towards);
+}
+
 TEST(Scene, SchemaAndParserKnowTheSameKeys) {
     const json schema = json::parse(readTextFile((test::sourceFolder() / "docs/scene.schema.json").string()));
     std::map<std::string, std::set<std::string>> published, parsed, shown;
@@ -376,7 +412,7 @@ TEST(Scene, SchemaAndParserKnowTheSameKeys) {
     EXPECT_EQ(schema["properties"]["tesseraScene"]["const"], Scene::kVersion);
     EXPECT_EQ(schema["$defs"]["quality"]["properties"]["terminationTransmittance"]["default"],
               Quality{}.terminationTransmittance);
-    EXPECT_EQ(schema["$defs"]["fittedCamera"]["properties"]["view"]["enum"], json(viewNames()));
+    EXPECT_EQ(schema["$defs"]["fittedCamera"]["properties"]["view"]["anyOf"][0]["enum"], json(viewNames()));
     EXPECT_EQ(schema["$defs"]["fittedCamera"]["properties"]["fit"]["enum"], json(fitNames()));
 }
 
@@ -445,11 +481,13 @@ TEST(NearestName, IsTheOneThatWasMeant) {
 }
 
 TEST(Preset, AllAreReadableAndShowWhatTheyAreNamedAfter) {
-    EXPECT_EQ(presetNames(),
-              (std::vector<std::string>{"auto", "bone", "lung", "skin", "soft-tissue", "vessels"}));
+    EXPECT_EQ(presetNames(), (std::vector<std::string>{"airways", "auto", "bone", "bone-1", "lung", "lung-1",
+                                                       "metal", "muscle", "pet", "skin", "skin-1",
+                                                       "soft-tissue", "vessels", "vessels-1"}));
     const ValueSummary hu{-1024, 3071, true, 1, {}};
     for (const std::string& name : presetNames()) {
         EXPECT_EQ(presetFunction(name, hu).extinction(-1024), 0) << name; // air shows in none
+        EXPECT_FALSE(presetDescription(name).empty()) << name;
         EXPECT_GT(makeTable(presetFunction(name, hu)).entries.size(), 1u);
     }
     const auto opacity = [&](const char* name, double value) {
@@ -465,7 +503,118 @@ TEST(Preset, AllAreReadableAndShowWhatTheyAreNamedAfter) {
     EXPECT_GT(opacity("soft-tissue", -80), 0);
     EXPECT_GT(opacity("lung", -400), opacity("lung", -800)); // vessels and walls over parenchyma
     EXPECT_EQ(opacity("lung", 60), 0);                       // the chest wall is out of the way
-    EXPECT_GT(opacity("vessels", 250), 5 * opacity("vessels", 700));
+    EXPECT_GT(opacity("vessels-1", 250), 5 * opacity("vessels-1", 700));
+}
+
+/// A line through tissue, HU at a place in mm: from one value to another, or a sheet between two of one, as
+/// blurred as a scan (a Gaussian's deviation, mm).
+using Profile = std::function<double(double)>;
+double rise(double x, double blur) {
+    return 0.5 * std::erfc(-x / blur / std::sqrt(2.0));
+}
+Profile edge(double from, double to, double blur = 1.2) {
+    return [=](double x) { return from + (to - from) * rise(x, blur); };
+}
+Profile sheet(double around, double inside, double width, double blur = 1.2) {
+    return [=](double x) {
+        return around + (inside - around) * (rise(x + width / 2, blur) - rise(x - width / 2, blur));
+    };
+}
+/// What a ray along 40 mm of it has of opacity, by the exact function.
+double opacityAlong(const std::string& preset, const Profile& profile) {
+    const TransferFunction f = presetFunction(preset, {-1024, 3071, true, 1, {}});
+    const GradientOpacity factor = f.gradientOpacity().perMm(1);
+    constexpr double kStep = 0.02;
+    double depth = 0;
+    for (double x = -20; x < 20; x += kStep) {
+        const double slope = (profile(x + 0.01) - profile(x - 0.01)) / 0.02;
+        depth += f.extinction(profile(x)) * (factor.isOne() ? 1 : factor.factor(std::abs(slope))) * kStep;
+    }
+    return -std::expm1(-depth);
+}
+
+// Lungs were red fog: skin, clothes and the pleura were as much seen as what is in the lungs.
+TEST(Preset, LungShowsWhatIsInTheLungsAndNotWhatIsAroundThem) {
+    const double skin = opacityAlong("lung", edge(-1000, -90));
+    EXPECT_LT(skin, 0.05);
+    EXPECT_GT(opacityAlong("lung", sheet(-850, 40, 1.5)), 4 * skin) << "a vessel";
+    EXPECT_GT(opacityAlong("lung", sheet(-850, 40, 2)), 6 * skin) << "a larger one";
+    EXPECT_GT(opacityAlong("lung", sheet(-850, 0, 1)), skin) << "a fissure";
+    EXPECT_EQ(opacityAlong("lung", edge(-100, 60)), 0) << "fat and muscle";
+    EXPECT_EQ(opacityAlong("lung", edge(60, 1000)), 0) << "bone";
+    const double lung = opacityAlong("lung", [](double) { return -850.0; });
+    EXPECT_GT(lung, 0.01);
+    EXPECT_LT(lung, 0.1) << "a veil";
+}
+
+// Of a scan with contrast agent: vessels are as bright as thin bone, but softer at their edges.
+TEST(Preset, BoneLeavesOutVesselsAndVesselsLeaveOutTheEdgesOfBone) {
+    const Profile aorta = sheet(50, 190, 20), kidney = sheet(50, 210, 60), rib = sheet(40, 900, 3),
+                  cortex = sheet(40, 1200, 4);
+    EXPECT_LT(opacityAlong("bone", aorta), 0.2);
+    EXPECT_LT(opacityAlong("bone", kidney), 0.25);
+    EXPECT_GT(opacityAlong("bone", rib), 0.8);
+    EXPECT_GT(opacityAlong("bone", cortex), 0.9);
+    EXPECT_GT(opacityAlong("vessels", aorta), 0.95);
+    EXPECT_GT(opacityAlong("vessels", sheet(50, 350, 4)), 0.8) << "an artery";
+    EXPECT_GT(opacityAlong("bone-1", kidney), 0.9) << "what they were";
+    // Bone is ivory: hardly redder than it is blue.
+    const auto redness = [](const char* preset, double value) {
+        const glm::dvec3 colour = presetFunction(preset, {-1024, 3071, true, 1, {}}).colour(value);
+        return colour.r / colour.b;
+    };
+    EXPECT_GT(redness("vessels", 220), 8);
+    EXPECT_LT(redness("vessels", 600), 2);
+    EXPECT_LT(redness("bone", 220), 3);
+}
+
+TEST(Preset, MuscleLeavesOutSkinAndFat) {
+    const double skin = opacityAlong("muscle", sheet(-100, 30, 1.5));
+    EXPECT_LT(skin, 0.3);
+    EXPECT_GT(opacityAlong("muscle", edge(-100, 60)), 0.95);
+    EXPECT_EQ(opacityAlong("muscle", [](double) { return -100.0; }), 0);
+}
+
+TEST(Preset, MetalIsOpaqueAndBoneBeforeItAVeil) {
+    EXPECT_GT(opacityAlong("metal", sheet(60, 3000, 6)), 0.9);
+    EXPECT_LT(opacityAlong("metal", sheet(60, 1400, 6)), 0.2);
+}
+
+// What was built in before is there, number for number.
+TEST(Preset, EarlierOnesAreKept) {
+    const std::map<std::string, std::size_t> sizes = {
+        {"bone-1", 10}, {"lung-1", 18}, {"skin-1", 10}, {"vessels-1", 12}};
+    for (const auto& [name, points] : sizes) {
+        const Preset preset = builtInPreset(name);
+        EXPECT_EQ(preset.function.opacityPoints().size() + preset.function.colourPoints().size(), points)
+            << name;
+        EXPECT_TRUE(preset.function.gradientOpacity().isOne()) << name;
+        EXPECT_EQ(preset.look, "{}") << name;
+    }
+    const TransferFunction bone = builtInPreset("bone-1").function, lung = builtInPreset("lung-1").function,
+                           skin = builtInPreset("skin-1").function,
+                           vessels = builtInPreset("vessels-1").function;
+    EXPECT_EQ(bone.opacityPoints()[1].value, 220);
+    EXPECT_EQ(bone.opacityPoints()[1].opacity, 0.08);
+    EXPECT_EQ(lung.opacityPoints()[4].opacity, 0.06);
+    EXPECT_EQ(skin.opacityPoints()[3].opacity, 0.85);
+    EXPECT_EQ(vessels.colourPoints()[2].colour, glm::dvec3(0.7454, 0.0452, 0.0252));
+}
+
+// A preset over shares of a range takes the volume's, whatever its unit.
+TEST(Preset, PetTakesTheRangeOfTheValues) {
+    const TransferFunction f = presetFunction("pet", {0, 40, false, 1, {}});
+    EXPECT_EQ(f.opacityPoints().back().value, 20);
+    EXPECT_EQ(f.colour(0), glm::dvec3(1)) << "white";
+    EXPECT_EQ(f.colour(25), glm::dvec3(0)) << "black";
+    EXPECT_NO_THROW(presetFunction("pet", {5, 5, false, 1, {}}));
+    Scene scene;
+    scene.volumes.push_back({});
+    Preset preset = builtInPreset("pet");
+    preset.unit = PresetUnit::any;
+    applyPreset(preset, scene);
+    EXPECT_EQ(scene.mode, Mode::maximum);
+    EXPECT_EQ(scene.valueColour, ValueColour::transferFunction);
 }
 
 TEST(Preset, RefusalsHelp) {

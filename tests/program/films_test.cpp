@@ -365,5 +365,33 @@ TEST_F(Films, APathOfALumenShowsItsWallWhereNothingIsNamed) {
     expectRefused("render s.zarr -o w.png --may-leak", {"--may-leak", "--unfold"});
 }
 
+// A film without a path; what it looks at is never cut off, and its middle stays.
+TEST_F(Films, ATurntableGoesAroundWhatIsShown) {
+    const std::string small = " --engine mirror --preset auto --size 32x32 --json -q ";
+    Outcome outcome = run("render s.zarr --turn 360 --frames 4 -o turn" + small);
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.problems;
+    EXPECT_EQ(json::parse(outcome.out)["frames"], 4);
+    for (std::size_t n = 0; n < 4; ++n)
+        EXPECT_TRUE(exists("turn/" + frameName(n))) << n;
+    EXPECT_FALSE(exists("turn/" + frameName(4)));
+    EXPECT_NE(pixelsOf(readAll(folder_ / "turn" / frameName(0))),
+              pixelsOf(readAll(folder_ / "turn" / frameName(1))));
+    outcome = run("render s.zarr --turn 360 --frames 4 -o turn" + small);
+    EXPECT_EQ(json::parse(outcome.out)["there"], 4) << "it goes on where it stopped";
+    outcome = run("render s.zarr --turn=-90 --seconds 0.2 --fps 20 --view 30,15 --projection parallel "
+                  "--mm-per-pixel 20 -o part" +
+                  small);
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.problems;
+    EXPECT_EQ(json::parse(outcome.out)["frames"], 4);
+    EXPECT_EQ(run("render scene.json --turn 180 --frames 2 -o c --view left -q").exitCode, 0);
+    expectRefused("render s.zarr --turn 360 --path path.json -o a", {"--turn", "--path", "both"});
+    expectRefused("render s.zarr --turn 360 --frames 0-9 -o a", {"--frames", "how many", "0-9"});
+    expectRefused("render s.zarr --turn 360 --frames 1 -o a", {"--frames", "2"});
+    expectRefused("render s.zarr --turn 360 --speed 3 -o a", {"--speed", "--turn"});
+    expectRefused("render s.zarr --turn 360 --slice axial -o a", {"--turn", "slice"});
+    expectRefused("render s.zarr --turn 360 -o a.png", {"a.png"});
+    expectRefused("render s.zarr --frames 9 -o a.png", {"--frames", "--path or --turn"});
+}
+
 } // namespace
 } // namespace tessera::test

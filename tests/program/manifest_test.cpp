@@ -5,6 +5,7 @@
 #include "tests/support/import_test_tools.h"
 #endif
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace tessera::test {
@@ -40,6 +41,40 @@ TEST_F(Manifest, AnotherViewKeepsProjectionAndFit) {
               ofScene(R"({"view":"left","fit":"volume","parallelProjection":true})")["scene"]["camera"]);
     EXPECT_NE(parallel["scene"]["camera"],
               ofScene(R"({"view":"left","fit":"shown","parallelProjection":true})")["scene"]["camera"]);
+}
+
+// One scale for several pictures, whatever their size and side.
+TEST_F(Manifest, MillimetresPerPixelAreTheScaleOfParallelPictures) {
+    const std::string scale = "--projection parallel --mm-per-pixel 2.5 --size ";
+    for (const char* camera : {R"({"view":"left"})", R"({"position":[0,-300,0],"focalPoint":[0,0,0]})"})
+        for (const int height : {8, 24}) {
+            const json manifest = ofScene(camera, scale + "16x" + std::to_string(height));
+            EXPECT_DOUBLE_EQ(manifest["scene"]["camera"]["parallelScale"], 1.25 * height)
+                << manifest["scene"]["camera"];
+        }
+    EXPECT_DOUBLE_EQ(of("s.zarr --preset auto --size 16x8 --slice axial --mm-per-pixel 3")["scene"]["camera"]
+                                                                                          ["parallelScale"],
+                     12);
+    for (const char* camera : {R"({"view":"left"})", R"({"position":[0,-300,0],"focalPoint":[0,0,0]})"}) {
+        ofScene(camera); // leaves scene.json
+        expectRefused("render scene.json -o b.png --mm-per-pixel 2",
+                      {"--mm-per-pixel", "parallel", "perspective"});
+    }
+}
+
+TEST_F(Manifest, AViewByAngles) {
+    const std::string small = "s.zarr --preset auto --size 16x16 --view ";
+    EXPECT_EQ(of(small + "90,0")["scene"]["camera"], of(small + "left")["scene"]["camera"]);
+    const json manifest = of(small + "30,15");
+    const auto& at = manifest["scene"]["camera"];
+    const auto side = [&](int axis) {
+        return at["position"][axis].get<double>() - at["focalPoint"][axis].get<double>();
+    };
+    EXPECT_NEAR(std::atan2(side(0), -side(1)) * 180 / 3.14159265358979, 30, 1e-9);
+    EXPECT_NEAR(std::asin(side(2) / std::hypot(side(0), side(1), side(2))) * 180 / 3.14159265358979, 15,
+                1e-9);
+    for (const char* wrong : {"30", "30,", ",3", "30,15,4", "30;15", "400,0", "0,91", "1e999,0", "sidewards"})
+        expectRefused("render s.zarr -o b.png --view " + std::string(wrong), {"--view"});
 }
 
 TEST_F(Manifest, AProjectionIsTakenWithAViewAndWithACamera) {
@@ -140,7 +175,7 @@ TEST_F(Manifest, TheUnitDecidesTheFunction) {
         return of("ct.nii --size 8x8 " + options)["scene"]["volumes"][0]["transferFunction"];
     };
     EXPECT_EQ(function(""), "auto");
-    EXPECT_EQ(function("--unit HU"), "bone");
+    EXPECT_EQ(function("--unit HU"), "bone-1");
 }
 
 // -2 * stored + 100, turned a quarter about z, 2 x 3 x 5 mm.

@@ -30,7 +30,50 @@ class Values : public Program {
                 }
         writeFile(folder_ / name, niftiBytes(image));
     }
+    /// A ball of 400 HU, radius 60 mm, that lies on a plate at its back.
+    void writeBallOnPlate(const std::string& name, float air) {
+        NiftiImage image;
+        image.extent = {48, 48, 48};
+        image.datatype = 16;
+        image.srow = {-4, 0, 0, 94, 0, -4, 0, 94, 0, 0, 4, -94}; // RAS, so that x and y are DICOM's
+        for (int z = 0; z < 48; ++z)
+            for (int y = 0; y < 48; ++y)
+                for (int x = 0; x < 48; ++x) {
+                    const double r = 4 * std::hypot(x - 23.5, y - 23.5, z - 23.5);
+                    const float value = r < 60 || y == 39 || y == 40 ? 400 : air;
+                    image.voxels.append(reinterpret_cast<const char*>(&value), sizeof value);
+                }
+        writeFile(folder_ / name, niftiBytes(image));
+    }
 };
+
+// The table goes, the picture is filled by the patient, and the scene keeps the box that was found.
+TEST_F(Values, CropToTheBody) {
+    writeBallOnPlate("ct.nii", -1000);
+    const std::string small = " --engine mirror --size 32x32 --verify none --json";
+    const Outcome outcome = run("render ct.nii -o a.png --crop body --view left" + small);
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.problems;
+    EXPECT_THAT(outcome.problems, HasSubstr("--crop body: x -"));
+    EXPECT_THAT(outcome.problems, HasSubstr("left out"));
+    const auto scene = nlohmann::json::parse(outcome.out)["scene"];
+    ASSERT_EQ(scene["cuts"]["boxes"].size(), 1u);
+    const auto& box = scene["cuts"]["boxes"][0];
+    for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_NEAR(box["low"][axis].get<double>(), -60, 6) << axis;
+        EXPECT_NEAR(box["high"][axis].get<double>(), 60, 6) << axis;
+    }
+    // The same box by its numbers, and the same picture; without a cut another.
+    std::string numbers;
+    for (int axis = 0; axis < 3; ++axis)
+        numbers += (axis ? "," : "") + box["low"][axis].dump() + "," + box["high"][axis].dump();
+    ASSERT_EQ(run("render ct.nii -o b.png --fit kept --view left --crop=" + numbers + small).exitCode, 0);
+    ASSERT_EQ(run("render ct.nii -o c.png --view left" + small).exitCode, 0);
+    EXPECT_EQ(readAll(folder_ / "a.png"), readAll(folder_ / "b.png"));
+    EXPECT_NE(readAll(folder_ / "a.png"), readAll(folder_ / "c.png"));
+    expectRefused("render ct.nii -o a.png --crop patient", {"--crop", "body", "X0,X1", "patient"});
+    writeBallOnPlate("mr.nii", 0);
+    expectRefused("-q render mr.nii -o a.png --crop body", {"--crop body", "HU", "--unit HU"});
+}
 
 // A CT converter writes HU and cannot say so: every preset but "auto" was refused.
 TEST_F(Values, PresetsTakeWhatLooksLikeHuAndSayIt) {

@@ -60,7 +60,7 @@ TEST(RenderBudget, GpuMemoryIsKeptAndLevelsCoarsenMonotonically) {
         SCOPED_TRACE(name);
         Budgets budgets;
         const StoreReader reader(storePath(name), budgets.ram);
-        Scene scene = sceneOn(reader.info(), name == std::string("torso") ? "bone" : "auto", 0, kPicture);
+        Scene scene = sceneOn(reader.info(), name == std::string("torso") ? "bone-1" : "auto", 0, kPicture);
         scene.quality.fetch = Fetch::hardware;
         const auto prepare = [&](Ledger& gpu) {
             return planScene(scene, reader, limits, budgets.ram, gpu, 2, LevelChoice::oneForAll);
@@ -123,7 +123,7 @@ std::size_t sampleBytes(const RenderResult& result) {
 TEST(RenderBudget, NativePlanesCountAndTheBudgetIsKept) {
     Ledger trial("RAM", "--ram", kRoomy), none("GPU memory", "--gpu-memory", 1);
     const StoreReader first(storePath("torso"), trial);
-    Scene scene = sceneOn(first.info(), "bone", 0, kPicture);
+    Scene scene = sceneOn(first.info(), "bone-1", 0, kPicture);
     scene.surfaces = {{250, {0.95, 0.9, 0.8}, 0.5}};
     RenderOptions options;
     options.engine = EngineKind::native;
@@ -170,7 +170,7 @@ TEST(RenderBudget, RamIsKeptAndNeverChangesThePicture) {
                 const StoreReader reader(storePath(name), ram);
                 floor = renderFloorBytes(reader.info(), kPicture, pictureBytesPerPixel(engine), 2);
                 Scene scene =
-                    sceneOn(reader.info(), name == std::string("torso") ? "bone" : "auto", 0, kPicture);
+                    sceneOn(reader.info(), name == std::string("torso") ? "bone-1" : "auto", 0, kPicture);
                 RenderOptions options;
                 options.engine = engine;
                 options.threads = 2;
@@ -210,7 +210,7 @@ TEST(RenderBudget, RamIsKeptAndNeverChangesThePicture) {
 TEST(RenderBudget, TheFloorsOfBothTogetherSuffice) {
     Ledger trial("RAM", "--ram", kRoomy), noGpu("GPU memory", "--gpu-memory", 1);
     const StoreReader first(storePath("torso"), trial);
-    const Scene scene = sceneOn(first.info(), "bone", 0, kPicture);
+    const Scene scene = sceneOn(first.info(), "bone-1", 0, kPicture);
     const std::size_t ramBytes =
         renderFloorBytes(first.info(), kPicture, pictureBytesPerPixel(EngineKind::gpu), 0);
     const std::size_t gpuBytes = statedFloor(

@@ -45,7 +45,7 @@ double rmsOf(const RenderResult& result, const Image& truth) {
 // The estimate of the step's error is the error, but for what the quarter of the step errs by and the table.
 TEST(PictureErrors, TheStepsEstimateIsTheErrorToTheReference) {
     for (const bool shading : {false, true}) {
-        Scene scene = sceneOf("torso", "bone", shading);
+        Scene scene = sceneOf("torso", "bone-1", shading);
         const Image truth = drawn(scene, EngineKind::reference).image;
         for (const double step : {1.0, 0.5}) {
             scene.quality.stepVoxels = step;
@@ -73,7 +73,7 @@ TEST(PictureErrors, FilteredFetchesAreCheckedAgainstExactOnes) {
 }
 
 TEST(AutomaticStep, IsTheLongestThatIsGoodEnough) {
-    Scene scene = sceneOf("torso", "bone", false);
+    Scene scene = sceneOf("torso", "bone-1", false);
     const Image truth = drawn(scene, EngineKind::reference).image;
     scene.quality.automaticStep = true;
     const RenderResult r = drawn(scene);
@@ -89,7 +89,7 @@ TEST(AutomaticStep, IsTheLongestThatIsGoodEnough) {
 
 // An error to stay below: what levels leave of it goes to the step, and a sharp function is pre-integrated.
 TEST(MaxError, ChoosesStepAndIntegrator) {
-    Scene scene = sceneOf("torso", "bone", false);
+    Scene scene = sceneOf("torso", "bone-1", false);
     scene.quality.integrator = Integrator::automatic;
     double before = 1e9;
     for (const double maxError : {20.0, 4.0, 1.5}) {
@@ -107,7 +107,7 @@ TEST(MaxError, ChoosesStepAndIntegrator) {
 }
 
 TEST(AutomaticIntegrator, FollowsTheFunction) {
-    Scene scene = sceneOf("torso", "bone", false);
+    Scene scene = sceneOf("torso", "bone-1", false);
     scene.quality.integrator = Integrator::automatic;
     EXPECT_EQ(drawn(scene).integrator, Integrator::midpoint);
     scene.volumes[0].transferFunction =

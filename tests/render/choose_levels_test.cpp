@@ -22,7 +22,7 @@ TEST(BestLevels, AreOneLevelWhereAMixGainsNothing) {
     const StoreReader store(storePath("torso"), ram);
     const VolumeInfo& info = store.info();
     const Statistics statistics = loadStatistics(store, ram, 0);
-    const TransferTable table = makeTable(presetFunction("bone", summarise(statistics, info)));
+    const TransferTable table = makeTable(presetFunction("bone-1", summarise(statistics, info)));
     LevelChooser chooser(store, ram, 0);
     chooser.setFunction(statistics, table, Culling::unlit);
     std::size_t mixes = 0, kept = 0, forRays = 0;
@@ -66,7 +66,7 @@ TEST(LevelsWithin, AreTheFinestWhereThatIsDrawnSooner) {
     Ledger ram("RAM", "--ram", std::size_t{512} << 20);
     const StoreReader store(storePath("torso"), ram);
     const auto levelsOf = [&](double maxError, int edge, std::size_t gpuBytes) {
-        Scene scene = sceneOn(store.info(), "bone", 0, glm::ivec2(edge));
+        Scene scene = sceneOn(store.info(), "bone-1", 0, glm::ivec2(edge));
         scene.quality.maxError = maxError;
         Ledger gpu("GPU memory", "--gpu-memory", gpuBytes), own("RAM", "--ram", std::size_t{512} << 20);
         RenderOptions options;

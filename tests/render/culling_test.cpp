@@ -56,7 +56,7 @@ TEST(Culling, LitPicturesOfTheFinestLevelAreBitEqual) {
             continue; // a scan that this machine lacks; the phantom is always there
         Ledger ram("RAM", "--ram", std::size_t{64} << 20);
         const VolumeInfo info = StoreReader(storePath(store), ram).info();
-        for (const char* preset : {"bone", "skin"})
+        for (const char* preset : {"bone-1", "skin-1"})
             for (const Gradient kind : {Gradient::central, Gradient::sobel, Gradient::centralHalf,
                                         Gradient::forward, Gradient::analytic, Gradient::cubic}) {
                 if (kind != Gradient::central && store != std::string("torso"))
@@ -90,7 +90,7 @@ TEST(Culling, LitPicturesOfCoarserLevelsDifferByLessThanATwentiethOfTheLevelsOwn
             continue;
         Ledger ram("RAM", "--ram", std::size_t{64} << 20);
         const VolumeInfo info = StoreReader(storePath(store), ram).info();
-        for (const char* preset : {"bone", "skin"}) {
+        for (const char* preset : {"bone-1", "skin-1"}) {
             Scene scene = sceneOn(info, preset, 0, {64, 64});
             scene.quality.stepVoxels = 1;
             const Image finest = withAndWithoutCulling(store, scene, 0).second;

@@ -153,7 +153,7 @@ INSTANTIATE_TEST_SUITE_P(Cuts, CutRay, testing::Range(0, kCutsCount));
 TEST_P(CutRay, ItsLengthIsThatOfWhatIsKept) {
     int cut = 0;
     for (const int camera : {0, 1, 2}) {
-        Scene scene = cutScene("sphere", "bone", GetParam(), camera, {15, 15});
+        Scene scene = cutScene("sphere", "bone-1", GetParam(), camera, {15, 15});
         scene.shading.on = false;
         constexpr double kPerMm = 0.01;
         scene.volumes.front().transferFunction = fog(kPerMm);
@@ -231,18 +231,19 @@ class CutPicture : public testing::TestWithParam<CutCase> {
 INSTANTIATE_TEST_SUITE_P(
     Scenes, CutPicture,
     testing::Values(CutCase{"torso", "soft-tissue", 0, 0}, CutCase{"torso", "soft-tissue", 1, 1},
-                    CutCase{"torso", "bone", 2, 0}, CutCase{"torso", "soft-tissue", 3, 0, Integrator::linear},
+                    CutCase{"torso", "bone-1", 2, 0},
+                    CutCase{"torso", "soft-tissue", 3, 0, Integrator::linear},
                     CutCase{"torso", "soft-tissue", 4, 2, Integrator::preintegrated},
-                    CutCase{"torso", "bone", 5, 0, Integrator::preintegrated2d},
+                    CutCase{"torso", "bone-1", 5, 0, Integrator::preintegrated2d},
                     CutCase{"torso", "soft-tissue", 6, 1},
                     CutCase{"torso", "soft-tissue", 6, 0, Integrator::midpoint, 300.0},
-                    CutCase{"torso", "bone", 4, 1, Integrator::linear, 0.0},
-                    CutCase{"torso", "bone", 6, 2, Integrator::midpoint, 200.0, Mode::isosurface},
-                    CutCase{"torso", "bone", 6, 0, Integrator::midpoint, {}, Mode::maximum},
-                    CutCase{"torso", "bone", 1, 1, Integrator::midpoint, {}, Mode::minimum},
-                    CutCase{"torso", "bone", 4, 0, Integrator::midpoint, {}, Mode::average},
-                    CutCase{"torso", "bone", 6, 0, Integrator::midpoint, {}, Mode::slice},
-                    CutCase{"head", "skin", 1, 0}, CutCase{"abdomen", "soft-tissue", 6, 1}));
+                    CutCase{"torso", "bone-1", 4, 1, Integrator::linear, 0.0},
+                    CutCase{"torso", "bone-1", 6, 2, Integrator::midpoint, 200.0, Mode::isosurface},
+                    CutCase{"torso", "bone-1", 6, 0, Integrator::midpoint, {}, Mode::maximum},
+                    CutCase{"torso", "bone-1", 1, 1, Integrator::midpoint, {}, Mode::minimum},
+                    CutCase{"torso", "bone-1", 4, 0, Integrator::midpoint, {}, Mode::average},
+                    CutCase{"torso", "bone-1", 6, 0, Integrator::midpoint, {}, Mode::slice},
+                    CutCase{"head", "skin-1", 1, 0}, CutCase{"abdomen", "soft-tissue", 6, 1}));
 
 TEST_P(CutPicture, NativeHasTheMirrorsBits) {
     for (const bool mixed : {false, true}) {
@@ -329,7 +330,7 @@ TEST(CutScissors, NothingBehindTheEyeIsInside) {
 
 TEST(CutNothing, RaysWithoutCutsAreAsTheyWere) {
     const VolumeInfo info = infoOf("torso");
-    Scene scene = sceneOn(info, "bone", 0, kSize);
+    Scene scene = sceneOn(info, "bone-1", 0, kSize);
     Prepared plain("torso", scene);
     EXPECT_FALSE(plain.p.view.part.any());
     EXPECT_EQ(plain.p.view.frame.slabCount, 0);
@@ -345,7 +346,7 @@ TEST(CutNothing, RaysWithoutCutsAreAsTheyWere) {
 TEST(CutNothing, WhatIsNoCutIsRefused) {
     const VolumeInfo info = infoOf("torso");
     const auto refused = [&](const auto& add) {
-        Scene scene = sceneOn(info, "bone", 0, kSize);
+        Scene scene = sceneOn(info, "bone-1", 0, kSize);
         add(scene.cuts);
         EXPECT_THROW(drawnPart(scene, info), InputError);
     };

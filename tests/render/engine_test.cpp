@@ -42,7 +42,7 @@ class SumPlane : public Plane {
 TEST(Planes, EveryPlaneGetsEveryBrickAtItsPlace) {
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
-    Prepared prepared("torso", sceneOn(info, "bone", 0, {8, 8}));
+    Prepared prepared("torso", sceneOn(info, "bone-1", 0, {8, 8}));
     ScenePlan& p = prepared.p;
     SumPlane first(info.type), second(info.type);
     BrickResidency bricks(info, p.volume.selection, pagesFor(p.volume.selection.counts), TextureLimits{},
@@ -125,7 +125,7 @@ class LengthEngine : public Engine {
 TEST(Engines, TheLeastEngineDraws) {
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
-    Prepared prepared("torso", sceneOn(info, "bone", 0, {12, 9}));
+    Prepared prepared("torso", sceneOn(info, "bone-1", 0, {12, 9}));
     LengthEngine engine;
     Work work;
     EXPECT_FALSE(bringBricks(engine, prepared.p, prepared.budgets.ram, prepared.budgets.gpu, work));
@@ -144,7 +144,7 @@ TEST(Engines, ADeadlineChangesNoPicture) {
     const GlContext context({"software"});
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
-    Scene scene = sceneOn(info, "bone", 0, {70, 61});
+    Scene scene = sceneOn(info, "bone-1", 0, {70, 61});
     scene.surfaces = {{250, glm::dvec3(1), 0.5}};
     Prepared prepared("torso", scene);
     GpuEngine gpu(context, prepared.budgets.gpu, prepared.budgets.ram);
@@ -175,7 +175,7 @@ TEST(Engines, ADeadlineChangesNoPicture) {
 TEST(Engines, FiltersAreWhatTheyWereAfterExactFetches) {
     const GlContext context({"software"});
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
-    Scene scene = sceneOn(StoreReader(storePath("torso"), ram).info(), "bone", 0, {24, 24});
+    Scene scene = sceneOn(StoreReader(storePath("torso"), ram).info(), "bone-1", 0, {24, 24});
     scene.quality.fetch = Fetch::hardware;
     Prepared prepared("torso", scene);
     GpuEngine gpu(context, prepared.budgets.gpu, prepared.budgets.ram);
@@ -202,7 +202,7 @@ TEST(Engines, FiltersAreWhatTheyWereAfterExactFetches) {
 TEST(Engines, TheReferenceIsCutLikewise) {
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
-    const Scene scene = sceneOn(info, "bone", 0, {30, 21});
+    const Scene scene = sceneOn(info, "bone-1", 0, {30, 21});
     Prepared prepared("torso", scene);
     ReferenceEngine engine(scene, 2);
     Work work;

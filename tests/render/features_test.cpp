@@ -154,7 +154,7 @@ TEST(Features, AMarchTakesTheBytesThatItsModulesSay) {
     const GlContext context({"software"});
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
-    Scene scene = sceneOn(info, "bone", 0, {31, 17});
+    Scene scene = sceneOn(info, "bone-1", 0, {31, 17});
     const glm::ivec3 bricks = brickGrid(info.extentVoxels);
     for (const bool surfaces : {false, true}) {
         if (surfaces)

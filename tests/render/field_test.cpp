@@ -47,12 +47,12 @@ struct FieldCase {
 };
 class Field : public testing::TestWithParam<FieldCase> {};
 INSTANTIATE_TEST_SUITE_P(Volumes, Field,
-                         testing::Values(FieldCase{"torso", "bone", 0, true},
-                                         FieldCase{"torso", "bone", 3 << 20, true},
+                         testing::Values(FieldCase{"torso", "bone-1", 0, true},
+                                         FieldCase{"torso", "bone-1", 3 << 20, true},
                                          FieldCase{"sphere", "auto", 0, false},
                                          FieldCase{"checkerboard", "auto", 0, false},
                                          FieldCase{"marschner-lobb", "auto", 0, false},
-                                         FieldCase{"torso", "skin", 2 << 20, false}));
+                                         FieldCase{"torso", "skin-1", 2 << 20, false}));
 
 TEST_P(Field, ShaderEqualsItsTwin) {
     const GlContext context({"software"});

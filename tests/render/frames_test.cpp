@@ -40,7 +40,7 @@ TEST_P(Frames, EqualStills) {
     };
     Ledger ram("RAM", "--ram", std::size_t{512} << 20), gpu("GPU memory", "--gpu-memory", row.gpuBytes);
     const StoreReader store(storePath("torso"), ram);
-    Scene scene = sceneOn(store.info(), "bone", 2, {24, 16});
+    Scene scene = sceneOn(store.info(), "bone-1", 2, {24, 16});
     scene.quality.automaticStep = true;
     row.change(scene);
     // Stills first: one context of OpenGL is current at a time.
@@ -55,7 +55,7 @@ TEST_P(Frames, EqualStills) {
     for (const Scene& one : scenes)
         stills.push_back(still(one));
     EXPECT_FALSE(bitEqual(stills[0], stills[2]));
-    scene.volumes[0].transferFunction = "skin"; // another function on the way, and back
+    scene.volumes[0].transferFunction = "skin-1"; // another function on the way, and back
     const Image skin = still(scene);
 
     FrameRenderer frames(store, ram, gpu, options);

@@ -60,7 +60,7 @@ TEST(Framing, FillsThePictureAndCutsNothingOff) {
         Ledger ram("RAM", "--ram", std::size_t{512} << 20);
         const StoreReader store(storePath(name), ram);
         const bool hu = store.info().unit == "HU";
-        for (const char* preset : {"auto", "bone", "skin", "lung"})
+        for (const char* preset : {"auto", "bone-1", "skin-1", "lung-1"})
             for (const View view : {View::anterior, View::left, View::inferior}) {
                 if (preset != std::string("auto") && !hu)
                     continue;
@@ -82,7 +82,7 @@ TEST(Framing, OfTheVolumesBoxIsAsItWas) {
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     const StoreReader store(storePath("torso"), ram);
     Camera camera;
-    drawn(fittedScene("bone", {View::left, Projection::parallel, Fit::volume}, {40, 40}), store, &camera);
+    drawn(fittedScene("bone-1", {View::left, Projection::parallel, Fit::volume}, {40, 40}), store, &camera);
     const Camera expected = fitCamera(store.info(), View::left, Projection::parallel, {40, 40});
     EXPECT_EQ(camera.position, expected.position);
     EXPECT_EQ(camera.focalPoint, expected.focalPoint);
@@ -94,10 +94,10 @@ TEST(Framing, DependsOnTheSceneAlone) {
     Ledger ram("RAM", "--ram", std::size_t{256} << 20);
     const StoreReader store(storePath("torso"), ram);
     const Statistics statistics = loadStatistics(store, ram, 0);
-    const TransferTable table = makeTable(presetFunction("vessels", summarise(statistics, store.info())));
+    const TransferTable table = makeTable(presetFunction("vessels-1", summarise(statistics, store.info())));
     const auto fitted = [&](int threads, std::size_t bytes, const glm::ivec2& size) {
         Ledger own("RAM", "--ram", bytes);
-        const Camera camera = fittedCamera({}, store, statistics, table, size, own, threads);
+        const Camera camera = fittedCamera({}, store, statistics, table, {}, size, own, threads);
         EXPECT_EQ(own.usedBytes(), 0u);
         return camera.position;
     };
@@ -153,6 +153,26 @@ TEST(Framing, TakesInIsosurfacesAndFallsBackToTheBox) {
     const Framing framing = drawn(scene, *store);
     EXPECT_GE(framing.span, 0.9);
     EXPECT_EQ(framing.cutOff, 0);
+}
+
+// A camera for what cuts keep: the ball fills the picture, whatever else the volume shows beside it.
+TEST(Framing, KeptIsWhatCutsLeave) {
+    const ScratchFolder folder;
+    Ledger ram("RAM", "--ram", std::size_t{256} << 20);
+    const auto store = ballStore(
+        folder, [](const glm::dvec3& p) { return p.y > 120 ? 1000. : 0.; }, ram);
+    for (const Projection projection : {Projection::perspective, Projection::parallel}) {
+        Scene scene = fittedScene("auto", {View::left, projection, Fit::kept}, {96, 96});
+        EXPECT_NEAR(drawn(scene, *store).span, 0.969, 0.03) << "without cuts as what is shown";
+        scene.cuts.boxes = {{{30, 40, 60}, {90, 100, 120}, CropBox::Space::voxels, Keep::inside}};
+        Camera kept, shown;
+        const Framing framing = drawn(scene, *store, &kept);
+        EXPECT_GE(framing.span, 0.93);
+        EXPECT_EQ(framing.cutOff, 0);
+        std::get<FittedView>(scene.camera).fit = Fit::shown;
+        EXPECT_LT(drawn(scene, *store, &shown).span, 0.5) << "cameras are fitted to the uncut volume";
+        EXPECT_NE(kept, shown);
+    }
 }
 
 } // namespace

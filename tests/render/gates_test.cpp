@@ -90,9 +90,9 @@ class Gates : public testing::TestWithParam<GateCase> {
 INSTANTIATE_TEST_SUITE_P(
     Scenes, Gates,
     testing::Values(GateCase{"uniform", "soft-tissue", 2, false, false, false},
-                    GateCase{"uniformLit", "bone", 0, true, false, false, Integrator::preintegrated},
+                    GateCase{"uniformLit", "bone-1", 0, true, false, false, Integrator::preintegrated},
                     GateCase{"mixed", "soft-tissue", 2, false, true, false, Integrator::linear},
-                    GateCase{"mixedLit", "bone", 0, true, true, false, Integrator::midpoint,
+                    GateCase{"mixedLit", "bone-1", 0, true, true, false, Integrator::midpoint,
                              EdgeFunction::maximum},
                     GateCase{"mixedNaive", "soft-tissue", 0, true, true, false, Integrator::preintegrated2d,
                              EdgeFunction::minimum, Sampling::naive},

@@ -57,11 +57,11 @@ class Graded : public testing::TestWithParam<GradedCase> {};
 INSTANTIATE_TEST_SUITE_P(
     Scenes, Graded,
     testing::Values(GradedCase{"soft-tissue", 0, Lit::no}, GradedCase{"soft-tissue", 2, Lit::head},
-                    GradedCase{"bone", 1, Lit::lights},
+                    GradedCase{"bone-1", 1, Lit::lights},
                     GradedCase{"soft-tissue", 0, Lit::no, Gradient::centralHalf},
                     GradedCase{"soft-tissue", 1, Lit::head, Gradient::forward},
                     GradedCase{"soft-tissue", 2, Lit::no, Gradient::sobel},
-                    GradedCase{"bone", 0, Lit::lights, Gradient::analytic, Integrator::preintegrated},
+                    GradedCase{"bone-1", 0, Lit::lights, Gradient::analytic, Integrator::preintegrated},
                     GradedCase{"soft-tissue", 1, Lit::no, Gradient::central, Integrator::linear},
                     GradedCase{"soft-tissue", 0, Lit::head, Gradient::central, Integrator::preintegrated2d},
                     GradedCase{"soft-tissue", 2, Lit::no, Gradient::central, Integrator::midpoint, true},
@@ -370,7 +370,7 @@ TEST(GradedNothing, AFactorOfOneIsNone) {
 // Bricks that are culled are none that a gradient reads, lit or not.
 TEST(GradedCulling, ChangesNoBit) {
     for (const Gradient kind : {Gradient::central, Gradient::sobel, Gradient::forward}) {
-        Scene scene = sceneOn(infoOf("torso"), "bone", 0, {64, 64});
+        Scene scene = sceneOn(infoOf("torso"), "bone-1", 0, {64, 64});
         scene.shading.on = false;
         scene.shading.gradient = kind;
         grade(scene);

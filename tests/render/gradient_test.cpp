@@ -332,7 +332,7 @@ TEST(Gradients, TheScenesChoiceIsDrawn) {
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
     std::vector<Image> pictures;
     for (const Gradient kind : kGradientKinds) {
-        Scene scene = sceneOn(info, "bone", 0, {24, 24});
+        Scene scene = sceneOn(info, "bone-1", 0, {24, 24});
         scene.shading.gradient = kind;
         Prepared prepared("torso", scene);
         const std::uint32_t features = marchFeatures(prepared.p, false);

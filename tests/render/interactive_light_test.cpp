@@ -138,8 +138,8 @@ std::vector<LitChange> litChanges() {
     return {
         {"a function",
          [](InteractiveRenderer& r, Scene& s) {
-             s.volumes[0].transferFunction = presetOf("bone");
-             r.setFunction(presetOf("bone"));
+             s.volumes[0].transferFunction = presetOf("bone-1");
+             r.setFunction(presetOf("bone-1"));
          }},
         {"a camera that carries the light",
          [](InteractiveRenderer& r, Scene& s) {

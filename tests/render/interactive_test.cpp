@@ -31,7 +31,7 @@ Image still(const Scene& scene, std::size_t gpuBytes, Selection* levels = nullpt
 }
 
 TEST(Interactive, ComesToTheStillsLevelsAndPicture) {
-    const Scene scene = interactiveScene("bone", 0);
+    const Scene scene = interactiveScene("bone-1", 0);
     // Ample memory: the finest that a pixel shows. It has one level here, which the still reads as such and a
     // renderer whose levels may change as mixed: pictures differ by rounding.
     Session ample(scene, std::size_t{1} << 30);
@@ -48,13 +48,13 @@ TEST(Interactive, ComesToTheStillsLevelsAndPicture) {
 // map of what is near surfaces.
 TEST(Interactive, DrawsIsosurfacesAsTheStillDoes) {
     const std::size_t budget = std::size_t{1} << 30;
-    Scene scene = interactiveScene("bone", 0, {32, 32});
+    Scene scene = interactiveScene("bone-1", 0, {32, 32});
     scene.surfaces = {{-300, {0.9, 0.6, 0.5}, 0.3}, {250, {0.95, 0.9, 0.8}, 1}};
     scene.volumes[0].transferFunction = TransferFunction::fromExtinction({}, {});
     ValueSummary values;
     values.isHu = true;
     const std::vector<TransferFunction> functions = {TransferFunction::fromExtinction({}, {}),
-                                                     presetFunction("bone", values),
+                                                     presetFunction("bone-1", values),
                                                      presetFunction("soft-tissue", values)};
     std::vector<Image> pictures;
     {
@@ -130,7 +130,7 @@ TEST(Interactive, WithTheSamePagesItIsTheStill) {
 }
 
 TEST(Interactive, FirstPictureIsWholeAndPicturesGetBetter) {
-    const Scene scene = interactiveScene("bone", 0, {96, 96});
+    const Scene scene = interactiveScene("bone-1", 0, {96, 96});
     InteractiveOptions options;
     options.uploadBytes = std::size_t{1} << 18;
     options.firstPatience = std::chrono::hours(1); // whatever else this machine does
@@ -168,7 +168,7 @@ TEST_P(InteractiveEngines, AnyStepsKeepTheBudgetAndComeToAnEnd) {
                 session.renderer.setCamera(cameraNumber(static_cast<int>(random() % 3), info, {32, 32}));
                 break;
             case 1:
-                session.renderer.setFunction(presetFunction(random() % 2 ? "bone" : "soft-tissue", values));
+                session.renderer.setFunction(presetFunction(random() % 2 ? "bone-1" : "soft-tissue", values));
                 break;
             case 2:
                 session.renderer.cancel();

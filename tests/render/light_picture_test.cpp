@@ -136,7 +136,7 @@ TEST(LightPicture, DarkensWhatIsHidden) {
     open = plain;
     open.occlusion = Occlusion{.radiusMm = 1e-3, .bias = 0, .gamma = 1e-6}; // I^0: all of it
     const auto drawn = [&](const Lighting& lighting) {
-        LitPlan lit("torso", litScene("torso", "bone", 0, lighting));
+        LitPlan lit("torso", litScene("torso", "bone-1", 0, lighting));
         return nativePicture(lit.prepared).image;
     };
     const Image bright = drawn(plain);
@@ -195,7 +195,7 @@ TEST(LightPicture, CutsAndThreadsChangeNothing) {
     Lighting all;
     all.occlusion = Occlusion{};
     all.lights = {castingLight(5)};
-    LitPlan lit("torso", litScene("torso", "bone", 0, all));
+    LitPlan lit("torso", litScene("torso", "bone-1", 0, all));
     const Image picture = nativePicture(lit.prepared).image;
     NativeChoices one, shreds, refined;
     one.threads = 1;
@@ -235,13 +235,13 @@ TEST(LightPicture, KeepsItsBudgets) {
 
 /// An interactive picture after an edit of the function has the light of the new one.
 TEST(LightPicture, FollowsAnEdit) {
-    Scene before = interactiveScene("bone", 0, {24, 24});
+    Scene before = interactiveScene("bone-1", 0, {24, 24});
     before.lighting.occlusion = Occlusion{.rays = 8, .radiusMm = 9};
     Scene after = before;
-    after.volumes[0].transferFunction = "skin";
+    after.volumes[0].transferFunction = "skin-1";
     Session edited(before, std::size_t{64} << 20, {}, storePath("torso"), true);
     edited.converge();
-    edited.renderer.setFunction(presetFunction("skin", {-1000, 2000, true, 1, {}}));
+    edited.renderer.setFunction(presetFunction("skin-1", {-1000, 2000, true, 1, {}}));
     edited.converge();
     Session fresh(after, std::size_t{64} << 20, {}, storePath("torso"), true);
     fresh.converge();
@@ -252,7 +252,7 @@ TEST(LightPicture, FollowsAnEdit) {
 TEST(LightPicture, WhatIsBehindASurfaceTakesLight) {
     Lighting lighting;
     lighting.lights = {castingLight()};
-    Scene scene = litScene("torso", "bone", 0, lighting);
+    Scene scene = litScene("torso", "bone-1", 0, lighting);
     scene.volumes[0].transferFunction = TransferFunction::fromExtinction({}, {});
     scene.surfaces = {{-300, {0.9, 0.6, 0.5}, 0.05}}; // skin, through which light comes far
     const auto lights = [&](bool skipping) {
@@ -282,8 +282,8 @@ TEST(LightPicture, CostsNothingWhereItIsNotAskedFor) {
     off.intensity = 0;
     Lighting dark;
     dark.lights = {Light{}, off};
-    Prepared plain("torso", litScene("torso", "bone", 0, none)),
-        unlit("torso", litScene("torso", "bone", 0, dark));
+    Prepared plain("torso", litScene("torso", "bone-1", 0, none)),
+        unlit("torso", litScene("torso", "bone-1", 0, dark));
     EXPECT_EQ(lightChannels(dark), 0);
     const NativePicture a = nativePicture(plain), b = nativePicture(unlit);
     EXPECT_EQ(differing(a.image, b.image), 0u);

@@ -187,7 +187,7 @@ TEST(ReferenceLight, LightsAreWhereShadowMapsHaveThem) {
     lighting.lights[1].frame = LightFrame::camera;
     lighting.lights[2].kind = LightKind::point;
     lighting.lights[2].position = {300, -400, 500};
-    Scene scene = sceneOn(infoOf("torso"), "bone", 0, {8, 8});
+    Scene scene = sceneOn(infoOf("torso"), "bone-1", 0, {8, 8});
     scene.lighting = lighting;
     Prepared prepared("torso", scene);
     const ScenePlan& p = prepared.p;
@@ -214,7 +214,7 @@ TEST(ReferenceLight, FinerRaysChangeNothing) {
     Lighting lighting;
     lighting.occlusion = Occlusion{};
     lighting.lights = {keyLight(), Light{}};
-    for (const char* preset : {"soft-tissue", "bone"}) {
+    for (const char* preset : {"soft-tissue", "bone-1"}) {
         Scene scene = sceneOn(infoOf("torso"), preset, 0, {8, 8});
         scene.lighting = lighting;
         Prepared prepared("torso", scene);

@@ -36,7 +36,7 @@ class Slab : public testing::Test {
         importToStore(source, folder_ / "v.zarr", ram, {});
     }
     Scene scene() const {
-        Scene scene = sceneOn(info_, "bone", 1, kSize);
+        Scene scene = sceneOn(info_, "bone-1", 1, kSize);
         SceneVolume& volume = scene.volumes[0];
         volume.path = folder_ / "v.zarr";
         volume.transferFunction = TransferFunction::fromOpacity(

@@ -53,7 +53,7 @@ void expectHolds(const std::optional<Estimate>& e, double is, double slack, cons
 // is what is.
 TEST(MeasuredErrors, AreTheErrorsToTheReferencesAreaMeans) {
     const glm::ivec2 size(64, 48);
-    Scene scene = sceneOf("torso", "bone", size);
+    Scene scene = sceneOf("torso", "bone-1", size);
     scene.quality.stepVoxels = 0.5;
     const Image truth = truthOf(scene, 32);
     struct Case {
@@ -95,7 +95,7 @@ TEST(MeasuredErrors, AreTheErrorsToTheReferencesAreaMeans) {
 
 // A pixel that is the mean of its samples shows more than the level whose samples are as large as it is.
 TEST(MeasuredErrors, OfLevelsAreSmallWherePixelsAreLarge) {
-    Scene scene = sceneOf("torso", "bone", glm::ivec2(20));
+    Scene scene = sceneOf("torso", "bone-1", glm::ivec2(20));
     scene.quality.stepVoxels = 0.5;
     scene.quality.pixels.samples = 64;
     const RenderResult r = drawn(scene, EngineKind::native, Verify::full);
@@ -110,7 +110,7 @@ TEST(MeasuredErrors, OfLevelsAreSmallWherePixelsAreLarge) {
 
 // Rays that end with a tenth of the light left: the truth's do not.
 TEST(MeasuredErrors, CountWhatEndedRaysLeaveOut) {
-    Scene scene = sceneOf("torso", "skin", {48, 48});
+    Scene scene = sceneOf("torso", "skin-1", {48, 48});
     scene.quality.pixels.samples = 16;
     scene.quality.terminationTransmittance = 0.1;
     for (const EngineKind engine : {EngineKind::native, EngineKind::gpu}) {
@@ -129,7 +129,7 @@ TEST(MeasuredErrors, CountWhatEndedRaysLeaveOut) {
 // there.
 TEST(MaxError, HoldsAgainstTheReferencesAreaMeans) {
     const glm::ivec2 size(56, 44);
-    Scene scene = sceneOf("torso", "bone", size);
+    Scene scene = sceneOf("torso", "bone-1", size);
     const Image truth = truthOf(scene, 128); // noise makes errors larger
     for (const double asked : {20.0, 6.0}) {
         scene.quality.maxError = asked;
@@ -153,7 +153,7 @@ TEST(MaxError, HoldsAgainstTheReferencesAreaMeans) {
 
 // A second picture whose rays are the first one's goes on from its samples: none is taken twice.
 TEST(MaxError, GoesOnFromSamplesOfTheSameRays) {
-    Scene scene = sceneOf("torso", "vessels", {56, 44});
+    Scene scene = sceneOf("torso", "vessels-1", {56, 44});
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     scene.camera = cameraNumber(1, StoreReader(storePath("torso"), ram).info(), scene.imageSize);
     scene.quality.maxError = 12;
@@ -177,7 +177,7 @@ TEST(MaxError, GoesOnFromSamplesOfTheSameRays) {
 // A picture with as many samples as the truth begins with: where the truth is noisier than the picture's
 // largest errors, it gets more, and tells what these are.
 TEST(MeasuredErrors, NoisyPixelsOfTheTruthGetMoreSamples) {
-    Scene scene = sceneOf("torso", "vessels", {64, 48});
+    Scene scene = sceneOf("torso", "vessels-1", {64, 48});
     scene.quality.pixels.samples = 256;
     const RenderResult r = drawn(scene, EngineKind::native, Verify::full);
     ASSERT_TRUE(r.measured && r.measured->whyNot.empty());

@@ -201,7 +201,7 @@ TEST(MixedLevels, OneLevelIsPlainTrilinear) {
     std::uniform_real_distribution<double> unit(0, 1);
     for (int level = 0; level < kLevelCount - 1; ++level)
         for (const EdgeFunction edge : {EdgeFunction::minimum, EdgeFunction::split, EdgeFunction::maximum}) {
-            MixedScene scene("torso", "bone", 0, edge);
+            MixedScene scene("torso", "bone-1", 0, edge);
             ScenePlan& p = scene.p();
             Selection s = p.volume.selection; // some empty
             for (std::uint8_t& mine : s.levels)
@@ -228,7 +228,7 @@ TEST(MixedLevels, EmptyCellsShowNothing) {
         if (!std::filesystem::exists(storePath(store)))
             continue;
         for (const EdgeFunction edge : kEdgeFunctions) {
-            MixedScene scene(store, "bone", 0, edge);
+            MixedScene scene(store, "bone-1", 0, edge);
             scene.choose(randomShownLevels(scene.p().volume.selection, 7));
             ScenePlan& p = scene.p();
             MixedReader samples(*p.volume.cache, p.info(), p.volume.selection, p.volume.levels);
@@ -266,18 +266,18 @@ class MixedPicture : public testing::TestWithParam<PictureCase> {
 INSTANTIATE_TEST_SUITE_P(
     Scenes, MixedPicture,
     testing::Values(
-        PictureCase{"torso", "bone", 0, EdgeFunction::minimum, Sampling::limited},
+        PictureCase{"torso", "bone-1", 0, EdgeFunction::minimum, Sampling::limited},
         PictureCase{"torso", "soft-tissue", 2, EdgeFunction::maximum, Sampling::limited},
         PictureCase{"torso", "soft-tissue", 1, EdgeFunction::split, Sampling::naive},
-        PictureCase{"abdomen", "bone", 0, EdgeFunction::maximum, Sampling::full},
+        PictureCase{"abdomen", "bone-1", 0, EdgeFunction::maximum, Sampling::full},
         PictureCase{"abdomen", "soft-tissue", 2, EdgeFunction::minimum, Sampling::limited},
-        PictureCase{"head", "skin", 1, EdgeFunction::nearest, Sampling::limited},
+        PictureCase{"head", "skin-1", 1, EdgeFunction::nearest, Sampling::limited},
         PictureCase{"torso", "soft-tissue", 2, EdgeFunction::split, Sampling::limited, Integrator::linear},
-        PictureCase{"torso", "bone", 0, EdgeFunction::split, Sampling::limited, Integrator::preintegrated},
+        PictureCase{"torso", "bone-1", 0, EdgeFunction::split, Sampling::limited, Integrator::preintegrated},
         PictureCase{"abdomen", "soft-tissue", 1, EdgeFunction::maximum, Sampling::naive,
                     Integrator::preintegrated},
-        PictureCase{"head", "skin", 0, EdgeFunction::minimum, Sampling::full, Integrator::preintegrated2d},
-        PictureCase{"abdomen", "bone", 2, EdgeFunction::split, Sampling::limited,
+        PictureCase{"head", "skin-1", 0, EdgeFunction::minimum, Sampling::full, Integrator::preintegrated2d},
+        PictureCase{"abdomen", "bone-1", 2, EdgeFunction::split, Sampling::limited,
                     Integrator::preintegrated2d}));
 
 // The contract's rows on one mixed selection: skipping, tiles and resuming change no bit; march equals

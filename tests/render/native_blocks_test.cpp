@@ -131,7 +131,7 @@ TEST(NativeBlocks, ChangeNoBitWhereLevelsMix) {
             if (edge == EdgeFunction::nearest && integrator != Integrator::midpoint)
                 continue; // refused: values jump there
             SCOPED_TRACE(static_cast<int>(edge));
-            MixedScene mixed("torso", "bone", 1, edge, Sampling::limited, {48, 48}, integrator);
+            MixedScene mixed("torso", "bone-1", 1, edge, Sampling::limited, {48, 48}, integrator);
             mixed.choose(randomShownLevels(mixed.p().volume.selection, 3));
             NativeChoices choices;
             choices.blocks = true;
@@ -180,7 +180,7 @@ TEST(NativeBlocks, ChangeNoBitUnderFunctionsWithGaps) {
 
 /// A cell that no ray gets to is not looked at, and one that many get to is looked at once.
 TEST(NativeBlocks, AreLookedForWhereRaysGo) {
-    Prepared prepared("torso", sceneOn(infoOf("torso"), "bone", 0, {96, 96}));
+    Prepared prepared("torso", sceneOn(infoOf("torso"), "bone-1", 0, {96, 96}));
     NativeChoices choices;
     choices.blocks = true;
     choices.threads = 1;
@@ -214,7 +214,7 @@ TEST(NativeBlocks, PayWhereManyRaysGoThroughACell) {
 
     // One ray a pixel, as many as pixels choose, and as many as an error takes.
     const auto looks = [](int samples, std::optional<double> maxError) {
-        Scene scene = sceneOn(infoOf("torso"), "vessels", 1, {56, 44});
+        Scene scene = sceneOn(infoOf("torso"), "vessels-1", 1, {56, 44});
         scene.quality.pixels.samples = samples;
         Prepared prepared("torso", scene);
         prepared.p.view.quality.maxError = maxError;

@@ -47,21 +47,21 @@ class Native : public testing::TestWithParam<NativeCase> {
 };
 INSTANTIATE_TEST_SUITE_P(
     Scenes, Native,
-    testing::Values(NativeCase{"torso", "bone", 0}, NativeCase{"torso", "soft-tissue", 1},
-                    NativeCase{"torso", "soft-tissue", 2}, NativeCase{"abdomen", "bone", 0},
-                    NativeCase{"abdomen", "vessels", 1}, NativeCase{"abdomen", "soft-tissue", 2},
-                    NativeCase{"head", "skin", 0}, NativeCase{"head", "bone", 1},
+    testing::Values(NativeCase{"torso", "bone-1", 0}, NativeCase{"torso", "soft-tissue", 1},
+                    NativeCase{"torso", "soft-tissue", 2}, NativeCase{"abdomen", "bone-1", 0},
+                    NativeCase{"abdomen", "vessels-1", 1}, NativeCase{"abdomen", "soft-tissue", 2},
+                    NativeCase{"head", "skin-1", 0}, NativeCase{"head", "bone-1", 1},
                     NativeCase{"head", "soft-tissue", 2}));
 INSTANTIATE_TEST_SUITE_P(Integrators, Native,
                          testing::Values(NativeCase{"torso", "soft-tissue", 2, Integrator::linear},
-                                         NativeCase{"torso", "bone", 1, Integrator::preintegrated},
+                                         NativeCase{"torso", "bone-1", 1, Integrator::preintegrated},
                                          NativeCase{"torso", "soft-tissue", 0, Integrator::preintegrated2d},
-                                         NativeCase{"abdomen", "vessels", 0, Integrator::linear},
+                                         NativeCase{"abdomen", "vessels-1", 0, Integrator::linear},
                                          NativeCase{"abdomen", "soft-tissue", 2, Integrator::preintegrated},
-                                         NativeCase{"head", "bone", 1, Integrator::preintegrated2d}));
+                                         NativeCase{"head", "bone-1", 1, Integrator::preintegrated2d}));
 INSTANTIATE_TEST_SUITE_P(
     Lights, Native,
-    testing::Values(NativeCase{"torso", "bone", 0, Integrator::midpoint, Gradient::central, true},
+    testing::Values(NativeCase{"torso", "bone-1", 0, Integrator::midpoint, Gradient::central, true},
                     NativeCase{"torso", "soft-tissue", 1, Integrator::linear, Gradient::sobel, true},
                     NativeCase{"torso", "soft-tissue", 2, Integrator::preintegrated, Gradient::central, true},
                     NativeCase{"torso", "soft-tissue", 0, Integrator::preintegrated2d, Gradient::analytic,
@@ -71,9 +71,9 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(NativeCase{"torso", "soft-tissue", 0, Integrator::midpoint, Gradient::centralHalf},
                     NativeCase{"torso", "soft-tissue", 1, Integrator::midpoint, Gradient::forward},
                     NativeCase{"torso", "soft-tissue", 2, Integrator::midpoint, Gradient::sobel},
-                    NativeCase{"torso", "bone", 0, Integrator::preintegrated, Gradient::analytic},
+                    NativeCase{"torso", "bone-1", 0, Integrator::preintegrated, Gradient::analytic},
                     NativeCase{"torso", "soft-tissue", 1, Integrator::midpoint, Gradient::cubic, true},
-                    NativeCase{"abdomen", "bone", 0, Integrator::linear, Gradient::cubic}));
+                    NativeCase{"abdomen", "bone-1", 0, Integrator::linear, Gradient::cubic}));
 
 TEST_P(Native, HasTheMirrorsBits) {
     for (const bool light : {true, false}) {

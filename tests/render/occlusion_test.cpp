@@ -226,15 +226,15 @@ void expectAsPlainly(const Case& c, const glm::dmat4* place = nullptr) {
 
 TEST(Occluder, IsWhatTheContractSays) {
     expectAsPlainly({"torso", "soft-tissue", {}});
-    expectAsPlainly({"torso", "bone", {.rays = 80, .radiusMm = 9, .offsetMm = 2}});
-    expectAsPlainly({"sphere", "bone", {.rays = 16, .radiusMm = 1000}});
-    expectAsPlainly({"thin", "bone", {.rays = 8, .radiusMm = 0.01}});
+    expectAsPlainly({"torso", "bone-1", {.rays = 80, .radiusMm = 9, .offsetMm = 2}});
+    expectAsPlainly({"sphere", "bone-1", {.rays = 16, .radiusMm = 1000}});
+    expectAsPlainly({"thin", "bone-1", {.rays = 8, .radiusMm = 0.01}});
     expectAsPlainly(
         {"torso", "soft-tissue", {.method = OcclusionMethod::positional, .rays = 20, .radiusMm = 8}});
     expectAsPlainly(
         {"torso", "soft-tissue", {.method = OcclusionMethod::rejecting, .rays = 16, .radiusMm = 8}});
     // Whole chunks lie behind the surface, and show nothing.
-    expectAsPlainly({"torso", "bone", {.rays = 16, .radiusMm = 30}, {{-300, {1, 1, 1}, 0.02}}});
+    expectAsPlainly({"torso", "bone-1", {.rays = 16, .radiusMm = 30}, {{-300, {1, 1, 1}, 0.02}}});
     expectAsPlainly({"torso", "soft-tissue", {.rays = 16, .radiusMm = 9, .emission = 7}});
 }
 

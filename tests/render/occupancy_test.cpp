@@ -289,7 +289,7 @@ TEST(Occupancy, EmptyCellsShowNothingAtAnyLevels) {
             const Statistics statistics = loadStatistics(reader, budgets.ram, 1);
             const bool bone = reader.info().unit == "HU" && round % 2 == 0;
             const TransferTable table =
-                makeTable(bone ? presetFunction("bone", {})
+                makeTable(bone ? presetFunction("bone-1", {})
                                : randomFunction(random, statistics.lowest, statistics.highest));
             const Optics optics = makeOptics(table, reader.info(), {}, 0);
             Selection s = cullBricks(statistics, table, reader.info(), 0, Culling::unlit);
@@ -331,7 +331,7 @@ TEST(Occupancy, AtLevelZeroACellCountsByItsOwnRange) {
     Budgets budgets;
     const StoreReader reader(storePath("torso"), budgets.ram);
     const Statistics statistics = loadStatistics(reader, budgets.ram, 1);
-    const TransferTable table = makeTable(presetFunction("bone", {}));
+    const TransferTable table = makeTable(presetFunction("bone-1", {}));
     const Selection s = cullBricks(statistics, table, reader.info(), 0, Culling::unlit);
     const Occupancy occupancy({statistics, table, reader.info(), s}, MapScale::cells, budgets.ram);
     std::size_t occupied = 0;

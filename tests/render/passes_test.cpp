@@ -75,9 +75,9 @@ struct PassesCase {
 };
 class Passes : public testing::TestWithParam<PassesCase> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, Passes,
-                         testing::Values(PassesCase{"torso", "bone", 0, true},
+                         testing::Values(PassesCase{"torso", "bone-1", 0, true},
                                          PassesCase{"torso", "soft-tissue", 2, false},
-                                         PassesCase{"abdomen", "bone", 2, true}));
+                                         PassesCase{"abdomen", "bone-1", 2, true}));
 constexpr EngineKind kNative = EngineKind::native;
 INSTANTIATE_TEST_SUITE_P(Graded, Passes,
                          testing::Values(PassesCase{"torso", "soft-tissue", 2, false, EngineKind::gpu,
@@ -87,12 +87,12 @@ INSTANTIATE_TEST_SUITE_P(Graded, Passes,
                                          PassesCase{"torso", "soft-tissue", 1, true, kNative,
                                                     Gradient::central, Integrator::preintegrated, true}));
 INSTANTIATE_TEST_SUITE_P(Native, Passes,
-                         testing::Values(PassesCase{"torso", "bone", 0, true, kNative, Gradient::sobel},
+                         testing::Values(PassesCase{"torso", "bone-1", 0, true, kNative, Gradient::sobel},
                                          PassesCase{"torso", "soft-tissue", 2, true, kNative,
                                                     Gradient::central, Integrator::linear},
                                          PassesCase{"torso", "soft-tissue", 1, true, kNative,
                                                     Gradient::analytic, Integrator::preintegrated},
-                                         PassesCase{"abdomen", "bone", 2, true, kNative},
+                                         PassesCase{"abdomen", "bone-1", 2, true, kNative},
                                          PassesCase{"head", "soft-tissue", 0, false, kNative,
                                                     Gradient::central, Integrator::preintegrated2d}));
 
@@ -141,7 +141,7 @@ TEST_P(Passes, TheBestOfOnePassFitsAndImprovesWithMemory) {
 
 // A first picture comes before, whole and coarse, and changes nothing of the picture itself.
 TEST(FirstPicture, ComesFirstAndChangesNothing) {
-    Scene scene = finest("torso", "bone", 0, true);
+    Scene scene = finest("torso", "bone-1", 0, true);
     scene.quality.maxError.reset();
     const RenderResult alone = draw(scene, "torso", std::size_t{6} << 20).result;
     Ledger ram("RAM", "--ram", std::size_t{512} << 20),

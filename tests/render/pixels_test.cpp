@@ -429,7 +429,7 @@ RenderResult drawn(const Scene& scene, EngineKind engine, int threads = 2, const
 }
 
 Scene sampled(int samples, const glm::ivec2& size) {
-    Scene scene = sceneOn(infoOf("torso"), "bone", 0, size);
+    Scene scene = sceneOn(infoOf("torso"), "bone-1", 0, size);
     scene.quality.pixels.samples = samples;
     return scene;
 }

@@ -222,7 +222,7 @@ TEST(Places, MarchEqualsTheMirrorOnItsOwnRays) {
 // Few pages: rays wait for bricks, and go on where they were.
 TEST(Places, WaitingRaysGoOnThroughTheirPlaces) {
     const GlContext context({"software"});
-    Scene scene = sceneOn(infoOf("torso"), "bone", 0, kWhole);
+    Scene scene = sceneOn(infoOf("torso"), "bone-1", 0, kWhole);
     for (const bool onGpu : {true, false}) {
         Prepared prepared("torso", scene);
         ScenePlan& p = prepared.p;
@@ -256,7 +256,7 @@ TEST(Places, WaitingRaysGoOnThroughTheirPlaces) {
 
 TEST(Places, AreChargedWhereTheyAreKept) {
     const GlContext context({"software"});
-    Prepared prepared("torso", sceneOn(infoOf("torso"), "bone", 0, kWhole));
+    Prepared prepared("torso", sceneOn(infoOf("torso"), "bone-1", 0, kWhole));
     const ScenePlan& p = prepared.p;
     Ledger& gpu = prepared.budgets.gpu;
     GpuEngine engine(context, gpu, prepared.budgets.ram);

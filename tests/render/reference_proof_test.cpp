@@ -60,7 +60,7 @@ class ProofOnRays : public testing::Test {
 
 TEST_F(ProofOnRays, HoldsOnAPhantomWithAPreset) {
     load("torso", {48, 36, 56});
-    for (const char* preset : {"bone", "soft-tissue"}) {
+    for (const char* preset : {"bone-1", "soft-tissue"}) {
         const RayProof proof = prove(presetFunction(preset, {-1024, 2000, true, 1, {}}), true);
         EXPECT_EQ(proof.rays, 49u);
         EXPECT_LE(proof.halving, RayProof::kHalvingLimit) << preset;

@@ -156,17 +156,17 @@ TEST(ShadowMaps, AreWhatRaysOfShadowSay) {
     expectAsByRays({"torso", "soft-tissue", false, false, 0.02, 0.2});
     expectAsByRays({"torso", "soft-tissue", true, false, 0.02, 0.2});
     expectAsByRays({"torso", "soft-tissue", true, true, 0.02, 0.2});
-    expectAsByRays({"sphere", "bone", false, false, 0.02, 0.2});
+    expectAsByRays({"sphere", "bone-1", false, false, 0.02, 0.2});
     if (!std::filesystem::exists(storePath("abdomen")))
         GTEST_SKIP() << "the rest: no store of the abdomen";
-    expectAsByRays({"abdomen", "bone", false, false, 0.03, 0.3});
+    expectAsByRays({"abdomen", "bone-1", false, false, 0.03, 0.3});
 }
 
 /// Extremes: all finite, bounded, no hang.
 TEST(ShadowMaps, BearExtremes) {
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("sphere"), ram).info();
-    Prepared prepared("sphere", sceneOn(info, "bone", 0, {16, 16}));
+    Prepared prepared("sphere", sceneOn(info, "bone-1", 0, {16, 16}));
     const ScenePlan& p = prepared.p;
     const LightPath path{p.volume.cache.get(), &p.info(), &p.volume.selection, nullptr,
                          &p.volume.optics,     nullptr};

@@ -22,7 +22,7 @@ TEST(Skipping, PicturesAreBitEqualWithEitherMap) {
                 Ledger ram("RAM", "--ram", std::size_t{64} << 20);
                 const VolumeInfo info = StoreReader(storePath(store), ram).info();
                 Scene scene =
-                    sceneOn(info, store == std::string("torso") ? "bone" : "auto", camera, {40, 40});
+                    sceneOn(info, store == std::string("torso") ? "bone-1" : "auto", camera, {40, 40});
                 scene.quality.stepVoxels = step;
                 Prepared prepared(store, scene);
                 const std::uint32_t features = kFeatureSkipping | kFeatureShading;
@@ -70,7 +70,7 @@ TEST(Skipping, BlocksOfCellsSaveSamplesAndChangeNoBit) {
                 Ledger ram("RAM", "--ram", std::size_t{64} << 20);
                 const VolumeInfo info = StoreReader(storePath(store), ram).info();
                 const int camera = static_cast<int>(random() % 3);
-                Scene scene = sceneOn(info, info.unit == "HU" ? "bone" : "auto", camera, {28, 28});
+                Scene scene = sceneOn(info, info.unit == "HU" ? "bone-1" : "auto", camera, {28, 28});
                 scene.quality.edgeFunction = edge;
                 Prepared prepared(store, scene);
                 if (mixed)
@@ -102,7 +102,7 @@ TEST(Skipping, AMarchFollowsChangesOfLevels) {
     std::mt19937 random(71);
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
-    Prepared prepared("torso", sceneOn(info, "bone", 0, {28, 28}));
+    Prepared prepared("torso", sceneOn(info, "bone-1", 0, {28, 28}));
     ScenePlan& p = prepared.p;
     Ledger& gpu = prepared.budgets.gpu;
     Selection selection = mostlyFinest(p.volume.selection, random);
@@ -183,7 +183,7 @@ TEST(Skipping, BlocksChangeNoBitUnderFunctionsWithGaps) {
 TEST(Skipping, RefiningIsLeftOutWhereItDoesNotPay) {
     Ledger ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
-    Prepared prepared("torso", sceneOn(info, "bone", 0, {8, 8}));
+    Prepared prepared("torso", sceneOn(info, "bone-1", 0, {8, 8}));
     const std::size_t cells = prepared.p.volume.occupancy.plainCells();
     EXPECT_EQ(cells, prepared.p.volume.occupancy.occupiedCells()) << "all of one level";
     EXPECT_TRUE(refiningPays(prepared.p.volume.occupancy, 1000 * cells));

@@ -483,7 +483,7 @@ TEST(SurfaceLight, RefusalsHelp) {
     };
     const Scene scene = occludedScene(0);
     Scene volume = scene, unlit = scene, none = scene;
-    volume.volumes[0].transferFunction = std::string("bone");
+    volume.volumes[0].transferFunction = std::string("bone-1");
     EXPECT_THAT(refused(volume), HasSubstr("lighting.surfaceOcclusion: expected isosurfaces alone"));
     volume.mode = Mode::isosurface;
     EXPECT_EQ(refused(volume), "nothing was refused");

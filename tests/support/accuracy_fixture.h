@@ -10,7 +10,7 @@ namespace tessera::accuracy {
 
 inline Scene plainScene() {
     Scene scene;
-    scene.volumes = {{"v.zarr", std::string("bone")}};
+    scene.volumes = {{"v.zarr", std::string("bone-1")}};
     scene.shading.on = false;
     return scene;
 }

@@ -55,7 +55,7 @@ inline void lightPlanWithAll(ScenePlan& p) {
     shading.gradientWeight = GradientWeight{2, 60};
     Lighting lighting;
     lighting.lights = fourLights(p.info());
-    setLighting(p.volume.optics, shading, lighting, presetWithMaterials("bone").materials(), p.view.camera,
+    setLighting(p.volume.optics, shading, lighting, presetWithMaterials("bone-1").materials(), p.view.camera,
                 p.info());
 }
 

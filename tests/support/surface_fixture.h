@@ -29,7 +29,7 @@ struct Stored {
         importToStore(source, folder / "v.zarr", ram, options);
     }
     Scene scene(const std::vector<Isosurface>& surfaces, int camera = 0, int edge = 32) const {
-        Scene s = sceneOn(info, "bone", camera, {edge, edge});
+        Scene s = sceneOn(info, "bone-1", camera, {edge, edge});
         s.volumes[0].path = folder / "v.zarr";
         s.volumes[0].transferFunction = TransferFunction::fromExtinction({}, {});
         s.surfaces = surfaces;

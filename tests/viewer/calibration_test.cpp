@@ -87,7 +87,7 @@ TEST(AreaTruths, AreTheReferencesAreaMeans) {
     importing.durable = false;
     importToStore(*makePhantom("torso", {70, 50, 75}), folder / "v.zarr", ram, importing);
     Scene scene;
-    scene.volumes = {{folder / "v.zarr", std::string("bone")}};
+    scene.volumes = {{folder / "v.zarr", std::string("bone-1")}};
     scene.imageSize = {32, 24};
     scene.shading.on = true;
     scene.quality.pixels = {128, PixelFilter::box, 5};

@@ -232,7 +232,7 @@ TEST(ForeignPresets, StepsComeBack) {
 
 TEST(ForeignPresets, WhatTheyCannotSayIsSaid) {
     Preset preset;
-    preset.function = presetFunction("bone", {});
+    preset.function = presetFunction("bone-1", {});
     preset.look = R"({"mode": "maximum", "window": "auto", "lighting": {}, "shading": {"ambient": 0.5}})";
     EXPECT_THAT(writeForeignPreset(preset, PresetFormat::slicerJson).leftOut, ElementsAre("\"mode\""));
     EXPECT_THAT(writeForeignPreset(preset, PresetFormat::paraView).leftOut,

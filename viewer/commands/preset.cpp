@@ -59,10 +59,7 @@ void run(const PresetArguments& arguments, const CommonOptions& common) {
     } else {
         if (arguments.name == "auto")
             throw badFile("preset", "a function, which \"auto\" becomes by a volume's values", "\"auto\"");
-        found.preset.name = arguments.name;
-        found.preset.description = presetDescription(arguments.name);
-        found.preset.unit = PresetUnit::hu;
-        found.preset.function = presetFunction(arguments.name, {});
+        found.preset = builtInPreset(arguments.name);
     }
     if (!arguments.range.empty()) {
         const glm::dvec2 range = parseRange(arguments.range);

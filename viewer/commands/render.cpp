@@ -21,10 +21,10 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     auto a = std::make_shared<RenderArguments>();
     command.option("X", a->in, "scene (.json), store (.zarr), DICOM folder, .nii, ...").required();
     command
-        .option(
-            "-o,--output", a->out,
-            "picture to write: .png, .exr, .tif; replaced if it exists. With --path a folder for frames, or "
-            "a film: .mp4, .mov, .mkv")
+        .option("-o,--output", a->out,
+                "picture to write: .png, .exr, .tif; replaced if it exists. With --path or --turn a folder "
+                "for frames, or "
+                "a film: .mp4, .mov, .mkv")
         .required();
     command.option(
         "--path", a->path,
@@ -35,7 +35,16 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
         "with --path: one picture of the wall around the line, slit open: angles from left to right, the "
         "line from top to bottom");
     command.flag("--may-leak", a->mayLeak, "with --unfold: also of a lumen that is known to leak");
-    command.option("--frames", a->frames, "of the film, from 0: A or A-B (default: all)");
+    command
+        .option("--turn", a->turn,
+                "draw a film that goes around by so many degrees, 360 for a whole turn, from --view on")
+        .check(numberWithin(-3600, 3600, "degrees from -3600 to 3600, not 0"))
+        .check([](const std::string& text) {
+            return std::stod(text) == 0 ? "expected degrees from -3600 to 3600, not 0, found 0"
+                                        : std::string();
+        });
+    command.option("--frames", a->frames,
+                   "of the film, from 0: A or A-B (default: all); beside --turn how many (default: 120)");
     command.option("--fps", a->framesPerSecond, "frames per second (default: as the path says)")
         .check(numberWithin(0.1, 1000, "a number from 0.1 to 1000"));
     command.option("--speed", a->speed, "of the flight, mm/s (default: as the path says)")
@@ -50,15 +59,21 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
                        ": lights, shadows and occlusion (default: plain, or the scene's)");
     command.option("--preset", a->preset,
                    joinNames(presetNames()) +
-                       ", one that was kept, or a file as `tessera preset` reads it (default: bone "
+                       ", one that was kept, or a file as `tessera preset` reads it (default: bone-1 "
                        "for HU, auto for other values)");
     command.option("--view", a->view,
-                   joinNames(viewNames()) + "; also front, back, top, bottom (default: anterior)");
+                   joinNames(viewNames()) +
+                       "; also front, back, top, bottom; or TURN,RISE: degrees about the patient's axis (0: "
+                       "anterior, 90: left) and up (default: anterior)");
     addModeOptions(command, a->mode);
     command.option("--fit", a->fit,
                    "what fills the picture: all that is shown, or the volume's box: " +
                        joinNames(fitNames()) + " (default: shown)");
     command.option("--projection", a->projection, joinNames(projectionNames()));
+    command
+        .option("--mm-per-pixel", a->mmPerPixel,
+                "edge of a pixel of a parallel picture, so that several have one scale (default: as it fits)")
+        .check(numberWithin(kLeastMmPerPixel, kMostMmPerPixel, "mm from 0.00001 to 10000"));
     command.option("--background", a->background,
                    "a colour (black, red, #rrggbb), or transparent (default: black)");
     command

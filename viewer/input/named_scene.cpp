@@ -17,7 +17,7 @@ Scene sceneOf(const std::filesystem::path& path) {
 
 void nameFunction(SceneVolume& volume, const VolumeInfo& info) {
     if (const auto* name = std::get_if<std::string>(&volume.transferFunction); name && name->empty())
-        volume.transferFunction = std::string(info.unit == "HU" || volume.unit == "HU" ? "bone" : "auto");
+        volume.transferFunction = std::string(info.unit == "HU" || volume.unit == "HU" ? "bone-1" : "auto");
 }
 
 } // namespace tessera

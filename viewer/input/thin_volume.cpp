@@ -77,7 +77,10 @@ std::string faceThinVolume(Scene& scene, const VolumeInfo& info, bool sideNamed)
 void requireFacingView(const Scene& scene, const VolumeInfo& info, const std::string& where) {
     const auto* fitted = std::get_if<FittedView>(&scene.camera);
     const std::optional<int> thin = thinAxisOf(info);
-    if (!fitted || (scene.mode == Mode::slice && !fitted->named) || !thin || axisOf(fitted->view) == *thin)
+    if (!fitted || (scene.mode == Mode::slice && !fitted->named) || !thin)
+        return;
+    const bool bySide = !fitted->angles && !fitted->axes;
+    if (bySide ? axisOf(fitted->view) == *thin : axesOf(*fitted).towards[*thin] != 0)
         return;
     throw badFile(where, "several slices to be drawn from the side",
                   "one slice, which is a line from there; --view " +

@@ -59,7 +59,7 @@ void parseSlab(const std::string& text, SlicePlane& slice) {
     checkSlice(slice, "--slab");
 }
 
-constexpr char kCropForm[] = "X0,X1,Y0,Y1,Z0,Z1";
+constexpr char kCropForm[] = "X0,X1,Y0,Y1,Z0,Z1", kCropWords[] = "body or X0,X1,Y0,Y1,Z0,Z1";
 constexpr char kPlaneForm[] = "X,Y,Z,NX,NY,NZ";
 
 void applyCuts(const ModeOptions& options, Cuts& cuts) {
@@ -74,12 +74,14 @@ void applyCuts(const ModeOptions& options, Cuts& cuts) {
         keep = options.keep == "outside" ? Keep::outside : Keep::inside;
     }
     const auto addBox = [&](const std::string& text, const char* option, CropBox::Space space) {
-        const std::vector<double> n = numbers(text, 6, option, kCropForm);
+        const bool patient = space == CropBox::Space::patient;
+        const std::vector<double> n = numbers(text, 6, option, patient ? kCropWords : kCropForm);
         cuts.boxes.push_back({{n[0], n[2], n[4]}, {n[1], n[3], n[5]}, space, keep});
         checkBox(cuts.boxes.back(), option);
     };
     for (const std::string& text : options.boxes)
-        addBox(text, "--crop", CropBox::Space::patient);
+        if (text != ModeOptions::kBody) // found in the volume, once there is one
+            addBox(text, "--crop", CropBox::Space::patient);
     for (const std::string& text : options.boxesInVoxels)
         addBox(text, "--crop-voxels", CropBox::Space::voxels);
     for (const std::string& text : options.planes) {
@@ -113,7 +115,8 @@ void addModeOptions(Command& command, ModeOptions& options) {
                        " (default: 0, the plane alone)");
     command.option("--crop", options.boxes,
                    std::string("a box along the patient's axes, mm, that is drawn alone: ") + kCropForm +
-                       "; several are drawn where they overlap");
+                       ", or body: the patient's, without the table (CT); several are drawn where they "
+                       "overlap");
     command.option("--crop-voxels", options.boxesInVoxels,
                    std::string("the same along the volume's axes, in voxels from 0: ") + kCropForm);
     command.option("--cut-plane", options.planes,

@@ -5,6 +5,7 @@
 #include "core/scene.h"
 #include "viewer/options/command.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -14,10 +15,13 @@ struct ModeOptions {
     std::string mode, window, valueColour, slice, slab; // "": as the scene says
     std::vector<std::string> boxes, boxesInVoxels, planes;
     std::string keep;
+
+    static constexpr const char* kBody = "body"; // a box that is found in the volume
+    bool cropsToBody() const { return std::find(boxes.begin(), boxes.end(), kBody) != boxes.end(); }
 };
 void addModeOptions(Command& command, ModeOptions& options);
-/// Options win over the scene. Throws InputError naming the option, also for one that its mode has no use
-/// for.
+/// Options win over the scene; a body's box is left to cropToBody() (viewer/commands/render/body_crop.h).
+/// Throws InputError naming the option, also for one that its mode has no use for.
 void applyModeOptions(const ModeOptions& options, Scene& scene);
 
 } // namespace tessera

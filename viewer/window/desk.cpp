@@ -356,8 +356,11 @@ void Desk::saveScene(const std::string& name) {
 void Desk::takePreset(const std::string& nameOrFile) {
     const auto names = presetNames();
     if (std::find(names.begin(), names.end(), nameOrFile) != names.end()) {
+        Preset preset = builtInPreset(nameOrFile);
+        preset.function = presetFunction(nameOrFile, volume_->values);
+        preset.unit = PresetUnit::any;
         Scene scene = scene_;
-        scene.volumes.front().transferFunction = presetFunction(nameOrFile, volume_->values);
+        applyPreset(preset, scene);
         beginEdit();
         setScene(scene, false, true);
         return;

@@ -20,12 +20,13 @@ void renderFilm(const RenderTask& task) {
         const Statistics statistics = loadStatistics(task.store, task.ram, task.options.threads);
         return presetFunction(preset, summarise(statistics, task.store.info(), scene.volumes.front().unit));
     };
-    const Film film(pathOf(task), scene, presets, arguments.path);
+    const bool turns = arguments.turn.has_value();
+    const Film film(turns ? turnOf(task) : pathOf(task), scene, presets, turns ? "--turn" : arguments.path);
     FilmJob job;
     job.film = &film;
     job.scene = scene;
-    job.range = arguments.frames.empty() ? FrameRange{0, film.frames() - 1}
-                                         : parseFrames(arguments.frames, film.frames());
+    job.range = arguments.frames.empty() || turns ? FrameRange{0, film.frames() - 1}
+                                                  : parseFrames(arguments.frames, film.frames());
     job.out = arguments.out;
     job.options = task.options;
     job.store = &task.store;

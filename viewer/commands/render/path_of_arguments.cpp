@@ -3,20 +3,59 @@
 
 #include "core/error.h"
 #include "core/flight.h"
+#include "core/turntable.h"
+#include "render/plan/framing.h"
+#include "render/plan/scene_plan.h"
 
 #include <algorithm>
+#include <cmath>
+#include <string>
 #include <utility>
 
 namespace tessera {
 
+namespace {
+
+void checkTurnOptions(const RenderArguments& a) {
+    if (!a.path.empty())
+        throw badFile("--turn", "--turn or --path, which has the cameras", "both");
+    for (const auto& [said, option] : {std::pair{a.speed > 0, "--speed"},
+                                       {a.unfold, "--unfold"},
+                                       {a.mayLeak, "--may-leak"},
+                                       {!a.first.empty(), "--first"},
+                                       {a.explain, "--explain"}})
+        if (said)
+            throw badFile(option, std::string("no ") + option + " beside --turn", option);
+    if (!a.frames.empty() && a.seconds > 0)
+        throw badFile("--frames", "--frames or --seconds, which makes as many as --fps asks", "both");
+}
+
+/// Frames of a turn: a count, or as many as its seconds have.
+std::size_t turnFrames(const RenderArguments& a, double framesPerSecond) {
+    constexpr std::size_t kFrames = 120;
+    if (a.seconds > 0)
+        return static_cast<std::size_t>(std::max(2.0, std::round(a.seconds * framesPerSecond)));
+    if (a.frames.empty())
+        return kFrames;
+    if (a.frames.size() > 6 || a.frames.find_first_not_of("0123456789") != std::string::npos)
+        throw badFile("--frames", "beside --turn how many", "\"" + a.frames.substr(0, 40) + "\"");
+    return static_cast<std::size_t>(std::stoul(a.frames));
+}
+
+} // namespace
+
 void checkFilmOptions(const RenderArguments& a) {
     const bool film = !a.path.empty();
+    if (a.turn) {
+        checkTurnOptions(a);
+        return;
+    }
     for (const auto& [said, option] : {std::pair{!a.frames.empty(), "--frames"},
                                        {a.framesPerSecond > 0, "--fps"},
                                        {a.speed > 0, "--speed"},
                                        {a.seconds > 0, "--seconds"}})
         if (said && !film)
-            throw badFile(option, "--path beside it: it is of films", "none");
+            throw badFile(option, "--path or --turn beside it: it is of films", "none");
     if (a.unfold && !film)
         throw badFile("--unfold", "--path beside it, which has the line", "none");
     if (a.mayLeak && !a.unfold)
@@ -35,6 +74,7 @@ void checkFilmOptions(const RenderArguments& a) {
     for (const auto& [said, option] : {std::pair{!a.view.empty(), "--view"},
                                        {!a.fit.empty(), "--fit"},
                                        {!a.projection.empty(), "--projection"},
+                                       {a.mmPerPixel > 0, "--mm-per-pixel"},
                                        {!a.first.empty(), "--first"},
                                        {a.explain, "--explain"}})
         if (said)
@@ -65,6 +105,24 @@ Path pathOf(const RenderTask& task) {
             a.speed > 0 ? a.speed : FlightCurve(path.lines, *path.flight).lengthMm() / a.seconds;
     }
     return path;
+}
+
+Path turnOf(const RenderTask& task) {
+    const RenderArguments& a = task.arguments;
+    const Scene& scene = task.scene;
+    const double framesPerSecond = a.framesPerSecond > 0 ? a.framesPerSecond : Path().framesPerSecond;
+    const std::size_t frames = turnFrames(a, framesPerSecond);
+    const auto* const view = std::get_if<FittedView>(&scene.camera);
+    if (!view)
+        return turntable(std::get<Camera>(scene.camera), *a.turn, frames, framesPerSecond);
+    if (scene.mode == Mode::slice)
+        throw badFile("--turn", "something to go around", "a slice, which is looked at along its normal");
+    const ScenePlan plan = planView(scene, task.store, task.ram, task.options.threads);
+    Camera camera = turningCamera(*view, task.store, plan.volume.statistics, plan.volume.table,
+                                  plan.view.part, scene.imageSize, task.ram, task.options.threads);
+    if (view->mmPerPixel > 0)
+        camera.parallelScale = parallelScaleOf(view->mmPerPixel, scene.imageSize);
+    return turntable(camera, *a.turn, frames, framesPerSecond);
 }
 
 } // namespace tessera

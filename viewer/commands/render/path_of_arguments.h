@@ -7,12 +7,16 @@
 
 namespace tessera {
 
-/// Throws InputError naming an option of films without --path, and one that --path or --unfold has no use
-/// for.
+/// Throws InputError naming an option of films without --path or --turn, and one that --path or --unfold has
+/// no use for.
 void checkFilmOptions(const RenderArguments& arguments);
 
 /// The path as the options have it; a line alone is flown. Notes where it was made in another volume.
 /// Throws InputError naming the file that is no path, and --speed and --seconds where nothing is flown.
 Path pathOf(const RenderTask& task);
+
+/// Of --turn: a turntable that holds what the scene shows, from the scene's side, or around what its camera
+/// looks at. Throws InputError naming --turn for a slice, and --frames for what is no count.
+Path turnOf(const RenderTask& task);
 
 } // namespace tessera

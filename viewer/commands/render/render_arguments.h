@@ -5,6 +5,7 @@
 #include "viewer/input/volume_input.h" // InputOptions
 #include "viewer/options/mode_options.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct RenderArguments {
     std::string in, out, engine = "auto", ram, gpuMemory, size, preset, view, fit, projection, background,
                          fetch;
     std::string device = "auto";
+    double mmPerPixel = 0;            // 0: as the scene says
     double step = 0;                  // voxels; 0: as the scene says
     double maxError = -1;             // negative: as the scene says
     std::string samples, pixelFilter; // "": as the scene says
@@ -26,10 +28,13 @@ struct RenderArguments {
     std::string verify;
     std::string path, frames;                           // of films
     double framesPerSecond = 0, speed = 0, seconds = 0; // 0: as the path says
+    std::optional<double> turn;                         // degrees, not 0; of turntables
     bool unfold = false, mayLeak = false;
     bool noShading = false, noSkipping = false, noCheck = false, explain = false, json = false;
     ModeOptions mode;
     InputOptions input;
+
+    bool isFilm() const { return (!path.empty() && !unfold) || turn; }
 };
 
 } // namespace tessera

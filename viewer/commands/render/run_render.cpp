@@ -7,6 +7,7 @@
 #include "core/path.h"
 #include "render/plan/memory_plan.h" // renderFloorBytes
 #include "render/renderer.h"
+#include "viewer/commands/render/body_crop.h"
 #include "viewer/commands/render/film_of_path.h"
 #include "viewer/commands/render/one_picture.h"
 #include "viewer/commands/render/path_of_arguments.h"
@@ -90,10 +91,10 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
         path = loadPath(arguments.path);
         refuseLeaks(arguments, *path);
     }
-    if (arguments.path.empty() || arguments.unfold)
-        checkPictureOutput(arguments.out);
-    else
+    if (arguments.isFilm())
         checkFilmOutput(arguments.out);
+    else
+        checkPictureOutput(arguments.out);
     const EngineKind engine = engineOf(arguments);
     Scene scene = sceneOf(arguments.in);
     const bool samplesNamed = scene.quality.pixels.named || !arguments.samples.empty();
@@ -122,6 +123,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     nameFunction(volume, store.info());
     if (const std::string words = sayLabels(store.info()); !words.empty() && isStoreNamed)
         common.note(words);
+    if (arguments.mode.cropsToBody())
+        cropToBody(arguments, store, scene, ram, common);
 
     RenderOptions options;
     options.engine = engine;
@@ -132,7 +135,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     const RenderTask task{arguments, common, std::move(scene), store, ram, gpu, options};
     if (arguments.unfold)
         renderWall(task);
-    else if (!arguments.path.empty())
+    else if (arguments.isFilm())
         renderFilm(task);
     else
         renderOnePicture(task);

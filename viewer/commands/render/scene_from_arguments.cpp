@@ -49,6 +49,38 @@ Isosurface parseSurface(const std::string& text) {
     return surface;
 }
 
+/// A side's name, or degrees: TURN,RISE.
+void parseSide(const std::string& text, FittedView& view) {
+    view.angles.reset();
+    if (text.find_first_of("0123456789") == std::string::npos) {
+        view.view = parseView(text, "--view");
+        return;
+    }
+    char* end = nullptr;
+    const double turn = std::strtod(text.c_str(), &end);
+    char* last = end;
+    const double rise = *end == ',' ? std::strtod(end + 1, &last) : 0;
+    if (end == text.c_str() || *end != ',' || last == end + 1 || *last != '\0')
+        throw badFile("--view",
+                      joinNames(viewNames()) + ", or TURN,RISE: degrees about the patient's axis and up",
+                      "\"" + text.substr(0, 40) + "\"");
+    view.angles = checkedAngles(turn, rise, "--view");
+}
+
+/// The edge of a pixel in mm, which only parallel pictures have.
+void applyScale(double mmPerPixel, Scene& scene) {
+    const auto* fitted = std::get_if<FittedView>(&scene.camera);
+    const bool alongSlice = fitted && !fitted->named && scene.mode == Mode::slice;
+    const auto projection = std::visit([](const auto& camera) { return camera.projection; }, scene.camera);
+    if (projection != Projection::parallel && !alongSlice)
+        throw badFile("--mm-per-pixel", "--projection parallel, in which a pixel has one size at every depth",
+                      "perspective");
+    if (fitted)
+        std::get<FittedView>(scene.camera).mmPerPixel = mmPerPixel;
+    else
+        std::get<Camera>(scene.camera).parallelScale = parallelScaleOf(mmPerPixel, scene.imageSize);
+}
+
 /// Samples a pixel: a whole number, or auto.
 int parseSamples(const std::string& text) {
     if (text == "auto")
@@ -60,6 +92,14 @@ int parseSamples(const std::string& text) {
         throw badFile("--samples", "auto or a whole number from 1 to " + std::to_string(PixelSampling::kMost),
                       "\"" + text.substr(0, 40) + "\"");
     return static_cast<int>(samples);
+}
+
+/// A preset by name stays a name, so that its function suits the volume's values.
+void applyBuiltInPreset(const std::string& name, Scene& scene) {
+    Preset preset = builtInPreset(name);
+    preset.unit = PresetUnit::any;
+    applyPreset(preset, scene);
+    scene.volumes.front().transferFunction = name;
 }
 
 /// A preset of a file, or one that was kept: its function, and all that it says of light, mode and cuts.
@@ -98,7 +138,7 @@ Verify verifyOf(const RenderArguments& arguments) {
     if (arguments.noCheck)
         return Verify::none;
     if (arguments.verify.empty()) // of films nobody reads what every frame errs by
-        return arguments.path.empty() ? Verify::quick : Verify::none;
+        return arguments.path.empty() && !arguments.isFilm() ? Verify::quick : Verify::none;
     const auto at = std::find(names.begin(), names.end(), arguments.verify);
     if (at == names.end())
         throw badFile("--verify", joinNames(names), "\"" + arguments.verify.substr(0, 40) + "\"");
@@ -112,7 +152,7 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         if (isOwnOrFile(arguments.preset))
             applyFoundPreset(arguments.preset, scene, common);
         else
-            scene.volumes.front().transferFunction = arguments.preset;
+            applyBuiltInPreset(arguments.preset, scene);
     }
     if (!arguments.light.empty()) { // wins over the preset's
         indexOfName(arguments.light, lookNames(), "--light");
@@ -123,9 +163,10 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
     if (!arguments.background.empty())
         scene.background = parseBackground(arguments.background, "--background");
     if (!arguments.view.empty()) {
-        FittedView view{parseView(arguments.view, "--view")};
+        FittedView view;
         if (const auto* before = std::get_if<FittedView>(&scene.camera))
-            view = {view.view, before->projection, before->fit};
+            view = *before;
+        parseSide(arguments.view, view);
         view.named = true;
         scene.camera = view;
     }
@@ -150,6 +191,8 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
             static_cast<Projection>(indexOfName(arguments.projection, projectionNames(), "--projection"));
         std::visit([projection](auto& camera) { camera.projection = projection; }, scene.camera);
     }
+    if (arguments.mmPerPixel > 0)
+        applyScale(arguments.mmPerPixel, scene);
     if (!arguments.fetch.empty())
         scene.quality.fetch = parseFetch(arguments.fetch, "--fetch");
     if (arguments.step != 0) {

@@ -173,7 +173,7 @@ StandardScenes standardScenes(const fs::path& folder, const fs::path& scans,
         NamedScene sparse{
             "sparse",
             "Bone of a generated torso, most of it empty, in a GPU budget that its bricks do not fit.",
-            sceneOn(phantomStore(folder, "torso", extent, ramBytes), std::string("bone"), View::anterior,
+            sceneOn(phantomStore(folder, "torso", extent, ramBytes), std::string("bone-1"), View::anterior,
                     false, pixels)};
         sparse.gpuBytes = std::size_t{quick ? 12U : 32U} << 20;
         made.scenes.push_back(std::move(sparse));

@@ -206,7 +206,7 @@ Report grainReport(const Workbench& bench) {
     figure.caption = "Side by side:";
     for (const Gradient kind : kSideBySide)
         figure.columns.push_back(gradientNames()[static_cast<std::size_t>(kind)]);
-    for (const auto& [name, preset] : {std::pair("torso", "bone"), std::pair("abdomen", "skin")}) {
+    for (const auto& [name, preset] : {std::pair("torso", "bone-1"), std::pair("abdomen", "skin-1")}) {
         const auto volume = find(name);
         if (volume == bench.volumes.end())
             continue;

@@ -38,14 +38,14 @@ const std::vector<KnownScan>& knownScans() {
         {"abdomen",
          "ct-abdomen-dicom",
          "contrast-enhanced abdomen CT (pyvista/vtk-data, DICOM_Stack)",
-         {"bone", "vessels", "soft-tissue"},
-         {"bone", "soft-tissue", "vessels"},
+         {"bone-1", "vessels-1", "soft-tissue"},
+         {"bone-1", "soft-tissue", "vessels-1"},
          true},
         {"head",
          "ct-head-tilted-dicom",
          "head CT with a tilted gantry (neurolabusc/dcm_qa_ct)",
-         {"bone", "skin"},
-         {"skin", "bone"}},
+         {"bone-1", "skin-1"},
+         {"skin-1", "bone-1"}},
         {"avm",
          "nifti/CT_AVM.nii.gz",
          "head CT angiography (neurolabusc/niivue-images, CT_AVM)",
@@ -66,7 +66,7 @@ const std::vector<KnownScan>& knownScans() {
          "ct-thorax-dicom",
          "thorax CT, one phase of a 4D scan (ITKElastix examples)",
          {},
-         {"bone", "lung"},
+         {"bone-1", "lung-1"},
          true},
         {"slice", "ct-slice-encodings/CTImage.dcm", "one CT slice (cornerstone test images)", {}},
         {"pitch",
@@ -92,11 +92,11 @@ BenchVolume makeTorso(const fs::path& folder, VolumeSet set, bool quick, std::si
     BenchVolume volume{"torso",
                        "generated torso phantom, " + formatExtent(extent) + " voxels",
                        folder / "torso.zarr",
-                       {"bone", "soft-tissue"},
+                       {"bone-1", "soft-tissue"},
                        false,
                        true};
     if (set == VolumeSet::calibration)
-        volume.presets = {"bone"};
+        volume.presets = {"bone-1"};
     if (fs::exists(volume.store))
         return volume; // made for another set
     Ledger ram("RAM", "--ram", ramBytes);

@@ -1,0 +1,16 @@
+// bricking/body/distance_field.h: how far every voxel of a small grid is from the nearest of a set, exactly.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <vector>
+
+namespace tessera {
+
+/// Squared distances between voxel centres, mm2, in place: 0 marks a voxel of the set, kFarAway any other;
+/// where the set is empty all stay so. x fastest.
+/// Source: P. Felzenszwalb and D. Huttenlocher, Distance Transforms of Sampled Functions, 2012: lower
+/// envelopes of parabolas, an axis after another.
+void squaredDistances(std::vector<float>& grid, const glm::ivec3& extent, const glm::dvec3& spacingMm);
+constexpr float kFarAway = 1e30f;
+
+} // namespace tessera

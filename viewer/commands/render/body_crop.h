@@ -1,0 +1,19 @@
+// viewer/commands/render/body_crop.h: `--crop body`: the box of the patient, which the scene then has as any
+// other.
+#pragma once
+
+#include "bricking/store/store_reader.h"
+#include "core/budget.h"
+#include "core/scene.h"
+#include "viewer/commands/render/render_arguments.h"
+#include "viewer/options/options.h"
+
+namespace tessera {
+
+/// Adds the box that is found (bricking/body/body_box.h) to the scene's cuts and notes it. A camera by side
+/// holds what is shown within the cuts, unless --fit names something else.
+/// Throws InputError naming --crop for values that are not in HU, and what findBody() throws.
+void cropToBody(const RenderArguments& arguments, const StoreReader& store, Scene& scene, Ledger& ram,
+                const CommonOptions& common);
+
+} // namespace tessera
