@@ -60,7 +60,8 @@ TEST_F(Values, CropToTheBody) {
     const auto& box = scene["cuts"]["boxes"][0];
     for (int axis = 0; axis < 3; ++axis) {
         EXPECT_NEAR(box["low"][axis].get<double>(), -60, 6) << axis;
-        EXPECT_NEAR(box["high"][axis].get<double>(), 60, 6) << axis;
+        // Below, the box may hold the 8 mm of the plate where the ball touches it.
+        EXPECT_NEAR(box["high"][axis].get<double>(), axis == 1 ? 64 : 60, axis == 1 ? 8 : 6) << axis;
     }
     // The same box by its numbers, and the same picture; without a cut another.
     std::string numbers;
