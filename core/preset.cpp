@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numeric>
+#include <utility>
 
 namespace tessera {
 namespace presets {
@@ -50,23 +51,33 @@ double quantile(const ValueSummary& values, std::size_t first, double fraction) 
     return values.highest;
 }
 
-TransferFunction autoFunction(const ValueSummary& values) {
-    if (!(values.highest > values.lowest))
-        return TransferFunction::fromOpacity({}, {}, values.spacingMm, kAuto);
+/// Where an object's values begin, their median, and where all but the brightest end.
+struct ObjectValues {
+    double start, middle, top;
+};
+
+ObjectValues objectValues(const ValueSummary& values) {
     const double range = values.highest - values.lowest;
-    double start = values.lowest + 0.2 * range, middle = values.lowest + 0.5 * range, top = values.highest;
+    ObjectValues of{values.lowest + 0.2 * range, values.lowest + 0.5 * range, values.highest};
     if (!values.histogram.empty()) {
         const std::size_t first = endOfBackground(values.histogram);
-        start =
+        of.start =
             values.lowest + range * static_cast<double>(first) / static_cast<double>(values.histogram.size());
-        middle = quantile(values, first, 0.5);
-        top = quantile(values, first, 0.98); // the last percents are often a few very bright voxels
+        of.middle = quantile(values, first, 0.5);
+        of.top = quantile(values, first, 0.98); // the last percents are often a few very bright voxels
     }
     // An object of a single value would fold the ramp into a step; keep some width for the surface to show
     // in.
     const double least = 0.02 * range;
-    middle = std::max(middle, start + least);
-    top = std::max(top, middle + least);
+    of.middle = std::max(of.middle, of.start + least);
+    of.top = std::max(of.top, of.middle + least);
+    return of;
+}
+
+TransferFunction autoFunction(const ValueSummary& values) {
+    if (!(values.highest > values.lowest))
+        return TransferFunction::fromOpacity({}, {}, values.spacingMm, kAuto);
+    const auto [start, middle, top] = objectValues(values);
     const std::vector<OpacityPoint> opacity = {
         {start, 0}, {0.5 * (start + middle), 0.015}, {middle, 0.05}, {0.5 * (middle + top), 0.2}, {top, 0.6}};
     const std::vector<ColourPoint> colour = {{start, {0.18, 0.03, 0.02}},
@@ -119,14 +130,27 @@ Preset builtInPreset(const std::string& name) {
     return parsePreset(std::string(found->second), name, "preset " + name);
 }
 
+glm::dvec2 objectRange(const ValueSummary& values) {
+    if (!(values.highest > values.lowest))
+        return {values.lowest, std::nextafter(values.lowest, 1e300)};
+    const ObjectValues of = objectValues(values);
+    return {of.start, of.top};
+}
+
+Preset forValues(Preset preset, const ValueSummary& values) {
+    const glm::dvec2 range =
+        preset.unit == PresetUnit::object
+            ? objectRange(values)
+            : glm::dvec2(values.lowest, std::max(values.highest, std::nextafter(values.lowest, 1e300)));
+    return overShares(preset) ? overRange(std::move(preset), range.x, range.y) : preset;
+}
+
 TransferFunction presetFunction(const std::string& name, const ValueSummary& values) {
     if (name == kAuto)
         return autoFunction(values);
     const Preset preset = builtInPreset(name);
-    if (preset.unit == PresetUnit::share)
-        return overRange(preset, values.lowest,
-                         std::max(values.highest, std::nextafter(values.lowest, 1e300)))
-            .function;
+    if (overShares(preset))
+        return forValues(preset, values).function;
     if (!values.isHu && !looksLikeHu(values))
         throw badFile("preset " + name, "values in HU",
                       "values without a unit that do not look like HU; --unit HU takes them for HU, and the "

@@ -3,6 +3,7 @@
 
 #include "core/transfer_function.h"
 
+#include <glm/vec2.hpp>
 #include <string>
 #include <vector>
 
@@ -33,11 +34,17 @@ struct ValueSummary {
 /// the histogram's bins, so never certain.
 bool looksLikeHu(const ValueSummary& values);
 
+/// Of the values above the background, which is the largest peak of the histogram's lower half: the least,
+/// and the 98th percentile. Without a histogram the range's upper four fifths. Never empty.
+glm::dvec2 objectRange(const ValueSummary& values);
+/// A preset whose function is over shares as one over a volume's values; others as they are.
+Preset forValues(Preset preset, const ValueSummary& values);
+
 /// Throws InputError, listing the names and the nearest one, for an unknown name.
 /// "auto": from the histogram; transparent below the background peak's upper end, ramps over the quantiles of
 /// the rest, dark red to ivory. A volume of one value is transparent.
 /// A CT preset on other data is refused with a message that names "auto".
-/// "auto" suits any data, and so do presets over shares of a range, which becomes that of the values; the
+/// "auto" suits any data, and so do presets over shares (forValues); the
 /// others suit values in HU, and values that look like them (looksLikeHu).
 TransferFunction presetFunction(const std::string& name, const ValueSummary& values);
 

@@ -15,7 +15,8 @@ namespace {
 
 using nlohmann::json;
 
-const std::vector<std::string> kUnits = {"", "HU", "share of range"}; // in the order of PresetUnit
+const std::vector<std::string> kUnits = {"", "HU", "share of range",
+                                         "share of object"}; // in the order of PresetUnit
 
 /// A scene of nothing but defaults and a look.
 Scene sceneOf(const json& look, const std::string& where) {
@@ -92,7 +93,7 @@ Preset presetOf(const Scene& scene, const std::string& name) {
 
 void applyPreset(const Preset& preset, Scene& scene) {
     const std::string where = "preset " + preset.name;
-    if (preset.unit == PresetUnit::share)
+    if (overShares(preset))
         throw InputError(where + ": expected a function of values, found one over shares of a range, 0 to 1 "
                                  "(tessera preset FILE --range LOW,HIGH -o NEW.json says which range)");
     const json look = json::parse(preset.look);
@@ -127,11 +128,15 @@ std::vector<std::string> lookSaysOf(const Preset& preset) {
     return keys;
 }
 
+bool overShares(const Preset& preset) {
+    return preset.unit == PresetUnit::share || preset.unit == PresetUnit::object;
+}
+
 Preset overRange(Preset preset, double lowest, double highest) {
     if (!(std::isfinite(lowest) && std::isfinite(highest) && lowest < highest))
         throw badFile("preset " + preset.name, "a range of values, the lowest first",
                       std::to_string(lowest) + " to " + std::to_string(highest));
-    if (preset.unit != PresetUnit::share)
+    if (!overShares(preset))
         return preset;
     const auto valueAt = [&](double share) { return lowest + share * (highest - lowest); };
     std::vector<OpacityPoint> opacity = preset.function.opacityPoints();

@@ -15,9 +15,10 @@ namespace tessera {
 
 /// What the values of a preset's function are.
 enum class PresetUnit {
-    any,  // physical units of whatever volume it is for
-    hu,   // Hounsfield units
-    share // [0,1], of the range of a volume's values
+    any,   // physical units of whatever volume it is for
+    hu,    // Hounsfield units
+    share, // [0,1], of the range of a volume's values
+    object // the same of what is above the background: see objectRange() of core/preset.h
 };
 
 struct Preset {
@@ -46,6 +47,8 @@ Preset presetOf(const Scene& scene, const std::string& name);
 void applyPreset(const Preset& preset, Scene& scene);
 /// Of lookKeys(), those that a preset sets to something that a scene does not have by default.
 std::vector<std::string> lookSaysOf(const Preset& preset);
+/// Whether values of the function are shares of a range, and no values.
+bool overShares(const Preset& preset);
 /// A preset whose function is over shares of a range as one over [lowest, highest]; others as they are.
 /// Throws InputError for a range that is empty or not finite.
 Preset overRange(Preset preset, double lowest, double highest);

@@ -482,7 +482,7 @@ TEST(NearestName, IsTheOneThatWasMeant) {
 
 TEST(Preset, AllAreReadableAndShowWhatTheyAreNamedAfter) {
     EXPECT_EQ(presetNames(), (std::vector<std::string>{"airways", "auto", "bone", "bone-1", "lung", "lung-1",
-                                                       "metal", "muscle", "pet", "skin", "skin-1",
+                                                       "metal", "mr-brain", "muscle", "pet", "skin", "skin-1",
                                                        "soft-tissue", "vessels", "vessels-1"}));
     const ValueSummary hu{-1024, 3071, true, 1, {}};
     for (const std::string& name : presetNames()) {
@@ -601,12 +601,31 @@ TEST(Preset, EarlierOnesAreKept) {
     EXPECT_EQ(vessels.colourPoints()[2].colour, glm::dvec3(0.7454, 0.0452, 0.0252));
 }
 
-// A preset over shares of a range takes the volume's, whatever its unit.
-TEST(Preset, PetTakesTheRangeOfTheValues) {
-    const TransferFunction f = presetFunction("pet", {0, 40, false, 1, {}});
-    EXPECT_EQ(f.opacityPoints().back().value, 20);
+// A preset over shares of an object takes what lies above the background, without its brightest voxels:
+// a bladder of 40 in a body of 1 to 9 does not make the picture black.
+TEST(Preset, PetTakesTheValuesOfTheBody) {
+    std::vector<double> counts(80, 0); // half a unit a bin
+    counts[0] = 1e6, counts[1] = 1e3;
+    for (int bin = 2; bin < 18; ++bin)
+        counts[static_cast<std::size_t>(bin)] = 1e4;
+    counts[79] = 200;
+    const ValueSummary body{0, 40, false, 1, counts};
+    EXPECT_GE(objectRange(body).x, 0.5);
+    EXPECT_LE(objectRange(body).x, 1);
+    EXPECT_NEAR(objectRange(body).y, 0.98 * 8 + 1, 0.2);
+    const TransferFunction f = presetFunction("pet", body);
+    EXPECT_NEAR(f.opacityPoints().back().value, 1.2 * 9, 0.4);
     EXPECT_EQ(f.colour(0), glm::dvec3(1)) << "white";
     EXPECT_EQ(f.colour(25), glm::dvec3(0)) << "black";
+    // Without a histogram the upper four fifths; gradients scale with it.
+    const ValueSummary unknown{0, 40, false, 1, {}};
+    EXPECT_EQ(objectRange(unknown), glm::dvec2(8, 40));
+    const auto lengths = [](const ValueSummary& values) {
+        return presetFunction("mr-brain", values).gradientOpacity().points();
+    };
+    EXPECT_NEAR(lengths(unknown).back().length, 0.5 * 32, 1e-9);
+    EXPECT_EQ(presetFunction("bone", {-1024, 3071, true, 1, {}}).gradientOpacity().per(),
+              GradientOpacity::Per::voxel);
     EXPECT_NO_THROW(presetFunction("pet", {5, 5, false, 1, {}}));
     Scene scene;
     scene.volumes.push_back({});
@@ -614,7 +633,7 @@ TEST(Preset, PetTakesTheRangeOfTheValues) {
     preset.unit = PresetUnit::any;
     applyPreset(preset, scene);
     EXPECT_EQ(scene.mode, Mode::maximum);
-    EXPECT_EQ(scene.valueColour, ValueColour::transferFunction);
+    EXPECT_EQ(scene.valueColour, ValueColour::inverse);
 }
 
 TEST(Preset, RefusalsHelp) {

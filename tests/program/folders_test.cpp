@@ -126,6 +126,7 @@ TEST_F(Folders, AScoutAndASliceExplainThemselvesInsteadOfABlankPicture) {
     EXPECT_EQ(run(render + " --slice axial").exitCode, 0);
     EXPECT_EQ(readAll(folder_ / "a.png"), asShown);
     EXPECT_EQ(run(render + " --view superior").exitCode, 0);
+    EXPECT_EQ(run(render + " --mm-per-pixel 0.5").exitCode, 0) << "a slice has one scale";
     EXPECT_EQ(run(render + " --mode maximum -q").exitCode, 0) << "from where it faces";
     EXPECT_THAT(run("import scan/IM0002 one.zarr").problems,
                 AllOf(HasSubstr("one slice only"), HasSubstr("name the folder")));

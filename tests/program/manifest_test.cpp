@@ -55,11 +55,15 @@ TEST_F(Manifest, MillimetresPerPixelAreTheScaleOfParallelPictures) {
     EXPECT_DOUBLE_EQ(of("s.zarr --preset auto --size 16x8 --slice axial --mm-per-pixel 3")["scene"]["camera"]
                                                                                           ["parallelScale"],
                      12);
-    for (const char* camera : {R"({"view":"left"})", R"({"position":[0,-300,0],"focalPoint":[0,0,0]})"}) {
-        ofScene(camera); // leaves scene.json
-        expectRefused("render scene.json -o b.png --mm-per-pixel 2",
-                      {"--mm-per-pixel", "parallel", "perspective"});
-    }
+    // A camera by side becomes parallel, but against its word; one that is spelled out stays what it is.
+    EXPECT_DOUBLE_EQ(
+        ofScene(R"({"view":"left"})", "--mm-per-pixel 2.5 --size 16x8")["scene"]["camera"]["parallelScale"],
+        10);
+    expectRefused("render scene.json -o b.png --mm-per-pixel 2 --projection perspective",
+                  {"--mm-per-pixel", "parallel", "perspective"});
+    ofScene(R"({"position":[0,-300,0],"focalPoint":[0,0,0]})"); // leaves scene.json
+    expectRefused("render scene.json -o b.png --mm-per-pixel 2",
+                  {"--mm-per-pixel", "parallel", "perspective"});
 }
 
 TEST_F(Manifest, AViewByAngles) {

@@ -366,8 +366,7 @@ void Desk::takePreset(const std::string& nameOrFile) {
         return;
     }
     std::vector<std::string> leftOut;
-    const Preset found =
-        overRange(presets_.find(nameOrFile, leftOut), volume_->values.lowest, volume_->values.highest);
+    const Preset found = forValues(presets_.find(nameOrFile, leftOut), volume_->values);
     Scene scene = scene_;
     applyPreset(found, scene);
     beginEdit();

@@ -67,18 +67,19 @@ void parseSide(const std::string& text, FittedView& view) {
     view.angles = checkedAngles(turn, rise, "--view");
 }
 
-/// The edge of a pixel in mm, which only parallel pictures have.
-void applyScale(double mmPerPixel, Scene& scene) {
-    const auto* fitted = std::get_if<FittedView>(&scene.camera);
-    const bool alongSlice = fitted && !fitted->named && scene.mode == Mode::slice;
+/// The edge of a pixel in mm, which only parallel pictures have: a camera by side becomes one.
+void applyScale(const RenderArguments& arguments, Scene& scene) {
+    auto* fitted = std::get_if<FittedView>(&scene.camera);
+    if (fitted && arguments.projection.empty())
+        fitted->projection = Projection::parallel;
     const auto projection = std::visit([](const auto& camera) { return camera.projection; }, scene.camera);
-    if (projection != Projection::parallel && !alongSlice)
+    if (projection != Projection::parallel)
         throw badFile("--mm-per-pixel", "--projection parallel, in which a pixel has one size at every depth",
                       "perspective");
     if (fitted)
-        std::get<FittedView>(scene.camera).mmPerPixel = mmPerPixel;
+        fitted->mmPerPixel = arguments.mmPerPixel;
     else
-        std::get<Camera>(scene.camera).parallelScale = parallelScaleOf(mmPerPixel, scene.imageSize);
+        std::get<Camera>(scene.camera).parallelScale = parallelScaleOf(arguments.mmPerPixel, scene.imageSize);
 }
 
 /// Samples a pixel: a whole number, or auto.
@@ -192,7 +193,7 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         std::visit([projection](auto& camera) { camera.projection = projection; }, scene.camera);
     }
     if (arguments.mmPerPixel > 0)
-        applyScale(arguments.mmPerPixel, scene);
+        applyScale(arguments, scene);
     if (!arguments.fetch.empty())
         scene.quality.fetch = parseFetch(arguments.fetch, "--fetch");
     if (arguments.step != 0) {
