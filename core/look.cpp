@@ -17,7 +17,7 @@ const EmbeddedFiles& embeddedFiles(); // generated from core/looks/*.json
 }
 
 const std::vector<std::string>& lookNames() {
-    static const std::vector<std::string> names = {"plain", "studio", "soft", "dramatic"};
+    static const std::vector<std::string> names = {"plain", "studio", "soft", "dramatic", "soft-1"};
     return names;
 }
 
