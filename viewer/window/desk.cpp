@@ -356,11 +356,8 @@ void Desk::saveScene(const std::string& name) {
 void Desk::takePreset(const std::string& nameOrFile) {
     const auto names = presetNames();
     if (std::find(names.begin(), names.end(), nameOrFile) != names.end()) {
-        Preset preset = builtInPreset(nameOrFile);
-        preset.function = presetFunction(nameOrFile, volume_->values);
-        preset.unit = PresetUnit::any;
         Scene scene = scene_;
-        applyPreset(preset, scene);
+        applyBuiltInPreset(nameOrFile, presetFunction(nameOrFile, volume_->values), scene);
         beginEdit();
         setScene(scene, false, true);
         return;
