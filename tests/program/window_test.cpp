@@ -463,18 +463,41 @@ TEST_F(WindowTest, WhatShowsFitsItsPane) {
 // More pixels than are shown are those of `tessera render` with that size.
 TEST_F(WindowTest, APictureIsSavedLargerThanItIsShown) {
     std::ofstream(folder_ / "s.txt") << "wait still\npicture torso.png 2\nwait 500\nwait rest\n"
-                                        "scene torso.json\nquit\n";
+                                        "scene torso.json\nscale-bar on\npicture torso-bar.png 2\nwait 500\n"
+                                        "wait rest\nquit\n";
     start(TESSERA_TORSO, "s.txt");
     ASSERT_EQ(window_->exitCode(100s), 0) << readAll(folder_ / "window.txt");
     const Image large = readImage(folder_ / "torso.png");
     const glm::ivec2 size = loadScene(folder_ / "torso.json").imageSize;
     ASSERT_EQ(large.size, 2 * size);
-    Process render({TESSERA_PROGRAM, "render", "torso.json", "-o", "drawn.png", "--ram", "256MiB",
-                    "--gpu-memory", "128MiB", "--size",
-                    std::to_string(large.size.x) + "x" + std::to_string(large.size.y)},
-                   folder_.path(), folder_ / "render.txt");
-    ASSERT_EQ(render.exitCode(60s), 0) << readAll(folder_ / "render.txt");
-    EXPECT_EQ(large.pixels, readImage(folder_ / "drawn.png").pixels);
+    const auto drawn = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> words = {TESSERA_PROGRAM,
+                                          "render",
+                                          "torso.json",
+                                          "-o",
+                                          "drawn.png",
+                                          "--ram",
+                                          "256MiB",
+                                          "--gpu-memory",
+                                          "128MiB",
+                                          "--size",
+                                          std::to_string(large.size.x) + "x" + std::to_string(large.size.y)};
+        words.insert(words.end(), more.begin(), more.end());
+        Process render(words, folder_.path(), folder_ / "render.txt");
+        EXPECT_EQ(render.exitCode(60s), 0) << readAll(folder_ / "render.txt");
+        return readImage(folder_ / "drawn.png").pixels;
+    };
+    EXPECT_TRUE(large.pixels == drawn({}));
+    const Image barred = readImage(folder_ / "torso-bar.png");
+    EXPECT_TRUE(barred.pixels == drawn({"--scale-bar"}));
+    int changed = 0;
+    for (int y = 0; y < barred.size.y; ++y)
+        for (int x = 0; x < barred.size.x; ++x)
+            if (barred.at(x, y) != large.at(x, y)) {
+                ++changed;
+                EXPECT_TRUE(x > barred.size.x / 3 && y > barred.size.y * 3 / 4) << x << " " << y;
+            }
+    EXPECT_GT(changed, 400);
 }
 
 // A folder with several series: the list is clicked, and what was clicked is drawn and saved. Without a path

@@ -335,12 +335,12 @@ void Desk::save(const std::string& name, const char* extension, const Write& wri
 void Desk::savePicture(const std::string& name, int times) {
     save(name, ".png", [&](const std::filesystem::path& file) {
         if (times == 1) {
-            viewing_.saveScreenshot(file);
+            viewing_.saveScreenshot(file, savesScaleBar);
             return std::string("wrote the picture ");
         }
         Scene larger = scene_;
         larger.imageSize *= times;
-        viewing_.saveStill(larger, std::filesystem::absolute(file));
+        viewing_.saveStill(larger, std::filesystem::absolute(file), savesScaleBar);
         return std::to_string(larger.imageSize.x) + " x " + std::to_string(larger.imageSize.y) +
                " pixels are drawn for ";
     });

@@ -69,6 +69,7 @@ void Panels::saving(Desk& desk) {
         desk.beginEdit();
         desk.setScene(scene, false);
     }
+    ImGui::Checkbox("scale bar in the picture", &desk.savesScaleBar);
     if (ImGui::Button("save picture (F12)"))
         desk.savePicture(name_, times_);
     ImGui::SameLine();
