@@ -142,7 +142,10 @@ void drawScaleBar(ImDrawList& draw, const Area& area, const ScaleBar& bar, doubl
             draw.AddLine({x, end.y - 5 - more / 2}, {x, end.y + 5 + more / 2}, ink, 2 + more);
     }
     const std::string words = bar.text();
-    text(draw, {end.x - ImGui::CalcTextSize(words.c_str()).x, end.y - 22}, kText, words);
+    const ImVec2 at(end.x - ImGui::CalcTextSize(words.c_str()).x, end.y - 22);
+    for (const ImVec2& by : {ImVec2(-1, -1), ImVec2(1, -1), ImVec2(-1, 1)}) // and text() the fourth
+        draw.AddText({at.x + by.x, at.y + by.y}, IM_COL32(0, 0, 0, 200), words.c_str());
+    text(draw, at, kText, words);
 }
 
 bool pictureFromPatient(const Camera& camera, const glm::ivec2& imageSize, const glm::dvec3& mm,
