@@ -661,6 +661,20 @@ void writeNifti(const fs::path& file, const glm::ivec3& size, const glm::dvec3& 
     std::ofstream(file, std::ios::binary) << text;
 }
 
+// What one has to know of a volume is told as it is opened.
+TEST_F(WindowTest, ALabelMapIsSaidToBeOne) {
+    const auto ball = [](const glm::dvec3& p, double x, double r) {
+        return glm::length(p - glm::dvec3(x, 0, 0)) < r;
+    };
+    writeNifti(folder_ / "labels.nii", {60, 40, 40}, {-30, -20, -20}, [&](const glm::dvec3& p) {
+        return ball(p, -15, 10) ? 2.0 : ball(p, 12, 12) ? 7.0 : 0.0;
+    });
+    std::ofstream(folder_ / "s.txt") << "wait whole\nprint message\nquit\n";
+    start("labels.nii", "s.txt");
+    EXPECT_EQ(window_->exitCode(60s), 0);
+    EXPECT_THAT(readAll(folder_ / "window.txt"), HasSubstr("message: looks like a label map"));
+}
+
 // Two places in a pipe with a piece between them that is as dark as the lung which it opens to: a line
 // through it may lie in the lung, and is not flown before somebody says so.
 TEST_F(WindowTest, ALineThatMayHaveLeftTheLumenIsAskedAbout) {

@@ -69,6 +69,11 @@ void Desk::update() {
             slices_.placeMm =
                 glm::dvec3(info.patientFromVoxel * glm::dvec4(0.5 * glm::dvec3(info.extentVoxels), 1));
             slices_.window = windowOf(std::string("auto"), volume_->values);
+            std::string remarks; // what whoever looks at it has to know: the State panel keeps them
+            for (const std::string& remark : info.remarks)
+                remarks += (remarks.empty() ? "" : "\n") + remark;
+            if (!remarks.empty())
+                tell(remarks);
         }
     }
     if (auto picture = viewing_.picture(); picture != picture_ && volume_) {

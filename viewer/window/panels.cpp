@@ -205,6 +205,8 @@ void Panels::state(Desk& desk) {
     if (!s.measured.empty())
         wrapped("%s", s.measured.c_str());
     wrapped("%s", s.engine.c_str());
+    for (const std::string& remark : desk.volume()->info.remarks)
+        wrapped("%s", remark.c_str());
 }
 
 void Panels::draw(Desk& desk, Tools& tools, CutHandles& cuts, Endoscopy& endoscopy, float height) {

@@ -330,6 +330,8 @@ bool Script::take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Wind
             if (const ShownPicture* const p = desk.picture())
                 std::printf("last picture: %d x %d in %.1f ms\n", p->image.size.x, p->image.size.y,
                             p->drawingMs);
+        } else if (word(1) == "message") {
+            std::printf("message: %s\n", desk.message() ? desk.message()->text.c_str() : "");
         } else if (word(1) == "memory") {
             std::printf("pictures %llu, resident %zu KiB, GL objects %d\n",
                         static_cast<unsigned long long>(s.pictures), residentKib(), window.countGlObjects());
