@@ -39,6 +39,10 @@ struct Lumen {
     Side side = Side::below;
     double noise = 0;   // standard deviation of the noise that was taken off the values first; 0: none was
     bool leaks = false; // into what is beyond its wall, as whoever made the lines was told
+    /// leaks: where the first line leaves what is lumen at a threshold that does not leak, along it; none: it
+    /// does not, or nobody knows.
+    std::optional<double> leavesAtMm = {};
+    bool unsure = false; // the threshold hardly differs from the noise of values in the lumen
     /// Where the volume's own values, noise and all, show the wall; none: at the threshold.
     std::optional<double> surface = {};
     double shownAt() const { return surface.value_or(threshold); }

@@ -17,7 +17,7 @@ using Keys = std::vector<std::string>;
 
 const Keys kPathKeys = {"tesseraPath", "volume", "lumen", "lines", "keyframes", "flight", "framesPerSecond"};
 const Keys kVolumeOfPathKeys = {"contentHash", "size"};
-const Keys kLumenKeys = {"threshold", "side", "noise", "leaks", "surface"};
+const Keys kLumenKeys = {"threshold", "side", "noise", "leaks", "leavesAt", "unsure", "surface"};
 const Keys kSideNames = {"below", "above"}; // in the order of Lumen::Side
 const Keys kLineKeys = {"name", "count", "spacing", "points", "radius", "parent", "leavesAt"};
 const Keys kKeyframeKeys = {"time",     "place", "easing", "camera", "look", "transferFunction",
@@ -61,6 +61,10 @@ Lumen parseLumen(const JsonValue& value) {
         lumen.surface = value.at("surface").number();
     if (value.has("leaks"))
         lumen.leaks = value.at("leaks").boolean();
+    if (value.has("leavesAt"))
+        lumen.leavesAtMm = value.at("leavesAt").number(0, kMostMm);
+    if (value.has("unsure"))
+        lumen.unsure = value.at("unsure").boolean();
     return lumen;
 }
 
@@ -273,6 +277,10 @@ std::string pathJson(const Path& path) {
             lumen["surface"] = *path.lumen->surface;
         if (path.lumen->leaks)
             lumen["leaks"] = true;
+        if (path.lumen->leavesAtMm)
+            lumen["leavesAt"] = *path.lumen->leavesAtMm;
+        if (path.lumen->unsure)
+            lumen["unsure"] = true;
     }
     for (const CentreLine& line : path.lines)
         document["lines"].push_back(lineJson(line));

@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/json_reader.h"
+#include "core/preset.h"
 #include "core/transfer_json.h"
 
 #include <algorithm>
@@ -111,6 +112,30 @@ void applyPreset(const Preset& preset, Scene& scene) {
     take("isosurfaces", &Scene::surfaces);
     take("cuts", &Scene::cuts);
     scene.volumes.front().transferFunction = preset.function;
+}
+
+void applyBuiltInPreset(const std::string& name, const TransferChoice& function, Scene& scene) {
+    Preset preset = builtInPreset(name);
+    preset.unit = PresetUnit::any; // its function is given
+    const auto putAway = [&](const char* key, auto Scene::*member) {
+        const Scene plain;
+        if (scene.*member == plain.*member)
+            return;
+        for (const std::string& other : presetNames()) {
+            const json look = json::parse(builtInPreset(other).look);
+            if (look.contains(key) && sceneOf(look, "preset " + other).*member == scene.*member) {
+                scene.*member = plain.*member;
+                return;
+            }
+        }
+    };
+    putAway("window", &Scene::window);
+    putAway("valueColour", &Scene::valueColour);
+    putAway("slice", &Scene::slice);
+    putAway("shading", &Scene::shading);
+    scene.mode = Mode::composite;
+    applyPreset(preset, scene);
+    scene.volumes.front().transferFunction = function;
 }
 
 std::vector<std::string> lookSaysOf(const Preset& preset) {

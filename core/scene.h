@@ -44,6 +44,7 @@ struct Shading {
     Gradient gradient = Gradient::central;
     ShadingModel model = ShadingModel::phong;
     std::optional<GradientWeight> gradientWeight = {}; // none: every gradient makes a surface
+    bool operator==(const Shading&) const = default;
 };
 
 /// The largest component that a lit colour can have, of colours in [0,1]; 1 at least, because a colour stays

@@ -20,6 +20,7 @@ namespace tessera {
 namespace {
 
 constexpr double kNoisesShown = 6; // from the lumen's value to where its wall is drawn
+constexpr double kLeftMm = 2; // beside what is surely lumen, a line has left it: no single voxel of noise
 
 std::string placeText(const glm::dvec3& mm) {
     std::array<char, 96> text;
@@ -42,6 +43,15 @@ class Finder {
           toMm_(info_.patientFromVoxel), toVoxel_(glm::inverse(info_.patientFromVoxel)) {}
 
     Centrelines run() {
+        findLines();
+        if (found_.evidence.leaks) // the wide lumen is let go: there is room for this one
+            found_.lumen.leavesAtMm = leavesAt();
+        progress_.end();
+        return std::move(found_);
+    }
+
+  private:
+    void findLines() {
         TESSERA_CHECK(!request_.seeds.empty());
         progress_.stage("looking around the seeds");
         for (const CentrelineSeed& seed : request_.seeds)
@@ -63,12 +73,26 @@ class Finder {
         }
         found_.lumen = {rule_.threshold, rule_.below ? Lumen::Side::below : Lumen::Side::above, takenOff_,
                         found_.evidence.leaks};
+        found_.lumen.unsure = !found_.evidence.clear(rule_.threshold);
         found_.lumen.surface = surface();
-        progress_.end();
-        return std::move(found_);
     }
 
-  private:
+    /// Where the line leaves what hangs together with its beginning at the threshold that does not leak.
+    std::optional<double> leavesAt() {
+        const GrownLumen sure =
+            growLumen(field_.cache(), info_, *surely_, *voxelOf(request_.seeds.front()), ram_);
+        const CentreLine& line = found_.lines.front();
+        double inside = 0; // the last place within it
+        for (std::size_t i = 0; i < line.points.size(); ++i) {
+            const double along = line.spacingMm * static_cast<double>(i);
+            if (sure.voxels.containsPlace(glm::dvec3(toVoxel_ * glm::dvec4(line.points[i], 1))))
+                inside = along;
+            else if (along - inside >= kLeftMm)
+                return inside;
+        }
+        return std::nullopt;
+    }
+
     glm::dvec3 placeOf(const CentrelineSeed& seed) const {
         return glm::dvec3(toVoxel_ * glm::dvec4(seed.mm, 1));
     }
@@ -167,6 +191,7 @@ class Finder {
         if (!guarded.leaked)
             return std::move(guarded.grown);
         found_.evidence.leaksAt = rule_.threshold;
+        surely_ = guarded.rule;
         const LumenRule before = std::exchange(rule_, guarded.rule);
         for (const CentrelineSeed& other : request_.seeds)
             if (const auto voxel = voxelOf(other);
@@ -318,7 +343,8 @@ class Finder {
     double takenOff_ = 0; // deviation of the noise that is; 0: none
     const glm::dmat4 toMm_, toVoxel_;
     LumenRule rule_;
-    SeedNeighbourhood around_; // of the first seed
+    std::optional<LumenRule> surely_; // where rule_ leaks: one that does not
+    SeedNeighbourhood around_;        // of the first seed
     std::vector<ChainPiece> pieces_;
     Centrelines found_;
 };
@@ -328,19 +354,6 @@ class Finder {
 Centrelines findCentrelines(const ChunkSource& source, const CentrelineRequest& request, Ledger& ram,
                             Progress& progress, int threads) {
     return Finder(source, request, ram, progress, threads).run();
-}
-
-LinesExtent extentOf(const std::vector<CentreLine>& lines) {
-    LinesExtent extent;
-    for (const CentreLine& line : lines) {
-        extent.lengthMm += line.lengthMm();
-        for (const double radius : line.radiusMm) {
-            if (radius > 0 && (extent.narrowestMm == 0 || radius < extent.narrowestMm))
-                extent.narrowestMm = radius;
-            extent.widestMm = std::max(extent.widestMm, radius);
-        }
-    }
-    return extent;
 }
 
 } // namespace tessera

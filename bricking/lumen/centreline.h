@@ -5,7 +5,7 @@
 
 #include "bricking/cache/chunk_source.h"
 #include "core/budget.h"
-#include "core/path.h"
+#include "core/path_text.h"
 #include "core/progress.h"
 
 #include <cstdint>
@@ -61,12 +61,6 @@ struct Centrelines {
     std::uint64_t lumenVoxels = 0; ///< of level 0
     int blockVoxels = 0;           ///< edge of the blocks that the path was searched in
 };
-
-/// How long lines are together, and how near to the wall: of places that are not on bridges.
-struct LinesExtent {
-    double lengthMm = 0, narrowestMm = 0, widestMm = 0;
-};
-LinesExtent extentOf(const std::vector<CentreLine>& lines);
 
 /// What was taken to be lumen, why, and how sure that is: one line for people. @param unit  of the values
 std::string lumenText(const Centrelines& found, const std::string& unit);

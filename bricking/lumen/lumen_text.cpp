@@ -39,7 +39,9 @@ std::string lumenText(const Centrelines& found, const std::string& unit) {
         text += "; noise of " + valueText(evidence.noise, unit) + ", smoothed to " +
                 valueText(evidence.noiseLeft, unit);
     if (evidence.leaks)
-        text += "; it leaks: lines may lie outside of it, and where it does not the seeds are parted";
+        text += "; it leaks: lines may lie outside of it" +
+                (found.lumen.leavesAtMm ? " from " + valueText(*found.lumen.leavesAtMm, "mm") + " on" : "") +
+                ", and where it does not the seeds are parted";
     else if (!evidence.clear(threshold))
         text += "; unsure: it hardly differs from the noise in it";
     return text;

@@ -8,6 +8,7 @@
 #include "tests/support/lumen_tubes.h"
 #include "tests/support/phantom_chunks.h"
 
+#include <algorithm>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
@@ -206,8 +207,15 @@ TEST(LumenNoise, ALeakThatNothingCloses) {
     const Centrelines found = findIn(open, request);
     EXPECT_TRUE(found.evidence.leaks);
     EXPECT_TRUE(found.lumen.leaks);
-    EXPECT_THAT(lumenText(found, "HU"), ::testing::HasSubstr("it leaks"));
+    // the seed is at 6 mm, the piece that is as dark as the lung begins at 30: what is surely lumen ends
+    // there
+    ASSERT_TRUE(found.lumen.leavesAtMm);
+    EXPECT_NEAR(*found.lumen.leavesAtMm, 24, 2);
+    EXPECT_THAT(lumenText(found, "HU"), ::testing::HasSubstr("it leaks: lines may lie outside of it from 2"));
+    EXPECT_THAT(doubtText(found.lumen), ::testing::HasSubstr("may have left the lumen at 2"));
     expectReadBack(found);
+    std::reverse(request.seeds.begin(), request.seeds.end()); // from the other end: 74 to 50
+    EXPECT_NEAR(findIn(open, request).lumen.leavesAtMm.value_or(0), 24, 2);
 }
 
 TEST(LumenNoise, TheAirwaysTreeIsThatWithoutNoise) {

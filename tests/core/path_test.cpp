@@ -2,7 +2,7 @@
 // routes over branches.
 #include "core/error.h"
 #include "core/json_reader.h"
-#include "core/path.h"
+#include "core/path_text.h"
 #include "tests/support/folders.h"
 
 #include <cmath>
@@ -86,6 +86,24 @@ TEST(Path, IsReadAndWrittenWithoutLoss) {
     const std::string text = pathJson(path);
     EXPECT_EQ(pathJson(parsePath(text, "again")), text);
     EXPECT_EQ(parsePath(text, "again").lines, path.lines);
+}
+
+// Why a line may lie outside, and from where on: in the file, and in words for whoever is about to fly.
+TEST(Path, DoubtsAboutTheLumenAreKeptAndSaid) {
+    json document = whole();
+    EXPECT_EQ(doubtText(*pathOf(document).lumen), "");
+    for (const json& more :
+         {json{{"leaks", true}}, json{{"leaks", true}, {"leavesAt", 3.5}}, json{{"unsure", true}}}) {
+        json doubtful = document;
+        doubtful["lumen"].update(more);
+        const Path path = pathOf(doubtful);
+        EXPECT_EQ(parsePath(pathJson(path), "again").lumen, path.lumen) << more;
+        EXPECT_NE(path.lumen, pathOf(document).lumen) << more;
+        const std::string words = doubtText(*path.lumen);
+        EXPECT_NE(words, "") << more;
+        EXPECT_EQ(words.find("at 3.5 mm") != std::string::npos, more.contains("leavesAt")) << words;
+    }
+    EXPECT_EQ(linesText(pathOf(document).lines), "2 branches of 7.5 mm, 2.5 mm to 4 mm from the wall");
 }
 
 /// What is wrong is refused by its place, what was expected and what was found.

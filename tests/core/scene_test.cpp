@@ -636,6 +636,51 @@ TEST(Preset, PetTakesTheValuesOfTheBody) {
     EXPECT_EQ(scene.valueColour, ValueColour::inverse);
 }
 
+// Whatever was chosen before, a built-in preset looks as it does on a scene of its own.
+TEST(Preset, ABuiltInOneLooksTheSameAfterAnyOther) {
+    const auto lookOf = [](const Scene& scene) { return presetOf(scene, "").look; };
+    const auto take = [](const std::string& name, Scene& scene) {
+        applyBuiltInPreset(name, presetFunction(name, {}), scene);
+    };
+    for (const std::string& second : presetNames()) {
+        Scene alone;
+        alone.volumes.push_back({});
+        take(second, alone);
+        for (const std::string& first : presetNames()) {
+            Scene scene;
+            scene.volumes.push_back({});
+            take(first, scene);
+            take(second, scene);
+            EXPECT_EQ(lookOf(scene), lookOf(alone)) << second << " after " << first;
+            scene.mode = Mode::average; // a hand's
+            take(second, scene);
+            EXPECT_EQ(scene.mode, alone.mode) << second;
+        }
+    }
+}
+
+// What no preset brought is the user's, and stays: light, a window, cuts, a plane.
+TEST(Preset, ABuiltInOneLeavesWhatTheUserSet) {
+    Scene scene;
+    scene.volumes.push_back({});
+    applyLook("studio", scene);
+    const Shading studio = scene.shading;
+    scene.window = GreyWindow{300, 600};
+    scene.slice.thicknessMm = 7;
+    scene.cuts.boxes.push_back({glm::dvec3(1), glm::dvec3(5), CropBox::Space::patient, Keep::inside});
+    scene.surfaces.push_back({300, {1, 0.5, 0}, 0.5});
+    const Scene before = scene;
+    applyBuiltInPreset("bone", std::string("bone"), scene);
+    EXPECT_EQ(scene.shading, studio);
+    EXPECT_EQ(scene.lighting, before.lighting);
+    EXPECT_EQ(scene.window, before.window);
+    EXPECT_EQ(scene.slice, before.slice);
+    EXPECT_EQ(scene.cuts.boxes.size(), 1u);
+    EXPECT_EQ(scene.surfaces, before.surfaces);
+    EXPECT_EQ(std::get<std::string>(scene.volumes.front().transferFunction), "bone");
+    EXPECT_THROW(applyBuiltInPreset("bonne", std::string("bonne"), scene), InputError);
+}
+
 TEST(Preset, RefusalsHelp) {
     const auto message = [](const char* name, bool isHu) -> std::string {
         try {

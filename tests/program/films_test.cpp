@@ -361,7 +361,11 @@ TEST_F(Films, APathOfALumenShowsItsWallWhereNothingIsNamed) {
     write("leaks.json", flightInLumen(R"({"threshold":-120,"side":"below","leaks":true})"));
     const std::string unfold = "render s.zarr --path leaks.json --unfold --engine native --size 8x8 -o w.png";
     expectRefused(unfold, {"leaks.json", "does not leak", "--may-leak"});
-    EXPECT_EQ(run(unfold + " --may-leak").exitCode, 0);
+    write("leaks.json", flightInLumen(R"({"threshold":-120,"side":"below","leaks":true,"leavesAt":3.5})"));
+    expectRefused(unfold, {"may have left the lumen at 3.5 mm"});
+    const Outcome kept = run(unfold + " --may-leak");
+    EXPECT_EQ(kept.exitCode, 0);
+    EXPECT_THAT(kept.problems, HasSubstr("may have left the lumen at 3.5 mm"));
     expectRefused("render s.zarr -o w.png --may-leak", {"--may-leak", "--unfold"});
 }
 

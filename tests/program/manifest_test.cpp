@@ -66,6 +66,29 @@ TEST_F(Manifest, MillimetresPerPixelAreTheScaleOfParallelPictures) {
                   {"--mm-per-pixel", "parallel", "perspective"});
 }
 
+// A bar is drawn where it is asked for; the manifest says how long it is, and where that holds.
+TEST_F(Manifest, AScaleBarIsDrawnAndToldOf) {
+    const std::string render = "render s.zarr -q --engine native --preset auto --no-check --samples 1 "
+                               "--size 200x160 --projection parallel --json -o ";
+    const Outcome plain = run(render + "a.png"), barred = run(render + "b.png --scale-bar");
+    ASSERT_EQ(plain.exitCode, 0) << plain.problems;
+    ASSERT_EQ(barred.exitCode, 0) << barred.problems;
+    EXPECT_FALSE(json::parse(plain.out).contains("scaleBar"));
+    const json bar = json::parse(barred.out)["scaleBar"];
+    EXPECT_EQ(bar["at"], "everywhere");
+    const double scale = json::parse(barred.out)["scene"]["camera"]["parallelScale"];
+    EXPECT_NEAR(bar["mm"].get<double>() / bar["pixels"].get<double>(), 2 * scale / 160, 1e-9);
+    EXPECT_EQ(json::parse(run("info b.png --json").out)["scaleBar"], bar);
+    EXPECT_EQ(
+        json::parse(
+            run("render s.zarr -q --preset auto --size 64x64 --engine mirror --json --scale-bar -o c.png")
+                .out)["scaleBar"]["at"],
+        "centre");
+    expectRefused("render s.zarr -o film --turn 90 --frames 2 --scale-bar", {"--scale-bar", "--turn"});
+    write("path.json", "{}");
+    expectRefused("render s.zarr -o film --path path.json --scale-bar", {"--scale-bar", "--path"});
+}
+
 TEST_F(Manifest, AViewByAngles) {
     const std::string small = "s.zarr --preset auto --size 16x16 --view ";
     EXPECT_EQ(of(small + "90,0")["scene"]["camera"], of(small + "left")["scene"]["camera"]);

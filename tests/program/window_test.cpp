@@ -9,13 +9,17 @@
 #include "tests/support/dicom_writer.h"
 #include "viewer/session/slice_frame.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <fcntl.h>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
@@ -459,18 +463,41 @@ TEST_F(WindowTest, WhatShowsFitsItsPane) {
 // More pixels than are shown are those of `tessera render` with that size.
 TEST_F(WindowTest, APictureIsSavedLargerThanItIsShown) {
     std::ofstream(folder_ / "s.txt") << "wait still\npicture torso.png 2\nwait 500\nwait rest\n"
-                                        "scene torso.json\nquit\n";
+                                        "scene torso.json\nscale-bar on\npicture torso-bar.png 2\nwait 500\n"
+                                        "wait rest\nquit\n";
     start(TESSERA_TORSO, "s.txt");
     ASSERT_EQ(window_->exitCode(100s), 0) << readAll(folder_ / "window.txt");
     const Image large = readImage(folder_ / "torso.png");
     const glm::ivec2 size = loadScene(folder_ / "torso.json").imageSize;
     ASSERT_EQ(large.size, 2 * size);
-    Process render({TESSERA_PROGRAM, "render", "torso.json", "-o", "drawn.png", "--ram", "256MiB",
-                    "--gpu-memory", "128MiB", "--size",
-                    std::to_string(large.size.x) + "x" + std::to_string(large.size.y)},
-                   folder_.path(), folder_ / "render.txt");
-    ASSERT_EQ(render.exitCode(60s), 0) << readAll(folder_ / "render.txt");
-    EXPECT_EQ(large.pixels, readImage(folder_ / "drawn.png").pixels);
+    const auto drawn = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> words = {TESSERA_PROGRAM,
+                                          "render",
+                                          "torso.json",
+                                          "-o",
+                                          "drawn.png",
+                                          "--ram",
+                                          "256MiB",
+                                          "--gpu-memory",
+                                          "128MiB",
+                                          "--size",
+                                          std::to_string(large.size.x) + "x" + std::to_string(large.size.y)};
+        words.insert(words.end(), more.begin(), more.end());
+        Process render(words, folder_.path(), folder_ / "render.txt");
+        EXPECT_EQ(render.exitCode(60s), 0) << readAll(folder_ / "render.txt");
+        return readImage(folder_ / "drawn.png").pixels;
+    };
+    EXPECT_TRUE(large.pixels == drawn({}));
+    const Image barred = readImage(folder_ / "torso-bar.png");
+    EXPECT_TRUE(barred.pixels == drawn({"--scale-bar"}));
+    int changed = 0;
+    for (int y = 0; y < barred.size.y; ++y)
+        for (int x = 0; x < barred.size.x; ++x)
+            if (barred.at(x, y) != large.at(x, y)) {
+                ++changed;
+                EXPECT_TRUE(x > barred.size.x / 3 && y > barred.size.y * 3 / 4) << x << " " << y;
+            }
+    EXPECT_GT(changed, 400);
 }
 
 // A folder with several series: the list is clicked, and what was clicked is drawn and saved. Without a path
@@ -599,6 +626,95 @@ TEST_F(WindowTest, AFlightIsTheFilmOfItsPath) {
     const glm::dvec3 way = glm::dvec3(patch[0], patch[1], patch[2]) - camera.position;
     EXPECT_GT(glm::dot(glm::normalize(way), glm::normalize(camera.focalPoint - camera.position)), 0.99);
     EXPECT_FALSE(isBlank(readImage(folder_ / "patch.png")));
+}
+
+/// A NIfTI file of 16 bits, a voxel of a millimetre. @param value  of a place, mm, LPS
+void writeNifti(const fs::path& file, const glm::ivec3& size, const glm::dvec3& origin,
+                const std::function<double(const glm::dvec3&)>& value) {
+    std::string text(352, '\0');
+    const auto put = [&](std::size_t at, auto number) { std::memcpy(&text[at], &number, sizeof number); };
+    put(0, 348);
+    const std::int16_t dims[] = {3, static_cast<std::int16_t>(size.x), static_cast<std::int16_t>(size.y),
+                                 static_cast<std::int16_t>(size.z)};
+    for (std::size_t i = 0; i < 4; ++i)
+        put(40 + 2 * i, dims[i]);
+    put(70, std::int16_t{4}); // of 16 bits
+    put(72, std::int16_t{16});
+    for (std::size_t i = 0; i < 4; ++i)
+        put(76 + 4 * i, 1.0f);
+    put(108, 352.0f);
+    put(123, std::uint8_t{2}); // mm
+    put(254, std::int16_t{1}); // places by the rows that follow: RAS
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const float sign = axis < 2 ? -1.0f : 1.0f;
+        put(280 + 20 * axis, sign);
+        put(292 + 16 * axis, sign * static_cast<float>(origin[static_cast<int>(axis)]));
+    }
+    text.replace(344, 3, "n+1");
+    for (int z = 0; z < size.z; ++z)
+        for (int y = 0; y < size.y; ++y)
+            for (int x = 0; x < size.x; ++x) {
+                const auto voxel =
+                    static_cast<std::int16_t>(std::lround(value(origin + glm::dvec3(x, y, z))));
+                text.append(reinterpret_cast<const char*>(&voxel), 2);
+            }
+    std::ofstream(file, std::ios::binary) << text;
+}
+
+// What one has to know of a volume is told as it is opened.
+TEST_F(WindowTest, ALabelMapIsSaidToBeOne) {
+    const auto ball = [](const glm::dvec3& p, double x, double r) {
+        return glm::length(p - glm::dvec3(x, 0, 0)) < r;
+    };
+    writeNifti(folder_ / "labels.nii", {60, 40, 40}, {-30, -20, -20}, [&](const glm::dvec3& p) {
+        return ball(p, -15, 10) ? 2.0 : ball(p, 12, 12) ? 7.0 : 0.0;
+    });
+    std::ofstream(folder_ / "s.txt") << "wait whole\nprint message\nquit\n";
+    start("labels.nii", "s.txt");
+    EXPECT_EQ(window_->exitCode(60s), 0);
+    EXPECT_THAT(readAll(folder_ / "window.txt"), HasSubstr("message: looks like a label map"));
+}
+
+// Two places in a pipe with a piece between them that is as dark as the lung which it opens to: a line
+// through it may lie in the lung, and is not flown before somebody says so.
+TEST_F(WindowTest, ALineThatMayHaveLeftTheLumenIsAskedAbout) {
+    writeNifti(folder_ / "pipe.nii", {90, 60, 90}, {-30, -30, -5}, [](const glm::dvec3& p) {
+        const double away = glm::length(p - glm::dvec3(0, 0, std::clamp(p.z, 0.0, 80.0)));
+        const double pipe = -1000 + 1040 * std::clamp(away - 5.5, 0.0, 1.0);
+        if (p.z > 30 && p.z < 50 && pipe < -800)
+            return -840.0;
+        const bool open = p.x > 10 || (p.x > 0 && std::abs(p.z - 40) < 5 && std::abs(p.y) < 3);
+        return std::min(pipe, open ? -850.0 : 40.0);
+    });
+    std::ofstream(folder_ / "s.txt")
+        << "wait whole\nline 0 0 6 0 0 74\nwait line\n"
+           "save-path found.json\nwait whole\nwindow found.ppm\n"
+           "fly-to 60\nwait 300\nscene asked.json\nwindow asked.ppm\n"
+           "answer cancel\nwait 200\nscene cancelled.json\n"
+           "fly-to 60\nanswer stop\nwait whole\nscene stopped.json\n"
+           "save-path stopped-path.json\n"
+           "load-path found.json\nfly-to 60\nscene loaded.json\n"
+           "answer fly\nwait whole\nscene flown.json\nsave-path flown-path.json\n"
+           "load-path found.json\nfly 3\nquit\n";
+    start("pipe.nii", "s.txt");
+    EXPECT_EQ(window_->exitCode(60s), 2) << "an answer is due";
+    EXPECT_THAT(readAll(folder_ / "window.txt"), HasSubstr("an answer first"));
+    const auto sceneIn = [&](const char* name) { return loadScene(folder_ / name); };
+    const auto pathIn = [&](const char* name) { return nlohmann::json::parse(readAll(folder_ / name)); };
+    const double leaves = pathIn("found.json")["lumen"].value("leavesAt", 0.0);
+    EXPECT_NEAR(leaves, 24, 2);
+    const glm::dvec3 outside = std::get<Camera>(sceneIn("asked.json").camera).position;
+    for (const char* const name : {"asked.json", "cancelled.json"}) {
+        EXPECT_EQ(sceneIn(name).mode, Mode::composite) << name;
+        EXPECT_EQ(std::get<Camera>(sceneIn(name).camera).position, outside) << name;
+    }
+    EXPECT_EQ(sceneIn("stopped.json").mode, Mode::isosurface) << "it is flown";
+    EXPECT_NEAR(std::get<Camera>(sceneIn("stopped.json").camera).position.z, 6 + leaves, 2)
+        << "to where it may have left the lumen";
+    EXPECT_EQ(pathIn("stopped-path.json")["flight"]["to"], leaves);
+    EXPECT_NEAR(std::get<Camera>(sceneIn("loaded.json").camera).position.z, 6 + leaves, 2) << "asked anew";
+    EXPECT_NEAR(std::get<Camera>(sceneIn("flown.json").camera).position.z, 66, 3);
+    EXPECT_FALSE(pathIn("flown-path.json")["flight"].contains("to"));
 }
 
 // All that a context holds is made anew; what was open, seen and set stays.

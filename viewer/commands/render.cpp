@@ -76,6 +76,9 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
         .check(numberWithin(kLeastMmPerPixel, kMostMmPerPixel, "mm from 0.00001 to 10000"));
     command.option("--background", a->background,
                    "a colour (black, red, #rrggbb), or transparent (default: black)");
+    command.flag("--scale-bar", a->scaleBar,
+                 "draw a bar of a round length into the picture: right everywhere in a parallel one, else at "
+                 "its centre");
     command
         .option("--engine", a->engine,
                 joinNames(renderEngineNames()) + "; auto: gpu where there is one, else native")

@@ -159,4 +159,8 @@ nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const 
     return manifest;
 }
 
+nlohmann::json scaleBarJson(const ScaleBar& bar) {
+    return {{"mm", bar.mm}, {"pixels", bar.pixels}, {"at", bar.everywhere ? "everywhere" : "centre"}};
+}
+
 } // namespace tessera

@@ -5,6 +5,7 @@
 
 #include "bricking/store/store_reader.h"
 #include "core/budget.h"
+#include "core/scale_bar.h"
 #include "core/scene.h"
 #include "render/renderer.h"
 
@@ -16,5 +17,7 @@ namespace tessera {
 /// resident, work counters, program version, "not for diagnosis". Include from .cpp files only.
 nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const RenderResult& result,
                             const Ledger& ram, const Ledger& gpu);
+/// What stands in a manifest, as "scaleBar", of the bar that was drawn into its picture.
+nlohmann::json scaleBarJson(const ScaleBar& bar);
 
 } // namespace tessera

@@ -3,17 +3,13 @@
 
 #include "bricking/lumen/centreline.h"
 #include "bricking/lumen/wall_coverage.h"
-#include "core/number_text.h"
+#include "core/path_text.h"
 
 namespace tessera {
 namespace {
 
 std::string aboutText(const Centrelines& found, const VolumeInfo& info) {
-    const LinesExtent extent = extentOf(found.lines);
-    std::string text =
-        (found.lines.size() == 1 ? "a line" : std::to_string(found.lines.size()) + " branches") +
-        std::string(" of ") + mmText(extent.lengthMm) + ", " + mmText(extent.narrowestMm) + " to " +
-        mmText(extent.widestMm) + " from the wall; " + lumenText(found, info.unit);
+    std::string text = linesText(found.lines) + "; " + lumenText(found, info.unit);
     if (!found.bridges.empty())
         text += "; gaps bridged: " + std::to_string(found.bridges.size());
     return text;

@@ -8,6 +8,7 @@
 namespace tessera {
 
 /// Writes it on its background, with its manifest. Throws Error or InputError naming the path.
-void savePicture(const std::filesystem::path& path, const ShownPicture& picture);
+/// @param scaleBar  drawn into it, for the size that it has
+void savePicture(const std::filesystem::path& path, const ShownPicture& picture, bool scaleBar);
 
 } // namespace tessera

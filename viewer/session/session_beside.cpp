@@ -43,7 +43,7 @@ void SessionThread::startSaving(const SessionWishes::Save& save) {
     if (open_->still && !saving_)
         stillBegun_ = false; // it is begun again afterwards
     open_->still.reset();
-    saving_ = save.path;
+    saving_ = Saving{save.path, save.scaleBar};
     drawStill(save.scene);
     board_.tell([](SessionNews& news) { news.state.atRest = false; });
 }
@@ -51,11 +51,11 @@ void SessionThread::startSaving(const SessionWishes::Save& save) {
 void SessionThread::finishSaving() {
     FinishedStill finished = open_->still->take();
     open_->still.reset();
-    const std::filesystem::path path = *std::exchange(saving_, {});
+    const auto [path, scaleBar] = *std::exchange(saving_, {});
     std::string problem = finished.problem;
     if (finished.picture)
         try {
-            savePicture(path, *finished.picture);
+            savePicture(path, *finished.picture, scaleBar);
         } catch (const Error& e) {
             problem = e.what();
         }

@@ -45,6 +45,7 @@ struct SessionWishes {
     struct Save {
         Scene scene;
         std::filesystem::path path;
+        bool scaleBar = false;
     };
     bool stop = false;
     std::optional<Save> save;

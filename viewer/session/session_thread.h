@@ -70,11 +70,15 @@ class SessionThread {
     bool drawsMoving_ = false;      // the picture in the works is one of few pixels
     std::uint64_t stillNumber_ = 0; // of the last still that was begun
     bool stillBegun_ = false;       // of the scene as it is
-    std::optional<std::filesystem::path> saving_; // where the still goes that is drawn; none: to the window
-    std::uint64_t lineNumber_ = 0;                // of the line that is looked for
-    InteractiveRenderer::Progress progress_;      // the last
-    std::string measured_;                        // of the still of asked_
-    std::size_t damaged_ = 0;                     // chunks that could not be read
+    struct Saving {
+        std::filesystem::path path;
+        bool scaleBar = false;
+    };
+    std::optional<Saving> saving_;           // where the still goes that is drawn; none: to the window
+    std::uint64_t lineNumber_ = 0;           // of the line that is looked for
+    InteractiveRenderer::Progress progress_; // the last
+    std::string measured_;                   // of the still of asked_
+    std::size_t damaged_ = 0;                // chunks that could not be read
     FramePace pace_;
     glm::ivec2 hastySize_{1}; // of pictures while something moves
 

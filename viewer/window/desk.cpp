@@ -69,6 +69,11 @@ void Desk::update() {
             slices_.placeMm =
                 glm::dvec3(info.patientFromVoxel * glm::dvec4(0.5 * glm::dvec3(info.extentVoxels), 1));
             slices_.window = windowOf(std::string("auto"), volume_->values);
+            std::string remarks; // what whoever looks at it has to know: the State panel keeps them
+            for (const std::string& remark : info.remarks)
+                remarks += (remarks.empty() ? "" : "\n") + remark;
+            if (!remarks.empty())
+                tell(remarks);
         }
     }
     if (auto picture = viewing_.picture(); picture != picture_ && volume_) {
@@ -335,12 +340,12 @@ void Desk::save(const std::string& name, const char* extension, const Write& wri
 void Desk::savePicture(const std::string& name, int times) {
     save(name, ".png", [&](const std::filesystem::path& file) {
         if (times == 1) {
-            viewing_.saveScreenshot(file);
+            viewing_.saveScreenshot(file, savesScaleBar);
             return std::string("wrote the picture ");
         }
         Scene larger = scene_;
         larger.imageSize *= times;
-        viewing_.saveStill(larger, std::filesystem::absolute(file));
+        viewing_.saveStill(larger, std::filesystem::absolute(file), savesScaleBar);
         return std::to_string(larger.imageSize.x) + " x " + std::to_string(larger.imageSize.y) +
                " pixels are drawn for ";
     });
@@ -356,11 +361,8 @@ void Desk::saveScene(const std::string& name) {
 void Desk::takePreset(const std::string& nameOrFile) {
     const auto names = presetNames();
     if (std::find(names.begin(), names.end(), nameOrFile) != names.end()) {
-        Preset preset = builtInPreset(nameOrFile);
-        preset.function = presetFunction(nameOrFile, volume_->values);
-        preset.unit = PresetUnit::any;
         Scene scene = scene_;
-        applyPreset(preset, scene);
+        applyBuiltInPreset(nameOrFile, presetFunction(nameOrFile, volume_->values), scene);
         beginEdit();
         setScene(scene, false, true);
         return;

@@ -146,7 +146,8 @@ class Desk {
     bool hasAsked() const { return !owesRest_ && (wantedSize_ == scene_.imageSize || !volume_); }
 
     bool showPanels = true, showSlices = true, showHelp = false, showLevels = false, flying = false;
-    int enlargedPlane = -1; // that lies alone beside the picture; -1: all three
+    bool savesScaleBar = false; // in pictures that are saved
+    int enlargedPlane = -1;     // that lies alone beside the picture; -1: all three
     /// Of the width beside the panel, the planes'.
     double planesShare() const { return enlargedPlane < 0 ? planesShare_ : kEnlargedShare; }
     void setPlanesShare(double share) {

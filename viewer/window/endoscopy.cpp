@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/lumen_wall.h"
 #include "core/output_file.h"
+#include "core/path_text.h"
 #include "core/preset.h"
 
 #include <algorithm>
@@ -48,15 +49,25 @@ void Endoscopy::take(Desk& desk, const Path& path) {
         show(desk, false);
 }
 
+/// A path that nobody has flown yet.
+void Endoscopy::takeAnother(Desk& desk, const Path& path) {
+    question_.reset();
+    trusted_ = false;
+    if (path.lumen && !doubtText(*path.lumen).empty())
+        playing_ = inside_ = false;
+    take(desk, path);
+}
+
 void Endoscopy::load(Desk& desk, const std::filesystem::path& file) {
     Path path = loadPath(file);
     if (path.lines.empty())
         throw badFile(file.string(), "a path with a centre-line", "keyframes alone");
     if (path.volume && path.volume->extentVoxels != desk.volume()->info.extentVoxels)
         throw badFile(file.string(), "a path of a volume of this size", "one of another volume");
-    about_ = "from " + file.filename().string();
+    about_ = "from " + file.filename().string() + ": " + linesText(path.lines);
     placeMm_ = 0;
-    take(desk, path);
+    look_.reset();
+    takeAnother(desk, path);
 }
 
 void Endoscopy::save(Desk& desk, const std::filesystem::path& file) {
@@ -88,7 +99,7 @@ void Endoscopy::showWall(Desk& desk) {
 
 /// What the film shows at this place, as one looks now.
 void Endoscopy::show(Desk& desk, bool moving) {
-    if (!curve_)
+    if (!curve_ || !mayFly())
         return;
     if (!inside_ && desk.scene().mode == Mode::composite && desk.scene().surfaces.empty())
         showWall(desk);
@@ -204,8 +215,9 @@ bool Endoscopy::advance(Desk& desk) {
             look_.reset();
             if (!threshold_ && line.path->lumen)
                 shownThreshold_ = line.path->lumen->threshold;
-            take(desk, *line.path);
-            desk.tell(about_);
+            takeAnother(desk, *line.path);
+            if (inside_) // else it stands over the picture
+                desk.tell(about_);
         } else if (line.coverage) {
             coverage_ = line.coverage;
             coverageAbout_ = line.about;
@@ -315,6 +327,7 @@ bool Endoscopy::press(Desk& desk, int key, bool shift) {
 }
 
 void Endoscopy::stop(Desk& desk) {
+    question_.reset();
     gathers_ = false;
     places_.clear();
     if (searching_)

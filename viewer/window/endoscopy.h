@@ -35,6 +35,8 @@ class Endoscopy {
     void panel(Desk& desk);
     /// The line, the places that were clicked, and while a line is flown a map of where one is.
     void draw(Desk& desk, const Area& area) const;
+    /// Whether to fly along a line that may have left the lumen, where that is asked. Over the picture.
+    void drawQuestion(Desk& desk, const Area& area);
     /// What of the lines lies in a plane, on its picture.
     void drawOnPlane(ImDrawList& draw, const Area& view, const SliceFrame& frame) const;
 
@@ -53,6 +55,12 @@ class Endoscopy {
     /// The view of now becomes a keyframe of the flight: where one looks, and what the scene looks like
     /// where that was changed.
     void record(Desk& desk);
+    /// A line that may have left the lumen is not flown before somebody says so: all of it, or to where it
+    /// may have left.
+    enum class Answer { fly, stop, cancel };
+    bool asks() const { return question_.has_value(); }
+    /// Of the question that is asked; nothing where none is. stop is fly where nobody knows where.
+    void answer(Desk& desk, Answer answer);
     bool isSearching() const { return searching_; }
     bool isPlaying() const { return playing_; }
     bool hasLine() const { return curve_.has_value(); }
@@ -60,6 +68,7 @@ class Endoscopy {
 
   private:
     void take(Desk& desk, const Path& path);
+    void takeAnother(Desk& desk, const Path& path);
     void flyAnew(Desk& desk);
     void show(Desk& desk, bool moving);
     void showWall(Desk& desk);
@@ -68,6 +77,9 @@ class Endoscopy {
     void keyframePanel(Desk& desk);
     void coveragePanel(Desk& desk);
     std::span<const UnseenPatch> unseen() const;
+    std::string doubt() const;
+    std::optional<double> stopMm() const;
+    bool mayFly();
     void drawMap(ImDrawList& draw, const Desk& desk, const Area& area) const;
 
     std::optional<Path> path_;
@@ -81,6 +93,11 @@ class Endoscopy {
     bool gathers_ = false, tree_ = false, searching_ = false, inside_ = false, playing_ = false;
     std::uint64_t wish_ = 0;          // the line that was asked for
     std::optional<double> threshold_; // that the user set
+    struct Question {
+        bool plays = false; // what is to be done: fly on, or look at the place
+    };
+    std::optional<Question> question_;
+    bool trusted_ = false; // the question of this path was answered
     double placeMm_ = 0;
     double shownThreshold_ = 0;      // that the line was found with
     std::optional<LookAround> look_; // in place of the keyframes'

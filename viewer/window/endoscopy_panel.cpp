@@ -1,6 +1,5 @@
-// viewer/window/endoscopy_panel.cpp: the panel of endoscopy.h, and what is drawn of lines over the picture.
+// viewer/window/endoscopy_panel.cpp: the panel of endoscopy.h.
 #include "viewer/window/endoscopy.h"
-#include "viewer/window/overlays.h" // pictureFromPatient
 
 #include <algorithm>
 #include <cmath>
@@ -12,16 +11,7 @@
 namespace tessera {
 namespace {
 
-constexpr ImU32 kLineInk = IM_COL32(255, 110, 160, 220), kBranchInk = IM_COL32(255, 110, 160, 110),
-                kHere = IM_COL32(255, 230, 90, 255), kUnseen = IM_COL32(90, 210, 255, 255),
-                kCompassInk = IM_COL32(235, 235, 235, 110);
-constexpr double kMapShare = 0.26; // of the picture's height
-constexpr double kMapMargin = 12;
 constexpr std::size_t kListedPatches = 12; // the largest
-
-ImVec2 at(const glm::dvec2& p) {
-    return {static_cast<float>(p.x), static_cast<float>(p.y)};
-}
 
 /// From the first line to this one.
 std::vector<std::size_t> routeTo(const std::vector<CentreLine>& lines, std::size_t line) {
@@ -207,99 +197,6 @@ std::span<const UnseenPatch> Endoscopy::unseen() const {
     if (!coverage_)
         return {};
     return std::span(coverage_->patches).first(std::min(coverage_->patches.size(), kListedPatches));
-}
-
-/// From outside, from the front: the volume's box, the lines, and where one is.
-void Endoscopy::drawMap(ImDrawList& draw, const Desk& desk, const Area& area) const {
-    const VolumeInfo& info = desk.volume()->info;
-    glm::dvec3 low(1e30), high(-1e30);
-    for (int corner = 0; corner < 8; ++corner) {
-        const glm::dvec3 voxel =
-            glm::dvec3(info.extentVoxels) * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
-        const glm::dvec3 mm(info.patientFromVoxel * glm::dvec4(voxel, 1));
-        low = glm::min(low, mm);
-        high = glm::max(high, mm);
-    }
-    const double height = kMapShare * area.size.y, scale = height / (high.z - low.z),
-                 width = scale * (high.x - low.x);
-    const glm::dvec2 corner = area.from + glm::dvec2(kMapMargin, area.size.y - height - 3 * kMapMargin);
-    const auto onMap = [&](const glm::dvec3& mm) {
-        return corner + scale * glm::dvec2(mm.x - low.x, high.z - mm.z);
-    };
-    draw.AddRectFilled(at(corner), at(corner + glm::dvec2(width, height)), IM_COL32(10, 12, 16, 190));
-    draw.AddRect(at(corner), at(corner + glm::dvec2(width, height)), kCompassInk);
-    for (const CentreLine& line : path_->lines)
-        for (std::size_t i = 0; i + 1 < line.points.size(); ++i)
-            draw.AddLine(at(onMap(line.points[i])), at(onMap(line.points[i + 1])), kLineInk, 1.2f);
-    for (const UnseenPatch& patch : unseen())
-        draw.AddCircle(at(onMap(patch.middleMm)), 2.5f, kUnseen);
-    const Camera& camera = desk.camera();
-    const glm::dvec2 here = onMap(camera.position);
-    const glm::dvec3 forward = -patientFromCamera(camera)[2];
-    draw.AddLine(at(here), at(here + 12.0 * glm::dvec2(forward.x, -forward.z)), kHere, 2);
-    draw.AddCircleFilled(at(here), 3.5f, kHere);
-    if (info.orientationKnown) {
-        draw.AddText(at(corner + glm::dvec2(3, height / 2 - 7)), kCompassInk, "R");
-        draw.AddText(at(corner + glm::dvec2(width - 12, height / 2 - 7)), kCompassInk, "L");
-    }
-    char words[48];
-    std::snprintf(words, sizeof words, "%.0f of %.0f mm", placeMm_, curve_->lengthMm());
-    draw.AddText(at(corner + glm::dvec2(4, -18)), kHere, words);
-}
-
-void Endoscopy::drawOnPlane(ImDrawList& draw, const Area& view, const SliceFrame& frame) const {
-    if (!path_)
-        return;
-    constexpr double kNearMm = 1.5;
-    const auto near = [&](const glm::dvec3& p) {
-        return std::abs(glm::dot(p - frame.pose.point, frame.pose.normal)) <= kNearMm;
-    };
-    const auto place = [&](const glm::dvec3& p) {
-        return view.from + frame.pictureFromPatient(p) / view.pixelsPerUnit;
-    };
-    for (const CentreLine& line : path_->lines)
-        for (std::size_t i = 0; i < line.points.size(); ++i)
-            if (near(line.points[i])) {
-                draw.AddCircleFilled(at(place(line.points[i])), 1.5f, kLineInk);
-                if (i + 1 < line.points.size() && near(line.points[i + 1]))
-                    draw.AddLine(at(place(line.points[i])), at(place(line.points[i + 1])), kLineInk, 1.5f);
-            }
-    for (const UnseenPatch& patch : unseen())
-        if (near(patch.middleMm))
-            draw.AddCircle(at(place(patch.middleMm)), 4, kUnseen, 0, 1.5f);
-}
-
-void Endoscopy::draw(Desk& desk, const Area& area) const {
-    if (!desk.volume())
-        return;
-    ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-    draw.PushClipRect(at(area.from), at(area.from + area.size));
-    const auto seen = [&](const glm::dvec3& mm, glm::dvec2& out) {
-        glm::dvec2 pixel(0);
-        if (!pictureFromPatient(desk.camera(), area.pixels(), mm, pixel))
-            return false;
-        out = area.from + pixel / area.pixelsPerUnit;
-        return true;
-    };
-    glm::dvec2 a(0), b(0);
-    if (path_ && !inside_)
-        for (std::size_t n = 0; n < path_->lines.size(); ++n) {
-            const auto& route = path_->flight->route;
-            const bool flown = std::find(route.begin(), route.end(), n) != route.end();
-            const auto& points = path_->lines[n].points;
-            for (std::size_t i = 0; i + 1 < points.size(); ++i)
-                if (seen(points[i], a) && seen(points[i + 1], b))
-                    draw.AddLine(at(a), at(b), flown ? kLineInk : kBranchInk, 2);
-        }
-    for (const UnseenPatch& patch : unseen())
-        if (seen(patch.middleMm, a))
-            draw.AddCircle(at(a), 5, kUnseen, 0, 1.5f);
-    for (const glm::dvec3& place : places_)
-        if (gathers_ && seen(place, a))
-            draw.AddCircleFilled(at(a), 4, kHere);
-    if (inside_ && path_ && curve_)
-        drawMap(draw, desk, area);
-    draw.PopClipRect();
 }
 
 } // namespace tessera

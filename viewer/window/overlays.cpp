@@ -19,6 +19,7 @@
 namespace tessera {
 namespace {
 
+constexpr double kScaleBarHeight = 34; // above the lower edge, units
 constexpr ImU32 kText = IM_COL32(235, 235, 235, 255), kFaint = IM_COL32(235, 235, 235, 130),
                 kWarning = IM_COL32(255, 190, 70, 255);
 
@@ -58,19 +59,6 @@ void drawCube(ImDrawList& draw, const Camera& camera, bool lettered, const ImVec
                 draw.AddText({at.x - size.x / 2, at.y - size.y / 2}, kText, letter);
             }
         }
-}
-
-void drawScaleBar(ImDrawList& draw, const Area& area, const Camera& camera) {
-    const double unitsPerMm = area.size.y / (2 * camera.parallelScale);
-    const double mm = roundLength(0.25 * area.size.x / unitsPerMm);
-    const auto length = static_cast<float>(mm * unitsPerMm);
-    const ImVec2 at(static_cast<float>(area.from.x) + 18, static_cast<float>(area.from.y + area.size.y) - 44);
-    draw.AddLine(at, {at.x + length, at.y}, kText, 2);
-    for (const float x : {at.x, at.x + length})
-        draw.AddLine({x, at.y - 5}, {x, at.y + 5}, kText, 2);
-    char words[48];
-    std::snprintf(words, sizeof words, mm >= 10000 ? "%.3g m" : "%g mm", mm >= 10000 ? mm / 1000 : mm);
-    text(draw, {at.x + length + 8, at.y - 8}, kText, words);
 }
 
 /// How good the picture is, where it is not as good as it can be.
@@ -142,14 +130,22 @@ void drawLevels(ImDrawList& draw, const Desk& desk, const Area& area) {
 
 } // namespace
 
-double roundLength(double mm) {
-    if (!(mm > 0) || !std::isfinite(mm))
-        return 1;
-    const double power = std::pow(10.0, std::floor(std::log10(mm)));
-    for (const double part : {5.0, 2.0})
-        if (part * power <= mm)
-            return part * power;
-    return power;
+void drawScaleBar(ImDrawList& draw, const Area& area, const ScaleBar& bar, double right) {
+    const auto length = static_cast<float>(bar.pixels / area.pixelsPerUnit);
+    const ImVec2 end(static_cast<float>(right),
+                     static_cast<float>(area.from.y + area.size.y - kScaleBarHeight));
+    const ImVec2 start(end.x - length, end.y);
+    for (const float more : {2.0f, 0.0f}) { // a dark edge, so that it shows on anything
+        const ImU32 ink = more > 0 ? IM_COL32(0, 0, 0, 170) : kText;
+        draw.AddLine({start.x - more / 2, start.y}, {end.x + more / 2, end.y}, ink, 2 + more);
+        for (const float x : {start.x, end.x})
+            draw.AddLine({x, end.y - 5 - more / 2}, {x, end.y + 5 + more / 2}, ink, 2 + more);
+    }
+    const std::string words = bar.text();
+    const ImVec2 at(end.x - ImGui::CalcTextSize(words.c_str()).x, end.y - 22);
+    for (const ImVec2& by : {ImVec2(-1, -1), ImVec2(1, -1), ImVec2(-1, 1)}) // and text() the fourth
+        draw.AddText({at.x + by.x, at.y + by.y}, IM_COL32(0, 0, 0, 200), words.c_str());
+    text(draw, at, kText, words);
 }
 
 bool pictureFromPatient(const Camera& camera, const glm::ivec2& imageSize, const glm::dvec3& mm,
@@ -181,8 +177,7 @@ void drawOverlays(Desk& desk, const Area& area, const PictureHand& hand) {
         if (desk.showLevels && desk.state().levels)
             drawLevels(draw, desk, area);
         drawCube(draw, desk.camera(), volume->info.orientationKnown, {right - 52, top + 52}, 42);
-        if (desk.camera().projection == Projection::parallel)
-            drawScaleBar(draw, area, desk.camera());
+        drawScaleBar(draw, area, scaleBarOf(desk.camera(), area.pixels()), area.from.x + area.size.x - 14);
         if (const std::string words = badge(desk); !words.empty())
             text(draw, {left + 12, top + 10}, kWarning, words);
         if (const auto& picked = desk.picked(); picked && picked->hit && hand.isOver()) {

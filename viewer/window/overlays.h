@@ -2,10 +2,13 @@
 // are, what is under the pointer, how good the picture is.
 #pragma once
 
+#include "core/scale_bar.h"
 #include "viewer/window/desk.h"
 #include "viewer/window/picture_view.h"
 
 #include <glm/vec3.hpp>
+
+struct ImDrawList;
 
 namespace tessera {
 
@@ -16,7 +19,7 @@ void drawOverlays(Desk& desk, const Area& area, const PictureHand& hand);
 bool pictureFromPatient(const Camera& camera, const glm::ivec2& imageSize, const glm::dvec3& mm,
                         glm::dvec2& pixel);
 
-/// A length of 1, 2 or 5 times a power of ten that is at most `mm`, mm.
-double roundLength(double mm);
+/// At the lower edge of a picture. @param right  where it ends, units of the window
+void drawScaleBar(ImDrawList& draw, const Area& area, const ScaleBar& bar, double right);
 
 } // namespace tessera

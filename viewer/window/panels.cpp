@@ -69,6 +69,7 @@ void Panels::saving(Desk& desk) {
         desk.beginEdit();
         desk.setScene(scene, false);
     }
+    ImGui::Checkbox("scale bar in the picture", &desk.savesScaleBar);
     if (ImGui::Button("save picture (F12)"))
         desk.savePicture(name_, times_);
     ImGui::SameLine();
@@ -204,6 +205,8 @@ void Panels::state(Desk& desk) {
     if (!s.measured.empty())
         wrapped("%s", s.measured.c_str());
     wrapped("%s", s.engine.c_str());
+    for (const std::string& remark : desk.volume()->info.remarks)
+        wrapped("%s", remark.c_str());
 }
 
 void Panels::draw(Desk& desk, Tools& tools, CutHandles& cuts, Endoscopy& endoscopy, float height) {

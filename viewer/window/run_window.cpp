@@ -344,6 +344,7 @@ class Loop {
         endoscopy_.draw(desk_, area);
         if (planes)
             screen_->slices.draw(desk_, tools_, endoscopy_, slicesBeside(area));
+        endoscopy_.drawQuestion(desk_, area);
         panels_.draw(desk_, tools_, cuts_, endoscopy_, static_cast<float>(screen_->window.size().y));
         screen_->opener.draw(desk_, area);
         drawHelp(desk_);

@@ -35,7 +35,7 @@ const std::map<std::string, std::size_t>& wordsOfSteps() {
         {"write-preset", 2}, {"line", 3},       {"tree", 3},      {"fly-to", 1},       {"fly", 1},
         {"record", 0},       {"load-path", 1},  {"save-path", 1}, {"cover", 0},        {"look-at-patch", 1},
         {"fit", 0},          {"choose", 1},     {"click", 2},     {"double-click", 2}, {"drag", 4},
-        {"wheel", 3},        {"key", 1}};
+        {"wheel", 3},        {"key", 1},        {"answer", 1},    {"scale-bar", 1}};
     return words;
 }
 
@@ -129,7 +129,8 @@ bool Script::takeEndoscopy(const Step& step, Desk& desk, Endoscopy& endoscopy, b
     }
     if (name == "load-path")
         return endoscopy.load(desk, step.words[1]), true;
-    const std::set<std::string> others = {"save-path", "fly-to", "fly", "record", "cover", "look-at-patch"};
+    const std::set<std::string> others = {"save-path", "fly-to",        "fly",   "record",
+                                          "cover",     "look-at-patch", "answer"};
     if (!others.contains(name))
         return taken = false;
     if (!endoscopy.hasLine())
@@ -142,9 +143,19 @@ bool Script::takeEndoscopy(const Step& step, Desk& desk, Endoscopy& endoscopy, b
         endoscopy.measureCoverage(desk, step.words.size() > 1 && step.words[1] == "both");
     else if (name == "look-at-patch")
         endoscopy.lookAtPatch(desk, static_cast<std::size_t>(std::max(1.0, number(step, 1))) - 1);
-    else if (name == "fly-to")
+    else if (name == "answer") {
+        using Answer = Endoscopy::Answer;
+        if (!endoscopy.asks() ||
+            (step.words[1] != "fly" && step.words[1] != "stop" && step.words[1] != "cancel"))
+            refuse(step, "an answer to a question of the window: fly, stop or cancel");
+        endoscopy.answer(desk, step.words[1] == "fly"    ? Answer::fly
+                               : step.words[1] == "stop" ? Answer::stop
+                                                         : Answer::cancel);
+    } else if (name == "fly-to")
         endoscopy.flyTo(desk, number(step, 1));
     else {
+        if (endoscopy.asks())
+            refuse(step, "an answer first (answer fly, stop or cancel)");
         const int pictures = static_cast<int>(number(step, 1));
         if (turned_ > 0 && desk.state().pictures == pictures_)
             return false; // the picture of the step before is not there yet
@@ -207,6 +218,8 @@ bool Script::take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Wind
         return desk.showPanels = word(1) == "on", true;
     if (name == "help")
         return desk.showHelp = word(1) == "on", true;
+    if (name == "scale-bar")
+        return desk.savesScaleBar = word(1) == "on", true;
     if (name == "levels")
         return desk.showLevels = word(1) == "on", true;
     if (name == "planes")
@@ -302,10 +315,10 @@ bool Script::take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Wind
             std::printf("picked nothing\n");
     } else if (name == "picture") {
         if (step.words.size() < 3)
-            return desk.viewing().saveScreenshot(word(1)), true;
+            return desk.viewing().saveScreenshot(word(1), desk.savesScaleBar), true;
         Scene larger = desk.scene();
         larger.imageSize *= static_cast<int>(std::clamp(number(step, 2), 1.0, 64.0));
-        desk.viewing().saveStill(larger, word(1));
+        desk.viewing().saveStill(larger, word(1), desk.savesScaleBar);
     } else if (name == "scene") {
         writeOutputFile(word(1), sceneJson(desk.scene()) + "\n");
     } else if (name == "print") {
@@ -317,6 +330,8 @@ bool Script::take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Wind
             if (const ShownPicture* const p = desk.picture())
                 std::printf("last picture: %d x %d in %.1f ms\n", p->image.size.x, p->image.size.y,
                             p->drawingMs);
+        } else if (word(1) == "message") {
+            std::printf("message: %s\n", desk.message() ? desk.message()->text.c_str() : "");
         } else if (word(1) == "memory") {
             std::printf("pictures %llu, resident %zu KiB, GL objects %d\n",
                         static_cast<unsigned long long>(s.pictures), residentKib(), window.countGlObjects());

@@ -3,6 +3,7 @@
 
 #include "core/number_text.h"
 #include "viewer/window/boxes.h"
+#include "viewer/window/overlays.h" // drawScaleBar
 
 #include <algorithm>
 #include <cmath>
@@ -190,6 +191,8 @@ void SlicePanel::draw(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area
             draw.AddText(at({view.from.x + 5, view.from.y + 18}), kPlaneText,
                          (narrow && !value.empty() ? value + "\n" + windowText : both).c_str());
         }
+        drawScaleBar(draw, view, scaleBarOf(frame.mmPerPixel, view.pixels().x),
+                     view.from.x + view.size.x - 24);
         if (shown_ && !shown_->fine)
             draw.AddText(at({view.from.x + 5, view.from.y + view.size.y - 18}), IM_COL32(255, 190, 70, 255),
                          "coarse");

@@ -22,7 +22,7 @@ void renderOnePicture(const RenderTask& task) {
         options.onFirstPicture = [&](const Image& image, double secondsLeft) {
             first.write(image, secondsLeft);
         };
-    const RenderResult result = renderScene(task.scene, task.store, task.ram, task.gpu, options);
+    RenderResult result = renderScene(task.scene, task.store, task.ram, task.gpu, options);
     if (arguments.fetch == "hardware" && result.engine == EngineKind::native)
         common.note("--fetch hardware: the native engine fetches exactly");
     if (result.takenAsHu)
@@ -33,10 +33,15 @@ void renderOnePicture(const RenderTask& task) {
 
     common.progress->stage("writing the picture");
     nlohmann::json report = makeManifest(task.scene, task.store, result, task.ram, task.gpu);
+    const bool blank = isBlank(result.image); // of the volume: a bar is none of it
+    if (arguments.scaleBar) {
+        const ScaleBar bar = scaleBarOf(result.camera, result.image.size);
+        drawScaleBar(result.image, bar);
+        report["scaleBar"] = scaleBarJson(bar);
+    }
     writePicture(arguments.out, result.image, task.scene.background, manifestText(report));
 
     common.progress->end();
-    const bool blank = isBlank(result.image);
     if (blank)
         warnBlank(task, result);
     const std::vector<std::string> lines =

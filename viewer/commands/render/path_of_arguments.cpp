@@ -23,6 +23,7 @@ void checkTurnOptions(const RenderArguments& a) {
                                        {a.unfold, "--unfold"},
                                        {a.mayLeak, "--may-leak"},
                                        {!a.first.empty(), "--first"},
+                                       {a.scaleBar, "--scale-bar"},
                                        {a.explain, "--explain"}})
         if (said)
             throw badFile(option, std::string("no ") + option + " beside --turn", option);
@@ -76,6 +77,7 @@ void checkFilmOptions(const RenderArguments& a) {
                                        {!a.projection.empty(), "--projection"},
                                        {a.mmPerPixel > 0, "--mm-per-pixel"},
                                        {!a.first.empty(), "--first"},
+                                       {a.scaleBar, "--scale-bar"},
                                        {a.explain, "--explain"}})
         if (said)
             throw badFile(option, std::string("no ") + option + " beside --path, which has the cameras",

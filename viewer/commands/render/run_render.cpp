@@ -4,7 +4,7 @@
 #include "bricking/store/store_reader.h"
 #include "core/error.h"
 #include "core/lumen_wall.h"
-#include "core/path.h"
+#include "core/path_text.h"
 #include "render/plan/memory_plan.h" // renderFloorBytes
 #include "render/renderer.h"
 #include "viewer/commands/render/body_crop.h"
@@ -78,7 +78,7 @@ void showWallWhereNothingIsNamed(const RenderArguments& arguments, const Path& p
 void refuseLeaks(const RenderArguments& arguments, const Path& path) {
     if (arguments.unfold && path.lumen && path.lumen->leaks && !arguments.mayLeak)
         throw badFile(arguments.path, "a path whose lumen does not leak, or --may-leak beside --unfold",
-                      "one whose lumen leaks (\"lumen\", \"leaks\"): lines may lie outside of it");
+                      "one whose lumen leaks (\"lumen\", \"leaks\"): " + doubtText(*path.lumen));
 }
 
 } // namespace
@@ -90,6 +90,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     if (!arguments.path.empty()) {
         path = loadPath(arguments.path);
         refuseLeaks(arguments, *path);
+        if (const std::string doubt = path->lumen ? doubtText(*path->lumen) : ""; !doubt.empty())
+            common.note(arguments.path + ": " + doubt);
     }
     if (arguments.isFilm())
         checkFilmOutput(arguments.out);

@@ -95,14 +95,6 @@ int parseSamples(const std::string& text) {
     return static_cast<int>(samples);
 }
 
-/// A preset by name stays a name, so that its function suits the volume's values.
-void applyBuiltInPreset(const std::string& name, Scene& scene) {
-    Preset preset = builtInPreset(name);
-    preset.unit = PresetUnit::any;
-    applyPreset(preset, scene);
-    scene.volumes.front().transferFunction = name;
-}
-
 /// A preset of a file, or one that was kept: its function, and all that it says of light, mode and cuts.
 void applyFoundPreset(const std::string& text, Scene& scene, const CommonOptions& common) {
     try {
@@ -152,8 +144,8 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
     if (!arguments.preset.empty()) {
         if (isOwnOrFile(arguments.preset))
             applyFoundPreset(arguments.preset, scene, common);
-        else
-            applyBuiltInPreset(arguments.preset, scene);
+        else // a name stays a name, so that its function suits the volume's values
+            applyBuiltInPreset(arguments.preset, arguments.preset, scene);
     }
     if (!arguments.light.empty()) { // wins over the preset's
         indexOfName(arguments.light, lookNames(), "--light");
