@@ -8,6 +8,7 @@
 #include "bricking/lumen/nearest_voxels.h"
 #include "bricking/lumen/quiet_values.h"
 #include "bricking/lumen/seed_threshold.h"
+#include "bricking/lumen/thin_branches.h"
 #include "core/error.h"
 
 #include <algorithm>
@@ -63,6 +64,7 @@ class Finder {
         }
         found_.lumen = {rule_.threshold, rule_.below ? Lumen::Side::below : Lumen::Side::above, takenOff_,
                         found_.evidence.leaks};
+        found_.lumen.branchesTo = branchesTo_;
         found_.lumen.surface = surface();
         progress_.end();
         return std::move(found_);
@@ -175,16 +177,20 @@ class Finder {
                 found_.evidence.leaks = true;
                 return std::nullopt;
             }
+        if (request_.tree) {
+            around.rule = rule_;
+            branchesTo_ = addThinBranches(*values_, guarded.grown, around, before.threshold, ram_).to;
+        }
         return std::move(guarded.grown);
     }
 
     /// Beyond a tightened threshold, as far from the lumen's value as the volume's noise reaches: nearer,
-    /// noise in the lumen is stones in a picture. No further than what was half way.
+    /// noise in the lumen is stones in a picture, or thin branches closed. No further than what was half way.
     std::optional<double> surface() const {
         const LumenEvidence& evidence = found_.evidence;
-        if (!(takenOff_ > 0) || !evidence.leaksAt || evidence.leaks)
+        if (!evidence.leaksAt || evidence.leaks || !(takenOff_ > 0 || branchesTo_))
             return std::nullopt;
-        const double tight = std::abs(rule_.threshold - evidence.lumen),
+        const double tight = std::abs(branchesTo_.value_or(rule_.threshold) - evidence.lumen),
                      wide = std::abs(*evidence.leaksAt - evidence.lumen);
         return evidence.lumen +
                (rule_.below ? 1 : -1) * std::clamp(kNoisesShown * takenOff_, tight, std::max(tight, wide));
@@ -319,6 +325,7 @@ class Finder {
     const glm::dmat4 toMm_, toVoxel_;
     LumenRule rule_;
     SeedNeighbourhood around_; // of the first seed
+    std::optional<double> branchesTo_;
     std::vector<ChainPiece> pieces_;
     Centrelines found_;
 };

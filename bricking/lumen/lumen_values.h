@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <glm/vec3.hpp>
 #include <limits>
 
@@ -23,6 +24,13 @@ struct LumenRule {
         return below ? threshold - value : std::min(value - threshold, brightest - value);
     }
     bool takes(double value) const { return depth(value) > 0; }
+    /// Wide enough for a value on the wall's side of the threshold.
+    LumenRule orTaking(double value) const {
+        LumenRule wider = *this;
+        if (below ? value >= threshold : value <= threshold)
+            wider.threshold = below ? std::nextafter(value, 1e300) : std::nextafter(value, -1e300);
+        return wider;
+    }
 };
 
 /// Reads level 0 through a cache; one thread's. Holds up to eight chunks.
