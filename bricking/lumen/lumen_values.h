@@ -24,11 +24,11 @@ struct LumenRule {
         return below ? threshold - value : std::min(value - threshold, brightest - value);
     }
     bool takes(double value) const { return depth(value) > 0; }
-    /// Wide enough for a value on the wall's side of the threshold.
+    /// Wide enough for a value on the wall's side of the threshold, and a hundredth of the way more.
     LumenRule orTaking(double value) const {
         LumenRule wider = *this;
-        if (below ? value >= threshold : value <= threshold)
-            wider.threshold = below ? std::nextafter(value, 1e300) : std::nextafter(value, -1e300);
+        if (const double way = value - threshold; below ? way >= 0 : way <= 0)
+            wider.threshold += 1.01 * way + (below ? 1e-6 : -1e-6) * std::abs(value);
         return wider;
     }
 };

@@ -81,7 +81,8 @@ TEST(ThinBranches, AreFollowedThroughNarrowPlacesAndLeaksAreNot) {
             for (const glm::dvec3& p : points)
                 EXPECT_LT(p.x, 6) << "no line through the hole";
             for (const CentreLine& line : tree.lines)
-                EXPECT_THAT(line.radiusMm, ::testing::Each(::testing::Gt(0))) << "inside";
+                EXPECT_THAT(line.radiusMm, ::testing::Each(::testing::Gt(0)))
+                    << "inside; narrow " << narrow << ", noise " << deviation;
             ASSERT_TRUE(tree.lumen.branchesTo) << text;
             EXPECT_GT(*tree.lumen.branchesTo, tree.lumen.threshold);
             EXPECT_LT(*tree.lumen.branchesTo, *tree.evidence.leaksAt);
