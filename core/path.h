@@ -45,6 +45,8 @@ struct Lumen {
     bool unsure = false; // the threshold hardly differs from the noise of values in the lumen
     /// Where the volume's own values, noise and all, show the wall; none: at the threshold.
     std::optional<double> surface = {};
+    /// Thin branches of a tree were followed to this value, beyond the threshold; none: there were none.
+    std::optional<double> branchesTo = {};
     double shownAt() const { return surface.value_or(threshold); }
     bool operator==(const Lumen&) const = default;
 };

@@ -17,7 +17,8 @@ using Keys = std::vector<std::string>;
 
 const Keys kPathKeys = {"tesseraPath", "volume", "lumen", "lines", "keyframes", "flight", "framesPerSecond"};
 const Keys kVolumeOfPathKeys = {"contentHash", "size"};
-const Keys kLumenKeys = {"threshold", "side", "noise", "leaks", "leavesAt", "unsure", "surface"};
+const Keys kLumenKeys = {"threshold", "side",   "noise",   "leaks",
+                         "leavesAt",  "unsure", "surface", "branchesTo"};
 const Keys kSideNames = {"below", "above"}; // in the order of Lumen::Side
 const Keys kLineKeys = {"name", "count", "spacing", "points", "radius", "parent", "leavesAt"};
 const Keys kKeyframeKeys = {"time",     "place", "easing", "camera", "look", "transferFunction",
@@ -59,6 +60,8 @@ Lumen parseLumen(const JsonValue& value) {
         lumen.noise = value.at("noise").number(0, 1e30);
     if (value.has("surface"))
         lumen.surface = value.at("surface").number();
+    if (value.has("branchesTo"))
+        lumen.branchesTo = value.at("branchesTo").number();
     if (value.has("leaks"))
         lumen.leaks = value.at("leaks").boolean();
     if (value.has("leavesAt"))
@@ -275,6 +278,8 @@ std::string pathJson(const Path& path) {
             lumen["noise"] = path.lumen->noise;
         if (path.lumen->surface)
             lumen["surface"] = *path.lumen->surface;
+        if (path.lumen->branchesTo)
+            lumen["branchesTo"] = *path.lumen->branchesTo;
         if (path.lumen->leaks)
             lumen["leaks"] = true;
         if (path.lumen->leavesAtMm)

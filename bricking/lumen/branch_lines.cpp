@@ -118,9 +118,12 @@ LumenBranches branchLines(const LumenGraph& graph, const std::vector<LumenLimb>&
             chain.mm.push_back(along(parent.line, own.leavesAtMm));
             rules.holdFirst = true;
         }
-        for (const glm::ivec3& voxel : graph.voxelChain(limb.nodes, from, to))
+        LumenRule here = rule; // a thin branch's lumen goes as far as the way through it does
+        for (const glm::ivec3& voxel : graph.voxelChain(limb.nodes, from, to)) {
             chain.mm.push_back(shape.middleOf(voxel));
-        own.line = centrePath(shape, {chain}, values, rule, rules);
+            here = here.orTaking(values.voxel(voxel));
+        }
+        own.line = centrePath(shape, {chain}, values, here, rules);
         out.leastTurnMm = std::min(out.leastTurnMm, own.line.leastTurnMm);
     }
     // parents first: a limb's pieces between its forks, each the child of the one before

@@ -8,6 +8,7 @@
 #include "bricking/lumen/nearest_voxels.h"
 #include "bricking/lumen/quiet_values.h"
 #include "bricking/lumen/seed_threshold.h"
+#include "bricking/lumen/thin_branches.h"
 #include "core/error.h"
 
 #include <algorithm>
@@ -74,6 +75,7 @@ class Finder {
         found_.lumen = {rule_.threshold, rule_.below ? Lumen::Side::below : Lumen::Side::above, takenOff_,
                         found_.evidence.leaks};
         found_.lumen.unsure = !found_.evidence.clear(rule_.threshold);
+        found_.lumen.branchesTo = branchesTo_;
         found_.lumen.surface = surface();
     }
 
@@ -200,16 +202,20 @@ class Finder {
                 found_.evidence.leaks = true;
                 return std::nullopt;
             }
+        if (request_.tree) {
+            around.rule = rule_;
+            branchesTo_ = addThinBranches(*values_, guarded.grown, around, before.threshold, ram_).to;
+        }
         return std::move(guarded.grown);
     }
 
     /// Beyond a tightened threshold, as far from the lumen's value as the volume's noise reaches: nearer,
-    /// noise in the lumen is stones in a picture. No further than what was half way.
+    /// noise in the lumen is stones in a picture, or thin branches closed. No further than what was half way.
     std::optional<double> surface() const {
         const LumenEvidence& evidence = found_.evidence;
-        if (!(takenOff_ > 0) || !evidence.leaksAt || evidence.leaks)
+        if (!evidence.leaksAt || evidence.leaks || !(takenOff_ > 0 || branchesTo_))
             return std::nullopt;
-        const double tight = std::abs(rule_.threshold - evidence.lumen),
+        const double tight = std::abs(branchesTo_.value_or(rule_.threshold) - evidence.lumen),
                      wide = std::abs(*evidence.leaksAt - evidence.lumen);
         return evidence.lumen +
                (rule_.below ? 1 : -1) * std::clamp(kNoisesShown * takenOff_, tight, std::max(tight, wide));
@@ -345,6 +351,7 @@ class Finder {
     LumenRule rule_;
     std::optional<LumenRule> surely_; // where rule_ leaks: one that does not
     SeedNeighbourhood around_;        // of the first seed
+    std::optional<double> branchesTo_;
     std::vector<ChainPiece> pieces_;
     Centrelines found_;
 };

@@ -146,9 +146,11 @@ bool LumenShape::staysInside(const glm::dvec3& fromMm, const glm::dvec3& toMm, L
                              const LumenRule& rule) const {
     const glm::dvec3 from = voxelOf(fromMm), to = voxelOf(toMm);
     const int count = std::max(1, static_cast<int>(std::ceil(glm::length(to - from) / kLookStep)));
-    for (int i = 0; i <= count; ++i)
-        if (!values.inside(from + (to - from) * (static_cast<double>(i) / count), rule))
+    for (int i = 0; i <= count; ++i) {
+        const glm::dvec3 place = from + (to - from) * (static_cast<double>(i) / count);
+        if (!voxels_.containsPlace(place) || !values.inside(place, rule))
             return false;
+    }
     return true;
 }
 

@@ -37,7 +37,8 @@ class LumenShape {
     /// affine, then back along that way to where the trilinear values cross the threshold; within four voxels
     /// of the wall the least of this and of 42 rays to where they do.
     double wallMm(const glm::dvec3& mm, LumenValues& values, const LumenRule& rule) const;
-    /// Whether all of a straight line is lumen by its trilinear values, looked at every quarter of a voxel.
+    /// Whether all of a straight line is lumen, by its voxels and by its trilinear values, looked at every
+    /// quarter of a voxel.
     bool staysInside(const glm::dvec3& fromMm, const glm::dvec3& toMm, LumenValues& values,
                      const LumenRule& rule) const;
 

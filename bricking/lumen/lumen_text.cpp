@@ -35,6 +35,8 @@ std::string lumenText(const Centrelines& found, const std::string& unit) {
     else
         text += ", half way from " + valueText(evidence.lumen, "") + " in it to " +
                 valueText(evidence.wall, "") + " around it";
+    if (found.lumen.branchesTo)
+        text += "; thin branches to " + valueText(*found.lumen.branchesTo, unit);
     if (found.lumen.noise > 0)
         text += "; noise of " + valueText(evidence.noise, unit) + ", smoothed to " +
                 valueText(evidence.noiseLeft, unit);

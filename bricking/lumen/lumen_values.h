@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <glm/vec3.hpp>
 #include <limits>
 
@@ -23,6 +24,13 @@ struct LumenRule {
         return below ? threshold - value : std::min(value - threshold, brightest - value);
     }
     bool takes(double value) const { return depth(value) > 0; }
+    /// Wide enough for a value on the wall's side of the threshold, and a hundredth of the way more.
+    LumenRule orTaking(double value) const {
+        LumenRule wider = *this;
+        if (const double way = value - threshold; below ? way >= 0 : way <= 0)
+            wider.threshold += 1.01 * way + (below ? 1e-6 : -1e-6) * std::abs(value);
+        return wider;
+    }
 };
 
 /// Reads level 0 through a cache; one thread's. Holds up to eight chunks.

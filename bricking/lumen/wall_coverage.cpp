@@ -6,6 +6,7 @@
 #include "bricking/lumen/lumen_parts.h"
 #include "bricking/lumen/quiet_values.h"
 #include "bricking/lumen/seed_threshold.h"
+#include "bricking/lumen/thin_branches.h"
 #include "bricking/lumen/unseen_patches.h"
 #include "bricking/lumen/wall_faces.h"
 #include "core/error.h"
@@ -176,16 +177,25 @@ class Measuring {
             }
         if (seeds.empty())
             throw badFile(request_.where, "a line with places in a lumen", "bridges alone");
-        rule_ = neighbourhoodOf(values, seeds.front(), request_.lumen.threshold).rule;
+        const SeedNeighbourhood here = neighbourhoodOf(values, seeds.front(), request_.lumen.threshold);
+        rule_ = here.rule;
         rule_.brightest = std::max(
             rule_.brightest, neighbourhoodOf(values, seeds.back(), request_.lumen.threshold).rule.brightest);
         auto parts = std::make_unique<LumenParts>(field_->cache(), info_, rule_, ram_, progress_);
         std::size_t inside = 0;
+        const LumenPart* first = nullptr; // what thin branches hang on
         for (const glm::dvec3& seed : seeds)
             if (const glm::ivec3 voxel(glm::floor(seed)); rule_.takes(values.voxel(voxel))) {
-                parts->partOf(voxel);
+                LumenPart& part = parts->partOf(voxel);
+                if (!first && request_.lumen.branchesTo) {
+                    SeedNeighbourhood around = here;
+                    around.rule = rule_;
+                    addThinBranches(values, part.grown, around, *request_.lumen.branchesTo, ram_);
+                }
+                first = first ? first : &part;
                 ++inside;
-            }
+            } else if (first && first->grown.voxels.contains(voxel))
+                ++inside;
         if (rule_.below != (request_.lumen.side == Lumen::Side::below) || 2 * inside < seeds.size())
             throw badFile(
                 request_.where, "a line in the lumen of this volume",

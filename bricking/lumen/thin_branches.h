@@ -1,0 +1,33 @@
+// bricking/lumen/thin_branches.h: what a guarded threshold leaves out of a tree: branches that begin, or have
+// a place, where walls shine in from both sides or noise stands in the way. Leaks are dammed where they are.
+#pragma once
+
+#include "bricking/lumen/grow_lumen.h"
+#include "bricking/lumen/seed_threshold.h"
+
+#include <optional>
+
+namespace tessera {
+
+struct ThinBranches {
+    std::uint64_t voxels = 0; ///< that the lumen got
+    std::size_t branches = 0; ///< pieces of it
+    std::size_t leaks = 0;    ///< places that were dammed
+    std::optional<double>
+        to; ///< the value that the last piece was reached at, physical units; none: no piece
+};
+
+/// A flood goes on from the lumen, voxel by voxel in the order of their values (as Meyer's watershed), from
+/// its threshold to another. Behind a voxel it fills what is deeper, lowest first. A piece that is full
+/// before it runs over into more than 3000 mm3 is a branch where what borders it stands out of it, by more
+/// than noise does: a wall. Else the voxel is a dam. Branches of 8 mm3 and more become lumen, with up to 6 mm
+/// of way to them.
+/// @param lumen  grown with around.rule
+/// @param around  a seed: its value, and the noise that is left there
+/// @param to  threshold at which the flood ends, physical units, no stricter than the rule's
+/// Throws InputError naming the ledger's option where what it visits does not fit, Interrupted, and what
+/// reading throws.
+ThinBranches addThinBranches(LumenValues& values, GrownLumen& lumen, const SeedNeighbourhood& around,
+                             double to, Ledger& ram);
+
+} // namespace tessera
