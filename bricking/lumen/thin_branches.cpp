@@ -15,7 +15,7 @@
 namespace tessera {
 namespace {
 
-constexpr double kMostBranchMm3 = 3000; // with what hangs on it; more is a lung
+constexpr double kMostBranchMm3 = 1000; // with what hangs on it; more is a lung
 constexpr std::size_t kMostBranchVoxels = 30000;
 constexpr double kLeastBranchMm3 = 8; // and at least ...
 constexpr std::size_t kLeastBranchVoxels = 6;

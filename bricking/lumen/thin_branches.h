@@ -19,7 +19,7 @@ struct ThinBranches {
 
 /// A flood goes on from the lumen, voxel by voxel in the order of their values (as Meyer's watershed), from
 /// its threshold to another. Behind a voxel it fills what is deeper, lowest first. A piece that is full
-/// before it runs over into more than 3000 mm3 is a branch where what borders it stands out of it, by more
+/// before it runs over into more than 1000 mm3 is a branch where what borders it stands out of it, by more
 /// than noise does: a wall. Else the voxel is a dam. Branches of 8 mm3 and more become lumen, with up to 6 mm
 /// of way to them.
 /// @param lumen  grown with around.rule
