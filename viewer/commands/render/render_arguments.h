@@ -30,7 +30,8 @@ struct RenderArguments {
     double framesPerSecond = 0, speed = 0, seconds = 0; // 0: as the path says
     std::optional<double> turn;                         // degrees, not 0; of turntables
     bool unfold = false, mayLeak = false;
-    bool noShading = false, noSkipping = false, noCheck = false, explain = false, json = false, scaleBar = false;
+    bool noShading = false, noSkipping = false, noCheck = false, explain = false, json = false,
+         scaleBar = false;
     ModeOptions mode;
     InputOptions input;
 
