@@ -62,18 +62,21 @@ fi
 echo
 "$tessera" info "$store"
 echo
+preset=auto crop=()
+if "$tessera" info "$store" --json --quiet | grep -q '"unit": "HU"'; then
+    preset=skin crop=(--crop body) # without the table
+fi
 pictures=()
 for view in anterior left posterior; do
     picture=$out/$name-$view.png
-    "$tessera" render "$store" -o "$picture" --view "$view" --light studio
+    "$tessera" render "$store" -o "$picture" --view "$view" --light studio "${crop[@]}"
     pictures+=("$picture")
 done
 echo "Pictures:"
 printf '    %s\n' "${pictures[@]}"
 
-if "$tessera" info "$store" --json --quiet | grep -q '"unit": "HU"'; then preset=skin; else preset=auto; fi
 echo "Try next:"
 echo "    $tessera view $store"
-echo "    $tessera render $store -o $out/$name-$preset.png --preset $preset --view right"
+echo "    $tessera render $store -o $out/$name-$preset.png --preset $preset --view right ${crop[*]}"
 echo "    $tessera render $store -o $out/$name-small-budget.png --gpu-memory 16MiB --explain"
 echo "    $tessera render $store -o $out/$name-large.exr --size 1024x1024 --projection parallel --background transparent"
