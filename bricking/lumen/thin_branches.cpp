@@ -117,7 +117,7 @@ class Flood {
             const glm::ivec3 corner = kChunkExtent * gridPosition(chunk, lumen_.voxels.chunks());
             for (int row = 0; row < kRowsPerChunk; ++row) {
                 const std::uint32_t bits = lumen_.voxels.row(chunk, row);
-                for (int x = 0; bits >> x && x < kChunkExtent; ++x)
+                for (int x = 0; x < kChunkExtent && bits >> x; ++x)
                     if (bits >> x & 1u)
                         for (std::size_t step = 0; step < 6; ++step)
                             if (const glm::ivec3 v = corner +

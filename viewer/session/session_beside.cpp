@@ -51,11 +51,11 @@ void SessionThread::startSaving(const SessionWishes::Save& save) {
 void SessionThread::finishSaving() {
     FinishedStill finished = open_->still->take();
     open_->still.reset();
-    const auto [path, scaleBar] = *std::exchange(saving_, {});
+    const Saving to = *std::exchange(saving_, {});
     std::string problem = finished.problem;
     if (finished.picture)
         try {
-            savePicture(path, *finished.picture, scaleBar);
+            savePicture(to.path, *finished.picture, to.scaleBar);
         } catch (const Error& e) {
             problem = e.what();
         }
@@ -64,7 +64,7 @@ void SessionThread::finishSaving() {
         if (!problem.empty())
             news.state.problem = problem;
         else if (finished.picture)
-            news.notice = "wrote the picture " + path.string();
+            news.notice = "wrote the picture " + to.path.string();
     });
 }
 
