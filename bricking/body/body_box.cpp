@@ -7,13 +7,11 @@
 #include "core/interrupt.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <utility>
 #include <vector>
 
 namespace tessera {

@@ -1,65 +1,19 @@
 // bricking/lumen/lumen_distance.cpp: distances of a lumen's blocks to what is none, and chains of voxels
 // through blocks. See lumen_graph.h.
 //
-// The squared distance is that of Felzenszwalb and Huttenlocher (Theory of Computing 8, 2012): along one axis
-// after the other the lower envelope of parabolas. What lies behind the first block that is not lumen is
-// never nearer than that block, so that each run of blocks of the lumen is a transform of its own, and
-// nothing is kept for blocks outside.
+// The squared distance is found along one axis after the other (core/lower_envelope.h). What lies behind the
+// first block that is not lumen is never nearer than that block, so that each run of blocks of the lumen is a
+// transform of its own, and nothing is kept for blocks outside.
 #include "bricking/lumen/lumen_graph.h"
 #include "core/error.h"
 #include "core/interrupt.h"
+#include "core/lower_envelope.h"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
 
 namespace tessera {
-namespace {
-
-/// In place: f[i] = min over j of (i - j)^2 step^2 + f[j], for a run with an outside (0) at either end.
-class Envelope {
-  public:
-    void transform(std::vector<double>& f, double step) {
-        const std::size_t n = f.size();
-        parabola_.resize(n);
-        border_.resize(n + 1);
-        const double unit = step * step;
-        std::size_t last = 0;
-        parabola_[0] = 0;
-        border_[0] = -1e30;
-        border_[1] = 1e30;
-        for (std::size_t q = 1; q < n; ++q) {
-            if (std::isinf(f[q]))
-                continue;
-            const auto meets = [&](std::size_t p) { // where parabola q gets below p
-                const auto a = static_cast<double>(q), b = static_cast<double>(p);
-                return (f[q] - f[p] + unit * (a * a - b * b)) / (2 * unit * (a - b));
-            };
-            double s = meets(parabola_[last]);
-            while (s <= border_[last])
-                s = meets(parabola_[--last]);
-            parabola_[++last] = q;
-            border_[last] = s;
-            border_[last + 1] = 1e30;
-        }
-        result_.resize(n);
-        std::size_t k = 0;
-        for (std::size_t q = 0; q < n; ++q) {
-            while (border_[k + 1] < static_cast<double>(q))
-                ++k;
-            const double away = static_cast<double>(q) - static_cast<double>(parabola_[k]);
-            result_[q] = unit * away * away + f[parabola_[k]];
-        }
-        f.swap(result_);
-    }
-
-  private:
-    std::vector<std::size_t> parabola_;
-    std::vector<double> border_, result_;
-};
-
-} // namespace
-
 void LumenGraph::measure() {
     const glm::dvec3 pitch = spacing_ * static_cast<double>(extent_);
     const auto whole = static_cast<std::uint32_t>(extent_ * extent_ * extent_);
@@ -67,7 +21,7 @@ void LumenGraph::measure() {
         return node != kNoNode && !parted(node) && 2u * filled_[node] >= whole;
     };
     wall_.assign(blocks_.size(), std::numeric_limits<float>::infinity());
-    Envelope envelope;
+    LowerEnvelope envelope;
     std::vector<LumenNode> run;
     std::vector<double> f;
     for (int axis = 0; axis < 3; ++axis)

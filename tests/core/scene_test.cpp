@@ -13,6 +13,7 @@
 #include <cmath>
 #include <ctime>
 #include <functional>
+#include <glm/geometric.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <map>
@@ -459,6 +460,24 @@ TEST(Look, AllAreReadableAndKeepWhatTheyAreNotAbout) {
         const Scene again = parseScene(sceneJson(scene), "/", "look");
         EXPECT_EQ(again.lighting, scene.lighting) << name;
     }
+}
+
+// In a lumen all is in shadow of what is around it: the lamp is at the eye, and what is deep is dark.
+TEST(Look, TheEndoscopesLampIsAtTheEyeAndFallsOff) {
+    Scene scene;
+    scene.volumes = {SceneVolume{"volume.zarr"}};
+    applyLook("endoscope", scene);
+    ASSERT_EQ(scene.lighting.lights.size(), 1u);
+    const Light& lamp = scene.lighting.lights[0];
+    EXPECT_EQ(lamp.kind, LightKind::point);
+    EXPECT_EQ(lamp.frame, LightFrame::camera);
+    EXPECT_LE(glm::length(lamp.position), 2);
+    EXPECT_FALSE(lamp.shadow);
+    const auto light = [&](double mm) {
+        return lamp.intensity / glm::dot(lamp.attenuation, glm::dvec3(1, mm, mm * mm));
+    };
+    EXPECT_GT(light(10), 0.8);
+    EXPECT_LT(light(60), 0.5 * light(10));
 }
 
 TEST(Look, RefusalsHelp) {
