@@ -47,6 +47,8 @@ struct Lumen {
     std::optional<double> surface = {};
     /// Thin branches of a tree were followed to this value, beyond the threshold; none: there were none.
     std::optional<double> branchesTo = {};
+    /// How far the values around a thin branch are beyond its own, at least: a wall, physical units.
+    std::optional<double> branchWall = {};
     double shownAt() const { return surface.value_or(threshold); }
     bool operator==(const Lumen&) const = default;
 };

@@ -17,8 +17,8 @@ using Keys = std::vector<std::string>;
 
 const Keys kPathKeys = {"tesseraPath", "volume", "lumen", "lines", "keyframes", "flight", "framesPerSecond"};
 const Keys kVolumeOfPathKeys = {"contentHash", "size"};
-const Keys kLumenKeys = {"threshold", "side",   "noise",   "leaks",
-                         "leavesAt",  "unsure", "surface", "branchesTo"};
+const Keys kLumenKeys = {"threshold", "side",    "noise",      "leaks",     "leavesAt",
+                         "unsure",    "surface", "branchesTo", "branchWall"};
 const Keys kSideNames = {"below", "above"}; // in the order of Lumen::Side
 const Keys kLineKeys = {"name", "count", "spacing", "points", "radius", "parent", "leavesAt"};
 const Keys kKeyframeKeys = {"time",     "place", "easing", "camera", "look", "transferFunction",
@@ -62,6 +62,8 @@ Lumen parseLumen(const JsonValue& value) {
         lumen.surface = value.at("surface").number();
     if (value.has("branchesTo"))
         lumen.branchesTo = value.at("branchesTo").number();
+    if (value.has("branchWall"))
+        lumen.branchWall = value.at("branchWall").number();
     if (value.has("leaks"))
         lumen.leaks = value.at("leaks").boolean();
     if (value.has("leavesAt"))
@@ -280,6 +282,8 @@ std::string pathJson(const Path& path) {
             lumen["surface"] = *path.lumen->surface;
         if (path.lumen->branchesTo)
             lumen["branchesTo"] = *path.lumen->branchesTo;
+        if (path.lumen->branchWall)
+            lumen["branchWall"] = *path.lumen->branchWall;
         if (path.lumen->leaks)
             lumen["leaks"] = true;
         if (path.lumen->leavesAtMm)

@@ -21,6 +21,8 @@ namespace tessera {
 namespace {
 
 constexpr double kNoisesShown = 6; // from the lumen's value to where its wall is drawn
+constexpr int kMostJudged = 3;
+constexpr std::uint64_t kBlocksOfWidth = 20000;
 constexpr double kLeftMm = 2; // beside what is surely lumen, a line has left it: no single voxel of noise
 
 std::string placeText(const glm::dvec3& mm) {
@@ -58,9 +60,14 @@ class Finder {
         for (const CentrelineSeed& seed : request_.seeds)
             requireInVolume(seed);
         findRule();
+        requireInLumen();
         progress_.stage("growing the lumen");
         const glm::ivec3 first = *voxelOf(request_.seeds.front());
         std::optional<GrownLumen> grown = growFirst(first);
+        if (request_.tree && !request_.threshold && rule_.below && grown)
+            judgeWhereWidest(grown, first);
+        if (request_.tree && grown && found_.evidence.leaksAt)
+            addThinBranchesTo(*grown);
         LumenParts parts(field_.cache(), info_, rule_, ram_, progress_);
         LumenPart& part = grown ? parts.add(std::move(*grown)) : parts.partOf(first);
         if (request_.tree)
@@ -76,6 +83,7 @@ class Finder {
                         found_.evidence.leaks};
         found_.lumen.unsure = !found_.evidence.clear(rule_.threshold);
         found_.lumen.branchesTo = branchesTo_;
+        found_.lumen.branchWall = branchWall_;
         found_.lumen.surface = surface();
     }
 
@@ -95,9 +103,8 @@ class Finder {
         return std::nullopt;
     }
 
-    glm::dvec3 placeOf(const CentrelineSeed& seed) const {
-        return glm::dvec3(toVoxel_ * glm::dvec4(seed.mm, 1));
-    }
+    glm::dvec3 placeOf(const CentrelineSeed& seed) const { return placeOf(seed.mm); }
+    glm::dvec3 placeOf(const glm::dvec3& mm) const { return glm::dvec3(toVoxel_ * glm::dvec4(mm, 1)); }
     glm::dvec3 mmOf(const glm::ivec3& voxel) const {
         return glm::dvec3(toMm_ * glm::dvec4(glm::dvec3(voxel) + 0.5, 1));
     }
@@ -123,6 +130,8 @@ class Finder {
     }
 
     SeedNeighbourhood near(const CentrelineSeed& seed) {
+        if (judgedAt_)
+            return neighbourhoodOf(*values_, glm::dvec3(*judgedAt_) + 0.5, seed.name);
         return request_.threshold ? neighbourhoodOf(*values_, placeOf(seed), *request_.threshold)
                                   : neighbourhoodOf(*values_, placeOf(seed), seed.name);
     }
@@ -130,6 +139,7 @@ class Finder {
     /// Where values are noisy around a seed, all that follows is decided on values without that noise.
     void takeNoiseOff() {
         bool noisy = false;
+        takenOff_ = 0;
         for (const CentrelineSeed& seed : request_.seeds) {
             if (seed.mayBridge)
                 continue;
@@ -171,14 +181,17 @@ class Finder {
             }
         }
         TESSERA_CHECK(first);
-        for (const CentrelineSeed& seed : request_.seeds)
-            if (!seed.mayBridge && !voxelOf(seed))
-                throw badFile(seed.name, "a place in the lumen, " + ruleText(),
-                              numberText(values_->at(placeOf(seed))) + " at " + placeText(seed.mm));
         found_.evidence.lumen = around_.lumen;
         found_.evidence.wall = around_.wall;
         found_.evidence.noiseLeft = around_.noise;
         found_.evidence.given = request_.threshold.has_value();
+    }
+
+    void requireInLumen() {
+        for (const CentrelineSeed& seed : request_.seeds)
+            if (!seed.mayBridge && !voxelOf(seed))
+                throw badFile(seed.name, "a place in the lumen, " + ruleText(),
+                              numberText(values_->at(placeOf(seed))) + " at " + placeText(seed.mm));
     }
 
     /// What hangs together with the first seed, with a threshold that does not leak, whoever chose it; none
@@ -202,11 +215,49 @@ class Finder {
                 found_.evidence.leaks = true;
                 return std::nullopt;
             }
-        if (request_.tree) {
-            around.rule = rule_;
-            branchesTo_ = addThinBranches(*values_, guarded.grown, around, before.threshold, ram_).to;
-        }
         return std::move(guarded.grown);
+    }
+
+    /// Every seed of a lumen gives one tree where all judge its values at one place: where it is widest.
+    void judgeWhereWidest(std::optional<GrownLumen>& grown, const glm::ivec3& first) {
+        for (int turn = 0; turn < kMostJudged; ++turn) {
+            const glm::ivec3 widest = widestOf(*grown);
+            if (judgedAt_ == widest)
+                return;
+            judgedAt_ = widest;
+            grown.reset();
+            startAgain();
+            grown = growFirst(widest);
+            if (grown && grown->voxels.contains(first))
+                continue;
+            judgedAt_.reset(); // the seed alone tells
+            grown.reset();
+            startAgain();
+            grown = growFirst(first);
+            return;
+        }
+    }
+    void startAgain() {
+        found_.evidence = {};
+        surely_.reset();
+        values_.reset(); // it holds chunks
+        field_.unquieten();
+        values_.emplace(field_.cache(), info_);
+        findRule();
+    }
+    glm::ivec3 widestOf(const GrownLumen& grown) {
+        const LumenGraph graph(grown.voxels, info_.spacingMm(), kBlocksOfWidth, ram_);
+        LumenNode widest = 0;
+        for (LumenNode node = 1; node < graph.count(); ++node)
+            if (graph.wallMm(node) > graph.wallMm(widest))
+                widest = node;
+        return graph.someVoxel(widest);
+    }
+    void addThinBranchesTo(GrownLumen& grown) {
+        const double wall = branchWall(around_, rule_);
+        branchesTo_ = addThinBranches(*values_, grown, rule_, wall, *found_.evidence.leaksAt, ram_).to;
+        if (branchesTo_)
+            branchWall_ = wall;
     }
 
     /// Beyond a tightened threshold, as far from the lumen's value as the volume's noise reaches: nearer,
@@ -221,6 +272,18 @@ class Finder {
                (rule_.below ? 1 : -1) * std::clamp(kNoisesShown * takenOff_, tight, std::max(tight, wide));
     }
 
+    /// A threshold that was tightened is far from half way: radii go on to there.
+    void toWalls(const LumenShape& shape) {
+        if (!found_.evidence.leaksAt || found_.evidence.leaks)
+            return;
+        for (CentreLine& line : found_.lines)
+            for (std::size_t i = 0; i < line.points.size(); ++i)
+                if (line.radiusMm[i] > 0)
+                    line.radiusMm[i] += shape.edgeBeyondMm(
+                        line.points[i], line.radiusMm[i], *values_,
+                        rule_.orTaking(values_->at(placeOf(line.points[i]))), found_.evidence.lumen);
+    }
+
     void findTree(LumenParts& parts, LumenPart& part, const glm::ivec3& seed) {
         progress_.stage("searching the branches");
         const LumenGraph& graph = parts.graphOf(part, kBlocksOfTree);
@@ -230,6 +293,7 @@ class Finder {
                                              request_.mostGenerations, progress_.shares());
         found_.lines = std::move(branches.lines);
         found_.generations = std::move(branches.generations);
+        toWalls(part.shape);
         found_.leastTurnMm = branches.leastTurnMm;
         found_.lumenVoxels = part.grown.count;
         found_.blockVoxels = graph.blockExtent();
@@ -338,6 +402,7 @@ class Finder {
         out.spacingMm = line.spacingMm;
         found_.lines.push_back(std::move(out));
         found_.generations.push_back(0);
+        toWalls(shape);
     }
 
     const VolumeInfo& info_;
@@ -351,7 +416,8 @@ class Finder {
     LumenRule rule_;
     std::optional<LumenRule> surely_; // where rule_ leaks: one that does not
     SeedNeighbourhood around_;        // of the first seed
-    std::optional<double> branchesTo_;
+    std::optional<double> branchesTo_, branchWall_;
+    std::optional<glm::ivec3> judgedAt_; // a voxel whose surroundings say what is lumen; none: the seeds'
     std::vector<ChainPiece> pieces_;
     Centrelines found_;
 };

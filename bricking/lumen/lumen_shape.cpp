@@ -8,6 +8,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -15,7 +16,19 @@ namespace {
 constexpr double kRayStep = 0.5;   // of the smallest spacing
 constexpr double kLookStep = 0.25; // the same
 constexpr double kThin = 4;        // smallest spacings
+constexpr double kNearWalls = 1.5; // wall distances
+constexpr double kPastPeak = 0.9;  // of the peak
+constexpr double kMostEdgeMm = 3;  // from a threshold to the wall's peak
 constexpr double kFarMm = 200;     // no lumen is wider
+
+/// Where values first come to one, in steps between them; they begin below it and come to it.
+double firstAt(const std::vector<double>& values, double value) {
+    const auto at = std::find_if(values.begin() + 1, values.end(), [&](double v) { return v >= value; });
+    const auto i = std::min(at - values.begin(), std::ssize(values) - 1);
+    const double rise = *(values.begin() + i) - *(values.begin() + i - 1);
+    return static_cast<double>(i) -
+           (rise > 0 ? std::clamp((*(values.begin() + i) - value) / rise, 0.0, 1.0) : 0);
+}
 
 /// The nearest voxel of a row at or beyond x that is not in the set, going by `sign`; it lies outside the
 /// volume at the latest.
@@ -140,6 +153,37 @@ double LumenShape::wallMm(const glm::dvec3& mm, LumenValues& values, const Lumen
                 wall = cross(ray, t - step, t);
     }
     return wall;
+}
+
+double LumenShape::edgeBeyondMm(const glm::dvec3& mm, double wallMm, LumenValues& values,
+                                const LumenRule& rule, double lumen) const {
+    const glm::dvec3 place = voxelOf(mm);
+    const double step = kLookStep * smallestMm_, sign = rule.below ? 1 : -1;
+    std::vector<double> beyond;
+    std::vector<double> away; // from the lumen's value, along a ray
+    for (const glm::dvec3& direction : directions42()) {
+        const glm::dvec3 along = glm::dmat3(voxelFromPatient_) * direction * step;
+        const auto next = [&] {
+            away.push_back(sign * (values.at(place + along * static_cast<double>(away.size())) - lumen));
+            return away.back();
+        };
+        away.clear();
+        double peak = next();
+        const auto near = static_cast<std::size_t>(kNearWalls * wallMm / step);
+        while (away.size() <= near && rule.takes(lumen + sign * peak))
+            peak = next();
+        if (rule.takes(lumen + sign * peak))
+            continue;
+        const std::size_t end = away.size() + static_cast<std::size_t>(kMostEdgeMm / step);
+        while (away.size() < end && away.back() >= kPastPeak * peak)
+            peak = std::max(peak, next());
+        beyond.push_back(step * (firstAt(away, 0.5 * peak) - firstAt(away, sign * (rule.threshold - lumen))));
+    }
+    if (beyond.size() < 2)
+        return 0;
+    const auto middle = beyond.begin() + static_cast<std::ptrdiff_t>(beyond.size() / 2);
+    std::nth_element(beyond.begin(), middle, beyond.end());
+    return std::max(0.0, *middle);
 }
 
 bool LumenShape::staysInside(const glm::dvec3& fromMm, const glm::dvec3& toMm, LumenValues& values,

@@ -182,4 +182,9 @@ void LumenField::quieten(double deviation) {
     quietCache_.emplace(*quiet_, ram_, cacheBytes(1), threads_);
 }
 
+void LumenField::unquieten() {
+    quietCache_.reset();
+    quiet_.reset();
+}
+
 } // namespace tessera

@@ -37,6 +37,8 @@ class LumenField {
     /// The cache takes a quarter of what is free, 256 MiB at most; another as much where noise is taken off.
     LumenField(const ChunkSource& source, Ledger& ram, int threads);
     void quieten(double deviation);
+    /// The volume's own values again; nobody may hold chunks of cache().
+    void unquieten();
     BrickCache& cache() { return quietCache_ ? *quietCache_ : loud_; }
 
   private:

@@ -25,7 +25,7 @@ constexpr double kLeastEdge = 1 / 20.0;     // of the range of all that rays mee
 constexpr double kStayMm = 1.5;             // that a wall is thick at least ...
 constexpr int kStayVoxels = 3;              // ... or this many voxels
 constexpr double kDeviationOfHalf = 1.4826; // from the median of deviations, of a normal distribution
-constexpr double kNoisy = 1 / 30.0;         // noise, of the way from the lumen's value to the wall's
+constexpr double kNoisy = 1 / 60.0;         // noise, of the way from the lumen's value to the wall's
 
 double medianOf(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

@@ -21,6 +21,7 @@ constexpr double kLeastBranchMm3 = 8; // and at least ...
 constexpr std::size_t kLeastBranchVoxels = 6;
 constexpr double kMostWayMm = 6;    // from the lumen to a branch
 constexpr double kWallNoises = 3;   // that a branch's wall stands out of it, in noise that is left ...
+constexpr double kRounding = 1e-12; // what a value loses as a way from the threshold and back
 constexpr double kMostStands = 4;   // times that, of a voxel
 constexpr double kWallShare = 0.25; // ... and of the way from the lumen's value to the threshold
 
@@ -32,14 +33,13 @@ enum class Visit : std::uint8_t { none, lumen, waits, passed, piece, rim, leak, 
 
 class Flood {
   public:
-    Flood(LumenValues& values, GrownLumen& lumen, const SeedNeighbourhood& around, double to, Ledger& ram)
-        : values_(values), lumen_(lumen), rule_(around.rule), ram_(ram), n_(values.info().extentVoxels),
-          mm_(values.info().spacingMm()), end_(std::abs(to - around.rule.threshold)) {
+    Flood(LumenValues& values, GrownLumen& lumen, const LumenRule& rule, double wall, double to, Ledger& ram)
+        : values_(values), lumen_(lumen), rule_(rule), ram_(ram), n_(values.info().extentVoxels),
+          mm_(values.info().spacingMm()), end_(std::abs(to - rule.threshold) + kRounding * std::abs(to)),
+          wall_(wall) {
         const double voxel = mm_.x * mm_.y * mm_.z;
         most_ = std::min(kMostBranchVoxels, static_cast<std::size_t>(kMostBranchMm3 / voxel) + 1);
         least_ = std::max(kLeastBranchVoxels, static_cast<std::size_t>(kLeastBranchMm3 / voxel));
-        wall_ =
-            std::max(kWallNoises * around.noise, kWallShare * std::abs(around.rule.threshold - around.lumen));
     }
 
     ThinBranches run() {
@@ -53,7 +53,7 @@ class Flood {
             const glm::ivec3 at = gridPosition(index, n_);
             if (visitOf(state(at)) != Visit::waits)
                 continue;
-            level = std::max(level, static_cast<double>(height));
+            level = std::max(level, height);
             pass(at, level);
         }
         for (const std::size_t chunk : lumen_.voxels.filledChunks())
@@ -108,7 +108,7 @@ class Flood {
             charges_.push_back(ram_.charge(kRoom * 2 * sizeof(Waiting), "thin branches"));
             room_ += kRoom;
         }
-        queue_.emplace(static_cast<float>(height), linearIndex(v, n_));
+        queue_.emplace(height, linearIndex(v, n_));
     }
 
     /// What borders the lumen waits.
@@ -234,7 +234,7 @@ class Flood {
         ++found_.voxels;
     }
 
-    using Waiting = std::pair<float, std::size_t>;
+    using Waiting = std::pair<double, std::size_t>;
     static constexpr std::size_t kRoom = 65536;
     LumenValues& values_;
     GrownLumen& lumen_;
@@ -242,7 +242,7 @@ class Flood {
     Ledger& ram_;
     const glm::ivec3 n_;
     const glm::dvec3 mm_;
-    double end_, wall_ = 0, widest_ = 0;
+    double end_, wall_, widest_ = 0;
     std::size_t most_ = 0, least_ = 0, room_ = 0, lastChunk_ = 0;
     Cell* last_ = nullptr;
     std::unordered_map<std::size_t, std::unique_ptr<Cell>> cells_;
@@ -255,9 +255,13 @@ class Flood {
 
 } // namespace
 
-ThinBranches addThinBranches(LumenValues& values, GrownLumen& lumen, const SeedNeighbourhood& around,
+ThinBranches addThinBranches(LumenValues& values, GrownLumen& lumen, const LumenRule& rule, double wall,
                              double to, Ledger& ram) {
-    return Flood(values, lumen, around, to, ram).run();
+    return Flood(values, lumen, rule, wall, to, ram).run();
+}
+
+double branchWall(const SeedNeighbourhood& around, const LumenRule& rule) {
+    return std::max(kWallNoises * around.noise, kWallShare * std::abs(rule.threshold - around.lumen));
 }
 
 } // namespace tessera

@@ -22,12 +22,15 @@ struct ThinBranches {
 /// before it runs over into more than 1000 mm3 is a branch where what borders it stands out of it, by more
 /// than noise does: a wall. Else the voxel is a dam. Branches of 8 mm3 and more become lumen, with up to 6 mm
 /// of way to them.
-/// @param lumen  grown with around.rule
-/// @param around  a seed: its value, and the noise that is left there
+/// @param lumen  grown with the rule
+/// @param wall  how far what borders a branch stands out of it, at least, physical units
 /// @param to  threshold at which the flood ends, physical units, no stricter than the rule's
 /// Throws InputError naming the ledger's option where what it visits does not fit, Interrupted, and what
 /// reading throws.
-ThinBranches addThinBranches(LumenValues& values, GrownLumen& lumen, const SeedNeighbourhood& around,
+ThinBranches addThinBranches(LumenValues& values, GrownLumen& lumen, const LumenRule& rule, double wall,
                              double to, Ledger& ram);
+/// A wall around thin branches, as a place in the lumen has it: three times the noise that is left there, and
+/// a quarter of the way from the lumen's value to the threshold.
+double branchWall(const SeedNeighbourhood& around, const LumenRule& rule);
 
 } // namespace tessera

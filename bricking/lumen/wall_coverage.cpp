@@ -188,9 +188,8 @@ class Measuring {
             if (const glm::ivec3 voxel(glm::floor(seed)); rule_.takes(values.voxel(voxel))) {
                 LumenPart& part = parts->partOf(voxel);
                 if (!first && request_.lumen.branchesTo) {
-                    SeedNeighbourhood around = here;
-                    around.rule = rule_;
-                    addThinBranches(values, part.grown, around, *request_.lumen.branchesTo, ram_);
+                    const double wall = request_.lumen.branchWall.value_or(branchWall(here, rule_));
+                    addThinBranches(values, part.grown, rule_, wall, *request_.lumen.branchesTo, ram_);
                 }
                 first = first ? first : &part;
                 ++inside;
