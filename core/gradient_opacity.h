@@ -35,7 +35,8 @@ class GradientOpacity {
     Per per() const { return per_; }
     /// @param length  in the points' unit
     double factor(double length) const;
-    /// The same of lengths per mm. @param spacingMm  of the volume, the mean over its axes
+    /// The same of lengths per mm.
+    /// @param spacingMm  of the volume, the mean over its axes
     GradientOpacity perMm(double spacingMm) const;
     bool operator==(const GradientOpacity&) const = default;
 

@@ -85,8 +85,8 @@ struct RenderResult {
 std::shared_ptr<Engine> makeEngine(const Scene& scene, const RenderOptions& options, Ledger& ram,
                                    Ledger& gpu);
 
-/// RAM that an engine and its caller take for a pixel; the caller charges it for as long as it keeps
-/// pictures.
+/// RAM that an engine and its caller take for a pixel; the caller charges it for as long as
+/// it keeps pictures.
 std::size_t pictureBytesPerPixel(EngineKind engine);
 /// The same of pictures whose pixels have so many samples.
 std::size_t pictureBytesPerPixel(EngineKind engine, const PixelSampling& pixels);

@@ -30,8 +30,8 @@ struct SurfaceLook {
     float occlusion = 0; // extinction per mm of what lies behind, as occlusion and shadows have it
 };
 
-/// The transfer table addressed by stored values: entry = stored * scale + offset. Float, as the shader has
-/// it.
+/// The transfer table addressed by stored values: entry = stored * scale + offset. Float, as the
+/// shader has it.
 struct Optics {
     std::vector<glm::vec4> table; // rgb colour, a extinction per mm
     float scale = 0, offset = 0;
@@ -86,8 +86,8 @@ void setIntegrator(Optics& optics, Integrator integrator);
 /// Sorted as Optics has them; those that are wholly transparent are left out.
 std::vector<SurfaceLook> surfaceLooks(const std::vector<Isosurface>& surfaces, const VolumeInfo& info);
 /// preintegrated2d: makes the table of two-dimensional pre-integration, or mends it where only entries differ
-/// from those it was made of. @param segmentMm  a typical segment; layers for strides of 2^firstLayer
-/// segments and the next
+/// from those it was made of.
+/// @param segmentMm  a typical segment; layers for strides of 2^firstLayer segments and the next
 void preparePreintegration2d(Optics& optics, double segmentMm, int firstLayer, int layers);
 
 /// Beyond this, places stay; values that far outside of the table differ in nothing.
@@ -133,8 +133,8 @@ template <typename Real> Real occlusionExtinction(const Optics& o, Real stored, 
 
 template <typename Real> leaf::Material<Real> materialAt(const Optics& o, Real place);
 
-/// Light that tissue of a value sends into occlusion's rays: its material's, where it stands in the light's
-/// way.
+/// Light that tissue of a value sends into occlusion's rays: its material's, where it stands in
+/// the light's way.
 template <typename Real> glm::vec<3, Real> occlusionEmission(const Optics& o, Real stored) {
     if (!o.lighting.emits || !(occlusionExtinction(o, stored) > Real(0)))
         return glm::vec<3, Real>(0);

@@ -26,7 +26,8 @@ namespace tessera {
 /// panels halved without end.
 class LightAlongRay : public GradientAlongRay {
   public:
-    /// Patient space. @param gradients  at 0, 1/3, 2/3 and 1
+    /// Patient space.
+    /// @param gradients  at 0, 1/3, 2/3 and 1
     /// @param from, to  places of 0 and 1, voxels
     /// @param received  what gets there of it, by u; none: all of it, everywhere
     LightAlongRay(const Optics& optics, const glm::dvec3& direction,
