@@ -142,7 +142,7 @@ TESSERA_LEAF HeadLight<V> headLight(const Vec& g, const Vec& d, V ambient, V dif
     return {ambient + diffuse * cosine, specular * wholePower(mirrored, power)};
 }
 
-/// Opacity by gradient.
+/// Gradient opacity.
 /// @param g  the gradient, patient space, stored units per mm
 /// @param points  one at least
 template <typename V, typename Vec, typename N>

@@ -57,7 +57,7 @@ struct Optics {
     std::vector<SurfaceLook> surfaces; // by isovalue, ascending
     bool volumeShows = true;           // the table has an extinction
 
-    /// There is opacity by gradient.
+    /// There is gradient opacity.
     bool grades() const { return gradientOpacity.count > 0; }
     /// What segments show needs a gradient.
     bool takesGradients() const { return shading || grades(); }
@@ -122,7 +122,7 @@ template <typename Real> glm::vec<4, Real> lookUp(const Optics& o, Real stored) 
 
 /// Extinction per mm of what stands in the light's way: the function's, and behind each isosurface that of
 /// what lets as much light through a voxel's length as the surface does.
-/// @param factor  opacity by gradient, on the function's
+/// @param factor  gradient opacity, on the function's
 template <typename Real> Real occlusionExtinction(const Optics& o, Real stored, Real factor = Real(1)) {
     Real extinction = factor * lookUp(o, stored).a;
     for (const SurfaceLook& s : o.surfaces)
@@ -164,7 +164,7 @@ glm::vec<3, Real> unitNormal(const Optics& o, const glm::vec<3, Real>& gradient,
     return g * (g.x * d.x + g.y * d.y + g.z * d.z > Real(0) ? Real(-1) / length : Real(1) / length);
 }
 
-/// Opacity by gradient, where there is one: a factor on the extinction. gradient: voxel space, stored units.
+/// Gradient opacity, where there is one: a factor on the extinction. gradient: voxel space, stored units.
 template <typename Real> Real gradientFactor(const Optics& o, const glm::vec<3, Real>& gradient) {
     const glm::mat<3, 3, Real> toGradient(o.voxelFromPatientTransposed);
     const auto g = toGradient[0] * gradient.x + toGradient[1] * gradient.y + toGradient[2] * gradient.z;

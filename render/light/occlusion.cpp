@@ -142,7 +142,7 @@ void forEachRun(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3
 
 } // namespace
 
-/// Of a sample, with opacity by gradient: of the differences of the samples beside it; at a chunk's face to
+/// Of a sample, with gradient opacity: of the differences of the samples beside it; at a chunk's face to
 /// one side. So no other chunk is read for it.
 /// @param samples  of the chunk
 /// @param at, last  in it; the last one that it has

@@ -111,7 +111,7 @@ class March {
 
 /// The features with lights and materials as the optics have them, where the features have shading.
 std::uint32_t withLights(std::uint32_t features, const Optics& optics);
-/// The features with opacity by gradient where the optics have it, and with the gradient that it takes.
+/// The features with gradient opacity where the optics have it, and with the gradient that it takes.
 std::uint32_t withGradientOpacity(std::uint32_t features, const Optics& optics);
 /// Sets the uniforms of common_ray.glsl.
 void setRayUniforms(const GlProgram& program, const Rays& rays);

@@ -167,7 +167,7 @@ TESSERA_LANE F3 transformed(const float* columns, F3 v) {
     return {row(0), row(1), row(2)};
 }
 
-/// Opacity by gradient: factors on extinctions.
+/// Gradient opacity: factors on extinctions.
 /// @param gradient  voxel space
 inline __attribute__((noinline)) F gradientFactor(const PacketOptics& o, const F3& gradient) {
     return leaf::gradientOpacity<F>(o.gradientOpacity, transformed(o.toGradient, gradient), F(kMostFloat));

@@ -71,7 +71,7 @@ class GradientAlongRay {
 
     template <typename V> struct Vector { V x, y, z; };
     template <typename V> Vector<V> gradient(V u) const { return {x_(u), y_(u), z_(u)}; }
-    /// Opacity by gradient.
+    /// Gradient opacity.
     template <typename V> V factor(V u) const {
         return leaf::gradientOpacity<V>(optics_.gradientOpacity, gradient(u),
                                         V(std::numeric_limits<double>::max()));

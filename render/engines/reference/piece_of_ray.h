@@ -138,7 +138,7 @@ struct PieceOfRay {
     const LightAlongRay* light; // none: colours stay as they are
     double length;              // mm from 0 to 1
     leaf::Material<double> material;
-    const GradientAlongRay* gradient = nullptr; // of opacity by gradient; none: there is none
+    const GradientAlongRay* gradient = nullptr; // of gradient opacity; none: there is none
 
     void operator()(const ReferenceIntegrator::Places& u, RadiantNodes& at) const {
         for (std::size_t i = 0; i < u.size(); i += 2) {
