@@ -42,9 +42,9 @@ struct Scissors {
     bool operator==(const Scissors&) const = default;
 };
 
-/// These throw InputError naming where for numbers that are not finite or beyond bounds (core/magnitude.h), a
-/// box whose low is not below its high, a normal of length 0, a camera that is none, an aspect that is not
-/// positive, and outlines of fewer than 3 points or more than Cuts::kMostPoints.
+/// These throw InputError naming where for numbers that are not finite or beyond bounds (core/magnitude.h).
+/// They refuse a box whose low is not below its high, a normal of length 0, a camera that is none, and an
+/// aspect that is not positive. They refuse outlines of fewer than 3 points or more than Cuts::kMostPoints.
 void checkBox(const CropBox& box, const std::string& where);
 void checkPlane(const CutPlane& plane, const std::string& where);
 void checkScissors(const Scissors& scissors, const std::string& where);

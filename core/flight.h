@@ -10,8 +10,8 @@
 
 namespace tessera {
 
-/// Where one is on a curve: a place, the way that one looks, up at right angles to it, unit; and how far from
-/// the place the wall is, at least.
+/// A pose on a curve: a place, the direction of view, up at right angles to it (unit vectors), and the least
+/// distance from the place to the wall.
 struct Pose {
     glm::dvec3 at{0}, direction{0, 0, 1}, up{0, 1, 0};
     double freeMm = 0;
@@ -50,8 +50,8 @@ class FlightCurve {
     double lengthMm_ = 0, lookAheadMm_ = 0;
 };
 
-/// The camera of a pose, turned and moved as asked, but never nearer to the wall than the flight's clearance
-/// where the lumen is wide enough for it, and on the line where it is not.
+/// The camera of a pose, turned and moved as asked. It is never nearer to the wall than the flight's
+/// clearance; where the lumen is too narrow for that, it stays on the line.
 Camera cameraOf(const Pose& pose, const LookAround& look, const Flight& flight);
 /// As cameraOf() takes it, to look from the pose's place at another, mm.
 LookAround lookTowards(const Pose& pose, const glm::dvec3& place);

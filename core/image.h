@@ -29,7 +29,7 @@ struct Image {
 /// Puts the picture on an opaque background (linear rgb); alpha becomes 1.
 Image overBackground(const Image& image, const glm::vec3& background);
 /// A coarse grid over a picture: every stride-th pixel of every stride-th row, from the middle of the first
-/// stride on; one pixel along a side that is shorter than a stride. Its size in pixels; stride >= 1.
+/// stride on. A side that is shorter than a stride has one pixel. Its size in pixels; stride >= 1.
 glm::ivec2 thinnedSize(const glm::ivec2& size, int stride);
 /// The picture's pixel that one of the grid is.
 /// @param at  of the grid, below thinnedSize()

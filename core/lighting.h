@@ -27,9 +27,10 @@ struct Light {
     bool operator==(const Light&) const = default;
 };
 
-/// What of a ray's way counts (docs/sampling.md, "Light per voxel"): all of it, each part by the light that
-/// is left there (course notes 6.1); only what is left at its end (volume-based ambient occlusion, equation
-/// 8); the same, where only what grows denser along the ray takes light (equations 4 to 7).
+/// The part of a ray that counts (docs/sampling.md, "Light per voxel"). local: all of it, each part by the
+/// light that is left there (course notes 6.1). positional: the light left at its end (volume-based ambient
+/// occlusion, equation 8). rejecting: the same, but only density that grows along the ray takes light
+/// (equations 4 to 7).
 enum class OcclusionMethod { local, positional, rejecting };
 
 /// Ambient occlusion: how much of the light that comes from all sides reaches a place.

@@ -25,8 +25,8 @@ struct GreyWindow {
     double high() const { return centre + width / 2; }
     bool operator==(const GreyWindow&) const = default;
 };
-/// By name, or spelled out. "auto": abdomen where values are in HU, else all values of the volume, but for
-/// the highest thousandth where that takes more than half of their range (a bladder in a PET).
+/// By name, or spelled out. "auto" is abdomen where values are in HU, else all values of the volume. The
+/// highest thousandth is left out where it takes more than half of their range (a bladder in a PET).
 using WindowChoice = std::variant<std::string, GreyWindow>;
 
 /// What a single value looks like: a grey of the window, the transfer function's colour, or a grey that falls

@@ -19,7 +19,7 @@ namespace tessera {
 std::filesystem::path outputTarget(const std::filesystem::path& path);
 
 /// Throws InputError naming path when no file can be written there: a folder, a device, a pipe or a socket
-/// has the name, the file is read-only, or its folder is missing or may not be written in.
+/// has the name. Likewise where the file is read-only, or its folder is missing or may not be written in.
 void checkOutputFile(const std::filesystem::path& path);
 
 /// A file on its way. What was there before stays until finish(), and for good if that is never reached.

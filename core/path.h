@@ -61,9 +61,8 @@ struct PathVolume {
     bool operator==(const PathVolume&) const = default;
 };
 
-/// How what a keyframe says goes over into what the next one says. through: on without a halt, at the speed
-/// that both neighbours ask for; smooth: beginning and ending at rest; linear: at one speed; hold: not before
-/// the next.
+/// The transition from one keyframe to the next. through: without a halt, at the speed that both neighbours
+/// ask for. smooth: beginning and ending at rest. linear: at one speed. hold: not before the next.
 enum class Easing { through, smooth, linear, hold };
 
 /// Where one looks to from the line, against its direction, and how far beside it one is.
@@ -119,13 +118,13 @@ struct RoutePoint {
 };
 std::vector<RoutePoint> routeOf(const std::vector<CentreLine>& lines, const std::vector<std::size_t>& route);
 
-/// Throws InputError naming where for what no file may say (docs/path.schema.json): points that are not
-/// evenly spaced as they claim, parents that are none, branches that begin elsewhere, keyframes out of order
-/// or without anything to say, a route that leaves a line where no branch is, a flight without lines.
+/// Throws InputError naming where for what no file may say (docs/path.schema.json). Points must be evenly
+/// spaced as they claim, parents must exist, and branches begin on them. Keyframes must be in order and say
+/// something. A route may leave a line only where a branch is, and a flight has lines.
 void checkPath(const Path& path, const std::string& where);
 
 /// Throws InputError naming the file and the JSON path for: no JSON, wrong version, unknown key, wrong type,
-/// numbers out of range or not finite, counts that do not agree, and what checkPath() finds.
+/// numbers out of range or not finite, counts that do not agree. Throws also what checkPath() throws.
 Path loadPath(const std::filesystem::path& file);
 Path parsePath(const std::string& text, const std::string& where);
 /// As JSON text that parsePath() reads back to the same path; ASCII.

@@ -29,9 +29,9 @@ struct ValueSummary {
     std::vector<double> histogram;
 };
 
-/// Whether values without a unit look like HU: air near -1000 (some between -1100 and -900), and most, at
-/// least three quarters, between -1100 and 3100; what scanners write outside their circle may lie below. By
-/// the histogram's bins, so never certain.
+/// Whether values without a unit look like HU: some are air, between -1100 and -900, and at least three
+/// quarters lie between -1100 and 3100. What scanners write outside their circle may lie below. By the
+/// histogram's bins, so never certain.
 bool looksLikeHu(const ValueSummary& values);
 
 /// Of the values above the background, which is the largest peak of the histogram's lower half: the least,

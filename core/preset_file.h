@@ -45,9 +45,9 @@ Preset presetOf(const Scene& scene, const std::string& name);
 /// The scene with the preset's function and look; what the preset does not name stays.
 /// Throws InputError for a function over shares of a range: see overRange().
 void applyPreset(const Preset& preset, Scene& scene);
-/// The scene as a built-in preset (preset.h) says, whatever the scene looked like: where it names no mode it
-/// is of mode composite, and of window, colours of values, plane and shading those go that another built-in
-/// one brought. What the user set of them stays, as do light, surfaces and cuts.
+/// The scene as a built-in preset (preset.h) says, whatever the scene looked like. Where the preset names no
+/// mode it is composite. Window, colours of values, plane and shading go where another built-in preset
+/// brought them. What the user set of them stays, as do light, surfaces and cuts.
 /// @param function  its name, or what it is for a volume's values
 /// Throws InputError for an unknown name.
 void applyBuiltInPreset(const std::string& name, const TransferChoice& function, Scene& scene);

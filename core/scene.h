@@ -21,16 +21,16 @@
 
 namespace tessera {
 
-/// How the field's gradient is taken (docs/sampling.md, "Value"): differences to one side, over a pitch to
-/// both, the smoothed differences of Sobel, the derivative of trilinear interpolation itself, or differences
-/// over half a pitch to both sides.
+/// The gradient of the field (docs/sampling.md, "Value"), in this order. Differences: to one side, over a
+/// pitch to both, smoothed as Sobel's. The derivative of trilinear interpolation itself. Differences over
+/// half a pitch to both sides. The derivative of the cubic B-spline.
 enum class Gradient { forward, central, sobel, analytic, centralHalf, cubic };
 
 /// What highlights follow: the mirrored light, or the direction halfway between light and viewer.
 enum class ShadingModel { phong, blinnPhong };
 
-/// Where gradients are too weak for a surface, in physical units per mm: light is that of a volume up to the
-/// lower one, that of a surface from the higher on.
+/// Gradient lengths between volume and surface lighting, in physical units per mm. Light is that of a volume
+/// up to the lower one, that of a surface from the higher on.
 struct GradientWeight {
     double low = 0, high = 0;
     bool operator==(const GradientWeight&) const = default;
@@ -166,12 +166,12 @@ Reduction reductionOf(const Scene& scene);
 Scene asDrawn(const Scene& scene);
 
 /// True when path is a JSON file that is meant as a scene: it has the key "tesseraScene", "volumes" or
-/// "camera", or is no JSON at all, so that loadScene() can say what is wrong with it. False for folders and
-/// other files.
+/// "camera". True also where it is no JSON at all, so that loadScene() can say what is wrong with it. False
+/// for folders and other files.
 bool isSceneFile(const std::filesystem::path& path);
 /// Parses a scene file. Relative paths are taken from the file's folder.
 /// Throws InputError naming the file and the JSON path for: no JSON, wrong version, unknown key (with the
-/// nearest known one), wrong type, value out of range, more or fewer volumes than one.
+/// nearest known one), wrong type, value out of range. It refuses more or fewer volumes than one.
 Scene loadScene(const std::filesystem::path& file);
 Scene parseScene(const std::string& text, const std::filesystem::path& folder, const std::string& where);
 /// The scene as JSON text that parseScene reads back to the same scene; ASCII, one line. A transfer function

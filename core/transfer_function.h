@@ -102,8 +102,8 @@ struct TransferTable {
 
     static constexpr int kMaxEntries = 65536; // 1 MiB: one entry per HU over the whole 16-bit range
     /// True when the table's extinction is exactly 0 everywhere on [lowest, highest] (physical units), and no
-    /// isosurface's value lies there; conservative by one entry on both sides, so that float rounding of an
-    /// index cannot matter.
+    /// isosurface's value lies there. It is conservative by one entry on both sides, so that float rounding
+    /// of an index cannot matter.
     bool emptyOver(double lowest, double highest) const;
     bool shows(std::size_t entry) const {
         return nonZeroUpTo[entry] != (entry == 0 ? 0 : nonZeroUpTo[entry - 1]);

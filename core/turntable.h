@@ -8,7 +8,7 @@
 namespace tessera {
 
 /// One keyframe a frame, at equal angles about the patient's axis (from feet to head) through the camera's
-/// focal point; with degrees above 0 the viewer goes towards the patient's left. Full turns leave out the
+/// focal point. With degrees above 0 the viewer goes towards the patient's left. Full turns leave out the
 /// last frame, which would be the first again; others end at `degrees`.
 /// Throws InputError naming --turn and --frames for an angle of 0 or more than 3600 degrees, and for fewer
 /// than 2 frames or more than a path may have.

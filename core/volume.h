@@ -83,8 +83,8 @@ struct VolumeInfo {
     std::uint64_t clampedVoxels =
         0;                  // values clamped into the stored type, or a lossy stream's into its range
     double suvPerValue = 0; // of a PET: SUV by body weight = this * physical value; 0 unknown
-    /// What of the source is odd and was taken all the same, a line each; quotes no name of a file and no
-    /// text of a header but numbers and code words.
+    /// Oddities of the source that were accepted, a line each. They quote no name of a file and no text of a
+    /// header but numbers and code words.
     std::vector<std::string> remarks;
 
     /// Lengths of the columns of patientFromVoxel, millimetres per voxel.

@@ -16,7 +16,7 @@
 
 namespace tessera {
 
-/// Whether claims are locks, which the kernel lets go of when a process ends; or files whose time their owner
+/// The kind of claims. Locks, which the kernel drops when a process ends; or files whose time their owner
 /// renews, where other machines may share the folder and locks prove nothing.
 enum class ClaimKind { lock, lease };
 

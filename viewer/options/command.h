@@ -83,9 +83,9 @@ class CommandLine {
 
     /// Of the program itself: its options may stand behind a command too.
     Command program() { return Command(*app_); }
-    /// @return the exit code where help or the version was asked for, and is printed
-    /// Throws InputError for what cannot be parsed, naming the nearest command or option, and for an option
-    /// with an empty value: one that means nothing, and would be taken for one that was not given.
+    /// @return the exit code where help or the version was asked for, and is printed Throws InputError for
+    /// what cannot be parsed, naming the nearest command or option, and for an option with an empty value.
+    /// Such a value means nothing, and would be taken for one that was not given.
     std::optional<int> parse(int argc, char** argv);
 
   private:

@@ -25,8 +25,8 @@ struct ForeignPreset {
 /// All functions that a text in that format holds, in its order; at least one. Slicer's lighting becomes the
 /// look's shading. ParaView's over [0,1] are over shares of a range; its colours without opacities get
 /// ParaView's own, a ramp from 0 to 1.
-/// Throws InputError naming where, what was expected and what was found for texts that are cut off, counts
-/// that are not those of the numbers, numbers that are not finite, and files without a function.
+/// Throws InputError naming where, what was expected and what was found for truncated texts, wrong counts of
+/// numbers, numbers that are not finite, and files without a function.
 std::vector<ForeignPreset> readForeignPresets(const std::string& text, PresetFormat format,
                                               const std::string& where);
 

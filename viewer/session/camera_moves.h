@@ -9,8 +9,8 @@
 
 namespace tessera {
 
-/// The eye goes around the focal point: to the right of the picture and up by such angles, so that what is
-/// seen follows a hand that goes the other way.
+/// The eye goes around the focal point, to the right of the picture and up by such angles. So what is seen
+/// follows a hand that goes the other way.
 Camera orbited(const Camera& camera, const glm::dvec2& angles);
 /// What lies at the focal point's depth goes along the picture by such parts of its height, x to the
 /// right, y down.

@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-/// Of the field on the circle's disc, as trilinear interpolation of level 0 has it, at places half a voxel
-/// apart along two axes, further where a disc is large; what is outside the volume has no say. No samples
+/// Of the field on the circle's disc, as trilinear interpolation of level 0 has it, at points half a voxel
+/// apart along two axes, further where a disc is large. What is outside the volume does not count. No samples
 /// where the three places make no circle. Throws what decoding threw.
 DiscValues discValues(BrickCache& cache, const VolumeInfo& info, const Measurement& circle);
 

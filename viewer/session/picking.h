@@ -10,11 +10,11 @@
 
 namespace tessera {
 
-/// Along what is drawn of the ray (cuts leave the rest out): of modes that show single values, where that
-/// value is; else the place where the picture gets most of what it shows: where opacity rises most, over a
-/// voxel to either side, or the first isosurface that is not fainter than that. Found at a level that is read
-/// quickly, then once more around that place at level 0, whatever levels are drawn; where level 0 cannot be
-/// read, it stays at the coarse place, and says so.
+/// Along what is drawn of the ray (cuts leave the rest out). In modes that show single values it is the place
+/// of that value. Else it is the place where the picture gets most of what it shows. There opacity rises
+/// most, over a voxel to either side, or the first isosurface lies that is not fainter than that. It is found
+/// at a level that is read quickly, then once more around that place at level 0, whatever levels are drawn.
+/// Where level 0 cannot be read, it stays at the coarse place, and says so.
 /// Of an average, the middle of the way.
 /// @param place  of the picture, pixels, x right, y down
 /// Throws what decoding the coarse level threw.

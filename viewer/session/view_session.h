@@ -5,8 +5,8 @@
 //   wish --> moving pictures --> all pixels, bricks as they come --> still --> rest
 //     ^________________________________________________________________|
 //
-// Budgets are split: one half each for what moves and for stills, so that a still does not depend on what was
-// looked at before: it is the picture of `tessera render` with half of both budgets.
+// Budgets are split: one half each for what moves and for stills. So a still does not depend on what was
+// looked at before. It is the picture of `tessera render` with half of both budgets.
 #pragma once
 
 #include "render/renderer.h"           // EngineKind

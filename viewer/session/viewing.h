@@ -202,9 +202,9 @@ class Viewing {
     /// Writes the newest picture with its manifest. Throws Error or InputError.
     /// @param scaleBar  drawn into it (core/scale_bar.h); the manifest says so
     virtual void saveScreenshot(const std::filesystem::path& path, bool scaleBar) const = 0;
-    /// Draws the still of a scene, of any size of picture, beside all else, and writes it with its manifest;
-    /// of what is asked for before it is written the last counts. takeNotice() or state() tell what
-    /// came of it.
+    /// Draws the still of a scene, of any size of picture, beside all else, and writes it with its manifest.
+    /// Of several requests before it is written the last counts. takeNotice() or state() tell what came of
+    /// it.
     /// @param scene  of the open volume, its camera spelled out
     virtual void saveStill(const Scene& scene, const std::filesystem::path& path, bool scaleBar) = 0;
     /// A sentence on something that was finished, once; empty: nothing new.

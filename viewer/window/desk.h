@@ -78,9 +78,9 @@ class Desk {
     /// as it gets.
     Isosurface surfaceOffered() const;
     void setCamera(const Camera& camera, bool moving);
-    /// From a side of the patient, or from where one looks, so that all that shows fits the picture: now and,
-    /// until a hand moves the camera, whenever the picture gets another size or another preset. Where a slice
-    /// is looked at, a side turns the slice.
+    /// From a side of the patient, or from where one looks, so that all that shows fits the picture. It does
+    /// so now and, until a hand moves the camera, whenever the picture gets another size or another preset.
+    /// Where a slice is looked at, a side turns the slice.
     void fitView(View side);
     void fitView();
     void setProjection(Projection projection);
