@@ -34,8 +34,8 @@ using ChunkFuture = std::shared_future<ChunkPointer>;
 
 class BrickCache {
   public:
-    /// @param budgetBytes  most bytes of chunks, pinned, resident and in flight; charged to ram as a whole,
-    ///     so that no chunk is ever refused later; at least floorBytes(), else InputError naming the floor
+    /// @param budgetBytes  most bytes of chunks, pinned, resident and in flight. They are charged to ram as a
+    ///     whole, so no chunk is ever refused later. At least floorBytes(), else InputError naming the floor
     /// @param threads  that decode; 0: all processors
     /// source must outlive the cache; ram must outlive every pointer as well.
     BrickCache(const ChunkSource& source, Ledger& ram, std::size_t budgetBytes, int threads);
@@ -50,10 +50,10 @@ class BrickCache {
     /// One chunk, now: resident at once, or waits. Thread-safe. Throws what decoding threw.
     ChunkPointer get(const ChunkKey& key);
 
-    /// What is wanted without waiting, the most urgent first, each once: takes the place of the list before,
-    /// of which all is forgotten that is not on this one and not being decoded yet. Loaders turn to it when
-    /// no request is queued. What they load of it stays until it is taken or no longer wanted; they load
-    /// ahead as far as half of pinnableChunks() goes.
+    /// The chunks wanted without waiting, the most urgent first, each once. The list replaces the one before.
+    /// What is not on it and not being decoded yet is forgotten. Loaders turn to it when no request is
+    /// queued. What they load of it stays until it is taken or no longer wanted; they load ahead as far as
+    /// half of pinnableChunks() goes.
     void want(std::span<const ChunkKey> keys);
     /// A chunk that is there, now, else null; it is then no longer wanted. Throws what decoding threw.
     ChunkPointer take(const ChunkKey& key);
@@ -61,8 +61,8 @@ class BrickCache {
     void waitForWanted(std::chrono::steady_clock::time_point deadline) const;
 
     /// No deadlock as long as the chunks that all callers together hold (pointers, and futures not yet
-    /// dropped, and what is loaded of the wanted list) are at most this many: budget / chunk bytes - threads,
-    /// so that every loader has room to work in.
+    /// dropped, and what is loaded of the wanted list) are at most this many. It is budget / chunk bytes -
+    /// threads, so that every loader has room to work in.
     std::size_t pinnableChunks() const;
     /// Eight pinned chunks, the neighbourhood of one sample, and one per loader.
     static std::size_t floorBytes(const VolumeInfo& info, int threads);

@@ -29,8 +29,8 @@ struct ImportReport {
 std::size_t importFloorBytes(const VolumeInfo& info, int threads);
 
 /// Writes to a temporary folder beside `store`, then renames: an unfinished store never has the final name.
-/// Memory: one slab of 32 slices per level, charged to ram; throws InputError (the floor) if that cannot fit,
-/// and if the store exists and force is off, and if the existing path is not a store, and for a unit other
+/// Memory: one slab of 32 slices per level, charged to ram. Throws InputError (the floor) if that cannot fit.
+/// Throws it if the store exists and force is off, if the existing path is not a store, and for a unit other
 /// than the source's own.
 /// The source's order of slices and its infos are taken as they are; texts are cut to 64
 /// printable ASCII characters.

@@ -48,9 +48,9 @@ LevelErrors predictErrors(const BrickRays& rays, std::vector<std::uint8_t> shows
 /// Memory that predictErrors() takes at most, its result included, besides the rays.
 std::size_t predictErrorsBytes(std::size_t bricks);
 
-/// The end from which a sampled ray is composited, as the eye of a camera there would see it: half of the
-/// rays of a part and of a pair of rays that stand for one group from either, because a brick's two sides may
-/// look different. True: from its last sample.
+/// The end from which a sampled ray is composited, as the eye of a camera there would see it. Half of the
+/// rays of a part, and of a pair of rays that stand for one group, are seen from either end, because a
+/// brick's two sides may look different. True: from its last sample.
 constexpr bool seenFromItsEnd(int part, int ray) {
     return ((ray / 2 + part) & 1) != 0;
 }
@@ -59,11 +59,10 @@ constexpr bool seenFromItsEnd(int part, int ray) {
 LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, const TransferTable& table,
                       const VolumeInfo& info, int threads = 0);
 
-/// Takes scatter out. With e of a brick the mean of kOwnShare of its own error and the rest that of those of
-/// its six neighbours that show, and s the sum of e over levels: error(level) = (1 - kProfileShare) *
-/// e(level) + kProfileShare * s * (share of the level in the sum over all bricks). Both constants were
-/// measured: the worst choices lose a little less, the others neither lose nor win. A single brick stays as
-/// it is.
+/// Takes scatter out. e of a brick is kOwnShare of its own error and, for the rest, the mean of its six
+/// neighbours that show. s is the sum of e over levels. error(level) = (1 - kProfileShare) * e(level) +
+/// kProfileShare * s * (share of the level in the sum over all bricks). Both constants were measured: the
+/// worst choices lose a little less, the others neither lose nor win. A single brick stays as it is.
 constexpr float kOwnShare = 0.9f, kProfileShare = 0.25f;
 void smoothErrors(LevelErrors& errors, int threads = 0);
 

@@ -34,7 +34,7 @@ using Visibility = std::span<const float>;
 void keepWhatFilteringLoses(const LevelErrors& errors, ViewWeights& weights);
 
 /// The best selection of at most `pages` pages: greedy on the lower convex hull of each brick's weighted
-/// error against its share of a page, then free slots of pages that are paid for are filled. No brick is
+/// error against its share of a page. Free slots of pages that are paid for are then filled. No brick is
 /// finer than a pixel can show; bricks of no weight stand as their means. Deterministic; the same for any
 /// number of threads; linear in the number of bricks.
 /// @param means  Statistics::brickMean
@@ -45,8 +45,8 @@ Selection selectLevels(const LevelErrors& errors, const ViewWeights& weights, st
 std::size_t selectLevelsBytes(std::size_t bricks);
 
 /// A cheap selection whose predicted error (PredictedError::p99) is at most maxError, in L*u*v* units, at
-/// least 0: every visible brick takes the coarsest level whose mean error is within one limit for all, the
-/// largest with which the whole meets maxError. With maxError 0, every visible brick has the finest level
+/// least 0. Every visible brick takes the coarsest level whose mean error is within one limit. The limit is
+/// the largest with which the whole meets maxError. With maxError 0, every visible brick has the finest level
 /// that a pixel can show.
 Selection selectForError(const LevelErrors& errors, const ViewWeights& weights, std::span<const float> means,
                          double maxError, Visibility visibility = {});
@@ -56,11 +56,11 @@ Selection selectForError(const LevelErrors& errors, const ViewWeights& weights, 
 Selection selectUniform(const LevelErrors& errors, std::span<const float> means, std::size_t pages);
 
 /// What a selection is predicted to cost the picture, in L*u*v* units, against the finest level that a pixel
-/// can show. The model: what is seen is shared out among the visible bricks by area times visibility; the
-/// errors of a brick's pixels are distributed exponentially around its mean, which has no constant to tune
-/// and is what errors of many small causes look like. It leaves out that several bricks share a pixel: their
-/// errors add up where they are translucent, and all but the first count too much while nothing is
-/// known of visibility.
+/// can show. The model: what is seen is shared out among the visible bricks by area times visibility. The
+/// errors of a brick's pixels are distributed exponentially around its mean. That has no constant to tune and
+/// is what errors of many small causes look like. It leaves out that several bricks share a pixel. Their
+/// errors add up where they are translucent. All but the first count too much while nothing is known of
+/// visibility.
 struct PredictedError {
     double mean = 0, p99 = 0;
 };

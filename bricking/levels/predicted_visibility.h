@@ -13,8 +13,8 @@
 namespace tessera {
 
 /// Per brick, [z][y][x], in [kHiddenVisibility, 1]: the mean light that is left when rays of the picture
-/// enter it, each brick before it letting through what its sampled rays let through in the mean, as a power
-/// of the path's length. 1 where no ray was sent. Independent of threads.
+/// enter it. Each brick before it lets through what its sampled rays let through in the mean, as a power of
+/// the path's length. 1 where no ray was sent. Independent of threads.
 std::vector<float> predictVisibility(const LevelErrors& errors, const Camera& camera, const VolumeInfo& info,
                                      const glm::ivec2& imageSize, int threads = 0);
 

@@ -17,9 +17,9 @@
 namespace tessera {
 
 /// Segments that a ray is composited in. Fields of levels 2 to 5 are nearly linear between the few samples
-/// that are kept, so what lies between is interpolated: the function may change faster than the field, and
-/// two levels can only be compared where both are cut alike, which coarse levels with their large
-/// errors need less.
+/// that are kept, so what lies between is interpolated. The function may change faster than the field, and
+/// two levels can only be compared where both are cut alike. Coarse levels with their large errors need that
+/// less.
 constexpr std::array<int, kLevelCount> kSegments = {16, 16, 16, 8, 8, 8};
 
 /// Length of a segment of a row, in mm.

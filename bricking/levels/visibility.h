@@ -26,7 +26,7 @@ constexpr float kHiddenVisibility = 1.0f / 64;
 /// - A factor moves only when the light is more than twice or less than half the last one; counts that
 ///   jitter leave the selection as it is.
 /// - It rises at once. It falls by half a call while the last selection holds samples of the brick, so that
-///   what is uncovered a moment later is still there, and at once where there is nothing to lose.
+///   what is uncovered a moment later is still there. It falls at once where there is nothing to lose.
 /// @param last  the last result, or nothing: factors then follow at once
 std::vector<float> visibilityFactors(std::span<const SeenBrick> seen, const Selection& selection,
                                      std::span<const float> last = {});

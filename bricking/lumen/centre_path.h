@@ -27,7 +27,7 @@ struct CentringRules {
     bool holdFirst = false; ///< the first point stays where it is (a fork)
 };
 
-/// Sections at right angles to the line are measured by rays; each point moves to the middle of its section,
+/// Sections at right angles to the line are measured by rays. Each point moves to the middle of its section,
 /// and the line of these middles is smoothed over about the lumen's radius, without pulling it out of its
 /// bends. Folds, pouches and branches reach less far than that. Turns have half the lumen's radius and more
 /// wherever the lumen lets them. Where a smooth line would leave the lumen it is smoothed less, down to the

@@ -67,8 +67,8 @@ struct Centrelines {
 std::string lumenText(const Centrelines& found, const std::string& unit);
 
 /// Throws InputError naming a seed that is outside the volume or the lumen or has no wall around it; naming
-/// the gap where an end cannot be reached: where the two parts come nearest, and how near; naming ram's
-/// option where the lumen does not fit. Cancelled, Interrupted, and what reading throws.
+/// the gap where an end cannot be reached (where the two parts come nearest, and how near). Throws it naming
+/// ram's option where the lumen does not fit. Cancelled, Interrupted, and what reading throws.
 /// @param threads  that decode and measure; 0: all processors
 Centrelines findCentrelines(const ChunkSource& source, const CentrelineRequest& request, Ledger& ram,
                             Progress& progress, int threads = 0);

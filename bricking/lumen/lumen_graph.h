@@ -54,9 +54,9 @@ class LumenGraph {
             for (const LumenNode other : more->second)
                 use(other);
     }
-    /// Distance to what is not lumen, mm: exact, between the middles of blocks that are half filled and more
-    /// and of those that are not; of the latter a quarter of a block, by how far they are filled. A shear of
-    /// the volume's axes is left out.
+    /// Distance to what is not lumen, mm. It is exact between the middles of blocks that are half filled and
+    /// more and of those that are not. For the latter it is a quarter of a block, by how far they are filled.
+    /// A shear of the volume's axes is left out.
     float wallMm(LumenNode node) const { return wall_[node]; }
     float widestMm() const { return widest_; }
 

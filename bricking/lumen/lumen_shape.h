@@ -34,12 +34,12 @@ class LumenShape {
     double roughRadiusMm(const glm::dvec3& mm) const;
 
     /// Distance to the wall, mm; 0 outside. To the nearest voxel's middle that is not lumen, exact for any
-    /// affine, then back along that way to where the trilinear values cross the threshold; within four voxels
-    /// of the wall the least of this and of 42 rays to where they do.
+    /// affine, then back along that way to where the trilinear values cross the threshold. Within four voxels
+    /// of the wall it is the least of this and of 42 rays to where they do.
     double wallMm(const glm::dvec3& mm, LumenValues& values, const LumenRule& rule) const;
-    /// How much further than the rule's threshold a wall's own edge lies, mm: half way between the lumen's
-    /// value and the furthest that the wall comes to, the median over those of 42 rays that meet the wall
-    /// within 1.5 times wallMm; 0 where no two do.
+    /// How much further than the rule's threshold a wall's own edge lies, mm. The edge is half way between
+    /// the lumen's value and the furthest that the wall comes to. The result is the median over those of 42
+    /// rays that meet the wall within 1.5 times wallMm; 0 where no two do.
     /// @param wallMm  of the place, by the same rule
     /// @param lumen  the lumen's value, physical units
     double edgeBeyondMm(const glm::dvec3& mm, double wallMm, LumenValues& values, const LumenRule& rule,

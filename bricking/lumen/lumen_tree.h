@@ -17,10 +17,10 @@ struct LumenLimb {
     int parent = -1;              ///< an earlier limb; -1: the root
 };
 
-/// As TEASAR: the furthest place from the root that no limb is near becomes the end of the next, which goes
-/// the least-cost way to the limbs that are there; along these it costs nothing, so that limbs leave late.
-/// What lies within 1.5 wall distances and two voxels of a limb is served by it. A limb is a spur, and left
-/// out, where it is not longer beyond its parent's wall than it is wide, or than 3 mm.
+/// As TEASAR: the furthest place from the root that no limb is near becomes the end of the next. It goes the
+/// least-cost way to the limbs that are there. Along these it costs nothing, so limbs leave late. What lies
+/// within 1.5 wall distances and two voxels of a limb is served by it. A limb is a spur, and left out, where
+/// it is not longer beyond its parent's wall than it is wide, or than 3 mm.
 std::vector<LumenLimb> lumenLimbs(const LumenGraph& graph, LumenNode root, Ledger& ram,
                                   const std::function<void(double)>& shareDone = {});
 

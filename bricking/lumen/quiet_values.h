@@ -10,9 +10,9 @@
 namespace tessera {
 
 /// Level 0 of a volume, each voxel the mean of those of its 5^3 neighbourhood that are like it as far as
-/// noise lets one tell: twice a mean over 3^3, by distance and by how much values differ. A voxel that is
-/// beyond all but one of its 26 neighbours counts as the next of them. Values are stored as the volume stores
-/// them. A chunk's are the same whoever asks, whatever lies in the caches.
+/// noise lets one tell. It is twice a mean over 3^3, by distance and by how much values differ. A voxel that
+/// is beyond all but one of its 26 neighbours counts as the next of them. Values are stored as the volume
+/// stores them. A chunk's are the same whoever asks, whatever lies in the caches.
 class QuietValues final : public ChunkSource {
   public:
     /// @param loud  of the volume's own values; must outlive this, and hold a chunk more for every thread

@@ -18,10 +18,10 @@ struct SeedNeighbourhood {
     bool noisy() const;
 };
 
-/// Rays go out from the seed in 42 directions until the value has left the lumen's (by six times the spread
-/// around the seed, and a twentieth of what all rays meet at least, a quarter at most) and stays away for 1.5
-/// mm or three voxels, whichever is less: a voxel of noise is no wall. Where it then goes no further, that is
-/// the wall's. The median over the rays decides, of the values and of the side.
+/// Rays go out from the seed in 42 directions until the value has left the lumen's and stays away for 1.5 mm
+/// or three voxels, whichever is less. A voxel of noise is no wall. It has left by six times the spread
+/// around the seed, and a twentieth of what all rays meet at least, a quarter at most. Where it then goes no
+/// further, that is the wall's. The median over the rays decides, of the values and of the side.
 /// @param seed  voxel space, in the volume
 /// @param name  of the seed, in messages. Throws InputError where no edge is met within 100 mm.
 SeedNeighbourhood neighbourhoodOf(LumenValues& values, const glm::dvec3& seed, const std::string& name);

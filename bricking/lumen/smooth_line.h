@@ -36,8 +36,9 @@ struct EvenSteps {
     std::vector<glm::dvec3> mm; ///< there, or on the chord over a kink
     double spacingMm = 0;
 };
-/// Evenly along straight lines between the points, so that stepsHold(): closer together than spacingMm where
-/// the line bends, down to leastMm; what turns back within less than that is left out. Its ends stay.
+/// Evenly along straight lines between the points, so that stepsHold(). They are closer together than
+/// spacingMm where the line bends, down to leastMm. What turns back within less than that is left out. Its
+/// ends stay.
 EvenSteps evenSteps(const std::vector<glm::dvec3>& line, double spacingMm, double leastMm);
 
 /// Radius of the circle through a point and those `reach` before and after it, mm; infinite for a straight

@@ -34,14 +34,14 @@ struct CoverageRequest {
 std::vector<Camera> flightCameras(const Path& path, double everyMm, bool bothWays);
 
 /// The wall is the faces between voxels of the lumen and others, level 0; where the volume ends is no wall. A
-/// face's area is its projection along the wall's normal, from the voxels within 2.5 of it, so that a
-/// slanting wall has its area and not that of its steps. A face counts whose nearest place on all lines is on
-/// the part of the route that is flown, beside it and not beyond its ends, and no further away than 1.5 times
-/// the largest radius and a voxel's diagonal. It is seen by a camera that has its middle in its picture, on
-/// the side that it faces, with nothing but voxels of the lumen between the eye and a place half a voxel
-/// above the middle. The same for any number of threads. Throws InputError naming request.where for lines
-/// outside this volume or its lumen; naming the ledger's option where the lumen's bits and faces do not fit.
-/// Cancelled, Interrupted, and what reading throws.
+/// face's area is its projection along the wall's normal, from the voxels within 2.5 of it. So a slanting
+/// wall has its area and not that of its steps. A face counts if its nearest place on all lines is on the
+/// part of the route that is flown, beside it and not beyond its ends. It lies no further away than 1.5 times
+/// the largest radius and a voxel's diagonal. A camera sees it that has the face's middle in its picture and
+/// lies on the side that it faces. Nothing but voxels of the lumen may lie between the eye and a place half a
+/// voxel above the middle. The same for any number of threads. Throws InputError naming request.where for
+/// lines outside this volume or its lumen; naming the ledger's option where the lumen's bits and faces do not
+/// fit. Cancelled, Interrupted, and what reading throws.
 WallCoverage measureWallCoverage(const ChunkSource& source, const CoverageRequest& request, Ledger& ram,
                                  Progress& progress, int threads = 0);
 

@@ -18,8 +18,8 @@ class StoreReader : public ChunkSource {
   public:
     /// Reads and checks all metadata; no voxels. Shard indices are read on first use and checked. Room for
     /// them and for decoding is charged to ram at once, at most a quarter of what is free there but at least
-    /// readerFloorBytes(); with less room shards are opened more often. ram must outlive the reader.
-    /// Throws InputError naming the file for anything missing, unreadable or inconsistent.
+    /// readerFloorBytes(). With less room shards are opened more often. ram must outlive the reader. Throws
+    /// InputError naming the file for anything missing, unreadable or inconsistent.
     StoreReader(const std::filesystem::path& path, Ledger& ram);
     ~StoreReader() override;
     StoreReader(const StoreReader&) = delete;

@@ -11,9 +11,9 @@
 namespace tessera {
 
 /// A file whose header names the series belongs to it. Of one whose header cannot be read the neighbours
-/// decide: the files of the same name but for one number, next below and above; where it has none, the folder
-/// that it lies in. A file that is no DICOM file at all belongs only by its neighbours or its name's ending.
-/// An empty folder belongs where its name, or the folders beside it, are those of slices.
+/// decide. They are the files of the same name but for one number, next below and above; where there is none,
+/// the folder decides. A file that is no DICOM file at all belongs only by its neighbours or its name's
+/// ending. An empty folder belongs where its name, or the folders beside it, are those of slices.
 /// So does a lone slice under another SeriesInstanceUID that lies where the next slice of the series would,
 /// with a file beside the series' own by name.
 std::vector<PassedFile> couldBelong(const DicomScan& scan, std::size_t series);

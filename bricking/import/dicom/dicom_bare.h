@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-/// Whether the first bytes of a file of that size are a data set in little endian, explicit or implicit: its
-/// elements begin in group 0002 or 0008, ascend, and have lengths that fit.
+/// Whether the first bytes of a file of that size are a data set in little endian, explicit or implicit. Its
+/// elements then begin in group 0002 or 0008, ascend, and have lengths that fit.
 bool looksLikeBareDicom(std::span<const std::byte> head, std::uint64_t fileBytes);
 
 } // namespace tessera

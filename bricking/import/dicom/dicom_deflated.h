@@ -15,8 +15,8 @@ constexpr const char* kDeflatedSyntax = "1.2.840.10008.1.2.1.99";
 /// Of the plain file: the pixels have to begin within.
 constexpr std::uint64_t kMostInflatedHeader = std::uint64_t{16} << 20;
 
-/// The plain file under a name that a parser can open, in memory alone (headers hold identifiers): its first
-/// 16 MiB and its last 1 MiB as they are, zeros between.
+/// The plain file under a name that a parser can open, in memory alone (headers hold identifiers). Its first
+/// 16 MiB and its last 1 MiB are as they are, with zeros between.
 class InflatedFile {
   public:
     /// Throws InputError naming the file if it is damaged or larger than 512 MiB when inflated.

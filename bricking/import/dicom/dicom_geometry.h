@@ -32,13 +32,14 @@ struct SlicePlan {
 
 /// Orders the slices by position and checks them; `where` names the series in errors.
 /// A gap between neighbours may deviate by 1 % from the median gap, and a slice by a quarter of a gap from
-/// its place in an even stack. Beyond, resampleZ chooses an even spacing: the smallest gap, so that no slice
-/// is lost, but at least a quarter of the mean gap, so that the volume grows fourfold at most; then stretched
-/// by less than one gap in total so that the first and last slice are kept. Throws InputError for: missing
-/// position, orientation or spacing; mixed sizes, orientations or pixel spacings; two slices at one place;
-/// uneven gaps without resampleZ (all listed, those above 1.5 medians named as missing slices); slices that
-/// drift sideways by more than 5 % of a pixel from a straight stack; rows not at right angles to columns; and
-/// a stack that leans by more than 45 degrees. What rounding of a slice's own numbers explains is no fault.
+/// its place in an even stack. Beyond, resampleZ chooses an even spacing. It is the smallest gap, so that no
+/// slice is lost, but at least a quarter of the mean gap, so that the volume grows fourfold at most. It is
+/// then stretched by less than one gap in total, so that the first and last slice are kept. Throws InputError
+/// for missing position, orientation or spacing, for mixed sizes, orientations or pixel spacings, and for two
+/// slices at one place. Throws it for uneven gaps without resampleZ: all are listed, those above 1.5 medians
+/// named as missing slices. Throws it for slices that drift sideways by more than 5 % of a pixel from a
+/// straight stack, rows not at right angles to columns, and a stack that leans by more than 45 degrees. What
+/// rounding of a slice's own numbers explains is no fault.
 SlicePlan planSlices(const DicomSeries& series, bool resampleZ, const std::string& where);
 
 } // namespace tessera

@@ -19,10 +19,10 @@ struct DicomPhase {
     std::vector<std::size_t> slices; // indices into DicomSeries::slices
 };
 
-/// The phases of a series in which slices share places, in their order, each with every place at most once:
-/// told apart by cardiac phase, temporal position, trigger time, acquisition number or echo, else by the
-/// order of their times. Empty where no places are shared, or where nothing in the headers tells
-/// the pictures apart.
+/// The phases of a series in which slices share places, in their order, each with every place at most once.
+/// They are told apart by cardiac phase, temporal position, trigger time, acquisition number or echo, else by
+/// the order of their times. Empty where no places are shared, or where nothing in the headers tells the
+/// pictures apart.
 std::vector<DicomPhase> phasesOf(const DicomSeries& series);
 
 } // namespace tessera

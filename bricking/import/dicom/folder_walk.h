@@ -15,7 +15,7 @@ struct FolderFiles {
 };
 
 /// Everything below a folder. Stores (*.zarr) are not entered, for they have thousands of files and are no
-/// source; neither are the rubbish bins and index folders of operating systems; links to folders are counted
+/// source. Neither are the rubbish bins and index folders of operating systems. Links to folders are counted
 /// and not followed.
 FolderFiles walkFolder(const std::filesystem::path& folder);
 

@@ -10,9 +10,9 @@
 
 namespace tessera {
 
-/// Series of one slice that make an even stack of three or more are joined to the first of them, as some who
-/// take names out give every file a SeriesInstanceUID of its own; the others are left without slices. Not
-/// beside a longer series of such slices, which they could be strays of.
+/// Series of one slice that make an even stack of three or more are joined to the first of them, because some
+/// anonymizers give every file a SeriesInstanceUID of its own. The others are left without slices. Not beside
+/// a longer series of such slices, which they could be strays of.
 /// @param says  of each series, joined too
 void joinLoneSlices(std::vector<DicomSeries>& series, std::vector<SeriesAgreement>& says);
 
