@@ -25,7 +25,7 @@ struct PictureMeasurement {
     std::string whyNot; // nothing was measured; empty: it was, as far as `all` holds numbers
     MeasuredErrors all;
     /// The same pixels with the picture's own levels, step, filtering and ends of rays, but as many samples
-    /// as the truth: what the picture's samples of a pixel leave out; and what all the others do.
+    /// as the truth. They tell the error of the picture's samples of a pixel, and that of all other causes.
     MeasuredErrors sampling, rays;
     /// The picture has light that is kept of voxels or surfaces: what that light itself errs by is in none of
     /// these numbers, because the truth has the same.

@@ -38,8 +38,8 @@ struct RenderOptions {
     bool checking = false;  // the same, and estimate what steps and filtering cost the picture
     Verify verify = Verify::none; // gpu and native: measure the picture's errors
     /// Gpu and native: gets a first whole picture, all bricks at one coarse level, before levels are chosen
-    /// and loaded for the picture itself; and an estimate, good to a factor of three, of the seconds that the
-    /// rest takes.
+    /// and loaded for the picture itself. It also gets an estimate, good to a factor of three, of the seconds
+    /// that the rest takes.
     std::function<void(const Image&, double)> onFirstPicture;
     Progress* progress = nullptr; // none: says nothing
 };
@@ -80,8 +80,8 @@ struct RenderResult {
     double secondsPreparing = 0, secondsLoading = 0, secondsDrawing = 0;
 };
 
-/// An engine by its kind, and what it draws with: a GL context of its own, where it needs one, is current on
-/// the calling thread, from which all calls come then, and the last owner's farewell too.
+/// An engine by its kind, and what it draws with. Where it needs a GL context, its own is current on the
+/// calling thread. All calls then come from that thread, the release by the last owner too.
 std::shared_ptr<Engine> makeEngine(const Scene& scene, const RenderOptions& options, Ledger& ram,
                                    Ledger& gpu);
 

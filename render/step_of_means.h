@@ -14,7 +14,7 @@ namespace tessera {
 
 /// The longest step, up to eight times the plan's, at which means over eight rays of a pixel are within the
 /// limit, and within StepSearch::kLuvOfLonger; voxels. None where the plan's own is as good: where none is
-/// within it, in pictures so small that the search would cost more, and where rays have no phases:
+/// within it, and in pictures so small that the search would cost more. None too where rays have no phases:
 /// integrators that take ends, surfaces, which no step moves, and cuts.
 /// @param rms   linear light, over up to 24 x 24 of the picture's pixels, against the plan's step with phases
 /// @param draw  rays to their end, as the picture's are

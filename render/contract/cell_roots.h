@@ -2,17 +2,17 @@
 // trilinear interpolation: roots of a cubic. The C++ twin of shaders/march_surface.glsl: in float the same
 // operations in the same order.
 //
-// Along a line trilinear interpolation is a cubic, so that a piece of a ray inside one cell can hold up to
-// three crossings, and two with both ends on one side of the surface: a test of the ends alone misses those.
-// The piece is cut where the cubic's derivative is zero (G. Marmitt et al., Fast and Accurate Ray-Voxel
-// Intersection Techniques for Iso-Surface Ray Tracing, 2004), and where a monotone part changes
-// sides, a bracketed method closes in on the place: ITP (I. Oliveira, R. Takahashi, An Enhancement of the
-// Bisection Method Average Performance Preserving Minmax Optimality, 2020), which is never slower than
-// bisection by more than a turn.
+// Along a line trilinear interpolation is a cubic. So a piece of a ray inside one cell can hold up to three
+// crossings, and two with both ends on one side of the surface. A test of the ends alone misses those. The
+// piece is cut where the cubic's derivative is zero (G. Marmitt et al., Fast and Accurate Ray-Voxel
+// Intersection Techniques for Iso-Surface Ray Tracing, 2004). Where a monotone part changes sides, a
+// bracketed method closes in on the place: ITP (I. Oliveira, R. Takahashi, An Enhancement of the Bisection
+// Method Average Performance Preserving Minmax Optimality, 2020), which is never slower than bisection by
+// more than a turn.
 //
-// Which side a value is on: below the isovalue, or not. Ends that pieces share have one value, so that a
-// surface through a shared end is met once, and one that only touches from above, or a cell that is all of
-// the isovalue, not at all.
+// A value is on one of two sides: below the isovalue, or not. Ends that pieces share have one value, so a
+// surface through a shared end is met once. One that only touches from above, or a cell that is all of the
+// isovalue, is not met at all.
 #pragma once
 
 #include <algorithm>

@@ -47,7 +47,7 @@ TESSERA_LEAF V trilinear(V v000, V v001, V v010, V v011, V v100, V v101, V v110,
 }
 
 /// Cubic B-splines about a place in a cell, of the samples -1, 0, 1, 2: `value` of each, and what the
-/// derivative takes of the differences between each and the next: so it is exactly 0 where all are the same.
+/// derivative takes of the differences between each and the next. So it is exactly 0 where all are the same.
 template <typename V> struct CubicWeights { V value[4], step[3]; };
 template <typename V> TESSERA_LEAF CubicWeights<V> cubicWeights(V f) {
     const V one(1.0f), half(0.5f), sixth = one / V(6.0f);
@@ -293,7 +293,7 @@ template <typename V> TESSERA_LEAF V meanExtinction(const BinEnd<V>& low, const 
 }
 
 /// Mean position that a segment of constant extinction is seen at, over its light, as a share of the way to
-/// its back: 1/x - 1/(e^x - 1), x its optical depth.
+/// its back. It is 1/x - 1/(e^x - 1), x its optical depth.
 /// @param terms  1/12, 1/720, 1/30240, 1/1209600, 1/47900160, 691/1307674368000
 template <typename V> TESSERA_LEAF V seenDepth(V depth, V alpha, const V (&terms)[6]) {
     const V s = depth * depth;

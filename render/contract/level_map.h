@@ -15,10 +15,10 @@ struct LevelMap {
     std::uint32_t finest = 0;         // level of the selection
     int mostStride = 0;               // no stride above 2^this
     std::vector<BrickCorner> corners; // [z][y][x] over bricks + 1
-    /// [z][y][x] over bricks: bits 0-2 the brick's code; then three bits a face (low x, y, z, high x, y, z):
-    /// the widest reach of the face's four corners along its axis as a level, 6 where there is none, 7 at the
-    /// volume's border; then from bit 21 one bit a face:
-    /// a brick at one of these corners is finer.
+    /// [z][y][x] over bricks. Bits 0-2 are the brick's code. Then come three bits a face (low x, y, z, high
+    /// x, y, z): the widest reach of the face's four corners along its axis as a level, 6 where there is
+    /// none, 7 at the volume's border. From bit 21 on one bit a face says that a brick at one of these
+    /// corners is finer.
     std::vector<std::uint32_t> facts;
     Charge charge;
 

@@ -16,16 +16,16 @@ namespace tessera {
 
 /// Per bin between two entries, one before the first (number 0) and one after the last, where values are
 /// constant: extinction at its start, its rise over the bin, and the integral of extinction from the first
-/// entry to the bin's start, as a number and as what float cannot hold of it, so that differences
+/// entry to the bin's start. The integral is a number and what float cannot hold of it, so that differences
 /// keep their precision.
 std::vector<glm::vec4> extinctionBins(const std::vector<glm::vec4>& table);
 /// Integrals over places from the first entry to each: rgb of extinction times colour, a of extinction; two
 /// vec4 an entry, the number and what float cannot hold. One more entry at either end.
 std::vector<glm::vec4> colourSums(const std::vector<glm::vec4>& table);
 
-/// The mean colour that is seen of a segment along which the value goes linearly from one place to another:
-/// C / alpha with the attenuation inside the segment, of segments of a few lengths. Where nothing is seen,
-/// the limit for no extinction.
+/// The mean colour of a segment along which the value goes linearly from one place to another. It is C /
+/// alpha with the attenuation inside the segment, for segments of a few lengths. Where nothing is seen, the
+/// limit for no extinction.
 class Preintegration2d {
   public:
     static constexpr int kEdge = 256; // places per axis, evenly over the table

@@ -44,7 +44,7 @@ template <typename Real> struct RayFrame {
     const RayCuts* cuts = nullptr;
 };
 
-/// A ray cut into segments, from where it enters what is drawn of the volume: segment i spans [entry +
+/// A ray cut into segments, from where it enters what is drawn of the volume. Segment i spans [entry +
 /// i*step, entry + (i+1)*step], the last one only its part `tail`. Voxel space; segmentMm is the length of a
 /// whole segment in patient space.
 template <typename Real> struct SegmentedRay {
@@ -172,11 +172,11 @@ bool drawnPartOf(const RayFrame<Real>& f, const RayLine<Real>& line, Real& t0, R
     return t1 > t0 || (f.flat && t1 == t0);
 }
 
-/// Rays of a pixel that are drawn side by side, eight of them, take samples between one another's: by how
-/// many segments the lattice of the ray at a column and row of an array begins behind (before, if negative)
-/// where the ray enters what is drawn. From -7/16 to 7/16, so that the middle of the first segment is within;
-/// of every eight rays that follow one another in a patch of 4 x 4 (ray_array.h) each has another one, and
-/// those of the first four lie between those of the last.
+/// Rays of a pixel that are drawn side by side, eight of them, take samples between one another's. The phase
+/// says by how many segments the lattice of the ray at a column and row of an array begins behind (before, if
+/// negative) where the ray enters what is drawn. It is from -7/16 to 7/16, so that the middle of the first
+/// segment is within. Of every eight rays that follow one another in a patch of 4 x 4 (ray_array.h) each has
+/// another one. Those of the first four lie between those of the last.
 constexpr int kPhases = 8;
 template <typename Real> Real phaseOf(int column, int row) {
     const int k = (column & 1) + 2 * (row & 1) + 4 * (column >> 1 & 1); // of eight

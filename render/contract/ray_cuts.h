@@ -43,7 +43,7 @@ class RayCuts {
         Keep keep;
     };
     /// The camera's picture as rows of a matrix: (x, y) = (row 0, row 1) / row 2, from 0 to 1, of a place in
-    /// voxels; row 2 is 1 of a parallel camera, depth of a perspective one.
+    /// voxels. Row 2 is 1 of a parallel camera, depth of a perspective one.
     struct Outline {
         glm::dvec4 rows[3];
         std::vector<glm::dvec2> points;

@@ -162,8 +162,8 @@ Slope<Real> trilinearSlope(Samples& samples, const glm::ivec3& low, const glm::i
     return {{dx0 + f.z * (dx1 - dx0), dy0 + f.z * (dy1 - dy0), dz}, e + f.z * dz};
 }
 
-/// Derivative of trilinear interpolation between samples up to `last`, at lattice coordinates: 0 along an
-/// axis where they lie beyond the outermost sample; at a sample's centre that of the cell above.
+/// Derivative of trilinear interpolation between samples up to `last`, at lattice coordinates. It is 0 along
+/// an axis where they lie beyond the outermost sample; at a sample's centre it is that of the cell above.
 template <typename Real, typename Samples>
 Slope<Real> latticeSlope(Samples& samples, const glm::ivec3& first, const glm::ivec3& last,
                          const glm::vec<3, Real>& at, Real samplesPerVoxel) {
@@ -318,8 +318,8 @@ glm::vec<3, Real> interblockSlope(Samples& samples, const glm::vec<3, Real>& pos
     return (sumSlope - (sum / weights) * weightsSlope) / weights;
 }
 
-/// Cubic gradient of the field of mixed levels: of the lattice of the level that has most weight, as far as
-/// that is more than all others have, and that of central differences for the rest. Empty bricks
+/// Cubic gradient of the field of mixed levels. It is that of the lattice of the level that has most weight,
+/// as far as that is more than all others have. For the rest it is that of central differences. Empty bricks
 /// have no level.
 template <typename Real, typename Samples>
 glm::vec<3, Real> interblockCubic(Samples& samples, const glm::vec<3, Real>& position) {

@@ -4,7 +4,7 @@
 // what lies behind a ray does not hold it up. A texel of an occupied box says which of its 4^3 blocks can
 // show anything.
 //
-// Empty: bit 63 is 0; byte o holds the distance for octant o (bit 0: x ascends, 1: y, 2: z), 1 to 127: a cube
+// Empty: bit 63 is 0. Byte o holds the distance for octant o (bit 0: x ascends, 1: y, 2: z), 1 to 127. A cube
 // of so many boxes an edge, from this one into the octant, is empty. Beyond the volume everything is.
 // Occupied: bit 63 is 1; bit x + 4y + 16z, x fastest, is the block's; blocks 62 and 63 share bit 62.
 // Chebyshev distance maps: Sramek and Kaufman 2000; partitioned by octant: Deakin and Knackstedt 2020.

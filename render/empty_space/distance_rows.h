@@ -43,8 +43,8 @@ class OccupiedRows {
     glm::ivec3 grid_;
 };
 
-/// The recurrence along a row: a box's distance is one larger than the least of those at the seven boxes next
-/// to it in the octant, and 0 where it is occupied.
+/// The recurrence along a row. A box's distance is 0 where it is occupied. Else it is one larger than the
+/// least of those at the seven boxes next to it in the octant.
 class DistanceRow {
   public:
     /// Bytes of a row of distances: one before it and one behind it stand for the outside, kFarthest.

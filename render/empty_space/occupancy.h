@@ -130,9 +130,9 @@ template <typename Real> Real leaves(const SegmentedRay<Real>& ray, const EmptyB
     return leave;
 }
 
-/// Twin of nextOccupied() in shaders/march_skipping.glsl: i itself where p, the middle of the stride of n
-/// segments from i, lies where something can show; else where the first stride starts whose middle may lie
-/// beyond the box that is empty. Leaps differ from the shader's by rounding; which strides are
+/// Twin of nextOccupied() in shaders/march_skipping.glsl. Returns i itself where p, the middle of the stride
+/// of n segments from i, lies where something can show. Else it returns where the first stride starts whose
+/// middle may lie beyond the box that is empty. Leaps differ from the shader's by rounding; which strides are
 /// taken does not.
 template <typename Real>
 int nextOccupied(const Occupancy& o, const Strides& strides, const SegmentedRay<Real>& ray, int i, int n,
@@ -146,10 +146,10 @@ int nextOccupied(const Occupancy& o, const Strides& strides, const SegmentedRay<
     return std::max(i + n, strideStart(strides, ray, std::max(static_cast<int>(beyond), 0)));
 }
 
-/// The same for segments that are given by the field at their ends: i itself where the stride from i can show
-/// something, else where the first stride starts that can. A stride cannot where both its ends lie in empty
-/// boxes that touch: values at its ends lie in the ranges of these, which share the value at a point where
-/// they touch, so that nothing between the two values shows either.
+/// The same for segments that are given by the field at their ends. Returns i itself where the stride from i
+/// can show something, else where the first stride starts that can. A stride cannot where both its ends lie
+/// in empty boxes that touch. Values at its ends lie in the ranges of these, which share the value at a point
+/// where they touch. So nothing between the two values shows either.
 template <typename Real>
 int nextShown(const Occupancy& o, const Strides& strides, const SegmentedRay<Real>& ray, int i) {
     std::optional<EmptyBox> box = emptyBoxAt(o, ray.step, segmentStart(ray, i));
@@ -194,8 +194,8 @@ bool isClear(const Occupancy& o, const glm::vec<3, Real>& a, const glm::vec<3, R
     return true;
 }
 
-/// The same for rays that look for surfaces, which can lie anywhere in a stride: i itself where the stride
-/// from i is not proven empty all along, else where the first such stride starts.
+/// The same for rays that look for surfaces, which can lie anywhere in a stride. Returns i itself where the
+/// stride from i is not proven empty all along, else where the first such stride starts.
 template <typename Real>
 int nextNotClear(const Occupancy& o, const Strides& strides, const SegmentedRay<Real>& ray, int i) {
     while (const std::optional<EmptyBox> box = emptyBoxAt(o, ray.step, segmentStart(ray, i))) {

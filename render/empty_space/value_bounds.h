@@ -70,8 +70,9 @@ std::optional<EmptyBox> boundedBoxAt(const ValueBounds& b, const glm::vec<3, Rea
     return std::nullopt;
 }
 
-/// As nextOccupied(): i itself where the stride of n segments from i, whose middle is p, can change what the
-/// ray has; else where the first stride starts whose middle may lie beyond the box that cannot.
+/// As nextOccupied(). Returns i itself where the stride of n segments from i, whose middle is p, can change
+/// what the ray has. Else it returns where the first stride starts whose middle may lie beyond the box that
+/// cannot.
 template <typename Real>
 int nextTelling(const ValueBounds& b, const Strides& strides, const SegmentedRay<Real>& ray, int i, int n,
                 const glm::vec<3, Real>& p, Real most) {

@@ -19,7 +19,7 @@
 namespace tessera {
 
 /// Directions in the hemisphere of a normal, the more the nearer to it (by the cosine), one of each of so
-/// many parts of it; all alike but for a turn that a key decides.
+/// many parts of it. All sets are alike but for a turn that a key decides.
 /// @param normal  unit
 /// @param key  the same directions for the same one
 std::vector<glm::dvec3> hemisphereDirections(const glm::dvec3& normal, int count, std::uint64_t key);

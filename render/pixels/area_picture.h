@@ -25,9 +25,9 @@ struct PixelReport {
     std::optional<StandardError> error; // none: one ray through each middle, or pixels decide
 };
 
-/// Where pixels decide: how far a pixel's mean may be off, and what all of them may cost: one ray for every
-/// pixel whose middle shows something, and as many more as pictures of any size can afford. Figures, not
-/// measurements of time, so that pictures stay the same.
+/// Where pixels decide: how far a pixel's mean may be off, and what all of them may cost. The cost is one ray
+/// for every pixel whose middle shows something, and as many more as pictures of any size can afford.
+/// Figures, not measurements of time, so that pictures stay the same.
 struct PixelGoal {
     PixelTarget target;
     std::size_t rays = std::size_t{1} << 17; // of the picture, besides those

@@ -23,10 +23,11 @@ class PixelPlaces {
   public:
     PixelPlaces(std::uint32_t seed, PixelFilter filter) : seed_(seed), filter_(filter) {}
 
-    /// Samples `first`, `first + 1`, ... of a set, which is a (0,2)-sequence in base 2: of its first 2^m, and
-    /// of every 2^m after those, each has one of whatever 2^m boxes of equal size and shape halve the pixel's
-    /// sides into. Sets are independent of one another, and each sample alone is anywhere in the pixel alike:
-    /// so the mean over sets is unbiased, and their variance that of the mean.
+    /// Samples `first`, `first + 1`, ... of a set, which is a (0,2)-sequence in base 2. The pixel's sides can
+    /// be halved into 2^m boxes of equal size and shape in several ways. In each of them every box has one of
+    /// the first 2^m samples, and of every 2^m after those. Sets are independent of one another, and each
+    /// sample alone is anywhere in the pixel alike: so the mean over sets is unbiased, and their variance
+    /// that of the mean.
     /// @param pixel  column, row
     /// @param set    of this pixel
     /// @param out    pixels from the picture's corner

@@ -17,9 +17,9 @@ struct PixelTarget {
 
 /// The standard error of each pixel as a part of its target, row by row; above 1 it needs more. It follows
 /// from the pixel's two sets, and from its neighbours', for two sets can be alike by chance. A pixel of which
-/// only the middle is known is judged by how far it and its eight neighbours are from a plane: more than what
-/// it is off by where light changes smoothly, about that at edges; and by neighbours that have sets, for what
-/// few rays hit can miss many middles.
+/// only the middle is known is judged by how far it and its eight neighbours are from a plane. That is more
+/// than its error where light changes smoothly, and about its error at edges. It is judged by neighbours that
+/// have sets too, for what few rays hit can miss many middles.
 std::vector<float> sampleNeeds(const PixelSums& sums, const PixelTarget& target, int threads = 0);
 
 } // namespace tessera

@@ -12,7 +12,7 @@
 
 namespace tessera {
 
-/// How much the value changes over a voxel where the picture is made: the 90th percentile, over the cells
+/// The change of the value over a voxel where the picture is made. It is the 90th percentile, over the cells
 /// that can show something, of a third of their range, for edges are some three voxels wide. Physical units.
 double typicalChangePerVoxel(const Statistics& statistics, const TransferTable& table,
                              const VolumeInfo& info);

@@ -14,9 +14,9 @@
 
 namespace tessera {
 
-/// How levels are chosen: as the scene's quality says; one for all bricks, so coarse that a first picture is
-/// there at once; the finest there is, in as many passes as the budget needs; or, for tests and comparisons,
-/// the finest one for all that fits.
+/// The way levels are chosen. perBrick: as the scene's quality says. quick: one for all bricks, so coarse
+/// that a first picture is there at once. finest: the finest there is, in as many passes as the budget needs.
+/// The others are for tests and comparisons: the finest one for all that fits.
 enum class LevelChoice { perBrick, quick, finest, oneForAll, oneForAllNothingCulled };
 
 /// What must show nothing around a brick that is left out.
@@ -37,9 +37,9 @@ struct ChosenLevels {
     std::unique_ptr<LevelChooser> chooser;
 };
 
-/// Pages that the neighbourhood of one segment can take: eight bricks for a value; those half a brick further
-/// for the differences of a gradient, and for the values at its two ends, which are at most half a brick
-/// apart. No atlas of several passes may have fewer.
+/// Pages that the neighbourhood of one segment can take. A value takes eight bricks. The differences of a
+/// gradient take those half a brick further, and so do the values at its two ends, which are at most half a
+/// brick apart. No atlas of several passes may have fewer.
 constexpr std::size_t neighbourhoodPages(bool gradients, bool ends) {
     return gradients || ends ? 27 : 8;
 }

@@ -19,7 +19,7 @@ constexpr double kLeastOpacityFramed = 0.015;
 
 /// The camera of a view: fitted to the volume's box, or to what table shows, of all or of part; to the box
 /// where it shows nothing. Statistics say which cells could be outermost, and rays through their voxels which
-/// are: so cells that show next to nothing, or nothing though their range says that they might, move no
+/// are. So cells that show next to nothing, or nothing though their range says that they might, move no
 /// camera. Only the voxels near the picture's edges are read. The same whatever the threads, the engine and
 /// the budgets. Throws InputError where ram cannot hold framingBytes().
 Camera fittedCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,

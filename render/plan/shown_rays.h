@@ -60,8 +60,8 @@ class ShownRays {
     /// @param first  the cell's first voxel
     void strengths(LatticeReader& samples, const glm::ivec3& first,
                    std::array<double, kCellVoxels>& out) const;
-    /// Whether a ray through a place shows something: single voxels that stand out are peaks, so a sample's
-    /// extinction says little and the mean over the values between samples is taken.
+    /// Whether a ray through a place shows something. Single voxels that stand out are peaks, so a sample's
+    /// extinction says little, and the mean over the values between samples is taken.
     /// @param place  voxels; one of the ray's samples is there
     /// @param direction  unit, of the view's axes
     bool onRay(LatticeReader& samples, const glm::dvec3& place, const glm::dvec3& direction) const;

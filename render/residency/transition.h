@@ -23,7 +23,7 @@ struct Move {
 /// - what gives room back: bricks that go to their mean (those out of sight do), then those that become
 ///   coarser;
 /// - then coarse levels: a brick that has no samples yet first gets those of `coarse`, if that is coarser
-///   than what is wanted of it, so that a whole picture is there soon;
+///   than its goal. So a whole picture is there soon;
 /// - then by gain, most first; bricks of one chunk stay together.
 /// @param resident, wanted  levels, [z][y][x] over bricks; the same bricks are empty
 /// @param gain  per brick: what is won by making it finer

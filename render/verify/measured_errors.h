@@ -43,15 +43,15 @@ constexpr int kFewestForMeans = 100, kFewestClusters = 48;
 /// luvMean: distances are not squares, noise makes them longer, by how much depends on what they are without
 /// it. Measured with the noise (m1) and with twice its variance (m2, half of the replicates) they are
 /// extrapolated to none (SIMEX: Cook and Stefanski 1994): 2 m1^2 - m2^2 of squares is the value, exact where
-/// error and noise are alike in kind. The interval spans what the two extremes come to: noise that adds to a
-/// distance in proportion to its variance (2 m1 - m2), and to its standard deviation, as where nothing else
-/// is there ((sqrt(2) m1 - m2) / (sqrt(2) - 1)).
+/// error and noise are alike in kind. The interval spans the results of two extremes. In one, noise adds to a
+/// distance in proportion to its variance (2 m1 - m2). In the other it adds in proportion to its standard
+/// deviation, as where nothing else is there ((sqrt(2) m1 - m2) / (sqrt(2) - 1)).
 ///
 /// luvP99: order statistics (quantile_bounds.h; Woodruff 1952 for the principle), of as many values as the
 /// sample is worth: shown pixels over the design effect of their tail (Korn and Graubard 1998), never fewer
-/// than clusters. Value and lower end are multiplied by the same extrapolation of the tail's squares, the
-/// upper end is left as it is; no number where noise is more than half of them, and no lower end but 0 as
-/// that comes near.
+/// than clusters. Value and lower end are multiplied by the same extrapolation of the tail's squares; the
+/// upper end is left as it is. There is no number where noise is more than half of them, and no lower end but
+/// 0 as that comes near.
 ///
 /// Where all pixels were taken nothing is left to chance but the truth's noise: its share of the interval is
 /// what estimates spread by when each pixel's replicates are drawn anew from themselves.
@@ -60,8 +60,8 @@ constexpr int kFewestForMeans = 100, kFewestClusters = 48;
 MeasuredErrors measuredErrors(const PixelPairs& pairs, float alphaAbove, double boundChance = 0.95);
 
 /// The chance to ask of the bound where the first bound that is low enough certifies, on fresh pixels each
-/// time: all attempts together are then wrong in at most 5 %, however many there are: half of what is left
-/// each time (an attempt may be wrong in 2.5 %, which takes 368 clusters, the next in 1.25 %: 437, then 506).
+/// time. All attempts together are then wrong in at most 5 %, however many there are. Each attempt takes half
+/// of what is left: it may be wrong in 2.5 %, which takes 368 clusters, the next in 1.25 %: 437, then 506.
 /// @param attempt  from 0 on
 double chanceOfAttempt(int attempt);
 

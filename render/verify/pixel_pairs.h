@@ -9,8 +9,8 @@
 namespace tessera {
 
 /// Linear, premultiplied. The truth of a pixel is the mean of its replicates: means of equally many samples
-/// each, drawn independently of one another (points of one low-discrepancy set are not: a randomisation a
-/// replicate), so that how they differ tells what the truth does not know yet.
+/// each, drawn independently of one another. Points of one low-discrepancy set are not, so each replicate has
+/// a randomisation of its own. The spread of replicates is the truth's own error.
 struct PixelPairs {
     PixelSample sample;
     int replicates = 0;             // an even number; 1: the truth is exact

@@ -30,10 +30,10 @@ struct PixelSample {
 };
 
 /// Two stages (Cochran, Sampling Techniques, 3rd ed. 1977, sections 9A and 11.9). Tiles stand in a row along
-/// Hilbert's curve, neighbours that together have fewer than 16 perCluster pixels to choose from as one; the
-/// row is cut into strata with equally many pixels; in each two tiles are drawn independently, each with a
-/// chance proportional to its pixels, and in each of these perCluster pixels without repetition. So every
-/// pixel has the same chance, pixels / population, and the two clusters of a stratum tell its variance.
+/// Hilbert's curve. Neighbours that together have fewer than 16 perCluster pixels to choose from count as
+/// one. The row is cut into strata with equally many pixels. In each two tiles are drawn independently, each
+/// with a chance proportional to its pixels, and in each of these perCluster pixels without repetition. So
+/// every pixel has the same chance, pixels / population, and the two clusters of a stratum tell its variance.
 /// All pixels are taken where there are at most a third more than are wanted.
 /// @param round  from 0 on: pixels of earlier rounds are not chosen again. A round is a sample of what
 ///     earlier ones left, whatever was decided from those: pixels that decided when to stop can not certify.

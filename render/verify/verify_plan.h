@@ -41,8 +41,8 @@ constexpr double kMostQuickCost = 0.25;
 /// much, fewer (and then no 99th percentile) where those still do. 16 rays each or, if that gets 400 within
 /// the cost, 8; more where the picture itself takes more than 4, because noise in the truth has to be less
 /// than the error. Where bricks must be read: 64 clusters of 8 that show something, in tiles of a quarter of
-/// a brick, which tell means but no 99th percentile; whether those bricks are few enough is for who reads
-/// them to say. full: 2000, of 64 rays or more, at any cost.
+/// a brick, which tell means but no 99th percentile. The reader of the bricks decides whether they are few
+/// enough. full: 2000, of 64 rays or more, at any cost.
 VerifyPlan verifyPlan(const VerifyInput& input);
 
 } // namespace tessera

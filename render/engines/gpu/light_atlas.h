@@ -1,5 +1,5 @@
-// render/engines/gpu/light_atlas.h: the light of bricks' samples on the GPU: a texture like the atlas of
-// values, with a component a channel, and one with the light of bricks that stand as one value.
+// render/engines/gpu/light_atlas.h: the light of bricks' samples on the GPU. One texture is like the atlas of
+// values, with a component a channel. Another has the light of bricks that stand as one value.
 #pragma once
 
 #include "core/budget.h"

@@ -7,7 +7,7 @@
 namespace tessera {
 
 /// Learns what an iteration costs here and says how many one dispatch may hold. A dispatch of n rays cannot
-/// run more than n times its iteration limit, however dense its tile turns out; what it takes is not bounded,
+/// run more than n times its iteration limit, however dense its tile turns out. Its time is not bounded,
 /// because its iterations may cost more than those before.
 class Pace {
   public:

@@ -15,7 +15,7 @@
 namespace tessera {
 
 /// A picture of a quarter of the pixels along each axis, in long segments, unlit, without leaps and without
-/// an early end: so that every ray counts in every brick that it crosses.
+/// an early end. So every ray counts in every brick that it crosses.
 class VisibilityPass {
   public:
     /// @param features  of the scene's own march

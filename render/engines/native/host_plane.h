@@ -23,7 +23,7 @@ constexpr int kApronedEdge = kApronBefore + kBrickExtent + kApronBehind;
 
 class HostPlane : public Plane {
   public:
-    /// Samples before the first brick and behind the last that may be read, of no value: of 4^3 samples
+    /// Samples before the first brick and behind the last that may be read, of no value. Of 4^3 samples
     /// around one in a brick most lie in the next slices; loads of several reach further.
     static constexpr std::size_t kAround = 2 * (kApronedEdge + 1) * kApronedEdge + 32;
 

@@ -41,9 +41,9 @@ inline __attribute__((noinline)) M clearBetween(const PacketEmptySpace& space, c
     return m;
 }
 
-/// leaves(), rounded as the mirror's: a stride that spans more than two blocks is taken or leapt over by
-/// that, and where values jump between bricks (edge function nearest) it can hold a crossing that
-/// no block holds.
+/// leaves(), rounded as the mirror's. It decides whether a stride that spans more than two blocks is taken or
+/// leapt over. Where values jump between bricks (edge function nearest) such a stride can hold a crossing
+/// that no block holds.
 TESSERA_LANE F leavesAsTheMirror(const PacketEmptySpace& space, const PacketRays& rays,
                                  const LeapingRays& leaping, const BoxAt& box) {
     const auto [reach, shift] = emptyReach(space, leaping, box);

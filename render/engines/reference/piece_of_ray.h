@@ -21,8 +21,8 @@
 namespace tessera {
 
 /// The light of docs/sampling.md along a ray between two planes of samples. Every kind of gradient is a cubic
-/// there, component by component; taken as one, it costs a few multiplications at a place, not the many
-/// values that it is the difference of, and is free of the noise of their differences, which would have
+/// there, component by component. Taken as one, it costs a few multiplications at a place, not the many
+/// values that it is the difference of. It is also free of the noise of their differences, which would have
 /// panels halved without end.
 class LightAlongRay : public GradientAlongRay {
   public:

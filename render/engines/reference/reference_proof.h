@@ -35,8 +35,8 @@ struct RayProof {
     /// What errors against the reference are to be trusted to.
     double error() const { return halving > independent ? halving : independent; }
 };
-/// Surfaces of which the volume shows nothing come to the same colour wherever they lie, and need no
-/// panels: both numbers are then of these surfaces in a thin fog, unlit, whose colour follows the value.
+/// Surfaces of which the volume shows nothing come to the same colour wherever they lie, and need no panels.
+/// Both numbers are then of these surfaces in a thin fog, unlit, whose colour follows the value.
 RayProof proveOnRays(const ReferenceInput& scene, const std::vector<ReferenceRay>& rays, int threads);
 
 /// At most `count` of the rays, spread evenly over them.

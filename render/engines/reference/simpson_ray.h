@@ -137,8 +137,9 @@ class SimpsonRay {
         const Isosurface* surface = nullptr;
     };
 
-    /// Cuts [a,b] where the field meets a point of the function or a surface: sides that quarters of the
-    /// panel can tell, each cut once more where the parabola through three of its values turns.
+    /// Cuts [a,b] where the field meets a point of the function or a surface. It finds the sides that
+    /// quarters of the panel can tell, each cut once more where the parabola through three of its values
+    /// turns.
     void addPanel(const ReferenceRay& ray, double a, double b) {
         std::vector<Cut> cuts = {{a}, {b}};
         double from = a;

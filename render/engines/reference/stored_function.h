@@ -16,8 +16,8 @@
 
 namespace tessera {
 
-/// The function between two points that are neighbours: what it is before and after them does not matter to
-/// it, so that values that rounding takes beyond them are on its side of a step.
+/// The function between two points that are neighbours. The function before and after them does not matter to
+/// it, so values that rounding takes beyond them are on its side of a step.
 class FunctionPiece {
   public:
     /// @param inside  a stored value between the points

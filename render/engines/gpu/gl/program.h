@@ -26,7 +26,7 @@ struct ComposedShader {
     std::vector<std::string> files;
 };
 /// Throws Error for a missing file, for a FEATURE_... that the text asks for and nobody defines, and for one
-/// that is defined as anything but 0 or 1 by defines: a misspelt one is an error, not "off".
+/// that defines set to anything but 0 or 1. So a misspelt one is an error, not "off".
 ComposedShader composeShader(const EmbeddedFiles& files, const std::string& main, const std::string& defines);
 /// Replaces the leading "n:line" or "n(line)" of each line of a driver's log by "file:line".
 std::string mapShaderLog(const std::string& log, const std::vector<std::string>& files);
