@@ -79,15 +79,15 @@ class RayCaster {
 
     /// The scene's transfer function or integrator is another one; begin() must follow.
     virtual void functionChanged() {}
-    /// The map of empty space is another one; begin() must follow.
+    /// The distance map is another one; begin() must follow.
     virtual void emptySpaceChanged() {}
     /// Filters samples exactly from now on, whatever the scene says; begin() must follow. False where it does
     /// so anyway.
     virtual bool fetchExactly() { return false; }
     /// As the scene says, again; begin() must follow.
     virtual void fetchAsAsked() {}
-    /// Makes maps of empty space finer where that pays, at once or as rays get there; all bricks must be
-    /// there, and stay as they are until emptySpaceChanged().
+    /// Makes distance maps finer where that pays, at once or as rays get there; all bricks must be there, and
+    /// stay as they are until emptySpaceChanged().
     virtual void refine() {}
     /// Cells that were looked at for that.
     virtual std::size_t refinedCells() const { return 0; }

@@ -181,7 +181,7 @@ class InteractiveRenderer {
     Clock::time_point choosingBegan_, chosenAt_; // levels, the last time
 
     bool drawing_ = false, counting_ = false; // a picture; what is seen
-    bool refined_ = false;                    // the map of empty space, for the bricks as they are
+    bool refined_ = false;                    // the distance map, for the bricks as they are
     // What is new: since levels were last chosen; since the last picture began; and not yet mapped, or not
     // yet where rays read it.
     Changes forChoice_{kCameraChanged}, forPicture_{kCameraChanged | kLevelsChanged},

@@ -33,7 +33,7 @@ struct RenderOptions {
     Slicing slicing;      // gpu and native
     bool counting = true; // work counters; false: they are not compiled
     LevelChoice levels = LevelChoice::perBrick;
-    int shadowLayers = DeepShadowMap::kLayers; // that maps of shadows keep of a ray, 2 to so many
+    int shadowLayers = DeepShadowMap::kLayers; // that shadow maps keep of a ray, 2 to so many
     bool searching = false; // gpu and native: take a step that is good enough, where the scene names none
     bool checking = false;  // the same, and estimate what steps and filtering cost the picture
     Verify verify = Verify::none; // gpu and native: measure the picture's errors

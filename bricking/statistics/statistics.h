@@ -25,7 +25,7 @@ int histogramBin(double value, double lowest, double highest);
 /// All values as stored (physical = slope * stored + intercept).
 struct Statistics {
     glm::ivec3 cells{0};                   // cellGrid(extent)
-    std::vector<float> cellMin, cellMax;   // [z][y][x] over cells, apron of one voxel included
+    std::vector<float> cellMin, cellMax;   // [z][y][x] over cells, ghost layer of one voxel included
     glm::ivec3 bricks{0};                  // brickGrid(extent)
     std::vector<float> brickMean;          // [z][y][x] over bricks: the sample of level kLevelCount-1
     std::vector<float> brickMin, brickMax; // [z][y][x] over bricks, one layer around included

@@ -12,7 +12,7 @@ namespace tessera {
 /// As fine as a share of what is free allows: maps' sides are halved until they fit.
 ShadowQuality shadowQualityFor(const Lighting& lighting, std::size_t freeRamBytes);
 
-/// Maps of shadows, and all that computing light takes besides. 0: no light of voxels is needed.
+/// Shadow maps, and all that computing light takes besides. 0: no light of voxels is needed.
 std::size_t lightRamBytes(const Lighting& lighting, const VolumeInfo& info, const ShadowQuality& quality,
                           int threads);
 

@@ -239,7 +239,7 @@ bool LightPlane::refineTo(int finest, LightParts considered, LightParts parts, s
     return true;
 }
 
-/// Occlusion to all but the finest samples, then maps of shadows, then all of it.
+/// Occlusion to all but the finest samples, then shadow maps, then all of it.
 void LightPlane::refineAll(std::span<const float> seen, SceneLight::Deadline deadline, Work& work) {
     const int finest = light_.voxels().finestLevel();
     for (; ambientDone_ > finest + 1; --ambientDone_)

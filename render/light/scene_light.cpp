@@ -95,7 +95,7 @@ LightParts SceneLight::takeChanges() {
     return kAllLight;
 }
 
-/// What lies behind an isosurface takes light, and no map of empty space knows of it.
+/// What lies behind an isosurface takes light, and no distance map knows of it.
 LightPath SceneLight::fieldAsDrawn() const {
     const VolumeState& volume = scene_.volume;
     const bool leaps = scene_.view.quality.skipping && volume.optics.surfaces.empty();

@@ -17,7 +17,7 @@ namespace tessera {
 struct LightReport {
     int channels = 0;
     bool emission = false;                    // light that tissue sends is among them
-    std::size_t planeBytes = 0, mapBytes = 0; // beside the bricks; maps of shadows
+    std::size_t planeBytes = 0, mapBytes = 0; // beside the bricks; shadow maps
     std::size_t maps = 0;
     int mapSize = 0;        // rays along a side of one
     float mapError = 0;     // of the light that maps hold, at most
@@ -45,8 +45,8 @@ class SceneLight {
 
     /// Takes the function and the lights as they are. Returns the parts of light that are others from now on.
     LightParts takeChanges();
-    /// Builds maps of shadows of the bricks as they are, where these do not hold. Returns true where shadows
-    /// are others from now on.
+    /// Builds shadow maps of the bricks as they are, where these do not hold. Returns true where shadows are
+    /// others from now on.
     bool makeMaps();
     /// The same as far as time goes, for all that has changed; true when they are there and new.
     bool makeMapsUntil(Deadline deadline);
@@ -54,7 +54,7 @@ class SceneLight {
     bool makeCoarseMaps(bool viewCounts);
     /// The camera has moved a light since maps were made.
     bool viewIsNew() const { return viewIsNew_; }
-    /// Maps of shadows are of the bricks, lights and function as they are.
+    /// Shadow maps are of the bricks, lights and function as they are.
     bool mapsAreWhole() const { return !casts_ || (maps_ == Maps::whole && !levelsAreNew_ && !viewIsNew_); }
 
     /// Its changes must have been taken, and shadows need maps.

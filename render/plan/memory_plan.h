@@ -57,8 +57,8 @@ std::size_t tableRamBytes(std::size_t entries, Integrator integrator);
 std::size_t tableGpuBytes(std::size_t entries, Integrator integrator);
 std::size_t integratorGpuBytes(std::size_t entries, Integrator integrator);
 
-/// RAM that is taken after the camera is known: the level map, the map of empty space, the smallest cache and
-/// the staging of uploads.
+/// RAM that is taken after the camera is known: the level map, the distance map, the smallest cache and the
+/// staging of uploads.
 /// @param threads  0: all processors
 std::size_t ramAfterCamera(const VolumeInfo& info, int threads, MapScale scale, bool skipping);
 

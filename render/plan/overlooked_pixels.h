@@ -13,9 +13,9 @@
 
 namespace tessera {
 
-/// Numbers of such pixels, row by row, in ascending order; none where the plan has no map of empty space.
-/// Cells as large on the picture as what they hold is found anyway are passed over. Takes 8 bytes of RAM a
-/// pixel, its answer included.
+/// Numbers of such pixels, row by row, in ascending order; none where the plan has no distance map. Cells as
+/// large on the picture as what they hold is found anyway are passed over. Takes 8 bytes of RAM a pixel, its
+/// answer included.
 /// @param middles  what rays through the middles came to
 std::vector<std::uint32_t> overlookedPixels(const ScenePlan& plan, const Image& middles);
 

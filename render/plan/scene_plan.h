@@ -33,12 +33,12 @@ struct ScenePlan {
     /// The rays and the lights of the view as it is.
     void aim();
     /// What the scene takes besides its bricks, and what luxuries there is room for; chooses the scale of the
-    /// map of empty space.
+    /// distance map.
     /// @param changing  levels change from picture to picture: surfaces get no map of their own
     void planMemory(const TextureLimits& limits, const Ledger& ram, const Ledger& gpu, int threads,
                     bool changing = false);
-    /// Bricks have aprons where all of them, at level 0, have room for theirs; else limits has no
-    /// room for any.
+    /// Bricks have ghost layers where all of them, at level 0, have room for theirs; else limits has no room
+    /// for any.
     void chooseAprons(TextureLimits& limits, std::size_t bricks, const Ledger& gpu);
     /// Makes the cache, of all RAM that is left or of so much as serves to read every chunk once.
     void openCache(Ledger& ram, int threads, bool readsOnce = false);

@@ -27,10 +27,10 @@ struct VolumeState {
     TransferTable table;
     Optics optics;
     Selection selection;
-    int pageEdge = kBrickExtent; // samples along a page of bricks, aprons included
+    int pageEdge = kBrickExtent; // samples along a page of bricks, ghost layers included
     LevelMap levels;             // of a selection of mixed levels; else empty
     MapScale mapScale = MapScale::bricks;
-    Occupancy occupancy; // the map of empty space; none where rays keep one value
+    Occupancy occupancy; // and the distance map; none where rays keep one value
     ValueLook look;      // of single values, where they do
     ValueBounds bounds;  // then: what rays leap over, where they look for the greatest or the least
     /// What isosurfaces alone show: a map of its own, where there are surfaces, the function shows something

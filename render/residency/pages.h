@@ -17,7 +17,7 @@ namespace tessera {
 struct TextureLimits {
     int maxExtent = 2048; // texels, a page's edge counted as 32
     std::size_t maxBytes = std::size_t{1} << 30;
-    int pageEdge = kBrickExtent;     // samples that a page has room for along an axis, aprons included
+    int pageEdge = kBrickExtent;     // samples that a page has room for along an axis, ghost layers included
     bool readsOnce = false;          // chunks are read when bricks are put there, and not again
     int lightChannels = 0;           // of the scene: planes of 16 bits a sample beside the values
     std::size_t indexEntryBytes = 8; // of every brick, in each plane: where it is, or what it stands for

@@ -25,7 +25,7 @@ TEST(StoreStatistics, EqualBruteForce) {
     for (const ValueType type : {ValueType::u8, ValueType::i16, ValueType::u16, ValueType::f32}) {
         ScratchFolder scratch;
         const glm::ivec3 n(70, 47, 65);
-        // Mostly equal, rarely extreme: so that most cells differ in what their apron sees.
+        // Mostly equal, rarely extreme: so that most cells differ in what their ghost layer sees.
         HashSource source(plainInfo(n, type), [](int x, int y, int z) {
             const auto h = mixed(static_cast<std::uint64_t>(x + 100 * y + 10000 * z));
             return h % 97 == 0 ? static_cast<double>(h >> 57) : 40;

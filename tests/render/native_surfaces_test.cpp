@@ -149,7 +149,7 @@ TEST_P(NativeSurfaces, ScarceBricksChangeNothing) {
     }
 }
 
-/// Both maps of empty space, and one for all that shows.
+/// Both distance maps, and one for all that shows.
 TEST(NativeSurfaceBlocks, ChangeNoBit) {
     for (const bool volume : {false, true})
         for (const bool mixed : {false, true}) {

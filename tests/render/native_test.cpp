@@ -1,5 +1,5 @@
 // tests/render/native_test.cpp: the native engine has the bits of the float mirror, whatever a scene asks
-// for, whatever set of instructions draws it, and however the work is cut.
+// for, whatever instruction set draws it, and however the work is cut.
 #include "render/plan/visibility_rays.h"
 #include "tests/support/lights.h"
 #include "tests/support/mixed_fixture.h"

@@ -153,7 +153,7 @@ struct Case {
     std::vector<Isosurface> surfaces = {};
 };
 
-/// Samples of every chunk of every level, a few hundred a level, and every set of instructions.
+/// Samples of every chunk of every level, a few hundred a level, and every instruction set.
 void expectAsPlainly(const Case& c, const glm::dmat4* place = nullptr) {
     Scene scene = sceneOn(infoOf(c.store), c.preset, 0, {16, 16});
     scene.surfaces = c.surfaces;

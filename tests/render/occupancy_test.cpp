@@ -1,5 +1,5 @@
-// The map of empty space on the CPU: the distance map is exact, filled or mended; the map follows any
-// sequence of changes of levels and functions bit for bit; and what it calls empty shows nothing.
+// The distance map on the CPU: distances are exact, filled or mended; the map follows any sequence of
+// changes of levels and functions bit for bit; and what it calls empty shows nothing.
 #include "core/preset.h"
 #include "tests/support/scene_fixture.h"
 

@@ -89,7 +89,7 @@ TEST(Phases, OfRaysShorterThanASegmentHaveTheirLengthInTheMean) {
     }
 }
 
-// With each set of instructions, one level and mixed ones, lit and with maps of empty space.
+// With each instruction set, one level and mixed ones, lit and with distance maps.
 TEST(Phases, NativePicturesHaveTheMirrorsBits) {
     for (const bool isMixed : {false, true}) {
         MixedScene scene("torso", "soft-tissue", 0, EdgeFunction::split, Sampling::limited, kPicture);

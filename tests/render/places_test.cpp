@@ -143,7 +143,7 @@ Image mirrored(const ScenePlan& p, const Places& places) {
     return image;
 }
 
-// With each set of instructions, one level and mixed ones.
+// With each instruction set, one level and mixed ones.
 TEST(Places, NativePicturesHaveTheMirrorsBits) {
     for (const bool isMixed : {false, true}) {
         MixedScene scene("torso", "soft-tissue", 0, EdgeFunction::split, Sampling::limited, kWhole);

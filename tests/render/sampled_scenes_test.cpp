@@ -168,7 +168,7 @@ const std::vector<OpacityPoint> kScarce = {{0, 0}, {1000, 0.8}};
 constexpr glm::ivec3 kScarceExtent(90, 68, 12);
 
 // A wire is a half to a quarter as wide as a pixel, and dots are as small: where neither a pixel's middle nor
-// a neighbour's finds them, the map of empty space tells that something lies there.
+// a neighbour's finds them, the distance map tells that something lies there.
 TEST(SampledScenes, WhatFewRaysHitIsSampledLikeAnyOther) {
     const Stored thin(wires, kScarceExtent, true), single(dots, kScarceExtent, true);
     struct Case {

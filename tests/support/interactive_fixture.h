@@ -79,8 +79,8 @@ inline std::size_t gpuBytesFor(const Scene& scene, std::size_t pages) {
            atlasBytes(probe.renderer.atlasPages(), ValueType::i16, probe.engine->limits()) +
            atlasBytes(pages, ValueType::i16, TextureLimits{}) + (std::size_t{3} << 20);
 }
-/// The same for either engine. The native one's pages are larger where memory is ample (aprons), so that its
-/// budget is found by asking.
+/// The same for either engine. The native one's pages are larger where memory is ample (ghost layers), so
+/// that its budget is found by asking.
 inline std::size_t gpuBytesFor(const Scene& scene, std::size_t pages, bool native) {
     if (!native)
         return gpuBytesFor(scene, pages);

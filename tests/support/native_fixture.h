@@ -1,5 +1,5 @@
-// tests/support/native_fixture.h: prepared scenes by the native engine, with every set of instructions that
-// the processor has, and by the float mirror, whose bits it must have.
+// tests/support/native_fixture.h: prepared scenes by the native engine, with every instruction set that the
+// processor has, and by the float mirror, whose bits it must have.
 #pragma once
 
 #include "render/engines/native/native_caster.h"
@@ -88,7 +88,7 @@ inline Image mirrorPicture(const Prepared& prepared) {
     return image;
 }
 
-/// With every set of instructions, with aprons and without.
+/// With every instruction set, with ghost layers and without.
 /// @param blank  whether nothing is to be seen
 inline void expectTheMirrorsBits(Prepared& prepared, bool blank = false) {
     const Image mirror = mirrorPicture(prepared);

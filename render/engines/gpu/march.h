@@ -39,8 +39,8 @@ Composition marchComposition(std::uint32_t features);
 class March {
   public:
     using Clock = std::chrono::steady_clock;
-    /// Compiles the program and allocates table, map of empty space and ray state on the GPU ledger.
-    /// Integrator, isosurfaces and lights are those of optics, whatever features say.
+    /// Compiles the program and allocates table, distance map and ray state on the GPU ledger. Integrator,
+    /// isosurfaces and lights are those of optics, whatever features say.
     /// occupancy is needed exactly when features has kFeatureSkipping, but for kFeatureValues, which have
     /// bounds (setBounds()); it and info must outlive this.
     March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
@@ -70,7 +70,7 @@ class March {
     std::vector<SeenBrick> seen() const;
     /// kFeaturePasses: per brick the first ray that waits for it, or UINT32_MAX; forgets them.
     std::vector<std::uint32_t> takeWanted();
-    /// The map of empty space on the device; with kFeatureSkipping only.
+    /// The distance map on the device; with kFeatureSkipping only.
     const GlTexture3d& skippingMap() const { return skipping_; }
     /// With isosurfaces: what they alone show (ScenePlan::surfaceOccupancy), so that rays solve for them only
     /// near them. Before run(), and again where it changed; without it rays do wherever anything shows.

@@ -117,7 +117,8 @@ void BlockRanges::rangesOfSamples(int level, const glm::ivec3& firstVoxel, CellR
     rangesOfPoints(points, out);
 }
 
-/// What one brick has in a cell, of its own or beyond its faces: clamped to its own samples and its apron's.
+/// What one brick has in a cell, of its own or beyond its faces: clamped to its own samples and its ghost
+/// layer's.
 void BlockRanges::rangesOfBrick(const glm::ivec3& at, const glm::ivec3& firstVoxel, CellRanges& out) {
     const PacketBrick& brick = brickAt(at);
     const std::uint32_t state = brick.low >> 24;

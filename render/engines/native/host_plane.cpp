@@ -160,7 +160,7 @@ float HostPlane::sampleAt(const PacketBrick& brick, int level, const glm::ivec3&
 void HostPlane::settle(const LevelMap* map, int level) {
     if (settled_)
         return;
-    // Whose samples are others, or in another place, than when aprons were filled.
+    // Whose samples are others, or in another place, than when ghost layers were filled.
     std::vector<std::uint8_t> stale(entries_.size(), 0);
     for (std::size_t b = 0; b < entries_.size(); ++b) {
         const BrickEntry& entry = entries_[b];
@@ -202,7 +202,7 @@ void HostPlane::settle(const LevelMap* map, int level) {
                 visit(b);
         });
     };
-    // One after the other: aprons read what boxes are written beside.
+    // One after the other: ghost layers read what boxes are written beside.
     forEachBrick([&](std::size_t b) {
         if (stale[b])
             hasApron_[b] = fillApron(b) ? 1 : 0;

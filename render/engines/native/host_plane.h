@@ -39,7 +39,8 @@ class HostPlane : public Plane {
     void publish(std::span<const BrickEntry> entries) override;
     /// Levels are others.
     void levelsChanged() { settled_ = false; }
-    /// Brings aprons and boxes up to what was put and published, for these levels; before rays are drawn.
+    /// Brings ghost layers and boxes up to what was put and published, for these levels; before rays are
+    /// drawn.
     /// @param map  of mixed levels, or null
     /// @param level  else: of all bricks
     void settle(const LevelMap* map, int level);
@@ -54,7 +55,7 @@ class HostPlane : public Plane {
     const VolumeInfo& info() const { return info_; }
     const glm::ivec3& grid() const { return grid_; }
 
-    /// PacketBrick::low of bricks that need no other one: of level 0, their aprons filled.
+    /// PacketBrick::low of bricks that need no other one: of level 0, their ghost layers filled.
     static constexpr std::uint32_t kLowWithApron = 0x070707;
 
     /// Sample i of a level's lattice from the brick that holds it, which is there.
@@ -75,14 +76,14 @@ class HostPlane : public Plane {
     ValueType type_;
     native::SampleKind kind_;
     glm::ivec3 grid_{0}, box_{0}; // bricks; pages
-    int edge_ = kBrickExtent;     // of a brick of level 0 with its apron
+    int edge_ = kBrickExtent;     // of a brick of level 0 with its ghost layer
     int threads_;
     Charge charge_;
     std::unique_ptr<std::byte[], Free> room_;
     std::byte* samples_ = nullptr; // in it
     std::vector<std::uint8_t> levelOfPage_;
-    std::vector<std::uint8_t> putInPage_;      // since aprons were filled: pages whose samples are new
-    std::vector<BrickEntry> entries_, filled_; // as published; as they were when aprons were filled
+    std::vector<std::uint8_t> putInPage_;      // since ghost layers were filled: pages whose samples are new
+    std::vector<BrickEntry> entries_, filled_; // as published; as they were when ghost layers were filled
     std::vector<native::PacketBrick> bricks_;
     std::vector<std::uint8_t> hasApron_;
     bool settled_ = false;

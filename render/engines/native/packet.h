@@ -222,7 +222,7 @@ struct OcclusionPath {
 
 using PacketMarch = void (*)(const PacketScene&, PacketJob&);
 
-/// What was compiled for one set of instructions.
+/// What was compiled for one instruction set.
 struct PacketTarget {
     const char* name = "";
     int columns = 0, rows = 0; // pixels of a packet

@@ -60,7 +60,7 @@ template <bool Mixed> TESSERA_LANE void enter(const PacketField& f, Here<Mixed>&
     F perVoxel = here.perVoxel;
     if constexpr (Mixed) {
         const auto brick = [&](F at, int axis) {
-            // As cells of level 0 lie: their bricks have aprons on the upper side.
+            // As cells of level 0 lie: their bricks have ghost layers on the upper side.
             const F inside = min(max(at - F(0.5f), F(0.0f)), F(static_cast<float>(f.extentVoxels[axis])));
             return min(max(sar<5>(truncated(inside)), I(0)), I(f.grid[axis] - 1));
         };

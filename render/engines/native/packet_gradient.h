@@ -240,7 +240,8 @@ inline __attribute__((noinline)) F3 otherDifferences(const PacketField& f, const
     return g;
 }
 
-/// Cubic gradients: of lanes whose 4^3 samples are all of their brick or its apron. Others go one by one.
+/// Cubic gradients: of lanes whose 4^3 samples are all of their brick or its ghost layer. Others go one by
+/// one.
 template <SampleKind K, bool Mixed>
 inline __attribute__((noinline)) F3 cubicAt(const PacketField& f, const PacketHelp& help,
                                             const Here<Mixed>& here, const F3& p, M& m) {

@@ -101,8 +101,8 @@ inline __attribute__((noinline)) I strideStarts(const PacketField& f, const Pack
 }
 
 /// The field at p, which then lies in the lanes' brick where it lies in one.
-/// @param Gradients  follow at p, so that lanes do not stay in the apron of a brick behind them, where some
-///     of a gradient's values are beyond
+/// @param Gradients  follow at p, so that lanes do not stay in the ghost layer of a brick behind them, where
+///     some of a gradient's values are beyond
 /// @param rows  as valueHere()
 template <SampleKind K, bool Gradients = false, bool Mixed>
 TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m, LongRows* rows = nullptr) {
