@@ -1,6 +1,6 @@
-// bricking/import/files/nifti_header.cpp: parseNiftiHeader of nifti.h. Offsets are those of nifti1.h and
-// nifti2.h.
-#include "bricking/import/files/nifti.h"
+// bricking/import/files/nifti/nifti_header.cpp: parseNiftiHeader of nifti.h. Offsets are those of nifti1.h
+// and nifti2.h.
+#include "bricking/import/files/nifti/nifti.h"
 #include "bricking/import/source/plausible.h"
 #include "core/error.h"
 

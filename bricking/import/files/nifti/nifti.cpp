@@ -1,7 +1,8 @@
-// bricking/import/files/nifti.cpp: openNifti of nifti.h. Uncompressed files are read by position, gzip files
-// in one forward pass.
-#include "bricking/import/files/nifti.h"
+// bricking/import/files/nifti/nifti.cpp: openNifti of nifti.h. Uncompressed files are read by position, gzip
+// files in one forward pass.
+#include "bricking/import/files/nifti/nifti.h"
 
+#include "bricking/import/files/file_format.h"
 #include "bricking/import/files/gzip_stream.h"
 #include "bricking/import/files/plain_file_source.h"
 #include "bricking/import/source/slice_converter.h"
@@ -143,6 +144,10 @@ std::unique_ptr<SlabSource> openNifti(const std::filesystem::path& path) {
     const NiftiHeader header = parseNiftiHeader(std::span(head).first(have), path.string());
     checkLength(path.string(), header, largest);
     return std::make_unique<GzipNiftiSource>(stream.file(), header, describeNifti(header, true));
+}
+
+FileFormat niftiFormat() {
+    return {"NIfTI files", ".nii, .nii.gz", openNifti};
 }
 
 } // namespace tessera

@@ -1,4 +1,4 @@
-// bricking/import/files/raw.h: a raw file described by a JSON sidecar (docs/formats.md gives the keys).
+// bricking/import/files/raw/raw.h: a raw file described by a JSON sidecar (docs/formats.md gives the keys).
 #pragma once
 
 #include "bricking/import/source/slab_source.h"
@@ -12,10 +12,5 @@ namespace tessera {
 /// Throws InputError naming the sidecar for an unknown, missing or ill-typed key and for geometry that is no
 /// volume, and naming the data file if its size is not exactly what the sidecar says.
 std::unique_ptr<SlabSource> openRaw(const std::filesystem::path& sidecar);
-
-/// True if the file is a JSON object with the keys "data" and "extent", so that other JSON is passed over.
-bool looksLikeRawSidecar(const std::filesystem::path& path);
-/// The data file that such a sidecar names, or an empty path.
-std::filesystem::path rawDataFile(const std::filesystem::path& sidecar);
 
 } // namespace tessera

@@ -1,6 +1,7 @@
-// bricking/import/files/raw.cpp: see raw.h.
-#include "bricking/import/files/raw.h"
+// bricking/import/files/raw/raw.cpp: see raw.h.
+#include "bricking/import/files/raw/raw.h"
 
+#include "bricking/import/files/file_format.h"
 #include "bricking/import/files/plain_file_source.h"
 #include "bricking/import/source/input_file.h"
 #include "bricking/import/source/plausible.h"
@@ -126,6 +127,26 @@ std::filesystem::path dataPath(const Sidecar& sidecar, const std::filesystem::pa
     return sidecarPath.parent_path() / data;
 }
 
+/// The JSON of a file that is small enough for a sidecar; discarded where it is none.
+Json smallJson(const std::filesystem::path& path) {
+    std::error_code error;
+    if (std::filesystem::file_size(path, error) > kLargestSidecarBytes || error)
+        return Json(Json::value_t::discarded);
+    return Json::parse(readText(path), nullptr, false);
+}
+
+/// Whether it has the keys "data" and "extent": other JSON is passed over.
+bool isRawSidecar(const std::filesystem::path& path) {
+    const Json json = smallJson(path);
+    return json.is_object() && json.contains("data") && json.contains("extent");
+}
+std::vector<std::filesystem::path> dataFileOf(const std::filesystem::path& sidecar) {
+    const Json json = smallJson(sidecar);
+    if (!json.is_object() || !json.contains("data") || !json["data"].is_string())
+        return {};
+    return {sidecar.parent_path() / json["data"].get<std::string>()};
+}
+
 } // namespace
 
 std::unique_ptr<SlabSource> openRaw(const std::filesystem::path& sidecarPath) {
@@ -194,22 +215,9 @@ std::unique_ptr<SlabSource> openRaw(const std::filesystem::path& sidecarPath) {
     return makePlainFileSource(std::move(file), info, layout, std::move(description));
 }
 
-std::filesystem::path rawDataFile(const std::filesystem::path& path) {
-    std::error_code error;
-    if (std::filesystem::file_size(path, error) > kLargestSidecarBytes || error)
-        return {};
-    const Json json = Json::parse(readText(path), nullptr, false);
-    if (!json.is_object() || !json.contains("data") || !json.contains("extent") || !json["data"].is_string())
-        return {};
-    return path.parent_path() / json["data"].get<std::string>();
-}
-
-bool looksLikeRawSidecar(const std::filesystem::path& path) {
-    std::error_code error;
-    if (std::filesystem::file_size(path, error) > kLargestSidecarBytes || error)
-        return false;
-    const Json json = Json::parse(readText(path), nullptr, false);
-    return json.is_object() && json.contains("data") && json.contains("extent");
+FileFormat rawFormat() {
+    return {"raw files with a .json sidecar", "the .json sidecar of a raw file", openRaw, isRawSidecar,
+            dataFileOf};
 }
 
 } // namespace tessera
