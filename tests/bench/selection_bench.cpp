@@ -16,8 +16,8 @@
 #include "render/engines/mirror/mirror.h"
 #include "render/plan/scene_plan.h"
 #include "tests/bench/bench_tools.h"
-#include "viewer/studies/lod/brick_truth.h"
-#include "viewer/studies/lod/hierarchy.h"
+#include "tests/bench/lod/brick_truth.h"
+#include "tests/bench/lod/hierarchy.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-// bricking/import/source/format_endings.h: names of files that a format of single files may read. For a list of
-// a folder, which needs no importer.
+// bricking/import/source/format_endings.h: names of files that a format of single files may read. For a list
+// of a folder, which needs no importer.
 #pragma once
 
 #include <string>
