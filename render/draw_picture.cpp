@@ -3,7 +3,6 @@
 
 #include "core/error.h"
 #include "core/stopwatch.h"
-#include "render/engines/gpu/features.h"
 #include "render/engines/mirror/mirror_tracer.h"
 #include "render/picture.h"
 #include "render/plan/overlooked_pixels.h"
@@ -125,7 +124,7 @@ bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
         keeping.opened();
     std::unique_ptr<SurfaceLight> light;
     if (p.view.lighting.surfaceOcclusion && !keeping.first)
-        light = std::make_unique<SurfaceLight>(p, options.threads, result.engine == EngineKind::reference);
+        light = std::make_unique<SurfaceLight>(p, options.threads, traitsOf(result.engine).exact);
     std::unique_ptr<RayCaster> caster = engine.caster({options.counting, light != nullptr, passes}, gpu);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();

@@ -2,7 +2,6 @@
 #include "render/draw_scene.h"
 
 #include "core/error.h"
-#include "render/engines/reference/reference_engine.h"
 #include "render/plan/plan_again.h"
 #include "render/verify/error_goal.h"
 
@@ -36,13 +35,9 @@ double secondsAfterFirst(const RenderResult& first, const Scene& scene) {
 
 } // namespace
 
-MadeEngine::MadeEngine(const Scene& scene, const RenderOptions& options, Ledger& ram, Ledger& gpu)
-    : maker(options.engine, options.device, options.threads), kind(maker.kind()), reason(maker.reason()) {
-    if (kind == EngineKind::reference)
-        engine = std::make_unique<ReferenceEngine>(scene, options.threads);
-    else
-        engine = maker.make(ram, gpu);
-}
+MadeEngine::MadeEngine(const RenderOptions& options, Ledger& ram, Ledger& gpu)
+    : maker(options.engine, options.device, options.threads), kind(maker.kind()), reason(maker.reason()),
+      engine(maker.make(ram, gpu)) {}
 
 RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made, Ledger& ram, Ledger& gpu,
                        const RenderOptions& options, const Keeping& keeping, const Planned& planned) {
@@ -58,8 +53,8 @@ RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made,
     Progress silent;
     Progress& progress = options.progress ? *options.progress : silent;
     progress.stage("reading statistics and choosing levels");
-    const bool first =
-        options.onFirstPicture && (made.kind == EngineKind::gpu || made.kind == EngineKind::native);
+    const EngineTraits& traits = traitsOf(made.kind);
+    const bool first = options.onFirstPicture && traits.quick;
     const bool decides = // how fine it is, by what is measured
         scene.quality.maxError.value_or(0) > 0 && options.verify != Verify::none && about.choosesSteps;
     Scene picture = scene; // the first that is drawn in full
@@ -89,7 +84,7 @@ RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made,
     }
     result.camera = p.view.camera;
     result.tableRelativeError = p.volume.table.relativeError;
-    result.levelsOnPurpose = options.levels != LevelChoice::perBrick || made.kind == EngineKind::reference;
+    result.levelsOnPurpose = options.levels != LevelChoice::perBrick || traits.exact;
     result.cells = cellCount(p.volume.statistics.cells);
     const SceneVolume& volume = scene.volumes.front();
     const ValueSummary values = summarise(p.volume.statistics, p.info(), volume.unit);
@@ -103,7 +98,7 @@ RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made,
         drawUntilGoodEnough(scene, p, engine, ram, gpu, options, progress, result);
     else
         drawPicture(scene, p, engine, ram, gpu, options, 0, {}, ofOnePicture, progress, result, keeping);
-    if (made.kind == EngineKind::reference)
+    if (traits.exact)
         result.level = 0;
     result.occupiedCells = scene.quality.skipping && p.volume.occupancy.exists()
                                ? p.volume.occupancy.occupiedCells()

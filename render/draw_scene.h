@@ -19,7 +19,7 @@ struct MadeEngine {
     std::string reason; // why this one; empty where it was asked for
     std::unique_ptr<Engine> engine;
 
-    MadeEngine(const Scene& scene, const RenderOptions& options, Ledger& ram, Ledger& gpu);
+    MadeEngine(const RenderOptions& options, Ledger& ram, Ledger& gpu);
 };
 
 /// The plan of a scene for such limits, levels and RAM for a pixel.

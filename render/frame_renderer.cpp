@@ -106,14 +106,14 @@ void FrameRenderer::forget() {
 
 RenderResult FrameRenderer::draw(const Scene& given) {
     State& s = *state_;
-    // An engine of one scene; and measuring errors has another plan opened.
-    if (s.options.engine == EngineKind::reference || s.options.verify != Verify::none) {
+    // measuring errors has another plan opened
+    if (s.options.verify != Verify::none) {
         ++kept_.frames;
         return renderScene(given, s.store, s.ram, s.gpu, s.options);
     }
     const Scene scene = asDrawn(given);
     if (!s.made) {
-        s.made.emplace(scene, s.options, s.engineRam, s.gpu);
+        s.made.emplace(s.options, s.engineRam, s.gpu);
         s.gpuBefore = s.gpu.usedBytes();
     }
     Engine& engine = *s.made->engine;

@@ -85,9 +85,7 @@ RenderResult renderUnfolded(const Scene& given, std::span<const UnfoldedRow> row
     const auto start = Clock::now();
     const EngineMaker maker(options.engine, options.device,
                             options.threads); // its device outlives the engine
-    const std::shared_ptr<Engine> engine = maker.kind() == EngineKind::reference
-                                               ? makeEngine(scene, options, ram, gpu)
-                                               : std::shared_ptr<Engine>(maker.make(ram, gpu));
+    const std::unique_ptr<Engine> engine = maker.make(ram, gpu);
     result.engine = maker.kind();
     result.engineReason = maker.reason();
     result.device = engine->about().device;

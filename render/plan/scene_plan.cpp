@@ -130,6 +130,7 @@ bool ScenePlan::setLight(const Scene& scene, int threads) {
         return false;
     checkLight(scene);
     view.lighting = scene.lighting;
+    view.shading = shading;
     view.lighting.surfaceOcclusion.reset();
     setShading(volume.optics, shading);
     setLighting(volume.optics, shading, view.lighting, volume.function.materials(), view.camera, info());
@@ -276,6 +277,8 @@ ScenePlan viewOf(const Scene& given, const StoreReader& store, Statistics* kept,
     ScenePlan p;
     p.view.quality = scene.quality;
     p.view.lighting = scene.lighting;
+    p.view.shading = scene.shading;
+    p.view.surfaces = scene.surfaces;
     p.volume.store = &store;
     const VolumeInfo& info = store.info();
     p.view.imageSize = scene.imageSize;

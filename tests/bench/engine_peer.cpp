@@ -47,7 +47,7 @@ EnginePeer::EnginePeer(EngineKind kind, const Scene& scene, const StoreReader& s
         RenderOptions options;
         options.engine = kind;
         options.device = GlDeviceChoice{device};
-        l.engine = makeEngine(scene, options, l.ram, l.gpu);
+        l.engine = makeEngine(options, l.ram, l.gpu);
         device_ = l.engine->about().device;
         l.plan = planScene(scene, store, l.engine->limits(), l.ram, l.gpu, options.threads,
                            LevelChoice::oneForAll, pictureBytesPerPixel(kind));

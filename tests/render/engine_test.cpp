@@ -204,7 +204,7 @@ TEST(Engines, TheReferenceIsCutLikewise) {
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
     const Scene scene = sceneOn(info, "bone-1", 0, {30, 21});
     Prepared prepared("torso", scene);
-    ReferenceEngine engine(scene, 2);
+    ReferenceEngine engine(2);
     Work work;
     bringBricks(engine, prepared.p, prepared.budgets.ram, prepared.budgets.gpu, work);
     const auto caster = engine.caster({}, prepared.budgets.gpu);

@@ -105,7 +105,7 @@ TEST(Places, AreWhatTheySayOnEveryEngine) {
         GpuEngine march(context, gpu, ram);
         NativeEngine native(2, gpu, ram);
         MirrorEngine mirror(2);
-        ReferenceEngine reference(scene, 2);
+        ReferenceEngine reference(2);
         for (Engine* engine : {static_cast<Engine*>(&march), static_cast<Engine*>(&native),
                                static_cast<Engine*>(&mirror), static_cast<Engine*>(&reference)}) {
             SCOPED_TRACE(testing::Message() << "camera " << camera << ", "

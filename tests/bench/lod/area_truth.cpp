@@ -244,7 +244,7 @@ AreaTruth areaTruth(const Scene& scene, const AreaTruthEffort& effort, std::size
         return truth;
     const auto second = std::chrono::steady_clock::now();
     Ledger ram("RAM", "--ram", ramBytes), gpu("GPU memory", "--gpu-memory", kTruthBytes);
-    ReferenceEngine engine(asItIs, 0);
+    ReferenceEngine engine(0);
     AreaCaster caster(asItIs, engine, EngineKind::reference, ram, gpu);
     const Image reference = rowOf(caster, chosen, effort.referenceSide, effort.seed + 1);
     const ImageDifference off = compare(native, reference);
