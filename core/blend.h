@@ -1,6 +1,5 @@
-// core/blend.h: what lies between two keyframes: transfer functions, lights, cuts and cameras that go over
-// into one another. What cannot go over (another number of lights, another kind of cut) changes at the later
-// keyframe.
+// core/blend.h: interpolation between two keyframes: transfer functions, lights, cuts and cameras. Parts that
+// cannot be interpolated (another number of lights, another kind of cut) change at the later keyframe.
 #pragma once
 
 #include "core/path.h"

@@ -1,7 +1,7 @@
-// core/brick.h: addressing. One type per address space, so that a brick's place in the volume, a chunk's
-// place in a level's array and a slot in the atlas cannot be mixed up. All levels of a volume share these
-// rules; a 2x2x2 average pyramid is the flat multiresolution: brick b at level l is a sub-box of the array of
-// level l.
+// core/brick.h: addresses of bricks, chunks and slots. One type per address space keeps a brick's place in
+// the volume, a chunk's place in a level's array and a slot in the atlas apart. All levels of a volume share
+// these rules. A 2x2x2 average pyramid is the flat multiresolution: brick b at level l is a sub-box of the
+// array of level l.
 #pragma once
 
 #include <compare>

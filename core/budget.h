@@ -1,5 +1,5 @@
-// core/budget.h: the ledger. Every allocation of bricks, tables, statistics, staging and images is charged to
-// a ledger before it is made, so that a budget is a promise and not a hope.
+// core/budget.h: Ledger, the memory budget. Every allocation of bricks, tables, statistics, staging and
+// images is charged to a ledger before it is made. So a budget is a promise and not a hope.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// core/camera.h: where the picture is taken from, in patient space (LPS, mm). Names follow VTK.
+// core/camera.h: the camera of a picture, in patient space (LPS, mm). Names follow VTK.
 #pragma once
 
 #include "core/volume.h" // VolumeInfo: fitting

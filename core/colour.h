@@ -1,4 +1,5 @@
-// core/colour.h: colour spaces. Linear Rec. 709 inside; sRGB at the door; CIE 1976 L*u*v* (D65) for errors.
+// core/colour.h: colour spaces: linear Rec. 709 inside, sRGB for input and output, CIE 1976 L*u*v* (D65) for
+// errors.
 #pragma once
 
 #include <glm/vec3.hpp>

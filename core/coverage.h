@@ -1,5 +1,5 @@
-// core/coverage.h: what of a hollow organ's wall the cameras of a flight have seen, and the patches that none
-// has. bricking/lumen/wall_coverage.h measures it.
+// core/coverage.h: the coverage of a hollow organ's wall by the cameras of a flight, and the patches that
+// none has seen. bricking/lumen/wall_coverage.h measures it.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// core/cuts.h: what of a volume is cut away before it is drawn: boxes, planes, and prisms that were drawn as
-// outlines on a picture. Several cut together: what is drawn is what each of them keeps.
+// core/cuts.h: cuts of a volume before it is drawn: boxes, planes, and prisms drawn as outlines on a picture.
+// Several cuts combine: the drawn part is what each of them keeps.
 #pragma once
 
 #include "core/camera.h"

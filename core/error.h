@@ -1,5 +1,5 @@
-// core/error.h: the three error tiers. A bug stops the program with both values printed (TESSERA_CHECK);
-// a bad file, bad option or too small a budget throws InputError (exit 2); anything else throws Error (exit
+// core/error.h: the three error tiers. A bug stops the program with both values printed (TESSERA_CHECK). A
+// bad file, a bad option or too small a budget throws InputError (exit 2). Anything else throws Error (exit
 // 1). What a caller may expect in the ordinary course is a value, never an exception.
 #pragma once
 

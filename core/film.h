@@ -1,5 +1,5 @@
-// core/film.h: a scene and a path to the scene of every frame. All of a frame follows from its number alone,
-// so that frames can be drawn in any order, by anybody.
+// core/film.h: the scene of every frame of a film, from a scene and a path. A frame follows from its number
+// alone, so frames can be drawn in any order, by any process.
 #pragma once
 
 #include "core/blend.h"

@@ -1,5 +1,5 @@
-// core/flight.h: a line as it is flown: a smooth curve along a route of centre-lines, by arc length, with a
-// frame that turns no more than it must.
+// core/flight.h: a flight: a smooth curve along a route of centre-lines, by arc length, with a frame that
+// turns no more than it must.
 #pragma once
 
 #include "core/path.h"

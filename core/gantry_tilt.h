@@ -1,5 +1,5 @@
 // core/gantry_tilt.h: the lean of a volume's slices against the direction they are stacked in, from its
-// affine: what a CT's tilted gantry leaves there as a shear.
+// affine. A CT's tilted gantry leaves it there as a shear.
 #pragma once
 
 #include "core/volume.h"

@@ -1,5 +1,5 @@
-// core/gradient_opacity.h: opacity by gradient: a factor on a transfer function's extinction, by the length
-// of the field's gradient (docs/sampling.md, "Opacity by gradient").
+// core/gradient_opacity.h: gradient opacity: a factor on a transfer function's extinction, by the length of
+// the field's gradient (docs/sampling.md, "Opacity by gradient").
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
-// core/image_file.h: pictures on disk. PNG (8-bit sRGB), EXR (linear float32), TIFF (16-bit sRGB), by
-// extension. A target of its own (tessera_image_files: libpng, OpenEXR, libtiff), so that a bare machine
-// builds without it; programs load it with their first picture (viewer/modules/).
+// core/image_file.h: pictures on disk, their format by extension: PNG (8-bit sRGB), EXR (linear float32),
+// TIFF (16-bit sRGB). It is a target of its own (tessera_image_files: libpng, OpenEXR, libtiff), so a bare
+// machine builds without it. Programs load it with their first picture (viewer/modules/).
 #pragma once
 
 #include "core/image.h"

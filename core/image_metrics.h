@@ -1,4 +1,4 @@
-// core/image_metrics.h: how far two pictures are apart (NUMERICS C3 columns), in linear premultiplied float.
+// core/image_metrics.h: differences between two pictures, in linear premultiplied float.
 #pragma once
 
 #include "core/image.h"
@@ -19,10 +19,9 @@ struct ImageDifference {
 /// Compares a picture against a truth of the same size (checked).
 ImageDifference compare(const Image& image, const Image& truth);
 
-/// The columns of NUMERICS C3, for reports of error against run time. Means and percentiles are over the
-/// pixels where the truth's alpha is above 0, so that no background flatters them: not above 1/255 as
-/// compare() has it, whose numbers are about what can be seen. What is lit where the truth shows nothing is
-/// still found by maxAbs.
+/// Errors of a picture, for reports of error against run time. Means and percentiles are over the pixels
+/// where the truth's alpha is above 0, so no background flatters them. compare() takes alpha above 1/255,
+/// because its numbers are about what can be seen. maxAbs also finds what is lit where the truth is empty.
 struct ImageError {
     std::size_t maskedPixels = 0; // where the truth's alpha is above 0
     std::size_t nanCount = 0; // components, of all pixels, that are not finite; they count as an error of 1

@@ -1,7 +1,6 @@
-// core/interrupt.h: Ctrl-C, and work that is called off. A program that catches signals ends in order:
-// whatever takes long asks here now and then, an exception unwinds, and destructors take away what is
-// unfinished. A watchdog does the same by force where nobody asks for too long, so that the program is gone
-// within a second.
+// core/interrupt.h: Ctrl-C and cancellation. A program that catches signals ends in order. Long work polls
+// here, an exception unwinds, and destructors remove unfinished files. Where nobody polls for too long, a
+// watchdog does the same by force: the program is gone within a second.
 #pragma once
 
 #include <atomic>

@@ -1,4 +1,4 @@
-// core/lighting.h: where a scene's light comes from, and what of it gets where (docs/sampling.md, "Shading").
+// core/lighting.h: a scene's lights and ambient occlusion (docs/sampling.md, "Shading").
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
-// core/look.h: named light for pictures, in core/looks/*.json: lights, occlusion and how things answer to
-// them.
+// core/look.h: lighting presets, in core/looks/*.json: lights, occlusion and material response by name. A
+// lighting preset is a look in code and options.
 #pragma once
 
 #include "core/scene.h"

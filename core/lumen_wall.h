@@ -1,5 +1,4 @@
-// core/lumen_wall.h: what a flight through a hollow organ looks at: its wall, as a surface where the
-// lumen ends.
+// core/lumen_wall.h: the wall of a hollow organ, shown to a flight as a surface where the lumen ends.
 #pragma once
 
 #include "core/path.h"

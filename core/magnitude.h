@@ -1,5 +1,5 @@
-// core/magnitude.h: how large numbers from files and options may be. Beyond these, arithmetic in float or
-// double overflows somewhere, and what it makes is no number; such numbers are refused where they come in.
+// core/magnitude.h: limits of numbers from files and options. Beyond them, arithmetic in float or double
+// overflows somewhere and gives no number. Such numbers are refused where they come in.
 #pragma once
 
 #include <glm/vec3.hpp>

@@ -1,4 +1,4 @@
-// core/mean_spacing.h: the one length by which lengths per voxel are told per millimetre
+// core/mean_spacing.h: the mean spacing of voxels, by which lengths per voxel become lengths per millimetre
 // (core/gradient_opacity.h).
 #pragma once
 

@@ -1,5 +1,5 @@
-// core/measurement.h: lengths, angles and circles between places in the patient, as a scene keeps them. They
-// are of the geometry alone: no voxel has a say.
+// core/measurement.h: measurements of a scene: lengths, angles and circles between points in the patient.
+// They use geometry alone and read no voxel.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,5 @@
-// core/mode.h: what a picture makes of the values along its rays: composited, one of them, their mean, the
-// isosurfaces alone, or those of a plane; and the window that turns one value into grey (docs/sampling.md,
-// "Modes").
+// core/mode.h: the modes of a picture: composited values along rays, one of them, their mean, the isosurfaces
+// alone, or values of a plane. The window turns one value into grey (docs/sampling.md, "Modes").
 #pragma once
 
 #include "core/preset.h" // ValueSummary
@@ -15,7 +14,7 @@ namespace tessera {
 
 enum class Mode { composite, maximum, minimum, average, isosurface, slice };
 
-/// What a ray keeps of the values along it: all of them, composited, or one.
+/// The value that a ray keeps of those along it: all of them, composited, or one.
 enum class Reduction { composite, maximum, minimum, average };
 
 /// DICOM's linear window (PS3.3 C.11.2.1.3.2, LINEAR_EXACT): grey rises from 0 at centre - width/2 to 1 at

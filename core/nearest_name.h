@@ -1,4 +1,4 @@
-// core/nearest_name.h: "did you mean": the known name that is closest to a mistyped one.
+// core/nearest_name.h: the known name that is closest to a mistyped one, for "did you mean".
 #pragma once
 
 #include <cstddef>

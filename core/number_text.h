@@ -1,4 +1,4 @@
-// core/number_text.h: numbers as people read them.
+// core/number_text.h: numbers as text for people.
 #pragma once
 
 #include <string>

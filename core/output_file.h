@@ -1,5 +1,5 @@
-// core/output_file.h: every single file that is a result (picture, page, table, scene) is written here: under
-// another name beside it, every step checked, and renamed when it is whole.
+// core/output_file.h: writes every single file that is a result (picture, page, table, scene). It is written
+// under another name beside the target, every step is checked, and it is renamed when it is whole.
 #pragma once
 
 #include "core/file_handle.h"

@@ -1,7 +1,7 @@
-// core/ownership.h: whose an unfinished file or folder is. Its maker holds a lock (flock) on it. The kernel
-// lets go of a lock when the process ends, however it ends: what is named like a temporary thing and is held
-// by nobody was left by a process that died, and may be removed. A process number would prove nothing:
-// numbers are used again, and containers that share a folder count on their own.
+// core/ownership.h: locks (flock) that say whether an unfinished file or folder still has its maker. The
+// kernel drops a lock when the process ends, however it ends. A thing named like a temporary one and held by
+// nobody was left by a dead process, and may be removed. A process number would prove nothing: numbers are
+// used again, and containers that share a folder count on their own.
 #pragma once
 
 #include "core/file_handle.h"

@@ -1,5 +1,6 @@
-// core/path.h: ways through a volume, as one value and as one JSON file (docs/path.schema.json): centre-lines
-// of hollow organs, keyframes, and how a line is flown. What becomes of them is in core/flight.h.
+// core/path.h: paths through a volume, as one value and as one JSON file (docs/path.schema.json):
+// centre-lines of hollow organs, keyframes, and the parameters of a flight. core/flight.h makes the curve of
+// them.
 #pragma once
 
 #include "core/camera.h"

@@ -1,4 +1,4 @@
-// core/path_text.h: what is known of centre-lines, in words: for programs and windows alike.
+// core/path_text.h: texts about centre-lines, for programs and windows alike.
 #pragma once
 
 #include "core/path.h"

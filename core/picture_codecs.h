@@ -1,5 +1,5 @@
-// core/picture_codecs.h: picture files by the formats' own libraries, for image_file.cpp: numbers as they
-// stand in the file. No library's exception or jump leaves these functions.
+// core/picture_codecs.h: picture files by the formats' own libraries, for image_file.cpp: the numbers as the
+// file holds them. No library's exception or jump leaves these functions.
 #pragma once
 
 #include "core/image.h"

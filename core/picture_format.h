@@ -1,4 +1,4 @@
-// core/picture_format.h: which format a picture's name asks for; needs no library that writes one.
+// core/picture_format.h: the format of a picture, by its file name. It needs no library that writes one.
 #pragma once
 
 #include <filesystem>

@@ -1,8 +1,8 @@
-// core/preset_file.h: a transfer function with all else that a picture looks like, as one JSON file: what
-// "save as mine" keeps and `--preset FILE` takes.
-//   {"tesseraPreset": 1, "description": "...", "unit": "HU", "scalarOpacity": ..., "rgbTransferFunction":
-//   ...,
-//    and any of lookKeys(), as a scene has them}
+// core/preset_file.h: a preset as one JSON file: a transfer function and the other keys of a picture's
+// appearance. "Save as mine" writes it and `--preset FILE` reads it.
+//
+//     {"tesseraPreset": 1, "description": "...", "unit": "HU",
+//      "scalarOpacity": ..., "rgbTransferFunction": ..., and any of lookKeys(), as a scene has them}
 #pragma once
 
 #include "core/scene.h"

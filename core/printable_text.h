@@ -1,5 +1,5 @@
-// core/printable_text.h: text from outside (names of files, tags of headers, arguments) made fit to be
-// printed: a terminal obeys control characters, and a file's name may hold any.
+// core/printable_text.h: makes text from outside (file names, header tags, arguments) fit to be printed. A
+// terminal obeys control characters, and a file name may hold any.
 #pragma once
 
 #include <string>

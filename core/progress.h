@@ -1,6 +1,6 @@
-// core/progress.h: what a long job tells while it goes on: one line on stderr that redraws itself, with the
-// stage, its share and the time left. On a terminal only; elsewhere a plain line each ten seconds where more
-// is asked for, so that logs stay readable.
+// core/progress.h: the progress of a long job: one line on stderr that redraws itself, with the stage, its
+// share and the time left. This is on a terminal only. Elsewhere a plain line comes each ten seconds if more
+// is asked for, so logs stay readable.
 #pragma once
 
 #include <chrono>

@@ -1,5 +1,5 @@
-// core/regular_file.h: reading a pipe or a device may wait for ever, or give no end: such files are refused
-// before they are opened.
+// core/regular_file.h: refuses pipes and devices before they are opened: reading one may wait for ever or
+// have no end.
 #pragma once
 
 #include "core/error.h"

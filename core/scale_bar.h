@@ -1,5 +1,5 @@
-// core/scale_bar.h: a bar of a round length that says how large things are on a picture: its length, and the
-// bar drawn into one. Windows draw it in their own way.
+// core/scale_bar.h: a scale bar: a round length for a picture, and the bar drawn into one. Windows draw it in
+// their own way.
 #pragma once
 
 #include "core/camera.h"

@@ -1,5 +1,5 @@
-// core/scene.h: everything a picture depends on, as one value and as one JSON file (docs/scene.schema.json).
-// Keys follow VTK and 3D Slicer where they have one.
+// core/scene.h: the scene: everything a picture depends on, as one value and as one JSON file
+// (docs/scene.schema.json). Keys follow VTK and 3D Slicer where they have one.
 #pragma once
 
 #include "core/camera.h"

@@ -1,4 +1,4 @@
-// core/scratch_folder.h: a folder for what is not to stay: generated volumes of the benches and of the tests.
+// core/scratch_folder.h: a folder for temporary data: generated volumes of the benches and of the tests.
 #pragma once
 
 #include "core/file_handle.h"

@@ -1,4 +1,4 @@
-// core/source_choice.h: which volume of source files is meant, and how it is to be opened.
+// core/source_choice.h: the choice of one volume among source files, and the options to open it.
 #pragma once
 
 namespace tessera {

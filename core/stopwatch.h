@@ -1,4 +1,4 @@
-// core/stopwatch.h: how long something took by the clock.
+// core/stopwatch.h: elapsed time by the clock.
 #pragma once
 
 #include <chrono>

@@ -1,5 +1,5 @@
-// core/threads.h: parallelFor over an index range. Work is handed out by an atomic counter, so results must
-// not depend on which thread does what; the first exception is rethrown to the caller.
+// core/threads.h: parallelFor over an index range. An atomic counter hands out the work, so results must not
+// depend on which thread does what. The first exception is rethrown to the caller.
 #pragma once
 
 #include "core/progress.h" // ShareDone

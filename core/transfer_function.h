@@ -1,5 +1,5 @@
-// core/transfer_function.h: what a value looks like. Points as people edit them, the exact function between
-// them (docs/sampling.md, "Transfer function"), and the table of floats that march and mirror read.
+// core/transfer_function.h: transfer functions: points as people edit them, the exact function between them
+// (docs/sampling.md, "Transfer function"), and the table of floats that engines read.
 #pragma once
 
 #include "core/gradient_opacity.h"

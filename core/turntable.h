@@ -1,4 +1,4 @@
-// core/turntable.h: a film around what a camera looks at, as a path of keyframes.
+// core/turntable.h: a turntable film: a camera's circle about its focal point, as a path of keyframes.
 #pragma once
 
 #include "core/path.h"

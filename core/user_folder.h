@@ -1,4 +1,4 @@
-// core/user_folder.h: where the program keeps what its user set: presets, the window's settings.
+// core/user_folder.h: the folder of a user's own files: presets, the window's settings.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
-// core/value_look.h: what one value looks like in modes that show single values, exactly and as the table of
-// floats that engines read (docs/sampling.md, "Modes").
+// core/value_look.h: the appearance of one value in modes that show single values, exactly and as the table
+// of floats that engines read (docs/sampling.md, "Modes").
 #pragma once
 
 #include "core/mode.h"

@@ -1,6 +1,6 @@
-// core/volume.h: what a volume is, apart from its voxels: extent, type, physical units, place in the patient.
-// Spaces (docs/sampling.md): voxel space has the centre of voxel (i,j,k) at (i,j,k)+1/2 and the volume is
-// [0,extent]; patient space is DICOM LPS in millimetres. Transforms are named dstFromSrc.
+// core/volume.h: a volume apart from its voxels: extent, type, physical units, position in the patient.
+// Spaces are those of docs/sampling.md. Voxel space has the centre of voxel (i,j,k) at (i,j,k)+1/2, and the
+// volume is [0,extent]. Patient space is DICOM LPS in millimetres. Transforms are named dstFromSrc.
 #pragma once
 
 #include <array>

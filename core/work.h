@@ -1,4 +1,4 @@
-// core/work.h: machine-independent cost of a picture, for gates and reports that must not depend on a
+// core/work.h: the machine-independent cost of a picture, for gates and reports that must not depend on a
 // clock.
 #pragma once
 

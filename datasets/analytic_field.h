@@ -1,5 +1,5 @@
-// datasets/analytic_field.h: the phantoms that are one formula each, at any point of patient space, with
-// their gradients, so that tests can compare a sampled, stored and rendered volume with the truth.
+// datasets/analytic_field.h: phantoms of one formula each, with their gradients, at any point of patient
+// space. Tests compare a sampled, stored and rendered volume with this truth.
 #pragma once
 
 #include <glm/vec3.hpp>

@@ -1,6 +1,6 @@
 // datasets/branching_tree.h: trees that fill a region, for airways and vessels. A branch grows towards the
-// middle of the points it has to serve, then the points are split in two halves, each served by a child;
-// radii follow Murray's law.
+// middle of the points that it serves. The points are then split in two halves, each served by a child. Radii
+// follow Murray's law.
 #pragma once
 
 #include "datasets/shapes.h"

@@ -1,5 +1,5 @@
-// datasets/colon_shape.h: the colon as a shape: a tube along a smooth centre-line whose lumen is pouched into
-// haustra by three rows of thin semilunar folds between three taeniae.
+// datasets/colon_shape.h: the colon as a shape: a tube along a smooth centre-line. Three rows of thin
+// semilunar folds between three taeniae pouch its lumen into haustra.
 #pragma once
 
 #include "datasets/shapes.h"

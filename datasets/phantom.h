@@ -1,5 +1,5 @@
-// datasets/phantom.h: generated volumes, slice by slice, of any size. Each is a formula, so that tests know
-// the value, and often the gradient and the integral, at every point.
+// datasets/phantom.h: generated volumes, slice by slice, of any size. Each is a formula, so tests know the
+// value, and often the gradient and the integral, at every point.
 #pragma once
 
 #include "bricking/import/source/slab_source.h"

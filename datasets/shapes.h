@@ -1,7 +1,7 @@
-// datasets/shapes.h: the solids that the torso is made of, as signed distances in millimetres (negative
-// inside). Distances are first-order approximations: right at the surface, within a small factor away from
-// it; that is what a blend over one voxel and the pruning of tiles need. Only +, *, / and sqrt run per voxel,
-// so that the voxels do not depend on a maths library.
+// datasets/shapes.h: the solids of the torso as signed distances in millimetres (negative inside). Distances
+// are first-order approximations: right at the surface, within a small factor away from it. A blend over one
+// voxel and the pruning of tiles need no more. Only +, *, / and sqrt run per voxel, so the voxels do not
+// depend on a maths library.
 #pragma once
 
 #include <array>

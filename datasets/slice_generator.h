@@ -1,5 +1,5 @@
-// datasets/slice_generator.h: what a phantom is inside this room: a volume's description and a pure function
-// from slice number to voxels. Being pure, slices can be made in any order, by any number of threads.
+// datasets/slice_generator.h: a phantom inside this room: a volume's description and a pure function from
+// slice number to voxels. Being pure, slices can be made in any order, by any number of threads.
 #pragma once
 
 #include "core/volume.h"

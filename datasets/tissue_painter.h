@@ -1,6 +1,6 @@
-// datasets/tissue_painter.h: turns a list of tissues into voxels, later tissues over earlier ones, every
-// surface blended over one voxel. Tiles of a slice are pruned against the tissues' bounds first, so that most
-// voxels see only the one or two surfaces that pass near them.
+// datasets/tissue_painter.h: paints a list of tissues into voxels, later tissues over earlier ones, every
+// surface blended over one voxel. Tiles of a slice are pruned against the tissues' bounds first. Most voxels
+// then see only the one or two surfaces that pass near them.
 #pragma once
 
 #include "datasets/shapes.h"

@@ -1,6 +1,6 @@
-// render/draw_picture.h: the picture of a plan, by any engine: bricks are brought, a step is chosen, rays are
-// drawn, errors are told; and pictures, each finer than the one before, until the error is what is asked for.
-// For renderer.cpp and frame_renderer.cpp.
+// render/draw_picture.h: the picture of a plan, by any engine: bricks are loaded, a step is chosen, rays are
+// drawn and errors reported. With an error goal it draws pictures, each finer than the one before, until the
+// error is met. For renderer.cpp and frame_renderer.cpp.
 #pragma once
 
 #include "render/renderer.h"

@@ -1,5 +1,5 @@
-// render/draw_scene.h: a scene to a picture by an engine that is there: renderScene() makes one for a
-// picture, FrameRenderer keeps one for a film.
+// render/draw_scene.h: draws a scene on an open engine. renderScene() makes the engine for one picture;
+// FrameRenderer keeps it for a film.
 #pragma once
 
 #include "render/draw_picture.h"

@@ -1,6 +1,7 @@
-// render/engine.h: what draws. An engine holds the bricks of volumes on its device; a ray caster of it takes
-// rays through them, as far as a deadline allows, and goes on later. GPU march, mirror and reference are
-// engines; pictures are reached through this interface alone (render/picture.h).
+// render/engine.h: Engine and RayCaster, the interface of the backends that draw. An engine holds the bricks
+// of volumes on its device. Its ray caster takes rays through them, as far as a deadline allows, and goes on
+// later. The GPU march, the native engine, the mirror (CPU oracle) and the reference are engines. Pictures
+// use this interface alone (render/picture.h).
 #pragma once
 
 #include "bricking/levels/visibility.h" // SeenBrick

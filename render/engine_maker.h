@@ -1,4 +1,4 @@
-// render/engine_maker.h: which engine draws, and on what device.
+// render/engine_maker.h: chooses the engine and its device, and makes it.
 #pragma once
 
 #include "core/budget.h"

@@ -1,6 +1,6 @@
-// render/frame_renderer.h: the pictures of a film: each one equals renderScene() of its scene, bit by bit,
-// and what does not depend on the scene stays from one to the next: device, statistics and, where only the
-// camera has moved and memory allows, the bricks.
+// render/frame_renderer.h: the pictures of a film. Each equals renderScene() of its scene, bit by bit.
+// Whatever does not depend on the scene stays from one frame to the next: device and statistics. Bricks stay
+// too where only the camera has moved and memory allows.
 #pragma once
 
 #include "render/renderer.h"

@@ -1,9 +1,9 @@
-// render/interactive_renderer.h: pictures that follow one another: camera and function move, bricks come as
-// they are needed, and the picture gets better while one looks. Everything is done in advance(), which does
-// what fits before a deadline; only choosing levels and decoding have threads of their own.
+// render/interactive_renderer.h: pictures that follow one another. Camera and function move, bricks are
+// loaded as they are needed, and the picture improves at rest. advance() does everything, and does what fits
+// before a deadline. Only choosing levels and decoding have threads of their own.
 //
-// A brick is drawn as what the atlas has of it, its mean at worst, so that every picture is whole. What it
-// has moves towards what was chosen, between pictures (render/README.md, "The state machine of a brick").
+// A brick is drawn as what the atlas has of it, its mean at worst, so every picture is whole. Between
+// pictures a brick moves towards its chosen level (render/README.md, "The state machine of a brick").
 #pragma once
 
 #include "bricking/levels/level_chooser.h"

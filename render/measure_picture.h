@@ -1,5 +1,5 @@
-// render/measure_picture.h: how wrong a picture that has just been drawn is: pixels drawn again on the engine
-// that drew it, through the finest levels where the picture's are coarser, within the same budgets.
+// render/measure_picture.h: measures the error of a picture just drawn. Pixels are drawn again on the engine
+// that drew it, within the same budgets. Where the picture has coarser levels, they go through the finest.
 #pragma once
 
 #include "core/scene.h"

@@ -1,5 +1,5 @@
 // render/picture.h: the way from a plan to a picture, the same for every engine and for all that measures
-// one: bricks are brought, what is seen decides about levels once more, rays are drawn to their end.
+// one. Bricks are loaded, measured visibility may change the levels once, and rays are drawn to their end.
 #pragma once
 
 #include "core/budget.h"

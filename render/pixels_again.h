@@ -1,5 +1,5 @@
-// render/pixels_again.h: some of a picture's pixels drawn again, as they are and as they should be: the pairs
-// that its measured errors are made of (docs/measured-errors.md).
+// render/pixels_again.h: some of a picture's pixels drawn again, as they are and as they should be. Measured
+// errors are made of these pairs (docs/measured-errors.md).
 #pragma once
 
 #include "core/image.h"

@@ -1,4 +1,4 @@
-// render/renderer.h: a scene to one converged picture, by any engine.
+// render/renderer.h: renders a scene to one converged picture, by any engine.
 #pragma once
 
 #include "bricking/store/store_reader.h"

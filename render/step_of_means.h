@@ -1,6 +1,6 @@
-// render/step_of_means.h: the step of rays whose mean over a pixel is shown, where pixels decide how many
-// they take: eight at least. Their phases differ (RayFrame::phase), so that one takes samples between those
-// of the others, and their mean errs far less than one of them.
+// render/step_of_means.h: the step of rays where a pixel shows the mean of several, eight at least. Their
+// phases differ (RayFrame::phased), so one ray takes samples between those of the others. Their mean then
+// errs far less than one of them.
 #pragma once
 
 #include "core/image.h"

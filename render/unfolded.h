@@ -1,6 +1,6 @@
-// render/unfolded.h: a tube's wall as a flat picture: every row is a place on a line, every column an angle
-// around it (docs/sampling.md, "Unfolded pictures"). Drawn by rays of perspective cameras on the line, by
-// every engine.
+// render/unfolded.h: a tube's wall as a flat picture. Every row is a point on a line, every column an angle
+// around it (docs/sampling.md, "Unfolded pictures"). Rays of perspective cameras on the line draw it, so
+// every engine can.
 #pragma once
 
 #include "render/renderer.h"

@@ -1,10 +1,10 @@
-// bricking/body/body_box.h: the box of the patient in a CT, without the table: from a coarse level of the
-// store, so that it takes a fraction of a second whatever the volume's size.
+// bricking/body/body_box.h: the box of the patient in a CT, without the table. It is found on a coarse level
+// of the store, so it takes a fraction of a second whatever the volume's size.
 //
-// Body is what is above kBodyHu and thick. The thickest place's distance to air, R, is the scale: an opening
-// with a ball of R/kOfThickness parts shells, cloth and what touches by an edge; of the parts that are left
-// those stay that are as thick somewhere as R/kOfThinnestPart (arms beside the trunk). What the opening took
-// comes back where it is small (ears, fingers) and touches what stays.
+// Body is what is above kBodyHu and thick. Its scale is R, the largest distance of a voxel to air. An opening
+// with a ball of R/kOfThickness parts shells, cloth and what touches by an edge. Of the parts left, those
+// stay that are somewhere as thick as R/kOfThinnestPart (arms beside the trunk). What the opening took comes
+// back where it is small (ears, fingers) and touches what stays.
 #pragma once
 
 #include "bricking/cache/chunk_source.h"

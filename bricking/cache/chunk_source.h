@@ -1,6 +1,6 @@
-// bricking/cache/chunk_source.h: what the cache reads chunks from: a volume with its levels, in boxes of
-// kChunkExtent^3 samples. Our stores are such sources (store/store_reader.h); foreign and remote ones come in
-// the same way, whatever the size of their own chunks (RechunkedSource).
+// bricking/cache/chunk_source.h: ChunkSource, the interface that the cache reads: a volume with its levels,
+// in boxes of kChunkExtent^3 samples. Our stores are such sources (store/store_reader.h). Foreign and remote
+// stores implement it too, whatever the size of their own chunks (RechunkedSource).
 #pragma once
 
 #include "core/brick.h"

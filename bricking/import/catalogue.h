@@ -1,5 +1,6 @@
-// bricking/import/catalogue.h: all that a file or folder offers, found in one pass over headers: volumes,
-// scouts, reports, and every file that is passed over. Makes the table of series and the choice among them.
+// bricking/import/catalogue.h: everything that a file or folder offers, found in one pass over headers:
+// volumes, scouts, reports, and every unused file. It also makes the table of series and the choice among
+// them.
 #pragma once
 
 #include "bricking/import/dicom/dicom_scan.h"

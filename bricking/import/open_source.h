@@ -1,4 +1,4 @@
-// bricking/import/open_source.h: from a path to a SlabSource, whatever the format. Target tessera_import.
+// bricking/import/open_source.h: opens a path of any format as a SlabSource. Target tessera_import.
 #pragma once
 
 #include "bricking/import/source/slab_source.h"

@@ -1,7 +1,7 @@
-// bricking/levels/graded_rays.h: opacity by gradient of sampled rays (brick_rays.h). They know how the value
-// changes along themselves, at every level as far as that level's gradients reach; across, it is taken to
-// change as much, as it does in the mean over directions. So what coarser levels lose of their gradients is
-// in the errors that are predicted.
+// bricking/levels/graded_rays.h: gradient opacity of sampled rays (brick_rays.h). A ray knows the value's
+// change along itself, at every level, as far as that level's gradients reach. Across the ray the change is
+// taken to be as large, as it is in the mean over directions. So predicted errors hold the gradients that
+// coarser levels lose.
 #pragma once
 
 #include "core/gradient_opacity.h"

@@ -1,5 +1,5 @@
-// bricking/levels/level_chooser.h: from a store, a transfer function and a camera to levels: statistics read,
-// errors predicted, view weighed, in this order, each again only when what it depends on has changed.
+// bricking/levels/level_chooser.h: levels from a store, a transfer function and a camera. Statistics are
+// read, errors predicted and the view weighed, in this order, each again only when its inputs have changed.
 #pragma once
 
 #include "bricking/levels/level_selection.h"

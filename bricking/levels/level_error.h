@@ -1,17 +1,20 @@
-// bricking/levels/level_error.h: how far the picture of a brick would be off at each level, under a transfer
-// function: what selection minimises.
+// bricking/levels/level_error.h: the predicted error of each brick at each level under a transfer function,
+// which selection minimises.
 //
-// The error of a brick at a level: the brick alone before black, seen along the axes from both ends; the mean
-// over its rays of the distance in CIE 1976 L*u*v* between the ray composited from level 0 and from that
-// level. It is predicted by compositing the rays that import sampled (brick_rays.h) in just that way, half of
-// them from either end, so it has no bias to speak of; what it has is the scatter of a sample of 24 rays. A
-// choice that looks for the largest gains finds the largest scatter, so that is then smoothed: a tenth of a
-// brick's error is that of its neighbours, and a quarter of how it is shared out among levels is as in all
-// bricks together. Colour that changes along a
-// ray, values that lie behind one another, noise that cancels along a ray and narrow peaks of the function
-// are all in it. A brick that shows something which none of its rays met is given the error of one white ray
-// among them, growing with the level: small things are what people look for. What is not: what lies before
-// and behind the brick, lighting, and neighbours of other levels.
+// The error of a brick at a level is defined for the brick alone before black, seen along the axes from both
+// ends. It is the mean over its rays of the distance in CIE 1976 L*u*v* between the ray composited from level
+// 0 and from that level. It is predicted by compositing the rays that import sampled (brick_rays.h) in just
+// that way, half of them from either end. The prediction has no bias to speak of, but the scatter of a sample
+// of 24 rays.
+//
+// A choice that looks for the largest gains finds the largest scatter, so errors are smoothed. A tenth of a
+// brick's error is that of its neighbours. A quarter of how it is shared out among levels is as in all bricks
+// together.
+//
+// The error holds colour that changes along a ray, values behind one another, noise that cancels along a ray,
+// and narrow peaks of the function. A brick may show something that none of its rays met. It then gets the
+// error of one white ray among them, growing with the level: small things are what people look for. The error
+// leaves out the space before and behind the brick, lighting, and neighbours of other levels.
 #pragma once
 
 #include "bricking/statistics/brick_rays.h"

@@ -1,12 +1,11 @@
 // bricking/levels/level_selection.h: the pure function (predicted errors, view, visibility, budget) -> level
 // or nothing, per brick: the flat multiresolution. Every brick has its own level, whatever its neighbours
-// have. Bricks that show nothing cost nothing; the rest share the pages so that the weighted sum of predicted
-// errors falls fastest per byte. Source: course notes on advanced volume ray casting, sections 2.8.3
-// and 2.9.3.
+// have. Empty bricks cost nothing. The others share the pages so that the weighted sum of predicted errors
+// falls fastest per byte. Source: course notes on advanced volume ray casting, sections 2.8.3 and 2.9.3.
 //
-// What a brick costs: a page holds 32^3 texels and bricks of one level only, 8^level of them; at the coarsest
-// level a brick is its mean and costs nothing. A selection costs the sum over levels of ceil(count / 8^level)
-// pages, and that sum, not its fractions, is what is kept within the budget.
+// The cost of a brick: a page holds 32^3 texels and bricks of one level only, 8^level of them. At the
+// coarsest level a brick is its mean and costs nothing. A selection costs the sum over levels of ceil(count /
+// 8^level) pages. That sum, and not its fractions, is kept within the budget.
 #pragma once
 
 #include "bricking/levels/level_error.h"

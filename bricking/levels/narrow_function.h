@@ -1,10 +1,10 @@
-// bricking/levels/narrow_function.h: compositing sampled rays (brick_rays.h) under a transfer function whose
-// features are narrower than what the value changes between the samples: a look-up at each sample would miss
-// them, and levels would be told to make no difference. Here the value is taken to change steadily from one
-// sample to the next, and a segment has the function's mean over the values that it passes, which no feature
-// is too narrow for: pre-integration (K. Engel, M. Kraus, T. Ertl, High-Quality Pre-Integrated Volume
-// Rendering, 2001) without attenuation inside the segment. Several times the work of a look-up,
-// therefore only for such functions.
+// bricking/levels/narrow_function.h: compositing of sampled rays (brick_rays.h) under narrow transfer
+// functions: features narrower than the change of the value between samples. A look-up at each sample would
+// miss them, and levels would seem to make no difference. Here the value changes linearly from one sample to
+// the next. A segment has the function's mean over the values that it passes, which no feature is too narrow
+// for. This is pre-integration (K. Engel, M. Kraus, T. Ertl, High-Quality Pre-Integrated Volume Rendering,
+// 2001) without attenuation inside the segment. It costs several times the work of a look-up, so only such
+// functions take it.
 #pragma once
 
 #include "bricking/statistics/brick_rays.h"

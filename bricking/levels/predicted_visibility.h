@@ -1,6 +1,6 @@
-// bricking/levels/predicted_visibility.h: how much of every brick the camera will see past those before it,
-// from the opacities that the sampled rays of the bricks predict (level_error.h). No voxel is read and
-// nothing is drawn, so that a picture's levels depend on its scene alone.
+// bricking/levels/predicted_visibility.h: the predicted visibility of every brick: how much of it the camera
+// sees past the bricks in front of it. It uses the opacities that the bricks' sampled rays predict
+// (level_error.h). No voxel is read and nothing is drawn, so a picture's levels depend on its scene alone.
 #pragma once
 
 #include "bricking/levels/level_error.h"

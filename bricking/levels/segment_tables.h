@@ -1,5 +1,6 @@
-// bricking/levels/segment_tables.h: what segments of sampled rays (brick_rays.h) add under a transfer
-// function, by nearest look-up of their value: one table for each of the few lengths that segments have.
+// bricking/levels/segment_tables.h: tables of what a segment of a sampled ray (brick_rays.h) adds under a
+// transfer function, by nearest look-up of its value. Segments have few lengths, and each length has one
+// table.
 #pragma once
 
 #include "bricking/statistics/brick_rays.h"

@@ -1,6 +1,6 @@
-// bricking/levels/selection.h: which level every brick is drawn at. A brick that shows nothing under the
-// transfer function is empty and costs nothing; all others have a level of their own (flat multiresolution,
-// course notes 2.9.3).
+// bricking/levels/selection.h: Selection: the level that every brick is drawn at. A brick that shows nothing
+// under the transfer function is empty and costs nothing. All others have a level of their own (flat
+// multiresolution, course notes 2.9.3).
 #pragma once
 
 #include "bricking/statistics/statistics.h"

@@ -1,4 +1,4 @@
-// bricking/levels/view_weight.h: what the camera makes of a brick: how many pixels it covers, and the finest
+// bricking/levels/view_weight.h: the camera's weight of each brick: the pixels that it covers, and the finest
 // level that a pixel can still show.
 #pragma once
 

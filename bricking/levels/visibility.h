@@ -1,5 +1,5 @@
-// bricking/levels/visibility.h: what a picture saw of each brick, as a factor for the next choice of levels
-// that does not flicker.
+// bricking/levels/visibility.h: visibility measured by a picture, as a factor per brick for the next choice
+// of levels. The factor does not flicker.
 #pragma once
 
 #include "bricking/levels/selection.h"

@@ -1,5 +1,5 @@
-// bricking/lumen/centre_path.h: from a chain of voxels through a lumen to a smooth line in its middle, evenly
-// spaced, inside at full resolution.
+// bricking/lumen/centre_path.h: a smooth line in the middle of a lumen, from a chain of voxels. It is evenly
+// spaced and stays inside at full resolution.
 #pragma once
 
 #include "bricking/lumen/lumen_shape.h"

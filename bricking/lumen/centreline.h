@@ -1,6 +1,6 @@
-// bricking/lumen/centreline.h: from seeds in a hollow organ of a volume of any size to its centre-line, in
-// one step: threshold, lumen, path, middle (docs/centrelines.md). For a window: call it on a thread of its
-// own with a Progress that is asked, and a Cancellation there to call it off.
+// bricking/lumen/centreline.h: centre-lines from seeds in a hollow organ, for a volume of any size, in one
+// step: threshold, lumen, path, middle (docs/centrelines.md). A window calls it on a thread of its own, with
+// a Progress that it polls and a Cancellation to call it off.
 #pragma once
 
 #include "bricking/cache/chunk_source.h"

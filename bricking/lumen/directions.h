@@ -1,4 +1,4 @@
-// bricking/lumen/directions.h: directions that are spread evenly.
+// bricking/lumen/directions.h: evenly spread directions.
 #pragma once
 
 #include <array>

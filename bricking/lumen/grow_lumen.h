@@ -1,6 +1,6 @@
-// bricking/lumen/grow_lumen.h: the part of a volume that hangs together with a seed over faces of voxels of
-// level 0 that a threshold takes. Chunk by chunk: only chunks that it meets are read, each once while the
-// cache has room, and what is kept of them are bits.
+// bricking/lumen/grow_lumen.h: region growing: the voxels of level 0 that a threshold takes and that are
+// connected to a seed over faces. It goes chunk by chunk. Only chunks that it meets are read, each once while
+// the cache has room, and only bits of them are kept.
 #pragma once
 
 #include "bricking/lumen/lumen_values.h"

@@ -1,5 +1,6 @@
-// bricking/lumen/leak_guard.h: airways end in a lung that is nearly as dark as they are: where their walls
-// are thinner than a voxel, growing explodes into it. The guard tightens the threshold until it does not.
+// bricking/lumen/leak_guard.h: a guard against leaks of growing airways. Airways end in a lung that is nearly
+// as dark as they are. Where their walls are thinner than a voxel, growing explodes into it. The guard
+// tightens the threshold until it does not.
 #pragma once
 
 #include "bricking/lumen/grow_lumen.h"

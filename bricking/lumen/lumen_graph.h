@@ -1,8 +1,7 @@
-// bricking/lumen/lumen_graph.h: a lumen as a graph that a path is searched in: blocks of 1, 2, 4, 8 or 16
-// voxels along an edge, as large as the lumen's size asks for. A node is what hangs together within a block
-// (over faces of voxels), so that a wall through a block parts it, and two nodes are neighbours where voxels
-// of theirs touch: whatever the blocks' size, what the graph joins is joined at level 0, and the other way
-// round.
+// bricking/lumen/lumen_graph.h: a lumen as a graph for path search. Its blocks have edges of 1, 2, 4, 8 or 16
+// voxels, as large as the lumen's size asks for. A node is a connected part of the lumen within a block (over
+// faces of voxels), so a wall through a block parts it. Two nodes are neighbours where their voxels touch.
+// Whatever the blocks' size, the graph joins exactly what level 0 joins.
 #pragma once
 
 #include "bricking/lumen/voxel_set.h"

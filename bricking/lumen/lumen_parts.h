@@ -1,5 +1,5 @@
-// bricking/lumen/lumen_parts.h: what hangs together with each seed, grown when it is first asked for, and
-// ways within such a part.
+// bricking/lumen/lumen_parts.h: the connected parts of a lumen, one per seed, each grown when it is first
+// asked for, and paths within such a part.
 #pragma once
 
 #include "bricking/lumen/grow_lumen.h"

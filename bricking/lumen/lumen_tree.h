@@ -1,5 +1,5 @@
-// bricking/lumen/lumen_tree.h: the branches of a lumen: limbs, each from where it leaves another to its end,
-// and the lines through their middles between the forks.
+// bricking/lumen/lumen_tree.h: the branches of a lumen, each from where it leaves another to its end, and
+// their centre-lines between the forks. A branch is a LumenLimb in code.
 #pragma once
 
 #include "bricking/lumen/centre_path.h"

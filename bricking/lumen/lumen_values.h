@@ -1,5 +1,5 @@
-// bricking/lumen/lumen_values.h: values of level 0 for lumens: at any place, trilinear as docs/sampling.md
-// has them, and chunk by chunk as bits: which voxels a threshold takes.
+// bricking/lumen/lumen_values.h: values of level 0 for lumens. A value at any point is trilinear as in
+// docs/sampling.md. The voxels that a threshold takes come chunk by chunk as bits.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"

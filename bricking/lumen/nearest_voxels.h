@@ -1,4 +1,5 @@
-// bricking/lumen/nearest_voxels.h: where sets of voxels are nearest to a place, and to one another.
+// bricking/lumen/nearest_voxels.h: the voxel of a set that is nearest to a point, and the nearest voxels of
+// two sets.
 #pragma once
 
 #include "bricking/lumen/lumen_shape.h"

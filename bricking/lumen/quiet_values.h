@@ -1,5 +1,5 @@
-// bricking/lumen/quiet_values.h: a volume whose noise is taken off before anything is decided on its values:
-// walls of one voxel stay walls, and a lumen of one voxel a lumen, where they stand out of the noise.
+// bricking/lumen/quiet_values.h: denoised values of a volume, made before anything is decided on them. Walls
+// of one voxel stay walls, and a lumen of one voxel a lumen, where they stand out of the noise.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"

@@ -1,5 +1,5 @@
-// bricking/lumen/seed_threshold.h: from a place in a lumen to the values that are lumen: half way between the
-// lumen's value and the wall's, as the edges around the place have them.
+// bricking/lumen/seed_threshold.h: the threshold of a lumen from a seed in it: half way between the lumen's
+// value and the wall's, as the edges around the seed have them.
 #pragma once
 
 #include "bricking/lumen/lumen_values.h"

@@ -1,4 +1,5 @@
-// bricking/lumen/smooth_line.h: lines of points: even spacing, smoothing that keeps bends, and their turns.
+// bricking/lumen/smooth_line.h: polylines: even spacing, smoothing that keeps bends, and the radii of their
+// turns.
 #pragma once
 
 #include <glm/vec3.hpp>

@@ -1,5 +1,6 @@
-// bricking/lumen/thin_branches.h: what a guarded threshold leaves out of a tree: branches that begin, or have
-// a place, where walls shine in from both sides or noise stands in the way. Leaks are dammed where they are.
+// bricking/lumen/thin_branches.h: thin branches that a guarded threshold leaves out of a tree. They begin, or
+// have a narrow part, where walls shine in from both sides or noise stands in the way. A leak is dammed where
+// it is.
 #pragma once
 
 #include "bricking/lumen/grow_lumen.h"

@@ -1,5 +1,5 @@
-// bricking/lumen/unseen_patches.h: faces of a lumen's wall of which some were seen, and the patches that
-// those make that were not.
+// bricking/lumen/unseen_patches.h: the faces of a lumen's wall, seen or not, and the patches that the unseen
+// ones make.
 #pragma once
 
 #include "bricking/lumen/voxel_set.h"

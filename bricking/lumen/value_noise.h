@@ -1,5 +1,5 @@
-// bricking/lumen/value_noise.h: how noisy values are around a place, from the values themselves. Scanners and
-// exports clip air at the lowest value: noise is read from what is not clipped.
+// bricking/lumen/value_noise.h: the noise of the values around a point, measured from the values themselves.
+// Scanners and exports clip air at the lowest value, so only unclipped values count.
 #pragma once
 
 #include "bricking/lumen/lumen_values.h"

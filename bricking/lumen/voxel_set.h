@@ -1,6 +1,6 @@
-// bricking/lumen/voxel_set.h: a set of voxels of level 0 as bits, by chunks of 32^3: a chunk with none and a
-// chunk with all of its voxels take no memory, any other 4 KiB. A lumen of a volume of any size fits so into
-// a budget: one bit a voxel, and only near its wall.
+// bricking/lumen/voxel_set.h: a set of voxels of level 0 as bits, in chunks of 32^3. An empty chunk and a
+// full chunk take no memory, any other 4 KiB. So a lumen of a volume of any size fits into a budget: one bit
+// a voxel, and only near its wall.
 #pragma once
 
 #include "core/brick.h"

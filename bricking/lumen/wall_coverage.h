@@ -1,6 +1,6 @@
-// bricking/lumen/wall_coverage.h: what share of a lumen's wall the cameras of a flight have seen, and where
-// it was not seen. For a window: call it on a thread of its own with a Progress that is asked, and a
-// Cancellation there to call it off.
+// bricking/lumen/wall_coverage.h: the share of a lumen's wall that the cameras of a flight have seen, and the
+// patches that they have not. A window calls it on a thread of its own, with a Progress that it polls and a
+// Cancellation to call it off.
 #pragma once
 
 #include "bricking/cache/chunk_source.h"

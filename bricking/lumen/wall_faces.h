@@ -1,5 +1,5 @@
-// bricking/lumen/wall_faces.h: a lumen's wall as faces of voxels: which there are, which way the wall faces
-// there, and how much of it each stands for.
+// bricking/lumen/wall_faces.h: a lumen's wall as faces of voxels: the faces, the direction of the wall at
+// each, and the area that each stands for.
 #pragma once
 
 #include "bricking/lumen/voxel_set.h"

@@ -1,17 +1,18 @@
-// bricking/statistics/brick_rays.h: a few rays' worth of samples of every brick, at every level: what
-// predicting the picture of a brick needs (level_error.h). A histogram knows which values a brick holds but
-// not which of them lie behind one another, and the picture depends on both; a ray knows.
+// bricking/statistics/brick_rays.h: sampled rays of every brick, at every level, from which the picture of a
+// brick is predicted (level_error.h). A histogram knows the values of a brick, but not which of them lie
+// behind one another. The picture depends on both, and a ray knows both.
 //
-// A brick's 24 rays run along the axes, each a row of voxels. 22 of them stand for all such rays equally:
-// every second one each way is a candidate; the candidates of all three axes are sorted by their mean value
-// into eleven equal groups, each group by its distance from level 3 into two halves, and the middle ray of
-// each half is taken. The last two go through the brick's largest and its smallest voxel and weigh little, so
-// that something small and rare is not taken for nothing. Two parts of twelve rays, one of each group and one
-// extreme, so that half the memory still holds a fair sample. Along a ray the fields of levels 0 and 1 are
-// sampled at 16 voxels, that of level 2 at 8 places, of level 3 at 4, of levels 4 and 5 at 2: as often as the
-// fields of levels 1 to 4 have samples. Fields of levels above 0 are trilinear and use the neighbouring
-// bricks' samples of the same level. A sample is 8 bits of the range of all samples of its part. Of equal
-// bytes, more samples along a ray tell more than more rays do.
+// A brick's 24 rays run along the axes, each a row of voxels. 22 of them stand for all such rays equally.
+// Every second row each way is a candidate. The candidates of all three axes are sorted by their mean value
+// into eleven equal groups, and each group by its distance from level 3 into two halves. The middle ray of
+// each half is taken. The last two rays go through the brick's largest and its smallest voxel and weigh
+// little, so that something small and rare is not taken for nothing. Each of two parts has twelve rays, one
+// of each group and one extreme, so half the memory still holds a fair sample.
+//
+// Along a ray, levels 0 and 1 are sampled at 16 voxels, level 2 at 8 points, level 3 at 4, levels 4 and 5 at
+// 2. That is as often as the fields of levels 1 to 4 have samples. Fields of levels above 0 are trilinear and
+// use the neighbouring bricks' samples of the same level. A sample is 8 bits of the range of all samples of
+// its part. For equal bytes, more samples along a ray tell more than more rays do.
 #pragma once
 
 #include "core/brick.h"

@@ -1,5 +1,5 @@
 // bricking/statistics/ray_statistics.h: the sampled rays of bricks (brick_rays.h), read from a store's
-// statistics for the bricks that show something: 1176 bytes a brick, half of it for one part.
+// statistics for the bricks that show something. They take 1176 bytes a brick, half of it for one part.
 #pragma once
 
 #include "bricking/statistics/brick_rays.h"

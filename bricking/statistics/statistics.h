@@ -1,7 +1,8 @@
-// bricking/statistics/statistics.h: what selection and skipping know of a volume without its voxels. A cache
-// inside the store, made at import, rebuilt when missing: per cell min/max with a one-voxel apron; per brick
-// the mean and min/max with two voxels around; the histogram of the whole volume; and sampled rays of every
-// brick (brick_rays.h), which are read only for the bricks that show something (ray_statistics.h).
+// bricking/statistics/statistics.h: statistics of a volume for selection and skipping, which then need no
+// voxels. They are a cache inside the store, made at import and rebuilt when missing. A cell has min/max with
+// a ghost layer of one voxel; a brick has its mean, and min/max with two voxels around. The volume has a
+// histogram. Every brick has sampled rays (brick_rays.h), read only for the bricks that show something
+// (ray_statistics.h).
 #pragma once
 
 #include "bricking/store/store_reader.h"

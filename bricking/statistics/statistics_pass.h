@@ -1,4 +1,4 @@
-// bricking/statistics/statistics_pass.h: the two passes over a store's chunks that statistics come from.
+// bricking/statistics/statistics_pass.h: the two passes over a store's chunks that compute its statistics.
 // Internal to statistics.cpp; the results do not depend on the number of threads.
 #pragma once
 

@@ -1,4 +1,4 @@
-// bricking/store/checked_json.h: JSON that comes from files: every access says where it is and what was
+// bricking/store/checked_json.h: access to JSON from files: every refusal says where it is and what was
 // expected. Internal to bricking's .cpp files.
 #pragma once
 

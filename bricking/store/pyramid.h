@@ -1,11 +1,11 @@
 // bricking/store/pyramid.h: the levels of a volume, computed from slabs as they stream by.
 //
 // The rule: extent_l = ceil(extent_(l-1) / 2) along each axis. Sample (i,j,k) of level l is the mean of the
-// eight samples (2i+a, 2j+b, 2k+c), a, b, c in {0,1}, of level l-1, each coordinate clamped to the last
+// eight samples (2i+a, 2j+b, 2k+c), a, b, c in {0,1}, of level l-1. Each coordinate is clamped to the last
 // sample of level l-1: at an odd edge the missing neighbour is the edge sample again. Integers: the exact sum
 // of eight, divided by 8, halves to even. Float: the terms added in double, c slowest, b, a fastest, times
-// 1/8, rounded to float. Level by level, never from level 0 directly: the results differ, and this one can be
-// streamed.
+// 1/8, rounded to float. A level comes from the level before it, never from level 0 directly: the results
+// differ, and this one can be streamed.
 #pragma once
 
 #include "core/brick.h"

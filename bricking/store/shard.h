@@ -1,8 +1,8 @@
-// bricking/store/shard.h: how a level's array is cut into shard files, and the index that ends each file.
-// A shard is 512^3 samples, or, along an axis where the array is shorter, the array rounded up to whole
-// chunks. File: encoded chunks in any order, then the index: per chunk of the shard, [z][y][x], two uint64
-// (offset, bytes), both all ones where the chunk is left out because it holds the fill value only; then
-// CRC-32C.
+// bricking/store/shard.h: the division of a level's array into shard files, and the index that ends each
+// file. A shard is 512^3 samples. Along an axis where the array is shorter, it is the array rounded up to
+// whole chunks. The file holds encoded chunks in any order, then the index, then CRC-32C. The index has two
+// uint64 (offset, bytes) per chunk of the shard, [z][y][x]. Both are all ones for a chunk that is left out
+// because it holds the fill value only.
 #pragma once
 
 #include "core/brick.h"

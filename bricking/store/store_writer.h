@@ -1,5 +1,5 @@
-// bricking/store/store_writer.h: writes a store, slab by slab, into a temporary folder beside the target;
-// only commit() gives it the final name. A writer that dies uncommitted removes what it wrote.
+// bricking/store/store_writer.h: writes a store, slab by slab, into a temporary folder beside the target.
+// Only commit() gives it the final name. A writer that dies uncommitted removes what it wrote.
 //
 //     StoreWriter writer(target, info, ram, threads, force);
 //     while (writer.nextSlices() > 0) { fill writer.next(); writer.push(); }

@@ -1,6 +1,6 @@
 // bricking/store/zarr_array.h: small dense arrays beside the levels (statistics), as ordinary unsharded Zarr
-// v3: a grid [z][y][x] of elements, each one value or a row of values, with the same codecs as the levels.
-// Every chunk is written, so a missing one is a fault.
+// v3. An array is a grid [z][y][x] of elements, each one value or a row of values, with the same codecs as
+// the levels. Every chunk is written, so a missing one is a fault.
 #pragma once
 
 #include "bricking/store/file_io.h"

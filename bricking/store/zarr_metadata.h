@@ -1,7 +1,7 @@
 // bricking/store/zarr_metadata.h: the JSON documents of a store, made from and checked against one
-// description. OME-Zarr 0.5: the group's zarr.json holds attributes.ome (what others read) and
-// attributes.tessera (the whole truth: affine, rescale, counts). Reading parses attributes.tessera, makes the
-// documents anew from it and demands equality, so that every field others rely on is known to be right.
+// description. In OME-Zarr 0.5 the group's zarr.json holds attributes.ome (for other readers) and
+// attributes.tessera (complete: affine, rescale, counts). Reading parses attributes.tessera, makes the
+// documents anew from it and demands equality. So every field that others rely on is known to be right.
 // Layout: bricking/README.md.
 #pragma once
 

@@ -1,6 +1,6 @@
-// render/contract/brick_corner.h: the eight bricks around a brick corner, and how samples of theirs are
-// blended there: interblock interpolation of any mix of levels (docs/sampling.md, "Value"; course
-// notes 2.10.2). The C++ twin of shaders/sampler_interblock.glsl: the same operations in the same order.
+// render/contract/brick_corner.h: the eight bricks around a brick corner, and the blend of their samples
+// there: interblock interpolation of any mix of levels (docs/sampling.md, "Value"; course notes 2.10.2). The
+// C++ twin of shaders/sampler_interblock.glsl: the same operations in the same order.
 #pragma once
 
 #include "bricking/levels/selection.h"

@@ -1,5 +1,5 @@
-// render/contract/cell_roots.h: where a ray meets surfaces of one value inside one cell of trilinear
-// interpolation: the roots of a cubic. The C++ twin of shaders/march_surface.glsl: in float the same
+// render/contract/cell_roots.h: the crossings of a ray and a surface of one value inside one cell of
+// trilinear interpolation: roots of a cubic. The C++ twin of shaders/march_surface.glsl: in float the same
 // operations in the same order.
 //
 // Along a line trilinear interpolation is a cubic, so that a piece of a ray inside one cell can hold up to

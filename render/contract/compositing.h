@@ -1,5 +1,6 @@
-// render/contract/compositing.h: laying a colour under what a ray has gathered (docs/sampling.md, "Ray"): the
-// C++ twin of shaders/march_compositing.glsl, and the only place where the picture's colours are composited.
+// render/contract/compositing.h: composites a colour under what a ray has gathered (docs/sampling.md, "Ray").
+// The C++ twin of shaders/march_compositing.glsl, and the only place where the picture's colours are
+// composited.
 #pragma once
 
 #include <glm/vec3.hpp>

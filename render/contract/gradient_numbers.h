@@ -1,4 +1,4 @@
-// render/contract/gradient_numbers.h: opacity by gradient as plain numbers, one text for all engines; packets
+// render/contract/gradient_numbers.h: gradient opacity as plain numbers, one text for all engines. Packets
 // include it, so it brings no functions.
 #pragma once
 

@@ -1,6 +1,6 @@
-// render/contract/integrators.h: what a segment of a ray adds (docs/sampling.md, "Integrators"): the C++ twin
-// of shaders/march_segment.glsl. In float it repeats the shader operation by operation. "Place" is a value in
-// units of the transfer table's entries; a segment is given by its two ends or, for the midpoint
+// render/contract/integrators.h: the contribution of a ray's segment (docs/sampling.md, "Integrators"). The
+// C++ twin of shaders/march_segment.glsl; in float it repeats the shader operation by operation. "Place" is a
+// value in units of the transfer table's entries. A segment is given by its two ends or, for the midpoint
 // rule, by its middle as the back.
 #pragma once
 

@@ -1,6 +1,6 @@
-// render/contract/lattice.h: samples as a CPU renderer reads them: through the brick cache, so that a volume
-// never has to fit in memory; empty bricks read as their mean, exactly as on the GPU. One reader per thread:
-// it keeps the few chunks pinned that a neighbourhood can touch.
+// render/contract/lattice.h: samples for a CPU renderer, read through the brick cache, so a volume never has
+// to fit in memory. Empty bricks read as their mean, exactly as on the GPU. Each thread has a reader of its
+// own, which pins the few chunks that a neighbourhood can touch.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"

@@ -1,6 +1,6 @@
-// render/contract/leaves.h: the arithmetic of docs/sampling.md at the bottom of everything, once for every
-// kind of number: float and double, one at a time, and the native engine's lanes of floats. What is an `if`
-// elsewhere is a select() here: both sides are computed. The order of operations is part of the contract.
+// render/contract/leaves.h: the innermost arithmetic of docs/sampling.md, one text for every kind of number:
+// float and double, one at a time, and the native engine's lanes of floats. What is an `if` elsewhere is a
+// select() here: both sides are computed. The order of operations is part of the contract.
 //
 // V: a number; lanes bring select(), min(), max(), sqrt(), floor(), abs() and powerOfTwo() of their own.
 #pragma once

@@ -1,5 +1,5 @@
-// render/contract/level_map.h: the levels of a selection as rays meet them: one texel per brick corner that
-// names the eight bricks around it. Made on the CPU, read by mirror and march alike.
+// render/contract/level_map.h: the level map: a selection's levels as rays meet them. One texel per brick
+// corner names the eight bricks around it. The CPU makes it; mirror and march read it alike.
 #pragma once
 
 #include "core/budget.h"

@@ -1,4 +1,4 @@
-// render/contract/optics.h: what a value looks like and what a segment adds: the C++ twin of
+// render/contract/optics.h: colour, opacity and shading of a value in a segment. The C++ twin of
 // shaders/march_optics.glsl. In float it repeats the shader operation by operation; in double it uses the
 // best the library has.
 #pragma once

@@ -1,7 +1,7 @@
 // render/contract/preintegration.h: integrals of a transfer table that segments of a ray need beside its
-// entries: sums from the first entry on, for means over any values (NUMERICS 12), and mean colours with
-// attenuation inside the segment, by the values at its two ends. "Place" is a value in units of the table's
-// entries, 0 the first.
+// entries. Sums from the first entry on give means over any values. Mean colours include attenuation inside
+// the segment, by the values at its two ends. "Place" is a value in units of the table's entries, 0 the
+// first.
 #pragma once
 
 #include "core/transfer_function.h"

@@ -1,6 +1,6 @@
-// render/contract/ray_cuts.h: which parts of a ray cuts leave (docs/sampling.md, "Cuts"): those that no slab
-// can say, because they keep what is outside of something or follow an outline. In double, once for all
-// engines, which get the same floats.
+// render/contract/ray_cuts.h: the parts of a ray that cuts leave (docs/sampling.md, "Cuts"). These cuts keep
+// what is outside of something or follow an outline, so slabs cannot express them. They are computed in
+// double, once for all engines, which get the same floats.
 #pragma once
 
 #include "core/cuts.h"

@@ -1,6 +1,6 @@
-// render/contract/sampler.h: the field of docs/sampling.md on the CPU: the C++ twin of
+// render/contract/sampler.h: the field of docs/sampling.md on the CPU. It is the C++ twin of
 // shaders/sampler_field.glsl, sampler_interblock.glsl, sampler_gradient.glsl and sampler_slope.glsl in exact
-// mode, and the only code here that turns a position into a value or a gradient. Positions in level-0 voxels,
+// mode. No other code here turns a position into a value or a gradient. Positions are in level-0 voxels,
 // values as stored, gradients in stored units per voxel.
 //
 // Samples of one level: glm::ivec3 extent() const; Real at(ivec3) (stored value).

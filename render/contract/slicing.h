@@ -1,4 +1,4 @@
-// render/contract/slicing.h: how drawing is cut into pieces that a device takes one at a time.
+// render/contract/slicing.h: the division of rays into dispatches, which a device takes one at a time.
 #pragma once
 
 #include "core/progress.h" // ShareDone

@@ -1,6 +1,6 @@
-// render/contract/strides.h: how many segments a ray takes at once (docs/sampling.md, "Ray"; adaptive
-// object-space sampling, course notes 2.11.1). The C++ twin of shaders/march_strides.glsl. Strides are
-// aligned: one of 2^k segments starts at a multiple of 2^k, so that which strides cut a ray does not depend
+// render/contract/strides.h: the number of segments that a ray takes at once (docs/sampling.md, "Ray";
+// adaptive object-space sampling, course notes 2.11.1). The C++ twin of shaders/march_strides.glsl. Strides
+// are aligned: one of 2^k segments starts at a multiple of 2^k. So the strides that cut a ray do not depend
 // on how it was walked.
 #pragma once
 

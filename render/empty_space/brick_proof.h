@@ -1,6 +1,6 @@
-// render/empty_space/brick_proof.h: which cells of one brick can show anything, whatever levels it and its
-// neighbours have: the hull of every sample that a point in a cell can reach, against the transfer function's
-// zeros.
+// render/empty_space/brick_proof.h: the proof of which cells of one brick can show anything, whatever levels
+// it and its neighbours have. It compares the hull of every sample that a point in a cell can reach with the
+// transfer function's zeros.
 #pragma once
 
 #include "bricking/levels/selection.h"

@@ -1,8 +1,8 @@
-// render/empty_space/distance_map.h: where rays may leap: a map of texels of 64 bits, each over a box of 8^3
-// voxels or, for volumes that are too large for that, of a brick. A texel of an empty box says how far the
-// emptiness reaches, for each of the eight octants that a ray can go into (a partitioned Chebyshev distance:
-// what lies behind a ray does not hold it up); one of an occupied box says which of its 4^3 blocks can show
-// anything.
+// render/empty_space/distance_map.h: the distance map: texels of 64 bits, each over a box of 8^3 voxels or,
+// for volumes that are too large for that, over a brick. A texel of an empty box has the extent of the
+// emptiness, for each of the eight octants that a ray can go into. This is a partitioned Chebyshev distance:
+// what lies behind a ray does not hold it up. A texel of an occupied box says which of its 4^3 blocks can
+// show anything.
 //
 // Empty: bit 63 is 0; byte o holds the distance for octant o (bit 0: x ascends, 1: y, 2: z), 1 to 127: a cube
 // of so many boxes an edge, from this one into the octant, is empty. Beyond the volume everything is.

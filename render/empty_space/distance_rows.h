@@ -1,6 +1,6 @@
-// render/empty_space/distance_rows.h: distances of one octant, a row of boxes at a time; what filling a map
-// anew (distance_map.cpp) and mending it (distance_map_update.cpp) share. Bytes, so that a compiler takes
-// sixteen at once.
+// render/empty_space/distance_rows.h: distances of one octant, a row of boxes at a time. Filling a map
+// (distance_map.cpp) and mending it (distance_map_update.cpp) share it. Distances are bytes, so a compiler
+// takes sixteen at once.
 #pragma once
 
 #include "core/brick.h"

@@ -1,8 +1,7 @@
-// render/empty_space/occupancy.h: which cells can show anything under a transfer function at the levels that
-// bricks have, and the map of where rays may leap that follows (distance_map.h). The rule of skipping is
-// proof: a cell counts as empty only if extinction is 0 over the hull of every sample that a point in it can
-// reach: its own brick's, clamped to that brick, and those of neighbours that have weight there
-// (brick_corner.h).
+// render/empty_space/occupancy.h: occupancy under a transfer function at the levels that bricks have, and the
+// distance map that follows from it (distance_map.h). The rule of skipping is proof: a cell counts as empty
+// only if extinction is 0 over the hull of every sample that a point in it can reach. These are its own
+// brick's samples, clamped to that brick, and those of neighbours that have weight there (brick_corner.h).
 #pragma once
 
 #include "core/brick.h"

@@ -1,5 +1,5 @@
-// render/empty_space/shown_ranges.h: which values a transfer function shows, and where two functions can
-// differ in that: after an edit only what holds such values needs another proof of emptiness.
+// render/empty_space/shown_ranges.h: the values that a transfer function shows, and the values in which two
+// functions can differ. After an edit only cells that hold such values need another proof of emptiness.
 #pragma once
 
 #include "core/transfer_function.h"

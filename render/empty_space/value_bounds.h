@@ -1,6 +1,6 @@
-// render/empty_space/value_bounds.h: how far values can go in boxes of the volume: what rays that look for
-// the greatest or the least value may leap over, because nothing there can change it (docs/sampling.md,
-// "Modes"). One number a cell of 8^3 voxels and one a brick, in places of the table of values, clamped to it.
+// render/empty_space/value_bounds.h: bounds of the field in boxes of the volume. Rays that look for the
+// greatest or the least value leap over boxes where nothing can change it (docs/sampling.md, "Modes"). A cell
+// of 8^3 voxels has one number, and so has a brick. It is in places of the table of values, clamped to it.
 #pragma once
 
 #include "bricking/levels/selection.h"

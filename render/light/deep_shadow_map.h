@@ -1,7 +1,7 @@
-// render/light/deep_shadow_map.h: how much light gets how deep along rays from a light (course notes 4.2): of
-// every ray up to eight places, between which what is left of the light goes linearly. The greedy fit of
-// Lokovic and Veach (2000) keeps within an error at every sample; where eight places are not enough, the
-// error that they allow is larger, and known.
+// render/light/deep_shadow_map.h: deep shadow maps: the light left at each depth along rays from a light
+// (course notes 4.2). Every ray has up to eight points, and the light falls linearly between them. The greedy
+// fit of Lokovic and Veach (2000) keeps within an error at every sample. Where eight points are not enough,
+// the allowed error is larger, and known.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // render/light/directions.h: directions spread over the sphere: the middles of the faces of a tetrahedron, an
-// octahedron or an icosahedron, whose faces are cut into four, again and again (course notes 6.1). Faces so
-// made are not of one size, so each direction stands for the part of the sphere that its face covers.
+// octahedron or an icosahedron. Faces are cut into four, again and again (course notes 6.1). Such faces are
+// not of one size, so each direction stands for the part of the sphere that its face covers.
 #pragma once
 
 #include <glm/vec3.hpp>

@@ -1,5 +1,5 @@
-// render/light/light_memory.h: what the light of a scene's voxels takes of RAM while it is computed, and how
-// fine maps of shadows may be for it.
+// render/light/light_memory.h: the RAM that computing a scene's voxel light takes, and the resolution of
+// shadow maps that it allows.
 #pragma once
 
 #include "core/lighting.h"

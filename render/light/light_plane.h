@@ -1,10 +1,10 @@
-// render/light/light_plane.h: the plane that holds the light of a scene's voxels beside the values: in the
-// same pages and slots, one sample of light for every sample. An engine brings planes of its own for the
-// samples, one a channel; what is in them is computed here, whichever engine it is.
+// render/light/light_plane.h: the plane that holds the light of a scene's voxels beside the values. It has
+// the same pages and slots, one sample of light for every sample. An engine brings planes of its own for the
+// samples, one a channel. Their contents are computed here, whichever engine it is.
 //
 // A still has all light before its rays are drawn. Pictures that follow one another ask for coarse light
-// first: what is new is lit by samples of 8^3 voxels, and refine() makes it finer, brick by brick, while
-// nothing else is to be done, until it is what a still would have.
+// first: new bricks are lit by samples of 8^3 voxels. When nothing else is to be done, refine() makes the
+// light finer, brick by brick, until it is what a still would have.
 #pragma once
 
 #include "render/light/scene_light.h"

@@ -1,6 +1,6 @@
-// render/light/occlusion.h: local ambient occlusion of the samples of a level (course notes 6.1): how much of
-// the light of a sphere around each gets to it. A function of the volume, its transfer function and the level
-// alone: which levels bricks nearby are drawn at is no matter (docs/sampling.md, "Light per voxel").
+// render/light/occlusion.h: local ambient occlusion of the samples of a level (course notes 6.1): the share
+// of a sphere's light that reaches each. It is a function of the volume, its transfer function and the level
+// alone. The levels of bricks nearby do not count (docs/sampling.md, "Light per voxel").
 #pragma once
 
 #include "bricking/cache/brick_cache.h"

@@ -1,7 +1,6 @@
-// render/light/occlusion_rays.h: the rays that local ambient occlusion sends out from a sample (course notes
-// 6.1), on the lattice of a level. A ray goes from layer to layer along the axis that it is steepest to, a
-// step each, so that samples of all voxels lie at the same places between the lattice's (docs/sampling.md,
-// "Light per voxel").
+// render/light/occlusion_rays.h: the rays of local ambient occlusion from a sample (course notes 6.1), on the
+// lattice of a level. A ray goes from layer to layer along its steepest axis, a step each. So the samples of
+// all voxels' rays lie at the same offsets between lattice points (docs/sampling.md, "Light per voxel").
 #pragma once
 
 #include "core/lighting.h"

@@ -1,6 +1,6 @@
-// render/light/scene_light.h: what the light of a scene's voxels is computed from, as things are: the
-// function, and maps of shadows of the bricks that are drawn. For a still all of it is there before anything
-// is lit; for pictures that follow one another maps are coarse first, and whole when there was time for it.
+// render/light/scene_light.h: the inputs of a scene's voxel light as they stand: the function, and shadow
+// maps of the bricks that are drawn. A still has all of them before anything is lit. Pictures that follow one
+// another have coarse maps first, and full ones when there was time for them.
 #pragma once
 
 #include "render/light/voxel_light.h"

@@ -1,6 +1,6 @@
-// render/light/shadow_maps.h: what of a light gets where: deep shadow maps of the field that is drawn, seen
-// from the light. A light of some size has several, from places spread over it; one inside the volume six,
-// to all sides.
+// render/light/shadow_maps.h: deep shadow maps of the field that is drawn, seen from the scene's lights. A
+// light of some size has several, from points spread over it. A light inside the volume has six, to all
+// sides.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"

@@ -1,5 +1,5 @@
 // render/light/stored_light.h: the light of all bricks of a selection in RAM, as samples for the contract's
-// functions (render/contract/sampler.h): what the mirror reads.
+// functions (render/contract/sampler.h). The mirror reads it.
 #pragma once
 
 #include "render/contract/leaves.h"

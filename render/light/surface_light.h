@@ -1,7 +1,7 @@
 // render/light/surface_light.h: ambient occlusion of isosurfaces (docs/sampling.md, "Occlusion of
-// isosurfaces"; course notes 5 and 9.2.3): deferred, from what a picture's rays meet first. The places that
-// the middles of pixels meet look around; what they find is filtered along edges; and what a ray's first
-// surface loses of its ambient light is what is added to the ray's colour, negative.
+// isosurfaces"; course notes 5 and 9.2.3), deferred from the first hits of a picture's rays. Occlusion rays
+// start where the middles of pixels hit, and their results are filtered along edges. The ambient light that a
+// ray's first surface loses is added to the ray's colour, negative.
 #pragma once
 
 #include "core/image.h"

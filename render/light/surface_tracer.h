@@ -1,5 +1,5 @@
-// render/light/surface_tracer.h: rays of light among isosurfaces: how far they get. What follows them is an
-// engine's (RayCaster::surfaceTracer()) or the mirror's; all find the same places.
+// render/light/surface_tracer.h: SurfaceTracer: rays of light among isosurfaces, and how far they get. An
+// engine follows them (RayCaster::surfaceTracer()), or the mirror does. All find the same points.
 #pragma once
 
 #include "render/contract/ray.h"

@@ -1,6 +1,6 @@
 // render/light/voxel_light.h: the light of bricks' samples (docs/sampling.md, "Light per voxel"): occlusion,
-// and of each light that casts shadows the share that gets there. Computed chunk by chunk of a level; chunks
-// of a coarser level serve finer bricks, interpolated, where light is asked for no finer.
+// and the share of each shadow-casting light that gets there. It is computed chunk by chunk of a level.
+// Chunks of a coarser level serve finer bricks, interpolated, where light is asked for no finer.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"

@@ -1,7 +1,7 @@
 // render/pixels/area_picture.h: a picture whose pixels are means over their areas (docs/sampling.md,
 // "Pixels"). It says which rays to take next and is given what they gathered; any engine takes them. Every
-// array of rays refines the picture that is there. The same samples, the same picture, whoever draws them and
-// in what parts.
+// array of rays refines the picture that is there. The same samples give the same picture, whoever draws them
+// and in whatever parts.
 #pragma once
 
 #include "core/scene.h"

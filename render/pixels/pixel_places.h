@@ -1,5 +1,6 @@
-// render/pixels/pixel_places.h: where the samples of a pixel lie (docs/sampling.md, "Pixels"): small nets,
-// each scrambled by itself, seeded by the pixel and the number of the set; wider filters by warping them.
+// render/pixels/pixel_places.h: the positions of a pixel's samples (docs/sampling.md, "Pixels"). They are
+// small nets, each scrambled by itself, seeded by the pixel and the number of the set. Wider filters warp
+// them.
 #pragma once
 
 #include "core/scene.h" // PixelFilter

@@ -1,6 +1,5 @@
-// render/pixels/pixel_sums.h: what the samples of a picture's pixels come to, and how far that can be off.
-// Sums are in linear premultiplied light, set by set (pixel_places.h), so that a picture is there at any
-// time.
+// render/pixels/pixel_sums.h: the sums of a picture's pixel samples, and estimates of their error. Sums are
+// in linear premultiplied light, set by set (pixel_places.h), so a picture is there at any time.
 #pragma once
 
 #include "core/image.h"

@@ -1,6 +1,6 @@
-// render/pixels/ray_array.h: where samples stand in an array of rays, so that those of a pixel, and pixels
-// beside one another, are drawn side by side: patches of 4 x 4 rays, in each the order that halves and
-// quarters of it, narrower packets, keep together.
+// render/pixels/ray_array.h: the layout of samples in an array of rays. Samples of a pixel, and pixels beside
+// one another, are drawn side by side. Patches of 4 x 4 rays have an order that their halves and quarters,
+// narrower packets, keep together.
 #pragma once
 
 #include <algorithm>

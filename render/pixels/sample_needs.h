@@ -1,5 +1,5 @@
-// render/pixels/sample_needs.h: where more samples pay: how far the mean over each pixel's samples can be
-// off, from its own sets and from its neighbours, against what a picture may be off.
+// render/pixels/sample_needs.h: each pixel's need for more samples: the possible error of its mean, from its
+// own sets and its neighbours', against the allowed error.
 #pragma once
 
 #include "render/pixels/pixel_sums.h"

@@ -1,8 +1,8 @@
-// render/plan/choose_integrator.h: which integrator a transfer function asks for on a volume, where the scene
-// leaves it open. The midpoint rule is cheapest and, where the function changes little over a segment, the
-// most exact; where features are narrower than what the value changes over a segment it misses or doubles
-// them, and pre-integration is exact but for the value's own bend. docs/accuracy.md shows both sides of the
-// threshold.
+// render/plan/choose_integrator.h: chooses the integrator for a transfer function on a volume, where the
+// scene leaves it open. The midpoint rule is cheapest and, where the function changes little over a segment,
+// the most exact. It misses or doubles features that are narrower than the change of the value over a
+// segment. There pre-integration is exact but for the value's own bend. docs/accuracy.md shows both sides of
+// the threshold.
 #pragma once
 
 #include "bricking/statistics/statistics.h"

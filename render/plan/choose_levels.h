@@ -1,4 +1,4 @@
-// render/plan/choose_levels.h: the selection that a scene's quality and budgets ask for: statistics read,
+// render/plan/choose_levels.h: the selection that a scene's quality and budgets ask for. Statistics are read,
 // errors predicted, levels chosen (bricking/levels/level_selection.h has the rules).
 #pragma once
 

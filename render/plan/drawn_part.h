@@ -1,6 +1,6 @@
-// render/plan/drawn_part.h: the part of a volume that a scene draws: a slice's plane or slab, and what convex
-// cuts keep, as slabs that every ray is clipped to; which bricks lie wholly outside; and the camera that a
-// slice has where the scene names none.
+// render/plan/drawn_part.h: the part of a volume that a scene draws. A slice's plane or slab, and convex
+// cuts, become slabs that every ray is clipped to. It also lists the bricks wholly outside, and gives a slice
+// its camera where the scene names none.
 #pragma once
 
 #include "bricking/levels/selection.h"

@@ -1,4 +1,4 @@
-// render/plan/framing.h: the camera whose picture is filled by what is shown of a volume.
+// render/plan/framing.h: fits a camera: what is shown of a volume fills its picture.
 #pragma once
 
 #include "bricking/statistics/statistics.h"

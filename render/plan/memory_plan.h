@@ -1,5 +1,6 @@
-// render/plan/memory_plan.h: what a scene takes of both budgets besides its bricks: one list of needs. A
-// floor is taken in any case; a luxury where it is a small part of what the floors leave.
+// render/plan/memory_plan.h: the memory plan: one list of a scene's needs from both budgets besides its
+// bricks. A floor is minimum memory, taken in any case. A luxury is optional memory, granted where it is a
+// small part of what the floors leave.
 #pragma once
 
 #include "core/budget.h"

@@ -1,7 +1,7 @@
-// render/plan/overlooked_pixels.h: where rays through the middles of pixels can have missed what a volume
-// shows: pixels that a cell lies in which can show something, and of which no pixel that it lies in shows
-// anything. Single voxels that are smaller than a pixel, and what reaches into the picture by less than half
-// a pixel, are found by nothing else.
+// render/plan/overlooked_pixels.h: pixels where rays through the middles can have missed something. A cell
+// that can show something lies in such a pixel, and no pixel that the cell lies in shows anything. Nothing
+// else finds single voxels that are smaller than a pixel, or a part that reaches into the picture by less
+// than half a pixel.
 #pragma once
 
 #include "core/image.h"

@@ -1,6 +1,6 @@
-// render/plan/picture_check.h: how wrong a picture is, from itself: some of its pixels drawn again with other
-// steps and with exact fetches. Estimates, each cause apart: against better pictures of the same renderer,
-// not against the truth.
+// render/plan/picture_check.h: estimates of a picture's error from itself: some pixels drawn again with other
+// steps and with exact fetches. Each cause is apart. They compare with better pictures of the same renderer,
+// not with the truth.
 #pragma once
 
 #include "core/image.h"

@@ -1,4 +1,4 @@
-// render/plan/plan_again.h: another scene of a volume whose statistics are there.
+// render/plan/plan_again.h: a plan for another scene of a volume whose statistics are loaded.
 #pragma once
 
 #include "render/plan/scene_plan.h"

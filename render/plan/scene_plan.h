@@ -1,5 +1,5 @@
-// render/plan/scene_plan.h: from a scene and a store to everything that an engine needs, whichever engine it
-// is: the state of the volume, the state of the view, and what they may take of both budgets.
+// render/plan/scene_plan.h: ScenePlan: everything that any engine needs of a scene and a store. It holds the
+// state of the volume, the state of the view, and their share of both budgets.
 #pragma once
 
 #include "bricking/levels/visibility.h" // SeenBrick

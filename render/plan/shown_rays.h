@@ -1,5 +1,5 @@
-// render/plan/shown_rays.h: whether a ray shows something, told from the finest level without light and
-// without levels, their maps or a device: what the camera is fitted by, before there are any of these.
+// render/plan/shown_rays.h: tells whether a ray shows something, from the finest level without light. It
+// needs no levels, maps or device, so the camera can be fitted before there are any.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"

@@ -1,5 +1,5 @@
-// render/plan/step_search.h: some of a picture's pixels drawn again: to choose step and integrator before it
-// is drawn, and to say how wrong it is afterwards (picture_check.h).
+// render/plan/step_search.h: draws some of a picture's pixels again: before the picture to choose step and
+// integrator, afterwards to estimate its error (picture_check.h).
 #pragma once
 
 #include "core/image.h"

@@ -1,5 +1,5 @@
-// render/plan/view_state.h: what is looked at and how finely: camera, picture, step; and what has changed
-// since something was last made from it.
+// render/plan/view_state.h: the state of the view: camera, picture, step, and the changes since something was
+// last made from it.
 #pragma once
 
 #include "core/budget.h"

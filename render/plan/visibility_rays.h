@@ -1,5 +1,5 @@
-// render/plan/visibility_rays.h: the rays that count what a camera sees of every brick: those of a picture of
-// a quarter of the pixels along each axis, in long segments.
+// render/plan/visibility_rays.h: rays that measure the visibility of every brick: those of a picture of a
+// quarter of the pixels along each axis, in long segments.
 #pragma once
 
 #include "bricking/levels/visibility.h" // SeenBrick

@@ -1,5 +1,5 @@
-// render/plan/volume_state.h: all that pictures need of one volume, whichever engine draws it: values known,
-// transfer function resolved, a level for every brick, empty space mapped, chunks at hand.
+// render/plan/volume_state.h: everything that pictures need of one volume, whichever engine draws it:
+// statistics, resolved transfer function, a level for every brick, occupancy, and the chunk cache.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"

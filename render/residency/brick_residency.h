@@ -1,6 +1,6 @@
-// render/residency/brick_residency.h: which brick is where: pages of 32^3 samples cut into slots of one level
-// (page_allocator.h), and for every brick an entry that says where it is, or what it stands for. CPU only:
-// planes hold what bricks have there, in GL or in host memory (plane.h).
+// render/residency/brick_residency.h: the residency of bricks. Pages of 32^3 samples are cut into slots of
+// one level (page_allocator.h). Every brick has an entry that says where it is, or what value it stands for.
+// It is CPU only: planes hold the bricks' data, in GL or in host memory (plane.h).
 //
 // An entry (two 32-bit words):
 //   resident: x = page.x | page.y << 10 | page.z << 20, y = slot.x | slot.y << 5 | slot.z << 10

@@ -1,4 +1,4 @@
-// render/residency/each_chunk.h: many chunks through the cache, as many at a time as it can pin.
+// render/residency/each_chunk.h: visits many chunks through the cache, as many at a time as it can pin.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"

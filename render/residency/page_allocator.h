@@ -1,5 +1,5 @@
-// render/residency/page_allocator.h: where bricks live in the atlas. Pages of 32^3 texels, each cut into
-// slots of one level; every plane of the atlas (values now; light and labels later) shares the same places.
+// render/residency/page_allocator.h: allocates bricks' slots in the atlas. Pages of 32^3 texels are each cut
+// into slots of one level. Every plane of the atlas shares the same slots.
 #pragma once
 
 #include "core/brick.h"

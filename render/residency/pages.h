@@ -1,5 +1,5 @@
-// render/residency/pages.h: bricks in pages: how many pages bricks take, the box of pages that a texture can
-// be, and where the cache has a brick's samples. Arithmetic only: nothing here knows a device.
+// render/residency/pages.h: arithmetic of pages: the pages that bricks take, the box of pages that a texture
+// can be, and a brick's samples in the cache. Nothing here knows a device.
 #pragma once
 
 #include "bricking/cache/brick_cache.h" // ChunkKey

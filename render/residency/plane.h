@@ -1,6 +1,6 @@
-// render/residency/plane.h: one kind of data that bricks have in their slots: values, and what later comes
-// from them (light, labels, gradients). Residency decides where a brick is; every plane keeps its own data at
-// the same place, in GL (gpu/atlas_plane.h) or in host memory.
+// render/residency/plane.h: Plane, the interface of one kind of data that bricks have in their slots: values,
+// and what is made from them (light). Residency decides where a brick is. Every plane keeps its own data in
+// the same slot, in GL (gpu/atlas_plane.h) or in host memory.
 #pragma once
 
 #include "bricking/cache/brick_cache.h" // Chunk

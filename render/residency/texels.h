@@ -1,4 +1,4 @@
-// render/residency/texels.h: stored values as texels, and back.
+// render/residency/texels.h: conversion of stored values to texels, and back.
 #pragma once
 
 #include "core/volume.h"

@@ -1,5 +1,5 @@
-// render/verify/error_goal.h: what an error to stay below asks of levels, step and samples of a pixel, and
-// what it asks of them once a picture's error has been measured: predictions choose, measurements decide.
+// render/verify/error_goal.h: levels, step and samples of a pixel for an error goal, before and after a
+// picture's error has been measured. Predictions choose, measurements decide.
 #pragma once
 
 #include "render/verify/measured_errors.h"

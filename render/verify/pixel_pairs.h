@@ -1,4 +1,4 @@
-// render/verify/pixel_pairs.h: pixels of a picture beside what they should show, as far as that is known.
+// render/verify/pixel_pairs.h: pixels of a picture beside their truth, as far as that is known.
 #pragma once
 
 #include "render/verify/pixel_sample.h"

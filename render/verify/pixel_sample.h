@@ -1,5 +1,5 @@
-// render/verify/pixel_sample.h: which pixels of a picture are drawn again. A probability sample: each pixel
-// has the same chance, which is known, and nothing about the choice depends on any value.
+// render/verify/pixel_sample.h: the sample of a picture's pixels that are drawn again. It is a probability
+// sample: each pixel has the same known chance, and no value has an influence on the choice.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// render/verify/quantile_bounds.h: what a sample's ordered values say about a quantile of the population,
-// whatever its distribution. Ranks count the values in ascending order, from 1 to n.
+// render/verify/quantile_bounds.h: bounds of a population's quantile from a sample's ordered values, whatever
+// the distribution. Ranks count the values in ascending order, from 1 to n.
 #pragma once
 
 #include <optional>

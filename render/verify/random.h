@@ -1,4 +1,4 @@
-// render/verify/random.h: numbers at random, the same on every machine and with every compiler.
+// render/verify/random.h: random numbers, the same on every machine and with every compiler.
 #pragma once
 
 #include <cstdint>

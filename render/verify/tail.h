@@ -1,4 +1,4 @@
-// render/verify/tail.h: the largest L*u*v* distances of a sample, and what the truth's noise adds to them.
+// render/verify/tail.h: the largest L*u*v* distances of a sample, and the share of the truth's noise in them.
 #pragma once
 
 #include "render/verify/pixel_pairs.h"

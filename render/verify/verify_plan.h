@@ -1,4 +1,5 @@
-// render/verify/verify_plan.h: how many pixels of a picture are drawn again, how, and what that may cost.
+// render/verify/verify_plan.h: the plan of a verification: the number of pixels drawn again, how they are
+// drawn, and the cost that is allowed.
 #pragma once
 
 #include "render/verify/pixel_sample.h"

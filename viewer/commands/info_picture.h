@@ -1,4 +1,4 @@
-// viewer/commands/info_picture.h: what a picture says of itself.
+// viewer/commands/info_picture.h: prints the manifest of a picture, for `tessera info`.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
-// viewer/films/draw_film.h: the frames of a film, one after another, into a folder that others may fill too;
-// and the film as one file.
+// viewer/films/draw_film.h: draws the frames of a film, one after another, into a folder that others may fill
+// too, and writes the film as one file.
 #pragma once
 
 #include "bricking/store/store_reader.h"

@@ -1,7 +1,7 @@
 // viewer/films/frame_folder.h: the frames of one film in a folder that several processes may fill together. A
-// frame is there once it has its name. Who draws it holds a claim beside it, ".frame-000012.png.claim"; a
-// claim ends with its process, however that ends, and another one takes the frame. Claims only save work:
-// frames are equal whoever draws them, and get their names whole.
+// frame is there once it has its name. Its process holds a lock file (a claim) beside it,
+// ".frame-000012.png.claim". A claim ends with its process, however that ends, and another process takes the
+// frame. Claims only save work: frames are equal whoever draws them, and get their names whole.
 #pragma once
 
 #include "core/file_handle.h"

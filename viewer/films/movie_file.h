@@ -1,4 +1,4 @@
-// viewer/films/movie_file.h: frames to one file, by ffmpeg's program where there is one.
+// viewer/films/movie_file.h: writes frames as one film file, by ffmpeg's program where it is installed.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
-// viewer/input/import_cache.h: imports of source files that were rendered straight away, kept for the next
-// time. An entry is a store HASH.zarr, what tells whether it is still right in HASH.json, and HASH.lock,
-// whose lock tells who is at it: one writer, or any number of readers. Its time is that of the last use.
+// viewer/input/import_cache.h: the cache of imports: source files that were rendered straight away, kept for
+// the next time. An entry is a store HASH.zarr, the facts that prove it current in HASH.json, and HASH.lock.
+// The lock has one writer or any number of readers, and its time is that of the last use.
 #pragma once
 
 #include "viewer/input/volume_input.h" // InputOptions

@@ -1,5 +1,5 @@
-// viewer/input/named_scene.h: the scene of what a user names: a scene file's, or what is drawn of a volume
-// about which nothing else is said.
+// viewer/input/named_scene.h: the scene of a path that the user named: a scene file's, or the default scene
+// of a volume.
 #pragma once
 
 #include "core/scene.h"

@@ -1,4 +1,4 @@
-// viewer/input/selection_options.h: the options by which source files are chosen, the same for every command.
+// viewer/input/selection_options.h: the options that choose among source files, the same for every command.
 #pragma once
 
 #include "viewer/input/volume_input.h"

@@ -1,5 +1,5 @@
-// viewer/input/thin_volume.h: a volume of one slice, which is a line from the side: shown as what it is
-// instead of drawn blank.
+// viewer/input/thin_volume.h: shows a volume of one slice as a slice. From the side it is a line, and would
+// be drawn blank.
 #pragma once
 
 #include "core/scene.h"

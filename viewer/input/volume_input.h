@@ -1,4 +1,4 @@
-// viewer/input/volume_input.h: from what a user names (store, DICOM folder, NIfTI file, ...) to a store.
+// viewer/input/volume_input.h: opens whatever a user names (store, DICOM folder, NIfTI file, ...) as a store.
 // Source files that are rendered straight away are imported once, to a cache (import_cache.h).
 #pragma once
 

@@ -1,4 +1,4 @@
-// viewer/input/volume_notes.h: in words, what import had to change or found wanting in a volume's voxels.
+// viewer/input/volume_notes.h: notes about an import: what it changed or missed in a volume's voxels.
 #pragma once
 
 #include "core/volume.h"

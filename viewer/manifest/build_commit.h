@@ -1,4 +1,4 @@
-// viewer/manifest/build_commit.h: the commit that the program was built of.
+// viewer/manifest/build_commit.h: the commit that the program was built from.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// viewer/modules/import_module.h: what the program uses of the importers, as a module has it.
+// viewer/modules/import_module.h: the functions of the importers that the program uses, as a module has them.
 #pragma once
 
 #include "bricking/import/catalogue.h"

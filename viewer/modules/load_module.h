@@ -1,5 +1,5 @@
-// viewer/modules/load_module.h: parts of the program that are libraries of their own, and what these show.
-// What reads and writes pictures and what imports scans stand on some sixty libraries of others, which would
+// viewer/modules/load_module.h: loads modules: parts of the program that are libraries of their own, and the
+// tables of their functions. Picture files and importers stand on some sixty foreign libraries, which would
 // all be loaded to print a help.
 #pragma once
 

@@ -1,5 +1,5 @@
-// viewer/options/command.h: a command and its options, declared as plain data: what they are called, where
-// their values go, and one sentence. What parses them is in command.cpp alone.
+// viewer/options/command.h: a command and its options, declared as plain data: names, destinations and one
+// sentence each. Only command.cpp knows the parser.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
-// viewer/options/mode_options.h: options of a picture's mode: what rays keep of values, windows, slices, and
-// cuts.
+// viewer/options/mode_options.h: the options of a picture's mode: the values that rays keep, windows, slices,
+// and cuts.
 #pragma once
 
 #include "core/scene.h"

@@ -1,5 +1,5 @@
-// viewer/options/option_names.h: the option that somebody meant: by what other programs call it, by a part of
-// its name, or by its spelling.
+// viewer/options/option_names.h: the likely option for an unknown one: by another program's name, by a part
+// of its name, or by spelling.
 #pragma once
 
 #include <string>

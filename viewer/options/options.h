@@ -1,5 +1,5 @@
-// viewer/options/options.h: what every command shares: verbosity, budgets, sizes as people write them, notes
-// to stderr.
+// viewer/options/options.h: options and output that all commands share: verbosity, budgets, sizes as people
+// write them, notes to stderr.
 #pragma once
 
 #include "core/budget.h"

@@ -1,7 +1,7 @@
-// viewer/presets/foreign_preset.h: transfer functions as other programs write them: 3D Slicer (.vp.json, .vp,
+// viewer/presets/foreign_preset.h: transfer functions of other programs' files: 3D Slicer (.vp.json, .vp,
 // MRML scenes and presets.xml) and ParaView (JSON). Their colours are what a screen shows (sRGB), ours are
-// linear light; their curves may bend between points, ours are straight. What cannot be said exactly is said
-// with more points, within kColourError and kOpacityError.
+// linear light. Their curves may bend between points, ours are straight. Where a few points are not exact,
+// points are added, to within kColourError and kOpacityError.
 #pragma once
 
 #include "core/preset_file.h"

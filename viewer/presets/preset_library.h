@@ -1,5 +1,5 @@
-// viewer/presets/preset_library.h: presets by name or file: those that are built in, those that the user
-// kept, and files of ours and of other programs.
+// viewer/presets/preset_library.h: presets by name or file: built-in ones, the user's own, and files of ours
+// and of other programs.
 #pragma once
 
 #include "core/preset_file.h"

@@ -1,5 +1,5 @@
-// viewer/session/camera_moves.h: what a hand does to a camera: turns it around what it looks at, shifts it,
-// brings it nearer, rolls it, flies it. Pure functions; lengths in mm of patient space, angles in radians.
+// viewer/session/camera_moves.h: camera moves of a hand: orbit, pan, zoom, roll and flight. Pure functions;
+// lengths in mm of patient space, angles in radians.
 #pragma once
 
 #include "core/camera.h"

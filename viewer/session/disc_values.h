@@ -1,4 +1,4 @@
-// viewer/session/disc_values.h: what values a circle holds that somebody measures.
+// viewer/session/disc_values.h: statistics of the values in a measured circle.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"

@@ -1,5 +1,4 @@
-// viewer/session/frame_pace.h: how many pixels a picture may have so that it is there in time while something
-// moves.
+// viewer/session/frame_pace.h: the number of pixels that a moving picture may have to be there in time.
 #pragma once
 
 #include <glm/vec2.hpp>

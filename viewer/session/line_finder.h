@@ -1,5 +1,5 @@
-// viewer/session/line_finder.h: a centre-line that is looked for, or what a flight along it sees, on a thread
-// of its own until somebody calls it off.
+// viewer/session/line_finder.h: finds a centre-line, or the coverage of a flight along it, on a thread of its
+// own until it is called off.
 #pragma once
 
 #include "bricking/store/store_reader.h"

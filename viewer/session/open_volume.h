@@ -1,5 +1,5 @@
-// viewer/session/open_volume.h: all that belongs to a volume that is looked at: its store, its shares of the
-// budgets, the renderer of its pictures, and what is drawn or looked for beside them. Of one thread.
+// viewer/session/open_volume.h: an open volume: its store, its shares of the budgets, the renderer of its
+// pictures, and the threads beside them. It belongs to one thread.
 #pragma once
 
 #include "bricking/store/store_reader.h"

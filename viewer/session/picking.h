@@ -1,4 +1,4 @@
-// viewer/session/picking.h: which place in the volume one sees at a place of the picture.
+// viewer/session/picking.h: picks the point in the volume that one sees at a pixel of the picture.
 #pragma once
 
 #include "core/camera.h"

@@ -1,5 +1,5 @@
-// viewer/session/scene_change.h: in what a wished scene differs from the one that is drawn: what a renderer
-// can be told while it goes on, and what needs another.
+// viewer/session/scene_change.h: the differences between a wished scene and the drawn one: those that a
+// renderer can take while it goes on, and those that need another renderer.
 #pragma once
 
 #include "core/camera.h"

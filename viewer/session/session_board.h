@@ -1,5 +1,5 @@
-// viewer/session/session_board.h: what those who look at a volume and the thread that draws it tell one
-// another, under one lock: wishes one way, what has come of them the other.
+// viewer/session/session_board.h: the board between viewers of a volume and the thread that draws it, under
+// one lock: wishes one way, results the other.
 #pragma once
 
 #include "core/progress.h"

@@ -1,4 +1,4 @@
-// viewer/session/slice_frame.h: the three planes through a place, as they lie on a screen.
+// viewer/session/slice_frame.h: the three planes through a point, as they lie on a screen.
 #pragma once
 
 #include "core/mode.h"

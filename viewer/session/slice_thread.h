@@ -1,5 +1,5 @@
-// viewer/session/slice_thread.h: draws the three planes on a thread of its own, the last wish first: coarsely
-// where that is sooner, then as finely as a screen shows.
+// viewer/session/slice_thread.h: draws the three planes on a thread of its own, the last wish first. It draws
+// coarsely where that is sooner, then as finely as a screen shows.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"

@@ -1,5 +1,5 @@
-// viewer/session/slice_views.h: planes through a volume: samples of the field that the contract has, at the
-// resolution that a screen needs, read through a cache.
+// viewer/session/slice_views.h: planes through a volume: samples of the contract's field, at the resolution
+// that a screen needs, read through a cache.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"

@@ -1,5 +1,5 @@
-// viewer/session/still.h: the picture of `tessera render`, drawn on a thread of its own until somebody calls
-// it off.
+// viewer/session/still.h: a still: the picture of `tessera render`, drawn on a thread of its own until it is
+// called off.
 #pragma once
 
 #include "bricking/store/store_reader.h"

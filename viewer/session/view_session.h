@@ -1,5 +1,6 @@
-// viewer/session/view_session.h: looks at a volume on a thread of its own: pictures in time while something
-// moves, better and better ones at rest, up to the still that `tessera render` draws, and then nothing.
+// viewer/session/view_session.h: a session that looks at a volume on a thread of its own. Pictures come in
+// time while something moves, and improve at rest, up to the still that `tessera render` draws. Then nothing
+// is drawn.
 //
 //   wish --> moving pictures --> all pixels, bricks as they come --> still --> rest
 //     ^________________________________________________________________|

@@ -1,5 +1,5 @@
-// viewer/session/viewing.h: a volume that is looked at: what a window asks for, and gets. The interface
-// alone, so that windows know nothing of engines, stores and threads.
+// viewer/session/viewing.h: Viewing, the interface between a window and a volume: requests and results.
+// Windows need nothing of engines, stores and threads.
 #pragma once
 
 #include "core/coverage.h"

@@ -1,4 +1,4 @@
-// viewer/session/volume_histogram.h: how often values occur, finely enough to edit a transfer function over
+// viewer/session/volume_histogram.h: the histogram of a volume, fine enough to edit a transfer function over
 // it.
 #pragma once
 

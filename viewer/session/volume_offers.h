@@ -1,5 +1,5 @@
-// viewer/session/volume_offers.h: what a folder offers where it holds more than one volume, as a list to
-// choose from; and what each looks like.
+// viewer/session/volume_offers.h: the volumes of a folder that holds more than one, as a list to choose from,
+// with a small picture of each.
 #pragma once
 
 #include "core/budget.h"

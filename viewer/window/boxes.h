@@ -1,5 +1,5 @@
-// viewer/window/boxes.h: what several panels have in common: boxes that say what is chosen, and numbers as
-// wide as their range asks for.
+// viewer/window/boxes.h: widgets that several panels share: boxes that name the choice, and numbers as wide
+// as their range asks for.
 #pragma once
 
 #include "core/mode.h"

@@ -1,5 +1,5 @@
-// viewer/window/cut_handles.h: the crop box and oblique planes that cut: their part of the panel, and handles
-// on the picture to push planes and the box's sides with.
+// viewer/window/cut_handles.h: the crop box and oblique cutting planes: their part of the panel, and handles
+// on the picture that push planes and the box's sides.
 #pragma once
 
 #include "viewer/window/desk.h"

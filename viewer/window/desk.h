@@ -1,5 +1,5 @@
-// viewer/window/desk.h: what all parts of the window share: the scene as it is edited, what is shown of it,
-// and what the user is told.
+// viewer/window/desk.h: Desk, the state that all parts of the window share: the edited scene, its picture,
+// and messages to the user.
 #pragma once
 
 #include "core/error.h"

@@ -1,4 +1,4 @@
-// viewer/window/folder_listing.h: what a folder holds that a window could open.
+// viewer/window/folder_listing.h: lists what a window could open in a folder.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// viewer/window/function_editor.h: the transfer function over the volume's histogram, to be dragged.
+// viewer/window/function_editor.h: the editor of the transfer function, drawn over the volume's histogram.
 #pragma once
 
 #include "viewer/window/desk.h"

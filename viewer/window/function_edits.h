@@ -1,5 +1,5 @@
-// viewer/window/function_edits.h: edits of a transfer function, each giving another one. Values in physical
-// units.
+// viewer/window/function_edits.h: edits of a transfer function; each returns a new one. Values are in
+// physical units.
 #pragma once
 
 #include "core/transfer_function.h"

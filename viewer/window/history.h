@@ -1,4 +1,4 @@
-// viewer/window/history.h: scenes as they were, to be taken back and done again.
+// viewer/window/history.h: undo and redo of scenes.
 #pragma once
 
 #include "core/scene.h"

@@ -1,5 +1,5 @@
-// viewer/window/mode_panel.h: the part of the panel that says what is made of the values along a ray: the
-// mode, and what belongs to it: isosurfaces, the window of single values, the place of a slice.
+// viewer/window/mode_panel.h: the mode part of the panel: the mode of rays, isosurfaces, the window of single
+// values, and the position of a slice.
 #pragma once
 
 #include "viewer/window/desk.h"

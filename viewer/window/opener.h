@@ -1,5 +1,5 @@
-// viewer/window/opener.h: what is opened: a browser of folders with what was opened last, and, of a folder
-// with several volumes, the list of them with a small picture each. Both lie over the picture.
+// viewer/window/opener.h: the opener: a browser of folders with the files opened last. For a folder with
+// several volumes it lists them, each with a small picture. Both lie over the picture.
 #pragma once
 
 #include "viewer/window/desk.h"

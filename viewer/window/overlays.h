@@ -1,5 +1,5 @@
-// viewer/window/overlays.h: what is written over the picture: which way the patient lies, how large things
-// are, what is under the pointer, how good the picture is.
+// viewer/window/overlays.h: overlays on the picture: the patient's directions, the scale, the value under the
+// pointer, and the picture's quality.
 #pragma once
 
 #include "core/scale_bar.h"

@@ -1,5 +1,4 @@
-// viewer/window/panels.h: the panel at the left: what is open, how it is seen, lit and coloured, and what it
-// costs.
+// viewer/window/panels.h: the left panel: the open volume, its view, light and colours, and their cost.
 #pragma once
 
 #include "viewer/window/cut_handles.h"

@@ -1,4 +1,4 @@
-// viewer/window/picture_view.h: the volume's picture on the window, and the hand on it.
+// viewer/window/picture_view.h: the volume's picture in the window, and mouse and keys on it.
 #pragma once
 
 #include "viewer/window/desk.h"

@@ -1,4 +1,4 @@
-// viewer/window/preset_shelf.h: the presets that are not built in, as the window is given them: it reads and
+// viewer/window/preset_shelf.h: the presets that are not built in, as given to the window, which reads and
 // writes no files of its own.
 #pragma once
 

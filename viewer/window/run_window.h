@@ -1,5 +1,5 @@
-// viewer/window/run_window.h: the window: what a hand does goes to a Viewing, what comes back is shown. It
-// draws no volume itself: what it can show, a scene can (viewer/session/viewing.h).
+// viewer/window/run_window.h: the window: input goes to a Viewing, and its results are shown. It draws no
+// volume itself. Whatever it can show, a scene can (viewer/session/viewing.h).
 #pragma once
 
 #include "viewer/session/viewing.h"

@@ -1,5 +1,5 @@
-// viewer/window/script.h: what to do in the window, from a file instead of a hand: for figures, measurements
-// and tests. A line is a step; empty lines and those that begin with # are none:
+// viewer/window/script.h: a script of steps for the window, in place of a hand, for figures, measurements and
+// tests. A line is a step; empty lines and those that begin with # are none:
 //
 //   open PATH                 wait volume | choice | picture | whole | still | rest | line | MILLISECONDS
 //   choose N [PHASE]          of the volumes that a folder offers, from 1, once they are there (wait choice)

@@ -1,4 +1,4 @@
-// viewer/window/settings.h: what the window remembers from one time to the next: its size, what was opened.
+// viewer/window/settings.h: the settings that the window remembers: its size and the files opened last.
 #pragma once
 
 #include <filesystem>

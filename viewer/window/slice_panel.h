@@ -1,5 +1,5 @@
-// viewer/window/slice_panel.h: the three planes beside the volume, linked by a crosshair, and the hand on
-// them.
+// viewer/window/slice_panel.h: the three planes beside the volume, linked by a crosshair, with mouse and keys
+// on them.
 #pragma once
 
 #include "viewer/window/desk.h"

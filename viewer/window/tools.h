@@ -1,5 +1,5 @@
-// viewer/window/tools.h: what a click or an outline on the picture or a plane is for, when it is not for the
-// camera: places that are measured, and scissors.
+// viewer/window/tools.h: tools that take clicks and outlines on the picture or a plane from the camera:
+// measured points, and scissors.
 #pragma once
 
 #include "viewer/window/desk.h"

@@ -1,7 +1,7 @@
-// bricking/import/codecs/stream.h: compressed images as DICOM files hold them: what a stream says of itself,
-// and its samples. Two steps for every coding: a walk over the stream's own markers, which allocates nothing
-// and believes nothing, then decoding by a library with every warning taken as an error. A decoder that
-// goes on after damage shows wrong voxels as right ones.
+// bricking/import/codecs/stream.h: compressed images as DICOM files hold them: the stream's header and its
+// samples. Every coding takes two steps. A walk over the stream's own markers allocates nothing and believes
+// nothing. Then a library decodes, with every warning taken as an error: a decoder that goes on after damage
+// shows wrong voxels as right ones.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
-// bricking/import/dicom/could_belong.h: which of the files that were passed over could be slices of a series:
-// then the series is not complete for sure, and leaving them out would go unnoticed.
+// bricking/import/dicom/could_belong.h: the unused files that could be slices of a series. With one of them
+// the series is surely not complete, and leaving it out would go unnoticed.
 #pragma once
 
 #include "bricking/import/dicom/dicom_scan.h"

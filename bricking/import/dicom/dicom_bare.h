@@ -1,5 +1,5 @@
-// bricking/import/dicom/dicom_bare.h: DICOM data sets without the preamble of 128 bytes and the mark "DICM",
-// as old archives and network dumps leave them.
+// bricking/import/dicom/dicom_bare.h: recognizes DICOM data sets without the preamble of 128 bytes and the
+// mark "DICM", as old archives and network dumps leave them.
 #pragma once
 
 #include <cstddef>

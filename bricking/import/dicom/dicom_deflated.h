@@ -1,6 +1,6 @@
-// bricking/import/dicom/dicom_deflated.h: undoes the deflated transfer syntax, which vtk-dicom does not read:
-// the file stands for an explicit little-endian one with the same data set, the plain file. A few bytes may
-// inflate to a thousand times as many, so none of this holds the whole.
+// bricking/import/dicom/dicom_deflated.h: undoes the deflated transfer syntax, which vtk-dicom does not read.
+// The result is "the plain file": explicit little endian with the same data set. A few bytes may inflate to a
+// thousand times as many, so none of this holds the whole.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
-// bricking/import/dicom/dicom_geometry.h: from the positions of a series' slices to an order, an affine and,
-// where asked for, a resampling along z. What does not make one even volume is refused with the reason in
+// bricking/import/dicom/dicom_geometry.h: the order, the affine and, if asked for, the resampling along z of
+// a series, from its slices' positions. Slices that make no even volume are refused with the reason in
 // numbers.
 #pragma once
 

@@ -1,6 +1,6 @@
-// bricking/import/dicom/dicom_header.h: what a parsed DICOM header says, asked per frame: the functional
-// groups of multi-frame files come before the top level. Numbers are read strictly: a text that is no number
-// is a fault with the tag's name, never taken for an absent value. Private to the DICOM importer.
+// bricking/import/dicom/dicom_header.h: values of a parsed DICOM header, per frame. The functional groups of
+// multi-frame files come before the top level. Numbers are read strictly: a text that is no number is a fault
+// with the tag's name, never an absent value. Private to the DICOM importer.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// bricking/import/dicom/dicom_objects.h: what kind of DICOM object a storage class stands for, in a reader's
-// words.
+// bricking/import/dicom/dicom_objects.h: names for the kinds of DICOM objects, by storage class and
+// ImageType, in a reader's words.
 #pragma once
 
 #include <string>

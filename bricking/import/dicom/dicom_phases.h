@@ -1,5 +1,5 @@
-// bricking/import/dicom/dicom_phases.h: slices of one series that share a place: copies of each other are
-// dropped, and pictures of several phases or times become a choice.
+// bricking/import/dicom/dicom_phases.h: slices of one series that share a position. Duplicates are dropped;
+// images of several phases or times become a choice.
 #pragma once
 
 #include "bricking/import/dicom/dicom_scan.h"

@@ -1,5 +1,5 @@
-// bricking/import/dicom/dicom_pixels.h: the stored numbers of one slice: read by position where they lie
-// plainly, else decoded from the stream's fragments. One slice in memory.
+// bricking/import/dicom/dicom_pixels.h: reads the stored numbers of one slice. Plain pixels are read by
+// position; compressed ones are decoded from the stream's fragments. Memory: one slice.
 #pragma once
 
 #include "bricking/import/dicom/dicom_scan.h"

@@ -1,5 +1,5 @@
-// bricking/import/dicom/dicom_place.h: what a header says about one frame beside its pixels: place, time,
-// rescale, padding. Private to the DICOM importer.
+// bricking/import/dicom/dicom_place.h: reads a frame's position, time, rescale and padding from the header.
+// Private to the DICOM importer.
 #pragma once
 
 #include "bricking/import/dicom/dicom_header.h"

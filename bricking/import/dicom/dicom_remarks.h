@@ -1,5 +1,5 @@
-// bricking/import/dicom/dicom_remarks.h: what of a series is odd and harmless: it is taken, said once, and
-// kept in the store. Private to the DICOM importer.
+// bricking/import/dicom/dicom_remarks.h: remarks about a series: harmless oddities that are accepted, said
+// once and kept in the store. Private to the DICOM importer.
 #pragma once
 
 #include "bricking/import/dicom/dicom_geometry.h"

@@ -1,6 +1,6 @@
-// bricking/import/dicom/dicom_scan.h: reads the headers of DICOM files, keeps the few values that a volume
-// needs and groups the slices by series. Everything else in a header, every identifier included, is dropped
-// here.
+// bricking/import/dicom/dicom_scan.h: reads the headers of DICOM files and groups the slices by series. It
+// keeps the few values that a volume needs. Everything else in a header, every identifier included, is
+// dropped here.
 #pragma once
 
 #include "bricking/import/codecs/stream.h"

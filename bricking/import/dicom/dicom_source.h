@@ -1,13 +1,16 @@
 // bricking/import/dicom/dicom_source.h: a DICOM series as a SlabSource in its own slice order (along row x
 // column).
 //
-// Values. Slope and intercept are applied slice by slice. If all are whole numbers the volume holds int16
-// physical values (HU for CT; clamped values are counted), or uint16 where only that can hold them; else, and
-// for other modalities whose range fits neither, float32. rescaleSlope is 1 and rescaleIntercept 0 then.
-// Padding. fillStored of HU data is -1024. Voxels that the header declares as padding (PixelPaddingValue and
-// its range limit) and that lie below -1024 HU become fillStored; every other value, whatever the scanner
-// wrote outside its circle, stays as it is. Other data has the first slice's padding, or 0, as fillStored.
-// Place. A gantry tilt stays in the affine as a shear. Every frame of a multi-frame file is a slice.
+// Values: slope and intercept are applied slice by slice. If all results are whole numbers, the volume holds
+// int16 physical values (HU for CT; clamped values are counted), or uint16 where only that can hold them.
+// Otherwise, and for other modalities whose range fits neither, it holds float32. rescaleSlope is 1 and
+// rescaleIntercept 0 then.
+//
+// Padding: fillStored of HU data is -1024. Voxels that the header declares as padding (PixelPaddingValue and
+// its range limit) and that lie below -1024 HU become fillStored. Every other value stays as it is, whatever
+// the scanner wrote outside its circle. Other data has the first slice's padding, or 0, as fillStored.
+//
+// Geometry: a gantry tilt stays in the affine as a shear. Every frame of a multi-frame file is a slice.
 #pragma once
 
 #include "bricking/import/dicom/dicom_scan.h"

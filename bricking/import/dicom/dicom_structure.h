@@ -1,7 +1,7 @@
-// bricking/import/dicom/dicom_structure.h: walks over the elements of a DICOM file, their order and their
-// lengths, from the first byte to the last (PS3.5, section 7; PS3.10, section 7.1). The parser takes what it
-// finds: a bit that flipped in a tag or a length loses an element there without a word, and a slice is then
-// read by a default; and it reads beyond the end of some files that are cut off. So this comes before it.
+// bricking/import/dicom/dicom_structure.h: a walk over the elements of a DICOM file, their order and their
+// lengths, from the first byte to the last (PS3.5, section 7; PS3.10, section 7.1). It comes before the
+// parser, which takes what it finds. A bit flipped in a tag or a length loses an element there without a
+// word, and the slice is read by a default. The parser also reads beyond the end of some truncated files.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// bricking/import/dicom/dicom_suv.h: what turns a PET's activity into SUV by body weight, where the header
+// bricking/import/dicom/dicom_suv.h: the factor from a PET's activity to SUV by body weight, where the header
 // has all that it takes (QIBA, "SUV vendor-neutral pseudo-code"). Weight, dose and times are used and
 // forgotten. Private to the DICOM importer.
 #pragma once

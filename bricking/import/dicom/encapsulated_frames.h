@@ -1,5 +1,5 @@
-// bricking/import/dicom/encapsulated_frames.h: where the compressed frames of a DICOM file lie (PS3.5, A.4):
-// items in a sequence, the first a table of offsets, the others fragments of frames.
+// bricking/import/dicom/encapsulated_frames.h: the positions of compressed frames in a DICOM file (PS3.5,
+// A.4). Frames are items of a sequence: the first is a table of offsets, the others are fragments of frames.
 #pragma once
 
 #include "bricking/import/source/input_file.h"

@@ -1,5 +1,5 @@
-// bricking/import/dicom/folder_walk.h: every file below a folder, and what could not be looked at. Nothing is
-// left out without a word: unreadable folders, links to nothing and files of other kinds are told.
+// bricking/import/dicom/folder_walk.h: lists every file below a folder, and what could not be read. Nothing
+// is left out without a word: unreadable folders, dangling links and files of other kinds are reported.
 #pragma once
 
 #include "bricking/import/dicom/passed_over.h"

@@ -1,5 +1,5 @@
-// bricking/import/dicom/passed_over.h: files that were found and not used, and why: none is dropped without a
-// word.
+// bricking/import/dicom/passed_over.h: files that were found and not used, each with its reason. No file is
+// dropped without a word.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
-// bricking/import/dicom/series_agreement.h: what the slices of one series have to say alike. Identifiers are
-// compared here, and stay in here. Private to the DICOM importer.
+// bricking/import/dicom/series_agreement.h: elements that all slices of a series must agree in. Identifiers
+// are compared here and never leave this file's types. Private to the DICOM importer.
 #pragma once
 
 #include "bricking/import/dicom/dicom_scan.h"

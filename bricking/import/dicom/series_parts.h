@@ -1,5 +1,6 @@
-// bricking/import/dicom/series_parts.h: where SeriesInstanceUID is no guide: slices that each name a series
-// of their own and make one stack, and series of several frames of reference. Private to the DICOM importer.
+// bricking/import/dicom/series_parts.h: series that SeriesInstanceUID does not describe. Single slices that
+// each name a series of their own and make one stack are joined. Series of several frames of reference are
+// split. Private to the DICOM importer.
 #pragma once
 
 #include "bricking/import/dicom/dicom_scan.h"

@@ -1,5 +1,5 @@
-// bricking/import/dicom/vtk_quiet.h: keeps what VTK and vtk-dicom print away from the console: their texts
-// may quote header values, and an identifier must not reach a log. What went wrong is said by our own errors.
+// bricking/import/dicom/vtk_quiet.h: keeps messages of VTK and vtk-dicom off the console. Their texts may
+// quote header values, and an identifier must not reach a log. Our own errors say what went wrong.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
-// bricking/import/files/foreign_format.h: names what is not read for what it is, so that a refusal can say
-// what to do about it.
+// bricking/import/files/foreign_format.h: recognizes formats that are not read, so that a refusal can name
+// them and advise.
 #pragma once
 
 #include <filesystem>

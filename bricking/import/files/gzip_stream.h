@@ -1,5 +1,5 @@
-// bricking/import/files/gzip_stream.h: one forward pass over a gzip file, with bounded memory and every
-// damage named.
+// bricking/import/files/gzip_stream.h: one forward pass over a gzip file, with bounded memory; every damage
+// is named.
 #pragma once
 
 #include "bricking/import/source/input_file.h"

@@ -1,5 +1,5 @@
 // bricking/import/files/plain_file_source.h: voxels that lie uncompressed in one file, [z][y][x] with x
-// fastest: what a raw file and an uncompressed NIfTI file have in common.
+// fastest. Raw files and uncompressed NIfTI files have this in common.
 #pragma once
 
 #include "bricking/import/source/input_file.h"

@@ -1,4 +1,4 @@
-// bricking/import/source/input_file.h: a source file that is read by position, with errors that name it.
+// bricking/import/source/input_file.h: a source file read by position; its errors name the file.
 #pragma once
 
 #include <cstddef>

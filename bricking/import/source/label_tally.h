@@ -1,5 +1,5 @@
-// bricking/import/source/label_tally.h: whether the values of a volume are names of regions rather than
-// measurements: few whole numbers, each of which fills places side by side.
+// bricking/import/source/label_tally.h: a test for label maps: volumes whose values name regions and measure
+// nothing. Such a volume has few whole numbers, and each fills neighbouring voxels.
 #pragma once
 
 #include "core/volume.h"

@@ -1,6 +1,6 @@
-// bricking/import/source/oriented_source.h: brings a volume's axes losslessly to the nearest LPS order, so
-// that every volume in a store runs towards patient left, posterior, superior along x, y, z as far as voxels
-// allow. Voxels are only moved, never resampled; what is left of obliqueness or shear stays in the affine.
+// bricking/import/source/oriented_source.h: a volume's axes brought losslessly to the nearest LPS order.
+// Every volume in a store then runs towards patient left, posterior, superior along x, y, z, as far as voxels
+// allow. Voxels are moved, never resampled; obliqueness and shear stay in the affine.
 #pragma once
 
 #include "bricking/import/source/slab_source.h"

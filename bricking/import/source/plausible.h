@@ -1,5 +1,5 @@
-// bricking/import/source/plausible.h: what a header may claim about geometry and values before a volume is
-// believed. One rule for every format; the message names the field that lies.
+// bricking/import/source/plausible.h: bounds on a header's geometry and rescale, checked before a volume is
+// believed. All formats share them; the message names the field at fault.
 #pragma once
 
 #include "core/volume.h"

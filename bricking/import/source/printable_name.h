@@ -1,4 +1,4 @@
-// bricking/import/source/printable_name.h: a file's name as a line of text may show it.
+// bricking/import/source/printable_name.h: a file name made printable, for one line of text.
 #pragma once
 
 #include "core/printable_text.h"

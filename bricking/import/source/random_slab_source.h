@@ -1,5 +1,5 @@
-// bricking/import/source/random_slab_source.h: a SlabSource whose slices can be read in any order, so that a
-// reversed slice axis costs nothing. Files that can only be read forward (gzip) are not of this kind.
+// bricking/import/source/random_slab_source.h: a SlabSource whose slices can be read in any order. A reversed
+// slice axis costs nothing then. Files that can only be read forward (gzip) are not of this kind.
 #pragma once
 
 #include "bricking/import/source/slab_source.h"

@@ -1,5 +1,5 @@
-// bricking/import/source/slab_source.h: what every importer gives: a volume's description, then its slices,
-// forward only. One interface for files, series and phantoms, so that a volume never has to fit in memory.
+// bricking/import/source/slab_source.h: SlabSource, the interface of every importer: a volume's description,
+// then its slices, forward only. Files, series and phantoms share it, so a volume never has to fit in memory.
 #pragma once
 
 #include "core/volume.h"

@@ -1,6 +1,6 @@
-// bricking/import/source/slice_converter.h: slices of a file's numbers to slices of stored values, with
-// something to stand where a file has no number. NaN is absent (a mask, a field of view), so it becomes the
-// lowest value of the data: 0 would be water in a CT, an opaque slab around what was masked.
+// bricking/import/source/slice_converter.h: converts slices of a file's numbers to slices of stored values. A
+// voxel without a number (NaN: a mask, a field of view) gets the lowest value of the data. A 0 would be water
+// in a CT: an opaque slab around what was masked.
 #pragma once
 
 #include "bricking/import/source/label_tally.h"

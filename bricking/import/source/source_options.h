@@ -1,4 +1,4 @@
-// bricking/import/source/source_options.h: what somebody may choose when source files are opened.
+// bricking/import/source/source_options.h: the user's options for opening source files.
 #pragma once
 
 #include <filesystem>

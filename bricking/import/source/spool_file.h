@@ -1,5 +1,5 @@
-// bricking/import/source/spool_file.h: a temporary file without a name, gone with the process whatever
-// happens to it.
+// bricking/import/source/spool_file.h: a temporary file without a name. The system frees it when the process
+// ends, however it ends.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
-// bricking/import/source/voxel_types.h: from the number types that files use to the four that a store holds.
-// Lossless where it can be (i8 widens to i16); 32- and 64-bit integers and doubles become float32, which
-// keeps integers exactly up to 2^24 only, and the sources say so in describe().
+// bricking/import/source/voxel_types.h: conversion of the number types that files use to the four that a
+// store holds. It is lossless where it can be (i8 widens to i16). 32- and 64-bit integers and doubles become
+// float32, which keeps integers exactly up to 2^24 only. The sources say so in describe().
 #pragma once
 
 #include "core/volume.h"

@@ -1,5 +1,5 @@
 // render/engines/gpu/atlas_plane.h: values of bricks on the GPU: pages in one 3D texture without duplicated
-// border voxels, and the index texture, which holds the entries of residency/brick_residency.h.
+// border voxels. The index texture holds the entries of residency/brick_residency.h.
 #pragma once
 
 #include "core/budget.h"

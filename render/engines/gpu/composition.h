@@ -1,6 +1,6 @@
-// render/engines/gpu/composition.h: what a program's text begins with, by the features that it is made for:
-// FEATURE_<NAME> 0 or 1, BINDING_<NAME> of its storage buffers, and the driver it is for. Bindings are given
-// out here, never numbered by hand.
+// render/engines/gpu/composition.h: the head of a program's text, by its features: FEATURE_<NAME> 0 or 1,
+// BINDING_<NAME> of its storage buffers, and the driver it is for. Bindings are given out here, never
+// numbered by hand.
 #pragma once
 
 #include "render/engines/gpu/features.h"

@@ -1,5 +1,5 @@
-// render/engines/gpu/feature_module.h: what a feature of the march says of itself: its define, what it goes
-// with, and the storage buffers that it brings.
+// render/engines/gpu/feature_module.h: the description of a feature (shader permutation) of the march: its
+// define, the features that it needs and excludes, and the storage buffers that it brings.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
-// render/engines/gpu/features.h: what a scene can need of the march. Each becomes FEATURE_<NAME> 0 or 1 in
-// the shaders; what is 0 is not compiled. Structure is a feature, numbers are uniforms: moving a slider never
-// recompiles.
+// render/engines/gpu/features.h: the features of the march, which are its shader permutations. Each becomes
+// FEATURE_<NAME> 0 or 1 in the shaders; what is 0 is not compiled. Structure is a feature, numbers are
+// uniforms: moving a slider never recompiles.
 #pragma once
 
 #include "core/scene.h" // Gradient, Integrator

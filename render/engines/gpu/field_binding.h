@@ -1,4 +1,4 @@
-// render/engines/gpu/field_binding.h: gives a program the volume: the uniforms and textures of
+// render/engines/gpu/field_binding.h: binds a volume to a program: the uniforms and textures of
 // shaders/sampler_field.glsl.
 #pragma once
 

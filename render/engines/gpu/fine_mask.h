@@ -1,7 +1,7 @@
-// render/engines/gpu/fine_mask.h: which blocks of 2^3 voxels of an occupied cell can show anything: bits of
-// the map of empty space (distance_map.h), found by the device from the samples it holds. Rays then take few
-// samples that show nothing. The range of a block is that of the field itself, at the points where trilinear
-// interpolation can be extreme: sample centres and the block's faces.
+// render/engines/gpu/fine_mask.h: the blocks of 2^3 voxels of an occupied cell that can show anything, as
+// bits of the distance map (distance_map.h). The device finds them from the samples it holds. Rays then take
+// few samples that show nothing. The range of a block is that of the field itself, at the points where
+// trilinear interpolation can be extreme: sample centres and the block's faces.
 #pragma once
 
 #include "core/transfer_function.h"

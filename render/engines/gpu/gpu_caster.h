@@ -1,4 +1,4 @@
-// render/engines/gpu/gpu_caster.h: rays of a scene as the march takes them, with their maps of empty space,
+// render/engines/gpu/gpu_caster.h: the ray caster of a scene on the GPU: the march with its distance maps,
 // made finer on the device where that pays (fine_mask.h).
 #pragma once
 

@@ -1,4 +1,4 @@
-// render/engines/gpu/pace.h: how much of the march one dispatch may hold, learnt from dispatches that ran.
+// render/engines/gpu/pace.h: the size of the march's next dispatch, learnt from dispatches that ran.
 #pragma once
 
 #include <algorithm>

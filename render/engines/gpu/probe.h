@@ -1,4 +1,4 @@
-// render/engines/gpu/probe.h: the GPU's field at single points: for tests of the sampler, and for picking.
+// render/engines/gpu/probe.h: the GPU's field at single points, for tests of the sampler and for picking.
 #pragma once
 
 #include "core/budget.h"

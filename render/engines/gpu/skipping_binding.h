@@ -1,4 +1,5 @@
-// render/engines/gpu/skipping_binding.h: the map of empty space as shaders/march_skipping.glsl reads it.
+// render/engines/gpu/skipping_binding.h: uploads and binds the distance map that shaders/march_skipping.glsl
+// reads.
 #pragma once
 
 #include "render/empty_space/occupancy.h"

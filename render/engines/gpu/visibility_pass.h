@@ -1,5 +1,5 @@
-// render/engines/gpu/visibility_pass.h: what of each brick the camera sees past those before it, counted by a
-// small march over the bricks that are resident: the feedback for the next choice of levels
+// render/engines/gpu/visibility_pass.h: the visibility of each brick past those in front of it, counted by a
+// small march over the resident bricks. It is the feedback for the next choice of levels
 // (bricking/levels/visibility.h).
 #pragma once
 

@@ -1,5 +1,6 @@
-// render/engines/mirror/mirror.h: the contract of docs/sampling.md on the CPU, in float and in double. What
-// the march draws in exact mode must equal the float mirror; a difference is a fault of one of them.
+// render/engines/mirror/mirror.h: the mirror, a CPU oracle: the contract of docs/sampling.md in float and in
+// double. What the march draws in exact mode must equal the float mirror; a difference is a fault of one of
+// them.
 #pragma once
 
 #include "bricking/levels/visibility.h"

@@ -1,4 +1,4 @@
-// render/engines/mirror/mirror_input.h: what the mirror reads.
+// render/engines/mirror/mirror_input.h: the inputs of the mirror.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"

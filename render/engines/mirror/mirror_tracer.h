@@ -1,5 +1,5 @@
 // render/engines/mirror/mirror_tracer.h: rays of light among isosurfaces, read through the brick cache:
-// surfaceRay() of mirror_surfaces.h, in float. For every engine that has no way of its own.
+// surfaceRay() of mirror_surfaces.h, in float. Every engine that has no tracer of its own uses it.
 #pragma once
 
 #include "render/engines/mirror/mirror_input.h"

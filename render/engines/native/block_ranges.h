@@ -1,8 +1,8 @@
-// render/engines/native/block_ranges.h: between which values the field stays in every block of 2^3 voxels of
-// a cell, whatever levels meet there. Where one level has all weight, the field is plain trilinear
-// interpolation of it, and a block's range is exact. Elsewhere it is a mean, with weights that are not
-// negative, of what the bricks around a corner have there, each trilinear between its own samples and clamped
-// to them (render/contract/brick_corner.h); so it lies in the hull of those that have weight in the block.
+// render/engines/native/block_ranges.h: the range of the field in every block of 2^3 voxels of a cell,
+// whatever levels meet there. Where one level has all weight, the field is plain trilinear interpolation of
+// it, and a block's range is exact. Elsewhere the field is a mean, with weights that are not negative, of the
+// bricks around a corner. Each of these is trilinear between its own samples and clamped to them
+// (render/contract/brick_corner.h). So the range lies in the hull of those that have weight in the block.
 #pragma once
 
 #include "render/contract/level_map.h"

@@ -1,7 +1,7 @@
-// render/engines/native/fine_blocks.h: which blocks of 2^3 voxels of an occupied cell can show anything: bits
-// of the map of empty space (render/empty_space/distance_map.h), from the samples that the engine holds
-// (block_ranges.h). A cell is looked at when the first ray gets to it, so that cells no ray meets cost
-// nothing.
+// render/engines/native/fine_blocks.h: the blocks of 2^3 voxels of an occupied cell that can show anything,
+// as bits of the distance map (render/empty_space/distance_map.h). They are found from the samples that the
+// engine holds (block_ranges.h). A cell is examined when the first ray gets to it, so cells that no ray meets
+// cost nothing.
 #pragma once
 
 #include "bricking/statistics/statistics.h"

@@ -1,10 +1,10 @@
 // render/engines/native/lanes.h: numbers side by side, one a ray: F floats, I whole numbers of 32 bits, M
-// conditions. Three sets of instructions, chosen by how the including file is compiled: AVX-512, AVX2, or
-// whatever the compiler makes of its own vectors (SSE2, NEON). Every operation is the one of IEEE that the
-// scalar text means, rounded once and in the same order, so that a lane gets the bits of the float mirror.
+// conditions. The including file's compiler flags choose one of three instruction sets: AVX-512, AVX2, or the
+// compiler's own vectors (SSE2, NEON). Every operation is the one of IEEE that the scalar text means, rounded
+// once and in the same order. So a lane gets the bits of the float mirror.
 //
-// For packet_*.cpp alone: all of it lies in a namespace of the target, so that no copy made for one processor
-// can be linked into what runs on another (tests/program/symbols_test.cpp).
+// For packet_*.cpp alone: all of it lies in a namespace of the instruction set ("target"). No copy made for
+// one processor can be linked into what runs on another (tests/program/symbols_test.cpp).
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// render/engines/native/lanes_derived.h: what follows from the operations of lanes, the same of one register
-// as of two: for lanes.h alone, which includes it in the namespace of each.
+// render/engines/native/lanes_derived.h: operations derived from those of lanes, the same for one register as
+// for two. For lanes.h alone, which includes it in the namespace of each.
 
 TESSERA_LANE M operator>(F a, F b) {
     return b < a;

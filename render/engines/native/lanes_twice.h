@@ -1,5 +1,5 @@
-// render/engines/native/lanes_twice.h: two registers of lanes as one: what waits in one of them, for a load
-// or for a number that the next needs, leaves time for the other. For lanes.h alone.
+// render/engines/native/lanes_twice.h: two registers of lanes as one. While one of them waits for a load, or
+// for a number that the next step needs, the other has work. For lanes.h alone.
 #pragma once
 
 namespace tessera::TESSERA_LANES {

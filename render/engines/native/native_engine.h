@@ -1,6 +1,6 @@
-// render/engines/native/native_engine.h: rays on the processor itself, several side by side (packet.h): the
-// contract's samples, bit-equal to the float mirror, from bricks in host memory. What other engines take of a
-// GPU this one takes of RAM, charged as GPU memory all the same: --gpu-memory bounds it.
+// render/engines/native/native_engine.h: the native engine: rays on the processor, several side by side
+// (packet.h). It takes the contract's samples, bit-equal to the float mirror, from bricks in host memory. It
+// takes RAM where other engines take GPU memory, and charges it as GPU memory: --gpu-memory bounds it.
 #pragma once
 
 #include "render/engine.h"

@@ -1,6 +1,5 @@
-// render/engines/native/native_field.h: the field of the bricks that the native engine holds, by the scalar
-// text of render/contract, for what packets leave to it: blends of bricks, gradients across their faces,
-// surfaces.
+// render/engines/native/native_field.h: the field of the native engine's bricks, by the scalar text of
+// render/contract. Packets leave blends of bricks, gradients across their faces, and surfaces to it.
 #pragma once
 
 #include "render/contract/sampler.h"

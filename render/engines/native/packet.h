@@ -1,5 +1,5 @@
-// render/engines/native/packet.h: what a packet of rays needs, as plain numbers and pointers: the text that
-// draws packets is compiled once for every set of instructions (packet_march.h), and nothing that it includes
+// render/engines/native/packet.h: the inputs of a packet of rays, as plain numbers and pointers. The text
+// that draws packets is compiled once for every instruction set (packet_march.h). Nothing that it includes
 // may bring functions which a linker could share with the rest of the program.
 #pragma once
 

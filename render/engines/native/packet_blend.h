@@ -1,7 +1,7 @@
-// render/engines/native/packet_blend.h: bricks around a place, of one register of lanes: cells of one level
-// across bricks, what a brick has of its own, and the weights by which bricks of unlike levels are blended:
-// twin of fieldValue() and interblockValue() in render/contract/sampler.h, whose sums packet_points.h makes;
-// and what the levels around a place say of strides. For packet_*.cpp alone.
+// render/engines/native/packet_blend.h: bricks around a point, for one register of lanes: cells of one level
+// across bricks, a brick's own samples, and the weights that blend bricks of unlike levels. It is the twin of
+// fieldValue() and interblockValue() in render/contract/sampler.h, whose sums packet_points.h makes. It also
+// gives the strides that the levels around a point allow. For packet_*.cpp alone.
 #pragma once
 
 #include "render/contract/leaves.h"

@@ -1,5 +1,5 @@
-// render/engines/native/packet_light.h: occlusion of samples side by side (render/light/occlusion.h): all of
-// a run send out the same rays, so that what they read lies side by side too. For packet_*.cpp alone.
+// render/engines/native/packet_light.h: occlusion of samples side by side (render/light/occlusion.h). All
+// samples of a run send out the same rays, so what they read lies side by side too. For packet_*.cpp alone.
 #pragma once
 
 #include "render/contract/leaves.h"

@@ -1,7 +1,7 @@
 // render/engines/native/packet_march.h: a packet of rays through a volume without surfaces: twin of
-// mirrorRay(), one ray a lane. A turn of the loop finds for every lane a stride that can show something, and
-// once enough lanes have one, takes their samples. For packet_*.cpp alone: it is compiled once for every set
-// of instructions.
+// mirrorRay(), one ray a lane. A turn of the loop finds for every lane a stride that can show something. Once
+// enough lanes have one, it takes their samples. For packet_*.cpp alone: it is compiled once for every
+// instruction set.
 #pragma once
 
 #include "render/engines/native/packet_gradient.h"

@@ -1,5 +1,6 @@
-// render/engines/native/packet_optics.h: what values look like and what segments add, for all lanes of a
-// packet: twin of render/contract/optics.h and integrators.h. For packet_*.cpp alone.
+// render/engines/native/packet_optics.h: colour, opacity and shading of values, and contributions of
+// segments, for all lanes of a packet: twin of render/contract/optics.h and integrators.h. For packet_*.cpp
+// alone.
 #pragma once
 
 #include "render/contract/leaves.h"

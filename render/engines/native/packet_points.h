@@ -1,8 +1,7 @@
 // render/engines/native/packet_points.h: values of the field at a list of points, which need other bricks
-// than the ray's own: twin of fieldValue() and interblockValue() in render/contract/sampler.h. Points of one
-// turn are as few as they are unlike, so what is computed is not a point a lane: of each point first the
-// bricks that have weight there, and then of all points together a brick's value a lane. For packet_*.cpp
-// alone.
+// than the ray's own: twin of fieldValue() and interblockValue() in render/contract/sampler.h. The points of
+// one turn are few and unlike, so a lane is not a point. First the bricks that have weight at each point are
+// found. Then a lane computes one brick's value, for all points together. For packet_*.cpp alone.
 #pragma once
 
 #include "render/engines/native/packet_blend.h"

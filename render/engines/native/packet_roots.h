@@ -1,5 +1,5 @@
-// render/engines/native/packet_roots.h: where a ray meets surfaces of one value inside a piece, for all lanes
-// of a packet: twin of render/contract/cell_roots.h. For packet_*.cpp alone.
+// render/engines/native/packet_roots.h: crossings of a ray and surfaces of one value inside a piece, for all
+// lanes of a packet: twin of render/contract/cell_roots.h. For packet_*.cpp alone.
 #pragma once
 
 #include "render/contract/cell_roots.h" // how near a root is

@@ -1,6 +1,6 @@
-// render/engines/native/packet_space.h: leaps over what is proven empty, for all lanes of a packet: twin of
-// nextOccupied() and nextShown() in render/empty_space/occupancy.h. Leaps differ from its by rounding, which
-// strides are taken does not. For packet_*.cpp alone.
+// render/engines/native/packet_space.h: leaps over proven empty space, for all lanes of a packet: twin of
+// nextOccupied() and nextShown() in render/empty_space/occupancy.h. Leaps differ from its by rounding; the
+// strides that are taken do not. For packet_*.cpp alone.
 #pragma once
 
 #include "render/engines/native/lanes.h"

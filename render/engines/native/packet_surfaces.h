@@ -1,6 +1,6 @@
 // render/engines/native/packet_surfaces.h: a packet of rays through a volume with isosurfaces: twin of
 // surfaceRay() in render/engines/mirror/mirror_surfaces.h, one ray a lane. A turn of the loop finds for every
-// lane a stride that is not proven empty, and once enough lanes have one, takes those strides whole, so that
+// lane a stride that is not proven empty. Once enough lanes have one, it takes those strides whole, so
 // packets stop between strides alone. For packet_*.cpp alone.
 #pragma once
 

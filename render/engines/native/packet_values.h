@@ -1,6 +1,6 @@
 // render/engines/native/packet_values.h: a packet of rays that keep one of the values along them, or their
-// mean: twin of keepAlong() in mirror_values.h, one ray a lane. A lane looks at the bounds of values once a
-// box: it leaps over it, or takes all samples in it. For packet_*.cpp alone.
+// mean: twin of keepAlong() in mirror_values.h, one ray a lane. A lane reads the bounds of values once a box:
+// it leaps over the box, or takes all samples in it. For packet_*.cpp alone.
 #pragma once
 
 #include "render/engines/native/packet_march.h"

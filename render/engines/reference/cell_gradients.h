@@ -1,5 +1,5 @@
 // render/engines/reference/cell_gradients.h: gradients of the field along a ray through one of its cells, as
-// the scene takes them, for light and for opacity by gradient.
+// the scene takes them, for light and for gradient opacity.
 #pragma once
 
 #include "render/contract/lattice.h"

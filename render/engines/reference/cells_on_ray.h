@@ -1,5 +1,5 @@
-// render/engines/reference/cells_on_ray.h: the cells of the field that a ray goes through, which of them show
-// nothing, and the field in one.
+// render/engines/reference/cells_on_ray.h: the cells of the field along a ray, the empty ones among them, and
+// the field in one.
 #pragma once
 
 #include "bricking/statistics/statistics.h"

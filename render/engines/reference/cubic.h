@@ -1,4 +1,5 @@
-// render/engines/reference/cubic.h: what fields and gradients are along a ray between two planes of samples.
+// render/engines/reference/cubic.h: a cubic: the form of fields and gradients along a ray between two planes
+// of samples.
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,6 @@
-// render/engines/reference/light_between.h: light along a piece of a ray, between places whose light is
-// known. Rays of light are too dear for every place that the integrator asks about; a parabola through three
-// places stands in where it agrees with two more between them, else the piece is halved.
+// render/engines/reference/light_between.h: light along a piece of a ray, between points whose light is
+// known. Rays of light are too dear for every point that the integrator asks about. A parabola through three
+// points stands in where it agrees with two more between them; else the piece is halved.
 #pragma once
 
 #include "render/engines/reference/light_rays.h"

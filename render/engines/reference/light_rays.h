@@ -1,7 +1,7 @@
-// render/engines/reference/light_rays.h: how much light gets to a place, by rays of the reference's own:
-// through level 0, by the function's points, in double. Shadows are exp(-integral of extinction) from a place
-// to the light or the volume's border; occlusion is equations 6.1, 6.3 and 6.4 of the course notes. Slow, and
-// knows nothing of render/light/ but the directions.
+// render/engines/reference/light_rays.h: the light that reaches a point, by rays of the reference's own:
+// through level 0, by the function's points, in double. Shadows are exp(-integral of extinction) from a point
+// to the light or the volume's border. Occlusion is equations 6.1, 6.3 and 6.4 of the course notes. It is
+// slow, and uses nothing of render/light/ but the directions.
 #pragma once
 
 #include "render/contract/lattice.h"

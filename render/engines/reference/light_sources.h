@@ -1,4 +1,4 @@
-// render/engines/reference/light_sources.h: where the light of a scene comes from.
+// render/engines/reference/light_sources.h: the light sources of a scene.
 #pragma once
 
 #include "render/engines/reference/reference.h"

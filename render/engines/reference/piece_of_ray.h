@@ -1,4 +1,4 @@
-// render/engines/reference/piece_of_ray.h: what the reference integrates: the stored value as a cubic, the
+// render/engines/reference/piece_of_ray.h: the integrand of the reference: the stored value as a cubic, the
 // transfer function between two of its points, and light, two nodes of a panel side by side.
 #pragma once
 

@@ -1,9 +1,9 @@
 // render/engines/reference/reference_integrator.h: the volume rendering integral along a line to near machine
 // precision,
 //   C = integral of tau(t) c(t) exp(-integral_0^t tau) dt,   A = 1 - exp(-integral tau),
-// for functions that are smooth between given break points. Eight-point Gauss panels of small optical depth
-// with the depth inside a panel integrated by the same nodes; panels are halved until two halves agree with
-// the whole (NUMERICS: 2e-14 relative over extinction from 0 to 1e6 per length).
+// for functions that are smooth between given break points. It uses eight-point Gauss panels of small optical
+// depth, with the depth inside a panel integrated by the same nodes. Panels are halved until two halves agree
+// with the whole (2e-14 relative over extinction from 0 to 1e6 per length).
 #pragma once
 
 #include <algorithm>

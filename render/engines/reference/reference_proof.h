@@ -1,7 +1,7 @@
-// render/engines/reference/reference_proof.h: what shows that the reference is right, as numbers that every
-// report of errors prints (NUMERICS C2): closed forms; the same rays with twice the panels; and a second
-// integrator on the same rays, which shares samples and transfer function with the first, but neither its
-// interpolation, nor how it cuts rays, nor its quadrature.
+// render/engines/reference/reference_proof.h: the proof of the reference, as numbers that every report of
+// errors prints: closed forms, the same rays with twice the panels, and a second integrator on the same rays.
+// The second integrator shares samples and transfer function with the first, but neither its interpolation,
+// nor its cuts of rays, nor its quadrature.
 #pragma once
 
 #include "render/engines/reference/reference.h"

@@ -1,8 +1,8 @@
 // render/engines/reference/simpson_ray.h: the second integrator of the proof (reference_proof.h): one ray
-// through the field by adaptive Simpson, from panels of 1/64 voxel on, cut where the field meets a point of
-// the function or an isosurface. It reads samples and function as the reference does (LatticeReader,
-// TransferFunction), and takes gradients and light where it is, as the mirror does (sampler.h, optics.h);
-// interpolation, cuts, crossings and quadrature are its own. Corners of the light it finds by halving.
+// through the field by adaptive Simpson, from panels of 1/64 voxel on. It is cut where the field meets a
+// point of the function or an isosurface. It reads samples and function as the reference does (LatticeReader,
+// TransferFunction). It takes gradients and light pointwise, as the mirror does (sampler.h, optics.h).
+// Interpolation, cuts, crossings and quadrature are its own. Corners of the light it finds by halving.
 #pragma once
 
 #include "core/mean_spacing.h"

@@ -1,5 +1,5 @@
 // render/engines/reference/stored_function.h: the transfer function and the isosurfaces over stored values,
-// with what the reference asks of them.
+// with the queries of the reference.
 #pragma once
 
 #include "core/scene.h"

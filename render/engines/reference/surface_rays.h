@@ -1,6 +1,6 @@
-// render/engines/reference/surface_rays.h: where rays meet isosurfaces, by the reference's own means: the
-// cubics of level 0 in double, cell by cell. What pictures' rays meet first, and what surfaces take of the
-// light along a way.
+// render/engines/reference/surface_rays.h: crossings of rays and isosurfaces by the reference's own means:
+// the cubics of level 0 in double, cell by cell. They give the first hits of a picture's rays, and the light
+// that surfaces take along a way.
 #pragma once
 
 #include "render/contract/optics.h"

@@ -1,5 +1,5 @@
-// viewer/commands/render/body_crop.h: `--crop body`: the box of the patient, which the scene then has as any
-// other.
+// viewer/commands/render/body_crop.h: `--crop body`: the box of the patient, put into the scene like any
+// other box.
 #pragma once
 
 #include "bricking/store/store_reader.h"

@@ -1,6 +1,6 @@
-// viewer/commands/render/first_picture.h: a coarse picture that is there long before the picture itself:
-// where it was asked for (--first), and where somebody watches a picture that takes long. That one goes with
-// the command.
+// viewer/commands/render/first_picture.h: a coarse picture that is there long before the picture itself. It
+// is made where --first asked for it, and where somebody watches a picture that takes long. The latter goes
+// with the command.
 #pragma once
 
 #include "viewer/commands/render/render_task.h"

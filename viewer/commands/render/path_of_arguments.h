@@ -1,5 +1,5 @@
 // viewer/commands/render/path_of_arguments.h: the path of a film or of an unfolded wall, and the options that
-// are said of them alone.
+// only they have.
 #pragma once
 
 #include "core/path.h"

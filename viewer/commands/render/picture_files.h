@@ -1,5 +1,5 @@
-// viewer/commands/render/picture_files.h: pictures on disk as `tessera render` writes them; in a program
-// without picture files their refusal.
+// viewer/commands/render/picture_files.h: writes pictures for `tessera render`. A program without picture
+// files refuses here.
 #pragma once
 
 #include "core/image.h"

@@ -1,5 +1,5 @@
-// viewer/commands/render/render_arguments.h: what a user says to `tessera render`, as said: checked and
-// understood elsewhere (scene_from_arguments.h, run_render.h).
+// viewer/commands/render/render_arguments.h: the arguments of `tessera render` as the user gave them. They
+// are checked and interpreted elsewhere (scene_from_arguments.h, run_render.h).
 #pragma once
 
 #include "viewer/input/volume_input.h" // InputOptions

@@ -1,4 +1,5 @@
-// viewer/commands/render/render_task.h: what `tessera render` draws once all that can be refused early was.
+// viewer/commands/render/render_task.h: the task of `tessera render` once everything that can be refused
+// early was refused.
 #pragma once
 
 #include "bricking/store/store_reader.h"

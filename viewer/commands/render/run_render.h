@@ -1,5 +1,5 @@
-// viewer/commands/render/run_render.h: `tessera render`: refuses all that can be refused before the long
-// work, opens the store and has a picture, a film or an unfolded wall drawn.
+// viewer/commands/render/run_render.h: `tessera render`: refuses what can be refused before the long work,
+// opens the store, and draws a picture, a film or an unfolded wall.
 #pragma once
 
 #include "viewer/commands/render/render_arguments.h"

@@ -1,5 +1,5 @@
-// viewer/commands/render/scene_from_arguments.h: the scene that is drawn: the one that is named, as the
-// options change it. Options win over the scene.
+// viewer/commands/render/scene_from_arguments.h: the scene to draw: the named one, changed by the options.
+// Options win over the scene.
 #pragma once
 
 #include "core/scene.h"

@@ -1,4 +1,4 @@
-// viewer/commands/render/volume_place.h: where a volume lies, in words, for whoever asked for a picture
+// viewer/commands/render/volume_place.h: the position of a volume in words, for whoever asked for a picture
 // beside it.
 #pragma once
 

@@ -1,5 +1,5 @@
-// bricking/import/files/nifti/nifti.h: NIfTI-1 and NIfTI-2, single file (.nii, .nii.gz), read by own header
-// parser. Orientation: sform, else qform, else spacing alone; from the format's RAS to LPS.
+// bricking/import/files/nifti/nifti.h: NIfTI-1 and NIfTI-2, single file (.nii, .nii.gz), with a header parser
+// of our own. Orientation: sform, else qform, else spacing alone; from the format's RAS to LPS.
 #pragma once
 
 #include "bricking/import/source/slab_source.h"

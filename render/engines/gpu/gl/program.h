@@ -1,6 +1,5 @@
-// render/engines/gpu/gl/program.h: compute programs from shader files. `#include "name"` is resolved once per
-// file by the host; `#line` numbers files, so that a driver's message can be mapped back to a file and a
-// line.
+// render/engines/gpu/gl/program.h: compute programs from shader files. The host resolves `#include "name"`
+// once per file. `#line` numbers files, so that a driver's message can be mapped back to a file and a line.
 #pragma once
 
 #include "core/embedded.h"
