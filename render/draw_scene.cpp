@@ -39,7 +39,7 @@ MadeEngine::MadeEngine(const RenderOptions& options, Ledger& ram, Ledger& gpu)
     : maker(options.engine, options.device, options.threads), kind(maker.kind()), reason(maker.reason()),
       engine(maker.make(ram, gpu)) {}
 
-RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made, Ledger& ram, Ledger& gpu,
+RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made, const FrameContext& context,
                        const RenderOptions& options, const Keeping& keeping, const Planned& planned) {
     RenderResult result;
     const auto start = Clock::now();
@@ -50,8 +50,7 @@ RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made,
     result.glVersion = about.version;
     result.engine = made.kind;
     result.engineReason = made.reason;
-    Progress silent;
-    Progress& progress = options.progress ? *options.progress : silent;
+    Progress& progress = context.progress;
     progress.stage("reading statistics and choosing levels");
     const EngineTraits& traits = traitsOf(made.kind);
     const bool first = options.onFirstPicture && traits.quick;
@@ -75,12 +74,12 @@ RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made,
         plain.verify = Verify::none;
         Keeping nothing;
         nothing.first = true;
-        drawPicture(coarse, p, engine, ram, gpu, plain, 0, {}, ofOnePicture, progress, quick, nothing);
+        drawPicture(coarse, p, engine, context, plain, {}, ofOnePicture, quick, nothing);
         options.onFirstPicture(quick.image, secondsAfterFirst(quick, scene));
         quick = {};
         engine.close();
         progress.stage("choosing levels");
-        chooseAgain(p, picture, limits, ram, gpu, options.threads, options.levels);
+        chooseAgain(p, picture, limits, context, options.levels);
     }
     result.camera = p.view.camera;
     result.tableRelativeError = p.volume.table.relativeError;
@@ -95,9 +94,9 @@ RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made,
     result.secondsPreparing = std::chrono::duration<double>(Clock::now() - start).count();
 
     if (decides)
-        drawUntilGoodEnough(scene, p, engine, ram, gpu, options, progress, result);
+        drawUntilGoodEnough(scene, p, engine, context, options, result);
     else
-        drawPicture(scene, p, engine, ram, gpu, options, 0, {}, ofOnePicture, progress, result, keeping);
+        drawPicture(scene, p, engine, context, options, {}, ofOnePicture, result, keeping);
     if (traits.exact)
         result.level = 0;
     result.occupiedCells = scene.quality.skipping && p.volume.occupancy.exists()

@@ -28,7 +28,7 @@ using Planned = std::function<ScenePlan(const Scene&, const TextureLimits&, Leve
 /// A picture by an engine that holds nothing, or the bricks of the picture before.
 /// @param p  takes the plan; where bricks are kept, the engine was opened for what is in its place
 /// @param planned  makes the plan, and may change what is kept
-RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made, Ledger& ram, Ledger& gpu,
+RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made, const FrameContext& context,
                        const RenderOptions& options, const Keeping& keeping, const Planned& planned);
 
 } // namespace tessera

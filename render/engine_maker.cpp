@@ -2,6 +2,7 @@
 #include "render/engine_maker.h"
 
 #include "core/error.h"
+#include "core/nearest_name.h"
 #include "render/engines/gpu/gpu_engine.h"
 #include "render/engines/mirror/mirror_engine.h"
 #include "render/engines/native/native_engine.h"

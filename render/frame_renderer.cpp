@@ -54,10 +54,10 @@ struct FrameRenderer::State {
         Ledger free(gpu.name(), gpu.option(), gpu.limitBytes());
         const Charge before = free.charge(gpuBefore, "the device");
         if (!statistics)
-            return planScene(scene, store, limits, ram, free, options.threads, choice, bytesPerPixel);
+            return planScene(scene, store, limits, {ram, free, options.threads}, choice, bytesPerPixel);
         Statistics known = std::move(*statistics);
         statistics.reset();
-        return planAgain(scene, store, std::move(known), limits, ram, free, options.threads, choice,
+        return planAgain(scene, store, std::move(known), limits, {ram, free, options.threads}, choice,
                          bytesPerPixel);
     }
     /// Whether the bricks of the last picture serve this one.
@@ -134,7 +134,9 @@ RenderResult FrameRenderer::draw(const Scene& given) {
             s.keeping.pages = s.roomyPages(p, limits);
             return p;
         };
-        RenderResult result = drawScene(scene, s.p, *s.made, s.ram, s.gpu, s.options, s.keeping, planned);
+        RenderResult result =
+            drawScene(scene, s.p, *s.made, {s.ram, s.gpu, s.options.threads, s.options.progress}, s.options,
+                      s.keeping, planned);
         ++kept_.frames;
         kept_.goneOn += s.keeping.kept ? 1 : 0;
         kept_.brought += result.work.bytesUploaded;

@@ -26,13 +26,14 @@ RenderResult renderScene(const Scene& given, const StoreReader& store, Ledger& r
                          const RenderOptions& options) {
     const Scene scene = asDrawn(given);
     const auto start = std::chrono::steady_clock::now();
+    const FrameContext context(ram, gpu, options.threads, options.progress);
     const MadeEngine made(options, ram, gpu);
     const double making = secondsSince(start);
     ScenePlan p;
     RenderResult result = drawScene(
-        scene, p, made, ram, gpu, options, {},
+        scene, p, made, context, options, {},
         [&](const Scene& first, const TextureLimits& limits, LevelChoice levels, std::size_t bytesPerPixel) {
-            return planScene(first, store, limits, ram, gpu, options.threads, levels, bytesPerPixel);
+            return planScene(first, store, limits, context, levels, bytesPerPixel);
         });
     made.engine->close(); // it reads the plan, which goes first
     result.secondsPreparing += making;

@@ -31,7 +31,7 @@ struct Drawer {
     Drawer(Engine& e, Prepared& prepared, bool hits = false) : engine(e), p(prepared.p) {
         p.chosen.chooser.reset();
         p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
-        bringBricks(engine, p, prepared.budgets.ram, prepared.budgets.gpu, work);
+        bringBricks(engine, p, prepared.budgets.gpu, work);
         caster = engine.caster({true, hits, false}, prepared.budgets.gpu);
     }
     ~Drawer() {
@@ -238,7 +238,7 @@ TEST(Places, WaitingRaysGoOnThroughTheirPlaces) {
             p.chosen.chooser.reset();
             p.chosen.atlasPages = pages;
             Work work;
-            const bool waits = bringBricks(*engine, p, prepared.budgets.ram, gpu, work);
+            const bool waits = bringBricks(*engine, p, gpu, work);
             const auto caster = engine->caster({true, false, waits}, gpu);
             caster->begin(rays);
             passes = drawToTheEnd(*caster, *engine, p, Slicing{}, work);

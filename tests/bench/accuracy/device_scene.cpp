@@ -28,15 +28,14 @@ DeviceScene::DeviceScene(const Scene& scene, const Detail& detail, const StoreRe
     asked.quality.edgeFunction = detail.edgeFunction;
     ScenePlan& p = prepared_;
     const bool finest = detail.finest && detail.memoryShare == 1 && !detail.maxError;
-    p = planScene(asked, store, limits_, ram_, gpu_, 0,
+    p = planScene(asked, store, limits_, {ram_, gpu_, 0},
                   finest ? LevelChoice::oneForAll : LevelChoice::perBrick);
     if (finest && p.volume.selection.finest() != 0) // not all fit
-        chooseAgain(p, asked, limits_, ram_, gpu_, 0, LevelChoice::perBrick);
-    p.planMemory(limits_, ram_, gpu_, 0);
+        chooseAgain(p, asked, limits_, {ram_, gpu_, 0}, LevelChoice::perBrick);
+    p.planMemory(limits_, {ram_, gpu_, 0});
     fixedBytes_ = p.memory.gpuBytes();
     p.chosen.atlasPages = std::max(p.chosen.atlasPages, std::size_t{1});
-    if (p.chosen.atlasPages < pagesFor(p.volume.selection.counts) ||
-        bringBricks(*engine_, p, ram_, gpu_, uploads_))
+    if (p.chosen.atlasPages < pagesFor(p.volume.selection.counts) || bringBricks(*engine_, p, gpu_, uploads_))
         throw InputError(gpu_.option() + ": " + formatBytes(gpuBytes) +
                          " cannot hold at once all bricks that these levels take");
     bytesDecoded_ = p.volume.cache->counters().bytesDecoded;
@@ -57,9 +56,9 @@ DeviceMarch::DeviceMarch(DeviceScene& on, const Scene& scene, const Setting& set
       gpu_(on.gpu_.name(), on.gpu_.option(), on.gpu_.freeBytes()) {
     ScenePlan& p = on.prepared_;
     p.view.quality = scene_.quality;
-    p.setFunction(TransferFunction(p.volume.function), scene_, on.ram_);
+    p.setFunction(TransferFunction(p.volume.function), scene_);
     // As the renderer does where the integrator is left open.
-    p.settleIntegrator(on.ram_, gpu_, p.volume.table.entries.size());
+    p.settleIntegrator({on.ram_, gpu_, 0}, p.volume.table.entries.size());
     p.prepareSegments();
     p.view.quality.stepVoxels = setting.stepVoxels;
     p.aim();

@@ -49,11 +49,11 @@ class AreaCaster {
   public:
     AreaCaster(const Scene& scene, Engine& engine, EngineKind kind, Ledger& ram, Ledger& gpu)
         : engine_(engine), store_(scene.volumes.front().path, ram),
-          plan_(planScene(scene, store_, engine.limits(), ram, gpu, 0, LevelChoice::finest,
+          plan_(planScene(scene, store_, engine.limits(), {ram, gpu, 0}, LevelChoice::finest,
                           pictureBytesPerPixel(kind))),
           size_(scene.imageSize) {
         Work work;
-        const bool passes = bringBricks(engine, plan_, ram, gpu, work);
+        const bool passes = bringBricks(engine, plan_, gpu, work);
         caster_ = engine.caster({false, false, passes}, gpu);
     }
     ~AreaCaster() {

@@ -104,7 +104,7 @@ std::vector<Angles> measure(const Workbench& bench, const BenchVolume& volume, c
     scene.imageSize = glm::ivec2(bench.pixels());
     scene.camera = FittedView{};
     const ScenePlan p =
-        planScene(scene, store, TextureLimits{}, ram, gpu, 0, LevelChoice::oneForAllNothingCulled);
+        planScene(scene, store, TextureLimits{}, {ram, gpu, 0}, LevelChoice::oneForAllNothingCulled);
     const auto pixels =
         static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y);
     const std::vector<SurfaceHit> hits =

@@ -251,7 +251,7 @@ SceneBench::SceneBench(const Workbench& bench, const BenchVolume& volume, const 
     const TextureLimits limits = engines_.make(ram_, gpu_)->limits();
     Scene scene = sceneOf(volume, preset, camera, store_.info(), bench.pixels());
     scene.lighting = lighting;
-    prepared_ = planScene(scene, store_, limits, ram_, gpu_, 0, LevelChoice::oneForAll);
+    prepared_ = planScene(scene, store_, limits, {ram_, gpu_, 0}, LevelChoice::oneForAll);
     if (pixels > 0)
         prepared_.view.frame =
             rayFrame(prepared_.view.camera, info(), glm::ivec2(pixels), prepared_.view.quality.stepVoxels);
@@ -282,9 +282,9 @@ Drawn SceneBench::draw(Selection selection, const Setting& setting) {
 }
 
 void SceneBench::bring(Engine& engine, Selection selection, Work& work) {
-    prepared_.setSelection(std::move(selection), ram_);
+    prepared_.setSelection(std::move(selection));
     prepared_.chosen.atlasPages = std::max(pagesOf(prepared_.volume.selection), std::size_t{1});
-    bringBricks(engine, prepared_, ram_, gpu_, work);
+    bringBricks(engine, prepared_, gpu_, work);
 }
 
 std::vector<float> SceneBench::countedVisibility(Selection selection) {

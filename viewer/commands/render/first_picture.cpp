@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/interrupt.h" // TemporaryPath
+#include "core/nearest_name.h"
 #include "render/plan/memory_plan.h"
 #include "viewer/commands/render/picture_files.h"
 
