@@ -19,7 +19,8 @@ Cuts blend(const Cuts& a, const Cuts& b, double share);
 /// When what is between keyframes: a monotone function of time through (times, values), values not falling.
 class Pace {
   public:
-    /// @param times  rising  @param easings  of what follows each
+    /// @param times  rising
+    /// @param easings  of what follows each
     Pace(std::vector<double> times, std::vector<double> values, const std::vector<Easing>& easings);
     struct Moment {
         std::size_t key = 0; // the keyframe that went before
@@ -37,7 +38,8 @@ class Pace {
 /// natural cubic spline.
 class Spline {
   public:
-    /// @param places  rising  @param values  one for every place
+    /// @param places  rising
+    /// @param values  one for every place
     Spline(std::vector<double> places, std::vector<std::vector<double>> values);
     /// Held to the first and the last place.
     std::vector<double> at(double place) const;

@@ -65,8 +65,8 @@ class Charge {
 /// Parses "512MiB", "2 GiB", "1.5G", "65536"; binary units only.
 /// Throws InputError naming option for anything else, zero and negative included.
 std::size_t parseBytes(std::string_view text, std::string_view option);
-/// "512 MiB", "1.50 GiB", "812 B"; rounded up, so that a need that a message states is enough when it is
-/// given.
+/// "512 MiB", "1.50 GiB", "812 B"; rounded up, so that a need that a message states is enough when
+/// it is given.
 std::string formatBytes(std::size_t bytes);
 
 } // namespace tessera

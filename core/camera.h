@@ -77,8 +77,8 @@ class ViewFit {
     double nearest_, farthest_; // along towards
 };
 
-/// Looks at the whole volume from a side of the patient, or from elsewhere. The volume's box fits the picture
-/// tightly.
+/// Looks at the whole volume from a side of the patient, or from elsewhere. The volume's box fits
+/// the picture tightly.
 Camera fitCamera(const VolumeInfo& info, const ViewAxes& axes, Projection projection,
                  const glm::ivec2& imageSize);
 inline Camera fitCamera(const VolumeInfo& info, View view, Projection projection,
@@ -86,8 +86,8 @@ inline Camera fitCamera(const VolumeInfo& info, View view, Projection projection
     return fitCamera(info, viewAxes(view), projection, imageSize);
 }
 
-/// From the camera's axes to those of patient space: the picture's right, its up, and towards the viewer,
-/// unit.
+/// From the camera's axes to those of patient space: the picture's right, its up, and towards
+/// the viewer, unit.
 glm::dmat3 patientFromCamera(const Camera& camera);
 
 /// A pixel's ray in patient space: base + t * direction, t in mm from minT on.

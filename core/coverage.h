@@ -26,8 +26,8 @@ struct WallCoverage {
     double share() const { return wallMm2 > 0 ? seenMm2 / wallMm2 : 0; }
 };
 
-/// One sentence, which says so where not all lines were flown. @param smallestMm2  below which patches are
-/// not listed
+/// One sentence, which says so where not all lines were flown.
+/// @param smallestMm2  below which patches are not listed
 std::string coverageText(const WallCoverage& coverage, double smallestMm2);
 
 } // namespace tessera

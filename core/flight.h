@@ -19,15 +19,15 @@ struct Pose {
 
 /// A cubic B-spline over the route's points: place and direction have continuous curvature. It passes a sixth
 /// of spacing^2 * curvature inside of each point, which takes the edge off their noise. Places are by arc
-/// length from where the flight begins, in the direction of the flight. All of it follows from the path
-/// alone.
+/// length from where the flight begins, in the direction of the flight. All of it follows from
+/// the path alone.
 class FlightCurve {
   public:
     /// @param lookAheadMm  one looks at the place on the curve so far ahead; 0: along the tangent
     FlightCurve(const std::vector<CentreLine>& lines, const Flight& flight);
     double lengthMm() const { return lengthMm_; }
-    /// What is told of the wall is a bound that holds: the distance to a wall changes by no more than one
-    /// moves.
+    /// What is told of the wall is a bound that holds: the distance to a wall changes by no more
+    /// than one moves.
     /// @param mm  0 to lengthMm(); held to it
     Pose at(double mm) const;
     /// Unit tangent there.

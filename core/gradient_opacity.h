@@ -1,5 +1,5 @@
 // core/gradient_opacity.h: gradient opacity: a factor on a transfer function's extinction, by the length of
-// the field's gradient (docs/sampling.md, "Opacity by gradient").
+// the field's gradient (docs/sampling.md, "Gradient opacity").
 #pragma once
 
 #include <string>
@@ -35,7 +35,8 @@ class GradientOpacity {
     Per per() const { return per_; }
     /// @param length  in the points' unit
     double factor(double length) const;
-    /// The same of lengths per mm. @param spacingMm  of the volume, the mean over its axes
+    /// The same of lengths per mm.
+    /// @param spacingMm  of the volume, the mean over its axes
     GradientOpacity perMm(double spacingMm) const;
     bool operator==(const GradientOpacity&) const = default;
 

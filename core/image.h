@@ -1,5 +1,5 @@
-// core/image.h: a picture in memory: linear light, Rec. 709 primaries, premultiplied alpha, float, top row
-// first.
+// core/image.h: a picture in memory: linear light, Rec. 709 primaries, premultiplied alpha, float,
+// top row first.
 #pragma once
 
 #include <cstddef>

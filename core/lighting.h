@@ -77,7 +77,7 @@ constexpr int kMostLightChannels = 4;
 int keptLightChannels(const Lighting& lighting);
 /// One white head light of intensity 1 shines, and nothing else.
 bool isHeadLightAlone(const std::vector<Light>& lights);
-/// The most light that comes to any place, of the colour that there is most of.
+/// Upper bound on incident light: the largest RGB component of the lights' sum.
 double mostLight(const std::vector<Light>& lights);
 
 } // namespace tessera

@@ -1,6 +1,6 @@
 // core/lower_envelope.h: distances along a line to the nearest of several points. It is the step of an exact
-// Euclidean distance transform that runs axis by axis (Felzenszwalb and Huttenlocher, Theory of Computing 8,
-// 2012).
+// Euclidean distance transform that runs axis by axis (Felzenszwalb and Huttenlocher, Theory of
+// Computing 8, 2012).
 #pragma once
 
 #include <cstddef>

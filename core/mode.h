@@ -38,8 +38,8 @@ enum class Orientation { axial, coronal, sagittal, oblique };
 /// A plane in patient space (LPS, mm), or a slab around it.
 struct SlicePlane {
     Orientation orientation = Orientation::axial;
-    /// Along the axis that it crosses: z of axial, y of coronal, x of sagittal planes. None: the volume's
-    /// middle.
+    /// Along the axis that it crosses: z of axial, y of coronal, x of sagittal planes. None:
+    /// the volume's middle.
     std::optional<double> positionMm = {};
     glm::dvec3 point{0}, normal{0, 0, 1};     // oblique; any length but 0
     double thicknessMm = 0;                   // 0: the plane alone, one sample a ray

@@ -33,7 +33,8 @@ bool isStill(const FileHandle& file, const fs::path& path) {
            open.st_dev == named.st_dev && open.st_ino == named.st_ino;
 }
 
-/// Takes the lock of a thing just made. @return false when somebody who takes it for a leftover was faster
+/// Takes the lock of a thing just made.
+/// @return false when somebody who takes it for a leftover was faster
 bool own(const FileHandle& file, const fs::path& path) {
     if (file.descriptor() < 0)
         return false;

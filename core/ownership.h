@@ -33,8 +33,9 @@ std::string temporaryName(const std::string& name, std::string_view what, int at
 /// The NAME of such a name; nothing for any other. A watchdog's "-removed" (interrupt.cpp) may follow.
 std::optional<std::string> nameOfTemporary(std::string_view entry, std::string_view what);
 
-/// Makes a folder and locks it. @return nothing when the name is taken; else a handle, which holds the lock
-/// where the file system has locks. Throws Error naming path.
+/// Makes a folder and locks it.
+/// @return nothing when the name is taken; else a handle, which holds the lock where the file system has
+/// locks. Throws Error naming path.
 std::optional<FileHandle> makeOwnFolder(const std::filesystem::path& path, unsigned mode);
 /// The same for an empty file, open for reading and writing.
 std::optional<FileHandle> makeOwnFile(const std::filesystem::path& path);

@@ -1,6 +1,6 @@
 // core/path.h: paths through a volume, as one value and as one JSON file (docs/path.schema.json):
-// centre-lines of hollow organs, keyframes, and the parameters of a flight. core/flight.h makes the curve of
-// them.
+// centre-lines of hollow organs, keyframes, and the parameters of a flight. core/flight.h makes the
+// curve of them.
 #pragma once
 
 #include "core/camera.h"
@@ -131,8 +131,8 @@ Path parsePath(const std::string& text, const std::string& where);
 /// As JSON text that parsePath() reads back to the same path; ASCII.
 std::string pathJson(const Path& path);
 
-/// The keys that parsePath() knows, by the JSON path of their object: what docs/path.schema.json is compared
-/// with.
+/// The keys that parsePath() knows, by the JSON path of their object: what docs/path.schema.json
+/// is compared with.
 std::map<std::string, std::vector<std::string>> pathKeys();
 const std::vector<std::string>& easingNames(); // in the order of Easing
 

@@ -35,7 +35,8 @@ class Progress {
 
     /// Whether somebody sees the line: worth some effort of its own.
     bool watched() const { return terminal_; }
-    /// Another stage begins. @param what  present participle and object: "importing abdomen"
+    /// Another stage begins.
+    /// @param what  present participle and object: "importing abdomen"
     void stage(const std::string& what);
     /// @param share  of the stage that is done
     void update(double share);

@@ -49,7 +49,8 @@ class Pen {
     glm::vec4 colour_;
 };
 
-/// @param unit  pixels of a glyph's dot  @param more  that every dot is larger on each side
+/// @param unit  pixels of a glyph's dot
+/// @param more  that every dot is larger on each side
 void write(Pen& pen, glm::ivec2 at, const std::string& text, int unit, int more) {
     for (const char letter : text) {
         for (const Glyph& glyph : kGlyphs)

@@ -23,7 +23,8 @@ struct ScaleBar {
 /// At most a quarter as long as the picture is wide. Exact across the direction of view: everywhere in
 /// parallel projection, else at the depth of the camera's focal point, which is the picture's centre.
 ScaleBar scaleBarOf(const Camera& camera, const glm::ivec2& imageSize);
-/// Of a plane that the picture shows at one scale. @param width  of the picture, pixels
+/// Of a plane that the picture shows at one scale.
+/// @param width  of the picture, pixels
 ScaleBar scaleBarOf(double mmPerPixel, double width);
 
 /// At the lower right, with its text above it: white with a black edge, so that it shows on anything. The

@@ -207,7 +207,8 @@ PixelFilter parsePixelFilter(const std::string& text, const std::string& where);
 
 /// Colour as findColour() knows it, or none of "transparent". Throws InputError naming where.
 std::optional<glm::vec3> parseBackground(const std::string& text, const std::string& where);
-/// The same without "transparent". @param others  what else may be said there: "transparent, "
+/// The same without "transparent".
+/// @param others  what else may be said there: "transparent, "
 glm::vec3 parseColour(const std::string& text, const std::string& where, const std::string& others = "");
 
 } // namespace tessera

@@ -13,8 +13,8 @@ namespace tessera {
 int defaultThreads();
 
 /// Calls body(index) for every index in [0,count), on up to `threads` threads (0: all processors). Throws
-/// Interrupted between two of them after Ctrl-C, Cancelled where the caller's work is called off. @param
-/// progress  gets the share that is done
+/// Interrupted between two of them after Ctrl-C, Cancelled where the caller's work is called off.
+/// @param progress  gets the share that is done
 void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& body,
                  const ShareDone& progress = {});
 

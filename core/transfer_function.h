@@ -112,9 +112,9 @@ struct TransferTable {
     bool isTransparent() const;
     /// What the isosurfaces alone show: entries beside their values have an extinction of 1, all others none.
     TransferTable ofSurfaces() const;
-    /// For judging levels: from each isosurface's value on something begins that is told from what lies
-    /// before it: as good as opaque after a few voxels where the surface is nearly opaque, else thin, so that
-    /// it hides little.
+    /// For error prediction of levels: models each isosurface as a step in opacity at its value. Above the
+    /// step a nearly opaque surface is as good as opaque within a few voxels; any other is thin and hides
+    /// little.
     TransferTable withSurfacesAsSteps(double voxelMm) const;
 };
 

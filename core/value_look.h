@@ -21,7 +21,8 @@ glm::dvec3 colourOfValue(const ValueLook& look, const TransferFunction& function
 
 /// Colours by value. An entry's extinction says only whether values there can change what a ray of this
 /// reduction shows, so that bricks are culled by it: the lowest entry cannot change a maximum, nor the
-/// highest a minimum. @param reduction  not composite
+/// highest a minimum.
+/// @param reduction  not composite
 TransferTable valueTable(const ValueLook& look, const TransferFunction& function, Reduction reduction);
 
 } // namespace tessera

@@ -38,7 +38,8 @@ template <typename Body> auto withValueType(ValueType type, const Body& body) {
     return body(float{});
 }
 
-/// One stored value widened to double, which holds all four types exactly. @param at  need not be aligned
+/// One stored value widened to double, which holds all four types exactly.
+/// @param at  need not be aligned
 inline double storedValue(ValueType type, const std::byte* at) {
     return withValueType(type, [at](auto typed) {
         std::memcpy(&typed, at, sizeof typed);
@@ -70,8 +71,8 @@ struct VolumeInfo {
     std::string unit;               // "HU", or "" where the physical unit is unknown
     double fillStored = 0;          // padding or air, as stored; chunks of nothing else are not written
     glm::dmat4 patientFromVoxel{1}; // affine; may be oblique, sheared, left-handed
-    /// Whether the source says how the patient lies; else patientFromVoxel is a convention, and left may be
-    /// right.
+    /// Whether the source says how the patient lies; else patientFromVoxel is a convention, and left
+    /// may be right.
     bool orientationKnown = true;
     AxisOrder originalOrder;
     Acquisition acquisition;

@@ -1,5 +1,5 @@
-// core/work.h: the machine-independent cost of a picture, for gates and reports that must not depend on a
-// clock.
+// core/work.h: the machine-independent cost of a picture, for gates and reports that must not depend
+// on a clock.
 #pragma once
 
 #include <cstdint>

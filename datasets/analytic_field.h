@@ -16,8 +16,8 @@ inline constexpr int kCheckerboardVoxels = 8; ///< edge of a checkerboard box
 inline constexpr double kMarschnerLobbFrequency = 6;
 inline constexpr double kMarschnerLobbAlpha = 0.25;
 
-/// Formulas are in README.md. Values are physical, before rounding to the stored type (only the sphere
-/// rounds).
+/// Formulas are in README.md. Values are physical, before rounding to the stored type (only
+/// the sphere rounds).
 struct AnalyticField {
     enum class Kind { marschnerLobb, sphere, ramp, checkerboard };
 

@@ -61,8 +61,8 @@ class ColonGrid {
     std::vector<std::uint16_t> candidates_;  // stations that can be the nearest to a point of the cell
 };
 
-/// The solid inside the colon's wall: with the folds cut out it is the lumen, without them it bounds the
-/// wall.
+/// The solid inside the colon's wall: with the folds cut out it is the lumen, without them it
+/// bounds the wall.
 class Colon final : public Shape {
   public:
     Colon(std::shared_ptr<const ColonGrid> grid, bool withFolds)

@@ -24,8 +24,8 @@ bool isTorso(const std::string& name);
 std::unique_ptr<SlabSource> makePhantom(const std::string& name, const glm::ivec3& extentVoxels,
                                         int threads = 0);
 
-/// What the voxels of a torso of such an extent are samples of, but for noise: HU at a place, patient space
-/// mm.
+/// What the voxels of a torso of such an extent are samples of, but for noise: HU at a place,
+/// patient space mm.
 std::function<double(const glm::dvec3&)> torsoFormulaHu(const glm::ivec3& extentVoxels);
 
 /// Centre-line of the torso's colon, from caecum to rectum, patient space mm, about one point every 2 mm.

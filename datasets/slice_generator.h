@@ -22,8 +22,8 @@ class SliceGenerator {
 };
 
 /// Description of a volume whose box, bodyMm in size and centred on 0, is cut into extentVoxels. Axes are
-/// LPS. Throws InputError naming the phantom for an extent below 1 or above what VolumeInfo::validate()
-/// allows.
+/// LPS. Throws InputError naming the phantom for an extent below 1 or above
+/// what VolumeInfo::validate() allows.
 VolumeInfo centredVolume(const std::string& name, const glm::ivec3& extentVoxels, const glm::dvec3& bodyMm,
                          ValueType type);
 

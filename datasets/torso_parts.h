@@ -1,7 +1,7 @@
 // datasets/torso_parts.h: the torso's organs by region, each added as tissues in painting order. Coordinates
 // are patient millimetres: +x the patient's left, +y posterior, +z superior. The box is 360 x 260 x 420
-// around 0. Sizes are those of a small adult, the trunk shortened a little so that it fits from shoulders to
-// hips.
+// around 0. Sizes are those of a small adult, the trunk shortened a little so that it fits from
+// shoulders to hips.
 #pragma once
 
 #include "datasets/tissue_painter.h"

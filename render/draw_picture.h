@@ -13,7 +13,7 @@
 
 namespace tessera {
 
-/// What a ray through a place comes to depends on these, in one scene on one engine.
+/// Everything that a ray's result depends on, for a fixed scene and engine.
 struct RaysDrawn {
     std::vector<std::uint8_t> levels;
     double stepVoxels;

@@ -70,7 +70,8 @@ class RayCaster {
     /// CasterOptions::hits: what each ray met first.
     virtual std::vector<SurfaceHit> hits() const { return {}; }
     /// Follows rays among the isosurfaces of the bricks that are drawn, as they are now; null where the
-    /// caster has no way of its own to. @param voxels  of a segment
+    /// caster has no way of its own to.
+    /// @param voxels  of a segment
     virtual std::unique_ptr<SurfaceTracer> surfaceTracer(double voxels) const {
         (void)voxels;
         return nullptr;
@@ -120,8 +121,8 @@ class Engine {
         std::string device = "CPU";
         std::string version;       // of OpenGL; "" where none is used
         bool choosesSteps = false; // step and errors are tried and told by drawing some pixels again
-        /// What a scene can need (levels that mix, cuts) is compiled in when a caster is made, for
-        /// good.
+        /// What a scene can need (levels that mix, cuts) is compiled in when a caster is
+        /// made, for good.
         bool compiles = false;
     };
     virtual About about() const = 0;
@@ -142,8 +143,8 @@ class Engine {
     /// @param gpu  what it takes is charged here
     virtual std::unique_ptr<RayCaster> caster(const CasterOptions& options, Ledger& gpu) = 0;
     virtual std::unique_ptr<VisibilityCounter> counter(Ledger& gpu) = 0;
-    /// The light of voxels, of what was opened; null where there is none, or all of it is made anew for every
-    /// picture.
+    /// The light of voxels, of what was opened; null where there is none, or all of it is made anew
+    /// for every picture.
     virtual LightPlane* light() { return nullptr; }
     /// What the light of voxels came to, for who asks what a picture took; nothing where there is none.
     virtual std::optional<LightReport> lightReport() const { return std::nullopt; }

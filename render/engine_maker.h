@@ -13,11 +13,12 @@
 namespace tessera {
 
 /// Makes engines of one kind, chosen once, that draw on one device: a GL context, where they need one, is
-/// theirs together. It is current on the calling thread, from which all calls come then; and outlives the
-/// engines.
+/// theirs together. It is current on the calling thread, from which all calls come then; and
+/// outlives the engines.
 class EngineMaker {
   public:
-    /// Throws InputError where the device that was asked for is not there. @param threads  0: all processors
+    /// Throws InputError where the device that was asked for is not there.
+    /// @param threads  0: all processors
     EngineMaker(EngineKind asked, const GlDeviceChoice& device, int threads = 0);
     /// @param gpu, ram  outlive the engine
     std::unique_ptr<Engine> make(Ledger& ram, Ledger& gpu) const;

@@ -1,4 +1,4 @@
-// render/explain.cpp: what is in a picture and what was left out, in words (renderer.h).
+// render/explain.cpp: the text about what is in a picture and what was left out (renderer.h).
 #include "render/engines/gpu/features.h"
 #include "render/renderer.h"
 

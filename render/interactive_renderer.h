@@ -28,9 +28,9 @@ struct InteractiveOptions {
     int threads = 0;                                 // that decode and choose; 0: all processors
     std::size_t uploadBytes = std::size_t{16} << 20; // of bricks that move between two pictures, at most
     double dispatchMs = 20;                          // that a dispatch aims at
-    /// Share of the atlas that is kept free, so that bricks can move without making room first. With 0 the
-    /// levels that a first view comes to, or a new function, are those of renderScene() with as many pages;
-    /// after another camera alone, what was seen before has a say where memory is short.
+    /// Share of the atlas that is kept free, so that bricks can move without making room first. With 0, a
+    /// first view or a new transfer function gets the levels of renderScene() with as many pages. After a
+    /// camera move alone, visibility from earlier pictures also counts where memory is short.
     double spareShare = 1.0 / 16;
     /// That a first picture waits for coarse levels, and one of all pixels after one of few, lest it be one
     /// of the bricks' means.
@@ -57,8 +57,8 @@ class InteractiveRenderer {
     void setCamera(const Camera& camera);
     void setFunction(const TransferFunction& function);
     /// The camera of such a view of what is shown, as a plan has it, for setCamera(); none where what is free
-    /// of the RAM is too little to find it. Drops the picture in the works where a function waits for its
-    /// end.
+    /// of the RAM is too little to find it. Drops the picture in the works where a function waits
+    /// for its end.
     std::optional<Camera> fitted(const FittedView& view);
     /// Of modes that show single values.
     void setWindow(const WindowChoice& window);

@@ -15,8 +15,7 @@ namespace tessera {
 /// none. Where the plan asks for it, what a picture of these bricks would see is counted first, and levels
 /// are chosen again. Returns whether rays will wait: bricks then come in several passes.
 /// @param kept  the engine holds this volume still, opened for the same plan as it was before: bricks that
-/// keep
-///              their level stay where they are, where there are pages enough
+///     keep their level stay where they are, where there are pages enough
 /// @param pages  to open the volume with, at least the plan's; 0: the plan's
 bool bringBricks(Engine& engine, ScenePlan& plan, Ledger& gpu, Work& work, bool kept = false,
                  std::size_t pages = 0);

@@ -58,10 +58,9 @@ class PixelsAgain {
     };
     /// The pixels as they are: rays of a length of segments through all places, to their end; the mean of
     /// each replicate.
-    /// @param more  pixels that are too noisy for the picture's largest errors are drawn anew through four
-    /// times
-    ///     as many places, and once more. How their replicates differ decides, which are then let go of: so
-    ///     no mean is chosen for what it is. From then on these are their places.
+    /// @param more  pixels too noisy for the picture's largest errors are drawn again with four times the
+    ///     samples, at most twice. The spread of replicates decides, which are then discarded, so the choice
+    ///     does not bias the result. From then on these are their places.
     /// None where bricks would take more bytes than the limit.
     std::optional<std::vector<glm::vec4>> drawOwn(RayCaster& caster, Engine& engine, const ScenePlan& plan,
                                                   double segmentVoxels, const Limits& limits, bool more,

@@ -84,8 +84,8 @@ struct RenderResult {
 /// the calling thread, from which all calls come then, and the last owner's farewell too.
 std::shared_ptr<Engine> makeEngine(const RenderOptions& options, Ledger& ram, Ledger& gpu);
 
-/// RAM that an engine and its caller take for a pixel; the caller charges it for as long as it keeps
-/// pictures.
+/// RAM that an engine and its caller take for a pixel; the caller charges it for as long as
+/// it keeps pictures.
 std::size_t pictureBytesPerPixel(EngineKind engine);
 /// The same of pictures whose pixels have so many samples.
 std::size_t pictureBytesPerPixel(EngineKind engine, const PixelSampling& pixels);

@@ -21,8 +21,8 @@ glm::dvec3 unfoldedDirection(const UnfoldedRow& row, double column, int columns)
 
 /// @param rows  as many as the scene's picture has; the scene's camera does not count
 /// Levels are the finest, in as many passes as memory needs; a step that is left open is half a voxel; every
-/// pixel has one ray. Throws as renderScene() does, and InputError for modes that have no rays from an eye
-/// (slices).
+/// pixel has one ray. Throws as renderScene() does, and InputError for modes that have no rays from
+/// an eye (slices).
 RenderResult renderUnfolded(const Scene& scene, std::span<const UnfoldedRow> rows, const StoreReader& store,
                             Ledger& ram, Ledger& gpu, const RenderOptions& options);
 

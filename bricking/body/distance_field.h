@@ -1,5 +1,5 @@
-// bricking/body/distance_field.h: the exact distance of every voxel of a small grid to the nearest voxel of a
-// set.
+// bricking/body/distance_field.h: the exact distance of every voxel of a small grid to the nearest voxel
+// of a set.
 #pragma once
 
 #include <glm/vec3.hpp>

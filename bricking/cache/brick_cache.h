@@ -35,9 +35,7 @@ using ChunkFuture = std::shared_future<ChunkPointer>;
 class BrickCache {
   public:
     /// @param budgetBytes  most bytes of chunks, pinned, resident and in flight; charged to ram as a whole,
-    /// so that
-    ///                     no chunk is ever refused later; at least floorBytes(), else InputError naming the
-    ///                     floor
+    ///     so that no chunk is ever refused later; at least floorBytes(), else InputError naming the floor
     /// @param threads  that decode; 0: all processors
     /// source must outlive the cache; ram must outlive every pointer as well.
     BrickCache(const ChunkSource& source, Ledger& ram, std::size_t budgetBytes, int threads);

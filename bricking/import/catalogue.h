@@ -1,6 +1,6 @@
 // bricking/import/catalogue.h: everything that a file or folder offers, found in one pass over headers:
-// volumes, scouts, reports, and every unused file. It also makes the table of series and the choice among
-// them.
+// volumes, scouts, reports, and every unused file. It also makes the table of series and the
+// choice among them.
 #pragma once
 
 #include "bricking/import/dicom/dicom_scan.h"
@@ -63,8 +63,8 @@ std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueR
 /// without a line break.
 std::string tableOf(const Catalogue& catalogue);
 
-/// "series 2 (CT, 2 slices: scout), 1 dose report, 2 empty (a, b)": all that opening this row passes over;
-/// "".
+/// "series 2 (CT, 2 slices: scout), 1 dose report, 2 empty (a, b)": all that opening this row
+/// passes over; "".
 std::string passedOverText(const Catalogue& catalogue, const CatalogueRow& row);
 /// Whether that is more than files whose names say that they are no slices.
 bool passesOverSomething(const Catalogue& catalogue, const CatalogueRow& row);

@@ -1,5 +1,5 @@
-// bricking/import/import_version.h: the version of what an import makes, a part of its key in the import
-// cache.
+// bricking/import/import_version.h: the version of what an import makes, a part of its key in
+// the import cache.
 #pragma once
 
 namespace tessera {

@@ -32,8 +32,8 @@ std::size_t importFloorBytes(const VolumeInfo& info, int threads);
 /// Memory: one slab of 32 slices per level, charged to ram; throws InputError (the floor) if that cannot fit,
 /// and if the store exists and force is off, and if the existing path is not a store, and for a unit other
 /// than the source's own.
-/// The source's order of slices and its infos are taken as they are; texts are cut to 64 printable ASCII
-/// characters.
+/// The source's order of slices and its infos are taken as they are; texts are cut to 64
+/// printable ASCII characters.
 ImportReport importToStore(SlabSource& source, const std::filesystem::path& store, Ledger& ram,
                            const ImportOptions& options);
 

@@ -11,8 +11,9 @@
 
 namespace tessera {
 
-/// Factors of a ray's segments. @param perMm  its points, per mm
-/// @param codes         of the segments' middles at the level
+/// Factors of a ray's segments.
+/// @param perMm  its points, per mm
+/// @param codes  of the segments' middles at the level
 /// @param valuePerCode  physical units, not negative
 void gradedFactors(const GradientOpacity& perMm, std::span<const std::uint8_t> codes, int level,
                    double valuePerCode, double segmentMm, std::span<double> factors);

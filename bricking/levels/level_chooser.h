@@ -15,15 +15,16 @@ namespace tessera {
 
 class LevelChooser {
   public:
-    /// store must outlive this. @param threads  0: all processors
+    /// store must outlive this.
+    /// @param threads  0: all processors
     LevelChooser(const StoreReader& store, Ledger& ram, int threads);
 
-    /// Memory that it takes for a function that so many of all bricks show something of: at most, and what
-    /// stays when rays are let go.
+    /// Upper bound on memory for so many non-empty bricks of all, before and after the sampled rays are
+    /// released.
     static std::size_t bytes(std::size_t shownBricks, std::size_t bricks);
 
-    /// Errors under a function. Must be called first. Reads the rays that it needs and that are not there
-    /// yet.
+    /// Errors under a function. Must be called first. Reads the rays that it needs and that are
+    /// not there yet.
     void setFunction(const Statistics& statistics, const TransferTable& table, Culling culling);
     /// No other function will come: lets go of the sampled rays.
     void keepFunction();
@@ -39,7 +40,8 @@ class LevelChooser {
     /// What hides what, as the rays of the bricks predict it.
     std::vector<float> predictedVisibility() const;
 
-    /// The functions of level_selection.h. @param means  Statistics::brickMean
+    /// The functions of level_selection.h.
+    /// @param means  Statistics::brickMean
     Selection best(std::span<const float> means, std::size_t pages, Visibility visibility = {}) const;
     Selection within(std::span<const float> means, double maxError) const;
     PredictedError predict(const Selection& selection, Visibility visibility = {}) const;

@@ -100,7 +100,7 @@ std::size_t placeOf(int level, int partIndex, int ray) {
     return static_cast<std::size_t>((level * kBrickRayParts + partIndex) * kRaysPerPart + ray);
 }
 
-/// compositePart() for narrow functions, and for those with opacity by gradient.
+/// compositePart() for narrow functions, and for those with gradient opacity.
 /// @param grades  per mm
 void compositeNarrowPart(const BrickRayPart& part, int partIndex, NarrowCompositor& compositor,
                          const GradientOpacity& grades, const VolumeInfo& info, const glm::bvec3& border,

@@ -8,8 +8,8 @@
 // of 24 rays.
 //
 // A choice that looks for the largest gains finds the largest scatter, so errors are smoothed. A tenth of a
-// brick's error is that of its neighbours. A quarter of how it is shared out among levels is as in all bricks
-// together.
+// brick's error is that of its neighbours. A quarter of how it is shared out among levels is as in
+// all bricks together.
 //
 // The error holds colour that changes along a ray, values behind one another, noise that cancels along a ray,
 // and narrow peaks of the function. A brick may show something that none of its rays met. It then gets the

@@ -59,8 +59,8 @@ Selection selectUniform(const LevelErrors& errors, std::span<const float> means,
 /// can show. The model: what is seen is shared out among the visible bricks by area times visibility; the
 /// errors of a brick's pixels are distributed exponentially around its mean, which has no constant to tune
 /// and is what errors of many small causes look like. It leaves out that several bricks share a pixel: their
-/// errors add up where they are translucent, and all but the first count too much while nothing is known of
-/// visibility.
+/// errors add up where they are translucent, and all but the first count too much while nothing is
+/// known of visibility.
 struct PredictedError {
     double mean = 0, p99 = 0;
 };

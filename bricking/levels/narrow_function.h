@@ -57,7 +57,8 @@ class NarrowCompositor {
     /// sums must outlive this.
     NarrowCompositor(const FunctionSums& sums, const TransferTable& table, const VolumeInfo& info);
     void setPart(const BrickRayPart& part);
-    /// Colour before black and, last, transmittance. @param codes  of the segments' middles, front to back
+    /// Colour before black and, last, transmittance.
+    /// @param codes  of the segments' middles, front to back
     /// @param factors  on their extinctions; none: 1
     glm::dvec4 composite(std::span<const std::uint8_t> codes, double segmentMm,
                          std::span<const double> factors = {}) const;

@@ -1,6 +1,6 @@
 // bricking/levels/segment_tables.h: tables of what a segment of a sampled ray (brick_rays.h) adds under a
-// transfer function, by nearest look-up of its value. Segments have few lengths, and each length has one
-// table.
+// transfer function, by nearest look-up of its value. Segments have few lengths, and each length
+// has one table.
 #pragma once
 
 #include "bricking/statistics/brick_rays.h"
@@ -18,11 +18,12 @@ namespace tessera {
 
 /// Segments that a ray is composited in. Fields of levels 2 to 5 are nearly linear between the few samples
 /// that are kept, so what lies between is interpolated: the function may change faster than the field, and
-/// two levels can only be compared where both are cut alike, which coarse levels with their large errors need
-/// less.
+/// two levels can only be compared where both are cut alike, which coarse levels with their large
+/// errors need less.
 constexpr std::array<int, kLevelCount> kSegments = {16, 16, 16, 8, 8, 8};
 
-/// Length of a segment of a row, in mm. @param border  in the last brick along the axis
+/// Length of a segment of a row, in mm.
+/// @param border  in the last brick along the axis
 inline double segmentMm(const VolumeInfo& info, int axis, bool border, int level) {
     const int rest = info.extentVoxels[axis] % kBrickExtent;
     const int voxels = border && rest > 0 ? rest : kBrickExtent;

@@ -26,8 +26,8 @@ struct ViewWeights {
 };
 
 /// Exact for any affine and projection, a camera inside the volume included. Independent of threads.
-/// @param shows  LevelErrors::shows: bricks that show nothing are passed over and have area 0; empty: all
-/// bricks
+/// @param shows  LevelErrors::shows: bricks that show nothing are passed over and have area 0;
+/// empty: all bricks
 ViewWeights viewWeights(const Camera& camera, const VolumeInfo& info, const glm::ivec2& imageSize,
                         int threads = 0, std::span<const std::uint8_t> shows = {});
 

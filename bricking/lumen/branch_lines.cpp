@@ -50,7 +50,8 @@ double nearestAlong(const CentredLine& line, const glm::dvec3& mm) {
     return line.spacingMm * static_cast<double>(best);
 }
 
-/// Forks that lie within half a radius of one another are one. @param mm  along the line; may be moved
+/// Forks that lie within half a radius of one another are one.
+/// @param mm  along the line; may be moved
 void addFork(Centred& limb, double& mm) {
     for (const double fork : limb.forks)
         if (std::abs(fork - mm) < 0.5 * radiusAlong(limb.line, fork)) {
@@ -63,8 +64,8 @@ void addFork(Centred& limb, double& mm) {
         limb.forks.push_back(mm);
 }
 
-/// The piece of a line between two places, evenly spaced. @param leastMm  closer together points follow no
-/// bend
+/// The piece of a line between two places, evenly spaced.
+/// @param leastMm  closer together points follow no bend
 CentreLine piece(const CentredLine& line, double fromMm, double toMm, double leastMm) {
     CentreLine out;
     const double count = std::max(1.0, std::ceil((toMm - fromMm) / line.spacingMm - 1e-6));

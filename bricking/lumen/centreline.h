@@ -62,7 +62,8 @@ struct Centrelines {
     int blockVoxels = 0;           ///< edge of the blocks that the path was searched in
 };
 
-/// What was taken to be lumen, why, and how sure that is: one line for people. @param unit  of the values
+/// What was taken to be lumen, why, and how sure that is: one line for people.
+/// @param unit  of the values
 std::string lumenText(const Centrelines& found, const std::string& unit);
 
 /// Throws InputError naming a seed that is outside the volume or the lumen or has no wall around it; naming

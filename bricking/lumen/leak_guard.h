@@ -17,10 +17,10 @@ struct GuardedLumen {
 /// Explosion-controlled region growing (Mori et al., IEEE Trans. Medical Imaging 19, 2000): the threshold
 /// goes from the seed's value towards the wall's in steps of a twentieth of the way to half; where a step
 /// makes the lumen grow by more than half, it has leaked, and the step is halved until it is a 160th. The
-/// widest threshold before the leak is taken, less the noise of the values. @param seed  a voxel near the
-/// seed's value
+/// widest threshold before the leak is taken, less the noise of the values.
+/// @param seed  a voxel near the seed's value
 /// @param always  else a rule that does not leak is told by one growing: most of what grows there is like the
-/// seed, nearer to it than an eighth of the way to the threshold, or than three times the noise
+///     seed, nearer to it than an eighth of the way to the threshold, or than three times the noise
 GuardedLumen growWithoutLeaks(BrickCache& cache, const VolumeInfo& info, const SeedNeighbourhood& around,
                               const glm::ivec3& seed, bool always, Ledger& ram,
                               const std::function<void(std::uint64_t)>& soFar = {});

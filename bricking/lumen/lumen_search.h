@@ -26,8 +26,8 @@ struct LumenReach {
 
 /// @param perMm  the cost of a millimetre at each node, 0 or more; empty: 1
 /// @param arrived  ends the search at the first node for which it holds; may be empty. Costs above that
-/// node's are then not the least ones Throws InputError naming the ledger's option, Cancelled and
-/// Interrupted.
+///     node's are then not the least ones.
+/// Throws InputError naming the ledger's option, Cancelled and Interrupted.
 LumenReach searchLumen(const LumenGraph& graph, std::span<const LumenNode> sources,
                        std::span<const float> perMm, Ledger& ram,
                        const std::function<bool(LumenNode)>& arrived = {});
@@ -38,7 +38,8 @@ void leaveCorner(const LumenGraph& graph, std::vector<LumenNode>& path);
 
 /// (1 - D/Dmax)^4 plus a small share of the distance from the root: what keeps a path in the middle (TEASAR,
 /// Sato et al. 2000, as kimimaro has it), and keeps it from wandering where the middle is wide. D is the
-/// distance to the wall. @param fromRoot  lengths from the root, mm; infinite where there is no way
+/// distance to the wall.
+/// @param fromRoot  lengths from the root, mm; infinite where there is no way
 /// @param widestMm  Dmax; what is wider counts as that
 std::vector<float> costsPerMm(const LumenGraph& graph, std::span<const float> fromRoot, float widestMm);
 

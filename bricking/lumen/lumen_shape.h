@@ -39,7 +39,8 @@ class LumenShape {
     double wallMm(const glm::dvec3& mm, LumenValues& values, const LumenRule& rule) const;
     /// How much further than the rule's threshold a wall's own edge lies, mm: half way between the lumen's
     /// value and the furthest that the wall comes to, the median over those of 42 rays that meet the wall
-    /// within 1.5 times wallMm; 0 where no two do. @param wallMm  of the place, by the same rule
+    /// within 1.5 times wallMm; 0 where no two do.
+    /// @param wallMm  of the place, by the same rule
     /// @param lumen  the lumen's value, physical units
     double edgeBeyondMm(const glm::dvec3& mm, double wallMm, LumenValues& values, const LumenRule& rule,
                         double lumen) const;

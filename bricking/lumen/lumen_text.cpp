@@ -1,4 +1,4 @@
-// bricking/lumen/lumen_text.cpp: what was taken to be lumen, in words, and how sure that is. See
+// bricking/lumen/lumen_text.cpp: the text about a lumen that was found, and how sure that is. See
 // centreline.h.
 #include "bricking/lumen/centreline.h"
 

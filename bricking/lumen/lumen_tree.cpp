@@ -1,4 +1,4 @@
-// bricking/lumen/lumen_tree.cpp: which limbs a lumen has. See lumen_tree.h.
+// bricking/lumen/lumen_tree.cpp: the branches (limbs) of a lumen. See lumen_tree.h.
 #include "bricking/lumen/lumen_tree.h"
 
 #include "core/interrupt.h"

@@ -29,8 +29,8 @@ struct LumenBranches {
     std::vector<int> generations;  ///< forks between the root and the line
     double leastTurnMm = 0;
 };
-/// The limbs' middles, parted where others leave them. @param generations  lines beyond that many forks are
-/// left out
+/// The limbs' middles, parted where others leave them.
+/// @param generations  lines beyond that many forks are left out
 LumenBranches branchLines(const LumenGraph& graph, const std::vector<LumenLimb>& limbs,
                           const LumenShape& shape, LumenValues& values, const LumenRule& rule,
                           double spacingMm, int generations,

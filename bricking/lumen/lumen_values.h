@@ -38,8 +38,9 @@ class LumenValues {
   public:
     LumenValues(BrickCache& cache, const VolumeInfo& info) : cache_(cache), info_(info) {}
     const VolumeInfo& info() const { return info_; }
-    /// Trilinear between voxel centres, physical units. @param place  voxel space; beyond the outermost
-    /// centres it is clamped to them. Throws what reading a chunk throws.
+    /// Trilinear between voxel centres, physical units.
+    /// @param place  voxel space; beyond the outermost centres it is clamped to them
+    /// Throws what reading a chunk throws.
     double at(const glm::dvec3& place);
     double voxel(const glm::ivec3& voxel);
     /// Whether the place is in the volume, and its value lumen.

@@ -21,8 +21,8 @@ struct SeedNeighbourhood {
 /// Rays go out from the seed in 42 directions until the value has left the lumen's (by six times the spread
 /// around the seed, and a twentieth of what all rays meet at least, a quarter at most) and stays away for 1.5
 /// mm or three voxels, whichever is less: a voxel of noise is no wall. Where it then goes no further, that is
-/// the wall's. The median over the rays decides, of the values and of the side. @param seed  voxel space, in
-/// the volume
+/// the wall's. The median over the rays decides, of the values and of the side.
+/// @param seed  voxel space, in the volume
 /// @param name  of the seed, in messages. Throws InputError where no edge is met within 100 mm.
 SeedNeighbourhood neighbourhoodOf(LumenValues& values, const glm::dvec3& seed, const std::string& name);
 /// The same for a threshold that is given: which side the seed is on; the wall is as far beyond it.

@@ -1,5 +1,5 @@
-// bricking/lumen/smooth_line.h: polylines: even spacing, smoothing that keeps bends, and the radii of their
-// turns.
+// bricking/lumen/smooth_line.h: polylines: even spacing, smoothing that keeps bends, and the radii
+// of their turns.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -12,7 +12,8 @@ std::vector<double> arcsOf(const std::vector<glm::dvec3>& line);
 
 /// A Gaussian mean along the line, used three times, so that what it takes from a bend comes back: 1 - (1 -
 /// G)^3. Bends over some deviations keep their place, ripples shorter than two go. Ends: as if the line went
-/// on turned about them. @param deviation  of the Gaussian at each point, in points; 0 leaves it
+/// on turned about them.
+/// @param deviation  of the Gaussian at each point, in points; 0 leaves it
 std::vector<glm::dvec3> smoothed(const std::vector<glm::dvec3>& line, const std::vector<double>& deviation);
 /// A plain Gaussian mean along the line, ends as above.
 std::vector<glm::dvec3> blurred(const std::vector<glm::dvec3>& line, const std::vector<double>& deviation);

@@ -157,7 +157,8 @@ class Flood {
         ++found_.branches;
     }
 
-    /// Fills what is behind a voxel to a level. @return whether it is too much, or runs to where a leak was
+    /// Fills what is behind a voxel to a level.
+    /// @return whether it is too much, or runs to where a leak was
     bool fill(const glm::ivec3& at, double level) {
         piece_.assign(1, at);
         rim_.clear();

@@ -14,7 +14,8 @@ struct ValueNoise {
 /// Differences of voxels two apart along the two axes with the finest spacing, in blocks of 4^3 voxels within
 /// 20 mm, 8 to 16 voxels. The quarter of the blocks with the least decides: the others have edges. Pairs with
 /// a clipped value do not count; of a block that is clipped in part, what is left of its noise is scaled to
-/// the whole of a normal distribution. @param place  voxel space, in the volume
+/// the whole of a normal distribution.
+/// @param place  voxel space, in the volume
 ValueNoise noiseAround(LumenValues& values, const glm::dvec3& place);
 
 } // namespace tessera

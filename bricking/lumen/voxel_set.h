@@ -42,7 +42,8 @@ class RowsPool {
 
 class VoxelSet {
   public:
-    /// Empty. @param what  that it is, for a budget's message
+    /// Empty.
+    /// @param what  that it is, for a budget's message
     VoxelSet(const glm::ivec3& extentVoxels, Ledger& ram, const char* what = "the lumen");
 
     const glm::ivec3& extentVoxels() const { return extent_; }

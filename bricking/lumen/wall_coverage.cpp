@@ -246,7 +246,8 @@ class Measuring {
         return 0.5 * kChunkExtent * (mm.x + mm.y + mm.z);
     }
 
-    /// Fills in a chunk's faces that count. @return how many
+    /// Fills in a chunk's faces that count.
+    /// @return how many
     std::size_t look(const VoxelSet& voxels, const WallFaces& wall, ChunkFaces& faces, std::size_t i) const {
         const std::size_t chunk = faces.chunks[i];
         const glm::ivec3 at = gridPosition(chunk, voxels.chunks());

@@ -29,7 +29,8 @@ struct CoverageRequest {
 };
 
 /// The flight's cameras, evenly, no more than everyMm apart, both ends included; what keyframes say of where
-/// one looks is kept. @param bothWays  there and back, else as the flight says
+/// one looks is kept.
+/// @param bothWays  there and back, else as the flight says
 std::vector<Camera> flightCameras(const Path& path, double everyMm, bool bothWays);
 
 /// The wall is the faces between voxels of the lumen and others, level 0; where the volume ends is no wall. A

@@ -88,7 +88,8 @@ struct BrickRays {
     std::vector<Charge> charges;
 
     std::size_t rowBytes() const { return static_cast<std::size_t>(parts) * kBrickRayBytes; }
-    /// One part of a row. @param row  below rows
+    /// One part of a row.
+    /// @param row  below rows
     std::span<const std::uint8_t, kBrickRayBytes> part(std::uint32_t row, int part) const;
     std::span<std::uint8_t> row(std::uint32_t row);
 };

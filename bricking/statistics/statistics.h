@@ -18,8 +18,8 @@ namespace tessera {
 
 constexpr int kHistogramBins = 64; // equal bins over [lowest, highest] of the whole volume
 
-/// Bin of a value: floor((value - lowest) * 64 / (highest - lowest)) in double, at most 63; 0 where all are
-/// equal.
+/// Bin of a value: floor((value - lowest) * 64 / (highest - lowest)) in double, at most 63; 0 where
+/// all are equal.
 int histogramBin(double value, double lowest, double highest);
 
 /// All values as stored (physical = slope * stored + intercept).
@@ -34,7 +34,8 @@ struct Statistics {
     std::vector<std::uint64_t> histogram;  // kHistogramBins, whole volume, level 0
     Charge charge;                         // what the vectors above hold on the ledger
 
-    /// Range of a brick's voxels and of the layers around it. @param layers  1 or 2
+    /// Range of a brick's voxels and of the layers around it.
+    /// @param layers  1 or 2
     void brickRange(const BrickId& brick, int layers, float& lo, float& hi) const;
 };
 
@@ -42,7 +43,8 @@ struct Statistics {
 std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads);
 
 /// Computes everything from the chunks (two passes over the store), writing the arrays under STORE/stats.
-/// Rays go to disk only. @param progress  gets the share that is done
+/// Rays go to disk only.
+/// @param progress  gets the share that is done
 void buildStatistics(const StoreReader& store, const std::filesystem::path& folder, Ledger& ram, int threads,
                      const ShareDone& progress = {});
 

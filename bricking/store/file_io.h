@@ -1,6 +1,6 @@
 // bricking/store/file_io.h: the few file operations that a store needs, with errors that name the file.
-// Reading follows no link below the store's folder and opens regular files only, so a store cannot point
-// elsewhere.
+// Reading follows no link below the store's folder and opens regular files only, so a store
+// cannot point elsewhere.
 #pragma once
 
 #include "core/file_handle.h"

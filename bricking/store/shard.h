@@ -42,7 +42,8 @@ struct ShardEntry {
 
 /// The index as it stands in the file, checksum included.
 std::vector<std::byte> encodeIndex(std::span<const ShardEntry> entries);
-/// Checks the checksum and every entry's place against the file. @param file  layout.indexBytes() last bytes
+/// Checks the checksum and every entry's place against the file.
+/// @param file  layout.indexBytes() last bytes
 /// Throws InputError that begins with where, and names the chunk by its place in the shard.
 std::vector<ShardEntry> decodeIndex(std::span<const std::byte> file, const ShardLayout& layout,
                                     std::uint64_t fileBytes, const std::string& where);

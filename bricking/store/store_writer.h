@@ -20,7 +20,8 @@ namespace tessera {
 
 class StoreWriter {
   public:
-    /// Charges floorBytes() to ram. @param threads  that compress; 0: all processors
+    /// Charges floorBytes() to ram.
+    /// @param threads  that compress; 0: all processors
     /// Throws InputError: the target exists and force is off, or is no store; its parent is missing; the
     /// budget is below the floor; info cannot be stored. Throws Error when the folder cannot be made.
     StoreWriter(const std::filesystem::path& target, const VolumeInfo& info, Ledger& ram, int threads,
@@ -39,7 +40,8 @@ class StoreWriter {
     /// Takes the slab: reduces it to all levels and writes the chunks that this completes. Throws Error when
     /// the disk refuses, InputError when a float value is not finite.
     void push();
-    /// After the last slab. @param final  info with what only the voxels told (SlabSource::info)
+    /// After the last slab.
+    /// @param final  info with what only the voxels told (SlabSource::info)
     /// Gives the memory back.
     void finish(const VolumeInfo& final);
     /// Renames the temporary folder to the target, replacing a store where force was given.

@@ -23,7 +23,7 @@ class TemporaryFolder {
     const std::filesystem::path& path() const { return path_; }
     /// Makes the folder tree durable, unless told not to wait for that, and renames it to the target.
     /// @param replace  exchange it with an existing target in one step where the file system can, and remove
-    ///        that afterwards; else InputError where there is a target by now
+    ///     that afterwards; else InputError where there is a target by now
     /// Throws Error; the target is then as it was.
     void commit(bool durable, bool replace);
 

@@ -38,7 +38,8 @@ void writeArrayLayer(const std::filesystem::path& folder, const ArraySpec& spec,
                      std::span<const std::byte> slices);
 
 /// Checks zarr.json against spec; reads one layer.
-/// @param store, relative  the store's folder and the array's path in it; @param shown  the store's path
+/// @param store, relative  the store's folder and the array's path in it
+/// @param shown  the store's path
 /// Both throw InputError naming the file when something is missing, different or damaged.
 void checkArrayMetadata(const FileHandle& store, const std::string& relative, const ArraySpec& spec,
                         const std::filesystem::path& shown);

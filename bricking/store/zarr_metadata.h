@@ -32,8 +32,8 @@ struct StoreMetadata {
     std::array<std::vector<ShardRecord>, kLevelCount> shards; // per level [z][y][x] of the shard grid
 };
 
-/// Throws InputError naming where when info cannot be stored: validate(), or fillStored does not fit its
-/// type.
+/// Throws InputError naming where when info cannot be stored: validate(), or fillStored does not
+/// fit its type.
 void checkStorable(const VolumeInfo& info, const std::string& where);
 /// info with its texts cut to 64 printable ASCII characters, as a store holds them.
 VolumeInfo withPlainTexts(VolumeInfo info);

@@ -66,7 +66,8 @@ EdgeReach<Real> edgeReach(std::uint32_t own, std::uint32_t other, EdgeFunction f
     return {halfSample<Real>(std::max(own, other)), halfSample<Real>(std::max(own, other))};
 }
 
-/// Weight of a brick against the one it faces. @param into  voxels from their boundary into its own side
+/// Weight of a brick against the one it faces.
+/// @param into  voxels from their boundary into its own side
 template <typename Real> Real edgeWeight(const EdgeReach<Real>& reach, Real into, bool upperSide) {
     const Real r = into >= Real(0) ? reach.own : reach.other;
     if (r == Real(0))
@@ -156,7 +157,8 @@ glm::vec<3, Real> cornerWeightSlope(const BrickCorner& corner, int brick, int ne
 }
 
 /// Largest k such that a ray may stride over 2^k segments from a place (docs/sampling.md, "Ray").
-/// @param strideVoxels  length of a segment, voxels  @param most  no stride above 2^most is wanted
+/// @param strideVoxels  length of a segment, voxels
+/// @param most  no stride above 2^most is wanted
 template <typename Real>
 int strideExponent(const BrickCorner& corner, const CornerPlace<Real>& place, Sampling sampling,
                    Real segmentVoxels, int most) {

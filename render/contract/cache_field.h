@@ -32,7 +32,8 @@ template <typename Real> struct MixedField {
     glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) { return interblockGradient(samples, p, kind); }
 };
 
-/// visit(field). @param levels  of mixed levels; null: the selection has one
+/// visit(field).
+/// @param levels  of mixed levels; null: the selection has one
 template <typename Real, typename Visit>
 void withCacheField(BrickCache& cache, const VolumeInfo& info, const Selection& selection,
                     const LevelMap* levels, Gradient kind, const Visit& visit) {

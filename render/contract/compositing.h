@@ -1,6 +1,6 @@
 // render/contract/compositing.h: composites a colour under what a ray has gathered (docs/sampling.md, "Ray").
-// The C++ twin of shaders/march_compositing.glsl, and the only place where the picture's colours are
-// composited.
+// The C++ twin of shaders/march_compositing.glsl, and the only place where the picture's
+// colours are composited.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-/// Front to back. The weight is what alpha really grew by: near 1 it no longer grows, and colour must not
-/// either.
+/// Front to back. The weight is what alpha really grew by: near 1 it no longer grows, and colour
+/// must not either.
 /// @param sum     premultiplied colour and alpha of what lies before
 /// @param colour  not premultiplied, seen with opacity alpha
 template <typename Real> void composite(glm::vec<4, Real>& sum, const glm::vec<3, Real>& colour, Real alpha) {

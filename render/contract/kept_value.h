@@ -1,4 +1,4 @@
-// render/contract/kept_value.h: what a ray that keeps one value has, and the colour that it comes to
+// render/contract/kept_value.h: the state of a ray that keeps one value, and its final colour
 // (docs/sampling.md, "Modes").
 #pragma once
 

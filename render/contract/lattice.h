@@ -142,7 +142,8 @@ class MixedReader {
 };
 
 /// The smallest cache for so many threads that read samples: each pins the chunks of one neighbourhood while
-/// the loaders need one each. @param threads  0: all processors
+/// the loaders need one each.
+/// @param threads  0: all processors
 inline std::size_t latticeCacheFloorBytes(const VolumeInfo& info, int threads) {
     const int used = threads > 0 ? threads : defaultThreads();
     return BrickCache::floorBytes(info, used) + cellCount(glm::ivec3(kChunkExtent)) *

@@ -63,8 +63,8 @@ template <typename V> TESSERA_LEAF V cubicValue(const CubicWeights<V>& w, V a, V
 template <typename V> TESSERA_LEAF V cubicStep(const CubicWeights<V>& w, V a, V b, V c, V d) {
     return w.step[0] * (b - a) + w.step[1] * (c - b) + w.step[2] * (d - c);
 }
-/// The derivative per sample along x, y and z. @param row  row(y, z, r) fills r[4] with the samples of a row,
-/// y and z from 0 to 3
+/// The derivative per sample along x, y and z.
+/// @param row  row(y, z, r) fills r[4] with the samples of a row, y and z from 0 to 3
 template <typename V, typename Vec, typename Row>
 TESSERA_LEAF Vec cubicGradient(V fx, V fy, V fz, const Row& row) {
     const CubicWeights<V> wx = cubicWeights(fx), wy = cubicWeights(fy), wz = cubicWeights(fz);
@@ -142,7 +142,8 @@ TESSERA_LEAF HeadLight<V> headLight(const Vec& g, const Vec& d, V ambient, V dif
     return {ambient + diffuse * cosine, specular * wholePower(mirrored, power)};
 }
 
-/// Opacity by gradient. @param g  the gradient, patient space, stored units per mm
+/// Gradient opacity.
+/// @param g  the gradient, patient space, stored units per mm
 /// @param points  one at least
 template <typename V, typename Vec, typename N>
 TESSERA_LEAF V gradientOpacity(const GradientNumbers<N>& points, const Vec& g, V largest) {
@@ -171,7 +172,8 @@ template <typename V> struct ReceivedLight {
     TESSERA_LEAF V ambient(V reflected, int channel) const { return fromAllSides[channel] * reflected; }
     TESSERA_LEAF V of(int number, V light) const { return from[number] * light; }
 };
-/// From what voxels have. @param light  of a channel: f(number)
+/// From what voxels have.
+/// @param light  of a channel: f(number)
 template <typename V, typename Light>
 TESSERA_LEAF ReceivedLight<V> receivedLight(const LightingNumbers& lighting, const Light& light) {
     const V one(1.0f);
@@ -273,7 +275,8 @@ TESSERA_LEAF Lit<V> litBy(const LightingNumbers& lighting, const Vec& g, const V
 /// entry (extinctionBins()).
 template <typename V> struct BinEnd { V place, bin, x, y, z, w; };
 /// Extinction, averaged over the values between two ends; exact for the table but for rounding. Zero exactly
-/// where every entry around these values is zero. @param low, high  by place
+/// where every entry around these values is zero.
+/// @param low, high  by place
 template <typename V> TESSERA_LEAF V meanExtinction(const BinEnd<V>& low, const BinEnd<V>& high) {
     using std::max;
     const V half(0.5f), one(1.0f);
@@ -289,8 +292,8 @@ template <typename V> TESSERA_LEAF V meanExtinction(const BinEnd<V>& low, const 
     return select(low.bin == high.bin, inside, mean);
 }
 
-/// How far towards its back a segment of constant extinction is seen, in the mean over its light:
-/// 1/x - 1/(e^x - 1), x its depth; phi_1's companion g(x) of NUMERICS B2, divided by 1 - e^-x.
+/// Mean position that a segment of constant extinction is seen at, over its light, as a share of the way to
+/// its back: 1/x - 1/(e^x - 1), x its optical depth.
 /// @param terms  1/12, 1/720, 1/30240, 1/1209600, 1/47900160, 691/1307674368000
 template <typename V> TESSERA_LEAF V seenDepth(V depth, V alpha, const V (&terms)[6]) {
     const V s = depth * depth;

@@ -31,8 +31,8 @@ struct LevelMap {
     }
 };
 
-/// Largest k such that a ray may ever stride over 2^k segments: the coarsest level in use, half a brick at
-/// most.
+/// Largest k such that a ray may ever stride over 2^k segments: the coarsest level in use, half a
+/// brick at most.
 int mostStride(const Selection& selection, const Quality& quality);
 
 LevelMap makeLevelMap(const Selection& selection, const glm::ivec3& extentVoxels, const Quality& quality,

@@ -30,8 +30,8 @@ struct SurfaceLook {
     float occlusion = 0; // extinction per mm of what lies behind, as occlusion and shadows have it
 };
 
-/// The transfer table addressed by stored values: entry = stored * scale + offset. Float, as the shader has
-/// it.
+/// The transfer table addressed by stored values: entry = stored * scale + offset. Float, as the
+/// shader has it.
 struct Optics {
     std::vector<glm::vec4> table; // rgb colour, a extinction per mm
     float scale = 0, offset = 0;
@@ -57,7 +57,7 @@ struct Optics {
     std::vector<SurfaceLook> surfaces; // by isovalue, ascending
     bool volumeShows = true;           // the table has an extinction
 
-    /// There is opacity by gradient.
+    /// There is gradient opacity.
     bool grades() const { return gradientOpacity.count > 0; }
     /// What segments show needs a gradient.
     bool takesGradients() const { return shading || grades(); }
@@ -86,8 +86,8 @@ void setIntegrator(Optics& optics, Integrator integrator);
 /// Sorted as Optics has them; those that are wholly transparent are left out.
 std::vector<SurfaceLook> surfaceLooks(const std::vector<Isosurface>& surfaces, const VolumeInfo& info);
 /// preintegrated2d: makes the table of two-dimensional pre-integration, or mends it where only entries differ
-/// from those it was made of. @param segmentMm  a typical segment; layers for strides of 2^firstLayer
-/// segments and the next
+/// from those it was made of.
+/// @param segmentMm  a typical segment; layers for strides of 2^firstLayer segments and the next
 void preparePreintegration2d(Optics& optics, double segmentMm, int firstLayer, int layers);
 
 /// Beyond this, places stay; values that far outside of the table differ in nothing.
@@ -122,7 +122,7 @@ template <typename Real> glm::vec<4, Real> lookUp(const Optics& o, Real stored) 
 
 /// Extinction per mm of what stands in the light's way: the function's, and behind each isosurface that of
 /// what lets as much light through a voxel's length as the surface does.
-/// @param factor  opacity by gradient, on the function's
+/// @param factor  gradient opacity, on the function's
 template <typename Real> Real occlusionExtinction(const Optics& o, Real stored, Real factor = Real(1)) {
     Real extinction = factor * lookUp(o, stored).a;
     for (const SurfaceLook& s : o.surfaces)
@@ -133,8 +133,8 @@ template <typename Real> Real occlusionExtinction(const Optics& o, Real stored, 
 
 template <typename Real> leaf::Material<Real> materialAt(const Optics& o, Real place);
 
-/// Light that tissue of a value sends into occlusion's rays: its material's, where it stands in the light's
-/// way.
+/// Light that tissue of a value sends into occlusion's rays: its material's, where it stands in
+/// the light's way.
 template <typename Real> glm::vec<3, Real> occlusionEmission(const Optics& o, Real stored) {
     if (!o.lighting.emits || !(occlusionExtinction(o, stored) > Real(0)))
         return glm::vec<3, Real>(0);
@@ -164,7 +164,7 @@ glm::vec<3, Real> unitNormal(const Optics& o, const glm::vec<3, Real>& gradient,
     return g * (g.x * d.x + g.y * d.y + g.z * d.z > Real(0) ? Real(-1) / length : Real(1) / length);
 }
 
-/// Opacity by gradient, where there is one: a factor on the extinction. gradient: voxel space, stored units.
+/// Gradient opacity, where there is one: a factor on the extinction. gradient: voxel space, stored units.
 template <typename Real> Real gradientFactor(const Optics& o, const glm::vec<3, Real>& gradient) {
     const glm::mat<3, 3, Real> toGradient(o.voxelFromPatientTransposed);
     const auto g = toGradient[0] * gradient.x + toGradient[1] * gradient.y + toGradient[2] * gradient.z;

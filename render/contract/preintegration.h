@@ -1,7 +1,7 @@
 // render/contract/preintegration.h: integrals of a transfer table that segments of a ray need beside its
 // entries. Sums from the first entry on give means over any values. Mean colours include attenuation inside
-// the segment, by the values at its two ends. "Place" is a value in units of the table's entries, 0 the
-// first.
+// the segment, by the values at its two ends. "Place" is a value in units of the table's entries,
+// 0 the first.
 #pragma once
 
 #include "core/transfer_function.h"
@@ -16,8 +16,8 @@ namespace tessera {
 
 /// Per bin between two entries, one before the first (number 0) and one after the last, where values are
 /// constant: extinction at its start, its rise over the bin, and the integral of extinction from the first
-/// entry to the bin's start, as a number and as what float cannot hold of it, so that differences keep their
-/// precision.
+/// entry to the bin's start, as a number and as what float cannot hold of it, so that differences
+/// keep their precision.
 std::vector<glm::vec4> extinctionBins(const std::vector<glm::vec4>& table);
 /// Integrals over places from the first entry to each: rgb of extinction times colour, a of extinction; two
 /// vec4 an entry, the number and what float cannot hold. One more entry at either end.
@@ -36,8 +36,8 @@ class Preintegration2d {
     Preintegration2d(const std::vector<glm::vec4>& table, double length, int firstLayer, int layers);
 
     /// The same for another table. Where it has the size of the one before, only pairs of places are computed
-    /// between which entries changed; the result is the same but for rounding. Returns how many, of all
-    /// layers.
+    /// between which entries changed; the result is the same but for rounding. Returns how many,
+    /// of all layers.
     std::size_t update(const std::vector<glm::vec4>& table);
 
     int firstLayer() const { return firstLayer_; }

@@ -183,8 +183,8 @@ template <typename Real> Real phaseOf(int column, int row) {
     return static_cast<Real>(2 * (k & 3) + (k >> 2)) / Real(kPhases) - Real(7.0 / 16);
 }
 
-/// Of the frame's box and slabs; its cuts are taken by partOf() (ray_cuts.h). @param phase  of phaseOf(), or
-/// 0
+/// Of the frame's box and slabs; its cuts are taken by partOf() (ray_cuts.h).
+/// @param phase  of phaseOf(), or 0
 template <typename Real>
 SegmentedRay<Real> segmentedRay(const RayFrame<Real>& f, const glm::vec<2, Real>& pixel, Real phase = 0) {
     const RayLine<Real> line = pixelLine(f, pixel);

@@ -68,8 +68,9 @@ struct CutRays {
         return first.size() * sizeof(std::size_t) + all.size() * sizeof(RayInterval);
     }
 };
-/// Of rays through the middles of a frame's pixels or, where there are any, through places; the frame has
-/// cuts. @param threads  0: all processors
+/// Of rays through the middles of a frame's pixels or, where there are any, through places; the
+/// frame has cuts.
+/// @param threads  0: all processors
 CutRays cutRays(const RayFrame<double>& frame, std::span<const glm::vec2> places, int threads);
 
 /// An interval of a ray as a ray of its own: its lattice begins where the interval does.

@@ -1,6 +1,6 @@
 // render/contract/ray_state.h: the state of a ray between two calls that draw it, and the outputs of rays
-// besides their colours (docs/sampling.md, "Ray"). Engines allocate by these sizes, and plans count with
-// them.
+// besides their colours (docs/sampling.md, "Ray"). Engines allocate by these sizes, and plans
+// count with them.
 #pragma once
 
 #include "core/brick.h"

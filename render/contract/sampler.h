@@ -87,8 +87,8 @@ glm::vec<3, Real> sobelDifferences(const Value& value, const glm::vec<3, Real>& 
 /// No cubic gradient is of a lattice that is coarser, voxels: for the same reason.
 constexpr int kMostCubicPitch = kMostReach / 2;
 
-/// The derivative of the cubic B-spline of a field's values on a lattice: smooth across its cells. @param
-/// pitch  of the lattice, a power of two; its points are those of samples of that pitch
+/// The derivative of the cubic B-spline of a field's values on a lattice: smooth across its cells.
+/// @param pitch  of the lattice, a power of two; its points are those of samples of that pitch
 template <typename Real, typename Value>
 glm::vec<3, Real> cubicDifferences(const Value& value, const glm::vec<3, Real>& p, Real pitch) {
     const Real h = std::min(pitch, Real(kMostCubicPitch));
@@ -246,8 +246,8 @@ Real interblockValue(Samples& samples, const glm::vec<3, Real>& position) {
     return near == 0 ? sum : sum / weights;
 }
 
-/// Distance of samples at p, voxels, with the weights of their values; empty bricks count as the finest
-/// level.
+/// Distance of samples at p, voxels, with the weights of their values; empty bricks count as
+/// the finest level.
 template <typename Real, typename Samples>
 Real interblockPitch(Samples& samples, const glm::vec<3, Real>& position) {
     const LevelMap& map = samples.map();
@@ -292,8 +292,8 @@ glm::vec<3, Real> interblockSlope(Samples& samples, const glm::vec<3, Real>& pos
         return fieldSlope(level, place.p, Real(1) / static_cast<Real>(1 << level.level)).slope;
     }
     const int near = nearAxes(corner, place.offset);
-    // The value is sum / weights; values count from the current brick's, so that equal ones have no slope at
-    // all.
+    // The value is sum / weights; values count from the current brick's, so that equal ones have no
+    // slope at all.
     Real sum(0), weights(0), current(0);
     glm::vec<3, Real> sumSlope(0), weightsSlope(0);
     int subset = 0;
@@ -319,8 +319,8 @@ glm::vec<3, Real> interblockSlope(Samples& samples, const glm::vec<3, Real>& pos
 }
 
 /// Cubic gradient of the field of mixed levels: of the lattice of the level that has most weight, as far as
-/// that is more than all others have, and that of central differences for the rest. Empty bricks have no
-/// level.
+/// that is more than all others have, and that of central differences for the rest. Empty bricks
+/// have no level.
 template <typename Real, typename Samples>
 glm::vec<3, Real> interblockCubic(Samples& samples, const glm::vec<3, Real>& position) {
     const LevelMap& map = samples.map();

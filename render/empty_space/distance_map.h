@@ -64,8 +64,7 @@ struct ChangedSlices {
 
 /// Fills the whole map. Exact: every distance is the largest that its octant allows, up to kFarthest.
 /// @param masks  per brick, [z][y][x]: bit x + 4y + 16z of a cell that can show something; none of a cell
-/// beyond
-///               the volume
+///     beyond the volume
 /// @param map  mapGrid() texels, [z][y][x]
 /// @param threads  0: all processors; more than two do not help
 void fillDistanceMap(const glm::ivec3& extentVoxels, std::span<const std::uint64_t> masks, MapScale scale,

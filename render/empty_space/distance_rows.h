@@ -64,8 +64,8 @@ class DistanceRow {
         const std::size_t beside = ascendsX ? 2 : 0;
         for (std::size_t i = 0; i < width_; ++i)
             d[i] = static_cast<std::uint8_t>((std::min(t[i + 1], t[i + beside]) + 1) & ~occupied[i]);
-        // Along the row: d(i) <= d(i beside) + 1, by doubling, because a chain of one after the other is
-        // slow.
+        // Along the row: d(i) <= d(i beside) + 1, by doubling, because a chain of one after the
+        // other is slow.
         for (std::size_t far = 1; far < width_ && far < kFarthest; far *= 2, std::swap(t, d)) {
             const std::uint8_t step = static_cast<std::uint8_t>(far);
             const std::size_t rest = width_ - far;

@@ -25,7 +25,8 @@ namespace tessera {
 class Occupancy {
   public:
     Occupancy() = default;
-    /// Proves every brick and fills the map. @param threads  0: all processors
+    /// Proves every brick and fills the map.
+    /// @param threads  0: all processors
     Occupancy(const OccupancyInput& input, MapScale scale, Ledger& ram, int threads = 0);
 
     /// The function is another, and perhaps levels are: proves bricks anew that hold values which one
@@ -38,8 +39,8 @@ class Occupancy {
 
     /// Grows with every change.
     std::uint64_t version() const { return version_; }
-    /// Slices of the map that a copy of an earlier version lacks, bits included that a device added to it
-    /// (fine_mask.h).
+    /// Slices of the map that a copy of an earlier version lacks, bits included that a device added
+    /// to it (fine_mask.h).
     ChangedSlices changedSince(std::uint64_t version) const;
 
     MapScale scale() const { return scale_; }
@@ -92,8 +93,8 @@ struct EmptyBox {
     }
 };
 
-/// The empty box around a place, as far as a ray in the direction of step may leap; none where something can
-/// show.
+/// The empty box around a place, as far as a ray in the direction of step may leap; none where
+/// something can show.
 template <typename Real>
 std::optional<EmptyBox> emptyBoxAt(const Occupancy& o, const glm::vec<3, Real>& step,
                                    const glm::vec<3, Real>& p) {
@@ -131,8 +132,8 @@ template <typename Real> Real leaves(const SegmentedRay<Real>& ray, const EmptyB
 
 /// Twin of nextOccupied() in shaders/march_skipping.glsl: i itself where p, the middle of the stride of n
 /// segments from i, lies where something can show; else where the first stride starts whose middle may lie
-/// beyond the box that is empty. Leaps differ from the shader's by rounding; which strides are taken does
-/// not.
+/// beyond the box that is empty. Leaps differ from the shader's by rounding; which strides are
+/// taken does not.
 template <typename Real>
 int nextOccupied(const Occupancy& o, const Strides& strides, const SegmentedRay<Real>& ray, int i, int n,
                  const glm::vec<3, Real>& p) {

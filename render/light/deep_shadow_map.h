@@ -28,14 +28,15 @@ class DeepShadowMap {
     explicit DeepShadowMap(int size, int layers = kLayers);
     static std::size_t bytes(int size) { return sizeof(Ray) * static_cast<std::size_t>(size * size); }
 
-    /// Takes a ray's light. @param samples  by distance, light falling from 1; none: nothing is in its way
+    /// Takes a ray's light.
+    /// @param samples  by distance, light falling from 1; none: nothing is in its way
     /// @param error  that the fit may make
     /// Returns the error that it may make at these samples: the one given, or twice, four times ... as much.
     float fit(const glm::ivec2& ray, std::span<const LightLeft> samples, float error);
 
     /// Light left at a distance along the nearest ray; along the four around the place, interpolated.
-    /// @param at  rays from the map's corner, the first one's middle at (0.5,0.5); beyond its edges there is
-    /// nothing
+    /// @param at  rays from the map's corner, the first one's middle at (0.5,0.5); beyond its edges
+    /// there is nothing
     float nearest(const glm::vec2& at, float mm) const;
     float between(const glm::vec2& at, float mm) const;
 

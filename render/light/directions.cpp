@@ -49,7 +49,8 @@ std::vector<Face> icosahedron() {
     return faces;
 }
 
-/// Of a triangle's projection onto the sphere, as a part of all of it. @param f  unit vectors
+/// Of a triangle's projection onto the sphere, as a part of all of it.
+/// @param f  unit vectors
 /// Source: Van Oosterom, Strackee, The solid angle of a plane triangle, 1983, equation 8.
 double partOfSphere(const Face& f) {
     const double volume = std::abs(glm::dot(f[0], glm::cross(f[1], f[2])));

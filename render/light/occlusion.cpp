@@ -142,9 +142,10 @@ void forEachRun(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3
 
 } // namespace
 
-/// Of a sample, with opacity by gradient: of the differences of the samples beside it; at a chunk's face to
+/// Of a sample, with gradient opacity: of the differences of the samples beside it; at a chunk's face to
 /// one side. So no other chunk is read for it.
-/// @param samples  of the chunk  @param at, last  in it; the last one that it has
+/// @param samples  of the chunk
+/// @param at, last  in it; the last one that it has
 template <typename Stored>
 float Occluder::gradedExtinction(const Stored* samples, const glm::ivec3& at, const glm::ivec3& last,
                                  int level) const {
@@ -163,7 +164,8 @@ float Occluder::gradedExtinction(const Stored* samples, const glm::ivec3& at, co
     return occlusionExtinction(*optics_, value(at), gradientFactor(*optics_, gradient));
 }
 
-/// Samples [low,high) of the level, all in one chunk. @param first  of the room
+/// Samples [low,high) of the level, all in one chunk.
+/// @param first  of the room
 template <typename Stored>
 void Occluder::readChunk(const ChunkKey& key, const glm::ivec3& first, const glm::ivec3& low,
                          const glm::ivec3& high, const Chunk& chunk, OcclusionRoom& room) const {

@@ -23,7 +23,8 @@ namespace tessera {
 /// Samples of a chunk, and all around them that rays reach: what a thread works in.
 class OcclusionRoom {
   public:
-    /// Of rays with such a reach. @param emits  tissue may send light
+    /// Of rays with such a reach.
+    /// @param emits  tissue may send light
     explicit OcclusionRoom(const glm::ivec3& reach, bool emits = false);
     static std::size_t bytes(const glm::ivec3& reach, bool emits = false);
 
@@ -34,8 +35,8 @@ class OcclusionRoom {
     /// Level 0: range of stored values along every run of samples, two more at either end.
     std::vector<float> low, high;
     std::vector<float> light; // of the chunk's samples
-    /// Red, green, blue, where tissue may send light: what is sent, laid out as extinction; what gets to
-    /// samples.
+    /// Red, green, blue, where tissue may send light: what is sent, laid out as extinction; what
+    /// gets to samples.
     std::array<std::vector<float>, 3> emission, shine;
 
     /// Samples side by side whose light is wanted, kOcclusionRun of them.
@@ -48,7 +49,8 @@ class OcclusionRoom {
 
 class Occluder {
   public:
-    /// All must outlive it. @param occlusion  none: finds runs, for other light
+    /// All must outlive it.
+    /// @param occlusion  none: finds runs, for other light
     /// @param target  of instructions; null: the processor's best
     Occluder(const VolumeInfo& info, const Statistics& statistics, const std::optional<Occlusion>& occlusion,
              const native::PacketTarget* target = nullptr);

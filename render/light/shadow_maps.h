@@ -1,6 +1,6 @@
 // render/light/shadow_maps.h: deep shadow maps of the field that is drawn, seen from the scene's lights. A
-// light of some size has several, from points spread over it. A light inside the volume has six, to all
-// sides.
+// light of some size has several, from points spread over it. A light inside the volume has six,
+// to all sides.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"
@@ -61,14 +61,15 @@ class ShadowMaps {
     /// Memory of the maps, which size decides; half the side takes a quarter.
     static std::size_t bytes(const Light& light, const ShadowQuality& quality);
 
-    /// Sends the rays. @param threads  0: all processors
+    /// Sends the rays.
+    /// @param threads  0: all processors
     void build(const LightPath& field, int threads, const ShareDone& progress = {});
     /// As many as there is time for, at least some; what they go through must be the same until all are sent.
     /// True then.
     bool buildUntil(const LightPath& field, int threads, std::chrono::steady_clock::time_point deadline);
 
-    /// Share of the light that gets to a place, patient space; [0,1]. @param level  of the samples that it is
-    /// for
+    /// Share of the light that gets to a place, patient space; [0,1].
+    /// @param level  of the samples that it is for
     float light(const glm::dvec3& place, int level = 0) const;
 
     /// The largest error that a ray's fit may make, and the share of rays whose fit may make more than was
@@ -108,7 +109,8 @@ class ShadowMaps {
 };
 
 /// The light left along a ray: at the ends of the segments that take some, and where those start.
-/// @param field  value(p) and gradient(p)  @param samples  replaced
+/// @param field  value(p) and gradient(p)
+/// @param samples  replaced
 template <typename Field>
 void lightAlong(const SegmentedRay<float>& ray, Field& field, const LightPath& lit, const Strides& strides,
                 float mmAtEntry, std::vector<LightLeft>& samples) {

@@ -14,7 +14,8 @@ namespace tessera {
 class StoredLight {
   public:
     StoredLight() = default;
-    /// Lights all bricks. @param ram  what it takes is charged here
+    /// Lights all bricks.
+    /// @param ram  what it takes is charged here
     StoredLight(SceneLight& light, const ScenePlan& scene, Ledger& ram);
 
     /// One channel's samples; of mixed levels where there is a map.

@@ -20,7 +20,8 @@ namespace tessera {
 
 /// Directions in the hemisphere of a normal, the more the nearer to it (by the cosine), one of each of so
 /// many parts of it; all alike but for a turn that a key decides.
-/// @param normal  unit  @param key  the same directions for the same one
+/// @param normal  unit
+/// @param key  the same directions for the same one
 std::vector<glm::dvec3> hemisphereDirections(const glm::dvec3& normal, int count, std::uint64_t key);
 /// Of a place on a picture, in pixels.
 std::uint64_t hemisphereKey(const glm::vec2& place, std::uint32_t seed);
@@ -44,12 +45,14 @@ class SurfaceLight {
     Image added(std::span<const SurfaceHit> hits, std::span<const glm::vec2> places, const glm::ivec2& size,
                 const SurfaceTracer& tracer) const;
 
-    /// Share of the ambient light that gets to a place; not filtered. @param place  that decides directions
+    /// Share of the ambient light that gets to a place; not filtered.
+    /// @param place  that decides directions
     float openAt(const SurfaceHit& hit, const glm::vec2& place, const SurfaceTracer& tracer) const;
     /// Of the middles of pixels, row by row, as they were found; 1 where nothing was met.
     const std::vector<float>& open() const { return open_; }
 
-    /// RAM of a pixel. @param sampled  pixels have several samples
+    /// RAM of a pixel.
+    /// @param sampled  pixels have several samples
     static std::size_t bytesPerPixel(bool sampled);
     /// That ways take at a time, a segment of theirs, voxels.
     static constexpr double kSegmentVoxels = 1;

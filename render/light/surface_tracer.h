@@ -27,7 +27,8 @@ struct LightTaken {
 class SurfaceTracer {
   public:
     virtual ~SurfaceTracer() = default;
-    /// One of each way, in order. For several threads at once. @param taken  as many as ways
+    /// One of each way, in order. For several threads at once.
+    /// @param taken  as many as ways
     virtual void trace(std::span<const LightWay> ways, std::span<LightTaken> taken) const = 0;
 };
 

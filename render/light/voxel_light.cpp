@@ -289,7 +289,8 @@ void VoxelLight::light(std::vector<BrickToLight> bricks, std::span<const std::ui
 namespace {
 
 /// Between samples of a cube, at places that are twice, four times ... as dense.
-/// @param width  of the cube, one more than needed around; @param scale  samples from one place to the next
+/// @param width  of the cube, one more than needed around
+/// @param scale  samples from one place to the next
 void fillBetween(const std::vector<float>& cube, int width, float scale, int edge, std::uint16_t* out) {
     std::vector<float> slice(static_cast<std::size_t>(width * width)), row(static_cast<std::size_t>(width));
     const auto place = [&](int i) { return (static_cast<float>(i) + 0.5f) * scale + 0.5f; };

@@ -54,8 +54,8 @@ class AreaPicture {
 
     /// The rays to draw next, to their end; none: the picture is done. They read what is kept here.
     std::optional<Rays> next();
-    /// What the rays of next() gathered. @param light  what is added to it, of every array or of none: it
-    /// does not decide where samples go
+    /// What the rays of next() gathered.
+    /// @param light  what is added to it, of every array or of none: it does not decide where samples go
     void add(const Image& drawn, const Image* light = nullptr);
 
     Image image() const { return sums_.image(); }

@@ -1,6 +1,6 @@
 // render/pixels/pixel_places.h: the positions of a pixel's samples (docs/sampling.md, "Pixels"). They are
-// small nets, each scrambled by itself, seeded by the pixel and the number of the set. Wider filters warp
-// them.
+// small nets, each scrambled by itself, seeded by the pixel and the number of the set. Wider
+// filters warp them.
 #pragma once
 
 #include "core/scene.h" // PixelFilter

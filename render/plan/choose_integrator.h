@@ -18,12 +18,13 @@ double typicalChangePerVoxel(const Statistics& statistics, const TransferTable& 
                              const VolumeInfo& info);
 
 /// The error of the midpoint rule on the integral of extinction where the value rises steadily from lowest to
-/// highest by `change` a segment: rms over where segments begin, relative to the integral. 0 where nothing
-/// shows.
+/// highest by `change` a segment: rms over where segments begin, relative to the integral. 0
+/// where nothing shows.
 double midpointRampError(const TransferTable& table, double change, double lowest, double highest);
 
 /// The largest difference in premultiplied colour, over the same rise and fall, that attenuation inside
-/// segments makes. @param segmentMm  length of a segment
+/// segments makes.
+/// @param segmentMm  length of a segment
 double attenuationDifference(const TransferTable& table, double change, double segmentMm);
 
 /// For a step in voxels: the midpoint rule misses features; or there is no doubt that it does not.

@@ -45,10 +45,10 @@ constexpr std::size_t neighbourhoodPages(bool gradients, bool ends) {
     return gradients || ends ? 27 : 8;
 }
 
-/// The best selection of so many pages (LevelChooser::best()) and its predicted error. Where none is left,
-/// one level for all, the finest of the selection's, if that is drawn sooner: within the pages and without
-/// more to load than drawing gains. Never further from the truth. Pictures that follow one another take the
-/// same levels, so that they come to the still's picture.
+/// The best selection of so many pages (LevelChooser::best()) and its predicted error. If that error is zero,
+/// the selection's finest level is used everywhere where that renders faster: it fits the pages, and its
+/// load costs no more than drawing gains. It is never further from the truth. Pictures that follow one
+/// another take the same levels, so they come to the still's picture.
 struct BestLevels {
     Selection selection;
     PredictedError error;

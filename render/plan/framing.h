@@ -13,8 +13,8 @@
 
 namespace tessera {
 
-/// Opacity of what must be inside the picture; a little below 0.02, from which a pixel can be told from
-/// nothing.
+/// Opacity of what must be inside the picture; a little below 0.02, from which a pixel can be
+/// told from nothing.
 constexpr double kLeastOpacityFramed = 0.015;
 
 /// The camera of a view: fitted to the volume's box, or to what table shows, of all or of part; to the box

@@ -24,8 +24,8 @@ struct Need {
 class MemoryPlan {
   public:
     MemoryPlan() = default;
-    /// @param spareRam, spareGpu  what luxuries may be a share of: beyond the floors and what is promised to
-    /// bricks
+    /// @param spareRam, spareGpu  what luxuries may be a share of: beyond the floors and what is
+    /// promised to bricks
     MemoryPlan(std::size_t spareRam, std::size_t spareGpu) : spareRam_(spareRam), spareGpu_(spareGpu) {}
 
     void setSpare(std::size_t ramBytes, std::size_t gpuBytes) {

@@ -41,7 +41,8 @@ struct ViewSpace {
 
 class ShownRays {
   public:
-    /// All must outlive this. @param leastOpacity  from which on a ray shows something
+    /// All must outlive this.
+    /// @param leastOpacity  from which on a ray shows something
     /// @param part  outside of which nothing shows; null: all of the volume
     /// @param threads  0: all processors
     ShownRays(BrickCache& cache, const VolumeInfo& info, const Statistics& statistics,
@@ -55,12 +56,14 @@ class ShownRays {
     static glm::ivec3 cellOfBit(int bit) { return {bit & 3, bit >> 2 & 3, bit >> 4}; }
     static constexpr std::size_t kCellVoxels = std::size_t{kCellExtent} * kCellExtent * kCellExtent;
     /// How much each voxel of a cell could show, x fastest: extinction, or the depth of an isosurface between
-    /// it and a neighbour. 0 beyond the volume. @param first  the cell's first voxel
+    /// it and a neighbour. 0 beyond the volume.
+    /// @param first  the cell's first voxel
     void strengths(LatticeReader& samples, const glm::ivec3& first,
                    std::array<double, kCellVoxels>& out) const;
     /// Whether a ray through a place shows something: single voxels that stand out are peaks, so a sample's
     /// extinction says little and the mean over the values between samples is taken.
-    /// @param place  voxels; one of the ray's samples is there  @param direction  unit, of the view's axes
+    /// @param place  voxels; one of the ray's samples is there
+    /// @param direction  unit, of the view's axes
     bool onRay(LatticeReader& samples, const glm::dvec3& place, const glm::dvec3& direction) const;
 
     /// Memory that one takes. Of a volume as large as this.

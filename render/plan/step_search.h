@@ -26,8 +26,8 @@ class StepSearch {
     StepSearch(ScenePlan& plan, PixelDrawer drawer)
         : plan_(plan), drawer_(std::move(drawer)), grid_(plan.view.imageSize) {}
 
-    /// What a step's error must stay below, over the grid's pixels: CIE L*u*v* at the 99th percentile, or
-    /// rms.
+    /// What a step's error must stay below, over the grid's pixels: CIE L*u*v* at the 99th
+    /// percentile, or rms.
     struct Goal {
         enum class Measure { luvP99, rms } measure;
         double limit;

@@ -12,8 +12,8 @@
 
 namespace tessera {
 
-/// What an engine's memory of bricks may be: of GPU textures from the context, or assumed where there is
-/// none.
+/// What an engine's memory of bricks may be: of GPU textures from the context, or assumed where
+/// there is none.
 struct TextureLimits {
     int maxExtent = 2048; // texels, a page's edge counted as 32
     std::size_t maxBytes = std::size_t{1} << 30;

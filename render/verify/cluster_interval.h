@@ -29,11 +29,10 @@ class ClusterSums {
 };
 
 /// 95 %, by Student's t with as many degrees of freedom as strata; or by Hall's monotone cubic, which takes
-/// the estimate's skewness out of t (Hall 1992, J. R. Statist. Soc. B 54, 221), at either end where that is
-/// wider.
+/// the estimate's skewness out of t (Hall 1992, J. R. Statist. Soc. B 54, 221), at either end where
+/// that is wider.
 /// @param worst  what one pixel like the worst that was seen adds to the estimate: the upper end allows for
-/// it,
-///     because errors that few pixels have are often in no sample at all
+///     it, because errors that few pixels have are often in no sample at all
 Interval clusterInterval(double estimate, const ClusterSums& sums, double worst);
 
 } // namespace tessera

@@ -1,5 +1,5 @@
-// render/verify/distributions.h: shares and quantiles of the binomial and Student's t distributions, for
-// intervals.
+// render/verify/distributions.h: shares and quantiles of the binomial and Student's t
+// distributions, for intervals.
 #pragma once
 
 namespace tessera {

@@ -29,8 +29,8 @@ struct PixelError {
 };
 
 /// Components that are not finite err by 1, and count as black.
-/// @param alphaAbove  pixels count where the truth's alpha is above it: 0 (measureError()) or 1/255
-/// (compare())
+/// @param alphaAbove  pixels count where the truth's alpha is above it: 0 (measureError())
+/// or 1/255 (compare())
 std::vector<PixelError> pixelErrors(const PixelPairs& pairs, float alphaAbove);
 
 } // namespace tessera

@@ -35,10 +35,8 @@ struct PixelSample {
 /// chance proportional to its pixels, and in each of these perCluster pixels without repetition. So every
 /// pixel has the same chance, pixels / population, and the two clusters of a stratum tell its variance.
 /// All pixels are taken where there are at most a third more than are wanted.
-///
 /// @param round  from 0 on: pixels of earlier rounds are not chosen again. A round is a sample of what
-/// earlier
-///     ones left, whatever was decided from those: pixels that decided when to stop can not certify.
+///     earlier ones left, whatever was decided from those: pixels that decided when to stop can not certify.
 /// @param frame  one a pixel, row by row: only those that are not 0 are chosen among. It must hold every
 ///     pixel that could show anything, and must not be made from the picture. Empty: all.
 PixelSample choosePixels(const glm::ivec2& size, const SampleDesign& design, int round = 0,

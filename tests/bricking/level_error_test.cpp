@@ -133,7 +133,7 @@ TEST(PredictErrors, AreSmoothedAsDocumented) {
 /// The truth that the rays stand for: all rows of voxels, sampled at every voxel.
 double trueError(const Blobs& b, int level, const TransferTable& table, const glm::dvec3& spacing) {
     const BrickFields fields = b.fields();
-    // Opacity by gradient: of central differences over a pitch to either side, as far as the brick goes.
+    // Gradient opacity: of central differences over a pitch to either side, as far as the brick goes.
     const auto factor = [&](int at, const glm::dvec3& p) {
         if (table.gradientOpacity.isOne())
             return 1.0;

@@ -50,7 +50,8 @@ double nearestTo(const std::vector<glm::dvec3>& points, const glm::dvec3& mm) {
 }
 
 /// A windpipe along z whose wall is nearly lung at one place, and a branch towards lower x that is narrow, to
-/// a value, for 2 mm, the nearer one 40 HU less. @param open  the branch's far end has no wall
+/// a value, for 2 mm, the nearer one 40 HU less.
+/// @param open  the branch's far end has no wall
 FieldChunks leakyPipe(double narrow, bool open) {
     const std::vector<glm::dvec3> trunk = {{0, 0, -40}, {0, 0, 100}}, side = {{0, 0, 20}, {-34, 0, 40}};
     return {boxInfo({90, 50, 80}, glm::dvec3(1), {-50, -25, -10}), [=](const glm::dvec3& p) {

@@ -223,7 +223,7 @@ TEST(Blend, FunctionsAreMixedValueByValue) {
     }
     EXPECT_EQ(blend(a, b, 0).opacityPoints().size(), a.opacityPoints().size());
     EXPECT_THROW(blend(a, TransferFunction::fromOpacity({{0, 1}}, {}, 1), 0.5), InputError);
-    // Opacity by gradient: point by point; none is 1 at the other's points.
+    // Gradient opacity: point by point; none is 1 at the other's points.
     TransferFunction graded = b, other = b;
     graded.setGradientOpacity(GradientOpacity::fromPoints({{0, 0.5}, {40, 1}}));
     other.setGradientOpacity(GradientOpacity::fromPoints({{20, 0}, {60, 0.5}}));

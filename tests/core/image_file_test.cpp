@@ -221,7 +221,8 @@ TEST_F(ImageFile, DamageIsRefusedOrRead) {
     }
 }
 
-/// Runs body while no file may grow beyond `bytes`: a disk that is full. @return what it said
+/// Runs body while no file may grow beyond `bytes`: a disk that is full.
+/// @return what it said
 std::string saidWhenFull(rlim_t bytes, const std::function<void()>& body) {
     std::signal(SIGXFSZ, SIG_IGN);
     rlimit before{};

@@ -1,5 +1,5 @@
-// The columns of NUMERICS C3 against closed forms: a constant shift, equal pictures, a flat pair's
-// similarity, what the mask leaves out and what it does not.
+// ImageError against closed forms: a constant shift, equal pictures, a flat pair's similarity, what the mask
+// leaves out and what it does not.
 #include "core/image_metrics.h"
 
 #include "core/colour.h"

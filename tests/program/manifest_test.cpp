@@ -18,7 +18,8 @@ using ::testing::Not;
 class Manifest : public Program {
   protected:
     void SetUp() override { makeSphere(); }
-    /// The manifest of a small picture. @param input  and further options
+    /// The manifest of a small picture.
+    /// @param input  and further options
     json of(const std::string& input) {
         const Outcome outcome = run("render " + input + " -o a.png --engine mirror --no-check --json -q");
         EXPECT_EQ(outcome.exitCode, 0) << input << "\n" << outcome.problems;

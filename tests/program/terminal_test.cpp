@@ -21,8 +21,8 @@ class Terminal : public Program {
         int exitCode = -1;
         std::string seen; // all that the terminal got
     };
-    /// Runs the program on a terminal of its own. @param interruptAfter  what it must have said before Ctrl-C
-    /// is typed; "": it is left alone
+    /// Runs the program on a terminal of its own.
+    /// @param interruptAfter  what it must have said before Ctrl-C is typed; "": it is left alone
     Session onTerminal(const std::string& arguments, const std::string& interruptAfter = "") {
         int terminal = -1;
         const winsize size{24, 100, 0, 0};

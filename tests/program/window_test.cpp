@@ -628,7 +628,8 @@ TEST_F(WindowTest, AFlightIsTheFilmOfItsPath) {
     EXPECT_FALSE(isBlank(readImage(folder_ / "patch.png")));
 }
 
-/// A NIfTI file of 16 bits, a voxel of a millimetre. @param value  of a place, mm, LPS
+/// A NIfTI file of 16 bits, a voxel of a millimetre.
+/// @param value  of a place, mm, LPS
 void writeNifti(const fs::path& file, const glm::ivec3& size, const glm::dvec3& origin,
                 const std::function<double(const glm::dvec3&)>& value) {
     std::string text(352, '\0');

@@ -177,7 +177,7 @@ TEST_P(Contract, HardwareFetchStaysInsideTheGate) {
     EXPECT_EQ(d.valuesAbove012, 0u) << "largest " << d.maxAbs;
 }
 
-// Early termination is one-sided and bounded by its threshold (NUMERICS B3, 4).
+// Early termination is one-sided and bounded by its threshold.
 TEST_P(Contract, TerminationLeavesOutNoMoreThanItSays) {
     const GlContext context({"software"});
     Scene s = scene(true);

@@ -98,8 +98,7 @@ TEST_P(Field, ShaderEqualsItsTwin) {
             ASSERT_EQ(glm::vec3(probed[i]), fieldGradient(samples, positions[i], perVoxel, kind))
                 << gradientNames()[static_cast<std::size_t>(kind)] << " " << i;
     }
-    // llvmpipe filters in float; what remains is the slot's shift of coordinates, up to 6e-5 texel
-    // (NUMERICS).
+    // llvmpipe filters in float; what remains is the slot's shift of coordinates, up to 6e-5 texel.
     EXPECT_LE(worst, 4e-4f * range);
 }
 

@@ -1,4 +1,4 @@
-// tests/render/gradient_opacity_test.cpp: opacity by gradient: closed forms, on every engine and in the light
+// tests/render/gradient_opacity_test.cpp: gradient opacity: closed forms, on every engine and in the light
 // of voxels; the native engine has the mirror's bits, the march its own tolerance, and both come to the
 // reference; what has none pays for none.
 #include "core/image_metrics.h"

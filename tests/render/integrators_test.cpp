@@ -46,8 +46,7 @@ glm::dvec4 upTo(const TransferTable& table, const TableIntegral& integral, doubl
     return integral.upTo(inside) + (place - inside) * glm::dvec4(glm::dvec3(e) * e.a, e.a);
 }
 
-// NUMERICS B3, 21: differences from a ten-thousandth of a bin to hundreds of bins, over flats, ramps and a
-// spike.
+// Differences from a ten-thousandth of a bin to hundreds of bins, over flats, ramps and a spike.
 TEST(Preintegration, MeansAreThoseOfTheExactIntegral) {
     const TransferTable table = mixedTable();
     const Optics o = opticsOf(table, Integrator::preintegrated);

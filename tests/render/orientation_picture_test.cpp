@@ -58,7 +58,8 @@ struct Layout {
     glm::dvec3 position(const glm::ivec3& file) const {
         return kOrigin + kSpacing * glm::dvec3(lpsVoxel(file));
     }
-    /// [z][y][x] of the file; @param slice  one of them, or -1 for all
+    /// [z][y][x] of the file
+    /// @param slice  one of them, or -1 for all
     std::vector<std::int16_t> voxels(int slice = -1) const {
         std::vector<std::int16_t> out;
         const glm::ivec3 n = extent();

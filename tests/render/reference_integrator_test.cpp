@@ -1,5 +1,5 @@
-// The reference as an integrator of analytic fields: closed forms T1 to T8 (NUMERICS B3) to 1e-12, over stiff
-// extinction too.
+// The reference as an integrator of analytic fields: closed forms T1 to T8 to 1e-12, over stiff extinction
+// too.
 #include "render/engines/reference/reference_integrator.h"
 
 #include <gtest/gtest.h>

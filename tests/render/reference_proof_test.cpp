@@ -85,7 +85,7 @@ TEST_F(ProofOnRays, HoldsWithEveryGradient) {
     }
 }
 
-// With opacity by gradient rays are cut where the gradient's length is one of its points', lit or not.
+// With gradient opacity rays are cut where the gradient's length is one of its points', lit or not.
 TEST_F(ProofOnRays, HoldsWithOpacityByGradient) {
     load("torso", {48, 36, 56});
     const auto function = test::graded(presetFunction("soft-tissue", {-1024, 2000, true, 1, {}}));

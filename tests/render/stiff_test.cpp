@@ -1,6 +1,6 @@
 // tests/render/stiff_test.cpp: what each integrator promises: its order where field and function are smooth
 // or piecewise linear, its error where the function is a step or a spike, and that no extinction, however
-// large or small, makes it leave [0, full opacity] (NUMERICS B1, B2; closed forms T6, T11).
+// large or small, makes it leave [0, full opacity] (closed forms T6, T11).
 #include "render/engines/reference/reference.h"
 #include "tests/support/bricking_test_volumes.h"
 #include "tests/support/ray_quadrature.h"

@@ -58,7 +58,8 @@ inline TransferTable whiteAbove150(double extinctionPerMm) {
 }
 
 /// Errors as the sampled rays give them, not smoothed, of a volume of unitInfo(): from its store, as a
-/// picture gets them. @param parts  of kBrickRayParts
+/// picture gets them.
+/// @param parts  of kBrickRayParts
 inline LevelErrors predictedOf(const glm::ivec3& extent, const HashSource::Formula& value,
                                const TransferTable& table, int parts = kBrickRayParts) {
     const ScratchFolder scratch;

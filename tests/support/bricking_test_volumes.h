@@ -99,7 +99,8 @@ class HashSource : public SlabSource {
     int nextZ_ = 0;
 };
 
-/// A whole level, chunk by chunk, [z][y][x]. @param padding  called with every value beyond the level's edge
+/// A whole level, chunk by chunk, [z][y][x].
+/// @param padding  called with every value beyond the level's edge
 inline std::vector<double> readLevel(const StoreReader& store, int level,
                                      const std::function<void(double)>& padding = {}) {
     const glm::ivec3 extent = levelExtent(store.info().extentVoxels, level),

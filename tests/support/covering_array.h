@@ -64,7 +64,8 @@ class MissingPairs {
     std::size_t count_ = 0;
 };
 
-/// Rows of one level per factor. @param levels  number of levels of every factor, at least 1 each
+/// Rows of one level per factor.
+/// @param levels  number of levels of every factor, at least 1 each
 inline std::vector<std::vector<int>> coveringArray(const std::vector<int>& levels, unsigned seed) {
     constexpr int kCandidates = 12; // a row is the best of so many
     std::mt19937 random(seed);

@@ -1,4 +1,4 @@
-// tests/support/graded.h: transfer functions with opacity by gradient, for tests: flat parts, a rise and a
+// tests/support/graded.h: transfer functions with gradient opacity, for tests: flat parts, a rise and a
 // step at lengths that phantoms and scans have.
 #pragma once
 

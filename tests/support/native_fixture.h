@@ -88,7 +88,8 @@ inline Image mirrorPicture(const Prepared& prepared) {
     return image;
 }
 
-/// With every set of instructions, with aprons and without. @param blank  whether nothing is to be seen
+/// With every set of instructions, with aprons and without.
+/// @param blank  whether nothing is to be seen
 inline void expectTheMirrorsBits(Prepared& prepared, bool blank = false) {
     const Image mirror = mirrorPicture(prepared);
     EXPECT_EQ(isBlank(mirror), blank);

@@ -67,7 +67,8 @@ inline double normalAt(const glm::ivec3& voxel) {
     return sum * std::sqrt(2.0);
 }
 
-/// int16 values of a source and noise. @param lowest  what is below it is clipped to it
+/// int16 values of a source and noise.
+/// @param lowest  what is below it is clipped to it
 class NoisyChunks final : public ChunkSource {
   public:
     NoisyChunks(const ChunkSource& source, double deviation,

@@ -65,8 +65,7 @@ inline Scene sceneOn(const VolumeInfo& info, const std::string& preset, int came
 /// One prepared scene with everything that must outlive it.
 struct Prepared {
     /// @param place  not null: where the volume lies, whatever its store says. Nothing that is stored depends
-    /// on
-    ///               it, so that one store serves for volumes of any spacing, shear and origin.
+    ///     on it, so that one store serves for volumes of any spacing, shear and origin.
     Prepared(const std::string& store, const Scene& scene, bool culling = true, std::size_t gpuBytes = 0,
              const glm::dmat4* place = nullptr)
         : reader(storePath(store), budgets.ram) {

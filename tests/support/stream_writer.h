@@ -98,7 +98,8 @@ inline const DJCodecParameter& encoderParameter() {
     static const DJCodecParameter parameter(ECC_monochrome, EDC_never, EUC_never, EPC_default);
     return parameter;
 }
-/// 16 bits a sample. @param pointTransform  low bits that are left out: lossy above 0
+/// 16 bits a sample.
+/// @param pointTransform  low bits that are left out: lossy above 0
 inline std::string encodeJpegLossless(const std::vector<std::uint16_t>& words, int columns, int rows,
                                       int predictor = 1, int pointTransform = 0) {
     DJCompressIJG16Bit encoder(encoderParameter(), EJM_lossless, predictor, pointTransform);

@@ -210,7 +210,7 @@ TEST(Peers, StandBesideTheirOwnScene) {
                 ::testing::Not(::testing::Contains(HasSubstr("interleaved"))));
 }
 
-// NUMERICS B2: midpoint with 64 segments.
+// Midpoint with 64 segments.
 TEST(Stiff, MidpointIsAsMeasuredElsewhere) {
     const std::vector<StiffCurve> curves = stiffCurves();
     const auto found = std::find_if(curves.begin(), curves.end(),

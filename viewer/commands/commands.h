@@ -1,6 +1,6 @@
 // viewer/commands/commands.h: the commands of the program, one file each. A command declares its options.
-// Once it is chosen and parsed it leaves its work in `action`, so errors of parsing and of running stay
-// apart.
+// Once it is chosen and parsed it leaves its work in `action`, so errors of parsing and of
+// running stay apart.
 #pragma once
 
 #include "viewer/options/run_commands.h"

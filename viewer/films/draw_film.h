@@ -21,8 +21,8 @@ namespace tessera {
 struct FrameRange {
     std::size_t first = 0, last = 0;
 };
-/// "12", "0-249". Throws InputError naming --frames for anything else, and for frames that the film does not
-/// have.
+/// "12", "0-249". Throws InputError naming --frames for anything else, and for frames that the film
+/// does not have.
 FrameRange parseFrames(const std::string& text, std::size_t frames);
 
 struct FilmJob {

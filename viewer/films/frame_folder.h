@@ -24,8 +24,9 @@ class FrameFolder {
   public:
     /// Opens the folder, or makes it.
     /// @param film  all that decides about pixels, by names that a person understands: kept in the folder as
-    /// film.json Throws InputError naming the folder for one that has another film's frames, or frames of
-    /// none, or is no folder; Error for one that cannot be made.
+    ///     film.json
+    /// Throws InputError naming the folder for one that has another film's frames, or frames of none, or is
+    /// no folder; Error for one that cannot be made.
     FrameFolder(const std::filesystem::path& folder, const nlohmann::json& film);
     /// For tests.
     FrameFolder(const std::filesystem::path& folder, const nlohmann::json& film, ClaimKind kind,

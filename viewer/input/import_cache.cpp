@@ -125,7 +125,8 @@ void discard(const Entry& entry) {
     fs::remove_all(entry.store, ignored);
 }
 
-/// Makes the folder, closed to others. @return why it cannot be used; "" when it can
+/// Makes the folder, closed to others.
+/// @return why it cannot be used; "" when it can
 std::string prepare(const fs::path& folder) {
     std::error_code error;
     fs::create_directories(folder.parent_path(), error);
@@ -154,7 +155,8 @@ std::string about(const fs::path& store) {
            (a.kernel.empty() ? "" : ", kernel " + a.kernel);
 }
 
-/// Imports into an entry that is locked for it. @param facts  of the source, when its key was made
+/// Imports into an entry that is locked for it.
+/// @param facts  of the source, when its key was made
 void makeEntry(const Entry& entry, const fs::path& source, const std::string& facts, json note,
                const MakeStore& make) {
     discard(entry);

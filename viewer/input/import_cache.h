@@ -20,7 +20,8 @@ std::filesystem::path cacheFolder();
 /// Of all entries: $TESSERA_CACHE_SIZE, or 20 GiB. Throws InputError naming the variable.
 std::uint64_t cacheLimitBytes();
 
-/// Makes a store of that name, which does not exist. @param durable  waits for the disk
+/// Makes a store of that name, which does not exist.
+/// @param durable  waits for the disk
 using MakeStore = std::function<void(const std::filesystem::path& store, bool durable)>;
 /// The store for source files: an entry of the cache if it is whole and of the same files and options, else
 /// made now. It stays until the command ends. Where the cache cannot be used the store is made in a temporary

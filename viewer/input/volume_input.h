@@ -73,8 +73,8 @@ std::filesystem::path storeFor(const SceneVolume& volume, const InputOptions& na
 /// Refuses early, before long work, what importToStore() would refuse: an output that does not end in .zarr,
 /// that exists without force, or that is no store. Throws InputError naming it.
 void requireStorePath(const std::filesystem::path& out, bool force);
-/// "HU", the one unit that presets need, or at import "SUVbw". Throws InputError naming --unit for anything
-/// else.
+/// "HU", the one unit that presets need, or at import "SUVbw". Throws InputError naming --unit
+/// for anything else.
 std::string parseUnit(const std::string& text, bool atImport = false);
 /// One line about a finished import, more with --verbose.
 void noteImport(const ImportReport& report, const SlabSource& source, const std::filesystem::path& store,

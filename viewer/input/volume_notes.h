@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-/// "1234 voxels without a number (NaN or infinite), stored as the lowest value, -1000 HU"; nonFiniteVoxels >
-/// 0.
+/// "1234 voxels without a number (NaN or infinite), stored as the lowest value, -1000 HU";
+/// nonFiniteVoxels > 0.
 std::string sayAbsent(const VolumeInfo& info);
 /// "with loss, ratio 8.2 as the header says"; lossy.
 std::string sayLoss(const VolumeInfo& info);

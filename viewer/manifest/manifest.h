@@ -1,6 +1,6 @@
 // viewer/manifest/manifest.h: the manifest of a picture: everything that it was made from, and nothing about
-// whom. Paths are left out, because folders carry patients' names. The store is named by the hash of its
-// content.
+// whom. Paths are left out, because folders carry patients' names. The store is named by the hash
+// of its content.
 #pragma once
 
 #include "bricking/store/store_reader.h"

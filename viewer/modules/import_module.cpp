@@ -1,4 +1,4 @@
-// viewer/modules/import_module.cpp: what tessera_importers.so shows.
+// viewer/modules/import_module.cpp: the table of functions of tessera_importers.so.
 #include "viewer/modules/import_module.h"
 
 extern "C" const tessera::ImportModule tesseraModule;

@@ -1,4 +1,4 @@
-// viewer/modules/picture_module.cpp: what tessera_pictures.so shows.
+// viewer/modules/picture_module.cpp: the table of functions of tessera_pictures.so.
 #include "viewer/modules/picture_module.h"
 
 extern "C" const tessera::PictureModule tesseraModule;

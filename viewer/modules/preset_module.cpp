@@ -1,4 +1,4 @@
-// viewer/modules/preset_module.cpp: what tessera_presets.so shows.
+// viewer/modules/preset_module.cpp: the table of functions of tessera_presets.so.
 #include "viewer/modules/preset_module.h"
 
 extern "C" const tessera::PresetModule tesseraModule;

@@ -1,4 +1,4 @@
-// viewer/modules/window_module.cpp: what tessera_window.so shows.
+// viewer/modules/window_module.cpp: the table of functions of tessera_window.so.
 #include "viewer/modules/window_module.h"
 
 extern "C" const tessera::WindowModule tesseraModule;

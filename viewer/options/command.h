@@ -15,11 +15,13 @@ class Option;
 
 namespace tessera {
 
-/// Refuses an option's value before any work. @return "", or "expected ..., found ..."
+/// Refuses an option's value before any work.
+/// @return "", or "expected ..., found ..."
 using ValueCheck = std::function<std::string(const std::string& text)>;
 /// A whole number from `lowest` on that an int holds.
 ValueCheck wholeNumberFrom(int lowest);
-/// A finite number within [lowest, highest]. @param what  "voxels from 1/64 to 16"
+/// A finite number within [lowest, highest].
+/// @param what  "voxels from 1/64 to 16"
 ValueCheck numberWithin(double lowest, double highest, const std::string& what);
 
 /// What is left of a number's text without the unit that it is in: "5mm" and "5 mm" are "5". One without, or
@@ -50,7 +52,8 @@ class Command {
   public:
     explicit Command(CLI::App& app) : app_(&app) {}
 
-    /// @param names  "-o,--output", or "X" for what has no dash  @param target  must outlive the parsing
+    /// @param names  "-o,--output", or "X" for what has no dash
+    /// @param target  must outlive the parsing
     Option option(const std::string& names, std::string& target, const std::string& about);
     Option option(const std::string& names, std::vector<std::string>& target, const std::string& about);
     Option option(const std::string& names, int& target, const std::string& about);

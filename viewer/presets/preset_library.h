@@ -10,8 +10,8 @@
 
 namespace tessera {
 
-/// ${XDG_CONFIG_HOME}/tessera/presets or ~/.config/tessera/presets; empty where there is no such folder to
-/// be.
+/// ${XDG_CONFIG_HOME}/tessera/presets or ~/.config/tessera/presets; empty where there is no such
+/// folder to be.
 std::filesystem::path ownPresetsFolder();
 /// Names of what was kept there, alphabetical.
 std::vector<std::string> ownPresetNames();

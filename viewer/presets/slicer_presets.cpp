@@ -41,7 +41,8 @@ struct Property {
     double ambient = 0.1, diffuse = 0.7, specular = 0.2, specularPower = 10; // vtkVolumeProperty's
 };
 
-/// VTK tells lengths by the mean of the volume's spacings. @param isExact  false where points are left out
+/// VTK tells lengths by the mean of the volume's spacings.
+/// @param isExact  false where points are left out
 GradientOpacity gradientOpacityOf(std::vector<VtkPoint> curve, bool& isExact, const std::string& where) {
     constexpr std::size_t kMostRead = 256;
     if (curve.size() > kMostRead)

@@ -12,11 +12,12 @@ namespace tessera {
 /// The eye goes around the focal point: to the right of the picture and up by such angles, so that what is
 /// seen follows a hand that goes the other way.
 Camera orbited(const Camera& camera, const glm::dvec2& angles);
-/// What lies at the focal point's depth goes along the picture by such parts of its height, x to the right, y
-/// down.
+/// What lies at the focal point's depth goes along the picture by such parts of its height, x to the
+/// right, y down.
 Camera panned(const Camera& camera, const glm::dvec2& heights);
 /// What lies at the focal point's depth becomes larger by the factor: the eye comes nearer, or the scale
-/// becomes smaller. Distances and scales stay between 1e-3 mm and 1e7 mm. @param factor  positive
+/// becomes smaller. Distances and scales stay between 1e-3 mm and 1e7 mm.
+/// @param factor  positive
 Camera zoomed(const Camera& camera, double factor);
 /// The same, and what lies under the place of the picture stays there.
 /// @param place  from the middle, in heights, x to the right, y down
@@ -33,7 +34,8 @@ Camera seenFrom(const Camera& camera, View view);
 Camera projectedBy(const Camera& camera, Projection projection);
 
 /// What the camera's picture of one size holds, that of another size holds too: where it is narrower in
-/// proportion, angle or scale are larger. The eye stays. @param from, to  pixels
+/// proportion, angle or scale are larger. The eye stays.
+/// @param from, to  pixels
 Camera heldBy(const Camera& camera, const glm::ivec2& from, const glm::ivec2& to);
 
 /// Half the height of what the picture shows at the focal point's depth, mm.

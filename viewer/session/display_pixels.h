@@ -1,5 +1,5 @@
-// viewer/session/display_pixels.h: a picture for the screen: on its background, as large as the window, 8-bit
-// sRGB.
+// viewer/session/display_pixels.h: a picture for the screen: on its background, as large as the
+// window, 8-bit sRGB.
 #pragma once
 
 #include "core/image.h"

@@ -15,7 +15,8 @@ namespace tessera {
 
 class LineFinder {
   public:
-    /// Begins. @param ended  is called from the thread just before it ends
+    /// Begins.
+    /// @param ended  is called from the thread just before it ends
     /// store and ram outlive this.
     LineFinder(const LineWish& wish, const StoreReader& store, Ledger& ram, int threads,
                std::function<void()> ended);

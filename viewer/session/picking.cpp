@@ -35,7 +35,7 @@ const SurfaceValue* crossed(const std::vector<SurfaceValue>& surfaces, double a,
 
 /// @param from, to  segments, whole ones
 /// @param value   of a place, in segments from the entry; physical units
-/// @param factor  opacity by gradient there
+/// @param factor  gradient opacity there
 /// @param drawn   whether a place is not cut away
 template <typename Value, typename Factor, typename Drawn>
 Shares sharesAlong(const SegmentedRay<double>& ray, int from, int to, const VolumeState& volume,

@@ -15,7 +15,8 @@ namespace tessera {
 /// voxel to either side, or the first isosurface that is not fainter than that. Found at a level that is read
 /// quickly, then once more around that place at level 0, whatever levels are drawn; where level 0 cannot be
 /// read, it stays at the coarse place, and says so.
-/// Of an average, the middle of the way. @param place  of the picture, pixels, x right, y down
+/// Of an average, the middle of the way.
+/// @param place  of the picture, pixels, x right, y down
 /// Throws what decoding the coarse level threw.
 PickedPlace pickPlace(const VolumeState& volume, const DrawnPart& part, const Camera& camera,
                       const glm::ivec2& imageSize, const glm::dvec2& place);

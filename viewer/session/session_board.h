@@ -105,7 +105,8 @@ class SessionBoard {
         const std::lock_guard lock(mutex_);
         return get(news_);
     }
-    /// Of the thread: all wishes since the last call. @param waiting  until there are any
+    /// Of the thread: all wishes since the last call.
+    /// @param waiting  until there are any
     /// @param taken  called with them, before anyone has another wish
     template <typename Taken> SessionWishes take(bool waiting, const Taken& taken) {
         std::unique_lock lock(mutex_);

@@ -25,7 +25,8 @@ struct SliceFrame {
 };
 
 /// The plane of an orientation through a place, so that all of the volume's plane is on the picture. It stays
-/// where it is on the picture as the place moves. @param zoom  1: all of it; larger: nearer, around the place
+/// where it is on the picture as the place moves.
+/// @param zoom  1: all of it; larger: nearer, around the place
 SliceFrame sliceFrame(const VolumeInfo& info, Orientation orientation, const glm::dvec3& placeMm,
                       const glm::ivec2& size, double zoom = 1);
 

@@ -23,7 +23,8 @@ struct FinishedStill {
 
 class Still {
   public:
-    /// Begins. @param ended  is called from the thread just before it ends
+    /// Begins.
+    /// @param ended  is called from the thread just before it ends
     /// store and ledgers outlive this.
     Still(const Scene& scene, std::uint64_t asked, const StoreReader& store, Ledger& ram, Ledger& gpu,
           const RenderOptions& options, std::function<void()> ended);

@@ -179,8 +179,8 @@ class Viewing {
     /// The newest, null before there is one. Another pointer for others.
     virtual std::shared_ptr<const ShownSlices> slices() const = 0;
 
-    /// Asks what is under a place of the picture, in pixels of the scene's picture. Returns the question's
-    /// number.
+    /// Asks what is under a place of the picture, in pixels of the scene's picture. Returns
+    /// the question's number.
     virtual std::uint64_t pick(const glm::dvec2& place) = 0;
     /// The last answer.
     virtual std::optional<PickedPlace> picked() const = 0;
@@ -203,8 +203,9 @@ class Viewing {
     /// @param scaleBar  drawn into it (core/scale_bar.h); the manifest says so
     virtual void saveScreenshot(const std::filesystem::path& path, bool scaleBar) const = 0;
     /// Draws the still of a scene, of any size of picture, beside all else, and writes it with its manifest;
-    /// of what is asked for before it is written the last counts. takeNotice() or state() tell what came of
-    /// it. @param scene  of the open volume, its camera spelled out
+    /// of what is asked for before it is written the last counts. takeNotice() or state() tell what
+    /// came of it.
+    /// @param scene  of the open volume, its camera spelled out
     virtual void saveStill(const Scene& scene, const std::filesystem::path& path, bool scaleBar) = 0;
     /// A sentence on something that was finished, once; empty: nothing new.
     virtual std::string takeNotice() = 0;

@@ -17,7 +17,8 @@ namespace tessera {
 
 /// The volumes at a path, in the order of the table of series, those that cannot be opened with the reason.
 /// Null where there is nothing to choose: fewer than two, and no phases, uneven slices or files that could be
-/// left out. @param input  what else is asked for
+/// left out.
+/// @param input  what else is asked for
 /// Throws InputError where nothing is there.
 std::shared_ptr<const VolumeOffers> volumeOffers(const std::filesystem::path& path,
                                                  const InputOptions& input);

@@ -12,7 +12,8 @@
 
 namespace tessera {
 
-/// A box of names. @param chosen  what it says; none of the names where the user made something else
+/// A box of names.
+/// @param chosen  what it says; none of the names where the user made something else
 /// Returns the name that was taken.
 std::optional<std::string> nameBox(const char* label, const std::string& chosen,
                                    const std::vector<std::string>& names);
@@ -30,7 +31,8 @@ double roundStep(double least);
 /// Text that goes on in the next line where the panel ends.
 void wrapped(const char* format, ...) IM_FMTARGS(1);
 
-/// A label on a picture: letters on a dark plate, readable on anything. @param at  its upper left corner
+/// A label on a picture: letters on a dark plate, readable on anything.
+/// @param at  its upper left corner
 void drawLabel(ImDrawList& draw, const ImVec2& at, ImU32 colour, const std::string& words);
 
 } // namespace tessera

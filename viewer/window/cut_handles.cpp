@@ -62,7 +62,8 @@ std::vector<Grip> gripsOf(const Desk& desk) {
     return grips;
 }
 
-/// Pushes it. @param mm  along its direction
+/// Pushes it.
+/// @param mm  along its direction
 void push(Scene& scene, const VolumeInfo& info, const Grip& grip, double mm) {
     if (grip.axis < 0) {
         scene.cuts.planes[grip.plane].point += mm * grip.direction;

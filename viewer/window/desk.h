@@ -74,8 +74,8 @@ class Desk {
     /// @param moving  more of the kind is about to come
     /// @param fit     what shows is another: a camera that is fitted is fitted anew
     void setScene(const Scene& scene, bool moving, bool fit = false);
-    /// The isosurface that is offered where none is asked for: where the function is half as opaque as it
-    /// gets.
+    /// The isosurface that is offered where none is asked for: where the function is half as opaque
+    /// as it gets.
     Isosurface surfaceOffered() const;
     void setCamera(const Camera& camera, bool moving);
     /// From a side of the patient, or from where one looks, so that all that shows fits the picture: now and,
@@ -107,7 +107,8 @@ class Desk {
     /// What the last path offers to choose from; null: nothing, or it was put away.
     std::shared_ptr<const VolumeOffers> offers() const { return offers_ == dismissed_ ? nullptr : offers_; }
     std::shared_ptr<const Thumbnail> thumbnail(std::size_t offer) const { return viewing_.thumbnail(offer); }
-    /// Opens an offer. @param phase  from 1, where one has to be chosen
+    /// Opens an offer.
+    /// @param phase  from 1, where one has to be chosen
     void choose(std::size_t offer, int phase = 0);
     void dismissOffers() { dismissed_ = offers_; }
     /// The picture as PNG with its manifest, the scene as JSON: into the folder where the program was

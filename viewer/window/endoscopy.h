@@ -1,6 +1,6 @@
 // viewer/window/endoscopy.h: the endoscopy panel. Clicks ask for a centre-line; the user flies along it and
-// makes a film of it. The path is the very one of `tessera render --path`: what is recorded here is drawn
-// there.
+// makes a film of it. The path is the very one of `tessera render --path`: what is recorded here
+// is drawn there.
 #pragma once
 
 #include "core/film.h"

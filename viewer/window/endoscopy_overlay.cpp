@@ -1,5 +1,5 @@
-// viewer/window/endoscopy_overlay.cpp: what is drawn of endoscopy.h over the picture and the planes: lines,
-// how wide the lumen is around them, what was found, and a map of where one is.
+// viewer/window/endoscopy_overlay.cpp: the overlay of endoscopy.h on the picture and the planes: lines, the
+// lumen's width around them, what was found, and a map of the position.
 #include "viewer/window/boxes.h" // drawLabel
 #include "viewer/window/endoscopy.h"
 #include "viewer/window/overlays.h" // pictureFromPatient
@@ -34,7 +34,8 @@ struct OutlinePlace {
     double radius = 0; // below 0: nothing of it shows
 };
 
-/// Both edges of a tube along a line. @param placeOf  of the line's points, by number
+/// Both edges of a tube along a line.
+/// @param placeOf  of the line's points, by number
 void drawOutline(ImDrawList& draw, std::size_t points,
                  const std::function<OutlinePlace(std::size_t)>& placeOf) {
     OutlinePlace last{{}, -1};

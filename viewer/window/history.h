@@ -20,7 +20,8 @@ class History {
     }
     bool canUndo() const { return !done_.empty(); }
     bool canRedo() const { return !undone_.empty(); }
-    /// The scene before the last edit. @param now  as it is, kept for redo()
+    /// The scene before the last edit.
+    /// @param now  as it is, kept for redo()
     Scene undo(const Scene& now) { return step(done_, undone_, now); }
     Scene redo(const Scene& now) { return step(undone_, done_, now); }
 

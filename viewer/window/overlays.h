@@ -19,7 +19,8 @@ void drawOverlays(Desk& desk, const Area& area, const PictureHand& hand);
 bool pictureFromPatient(const Camera& camera, const glm::ivec2& imageSize, const glm::dvec3& mm,
                         glm::dvec2& pixel);
 
-/// At the lower edge of a picture. @param right  where it ends, units of the window
+/// At the lower edge of a picture.
+/// @param right  where it ends, units of the window
 void drawScaleBar(ImDrawList& draw, const Area& area, const ScaleBar& bar, double right);
 
 } // namespace tessera

@@ -16,7 +16,8 @@ class Panels {
   public:
     static constexpr float kWidth = 330; // in the screen's units
 
-    /// Draws them where desk.showPanels says so. @param height  of the window
+    /// Draws them where desk.showPanels says so.
+    /// @param height  of the window
     void draw(Desk& desk, Tools& tools, CutHandles& cuts, Endoscopy& endoscopy, float height);
 
   private:

@@ -175,7 +175,8 @@ struct Gui {
         });
 #endif
     }
-    /// Before each frame. @param hand  in place of the user's
+    /// Before each frame.
+    /// @param hand  in place of the user's
     static void begin(const Window& window, const std::optional<ScriptedHand>& hand) {
         ImGui_ImplOpenGL3_NewFrame();
         ImGui_ImplGlfw_NewFrame();

@@ -114,7 +114,8 @@ bool Script::waits(const Step& step, Desk& desk, const Endoscopy& endoscopy) {
     return WindowClock::now() - began_ < std::chrono::duration<double, std::milli>(number(step, 1));
 }
 
-/// A step along a line. @param taken  whether it is one. Returns whether it is done.
+/// A step along a line.
+/// @param taken  whether it is one. Returns whether it is done.
 bool Script::takeEndoscopy(const Step& step, Desk& desk, Endoscopy& endoscopy, bool& taken) {
     const std::string& name = step.words.front();
     taken = true;

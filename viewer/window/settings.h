@@ -21,8 +21,8 @@ struct Settings {
 /// ${XDG_CONFIG_HOME}/tessera/window.json, or ~/.config/tessera/window.json; empty where there is no such
 /// folder to be.
 std::filesystem::path settingsFile();
-/// As the file says; what it lacks or has wrong is as it is at first. A window is never refused for its
-/// settings.
+/// As the file says; what it lacks or has wrong is as it is at first. A window is never refused
+/// for its settings.
 Settings loadSettings(const std::filesystem::path& file);
 /// Writes the file and its folder. Returns what went wrong; empty: nothing.
 std::string saveSettings(const Settings& settings, const std::filesystem::path& file);

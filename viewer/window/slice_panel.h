@@ -21,7 +21,8 @@ class SlicePanel {
     /// Draws them into the area, one above the other, and takes what a hand does there. While ImGui's frame
     /// is open.
     void draw(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area& area);
-    /// The border between picture and planes, which is dragged. @param picture, planes  side by side
+    /// The border between picture and planes, which is dragged.
+    /// @param picture, planes  side by side
     /// Returns whether it takes the mouse.
     bool divide(Desk& desk, const Area& picture, const Area& planes);
 

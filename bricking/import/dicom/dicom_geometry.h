@@ -1,6 +1,6 @@
 // bricking/import/dicom/dicom_geometry.h: the order, the affine and, if asked for, the resampling along z of
-// a series, from its slices' positions. Slices that make no even volume are refused with the reason in
-// numbers.
+// a series, from its slices' positions. Slices that make no even volume are refused with the
+// reason in numbers.
 #pragma once
 
 #include "bricking/import/dicom/dicom_scan.h"

@@ -21,8 +21,8 @@ struct DicomPhase {
 
 /// The phases of a series in which slices share places, in their order, each with every place at most once:
 /// told apart by cardiac phase, temporal position, trigger time, acquisition number or echo, else by the
-/// order of their times. Empty where no places are shared, or where nothing in the headers tells the pictures
-/// apart.
+/// order of their times. Empty where no places are shared, or where nothing in the headers tells
+/// the pictures apart.
 std::vector<DicomPhase> phasesOf(const DicomSeries& series);
 
 } // namespace tessera

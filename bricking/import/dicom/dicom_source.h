@@ -1,5 +1,5 @@
-// bricking/import/dicom/dicom_source.h: a DICOM series as a SlabSource in its own slice order (along row x
-// column).
+// bricking/import/dicom/dicom_source.h: a DICOM series as a SlabSource in its own slice order (along
+// row x column).
 //
 // Values: slope and intercept are applied slice by slice. If all results are whole numbers, the volume holds
 // int16 physical values (HU for CT; clamped values are counted), or uint16 where only that can hold them.

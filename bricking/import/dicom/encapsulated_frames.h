@@ -21,7 +21,8 @@ struct Fragment {
 /// ends beyond the file, and where frames cannot be told apart.
 std::vector<std::vector<Fragment>> framesOf(const InputFile& file, std::uint64_t offsetBytes, int frames);
 
-/// A frame's stream, put together. @pre its fragments lie in the file, as framesOf() has seen
+/// A frame's stream, put together.
+/// @pre its fragments lie in the file, as framesOf() has seen
 std::vector<std::byte> readFrame(const InputFile& file, const std::vector<Fragment>& fragments);
 
 } // namespace tessera

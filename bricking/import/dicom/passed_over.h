@@ -34,8 +34,8 @@ struct PassedFile {
     bool seriesIsAnother = false; // its header is whole and names a series that has no slices
 };
 
-/// "3 not DICOM (a, b, c), 2 empty (x, y)": by reason, with up to three names where a reader may want to
-/// look.
+/// "3 not DICOM (a, b, c), 2 empty (x, y)": by reason, with up to three names where a reader may
+/// want to look.
 /// "" for none. File names are made printable.
 std::string countPassed(const std::vector<PassedFile>& passed);
 

@@ -1,6 +1,6 @@
 // bricking/import/dicom/stream_values.h: the stored values of a slice from a decoded stream's samples. The
-// stream's own header and the tags may disagree about sign and precision. Rules: docs/formats.md, "Compressed
-// streams".
+// stream's own header and the tags may disagree about sign and precision. Rules:
+// docs/formats.md, "Compressed streams".
 #pragma once
 
 #include "bricking/import/codecs/stream.h"

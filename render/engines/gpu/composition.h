@@ -43,8 +43,8 @@ class Composition {
     int turns_ = 0;        // that they may take
 };
 
-/// For tests: while it lives, programs are composed as for llvmpipe, or as for a GPU, whatever device is
-/// there.
+/// For tests: while it lives, programs are composed as for llvmpipe, or as for a GPU, whatever
+/// device is there.
 class ComposeAsFor {
   public:
     explicit ComposeAsFor(bool llvmpipe);

@@ -46,8 +46,8 @@ class March {
     March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
           const Strides& strides, const Optics& optics, const Occupancy* occupancy, Ledger& gpu);
 
-    /// Marches all rays to their end, or (kFeaturePasses) until they wait for absent bricks. Returns how many
-    /// wait.
+    /// Marches all rays to their end, or (kFeaturePasses) until they wait for absent bricks. Returns
+    /// how many wait.
     std::size_t run(const FieldSource& source, const Slicing& slicing, Work& work);
     /// The same as far as it gets: no dispatch but the first begins after the deadline. True when all rays
     /// are at their end or wait; else the next call goes on. The picture does not depend on where it was cut.
@@ -60,7 +60,7 @@ class March {
     /// kFeaturePlaces, with which nothing is made: they come by setFeatures(). Slabs with kFeatureSlabs, cuts
     /// exactly with kFeatureIntervals.
     /// @param changed  the occupancy that this was made with, where it changed since, else null: then blocks
-    ///                 are to be found again (refineSkipping())
+    ///     are to be found again (refineSkipping())
     void restart(const Rays& rays, const Occupancy* changed);
     /// Another transfer function; restart() must follow. Compiles anew where the integrator is another.
     void setFunction(const Optics& optics);
@@ -111,12 +111,12 @@ class March {
 
 /// The features with lights and materials as the optics have them, where the features have shading.
 std::uint32_t withLights(std::uint32_t features, const Optics& optics);
-/// The features with opacity by gradient where the optics have it, and with the gradient that it takes.
+/// The features with gradient opacity where the optics have it, and with the gradient that it takes.
 std::uint32_t withGradientOpacity(std::uint32_t features, const Optics& optics);
 /// Sets the uniforms of common_ray.glsl.
 void setRayUniforms(const GlProgram& program, const Rays& rays);
-/// The rays that the GPU makes of a frame, or of places, row by row: for marching the mirror on exactly
-/// these.
+/// The rays that the GPU makes of a frame, or of places, row by row: for marching the mirror
+/// on exactly these.
 std::vector<SegmentedRay<float>> gpuRays(const RayFrame<double>& frame, Ledger& gpu);
 std::vector<SegmentedRay<float>> gpuRays(const Rays& rays, Ledger& gpu);
 

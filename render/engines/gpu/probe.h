@@ -14,7 +14,7 @@ namespace tessera {
 
 /// xyz: gradient (stored units per voxel, voxel space), w: value (stored units), per position in voxels.
 /// @param features  kFeatureHardware, kFeatureNormalised and kFeatureMixed decide how it is
-///                  fetched, and those of kGradientFeatures how gradients are taken
+///     fetched, and those of kGradientFeatures how gradients are taken
 std::vector<glm::vec4> probeField(const std::vector<glm::vec3>& positions, std::uint32_t features,
                                   const VolumeInfo& info, const FieldSource& source, Ledger& gpu);
 

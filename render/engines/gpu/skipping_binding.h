@@ -1,5 +1,5 @@
-// render/engines/gpu/skipping_binding.h: uploads and binds the distance map that shaders/march_skipping.glsl
-// reads.
+// render/engines/gpu/skipping_binding.h: uploads and binds the distance map
+// that shaders/march_skipping.glsl reads.
 #pragma once
 
 #include "render/empty_space/occupancy.h"

@@ -1,6 +1,6 @@
 // render/engines/mirror/mirror.h: the mirror, a CPU oracle: the contract of docs/sampling.md in float and in
-// double. What the march draws in exact mode must equal the float mirror; a difference is a fault of one of
-// them.
+// double. What the march draws in exact mode must equal the float mirror; a difference is a fault of
+// one of them.
 #pragma once
 
 #include "bricking/levels/visibility.h"
@@ -25,8 +25,8 @@
 
 namespace tessera {
 
-/// Adds what one ray, or a part of it, shows behind what it has gathered before. Premultiplied colour and
-/// alpha.
+/// Adds what one ray, or a part of it, shows behind what it has gathered before. Premultiplied
+/// colour and alpha.
 /// @param field  value(p) and gradient(p) at a place in voxels; pitch(p), distance of samples there
 /// @param hit    with isosurfaces: where the first is met
 template <typename Real, typename Field>
@@ -143,8 +143,8 @@ extern template std::vector<SurfaceHit> mirrorHits<float>(const MirrorInput&, st
 extern template std::vector<SurfaceHit> mirrorHits<double>(const MirrorInput&, std::size_t,
                                                            const RaySource<double>&, int);
 
-/// Adds what one ray sees of bricks, of the input's selection, strides and optics; for several threads at
-/// once.
+/// Adds what one ray sees of bricks, of the input's selection, strides and optics; for several
+/// threads at once.
 /// @param field  value(p) and gradient(p) at a place in voxels
 template <typename Field>
 void seeAlong(const SegmentedRay<float>& ray, Field& field, const MirrorInput& input,
@@ -192,7 +192,8 @@ template <typename Real> RaySource<Real> frameRays(const RayFrame<Real>& frame) 
     };
 }
 /// Those through places on the picture; through the middle of every pixel where there are none. The places
-/// outlive it. @param columns  of their array, for phases
+/// outlive it.
+/// @param columns  of their array, for phases
 template <typename Real>
 RaySource<Real> frameRays(const RayFrame<Real>& frame, std::span<const glm::vec2> places, int columns = 1) {
     if (places.empty())

@@ -48,7 +48,8 @@ template <typename Real> struct SurfaceRayState {
 };
 
 /// Takes a ray on from its state to its end, or to a stride whose field says lacks(): there it stops as it
-/// was before. @param field  as mirrorRay()'s; lacks() besides
+/// was before.
+/// @param field  as mirrorRay()'s; lacks() besides
 template <typename Real, typename Field>
 void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
                 SurfaceHit* hit, SurfaceRayState<Real>& state) {

@@ -9,7 +9,8 @@ namespace tessera {
 
 class MirrorTracer : public SurfaceTracer {
   public:
-    /// Of the scene as it is, which outlives it. @param voxels  of a segment
+    /// Of the scene as it is, which outlives it.
+    /// @param voxels  of a segment
     MirrorTracer(const ScenePlan& scene, double voxels);
     MirrorTracer(const MirrorTracer&) = delete;
     MirrorTracer& operator=(const MirrorTracer&) = delete;

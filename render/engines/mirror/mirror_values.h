@@ -12,7 +12,8 @@
 
 namespace tessera {
 
-/// Takes a ray to its end. @param field  value(p) at a place in voxels
+/// Takes a ray to its end.
+/// @param field  value(p) at a place in voxels
 template <typename Real, typename Field>
 void keepAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
                KeptValue<Real>& k) {

@@ -12,7 +12,8 @@ namespace tessera {
 
 class BlockRanges {
   public:
-    /// @param map  of mixed levels, or null; @param level  else: of all bricks
+    /// @param map  of mixed levels, or null
+    /// @param level  else: of all bricks
     /// @param scale, offset  from values as they are stored to those of the ranges
     BlockRanges(const HostPlane& plane, const LevelMap* map, int level, float scale, float offset,
                 const native::PacketTarget& target)

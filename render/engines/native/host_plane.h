@@ -17,7 +17,7 @@
 
 namespace tessera {
 
-/// Layers of a brick's apron.
+/// Layers of a brick's ghost layer, before and behind it.
 constexpr int kApronBefore = 1, kApronBehind = 2;
 constexpr int kApronedEdge = kApronBefore + kBrickExtent + kApronBehind;
 
@@ -40,7 +40,8 @@ class HostPlane : public Plane {
     /// Levels are others.
     void levelsChanged() { settled_ = false; }
     /// Brings aprons and boxes up to what was put and published, for these levels; before rays are drawn.
-    /// @param map  of mixed levels, or null; @param level  else: of all bricks
+    /// @param map  of mixed levels, or null
+    /// @param level  else: of all bricks
     void settle(const LevelMap* map, int level);
 
     std::size_t bytes() const { return charge_.bytes(); }

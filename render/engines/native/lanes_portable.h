@@ -1,5 +1,5 @@
-// render/engines/native/lanes_portable.h: lanes of the compiler's own vectors, four a register. For lanes.h
-// alone.
+// render/engines/native/lanes_portable.h: lanes of the compiler's own vectors, four a register.
+// For lanes.h alone.
 #pragma once
 
 namespace tessera::TESSERA_LANES::single {

@@ -16,7 +16,8 @@ namespace tessera {
 
 class NativeCaster : public RayCaster {
   public:
-    /// Scene and engine outlive it. @param target  of instructions; null: the processor's best
+    /// Scene and engine outlive it.
+    /// @param target  of instructions; null: the processor's best
     NativeCaster(const ScenePlan& scene, NativeEngine& engine, const CasterOptions& options, Ledger& gpu,
                  const native::PacketTarget* target = nullptr);
 

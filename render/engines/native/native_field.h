@@ -26,7 +26,8 @@ class WantedBricks {
 /// For one ray or packet at a time.
 class NativeField {
   public:
-    /// @param map  of mixed levels, or null; @param level  else: of all bricks
+    /// @param map  of mixed levels, or null
+    /// @param level  else: of all bricks
     NativeField(const HostPlane& plane, const LevelMap* map, int level, Gradient kind)
         : plane_(plane), map_(map), level_(level), extent_(levelExtent(plane.info().extentVoxels, level)),
           kind_(kind) {}

@@ -233,10 +233,11 @@ struct PacketTarget {
     /// @param samples  the brick's first
     void (*cellSamples)(const void* samples, SampleKind kind, const CellRows&, CellSamples&) = nullptr;
     void (*cellRanges)(const CellSamples&, CellRanges&) = nullptr;
-    /// Of a step through samples of an extinction. @param count  a multiple of kOcclusionRun
+    /// Of a step through samples of an extinction.
+    /// @param count  a multiple of kOcclusionRun
     void (*opacities)(const float* extinction, int count, float stepMm, float* out) = nullptr;
-    /// Adds the light that gets to each of a run of samples. @param opacity  of the first one, of paths whose
-    /// steps are of one length
+    /// Adds the light that gets to each of a run of samples.
+    /// @param opacity  of the first one, of paths whose steps are of one length
     void (*occlude)(const float* opacity, const OcclusionPath* paths, int count, OcclusionSum sum,
                     float* light) = nullptr;
     /// The same, local, where tissue sends light too: adds that, red, green and blue.

@@ -223,8 +223,8 @@ TESSERA_LANE F brickValue(const PacketField& f, I x, I y, I z, I code, F3 p, M& 
     return select(stored, inside, value);
 }
 
-/// Distance of samples at p, voxels, with the weights of their values; empty bricks count as the finest
-/// level.
+/// Distance of samples at p, voxels, with the weights of their values; empty bricks count as
+/// the finest level.
 TESSERA_LANE F blendedPitch(const PacketField& f, F3 p, M m) {
     const Corner c = cornerAt(f, p, m);
     const M agree = (shr<12>(c.facts) & I(1)) == I(1);

@@ -75,8 +75,8 @@ inline void cellSamples(const void* brick, SampleKind kind, const CellRows& rows
     takeRows<CellRow>(brick, rows, out);
 }
 
-/// Ten samples as thirteen points: the faces between blocks, then of every block its first sample, then its
-/// second.
+/// Ten samples as thirteen points: the faces between blocks, then of every block its first sample,
+/// then its second.
 TESSERA_LANE CellRow pointsAlong(CellRow s) {
     return halfway(__builtin_shufflevector(s, s, 0, 2, 4, 6, 8, 1, 3, 5, 7, 2, 4, 6, 8, 8, 8, 8),
                    __builtin_shufflevector(s, s, 1, 3, 5, 7, 9, 1, 3, 5, 7, 2, 4, 6, 8, 8, 8, 8));

@@ -130,7 +130,8 @@ template <bool Mixed> TESSERA_LANE Inner innerOf(const Here<Mixed>& here, F3 x) 
             (here.innerLow.y <= x.y) & (x.y < here.innerHigh.y),
             (here.innerLow.z <= x.z) & (x.z < here.innerHigh.z)};
 }
-/// Lanes whose value needs no other brick. @param x  inBrick()
+/// Lanes whose value needs no other brick.
+/// @param x  inBrick()
 template <bool Mixed> TESSERA_LANE M isHere(const Here<Mixed>& here, F3 x) {
     const M inside = within(x, here.low, here.high);
     if constexpr (Mixed)
@@ -163,7 +164,8 @@ TESSERA_LANE LongRows longRows(const PacketField& f, const Here<Mixed>& here, I 
             row4<K>(s, left + (slice + row), m)};
 }
 
-/// The value of lanes that need no other brick. @param x  inBrick()
+/// The value of lanes that need no other brick.
+/// @param x  inBrick()
 /// @param rows  null, or takes the rows of these lanes' cells; those of other lanes are 0
 template <SampleKind K, bool Mixed>
 TESSERA_LANE F valueHere(const PacketField& f, const Here<Mixed>& here, F3 x, M m, LongRows* rows = nullptr) {
@@ -204,7 +206,9 @@ inline __attribute__((noinline)) F valueElsewhere(const PacketField& f, F3 p, M&
 }
 
 /// The field at p. Lanes that lack a brick are taken from m.
-/// @param x  inBrick()  @param inside  lanes that need no other brick  @param rows  as valueHere()
+/// @param x  inBrick()
+/// @param inside  lanes that need no other brick
+/// @param rows  as valueHere()
 template <SampleKind K, bool Mixed>
 TESSERA_LANE F valueAt(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x, M inside, M& m,
                        LongRows* rows = nullptr) {

@@ -17,8 +17,9 @@ struct Sides {
 };
 
 /// Central differences' values of lanes whose own cell lies in their brick: all that lie there too, from one
-/// neighbourhood of 4^3 samples. Where rounding says otherwise, or a value is another brick's, it is not
-/// known. @param rows  null, or those of the lanes' cells
+/// neighbourhood of 4^3 samples. Where rounding says otherwise, or a value is another brick's, it
+/// is not known.
+/// @param rows  null, or those of the lanes' cells
 template <SampleKind K, bool Mixed>
 TESSERA_LANE void centralHere(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x, F h, M m, Sides& to,
                               const LongRows* rows) {
@@ -273,8 +274,8 @@ inline __attribute__((noinline)) F3 cubicAt(const PacketField& f, const PacketHe
 }
 
 /// The gradient at p. Lanes that lack a brick are taken from m.
-/// @param rows  null, or what valueHere() took at p of lanes that were in the same bricks, all of m among
-/// them
+/// @param rows  null, or what valueHere() took at p of lanes that were in the same bricks, all of
+/// m among them
 template <SampleKind K, bool Mixed>
 TESSERA_LANE F3 gradientAt(const PacketField& f, const PacketHelp& help, const Here<Mixed>& here,
                            PacketGradient kind, F3 p, M& m, const LongRows* rows = nullptr) {

@@ -44,7 +44,8 @@ template <typename Take> TESSERA_LANE LightRun runwise(const Take& take) {
     return run;
 }
 
-/// Between the four samples that a step reads. @param from  the first of them, of register r
+/// Between the four samples that a step reads.
+/// @param from  the first of them, of register r
 TESSERA_LANE single::F between(const float* from, const OcclusionStep& step, const OcclusionPath& path,
                                int r) {
     using single::F;
@@ -60,8 +61,9 @@ TESSERA_LANE single::F leftOfHalf(single::F opacity) {
     return sqrt(max(F(0.0f), F(1.0f) - opacity));
 }
 
-/// Light of all paths together that gets to each of a run. @param visit  at every place that is read: (step,
-/// path, light before it, behind it, half a step or a whole one)
+/// Light of all paths together that gets to each of a run.
+/// @param visit  at every place that is read: (step, path, light before it, behind it, half a step or
+///     a whole one)
 template <native::OcclusionSum Kind, typename Visit>
 TESSERA_LANE LightRun lightOver(const float* opacity, const OcclusionPath* paths, int count,
                                 const Visit& visit) {

@@ -100,9 +100,9 @@ inline __attribute__((noinline)) I strideStarts(const PacketField& f, const Pack
     return to;
 }
 
-/// The field at p, which then lies in the lanes' brick where it lies in one. @param Gradients  follow at p,
-/// so that lanes do not stay in the apron of a brick behind them, where some of a gradient's values are
-/// beyond
+/// The field at p, which then lies in the lanes' brick where it lies in one.
+/// @param Gradients  follow at p, so that lanes do not stay in the apron of a brick behind them, where some
+///     of a gradient's values are beyond
 /// @param rows  as valueHere()
 template <SampleKind K, bool Gradients = false, bool Mixed>
 TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m, LongRows* rows = nullptr) {
@@ -136,8 +136,7 @@ TESSERA_LANE leaf::ReceivedLight<F> lightAt(const PacketScene& s, const Here<Mix
 }
 
 /// @tparam Graded  what is shown has gradients taken: it is lit, or its opacity goes by them. By what light
-/// is asked
-///                 where the light falls: a loop for each kind would double what is compiled.
+/// is asked where the light falls: a loop for each kind would double what is compiled.
 template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const PacketScene& s, PacketJob& job) {
     const PacketField& f = s.field;
     const PacketOptics& o = s.optics;

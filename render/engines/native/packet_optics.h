@@ -1,6 +1,6 @@
 // render/engines/native/packet_optics.h: colour, opacity and shading of values, and contributions of
-// segments, for all lanes of a packet: twin of render/contract/optics.h and integrators.h. For packet_*.cpp
-// alone.
+// segments, for all lanes of a packet: twin of render/contract/optics.h and integrators.h.
+// For packet_*.cpp alone.
 #pragma once
 
 #include "render/contract/leaves.h"
@@ -129,7 +129,8 @@ TESSERA_LANE F3 meanColour(const PacketOptics& o, const End& front, const End& b
     return select(one, middle, colour);
 }
 
-/// From the table of two-dimensional pre-integration. @param stride  log2 of the stride's segments
+/// From the table of two-dimensional pre-integration.
+/// @param stride  log2 of the stride's segments
 TESSERA_LANE F3 tabledColour(const PacketOptics& o, F front, F back, I stride, M m) {
     const F last(o.lastPlace), scale(o.preintegrationScale);
     const F x = min(max(front, F(0.0f)), last) * scale, y = min(max(back, F(0.0f)), last) * scale;
@@ -166,7 +167,8 @@ TESSERA_LANE F3 transformed(const float* columns, F3 v) {
     return {row(0), row(1), row(2)};
 }
 
-/// Opacity by gradient: factors on extinctions. @param gradient  voxel space
+/// Gradient opacity: factors on extinctions.
+/// @param gradient  voxel space
 inline __attribute__((noinline)) F gradientFactor(const PacketOptics& o, const F3& gradient) {
     return leaf::gradientOpacity<F>(o.gradientOpacity, transformed(o.toGradient, gradient), F(kMostFloat));
 }
@@ -204,7 +206,8 @@ TESSERA_LANE leaf::Material<F, I> materialAt(const PacketOptics& o, F place) {
     return material;
 }
 
-/// Light that what has such values sends. @param place  in the table
+/// Light that what has such values sends.
+/// @param place  in the table
 TESSERA_LANE F3 emissionAt(const PacketOptics& o, F place) {
     F3 sent{F(0.0f), F(0.0f), F(0.0f)};
     for (int i = 0; i < o.materialCount; ++i) {
@@ -215,7 +218,8 @@ TESSERA_LANE F3 emissionAt(const PacketOptics& o, F place) {
     return sent;
 }
 
-/// By the scene's own lights. @param direction  patient space
+/// By the scene's own lights.
+/// @param direction  patient space
 /// @param middle, place  of the samples: voxels; of their values, for materials
 template <typename Received>
 inline __attribute__((noinline)) F3 shadedByLights(const PacketOptics& o, const F3& colour,

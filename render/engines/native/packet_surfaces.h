@@ -42,8 +42,8 @@ inline __attribute__((noinline)) M clearBetween(const PacketEmptySpace& space, c
 }
 
 /// leaves(), rounded as the mirror's: a stride that spans more than two blocks is taken or leapt over by
-/// that, and where values jump between bricks (edge function nearest) it can hold a crossing that no block
-/// holds.
+/// that, and where values jump between bricks (edge function nearest) it can hold a crossing that
+/// no block holds.
 TESSERA_LANE F leavesAsTheMirror(const PacketEmptySpace& space, const PacketRays& rays,
                                  const LeapingRays& leaping, const BoxAt& box) {
     const auto [reach, shift] = emptyReach(space, leaping, box);
@@ -241,7 +241,8 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
         composite(colour, look(surfaces.opacity), m);
     }
 
-    /// The crossings of the pieces from w on, in their order. @param v0,v1,v2,v3  the field at thirds of it
+    /// The crossings of the pieces from w on, in their order.
+    /// @param v0,v1,v2,v3  the field at thirds of it
     void addCrossings(F w, F piece, F v0, F v1, F v2, F v3, M m) {
         const Cubic cubic = cubicThrough(v0, v1, v2, v3);
         const CubicRange range = rangeOf(cubic, v3);

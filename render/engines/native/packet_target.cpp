@@ -1,4 +1,4 @@
-// render/engines/native/packet_target.cpp: which sets of instructions packets can be drawn with.
+// render/engines/native/packet_target.cpp: the instruction sets that packets can be drawn with.
 #include "render/engines/native/packet.h"
 
 #include <cstdlib>

@@ -36,8 +36,8 @@ class Neighbourhood {
 /// Distance of the planes, those of sample centres among them, between which every component of the gradient
 /// along a ray is a cubic, voxels. Planes of sample centres bound the cells of the field. Differences over
 /// half a pitch take values half a voxel off, which change their cells at the planes between. Cubic B-splines
-/// make a polynomial of the eighth degree, which is a cubic to some 1e-7 of the gradient on an eighth of a
-/// cell.
+/// make a polynomial of the eighth degree, which is a cubic to some 1e-7 of the gradient on an eighth
+/// of a cell.
 inline double planesOfGradient(Gradient gradient) {
     if (gradient == Gradient::cubic)
         return 0.125;
@@ -71,7 +71,7 @@ class GradientAlongRay {
 
     template <typename V> struct Vector { V x, y, z; };
     template <typename V> Vector<V> gradient(V u) const { return {x_(u), y_(u), z_(u)}; }
-    /// Opacity by gradient.
+    /// Gradient opacity.
     template <typename V> V factor(V u) const {
         return leaf::gradientOpacity<V>(optics_.gradientOpacity, gradient(u),
                                         V(std::numeric_limits<double>::max()));

@@ -61,7 +61,8 @@ class LightRays {
     LightShares at(const glm::dvec3& place);
     int channels() const { return channels_; }
 
-    /// Share of the light that gets to a place, mm, from so far away. @param direction  unit, towards it
+    /// Share of the light that gets to a place, mm, from so far away.
+    /// @param direction  unit, towards it
     double shadow(const glm::dvec3& place, const glm::dvec3& direction, double mm);
     /// Equation 6.1 for one direction; by the scene's method only what is left of light at the ray's end, and
     /// only what grows denser along it, or stays as it is, taking any.

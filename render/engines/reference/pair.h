@@ -1,6 +1,6 @@
 // render/engines/reference/pair.h: two doubles computed side by side, as every processor can, with what the
-// leaves of the contract ask of a number (render/contract/leaves.h). Each has the value that it would have
-// alone.
+// leaves of the contract ask of a number (render/contract/leaves.h). Each has the value that it
+// would have alone.
 #pragma once
 
 #include <cmath>

@@ -26,7 +26,8 @@ namespace tessera {
 /// panels halved without end.
 class LightAlongRay : public GradientAlongRay {
   public:
-    /// Patient space. @param gradients  at 0, 1/3, 2/3 and 1
+    /// Patient space.
+    /// @param gradients  at 0, 1/3, 2/3 and 1
     /// @param from, to  places of 0 and 1, voxels
     /// @param received  what gets there of it, by u; none: all of it, everywhere
     LightAlongRay(const Optics& optics, const glm::dvec3& direction,
@@ -137,7 +138,7 @@ struct PieceOfRay {
     const LightAlongRay* light; // none: colours stay as they are
     double length;              // mm from 0 to 1
     leaf::Material<double> material;
-    const GradientAlongRay* gradient = nullptr; // of opacity by gradient; none: there is none
+    const GradientAlongRay* gradient = nullptr; // of gradient opacity; none: there is none
 
     void operator()(const ReferenceIntegrator::Places& u, RadiantNodes& at) const {
         for (std::size_t i = 0; i < u.size(); i += 2) {

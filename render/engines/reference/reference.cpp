@@ -1,6 +1,6 @@
 // render/engines/reference/reference.cpp: see reference.h. Between two planes of sample centres the field
 // along a ray is a cubic; it is cut where it crosses a point of the transfer function or the value of an
-// isosurface, and each smooth piece goes to the integrator (NUMERICS C2). Shading adds the planes where the
+// isosurface, and each smooth piece goes to the integrator. Shading adds the planes where the
 // values that the gradient is made of change their cell, and cuts where that gradient turns away from the
 // ray. Occlusion and shadows are taken by rays of their own (light_rays.h), where anything is to be seen.
 #include "render/engines/reference/reference.h"

@@ -26,8 +26,8 @@ struct ReferenceInput {
     const VolumeInfo* info = nullptr;
     const TransferFunction* function = nullptr;
     Shading shading;
-    /// Optional: cells of 8^3 voxels whose range has no extinction and no isosurface are passed in one
-    /// stride.
+    /// Optional: cells of 8^3 voxels whose range has no extinction and no isosurface are passed
+    /// in one stride.
     const Statistics* statistics = nullptr;
     /// Panels that a smooth piece of a ray starts with, at least 1. More never change the result by more than
     /// rounding: that is part of the proof (reference_proof.h).

@@ -35,7 +35,8 @@ class ReferenceIntegrator {
             return;
         refine(t0, t1, panel(t0, t1, radiant), radiant, 0);
     }
-    /// Adds a surface behind what is there. @param opacity  [0,1]
+    /// Adds a surface behind what is there.
+    /// @param opacity  [0,1]
     void addSurface(const glm::dvec3& colour, double opacity) {
         colour_ += std::exp(-depth_) * opacity * colour;
         depth_ -= std::log1p(-opacity); // to infinity where nothing behind is seen
@@ -122,8 +123,8 @@ class ReferenceIntegrator {
         refine(middle, t1, b, radiant, halvings + 1);
     }
 
-    /// Gauss-Legendre on [0,1], and inner[j][i]: the integral from 0 to node i of the j-th Lagrange
-    /// polynomial.
+    /// Gauss-Legendre on [0,1], and inner[j][i]: the integral from 0 to node i of the
+    /// j-th Lagrange polynomial.
     struct Rule {
         std::array<double, 8> node, weight;
         std::array<std::array<double, 8>, 8> inner;

@@ -23,7 +23,7 @@ template <typename F> ReferenceIntegrator over(double a, double b, const F& radi
 double relative(double computed, double exact) {
     return std::abs(computed - exact) / std::abs(exact);
 }
-constexpr double kTight = 1e-12, kLoose = 1e-10; // NUMERICS C2
+constexpr double kTight = 1e-12, kLoose = 1e-10; // relative errors allowed
 
 ClosedFormError constantSlab() {
     ClosedFormError e{"T1", "constant slab, optical depth 1e-6 to 1e6", 0, kTight};

@@ -12,7 +12,7 @@
 
 namespace tessera {
 
-/// An analytic line integral (NUMERICS B3) and how far the integrator is from it.
+/// An analytic line integral and the integrator's largest error on it.
 struct ClosedFormError {
     std::string name;         // "T1"
     std::string about;        // "constant slab, extinction 1e-6 to 1e6"

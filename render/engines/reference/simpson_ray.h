@@ -204,7 +204,7 @@ class SimpsonRay {
         halve(at, a, b, pa, pm, pb, simpson(b - a, pa, pm, pb), 0);
     }
 
-    /// Opacity by gradient, by the scene's own points.
+    /// Gradient opacity, by the scene's own points.
     double factor(const ReferenceRay& ray, double t) const {
         if (function_.gradientOpacity().isOne())
             return 1;

@@ -21,7 +21,8 @@ class ReferenceSurfaces : public SurfaceTracer {
     /// All that the input points at outlives it, slabs and cuts too.
     explicit ReferenceSurfaces(const ReferenceInput& input);
 
-    /// Of each ray, in order. @param threads  0: all processors
+    /// Of each ray, in order.
+    /// @param threads  0: all processors
     std::vector<SurfaceHit> firstHits(const std::vector<ReferenceRay>& rays, int threads) const;
     void trace(std::span<const LightWay> ways, std::span<LightTaken> taken) const override;
 

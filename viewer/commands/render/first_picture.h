@@ -17,7 +17,8 @@ class FirstPicture {
     explicit FirstPicture(const RenderTask& task);
     ~FirstPicture();
     bool wanted() const { return !path_.empty(); }
-    /// Writes it, and notes that. @param secondsLeft  that the picture itself takes from here on, estimated
+    /// Writes it, and notes that.
+    /// @param secondsLeft  that the picture itself takes from here on, estimated
     void write(const Image& image, double secondsLeft);
     /// From the start of the process until it was written; 0: there was none.
     double seconds() const { return seconds_; }

@@ -1,5 +1,5 @@
-// viewer/commands/render/one_picture.h: `tessera render` without --path: one converged picture and its
-// manifest.
+// viewer/commands/render/one_picture.h: `tessera render` without --path: one converged picture
+// and its manifest.
 #pragma once
 
 #include "viewer/commands/render/render_task.h"

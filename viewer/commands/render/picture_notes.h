@@ -1,5 +1,5 @@
-// viewer/commands/render/picture_notes.h: notes and warnings of `tessera render` about a picture that it
-// drew.
+// viewer/commands/render/picture_notes.h: notes and warnings of `tessera render` about a picture
+// that it drew.
 #pragma once
 
 #include "render/renderer.h"

@@ -11,8 +11,8 @@
 
 namespace tessera {
 
-/// Empty texts, and numbers that no option takes, were not said: then the scene decides, or the path of a
-/// film.
+/// Empty texts, and numbers that no option takes, were not said: then the scene decides, or the path
+/// of a film.
 struct RenderArguments {
     std::string in, out, engine = "auto", ram, gpuMemory, size, preset, view, fit, projection, background,
                          fetch;

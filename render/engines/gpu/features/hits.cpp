@@ -1,4 +1,4 @@
-// render/engines/gpu/features/hits.cpp: where rays first meet an isosurface.
+// render/engines/gpu/features/hits.cpp: the first hits of rays on isosurfaces.
 #include "render/contract/ray_state.h"
 #include "render/engines/gpu/features.h"
 

@@ -1,4 +1,4 @@
-// render/engines/gpu/features/materials.cpp: what answers to light by its value. March sets it by its optics.
+// render/engines/gpu/features/materials.cpp: materials by value. March sets it by its optics.
 #include "render/engines/gpu/features.h"
 
 namespace tessera::features {
