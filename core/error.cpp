@@ -17,6 +17,11 @@ BadFile badFile(const std::string& path, const std::string& expected, const std:
     return {path, expected, found};
 }
 
+std::string withoutPath(const Error& error) {
+    const auto* file = dynamic_cast<const BadFile*>(&error);
+    return file ? "expected " + file->expected() + ", found " + file->found() : error.what();
+}
+
 void checkFailed(const char* expression, const char* file, int line, const std::string& detail) {
     std::fprintf(stderr, "tessera: bug: %s is false at %s:%d %s\n", expression, file, line, detail.c_str());
     std::abort();

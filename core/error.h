@@ -32,6 +32,8 @@ class BadFile : public InputError {
     std::string expected_, found_;
 };
 BadFile badFile(const std::string& path, const std::string& expected, const std::string& found);
+/// "expected EXPECTED, found FOUND" of a BadFile; what() of another error.
+std::string withoutPath(const Error& error);
 
 [[noreturn]] void checkFailed(const char* expression, const char* file, int line, const std::string& detail);
 

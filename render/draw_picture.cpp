@@ -3,7 +3,6 @@
 
 #include "core/error.h"
 #include "core/stopwatch.h"
-#include "render/engines/gpu/features.h"
 #include "render/engines/mirror/mirror_tracer.h"
 #include "render/picture.h"
 #include "render/plan/overlooked_pixels.h"
@@ -114,19 +113,20 @@ PixelGoal pixelGoal(double lightness) {
 
 } // namespace
 
-bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, Ledger& gpu,
-                 const RenderOptions& options, int round, const PixelGoal& goal,
-                 std::optional<SamplesDrawn>& samples, Progress& progress, RenderResult& result,
-                 const Keeping& keeping) {
+bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, const FrameContext& context,
+                 const RenderOptions& options, const Round& round, std::optional<SamplesDrawn>& samples,
+                 RenderResult& result, const Keeping& keeping) {
+    Progress& progress = context.progress;
     progress.stage("loading bricks");
     const auto loading = Clock::now();
-    const bool passes = bringBricks(engine, p, ram, gpu, result.work, keeping.kept, keeping.pages);
+    const bool passes = bringBricks(engine, p, context.gpu, result.work, keeping.kept, keeping.pages);
     if (keeping.opened)
         keeping.opened();
     std::unique_ptr<SurfaceLight> light;
     if (p.view.lighting.surfaceOcclusion && !keeping.first)
-        light = std::make_unique<SurfaceLight>(p, options.threads, result.engine == EngineKind::reference);
-    std::unique_ptr<RayCaster> caster = engine.caster({options.counting, light != nullptr, passes}, gpu);
+        light = std::make_unique<SurfaceLight>(p, options.threads, traitsOf(result.engine).exact);
+    std::unique_ptr<RayCaster> caster =
+        engine.caster({options.counting, light != nullptr, passes}, context.gpu);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
     caster->refine();
@@ -138,12 +138,10 @@ bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     };
     const bool checks = engine.about().choosesSteps;
     const bool steps = checks && !p.view.part.flat; // a plane has one sample
-    StepSearch search(p,
-                      {[&](const RayFrame<double>& frame, const Strides& strides) {
-                           return drawSome({frame, strides});
-                       },
-                       [&] { caster->functionChanged(); }, [&] { return caster->fetchExactly(); }},
-                      ram);
+    StepSearch search(p, {[&](const RayFrame<double>& frame, const Strides& strides) {
+                              return drawSome({frame, strides});
+                          },
+                          [&] { caster->functionChanged(); }, [&] { return caster->fetchExactly(); }});
     using Goal = StepSearch::Goal;
     result.stepOfMeans.reset();
     if (steps) {
@@ -162,8 +160,8 @@ bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     bool wentOn = false;
     Image added; // to the picture, once its errors are known: they are those of rays
     if (areas) {
-        wentOn =
-            drawAreas(*caster, engine, p, options, goal, samples, std::move(light), added, progress, result);
+        wentOn = drawAreas(*caster, engine, p, options, round.goal, samples, std::move(light), added,
+                           progress, result);
     } else {
         Slicing slicing = options.slicing;
         slicing.progress = progress.shares();
@@ -199,12 +197,11 @@ bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
                                  result.work,
                                  result.pixels.taken,
                                  decides ? Verify::full : options.verify,
-                                 round,
+                                 round.number,
                                  decides ? ErrorGoal::kMostRounds : 1,
-                                 options.threads,
                                  options.slicing};
         caster->fetchAsAsked(); // estimates fetched exactly
-        result.measured = measurePicture(drawn, p, engine, caster, ram, gpu);
+        result.measured = measurePicture(drawn, p, engine, caster, context);
     }
     for (std::size_t i = 0; i < added.pixels.size(); ++i)
         result.image.pixels[i] = glm::max(result.image.pixels[i] + added.pixels[i], glm::vec4(0));
@@ -214,8 +211,8 @@ bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, 
     return wentOn;
 }
 
-void drawUntilGoodEnough(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, Ledger& gpu,
-                         const RenderOptions& options, Progress& progress, RenderResult& result) {
+void drawUntilGoodEnough(const Scene& scene, ScenePlan& p, Engine& engine, const FrameContext& context,
+                         const RenderOptions& options, RenderResult& result) {
     ErrorGoal goal(*scene.quality.maxError);
     Scene now = scene;
     std::optional<SamplesDrawn> samples;
@@ -225,11 +222,11 @@ void drawUntilGoodEnough(const Scene& scene, ScenePlan& p, Engine& engine, Ledge
         now.quality.maxError = goal.ofRays();
         if (round > 0) {
             engine.close();
-            progress.stage("choosing finer levels");
-            chooseAgain(p, now, engine.limits(), ram, gpu, options.threads, options.levels);
+            context.progress.stage("choosing finer levels");
+            chooseAgain(p, now, engine.limits(), context, options.levels);
         }
-        const bool wentOn = drawPicture(now, p, engine, ram, gpu, options, round, pixelGoal(target), samples,
-                                        progress, result);
+        const bool wentOn =
+            drawPicture(now, p, engine, context, options, {round, pixelGoal(target)}, samples, result);
         result.rounds = round + 1;
         const PictureMeasurement& m = *result.measured;
         const bool finest = result.bricksOfLevel[0] == result.residentBricks &&

@@ -40,18 +40,21 @@ struct Keeping {
     bool first = false;           // a first, coarse picture: without occlusion of surfaces
 };
 
+/// A round of pictures of one scene that come nearer and nearer to what is asked for.
+struct Round {
+    int number = 0; // from 0
+    PixelGoal goal; // where pixels decide how many samples they take
+};
+
 /// Returns whether it went on from samples that were there.
-/// @param round    of pictures of one scene, from 0
-/// @param goal     where pixels decide how many samples they take
 /// @param samples  of the picture before, and afterwards of this one
-bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, Ledger& gpu,
-                 const RenderOptions& options, int round, const PixelGoal& goal,
-                 std::optional<SamplesDrawn>& samples, Progress& progress, RenderResult& result,
-                 const Keeping& keeping = {});
+bool drawPicture(const Scene& scene, ScenePlan& p, Engine& engine, const FrameContext& context,
+                 const RenderOptions& options, const Round& round, std::optional<SamplesDrawn>& samples,
+                 RenderResult& result, const Keeping& keeping = {});
 
 /// Pictures, each finer than the one before, until the measured error is within what the scene asks for, or
 /// nothing is left to gain, which the result says.
-void drawUntilGoodEnough(const Scene& scene, ScenePlan& p, Engine& engine, Ledger& ram, Ledger& gpu,
-                         const RenderOptions& options, Progress& progress, RenderResult& result);
+void drawUntilGoodEnough(const Scene& scene, ScenePlan& p, Engine& engine, const FrameContext& context,
+                         const RenderOptions& options, RenderResult& result);
 
 } // namespace tessera

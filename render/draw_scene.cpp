@@ -2,7 +2,6 @@
 #include "render/draw_scene.h"
 
 #include "core/error.h"
-#include "render/engines/reference/reference_engine.h"
 #include "render/plan/plan_again.h"
 #include "render/verify/error_goal.h"
 
@@ -36,15 +35,11 @@ double secondsAfterFirst(const RenderResult& first, const Scene& scene) {
 
 } // namespace
 
-MadeEngine::MadeEngine(const Scene& scene, const RenderOptions& options, Ledger& ram, Ledger& gpu)
-    : maker(options.engine, options.device, options.threads), kind(maker.kind()), reason(maker.reason()) {
-    if (kind == EngineKind::reference)
-        engine = std::make_unique<ReferenceEngine>(scene, options.threads);
-    else
-        engine = maker.make(ram, gpu);
-}
+MadeEngine::MadeEngine(const RenderOptions& options, Ledger& ram, Ledger& gpu)
+    : maker(options.engine, options.device, options.threads), kind(maker.kind()), reason(maker.reason()),
+      engine(maker.make(ram, gpu)) {}
 
-RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made, Ledger& ram, Ledger& gpu,
+RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made, const FrameContext& context,
                        const RenderOptions& options, const Keeping& keeping, const Planned& planned) {
     RenderResult result;
     const auto start = Clock::now();
@@ -55,11 +50,10 @@ RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made,
     result.glVersion = about.version;
     result.engine = made.kind;
     result.engineReason = made.reason;
-    Progress silent;
-    Progress& progress = options.progress ? *options.progress : silent;
+    Progress& progress = context.progress;
     progress.stage("reading statistics and choosing levels");
-    const bool first =
-        options.onFirstPicture && (made.kind == EngineKind::gpu || made.kind == EngineKind::native);
+    const EngineTraits& traits = traitsOf(made.kind);
+    const bool first = options.onFirstPicture && traits.quick;
     const bool decides = // how fine it is, by what is measured
         scene.quality.maxError.value_or(0) > 0 && options.verify != Verify::none && about.choosesSteps;
     Scene picture = scene; // the first that is drawn in full
@@ -80,16 +74,16 @@ RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made,
         plain.verify = Verify::none;
         Keeping nothing;
         nothing.first = true;
-        drawPicture(coarse, p, engine, ram, gpu, plain, 0, {}, ofOnePicture, progress, quick, nothing);
+        drawPicture(coarse, p, engine, context, plain, {}, ofOnePicture, quick, nothing);
         options.onFirstPicture(quick.image, secondsAfterFirst(quick, scene));
         quick = {};
         engine.close();
         progress.stage("choosing levels");
-        chooseAgain(p, picture, limits, ram, gpu, options.threads, options.levels);
+        chooseAgain(p, picture, limits, context, options.levels);
     }
     result.camera = p.view.camera;
     result.tableRelativeError = p.volume.table.relativeError;
-    result.levelsOnPurpose = options.levels != LevelChoice::perBrick || made.kind == EngineKind::reference;
+    result.levelsOnPurpose = options.levels != LevelChoice::perBrick || traits.exact;
     result.cells = cellCount(p.volume.statistics.cells);
     const SceneVolume& volume = scene.volumes.front();
     const ValueSummary values = summarise(p.volume.statistics, p.info(), volume.unit);
@@ -100,10 +94,10 @@ RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made,
     result.secondsPreparing = std::chrono::duration<double>(Clock::now() - start).count();
 
     if (decides)
-        drawUntilGoodEnough(scene, p, engine, ram, gpu, options, progress, result);
+        drawUntilGoodEnough(scene, p, engine, context, options, result);
     else
-        drawPicture(scene, p, engine, ram, gpu, options, 0, {}, ofOnePicture, progress, result, keeping);
-    if (made.kind == EngineKind::reference)
+        drawPicture(scene, p, engine, context, options, {}, ofOnePicture, result, keeping);
+    if (traits.exact)
         result.level = 0;
     result.occupiedCells = scene.quality.skipping && p.volume.occupancy.exists()
                                ? p.volume.occupancy.occupiedCells()

@@ -19,7 +19,7 @@ struct MadeEngine {
     std::string reason; // why this one; empty where it was asked for
     std::unique_ptr<Engine> engine;
 
-    MadeEngine(const Scene& scene, const RenderOptions& options, Ledger& ram, Ledger& gpu);
+    MadeEngine(const RenderOptions& options, Ledger& ram, Ledger& gpu);
 };
 
 /// The plan of a scene for such limits, levels and RAM for a pixel.
@@ -28,7 +28,7 @@ using Planned = std::function<ScenePlan(const Scene&, const TextureLimits&, Leve
 /// A picture by an engine that holds nothing, or the bricks of the picture before.
 /// @param p  takes the plan; where bricks are kept, the engine was opened for what is in its place
 /// @param planned  makes the plan, and may change what is kept
-RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made, Ledger& ram, Ledger& gpu,
+RenderResult drawScene(const Scene& scene, ScenePlan& p, const MadeEngine& made, const FrameContext& context,
                        const RenderOptions& options, const Keeping& keeping, const Planned& planned);
 
 } // namespace tessera

@@ -2,26 +2,50 @@
 #include "render/engine_maker.h"
 
 #include "core/error.h"
+#include "core/nearest_name.h"
 #include "render/engines/gpu/gpu_engine.h"
 #include "render/engines/mirror/mirror_engine.h"
 #include "render/engines/native/native_engine.h"
+#include "render/engines/reference/reference_engine.h"
+
+#include <algorithm>
 
 namespace tessera {
 
-const char* name(EngineKind engine) {
-    switch (engine) {
-    case EngineKind::automatic:
-        return "auto";
-    case EngineKind::gpu:
-        return "gpu";
-    case EngineKind::native:
-        return "native";
-    case EngineKind::mirror:
-        return "mirror";
-    case EngineKind::reference:
-        return "reference";
-    }
-    return "?";
+const std::vector<EngineTraits>& engineTraits() {
+    static const std::vector<EngineTraits> all = {gpuTraits(), nativeTraits(), mirrorTraits(),
+                                                  referenceTraits()};
+    return all;
+}
+
+const EngineTraits& traitsOf(EngineKind kind) {
+    const auto& all = engineTraits();
+    const auto found =
+        std::find_if(all.begin(), all.end(), [&](const EngineTraits& traits) { return traits.kind == kind; });
+    TESSERA_CHECK(found != all.end());
+    return *found;
+}
+
+const std::string& name(EngineKind kind) {
+    static const std::string automatic = "auto";
+    return kind == EngineKind::automatic ? automatic : traitsOf(kind).name;
+}
+
+std::vector<std::string> engineNames(bool quickOnly) {
+    std::vector<std::string> names = {name(EngineKind::automatic)};
+    for (const EngineTraits& traits : engineTraits())
+        if (traits.quick || !quickOnly)
+            names.push_back(traits.name);
+    return names;
+}
+
+EngineKind engineNamed(const std::string& text, const std::string& option, bool quickOnly) {
+    const std::vector<std::string> names = engineNames(quickOnly);
+    const std::string& found = names[static_cast<std::size_t>(indexOfName(text, names, option))];
+    for (const EngineTraits& traits : engineTraits())
+        if (traits.name == found)
+            return traits.kind;
+    return EngineKind::automatic;
 }
 
 /// OpenGL is not even loaded where the system knows of no GPU.
@@ -47,32 +71,16 @@ EngineMaker::EngineMaker(EngineKind asked, const GlDeviceChoice& device, int thr
             kind_ = EngineKind::native;
         }
     }
-    if (kind_ == EngineKind::gpu && !context_)
+    if (traitsOf(kind_).onContext && !context_)
         context_.emplace(device);
 }
 
 std::unique_ptr<Engine> EngineMaker::make(Ledger& ram, Ledger& gpu) const {
-    switch (kind_) {
-    case EngineKind::gpu:
-        return std::make_unique<GpuEngine>(*context_, gpu, ram);
-    case EngineKind::native:
-        return std::make_unique<NativeEngine>(threads_, gpu, ram);
-    case EngineKind::mirror:
-        return std::make_unique<MirrorEngine>(threads_);
-    case EngineKind::automatic:
-    case EngineKind::reference:
-        break;
-    }
-    TESSERA_CHECK(false);
-    return nullptr;
+    return traitsOf(kind_).make({context_ ? &*context_ : nullptr, threads_, &ram, &gpu});
 }
 
 std::string EngineMaker::about() const {
-    const std::string device = context_ ? context_->renderer()
-                               : kind_ == EngineKind::native
-                                   ? std::string("CPU, ") + native::packetTarget().name
-                                   : "CPU";
-    return std::string(name(kind_)) + " engine, " + device;
+    return name(kind_) + " engine, " + (context_ ? context_->renderer() : traitsOf(kind_).device);
 }
 
 std::string EngineMaker::fault() const {

@@ -3,6 +3,7 @@
 
 #include "core/budget.h"
 #include "render/engine.h"
+#include "render/engine_traits.h"
 #include "render/engines/gpu/gl/context.h"
 
 #include <memory>
@@ -10,10 +11,6 @@
 #include <string>
 
 namespace tessera {
-
-/// automatic: the GPU's march where there is a GPU, else the native engine.
-enum class EngineKind { automatic, gpu, native, mirror, reference };
-const char* name(EngineKind engine);
 
 /// Makes engines of one kind, chosen once, that draw on one device: a GL context, where they need one, is
 /// theirs together. It is current on the calling thread, from which all calls come then; and
@@ -23,7 +20,6 @@ class EngineMaker {
     /// Throws InputError where the device that was asked for is not there.
     /// @param threads  0: all processors
     EngineMaker(EngineKind asked, const GlDeviceChoice& device, int threads = 0);
-    /// Not of the reference, which is of a scene (checked).
     /// @param gpu, ram  outlive the engine
     std::unique_ptr<Engine> make(Ledger& ram, Ledger& gpu) const;
     EngineKind kind() const { return kind_; }             // never automatic

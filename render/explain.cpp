@@ -18,7 +18,7 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     const auto percent = [](std::size_t part, std::size_t whole) {
         return whole ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0.0;
     };
-    line("engine: %s%s%s", name(r.engine), r.engineReason.empty() ? "" : ", because ",
+    line("engine: %s%s%s", name(r.engine).c_str(), r.engineReason.empty() ? "" : ", because ",
          r.engineReason.c_str());
     if (r.glVersion.empty())
         line("device: %s", r.device.c_str());
@@ -71,9 +71,9 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              "2^3 "
              "voxels in %zu of them",
              percent(r.occupiedCells, r.cells), r.refinedCells);
-    if (r.engine == EngineKind::native && scene.quality.fetch == Fetch::hardware)
+    if (traitsOf(r.engine).quick && !traitsOf(r.engine).onContext && scene.quality.fetch == Fetch::hardware)
         line("fetch: exact; there is no hardware here that filters");
-    if ((r.features & kFeatureCounting) || r.engine == EngineKind::native)
+    if ((r.features & kFeatureCounting) || traitsOf(r.engine).countsAlways)
         line("work: %llu segments, %llu samples, %llu fetches, %llu dispatches, the longest %.0f ms",
              static_cast<unsigned long long>(r.work.segments),
              static_cast<unsigned long long>(r.work.samples), static_cast<unsigned long long>(r.work.fetches),

@@ -54,10 +54,10 @@ struct FrameRenderer::State {
         Ledger free(gpu.name(), gpu.option(), gpu.limitBytes());
         const Charge before = free.charge(gpuBefore, "the device");
         if (!statistics)
-            return planScene(scene, store, limits, ram, free, options.threads, choice, bytesPerPixel);
+            return planScene(scene, store, limits, {ram, free, options.threads}, choice, bytesPerPixel);
         Statistics known = std::move(*statistics);
         statistics.reset();
-        return planAgain(scene, store, std::move(known), limits, ram, free, options.threads, choice,
+        return planAgain(scene, store, std::move(known), limits, {ram, free, options.threads}, choice,
                          bytesPerPixel);
     }
     /// Whether the bricks of the last picture serve this one.
@@ -106,14 +106,14 @@ void FrameRenderer::forget() {
 
 RenderResult FrameRenderer::draw(const Scene& given) {
     State& s = *state_;
-    // An engine of one scene; and measuring errors has another plan opened.
-    if (s.options.engine == EngineKind::reference || s.options.verify != Verify::none) {
+    // measuring errors has another plan opened
+    if (s.options.verify != Verify::none) {
         ++kept_.frames;
         return renderScene(given, s.store, s.ram, s.gpu, s.options);
     }
     const Scene scene = asDrawn(given);
     if (!s.made) {
-        s.made.emplace(scene, s.options, s.engineRam, s.gpu);
+        s.made.emplace(s.options, s.engineRam, s.gpu);
         s.gpuBefore = s.gpu.usedBytes();
     }
     Engine& engine = *s.made->engine;
@@ -134,7 +134,9 @@ RenderResult FrameRenderer::draw(const Scene& given) {
             s.keeping.pages = s.roomyPages(p, limits);
             return p;
         };
-        RenderResult result = drawScene(scene, s.p, *s.made, s.ram, s.gpu, s.options, s.keeping, planned);
+        RenderResult result =
+            drawScene(scene, s.p, *s.made, {s.ram, s.gpu, s.options.threads, s.options.progress}, s.options,
+                      s.keeping, planned);
         ++kept_.frames;
         kept_.goneOn += s.keeping.kept ? 1 : 0;
         kept_.brought += result.work.bytesUploaded;

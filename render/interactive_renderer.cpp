@@ -39,15 +39,15 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     : scene_(asDrawn(scene)), engine_(engine), ram_(ram), gpu_(gpu), options_(options),
       mapsAlways_(engine.about().compiles) {
     scene_.quality.maxError.reset();
-    const int threads = options.threads;
-    p_ = planView(scene_, store, ram, threads);
+    const FrameContext context(ram, gpu, options.threads);
+    p_ = planView(scene_, store, ram, options.threads);
     VolumeState& volume = p_.volume;
     const std::size_t bricks = cellCount(brickGrid(p_.info().extentVoxels));
     charge_ = ram.charge(kBytesPerBrick * bricks, "levels that change");
     TextureLimits limits = engine.limits();
     limits.lightChannels = keptLightChannels(p_.view.lighting);
-    p_.settleIntegrator(ram, gpu, TransferTable::kMaxEntries);
-    p_.planMemory(limits, ram, gpu, threads, true);
+    p_.settleIntegrator(context, TransferTable::kMaxEntries);
+    p_.planMemory(limits, context, true);
     // Of any function: the march's tables and the table of what is seen.
     const std::size_t tables =
         p_.gpuTableBytes(TransferTable::kMaxEntries) + TransferTable::kMaxEntries * sizeof(glm::vec4);
@@ -57,7 +57,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     const std::size_t shown = volume.selection.shownBricks();
     // Room for as many bricks again: another function may show them.
     if (limits.pageEdge > kBrickExtent)
-        p_.chooseAprons(limits, std::min(bricks, 2 * shown), gpu);
+        p_.chooseAprons(limits, std::min(bricks, 2 * shown), context);
     const std::size_t fixed =
         p_.memory.gpuBytes() + tables + visibilityBytes(scene.imageSize, brickGrid(p_.info().extentVoxels));
     pages_ = pagesThatFit(gpu.freeBytes() - std::min(gpu.freeBytes(), fixed), p_.info().type, limits);
@@ -69,7 +69,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     chosenPages_ = pages_ - static_cast<std::size_t>(static_cast<double>(pages_) *
                                                      std::clamp(options.spareShare, 0.0, 0.5));
     if (!volume.reduces() && ram.freeBytes() >= p_.memory.ramBytes() + LevelChooser::bytes(shown, bricks)) {
-        chooser_ = std::make_unique<LevelChooser>(store, ram, threads);
+        chooser_ = std::make_unique<LevelChooser>(store, ram, options.threads);
         chooser_->setFunction(volume.statistics, volume.table,
                               cullingFor(scene_.shading)); // before the cache takes the memory that is left
         predicts_ = true;
@@ -77,8 +77,8 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
         raysReserve_ = ram.charge(std::min(mostRays_, (ram.freeBytes() - p_.memory.ramBytes()) / 4),
                                   "what is known of more bricks");
     }
-    p_.mapLevels(ram, mapsAlways_);
-    p_.openCache(ram, threads);
+    p_.mapLevels(mapsAlways_);
+    p_.openCache();
     ScenePlan* const volumes[] = {&p_};
     engine_.open(volumes, pages_);
     TESSERA_CHECK(engine_.bricks());
@@ -146,7 +146,7 @@ bool InteractiveRenderer::setLight(const Lighting& lighting, const Shading& shad
     Scene lit = scene_;
     lit.lighting = lighting;
     lit.shading = shading;
-    if (!p_.setLight(lit, options_.threads))
+    if (!p_.setLight(lit))
         return false;
     cancel();
     scene_ = lit;
@@ -276,7 +276,7 @@ void InteractiveRenderer::chooseWhatIsNew() {
 void InteractiveRenderer::applyFunction() {
     if (!nextFunction_)
         return;
-    p_.setFunction(*nextFunction_, scene_, ram_);
+    p_.setFunction(*nextFunction_, scene_);
     nextFunction_.reset();
     const Selection culled =
         cullBricks(p_.volume.statistics, p_.volume.table, p_.info(), kMean, cullingFor(scene_.shading));
@@ -332,7 +332,7 @@ Slicing InteractiveRenderer::slicing() const {
 void InteractiveRenderer::mapResident() {
     if (!forDevice_.take(kLevelsChanged))
         return;
-    p_.mapLevels(ram_, mapsAlways_);
+    p_.mapLevels(mapsAlways_);
     engine_.levelsChanged();
     engine_.bricks()->publish();
     forDevice_.add(kEmptySpaceChanged);

@@ -63,7 +63,8 @@ int brickPixels(const RayFrame<double>& frame) {
 } // namespace
 
 PictureMeasurement measurePicture(const DrawnPicture& picture, ScenePlan& plan, Engine& engine,
-                                  std::unique_ptr<RayCaster>& caster, Ledger& ram, Ledger& gpu) {
+                                  std::unique_ptr<RayCaster>& caster, const FrameContext& context) {
+    Ledger& ram = context.ram;
     const auto start = std::chrono::steady_clock::now();
     PictureMeasurement out;
     out.mode = picture.mode;
@@ -143,14 +144,14 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, ScenePlan& plan, 
         all.quality.fetch = Fetch::exact;
         all.quality.maxError = 0; // rays wait for bricks
         try {
-            chooseAgain(plan, all, engine.limits(), ram, gpu, picture.threads, LevelChoice::finest);
+            chooseAgain(plan, all, engine.limits(), context, LevelChoice::finest);
         } catch (const InputError& e) {
             out.whyNot = e.what();
             return out;
         }
         ScenePlan* const volumes[] = {&plan};
         engine.open(volumes, plan.chosen.atlasPages);
-        caster = engine.caster({false, false, true}, gpu);
+        caster = engine.caster({false, false, true}, context.gpu);
     }
     plan.setStep(step / kStepsOfTruth);
     const float ends = plan.volume.optics.termination;

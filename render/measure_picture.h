@@ -18,7 +18,6 @@ struct DrawnPicture {
     double samplesPerPixel = 1; // in the mean
     Verify mode = Verify::quick;
     int round = 0, rounds = 1; // of measurements of this picture, and how many there may be
-    int threads = 0;
     Slicing slicing;
 };
 
@@ -27,6 +26,6 @@ struct DrawnPicture {
 /// A picture of 512 x 512 pixels and more pays a quarter of its bytes at most for Verify::quick; what cannot
 /// be measured for that, or in these budgets, is said and not guessed.
 PictureMeasurement measurePicture(const DrawnPicture& picture, ScenePlan& plan, Engine& engine,
-                                  std::unique_ptr<RayCaster>& caster, Ledger& ram, Ledger& gpu);
+                                  std::unique_ptr<RayCaster>& caster, const FrameContext& context);
 
 } // namespace tessera

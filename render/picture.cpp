@@ -45,8 +45,7 @@ Rays raysOf(const ScenePlan& plan, double stepVoxels) {
     return rays;
 }
 
-bool bringBricks(Engine& engine, ScenePlan& plan, Ledger& ram, Ledger& gpu, Work& work, bool kept,
-                 std::size_t pages) {
+bool bringBricks(Engine& engine, ScenePlan& plan, Ledger& gpu, Work& work, bool kept, std::size_t pages) {
     VolumeState& volume = plan.volume;
     ScenePlan* const volumes[] = {&plan};
     if (kept && engine.bricks() && engine.bricks()->pages() >= plan.chosen.atlasPages) {
@@ -62,7 +61,7 @@ bool bringBricks(Engine& engine, ScenePlan& plan, Ledger& ram, Ledger& gpu, Work
         const auto counter = engine.counter(gpu);
         counter->begin();
         TESSERA_CHECK(counter->count(Slicing{}, RayCaster::Clock::time_point::max()));
-        plan.chooseByVisibility(counter->seen(), ram);
+        plan.chooseByVisibility(counter->seen());
         if (bricks)
             bricks->adopt(volume.selection);
         engine.levelsChanged();

@@ -17,7 +17,7 @@ namespace tessera {
 /// @param kept  the engine holds this volume still, opened for the same plan as it was before: bricks that
 ///     keep their level stay where they are, where there are pages enough
 /// @param pages  to open the volume with, at least the plan's; 0: the plan's
-bool bringBricks(Engine& engine, ScenePlan& plan, Ledger& ram, Ledger& gpu, Work& work, bool kept = false,
+bool bringBricks(Engine& engine, ScenePlan& plan, Ledger& gpu, Work& work, bool kept = false,
                  std::size_t pages = 0);
 
 /// Draws all rays to their end, bringing the bricks that they wait for. Returns in how many passes.

@@ -3,26 +3,21 @@
 #include "core/stopwatch.h"
 
 #include "render/draw_scene.h"
-#include "render/engines/reference/reference.h" // ReferenceRay
 
-#include <algorithm>
 #include <chrono>
 
 namespace tessera {
 
 std::size_t pictureBytesPerPixel(EngineKind engine) {
-    if (engine == EngineKind::reference) // its rays, their colours, and the picture made from them
-        return std::max(kPictureBytesPerPixel, sizeof(ReferenceRay) + sizeof(glm::dvec4) + sizeof(glm::vec4));
-    return kPictureBytesPerPixel;
+    return engine == EngineKind::automatic ? kPictureBytesPerPixel : traitsOf(engine).bytesPerPixel;
 }
 
 std::size_t pictureBytesPerPixel(EngineKind engine, const PixelSampling& pixels) {
     return pictureBytesPerPixel(engine) + (pixels.samples == 1 ? 0 : AreaPicture::bytesPerPixel());
 }
 
-std::shared_ptr<Engine> makeEngine(const Scene& scene, const RenderOptions& options, Ledger& ram,
-                                   Ledger& gpu) {
-    auto made = std::make_shared<MadeEngine>(scene, options, ram, gpu);
+std::shared_ptr<Engine> makeEngine(const RenderOptions& options, Ledger& ram, Ledger& gpu) {
+    auto made = std::make_shared<MadeEngine>(options, ram, gpu);
     Engine* const engine = made->engine.get();
     return {std::move(made), engine};
 }
@@ -31,13 +26,14 @@ RenderResult renderScene(const Scene& given, const StoreReader& store, Ledger& r
                          const RenderOptions& options) {
     const Scene scene = asDrawn(given);
     const auto start = std::chrono::steady_clock::now();
-    const MadeEngine made(scene, options, ram, gpu);
+    const FrameContext context(ram, gpu, options.threads, options.progress);
+    const MadeEngine made(options, ram, gpu);
     const double making = secondsSince(start);
     ScenePlan p;
     RenderResult result = drawScene(
-        scene, p, made, ram, gpu, options, {},
+        scene, p, made, context, options, {},
         [&](const Scene& first, const TextureLimits& limits, LevelChoice levels, std::size_t bytesPerPixel) {
-            return planScene(first, store, limits, ram, gpu, options.threads, levels, bytesPerPixel);
+            return planScene(first, store, limits, context, levels, bytesPerPixel);
         });
     made.engine->close(); // it reads the plan, which goes first
     result.secondsPreparing += making;

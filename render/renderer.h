@@ -82,8 +82,7 @@ struct RenderResult {
 
 /// An engine by its kind, and what it draws with. Where it needs a GL context, its own is current on the
 /// calling thread. All calls then come from that thread, the release by the last owner too.
-std::shared_ptr<Engine> makeEngine(const Scene& scene, const RenderOptions& options, Ledger& ram,
-                                   Ledger& gpu);
+std::shared_ptr<Engine> makeEngine(const RenderOptions& options, Ledger& ram, Ledger& gpu);
 
 /// RAM that an engine and its caller take for a pixel; the caller charges it for as long as
 /// it keeps pictures.

@@ -85,24 +85,22 @@ RenderResult renderUnfolded(const Scene& given, std::span<const UnfoldedRow> row
     const auto start = Clock::now();
     const EngineMaker maker(options.engine, options.device,
                             options.threads); // its device outlives the engine
-    const std::shared_ptr<Engine> engine = maker.kind() == EngineKind::reference
-                                               ? makeEngine(scene, options, ram, gpu)
-                                               : std::shared_ptr<Engine>(maker.make(ram, gpu));
+    const std::unique_ptr<Engine> engine = maker.make(ram, gpu);
     result.engine = maker.kind();
     result.engineReason = maker.reason();
     result.device = engine->about().device;
     result.glVersion = engine->about().version;
-    Progress silent;
-    Progress& progress = options.progress ? *options.progress : silent;
+    const FrameContext context(ram, gpu, options.threads, options.progress);
+    Progress& progress = context.progress;
     progress.stage("reading statistics");
     // Which bricks rays come to, they find out themselves.
-    ScenePlan p = planScene(scene, store, engine->limits(), ram, gpu, options.threads, LevelChoice::finest,
+    ScenePlan p = planScene(scene, store, engine->limits(), context, LevelChoice::finest,
                             pictureBytesPerPixel(result.engine));
     result.camera = p.view.camera;
     result.secondsPreparing = secondsSince(start);
     progress.stage("loading bricks");
     const auto loading = Clock::now();
-    const bool passes = bringBricks(*engine, p, ram, gpu, result.work);
+    const bool passes = bringBricks(*engine, p, gpu, result.work);
     const std::unique_ptr<RayCaster> caster = engine->caster({options.counting, false, passes}, gpu);
     result.secondsLoading = secondsSince(loading);
 

@@ -4,9 +4,8 @@
 #include "bricking/import/dicom/could_belong.h"
 #include "bricking/import/dicom/dicom_source.h"
 #include "bricking/import/dicom/folder_walk.h"
+#include "bricking/import/files/file_format.h"
 #include "bricking/import/files/foreign_format.h"
-#include "bricking/import/files/nifti.h"
-#include "bricking/import/files/raw.h"
 #include "bricking/import/source/oriented_source.h"
 #include "bricking/import/source/printable_name.h"
 #include "core/error.h"
@@ -24,32 +23,6 @@ namespace fs = std::filesystem;
 
 constexpr int kFewSlices = 2; // a scout has one or two; a volume has more
 
-bool endsWith(const fs::path& path, const std::string& ending) {
-    std::string name = path.filename().string();
-    std::transform(name.begin(), name.end(), name.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return name.size() > ending.size() && name.ends_with(ending);
-}
-
-bool isNifti(const fs::path& path) {
-    return endsWith(path, ".nii") || endsWith(path, ".nii.gz");
-}
-
-/// The formats of single files; null where the file is none of them.
-std::unique_ptr<SlabSource> openSingleFile(const fs::path& path) {
-    if (isNifti(path))
-        return openNifti(path);
-    if (endsWith(path, ".json"))
-        return openRaw(path);
-    return nullptr;
-}
-
-std::string afterPath(const Error& error) {
-    const std::string text = error.what();
-    const std::size_t at = text.find(": expected ");
-    return at == std::string::npos ? text : text.substr(at + 2);
-}
-
 /// The folder of a file, as it lies below the catalogue's path; "" for that one itself.
 std::string folderBelow(const fs::path& top, const fs::path& folder) {
     const std::string below = folder.lexically_relative(top).string();
@@ -66,19 +39,28 @@ std::string folderOf(const DicomSeries& series, const fs::path& top) {
     return folderBelow(top, common);
 }
 
-/// NIfTI, and raw with its sidecar.
-CatalogueRow rowOfFile(const fs::path& path, const fs::path& top) {
+/// A volume that is a file of its own.
+/// @param refused  gets why it is refused as it is
+CatalogueRow rowOfFile(const FileFormat& format, const fs::path& path, const fs::path& top,
+                       std::optional<PassedFile>& refused) {
     CatalogueRow row;
     row.path = path;
     row.folder = folderBelow(top, path.parent_path());
     row.rank = CatalogueRank::volume;
     row.what = printableName(path.filename());
     try {
-        row.info = orientedInfo(openSingleFile(path)->info());
+        row.info = orientedInfo(format.open(path)->info());
         row.slices = row.info->extentVoxels.z;
         row.modality = row.info->acquisition.modality;
     } catch (const Error& error) {
-        row.problem = afterPath(error);
+        row.problem = withoutPath(error);
+        const auto* file = dynamic_cast<const BadFile*>(&error);
+        refused = PassedFile{path,
+                             PassedReason::damaged,
+                             file ? file->expected() : "a volume",
+                             file ? file->found() : row.problem,
+                             {},
+                             true};
     }
     return row;
 }
@@ -183,10 +165,9 @@ std::string whichSeries(const std::vector<const CatalogueRow*>& rows) {
         throw badFile(printableName(damaged->path), damaged->expected, damaged->found);
     std::error_code none;
     const ForeignFormat itself = foreignFormatOf(catalogue.path);
-    const std::string expected =
-        fs::is_directory(catalogue.path, none)
-            ? "DICOM slices, NIfTI files or raw files with a .json sidecar"
-            : "a DICOM file or folder, .nii, .nii.gz or the .json sidecar of a raw file";
+    const std::string expected = fs::is_directory(catalogue.path, none)
+                                     ? withFormats("DICOM slices", &FileFormat::inFolders)
+                                     : withFormats("a DICOM file or folder", &FileFormat::named);
     if (itself.known()) {
         const fs::path metadata = catalogue.path / "zarr.json";
         throw badFile(fs::exists(metadata, none) ? printableName(metadata) : where, expected, itself.text());
@@ -204,6 +185,13 @@ std::string whichSeries(const std::vector<const CatalogueRow*>& rows) {
     throw catalogue.rows.empty() ? error : withTable(error, catalogue);
 }
 
+std::unique_ptr<SlabSource> fileOf(const Catalogue& catalogue, const fs::path& path) {
+    const FileFormat* format = fileFormatOf(path);
+    if (!format)
+        refuseNothing(catalogue);
+    return format->open(path);
+}
+
 } // namespace
 
 Catalogue lookThrough(const fs::path& path, bool allowMissing) {
@@ -213,8 +201,9 @@ Catalogue lookThrough(const fs::path& path, bool allowMissing) {
     Catalogue catalogue;
     catalogue.path = path;
     if (!fs::is_directory(path, error)) {
-        if (isNifti(path) || endsWith(path, ".json")) {
-            catalogue.rows.push_back(rowOfFile(path, path.parent_path()));
+        if (const FileFormat* format = fileFormatOf(path)) {
+            std::optional<PassedFile> refused; // its row says why
+            catalogue.rows.push_back(rowOfFile(*format, path, path.parent_path(), refused));
             return catalogue;
         }
         catalogue.scan = scanDicom({path});
@@ -224,26 +213,19 @@ Catalogue lookThrough(const fs::path& path, bool allowMissing) {
         FolderFiles found = walkFolder(path);
         std::set<fs::path> used; // volumes of their own and their data
         for (const fs::path& file : found.files) {
-            const bool isRaw = endsWith(file, ".json") && looksLikeRawSidecar(file);
-            if (!isRaw && !(isNifti(file) && !isNeverASlice(file)))
+            const FileFormat* format = fileFormatOf(file);
+            if (!format || !(format->isMeant ? format->isMeant(file) : !isNeverASlice(file)))
                 continue;
             used.insert(file);
-            if (isRaw)
-                used.insert(rawDataFile(file).lexically_normal());
-            CatalogueRow row = rowOfFile(file, path);
-            if (!row.info) {
+            if (format->parts)
+                for (const fs::path& part : format->parts(file))
+                    used.insert(part.lexically_normal());
+            std::optional<PassedFile> refused;
+            CatalogueRow row = rowOfFile(*format, file, path, refused);
+            if (refused) {
                 row.rank = CatalogueRank::none;
                 row.files = 1;
-                const std::size_t middle = row.problem.find(", found ");
-                if (middle == std::string::npos)
-                    found.passed.push_back({file, PassedReason::damaged, "a volume", row.problem, {}, true});
-                else
-                    found.passed.push_back({file,
-                                            PassedReason::damaged,
-                                            row.problem.substr(9, middle - 9),
-                                            row.problem.substr(middle + 8),
-                                            {},
-                                            true});
+                found.passed.push_back(std::move(*refused));
             }
             catalogue.rows.push_back(std::move(row));
         }
@@ -344,9 +326,7 @@ std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueR
         throw badFile(printableName(row.path), "a DICOM series for --phase to choose from", "another format");
     auto source = row.series > 0 ? openDicom(catalogue.scan, static_cast<std::size_t>(row.series - 1),
                                              options, printableName(row.path))
-                                 : openSingleFile(row.path);
-    if (!source)
-        refuseNothing(catalogue);
+                                 : fileOf(catalogue, row.path);
     return orientToLps(std::move(source), options.scratchFolder);
 }
 

@@ -141,8 +141,11 @@ int finestForValues(const Scene& scene, const ViewWeights& weights) {
 
 ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnPart& part,
                           const Statistics& statistics, const TransferTable& table, const StoreReader& store,
-                          const TextureLimits& limits, LevelChoice choice, const Ledger& gpu,
-                          std::size_t gpuFixed, Ledger& ram, std::size_t ramKept, int threads) {
+                          const TextureLimits& limits, LevelChoice choice, std::size_t gpuFixed,
+                          std::size_t ramKept, const FrameContext& context) {
+    const Ledger& gpu = context.gpu;
+    Ledger& ram = context.ram;
+    const int threads = context.threads;
     const VolumeInfo& info = store.info();
     ChosenLevels chosen;
     const Culling culling = cullingFor(scene.shading);

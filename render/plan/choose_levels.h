@@ -7,6 +7,7 @@
 #include "bricking/store/store_reader.h"
 #include "core/scene.h"
 #include "render/plan/drawn_part.h"
+#include "render/plan/frame_context.h"
 #include "render/residency/pages.h"
 
 #include <memory>
@@ -70,7 +71,7 @@ BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means,
 /// hold the statistics that a scene with an error to stay below needs.
 ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnPart& part,
                           const Statistics& statistics, const TransferTable& table, const StoreReader& store,
-                          const TextureLimits& limits, LevelChoice choice, const Ledger& gpu,
-                          std::size_t gpuFixed, Ledger& ram, std::size_t ramKept, int threads);
+                          const TextureLimits& limits, LevelChoice choice, std::size_t gpuFixed,
+                          std::size_t ramKept, const FrameContext& context);
 
 } // namespace tessera

@@ -7,7 +7,7 @@ namespace tessera {
 
 /// As planScene(), which reads them.
 ScenePlan planAgain(const Scene& scene, const StoreReader& store, Statistics statistics,
-                    const TextureLimits& limits, Ledger& ram, const Ledger& gpu, int threads,
-                    LevelChoice choice, std::size_t bytesPerPixel);
+                    const TextureLimits& limits, const FrameContext& context, LevelChoice choice,
+                    std::size_t bytesPerPixel);
 
 } // namespace tessera

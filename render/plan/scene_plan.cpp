@@ -89,10 +89,10 @@ Strides ScenePlan::strides() const {
     return strides;
 }
 
-void ScenePlan::setFunction(const TransferFunction& f, const Scene& scene, Ledger& ram) {
+void ScenePlan::setFunction(const TransferFunction& f, const Scene& scene) {
     volume.function = f;
     if (const Reduction reduction = reductionOf(scene); reduction != Reduction::composite) {
-        setValues(scene, reduction, ram);
+        setValues(scene, reduction);
         return;
     }
     if (scene.mode == Mode::isosurface) { // what answers to light stays the function's
@@ -106,7 +106,7 @@ void ScenePlan::setFunction(const TransferFunction& f, const Scene& scene, Ledge
     volume.table = makeTable(volume.function, std::move(surfaces));
     const Integrator integrator =
         scene.quality.integrator == Integrator::automatic ? automaticIntegrator() : scene.quality.integrator;
-    chargeTables(integrator, ram);
+    chargeTables(integrator);
     Preintegration2d seen = std::move(volume.optics.seen); // may serve on
     volume.optics =
         makeOptics(volume.table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
@@ -117,7 +117,7 @@ void ScenePlan::setFunction(const TransferFunction& f, const Scene& scene, Ledge
         prepareSegments();
 }
 
-bool ScenePlan::setLight(const Scene& scene, int threads) {
+bool ScenePlan::setLight(const Scene& scene) {
     const auto bytes = [&](const Lighting& lighting) {
         return lightRamBytes(lighting, info(), view.shadowQuality, threads);
     };
@@ -130,17 +130,18 @@ bool ScenePlan::setLight(const Scene& scene, int threads) {
         return false;
     checkLight(scene);
     view.lighting = scene.lighting;
+    view.shading = shading;
     view.lighting.surfaceOcclusion.reset();
     setShading(volume.optics, shading);
     setLighting(volume.optics, shading, view.lighting, volume.function.materials(), view.camera, info());
     return true;
 }
 
-void ScenePlan::setValues(const Scene& scene, Reduction reduction, Ledger& ram) {
+void ScenePlan::setValues(const Scene& scene, Reduction reduction) {
     volume.look = {scene.valueColour,
                    windowOf(scene.window, summarise(volume.statistics, info(), scene.volumes.at(0).unit))};
     volume.table = valueTable(volume.look, volume.function, reduction);
-    chargeTables(Integrator::midpoint, ram);
+    chargeTables(Integrator::midpoint);
     Shading unlit;
     unlit.on = false;
     volume.optics = makeOptics(volume.table, info(), unlit, 0, Integrator::midpoint);
@@ -152,10 +153,10 @@ void ScenePlan::aim() {
     placeLights(volume.optics, view.lighting, view.camera, info());
 }
 
-void ScenePlan::chargeTables(Integrator integrator, Ledger& ram) {
+void ScenePlan::chargeTables(Integrator integrator) {
     volume.functionCharge = {};
     volume.functionCharge =
-        ram.charge(tableRamBytes(volume.table.entries.size(), integrator), "the transfer function's tables");
+        ram->charge(tableRamBytes(volume.table.entries.size(), integrator), "the transfer function's tables");
 }
 
 Integrator ScenePlan::preintegration() const {
@@ -184,17 +185,17 @@ std::vector<Integrator> ScenePlan::integratorsToTry() const {
     return {Integrator::midpoint, preintegration()};
 }
 
-void ScenePlan::settleIntegrator(Ledger& ram, const Ledger& gpu, std::size_t mostEntries) {
+void ScenePlan::settleIntegrator(const FrameContext& context, std::size_t mostEntries) {
     mayTake = Integrator::midpoint;
     if (view.quality.edgeFunction == EdgeFunction::nearest)
         return;
     for (const Integrator larger : {Integrator::preintegrated, Integrator::preintegrated2d})
-        if (MemoryPlan(ram.freeBytes(), gpu.freeBytes())
+        if (MemoryPlan(context.ram.freeBytes(), context.gpu.freeBytes())
                 .grant("tables of an integrator", tableRamBytes(mostEntries, larger),
                        integratorGpuBytes(mostEntries, larger), kPartsForTables, kPartsForTables))
             mayTake = larger;
     if (view.quality.integrator == Integrator::automatic)
-        setIntegrator(automaticIntegrator(), ram);
+        setIntegrator(automaticIntegrator());
 }
 
 std::size_t ScenePlan::gpuTableBytes(std::size_t entries) const {
@@ -210,10 +211,10 @@ void ScenePlan::setStep(double stepVoxels) {
     prepareSegments();
 }
 
-void ScenePlan::setIntegrator(Integrator integrator, Ledger& ram) {
+void ScenePlan::setIntegrator(Integrator integrator) {
     if (integrator == volume.optics.integrator)
         return;
-    chargeTables(integrator, ram);
+    chargeTables(integrator);
     tessera::setIntegrator(volume.optics, integrator);
     if (!volume.selection.levels.empty())
         prepareSegments();
@@ -228,28 +229,28 @@ void ScenePlan::prepareSegments() {
                             longest - first + 1);
 }
 
-void ScenePlan::setSelection(Selection chosen, Ledger& ram) {
+void ScenePlan::setSelection(Selection chosen) {
     volume.selection = std::move(chosen);
-    mapLevels(ram, false);
+    mapLevels(false);
 }
 
-void ScenePlan::mapLevels(Ledger& ram, bool always) {
+void ScenePlan::mapLevels(bool always) {
     volume.levels = LevelMap();
     if (always || !volume.selection.uniform() || view.quality.edgeFunction == EdgeFunction::nearest)
-        volume.levels = makeLevelMap(volume.selection, info().extentVoxels, view.quality, ram);
+        volume.levels = makeLevelMap(volume.selection, info().extentVoxels, view.quality, *ram);
     prepareSegments();
     if (view.quality.skipping)
-        volume.mapEmptySpace(view.quality, ram);
+        volume.mapEmptySpace(view.quality, *ram);
 }
 
-void ScenePlan::chooseByVisibility(std::span<const SeenBrick> seen, Ledger& ram) {
+void ScenePlan::chooseByVisibility(std::span<const SeenBrick> seen) {
     const std::vector<float> visible = visibilityFactors(seen, volume.selection);
     BestLevels better = bestLevels(*chosen.chooser, volume.statistics.brickMean, chosen.atlasPages, visible,
                                    unseenBy(view.lighting));
     chosen.error = better.error;
     chosen.unseenBricks = better.unseenBricks;
     chosen.chooser.reset();
-    setSelection(std::move(better.selection), ram);
+    setSelection(std::move(better.selection));
 }
 
 Camera plannedCamera(const Scene& scene, const StoreReader& store, const Statistics& statistics,
@@ -274,8 +275,12 @@ ScenePlan viewOf(const Scene& given, const StoreReader& store, Statistics* kept,
     checkIntegrator(scene.quality);
     checkLight(scene);
     ScenePlan p;
+    p.ram = &ram;
+    p.threads = threads;
     p.view.quality = scene.quality;
     p.view.lighting = scene.lighting;
+    p.view.shading = scene.shading;
+    p.view.surfaces = scene.surfaces;
     p.volume.store = &store;
     const VolumeInfo& info = store.info();
     p.view.imageSize = scene.imageSize;
@@ -292,9 +297,9 @@ ScenePlan viewOf(const Scene& given, const StoreReader& store, Statistics* kept,
         checkValue(value, "physical values", store.path().string());
     const TransferChoice& function = scene.volumes.at(0).transferFunction;
     if (const auto* name = std::get_if<std::string>(&function))
-        p.setFunction(presetFunction(*name, values), scene, ram);
+        p.setFunction(presetFunction(*name, values), scene);
     else
-        p.setFunction(std::get<TransferFunction>(function), scene, ram);
+        p.setFunction(std::get<TransferFunction>(function), scene);
     p.view.part = drawnPart(scene, info);
     p.view.camera =
         plannedCamera(scene, store, p.volume.statistics, p.volume.table, p.view.part, ram, threads);
@@ -312,19 +317,21 @@ ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, in
 }
 
 ScenePlan planAgain(const Scene& scene, const StoreReader& store, Statistics statistics,
-                    const TextureLimits& limits, Ledger& ram, const Ledger& gpu, int threads,
-                    LevelChoice choice, std::size_t bytesPerPixel) {
-    ScenePlan p = viewOf(withoutUnusedLight(scene), store, &statistics, ram, threads, bytesPerPixel);
+                    const TextureLimits& limits, const FrameContext& context, LevelChoice choice,
+                    std::size_t bytesPerPixel) {
+    ScenePlan p =
+        viewOf(withoutUnusedLight(scene), store, &statistics, context.ram, context.threads, bytesPerPixel);
     checkSurfaceOcclusion(p);
-    chooseAgain(p, scene, limits, ram, gpu, threads, choice);
+    chooseAgain(p, scene, limits, context, choice);
     return p;
 }
 
-ScenePlan planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits, Ledger& ram,
-                    const Ledger& gpu, int threads, LevelChoice choice, std::size_t bytesPerPixel) {
-    ScenePlan p = viewOf(withoutUnusedLight(scene), store, nullptr, ram, threads, bytesPerPixel);
+ScenePlan planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
+                    const FrameContext& context, LevelChoice choice, std::size_t bytesPerPixel) {
+    ScenePlan p =
+        viewOf(withoutUnusedLight(scene), store, nullptr, context.ram, context.threads, bytesPerPixel);
     checkSurfaceOcclusion(p);
-    chooseAgain(p, scene, limits, ram, gpu, threads, choice);
+    chooseAgain(p, scene, limits, context, choice);
     return p;
 }
 
@@ -334,15 +341,15 @@ constexpr char kBrickMap[] = "the map of empty space, by bricks";
 constexpr char kSurfaceMap[] = "the map of isosurfaces";
 } // namespace
 
-void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const Ledger& gpu, int threads,
-                           bool changing) {
+void ScenePlan::planMemory(const TextureLimits& limits, const FrameContext& context, bool changing) {
+    const Ledger &free = context.ram, &gpu = context.gpu;
     const VolumeInfo& volumeInfo = info();
     const glm::ivec3 extent = volumeInfo.extentVoxels, bricks = brickGrid(extent);
     // What is seen is counted before the picture, in its room; with quality to reach, rays wait for bricks.
     const int channels = keptLightChannels(view.lighting);
     volume.lightCharge = {};
     const int layers = view.shadowQuality.layers; // as it was asked for
-    view.shadowQuality = shadowQualityFor(view.lighting, ram.freeBytes());
+    view.shadowQuality = shadowQualityFor(view.lighting, free.freeBytes());
     view.shadowQuality.layers = layers;
     const std::size_t picture = placedRaysBytes(view.imageSize); // pixels are drawn again
     const std::size_t rays = view.quality.maxError
@@ -367,7 +374,7 @@ void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const
     const std::size_t promised =
         floors.gpuBytes() + atlasBytes(neighbourhoodPages(true, true), volumeInfo.type, limits);
     memory = std::move(floors);
-    memory.setSpare(ram.limitBytes() - ramFloorBytes, gpu.freeBytes() - std::min(gpu.freeBytes(), promised));
+    memory.setSpare(free.limitBytes() - ramFloorBytes, gpu.freeBytes() - std::min(gpu.freeBytes(), promised));
     if (!view.quality.skipping)
         return;
     memory.need(kBrickMap, Occupancy::bytes(extent, MapScale::bricks), mapBytes(extent, MapScale::bricks));
@@ -383,36 +390,36 @@ void ScenePlan::planMemory(const TextureLimits& limits, const Ledger& ram, const
         volume.surfaceTable = volume.table.ofSurfaces();
 }
 
-void ScenePlan::openCache(Ledger& ram, int threads, bool readsOnce) {
+void ScenePlan::openCache(bool readsOnce) {
     if (const std::size_t light = lightRamBytes(view.lighting, info(), view.shadowQuality, threads))
-        volume.lightCharge = ram.charge(light, "light of voxels while it is computed");
+        volume.lightCharge = ram->charge(light, "light of voxels while it is computed");
     // It takes what is left, less upload staging and, where there is plenty, some air.
     const int used = threads > 0 ? threads : defaultThreads();
-    const std::size_t free = ram.freeBytes(), staging = stagingBytes(info());
+    const std::size_t free = ram->freeBytes(), staging = stagingBytes(info());
     const std::size_t left = free > staging ? free - staging : 0;
     const std::size_t floor = std::min(left, latticeCacheFloorBytes(info(), used));
     // Memory that is used for the first time costs more than what is in it.
     const std::size_t most = readsOnce ? kReadOnceBytes : left - left / 8;
     const std::size_t bytes = std::max(floor, std::min(most, left - left / 8));
-    volume.cache = std::make_unique<BrickCache>(*volume.store, ram, bytes, used);
+    volume.cache = std::make_unique<BrickCache>(*volume.store, *ram, bytes, used);
 }
 
-void ScenePlan::chooseAprons(TextureLimits& limits, std::size_t bricks, const Ledger& gpu) {
-    const std::size_t fixed = memory.gpuBytes(), free = gpu.freeBytes();
+void ScenePlan::chooseAprons(TextureLimits& limits, std::size_t bricks, const FrameContext& context) {
+    const std::size_t fixed = memory.gpuBytes(), free = context.gpu.freeBytes();
     if (pagesThatFit(free - std::min(free, fixed), info().type, limits) < bricks)
         limits.pageEdge = kBrickExtent;
     volume.pageEdge = limits.pageEdge;
 }
 
-void chooseAgain(ScenePlan& p, const Scene& given, const TextureLimits& engineLimits, Ledger& ram,
-                 const Ledger& gpu, int threads, LevelChoice choice) {
+void chooseAgain(ScenePlan& p, const Scene& given, const TextureLimits& engineLimits,
+                 const FrameContext& context, LevelChoice choice) {
     const Scene scene = asDrawn(given);
     p.volume.cache.reset(); // it holds all memory that was left
     p.view.quality = scene.quality;
     TextureLimits most = engineLimits;
     most.lightChannels = keptLightChannels(p.view.lighting);
-    p.settleIntegrator(ram, gpu, p.volume.table.entries.size());
-    p.planMemory(most, ram, gpu, threads);
+    p.settleIntegrator(context, p.volume.table.entries.size());
+    p.planMemory(most, context);
     TextureLimits limits = most;
     if (choice == LevelChoice::finest) { // rays wait for bricks: none is filled from neighbours
         p.volume.pageEdge = limits.pageEdge = kBrickExtent;
@@ -420,14 +427,14 @@ void chooseAgain(ScenePlan& p, const Scene& given, const TextureLimits& engineLi
         Selection all =
             cullBricks(p.volume.statistics, p.volume.table, p.info(), 0, cullingFor(scene.shading));
         leaveOutUndrawn(all, p.view.part, p.info(), p.volume.optics.takesGradients());
-        p.chooseAprons(limits, all.shownBricks(), gpu);
+        p.chooseAprons(limits, all.shownBricks(), context);
     }
     p.chosen =
         chooseLevels(scene, p.view.camera, p.view.part, p.volume.statistics, p.volume.table, *p.volume.store,
-                     limits, choice, gpu, p.memory.gpuBytes(), ram, p.memory.ramBytes(), threads);
-    p.setSelection(std::move(p.chosen.selection), ram);
+                     limits, choice, p.memory.gpuBytes(), p.memory.ramBytes(), context);
+    p.setSelection(std::move(p.chosen.selection));
     p.aim();
-    p.openCache(ram, threads, limits.readsOnce && !scene.quality.maxError); // passes read again
+    p.openCache(limits.readsOnce && !scene.quality.maxError); // passes read again
 }
 
 } // namespace tessera

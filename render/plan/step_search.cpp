@@ -37,7 +37,7 @@ double StepSearch::chooseStep(const Goal& goal) {
     };
     const auto take = [&](Integrator integrator) {
         if (integrator != plan_.volume.optics.integrator) {
-            plan_.setIntegrator(integrator, ram_);
+            plan_.setIntegrator(integrator);
             drawer_.functionChanged();
         }
     };

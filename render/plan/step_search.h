@@ -23,8 +23,8 @@ struct PixelDrawer {
 class StepSearch {
   public:
     /// The plan outlives it; its step and integrator are those that are chosen.
-    StepSearch(ScenePlan& plan, PixelDrawer drawer, Ledger& ram)
-        : plan_(plan), drawer_(std::move(drawer)), ram_(ram), grid_(plan.view.imageSize) {}
+    StepSearch(ScenePlan& plan, PixelDrawer drawer)
+        : plan_(plan), drawer_(std::move(drawer)), grid_(plan.view.imageSize) {}
 
     /// What a step's error must stay below, over the grid's pixels: CIE L*u*v* at the 99th
     /// percentile, or rms.
@@ -58,7 +58,6 @@ class StepSearch {
     std::optional<Chosen> chosen_;
     ScenePlan& plan_;
     PixelDrawer drawer_;
-    Ledger& ram_;
     PixelGrid grid_;
 };
 

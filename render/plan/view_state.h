@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <glm/vec2.hpp>
+#include <vector>
 
 namespace tessera {
 
@@ -20,7 +21,9 @@ struct ViewState {
     Quality quality; // step, sampling and fetch as they are; integrator as it is asked for
     RayFrame<double> frame;
     DrawnPart part;    // of the volume
-    Lighting lighting; // the scene's
+    Lighting lighting; // the scene's, as the two after it
+    Shading shading;
+    std::vector<Isosurface> surfaces;
     ShadowQuality shadowQuality;
     Charge imageCharge; // pictures and what an engine keeps of every ray, in RAM
 

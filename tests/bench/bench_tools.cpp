@@ -45,8 +45,8 @@ SceneOnDevice::SceneOnDevice(const Scene& scene, const StoreReader& store, const
     : scene_(scene), budgets_(budgets), engine_(context, budgets.gpu, budgets.ram) {
     scene_.imageSize = glm::ivec2(512); // the camera is fitted for a square; draw() names the real size
     prepared_ =
-        planScene(scene_, store, engine_.limits(), budgets.ram, budgets.gpu, 0, LevelChoice::oneForAll);
-    bringBricks(engine_, prepared_, budgets.ram, budgets.gpu, upload_);
+        planScene(scene_, store, engine_.limits(), {budgets.ram, budgets.gpu, 0}, LevelChoice::oneForAll);
+    bringBricks(engine_, prepared_, budgets.gpu, upload_);
     prepared_.volume.cache.reset(); // every brick is on the device now
 }
 

@@ -4,7 +4,7 @@
 #include "core/error.h"
 #include "tests/bench/bench_tools.h"
 #include "tests/bench/peer_truth.h"
-#include "viewer/studies/report/work_precision.h"
+#include "tests/bench/report/work_precision.h"
 
 #include <algorithm>
 #include <limits>

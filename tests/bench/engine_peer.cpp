@@ -47,12 +47,12 @@ EnginePeer::EnginePeer(EngineKind kind, const Scene& scene, const StoreReader& s
         RenderOptions options;
         options.engine = kind;
         options.device = GlDeviceChoice{device};
-        l.engine = makeEngine(scene, options, l.ram, l.gpu);
+        l.engine = makeEngine(options, l.ram, l.gpu);
         device_ = l.engine->about().device;
-        l.plan = planScene(scene, store, l.engine->limits(), l.ram, l.gpu, options.threads,
+        l.plan = planScene(scene, store, l.engine->limits(), {l.ram, l.gpu, options.threads},
                            LevelChoice::oneForAll, pictureBytesPerPixel(kind));
         Work loading;
-        const bool passes = bringBricks(*l.engine, l.plan, l.ram, l.gpu, loading);
+        const bool passes = bringBricks(*l.engine, l.plan, l.gpu, loading);
         if (passes || l.plan.volume.selection.finest() != 0)
             throw InputError("the volume does not fit " + device_ + " at full resolution");
         l.caster = l.engine->caster({}, l.gpu);

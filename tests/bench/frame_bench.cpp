@@ -75,9 +75,9 @@ void checkAgainstMirror(const std::string& name, Scene scene, const StoreReader&
     scene.quality.fetch = Fetch::exact;
     GpuEngine engine(context, budgets.gpu, budgets.ram);
     ScenePlan plan =
-        planScene(scene, store, engine.limits(), budgets.ram, budgets.gpu, 0, LevelChoice::oneForAll);
+        planScene(scene, store, engine.limits(), {budgets.ram, budgets.gpu, 0}, LevelChoice::oneForAll);
     Work work;
-    bringBricks(engine, plan, budgets.ram, budgets.gpu, work);
+    bringBricks(engine, plan, budgets.gpu, work);
     const auto caster = engine.caster({}, budgets.gpu);
     caster->begin(raysOf(plan));
     drawToTheEnd(*caster, engine, plan, Slicing{}, work);

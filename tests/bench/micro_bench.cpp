@@ -190,7 +190,7 @@ void sampleOnDevice(benchmark::State& state, Workbench& bench, ValueType type, F
     scene.volumes = {{"", std::string("soft-tissue")}};
     const StoreReader& store = bench.store(type);
     ScenePlan p = planScene(scene, store, {context.max3dTextureSize(), context.maxTextureBytes()},
-                            bench.budgets.ram, bench.budgets.gpu, 0, LevelChoice::oneForAllNothingCulled);
+                            {bench.budgets.ram, bench.budgets.gpu, 0}, LevelChoice::oneForAllNothingCulled);
     Atlas atlas(store.info(), p.volume.selection, pagesFor(p.volume.selection.counts),
                 {context.max3dTextureSize(), context.maxTextureBytes()}, bench.budgets.gpu,
                 bench.budgets.ram);

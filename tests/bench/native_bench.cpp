@@ -63,11 +63,11 @@ void run(int argc, char** argv) {
     scene.quality.stepVoxels = std::stod(options["--step"]);
     NativeEngine engine(threads, budgets.gpu, budgets.ram);
     const auto preparing = Clock::now();
-    ScenePlan plan = planScene(scene, store, engine.limits(), budgets.ram, budgets.gpu, threads);
+    ScenePlan plan = planScene(scene, store, engine.limits(), {budgets.ram, budgets.gpu, threads});
     const double planMs = msSince(preparing);
     Work work;
     const auto loading = Clock::now();
-    bringBricks(engine, plan, budgets.ram, budgets.gpu, work);
+    bringBricks(engine, plan, budgets.gpu, work);
     const double loadMs = msSince(loading);
     const auto settling = Clock::now();
     engine.settled();

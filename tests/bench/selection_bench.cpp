@@ -16,8 +16,8 @@
 #include "render/engines/mirror/mirror.h"
 #include "render/plan/scene_plan.h"
 #include "tests/bench/bench_tools.h"
-#include "viewer/studies/lod/brick_truth.h"
-#include "viewer/studies/lod/hierarchy.h"
+#include "tests/bench/lod/brick_truth.h"
+#include "tests/bench/lod/hierarchy.h"
 
 #include <algorithm>
 #include <cmath>
@@ -122,8 +122,8 @@ void prediction(const std::vector<std::string>& stores, int parts, int threads) 
 
 // -- choice
 
-Image drawn(ScenePlan& p, const Selection& selection, Ledger& ram, int threads) {
-    p.setSelection(selection, ram);
+Image drawn(ScenePlan& p, const Selection& selection, int threads) {
+    p.setSelection(selection);
     Work work;
     Image image(p.view.imageSize);
     const auto colours = mirrorRays<float>(mirrorInput(p, true), image.pixels.size(),
@@ -194,7 +194,7 @@ void choice(const std::vector<std::string>& stores, int size, const std::vector<
             scene.volumes = {{path, f.function}};
             scene.imageSize = glm::ivec2(size);
             scene.shading.on = shading;
-            ScenePlan p = planScene(scene, store, TextureLimits{}, budgets.ram, budgets.gpu, threads,
+            ScenePlan p = planScene(scene, store, TextureLimits{}, {budgets.ram, budgets.gpu, threads},
                                     LevelChoice::oneForAll);
             const std::vector<std::uint8_t> shows =
                 showsOf(cullBricks(statistics, p.volume.table, store.info(), 0, Culling::unlit));
@@ -215,12 +215,11 @@ void choice(const std::vector<std::string>& stores, int size, const std::vector<
                 cullBricks(statistics, p.volume.table, store.info(), 0, Culling::unlit));
             ViewWeights unlimited = view;
             std::fill(unlimited.finest.begin(), unlimited.finest.end(), std::uint8_t{0});
-            const Image finest =
-                drawn(p, selectForError(predicted, unlimited, means, 0), budgets.ram, threads);
+            const Image finest = drawn(p, selectForError(predicted, unlimited, means, 0), threads);
             for (const double reduction : reductions) {
                 const auto pages = static_cast<std::size_t>(static_cast<double>(shows.size()) / reduction);
                 const auto row = [&](const char* by, const Selection& s) {
-                    const ImageDifference d = compare(drawn(p, s, budgets.ram, threads), finest);
+                    const ImageDifference d = compare(drawn(p, s, threads), finest);
                     const PredictedError e = predictError(s, predicted, view, seen);
                     std::printf("%s,%s,%.0f,%zu,%s,%.3f,%.3f,%.3f,%.3f\n",
                                 std::filesystem::path(path).stem().c_str(), f.name.c_str(), reduction,

@@ -1,7 +1,7 @@
 // tests/bricking/hierarchy_test.cpp: hierarchical selections, for comparison: costs that a hand counts, and
 // the printed table.
+#include "tests/bench/lod/hierarchy.h"
 #include "tests/support/bricking_test_volumes.h"
-#include "viewer/studies/lod/hierarchy.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,16 @@
 // tests/import/files_test.cpp: NIfTI and raw files: types, scaling, byte orders, units, and every lie refused
 // with the file named, before anything of its size is allocated.
-#include "bricking/import/files/nifti.h"
+#include "bricking/import/files/file_format.h"
+#include "bricking/import/files/nifti/nifti.h"
+#include "bricking/import/source/format_endings.h"
 #include "tests/support/import_test_tools.h"
 
+#include <cctype>
 #include <glm/geometric.hpp>
 #include <gmock/gmock.h>
 #include <limits>
 #include <random>
+#include <set>
 
 namespace tessera::test {
 namespace {
@@ -431,6 +435,36 @@ TEST(ImportOpen, WhatIsNoVolumeIsRefusedWithThePathNamed) {
     EXPECT_THAT(refusalOfOpening(folder / "texts" / "a.txt"), HasSubstr("a.txt"));
     EXPECT_TRUE(listVolumes(folder / "texts").empty());
     EXPECT_TRUE(listVolumes(folder / "missing").empty());
+}
+
+TEST(ImportOpen, EveryFormatRefusesWhatHasItsNameOnly) {
+    ASSERT_FALSE(fileFormats().empty());
+    std::set<std::string> all;
+    const ScratchFolder folder;
+    for (const FileFormat& format : fileFormats()) {
+        ASSERT_FALSE(format.endings.empty()) << format.inFolders;
+        for (const std::string& ending : format.endings) {
+            EXPECT_TRUE(all.insert(ending).second) << ending << " is of two formats";
+            EXPECT_EQ(fileFormatOf("a.b" + ending), &format);
+            EXPECT_EQ(fileFormatOf("A" + ending.substr(0, 1) +
+                                   static_cast<char>(std::toupper(static_cast<unsigned char>(ending[1]))) +
+                                   ending.substr(2)),
+                      &format);
+            EXPECT_EQ(fileFormatOf(ending), nullptr) << "a name that is an ending";
+            for (const std::string content : {"", "no", "{}"}) {
+                writeFile(folder / ("x" + ending), content);
+                EXPECT_THAT(refusalOfOpening(folder / ("x" + ending)), HasSubstr("x" + ending)) << content;
+            }
+        }
+    }
+    EXPECT_THAT(volumeFileEndings(), ::testing::UnorderedElementsAreArray(all));
+    std::filesystem::create_directory(folder / "empty");
+    EXPECT_THAT(refusalOfOpening(folder / "empty"),
+                HasSubstr("expected DICOM slices, NIfTI files or raw files with a .json sidecar, found"));
+    writeFile(folder / "a.txt", "hello");
+    EXPECT_THAT(
+        refusalOfOpening(folder / "a.txt"),
+        HasSubstr("expected a DICOM file or folder, .nii, .nii.gz or the .json sidecar of a raw file, "));
 }
 
 TEST(ImportOpen, ListsFilesLargestFirst) {

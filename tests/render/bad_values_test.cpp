@@ -128,7 +128,7 @@ std::size_t leastGpuBytes(const Scene& scene, const StoreReader& store) {
         const std::size_t middle = refused + (accepted - refused) / 2;
         Ledger ram("RAM", "--ram", std::size_t{1} << 30), gpu("GPU memory", "--gpu-memory", middle);
         try {
-            planScene(scene, store, TextureLimits{}, ram, gpu, 1);
+            planScene(scene, store, TextureLimits{}, {ram, gpu, 1});
             accepted = middle;
         } catch (const InputError&) {
             refused = middle;

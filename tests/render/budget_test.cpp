@@ -63,7 +63,7 @@ TEST(RenderBudget, GpuMemoryIsKeptAndLevelsCoarsenMonotonically) {
         Scene scene = sceneOn(reader.info(), name == std::string("torso") ? "bone-1" : "auto", 0, kPicture);
         scene.quality.fetch = Fetch::hardware;
         const auto prepare = [&](Ledger& gpu) {
-            return planScene(scene, reader, limits, budgets.ram, gpu, 2, LevelChoice::oneForAll);
+            return planScene(scene, reader, limits, {budgets.ram, gpu, 2}, LevelChoice::oneForAll);
         };
         Ledger none("GPU memory", "--gpu-memory", 1);
         const std::string message = refusal([&] { prepare(none); });
@@ -213,8 +213,9 @@ TEST(RenderBudget, TheFloorsOfBothTogetherSuffice) {
     const Scene scene = sceneOn(first.info(), "bone-1", 0, kPicture);
     const std::size_t ramBytes =
         renderFloorBytes(first.info(), kPicture, pictureBytesPerPixel(EngineKind::gpu), 0);
-    const std::size_t gpuBytes = statedFloor(
-        refusal([&] { planScene(scene, first, TextureLimits{}, trial, noGpu, 0, LevelChoice::oneForAll); }));
+    const std::size_t gpuBytes = statedFloor(refusal([&] {
+        planScene(scene, first, TextureLimits{}, {trial, noGpu, 0}, LevelChoice::oneForAll);
+    }));
     Ledger ram("RAM", "--ram", ramBytes), gpu("GPU memory", "--gpu-memory", gpuBytes);
     const StoreReader reader(storePath("torso"), ram);
     RenderOptions options;

@@ -41,7 +41,7 @@ std::pair<Image, Image> withAndWithoutCulling(const std::string& store, const Sc
             ++s.counts[mine];
         }
         EXPECT_EQ(culling, s.counts[Selection::kEmpty] > 0) << "nothing to tell apart";
-        prepared.p.setSelection(s, prepared.budgets.ram);
+        prepared.p.setSelection(s);
         pictures.push_back(marchOn(prepared, marchFeatures(prepared.p, false)).image);
     }
     return {pictures[0], pictures[1]};

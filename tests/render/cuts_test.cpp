@@ -249,7 +249,7 @@ TEST_P(CutPicture, NativeHasTheMirrorsBits) {
     for (const bool mixed : {false, true}) {
         Prepared prepared(GetParam().store, scene());
         if (mixed)
-            prepared.p.setSelection(randomShownLevels(prepared.p.volume.selection, 7), prepared.budgets.ram);
+            prepared.p.setSelection(randomShownLevels(prepared.p.volume.selection, 7));
         const Image mirror = mirrorCut(prepared);
         EXPECT_FALSE(isBlank(mirror));
         for (const native::PacketTarget* target : nativeTargets()) {

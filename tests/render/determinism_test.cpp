@@ -33,7 +33,7 @@ Scene plainScene(Integrator integrator, bool shading, const char* store = kStore
 Image drawn(const Scene& scene, const Slicing& slicing = {}, bool generalPath = false) {
     Prepared prepared(kStore, scene);
     if (generalPath)
-        prepared.p.mapLevels(prepared.budgets.ram, true);
+        prepared.p.mapLevels(true);
     return marchOn(prepared, marchFeatures(prepared.p, true), slicing).image;
 }
 
@@ -58,7 +58,7 @@ std::size_t leastGpuBytes(Scene scene) {
         Ledger ram("RAM", "--ram", std::size_t{1} << 30), gpu("GPU memory", "--gpu-memory", middle);
         const StoreReader reader(storePath(kManyBricks), ram);
         try {
-            planScene(scene, reader, TextureLimits{}, ram, gpu, 1);
+            planScene(scene, reader, TextureLimits{}, {ram, gpu, 1});
             accepted = middle;
         } catch (const InputError&) {
             refused = middle;

@@ -70,7 +70,7 @@ TEST(Emission, EnginesAgree) {
                 ScenePlan& p = prepared.p;
                 p.view.shadowQuality.mapSize = 64;
                 if (mixed)
-                    p.setSelection(randomShownLevels(p.volume.selection, 5), prepared.budgets.ram);
+                    p.setSelection(randomShownLevels(p.volume.selection, 5));
                 const std::string what = std::string(gathered ? "gathered" : "seen") +
                                          (mixed ? ", mixed levels" : "") + (surfaces ? ", a surface" : "");
                 const std::size_t count = rayCount(p.view.imageSize);

@@ -128,7 +128,7 @@ TEST(Engines, TheLeastEngineDraws) {
     Prepared prepared("torso", sceneOn(info, "bone-1", 0, {12, 9}));
     LengthEngine engine;
     Work work;
-    EXPECT_FALSE(bringBricks(engine, prepared.p, prepared.budgets.ram, prepared.budgets.gpu, work));
+    EXPECT_FALSE(bringBricks(engine, prepared.p, prepared.budgets.gpu, work));
     EXPECT_EQ(engine.opened, 1u);
     const auto caster = engine.caster({}, prepared.budgets.gpu);
     caster->begin(raysOf(prepared.p));
@@ -151,7 +151,7 @@ TEST(Engines, ADeadlineChangesNoPicture) {
     MirrorEngine mirror(2);
     for (Engine* engine : {static_cast<Engine*>(&gpu), static_cast<Engine*>(&mirror)}) {
         Work work;
-        bringBricks(*engine, prepared.p, prepared.budgets.ram, prepared.budgets.gpu, work);
+        bringBricks(*engine, prepared.p, prepared.budgets.gpu, work);
         const auto caster = engine->caster({false, true, false}, prepared.budgets.gpu);
         caster->begin(raysOf(prepared.p));
         EXPECT_TRUE(caster->draw({}, RayCaster::Clock::time_point::max(), work));
@@ -180,7 +180,7 @@ TEST(Engines, FiltersAreWhatTheyWereAfterExactFetches) {
     Prepared prepared("torso", scene);
     GpuEngine gpu(context, prepared.budgets.gpu, prepared.budgets.ram);
     Work work;
-    bringBricks(gpu, prepared.p, prepared.budgets.ram, prepared.budgets.gpu, work);
+    bringBricks(gpu, prepared.p, prepared.budgets.gpu, work);
     GpuCaster caster(prepared.p, gpu, CasterOptions{}, prepared.budgets.gpu);
     const auto picture = [&] {
         caster.begin(raysOf(prepared.p));
@@ -204,9 +204,9 @@ TEST(Engines, TheReferenceIsCutLikewise) {
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
     const Scene scene = sceneOn(info, "bone-1", 0, {30, 21});
     Prepared prepared("torso", scene);
-    ReferenceEngine engine(scene, 2);
+    ReferenceEngine engine(2);
     Work work;
-    bringBricks(engine, prepared.p, prepared.budgets.ram, prepared.budgets.gpu, work);
+    bringBricks(engine, prepared.p, prepared.budgets.gpu, work);
     const auto caster = engine.caster({}, prepared.budgets.gpu);
     caster->begin(raysOf(prepared.p));
     EXPECT_TRUE(caster->draw({}, RayCaster::Clock::time_point::max(), work));

@@ -86,10 +86,9 @@ class ExtremeRun {
         Prepared prepared(stores_.path(c), scene, true, 0, &volume.info.patientFromVoxel);
         ScenePlan& p = prepared.p;
         if (structure.mixed) {
-            p.setSelection(randomShownLevels(p.volume.selection, static_cast<unsigned>(c[kVariant] + 7)),
-                           prepared.budgets.ram);
+            p.setSelection(randomShownLevels(p.volume.selection, static_cast<unsigned>(c[kVariant] + 7)));
             if (!p.volume.mixed()) // few bricks: the general path all the same
-                p.mapLevels(prepared.budgets.ram, true);
+                p.mapLevels(true);
         }
         ++tally.cases;
 

@@ -278,7 +278,7 @@ TEST(Features, IdiomsForLlvmpipeChangeNoBit) {
             level = static_cast<std::uint8_t>(random() % 3);
         ++levels.counts[level];
     }
-    mixed.p.setSelection(levels, mixed.budgets.ram);
+    mixed.p.setSelection(levels);
     const std::uint32_t lit = kFeatureSkipping | kFeatureShading;
     struct Pictures {
         std::vector<Image> images;

@@ -3,9 +3,9 @@
 #include "core/scratch_folder.h"
 #include "render/plan/framing.h"
 #include "render/renderer.h"
+#include "tests/bench/lod/framing.h"
 #include "tests/support/formula_source.h"
 #include "tests/support/scene_fixture.h"
-#include "viewer/studies/lod/framing.h"
 
 #include <gtest/gtest.h>
 

@@ -47,7 +47,7 @@ std::unique_ptr<Prepared> prepare(const GateCase& c) {
         scene.surfaces = {{-300, {0.9, 0.6, 0.5}, 0.3}, {250, {0.95, 0.9, 0.8}, 1}};
     auto prepared = std::make_unique<Prepared>("torso", scene);
     if (c.mixed)
-        prepared->p.setSelection(randomShownLevels(prepared->p.volume.selection, 7), prepared->budgets.ram);
+        prepared->p.setSelection(randomShownLevels(prepared->p.volume.selection, 7));
     return prepared;
 }
 

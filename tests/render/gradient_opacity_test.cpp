@@ -90,8 +90,7 @@ TEST_P(Graded, NativeHasTheMirrorsBitsAcrossLevels) {
     ScenePlan& p = prepared.p;
     for (const unsigned seed : {1u, 2u}) {
         p.setSelection(seed == 1 ? randomShownLevels(p.volume.selection, seed)
-                                 : randomLevels(p.volume.selection, seed, true),
-                       prepared.budgets.ram);
+                                 : randomLevels(p.volume.selection, seed, true));
         ASSERT_TRUE(p.volume.mixed());
         expectTheMirrorsBits(prepared);
     }
@@ -104,7 +103,7 @@ TEST_P(Graded, MarchEqualsTheMirrorOnItsOwnRays) {
         Prepared prepared("torso", GetParam().scene({32, 32}));
         ScenePlan& p = prepared.p;
         if (isMixed)
-            p.setSelection(randomShownLevels(p.volume.selection, 5), prepared.budgets.ram);
+            p.setSelection(randomShownLevels(p.volume.selection, 5));
         const auto rays = gpuRays(p.view.frame, prepared.budgets.gpu);
         Work work;
         Image mirror(p.view.imageSize);
@@ -136,12 +135,12 @@ TEST(GradedVisibility, EveryEngineCountsTheSame) {
             Prepared prepared("torso", s);
             ScenePlan& p = prepared.p;
             if (isMixed)
-                p.setSelection(randomShownLevels(p.volume.selection, 3), prepared.budgets.ram);
+                p.setSelection(randomShownLevels(p.volume.selection, 3));
             NativeEngine engine(0, prepared.budgets.gpu, prepared.budgets.ram);
             p.chosen.chooser.reset();
             p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
             Work work;
-            bringBricks(engine, p, prepared.budgets.ram, prepared.budgets.gpu, work);
+            bringBricks(engine, p, prepared.budgets.gpu, work);
             const auto count = [&](Engine& by) {
                 const auto counter = by.counter(prepared.budgets.gpu);
                 counter->begin();

@@ -300,7 +300,7 @@ TEST(Gradients, AnalyticOneIsTheDerivativeOfMixedLevels) {
         selection.counts = {};
         for (std::uint8_t& level : selection.levels)
             ++selection.counts[level = static_cast<std::uint8_t>(random() % (kLevelCount + 1))];
-        prepared.p.setSelection(selection, prepared.budgets.ram);
+        prepared.p.setSelection(selection);
         MixedReader samples(*prepared.p.volume.cache, info, prepared.p.volume.selection,
                             prepared.p.volume.levels);
         std::uniform_real_distribution<double> unit(0, 1);

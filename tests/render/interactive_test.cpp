@@ -117,7 +117,7 @@ TEST(Interactive, WithTheSamePagesItIsTheStill) {
     for (std::size_t bytes = session.gpu.limitBytes(); bytes > 0; bytes -= std::size_t{1} << 16) {
         Ledger ram("RAM", "--ram", kRam), gpu("GPU memory", "--gpu-memory", bytes);
         const StoreReader reader(storePath("torso"), ram);
-        const ScenePlan p = planScene(scene, reader, session.engine->limits(), ram, gpu, 2);
+        const ScenePlan p = planScene(scene, reader, session.engine->limits(), {ram, gpu, 2});
         if (p.chosen.atlasPages > session.renderer.atlasPages())
             continue;
         ASSERT_EQ(p.chosen.atlasPages, session.renderer.atlasPages());

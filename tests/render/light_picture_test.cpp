@@ -98,7 +98,7 @@ TEST(LightPicture, NativeIsTheMirrorWhereLevelsMix) {
     for (unsigned seed = 0; seed < 3; ++seed) {
         LitPlan lit("torso", litScene("torso", "soft-tissue", static_cast<int>(seed), all));
         ScenePlan& p = lit.prepared.p;
-        p.setSelection(randomShownLevels(p.volume.selection, seed), lit.prepared.budgets.ram);
+        p.setSelection(randomShownLevels(p.volume.selection, seed));
         expectNativeIsTheMirror(lit.prepared, "levels of seed " + std::to_string(seed));
     }
 }
@@ -114,7 +114,7 @@ TEST(LightPicture, SurfacesAreLitToo) {
         LitPlan lit("torso", scene);
         ScenePlan& p = lit.prepared.p;
         if (mixed)
-            p.setSelection(randomShownLevels(p.volume.selection, 2), lit.prepared.budgets.ram);
+            p.setSelection(randomShownLevels(p.volume.selection, 2));
         expectNativeIsTheMirror(lit.prepared, mixed ? "a surface, mixed levels" : "a surface");
     }
 }
@@ -175,7 +175,7 @@ TEST(LightPicture, MarchIsTheMirror) {
                 LitPlan lit("torso", scene);
                 ScenePlan& p = lit.prepared.p;
                 if (mixed)
-                    p.setSelection(randomShownLevels(p.volume.selection, 5), lit.prepared.budgets.ram);
+                    p.setSelection(randomShownLevels(p.volume.selection, 5));
                 const std::vector<SegmentedRay<float>> rays = gpuRays(p.view.frame, lit.prepared.budgets.gpu);
                 SceneLight light(p, 0);
                 const StoredLight stored(light, p, lit.prepared.budgets.ram);

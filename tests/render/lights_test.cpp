@@ -100,7 +100,7 @@ void expectAllLit(const Planes& planes, const Scene& scene, const glm::dvec3& li
         choices.target = target;
         EXPECT_EQ(differing(nativePicture(*prepared, choices).image, mirror), 0u) << target->name;
     }
-    p.openCache(prepared->budgets.ram, 1);
+    p.openCache();
     expectLit(referencePicture(scene, p), lit, 1e-6, "reference");
 }
 
@@ -288,7 +288,7 @@ TEST(LitPlane, PointLights) {
             middle(mirror, 2e-5, "float mirror");
             EXPECT_EQ(differing(nativePicture(*prepared).image, mirror), 0u);
             middle(doublePicture(p), 1e-6, "double mirror");
-            p.openCache(prepared->budgets.ram, 1);
+            p.openCache();
             middle(referencePicture(scene, p), 1e-6, "reference");
         }
 }
@@ -367,7 +367,7 @@ TEST(LitPlane, TheMostLightThereCanBeIsFinite) {
         const Image march = marchOn(*prepared, marchFeatures(prepared->p, true)).image,
                     mirror = mirrorPicture(*prepared);
         EXPECT_EQ(differing(nativePicture(*prepared).image, mirror), 0u);
-        prepared->p.openCache(prepared->budgets.ram, 1);
+        prepared->p.openCache();
         for (const Image& image : {march, mirror, referencePicture(scene, prepared->p)})
             for (const glm::vec4& pixel : image.pixels)
                 for (int c = 0; c < 3; ++c) {

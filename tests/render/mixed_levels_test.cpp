@@ -333,7 +333,7 @@ TEST(MixedLevels, AStepThatIsSetIsAsIfItWerePlanned) {
         scene.quality.stepVoxels = set ? before : after;
         Prepared prepared("torso", scene);
         ScenePlan& p = prepared.p;
-        p.setSelection(randomShownLevels(p.volume.selection, 7), prepared.budgets.ram);
+        p.setSelection(randomShownLevels(p.volume.selection, 7));
         if (set)
             p.setStep(after);
         pictures[set] =
@@ -361,7 +361,7 @@ TEST(MixedLevels, CamerasOnFacesEdgesAndCorners) {
             scene.camera = camera;
             Prepared prepared("torso", scene);
             ScenePlan& p = prepared.p;
-            p.setSelection(randomShownLevels(p.volume.selection, 11), prepared.budgets.ram);
+            p.setSelection(randomShownLevels(p.volume.selection, 11));
             const std::uint32_t features = kFeatureSkipping | kFeatureShading;
             const GpuPicture picture = marchOn(prepared, features);
             EXPECT_FALSE(isBlank(picture.image));

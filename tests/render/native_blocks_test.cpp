@@ -22,7 +22,7 @@ class Bricks {
         p_.chosen.chooser.reset();
         p_.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p_.volume.selection.counts));
         Work work;
-        bringBricks(engine_, p_, prepared.budgets.ram, prepared.budgets.gpu, work);
+        bringBricks(engine_, p_, prepared.budgets.gpu, work);
     }
     const HostPlane& plane() { return engine_.settled(); }
 
@@ -104,7 +104,7 @@ TEST(BlockRanges, HoldTheFieldOfOneLevelClosely) {
                     mine = static_cast<std::uint8_t>(level);
                 ++s.counts[mine];
             }
-            prepared.p.setSelection(s, prepared.budgets.ram);
+            prepared.p.setSelection(s);
             expectWithinRanges(prepared, aprons, 11, level == 0 ? 0.2 : 0.1);
         }
 }

@@ -91,7 +91,7 @@ TEST_P(NativeSurfaces, OfMixedLevelsAreTheMirrors) {
         s.quality.edgeFunction = edge;
         s.quality.sampling = edge == EdgeFunction::nearest ? Sampling::naive : Sampling::limited;
         Prepared prepared("torso", s);
-        prepared.p.setSelection(randomShownLevels(prepared.p.volume.selection, 3), prepared.budgets.ram);
+        prepared.p.setSelection(randomShownLevels(prepared.p.volume.selection, 3));
         ASSERT_TRUE(prepared.p.volume.mixed());
         expectTheMirrorsBitsAndHits(prepared);
     }
@@ -128,7 +128,7 @@ TEST_P(NativeSurfaces, ScarceBricksChangeNothing) {
         p.chosen.chooser.reset();
         p.chosen.atlasPages = pages;
         Work work;
-        const bool waits = bringBricks(engine, p, prepared.budgets.ram, prepared.budgets.gpu, work);
+        const bool waits = bringBricks(engine, p, prepared.budgets.gpu, work);
         const auto caster = engine.caster({true, true, waits}, prepared.budgets.gpu);
         caster->begin(raysOf(p));
         Slicing slicing;
@@ -156,8 +156,7 @@ TEST(NativeSurfaceBlocks, ChangeNoBit) {
             SCOPED_TRACE(std::string(volume ? "volume" : "alone") + (mixed ? ", mixed levels" : ""));
             Prepared prepared("torso", torsoScene(0, volume, Integrator::midpoint, {150, 150}));
             if (mixed)
-                prepared.p.setSelection(randomShownLevels(prepared.p.volume.selection, 3),
-                                        prepared.budgets.ram);
+                prepared.p.setSelection(randomShownLevels(prepared.p.volume.selection, 3));
             NativeChoices choices;
             choices.hits = true;
             const NativePicture cells = nativePicture(prepared, choices);

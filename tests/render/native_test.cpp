@@ -129,7 +129,7 @@ TEST(NativeLevels, EveryLevelForAllHasTheMirrorsBits) {
                 mine = static_cast<std::uint8_t>(level);
             ++s.counts[mine];
         }
-        p.setSelection(s, prepared.budgets.ram);
+        p.setSelection(s);
         expectTheMirrorsBits(prepared);
     }
 }
@@ -217,7 +217,7 @@ TEST(NativeVisibility, CountsWhatTheMirrorCounts) {
         p.chosen.chooser.reset();
         p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
         Work work;
-        bringBricks(engine, p, scene.prepared->budgets.ram, scene.prepared->budgets.gpu, work);
+        bringBricks(engine, p, scene.prepared->budgets.gpu, work);
         const auto counter = engine.counter(scene.prepared->budgets.gpu);
         counter->begin();
         while (!counter->count(Slicing{}, RayCaster::Clock::time_point::min())) {

@@ -140,7 +140,7 @@ TEST(Phases, MarchHasTheMirrorsRaysAndPicture) {
     GpuEngine engine(context, prepared.budgets.gpu, prepared.budgets.ram);
     p.chosen.chooser.reset();
     p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
-    bringBricks(engine, p, prepared.budgets.ram, prepared.budgets.gpu, work);
+    bringBricks(engine, p, prepared.budgets.gpu, work);
     const auto caster = engine.caster({false, false, false}, prepared.budgets.gpu);
     caster->begin(rays);
     drawToTheEnd(*caster, engine, p, Slicing{}, work);

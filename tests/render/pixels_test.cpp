@@ -442,7 +442,7 @@ Image gridMeans(const Scene& scene) {
     p.chosen.chooser.reset();
     p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
     Work work;
-    bringBricks(engine, p, prepared.budgets.ram, prepared.budgets.gpu, work);
+    bringBricks(engine, p, prepared.budgets.gpu, work);
     const auto caster = engine.caster({}, prepared.budgets.gpu);
     constexpr int kEach = 32;
     const Places places = middles(scene.imageSize, kEach);

@@ -31,7 +31,7 @@ struct Drawer {
     Drawer(Engine& e, Prepared& prepared, bool hits = false) : engine(e), p(prepared.p) {
         p.chosen.chooser.reset();
         p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
-        bringBricks(engine, p, prepared.budgets.ram, prepared.budgets.gpu, work);
+        bringBricks(engine, p, prepared.budgets.gpu, work);
         caster = engine.caster({true, hits, false}, prepared.budgets.gpu);
     }
     ~Drawer() {
@@ -105,7 +105,7 @@ TEST(Places, AreWhatTheySayOnEveryEngine) {
         GpuEngine march(context, gpu, ram);
         NativeEngine native(2, gpu, ram);
         MirrorEngine mirror(2);
-        ReferenceEngine reference(scene, 2);
+        ReferenceEngine reference(2);
         for (Engine* engine : {static_cast<Engine*>(&march), static_cast<Engine*>(&native),
                                static_cast<Engine*>(&mirror), static_cast<Engine*>(&reference)}) {
             SCOPED_TRACE(testing::Message() << "camera " << camera << ", "
@@ -238,7 +238,7 @@ TEST(Places, WaitingRaysGoOnThroughTheirPlaces) {
             p.chosen.chooser.reset();
             p.chosen.atlasPages = pages;
             Work work;
-            const bool waits = bringBricks(*engine, p, prepared.budgets.ram, gpu, work);
+            const bool waits = bringBricks(*engine, p, gpu, work);
             const auto caster = engine->caster({true, false, waits}, gpu);
             caster->begin(rays);
             passes = drawToTheEnd(*caster, *engine, p, Slicing{}, work);

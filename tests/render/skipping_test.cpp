@@ -74,8 +74,7 @@ TEST(Skipping, BlocksOfCellsSaveSamplesAndChangeNoBit) {
                 scene.quality.edgeFunction = edge;
                 Prepared prepared(store, scene);
                 if (mixed)
-                    prepared.p.setSelection(mostlyFinest(prepared.p.volume.selection, random),
-                                            prepared.budgets.ram);
+                    prepared.p.setSelection(mostlyFinest(prepared.p.volume.selection, random));
                 const std::uint32_t features = kFeatureSkipping | kFeatureShading;
                 const GpuPicture every = marchOn(prepared, features & ~kFeatureSkipping);
                 const GpuPicture cells = marchOn(prepared, features);
@@ -106,7 +105,7 @@ TEST(Skipping, AMarchFollowsChangesOfLevels) {
     ScenePlan& p = prepared.p;
     Ledger& gpu = prepared.budgets.gpu;
     Selection selection = mostlyFinest(p.volume.selection, random);
-    p.setSelection(selection, prepared.budgets.ram);
+    p.setSelection(selection);
     const std::uint32_t features = kFeatureSkipping | kFeatureMixed | kFeatureNormalised;
     March march(features, p.view.frame, p.info(), p.strides(), p.volume.optics, &p.volume.occupancy, gpu);
     for (int edit = 0; edit < 6; ++edit) {
@@ -120,7 +119,7 @@ TEST(Skipping, AMarchFollowsChangesOfLevels) {
             selection.counts = {};
             for (const std::uint8_t level : selection.levels)
                 ++selection.counts[level];
-            p.setSelection(selection, prepared.budgets.ram);
+            p.setSelection(selection);
             march.restart({p.view.frame, p.strides()}, &p.volume.occupancy);
             EXPECT_LE(p.volume.occupancy.version(), version + 1);
         }

@@ -80,7 +80,7 @@ TEST(SurfaceTracer, NativeIsTheMirror) {
                 Prepared prepared("torso", scene);
                 ScenePlan& p = prepared.p;
                 if (mixed)
-                    p.setSelection(randomShownLevels(p.volume.selection, 3), prepared.budgets.ram);
+                    p.setSelection(randomShownLevels(p.volume.selection, 3));
                 const auto ways = waysFrom(prepared, 7, 1500);
                 ASSERT_EQ(ways.size(), 1500u);
                 const auto mirror = traced(MirrorTracer(p, 1), ways);
@@ -94,7 +94,7 @@ TEST(SurfaceTracer, NativeIsTheMirror) {
                     p.chosen.chooser.reset();
                     p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
                     Work work;
-                    bringBricks(engine, p, prepared.budgets.ram, prepared.budgets.gpu, work);
+                    bringBricks(engine, p, prepared.budgets.gpu, work);
                     NativeCaster caster(p, engine, {}, prepared.budgets.gpu, target);
                     if (refine)
                         caster.refine();

@@ -37,7 +37,7 @@ TEST(Isosurfaces, CuttingTheWorkAndSkippingChangeNoBit) {
                     level = static_cast<std::uint8_t>(random() % kLevelCount);
                 ++s.counts[level];
             }
-            prepared.p.setSelection(s, prepared.budgets.ram);
+            prepared.p.setSelection(s);
         }
         EXPECT_EQ(prepared.p.volume.mapsSurfaces, c.volume);
         const Drawn all = draw(prepared, kFeatureSkipping);
@@ -162,7 +162,7 @@ TEST(Isosurfaces, OccupyOnlyWhereTheyAre) {
         Ledger ram("RAM", "--ram", std::size_t{1} << 30),
             gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
         const StoreReader reader(storePath("torso"), ram);
-        const ScenePlan p = planScene(scene, reader, TextureLimits{}, ram, gpu, 0);
+        const ScenePlan p = planScene(scene, reader, TextureLimits{}, {ram, gpu, 0});
         EXPECT_LT(p.volume.occupancy.occupiedCells(), p.volume.occupancy.map().size() / 2) << isovalue;
         EXPECT_GT(p.volume.selection.counts[0], 10u) << isovalue;
     }

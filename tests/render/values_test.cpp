@@ -162,7 +162,7 @@ TEST_P(Values, NativeHasTheMirrorsBitsOfMixedLevels) {
         Scene scene = this->scene();
         scene.quality.edgeFunction = edge;
         Prepared prepared(GetParam().store, scene);
-        prepared.p.setSelection(randomShownLevels(prepared.p.volume.selection, 5), prepared.budgets.ram);
+        prepared.p.setSelection(randomShownLevels(prepared.p.volume.selection, 5));
         prepared.p.view.quality.skipping = false;
         const Image every = mirrorPicture(prepared);
         prepared.p.view.quality.skipping = true;
@@ -210,7 +210,7 @@ TEST_P(Values, MarchEqualsTheMirrorOnItsOwnRays) {
     for (const bool mixed : {false, true}) {
         Prepared prepared(GetParam().store, scene());
         if (mixed)
-            prepared.p.setSelection(randomShownLevels(prepared.p.volume.selection, 9), prepared.budgets.ram);
+            prepared.p.setSelection(randomShownLevels(prepared.p.volume.selection, 9));
         ScenePlan& p = prepared.p;
         const std::uint32_t features = marchFeatures(p, false);
         EXPECT_TRUE(features & kFeatureValues);

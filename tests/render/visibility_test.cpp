@@ -52,7 +52,7 @@ TEST(Visibility, MarchCountsWhatItsMirrorCounts) {
                     levels.levels[b] = static_cast<std::uint8_t>(b % kLevelCount);
                 ++levels.counts[levels.levels[b]];
             }
-            p.setSelection(std::move(levels), prepared.budgets.ram);
+            p.setSelection(std::move(levels));
         }
         const Counted counted = count(prepared);
         std::uint64_t rays = 0, raysOff = 0, hidden = 0;
@@ -90,8 +90,7 @@ TEST(Visibility, LevelsChosenBySightAreBetter) {
     LevelChooser chooser(blind.reader, blind.budgets.ram, 2);
     chooser.setFunction(blind.p.volume.statistics, blind.p.volume.table, cullingFor(scene.shading));
     chooser.setCamera(blind.p.view.camera, scene.imageSize);
-    blind.p.setSelection(chooser.best(blind.p.volume.statistics.brickMean, chosen.atlasPages),
-                         blind.budgets.ram);
+    blind.p.setSelection(chooser.best(blind.p.volume.statistics.brickMean, chosen.atlasPages));
     const GlContext context({"software"});
     const Image without = marchOn(blind, marchFeatures(blind.p, false)).image;
     EXPECT_LT(compare(chosen.image, finest).luvMean, 0.6 * compare(without, finest).luvMean);

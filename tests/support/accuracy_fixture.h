@@ -1,7 +1,7 @@
 // tests/support/accuracy_fixture.h: a plain scene, and sweeps whose numbers are made up.
 #pragma once
 
-#include "viewer/studies/accuracy/sweep.h"
+#include "tests/bench/accuracy/sweep.h"
 
 #include <string>
 #include <tuple>

@@ -55,7 +55,7 @@ struct MixedScene {
         prepared = std::make_unique<Prepared>(store, scene);
     }
     ScenePlan& p() { return prepared->p; }
-    void choose(Selection s) { p().setSelection(std::move(s), prepared->budgets.ram); }
+    void choose(Selection s) { p().setSelection(std::move(s)); }
     std::unique_ptr<Prepared> prepared;
 };
 

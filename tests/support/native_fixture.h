@@ -41,7 +41,7 @@ inline NativePicture nativePicture(Prepared& prepared, const NativeChoices& choi
     p.chosen.chooser.reset();
     p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
     NativePicture out;
-    bringBricks(engine, p, prepared.budgets.ram, prepared.budgets.gpu, out.work);
+    bringBricks(engine, p, prepared.budgets.gpu, out.work);
     NativeCaster caster(p, engine, {true, choices.hits, false}, prepared.budgets.gpu, choices.target);
     if (choices.blocks)
         caster.findBlocks();

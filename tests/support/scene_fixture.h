@@ -72,7 +72,7 @@ struct Prepared {
         if (place)
             const_cast<VolumeInfo&>(reader.info()).patientFromVoxel = *place;
         Ledger small("GPU memory", "--gpu-memory", gpuBytes ? gpuBytes : std::size_t{1} << 30);
-        p = planScene(scene, reader, TextureLimits{}, budgets.ram, small, 0,
+        p = planScene(scene, reader, TextureLimits{}, {budgets.ram, small, 0},
                       culling ? LevelChoice::oneForAll : LevelChoice::oneForAllNothingCulled);
     }
     Budgets budgets;
@@ -86,7 +86,7 @@ struct OnDevice {
         ScenePlan& p = prepared.p;
         p.chosen.chooser.reset(); // the selection stays as it is
         p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
-        bringBricks(engine, p, prepared.budgets.ram, prepared.budgets.gpu, work);
+        bringBricks(engine, p, prepared.budgets.gpu, work);
     }
     GpuEngine engine;
     Work work;

@@ -1,19 +1,19 @@
 // The parts of `tessera accuracy` that compute: which settings are measured, envelopes and what is read off
 // them, orders, intervals, the columns of runs.csv, curves of other renderers, and stiff
 // extinction.
+#include "tests/bench/accuracy/pareto.h"
+#include "tests/bench/accuracy/runs_table.h"
+#include "tests/bench/accuracy/scene_section.h"
+#include "tests/bench/accuracy/scenes.h"
+#include "tests/bench/accuracy/stiff.h"
 #include "tests/support/accuracy_fixture.h"
-#include "viewer/studies/accuracy/pareto.h"
-#include "viewer/studies/accuracy/runs_table.h"
-#include "viewer/studies/accuracy/scene_section.h"
-#include "viewer/studies/accuracy/scenes.h"
-#include "viewer/studies/accuracy/stiff.h"
 
 #include "bricking/import/importer.h"
 #include "core/error.h"
 #include "core/scratch_folder.h"
 #include "datasets/phantom.h"
 #include "render/plan/scene_plan.h"
-#include "viewer/studies/report/page.h"
+#include "tests/bench/report/page.h"
 
 #include <algorithm>
 #include <cmath>

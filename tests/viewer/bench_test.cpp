@@ -1,9 +1,9 @@
 // The parts of `tessera bench` that compute: the gradient of figure 2.24, true errors of bricks, rank
 // correlation, and the page.
-#include "viewer/studies/lod/brick_truth.h"
-#include "viewer/studies/lod/edge_functions.h"
-#include "viewer/studies/lod/pictures.h"
-#include "viewer/studies/report/page.h"
+#include "tests/bench/lod/brick_truth.h"
+#include "tests/bench/lod/edge_functions.h"
+#include "tests/bench/lod/pictures.h"
+#include "tests/bench/report/page.h"
 
 #include "bricking/import/importer.h"
 #include "bricking/levels/selection.h"

@@ -1,11 +1,11 @@
 // The experiment "calibration": the truth that it finds by itself, how it counts what holds, its figure.
-#include "viewer/studies/lod/calibration.h"
+#include "tests/bench/lod/calibration.h"
 
 #include "bricking/import/importer.h"
 #include "core/scratch_folder.h"
 #include "datasets/phantom.h"
 #include "render/renderer.h"
-#include "viewer/studies/report/page.h"
+#include "tests/bench/report/page.h"
 
 #include <cmath>
 #include <cstdlib>

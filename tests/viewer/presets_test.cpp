@@ -230,6 +230,18 @@ TEST(ForeignPresets, StepsComeBack) {
     }
 }
 
+TEST(ForeignPresets, TwoPointsAtOnePlaceAreAStep) {
+    const std::string xml = "<MRML><VolumeProperty name=\"Steps\" shade=\"0\" "
+                            "scalarOpacity=\"12 10 0 10 0.5 20 0.5 20 0.1 30 0.1 30 0.8\" "
+                            "colorTransfer=\"8 10 1 0 0 10 0 1 0\"/></MRML>";
+    const TransferFunction f = only(readForeignPresets(xml, PresetFormat::slicerXml, "p.xml")).function;
+    for (const auto& [value, opacity] :
+         {std::pair(9.99, 0.0), {10.01, 0.5}, {19.99, 0.5}, {20.01, 0.1}, {29.99, 0.1}, {30.01, 0.8}})
+        EXPECT_NEAR(opacityOf(f, value), opacity, 1e-9) << value;
+    expectNear(screenOf(f, 9.99), {1, 0, 0}, 1e-9, 9.99);
+    expectNear(screenOf(f, 10.01), {0, 1, 0}, 1e-9, 10.01);
+}
+
 TEST(ForeignPresets, WhatTheyCannotSayIsSaid) {
     Preset preset;
     preset.function = presetFunction("bone-1", {});

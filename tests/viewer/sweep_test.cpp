@@ -1,16 +1,16 @@
 // tests/viewer/sweep_test.cpp: one whole sweep of `tessera accuracy`, and the standard scenes.
+#include "tests/bench/accuracy/scenes.h"
 #include "tests/support/accuracy_fixture.h"
-#include "viewer/studies/accuracy/scenes.h"
 
 #include "bricking/import/importer.h"
 #include "core/error.h"
 #include "core/scratch_folder.h"
 #include "datasets/phantom.h"
 #include "render/plan/scene_plan.h"
-#include "viewer/studies/accuracy/area_sweep.h"
-#include "viewer/studies/accuracy/light_sweep.h"
-#include "viewer/studies/accuracy/runs_table.h"
-#include "viewer/studies/accuracy/scene_section.h"
+#include "tests/bench/accuracy/area_sweep.h"
+#include "tests/bench/accuracy/light_sweep.h"
+#include "tests/bench/accuracy/runs_table.h"
+#include "tests/bench/accuracy/scene_section.h"
 
 #include <algorithm>
 #include <cmath>

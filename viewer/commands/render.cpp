@@ -81,7 +81,7 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
                  "its centre");
     command
         .option("--engine", a->engine,
-                joinNames(renderEngineNames()) + "; auto: gpu where there is one, else native")
+                joinNames(engineNames()) + "; auto: gpu where there is one, else native")
         .showsDefault();
     command
         .option("--step", a->step,

@@ -19,13 +19,11 @@ struct ViewArguments {
     InputOptions input;
 };
 
-const std::vector<std::string> kEngines = {"auto", "gpu", "native"}; // in the order of EngineKind
-
 void runView(const ViewArguments& arguments, const CommonOptions& common) {
     if (!arguments.in.empty() && looksLikeStore(arguments.in))
         requireNoChoice(arguments.in, arguments.input, common);
     ViewSessionOptions session;
-    session.engine = static_cast<EngineKind>(indexOfName(arguments.engine, kEngines, "--engine"));
+    session.engine = engineNamed(arguments.engine, "--engine", true);
     session.ramBytes = budgetBytes(arguments.ram, "--ram", common);
     session.gpuBytes = budgetBytes(arguments.gpuMemory, "--gpu-memory", common);
     session.frameMs = arguments.frameMs;
@@ -64,7 +62,9 @@ void addViewCommand(Command& program, const CommonOptions& common, Action& actio
         "scene (.json), store (.zarr), DICOM folder, .nii, ... (default: none, drop one on the window)");
     command.option("--size", a->size,
                    "of the window, WIDTHxHEIGHT (default: as it was last, 1280x720 at first)");
-    command.option("--engine", a->engine, joinNames(kEngines) + "; auto: gpu where there is one, else native")
+    command
+        .option("--engine", a->engine,
+                joinNames(engineNames(true)) + "; auto: gpu where there is one, else native")
         .showsDefault();
     command.option(
         "--gpu-memory", a->gpuMemory,

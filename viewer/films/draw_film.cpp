@@ -52,7 +52,7 @@ json recordOf(const FilmJob& job, const EngineMaker& engine) {
                    {"engine", name(engine.kind())},
                    {"budgets", {{"ram", job.ram->limitBytes()}, {"gpuMemory", job.gpu->limitBytes()}}},
                    {"verify", verifyNames()[static_cast<std::size_t>(job.options.verify)]}};
-    if (engine.kind() == EngineKind::gpu) // the others draw the same bits everywhere
+    if (traitsOf(engine.kind()).onContext) // the others draw the same bits everywhere
         record["device"] = engine.about();
     return record;
 }

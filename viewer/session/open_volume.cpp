@@ -102,7 +102,7 @@ void OpenVolume::makeRenderer(const Scene& wanted) {
     render.engine = options.engine;
     render.device = options.device;
     render.threads = options.threads;
-    engine = makeEngine(wanted, render, ram, gpu);
+    engine = makeEngine(render, ram, gpu);
     InteractiveOptions interactive;
     interactive.threads = options.threads;
     renderer = std::make_unique<InteractiveRenderer>(wanted, *store, *engine, ram, gpu, interactive);

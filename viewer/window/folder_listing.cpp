@@ -1,6 +1,7 @@
 // viewer/window/folder_listing.cpp: see folder_listing.h.
 #include "viewer/window/folder_listing.h"
 
+#include "bricking/import/source/format_endings.h"
 #include "core/printable_text.h"
 
 #include <algorithm>
@@ -11,6 +12,8 @@ namespace tessera {
 namespace {
 
 namespace fs = std::filesystem;
+
+const std::string kSceneEnding = ".json";
 
 bool endsWithoutCase(const std::string& name, const std::string& ending) {
     return name.size() > ending.size() &&
@@ -71,8 +74,10 @@ FolderListing listFolder(const fs::path& folder) {
         if (entry->is_directory(ignored))
             found.kind =
                 endsWithoutCase(name, ".zarr") ? FolderEntry::Kind::store : FolderEntry::Kind::folder;
-        else if (endsWithoutCase(name, ".nii") || endsWithoutCase(name, ".nii.gz") ||
-                 endsWithoutCase(name, ".json"))
+        else if (const auto& endings = volumeFileEndings();
+                 endsWithoutCase(name, kSceneEnding) ||
+                 std::any_of(endings.begin(), endings.end(),
+                             [&](const std::string& ending) { return endsWithoutCase(name, ending); }))
             found.kind = FolderEntry::Kind::file;
         else {
             ++listing.otherFiles;

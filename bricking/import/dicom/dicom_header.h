@@ -46,15 +46,15 @@ class DicomHeader {
 
     /// Exactly N finite numbers, or nothing.
     template <int N> std::optional<std::array<double, N>> reals(vtkDICOMTag tag, int frame) const {
-        std::string ignored;
+        std::optional<HeaderFault> ignored;
         return reals<N>(tag, frame, "", ignored);
     }
     /// The same; where the element holds something that is no such number, `fault` says so, the first only:
-    /// "RescaleSlope (0028,1053) of 1 finite number|a text that is no number". The text itself is never
-    /// quoted: in a damaged header it may be anything.
+    /// expected "RescaleSlope (0028,1053) of 1 finite number", found "a text that is no number". The text
+    /// itself is never quoted: in a damaged header it may be anything.
     template <int N>
     std::optional<std::array<double, N>> reals(vtkDICOMTag tag, int frame, const char* name,
-                                               std::string& fault) const {
+                                               std::optional<HeaderFault>& fault) const {
         const vtkDICOMValue& value = valueOf(tag, frame);
         if (!value.IsValid() || value.GetVL() == 0)
             return std::nullopt;
@@ -76,16 +76,17 @@ class DicomHeader {
                 found = "a value that is not finite";
         if (found.empty())
             return out;
-        if (fault.empty())
-            fault = std::string(name) + " of " + std::to_string(N) + " finite number" + (N > 1 ? "s" : "") +
-                    "|" + found;
+        if (!fault)
+            fault = {std::string(name) + " of " + std::to_string(N) + " finite number" + (N > 1 ? "s" : ""),
+                     found};
         return std::nullopt;
     }
     std::optional<double> real(vtkDICOMTag tag, int frame = 0) const {
         const auto value = reals<1>(tag, frame);
         return value ? std::optional((*value)[0]) : std::nullopt;
     }
-    std::optional<double> real(vtkDICOMTag tag, int frame, const char* name, std::string& fault) const {
+    std::optional<double> real(vtkDICOMTag tag, int frame, const char* name,
+                               std::optional<HeaderFault>& fault) const {
         const auto value = reals<1>(tag, frame, name, fault);
         return value ? std::optional((*value)[0]) : std::nullopt;
     }

@@ -33,8 +33,8 @@ std::optional<std::int32_t> storedValueOf(std::optional<int> value, const DicomS
 void readPlace(const DicomHeader& header, int frame, DicomSlice& slice) {
     slice.positionMm = slice.rowDirection = slice.columnDirection = std::nullopt;
     slice.spacingMm = std::nullopt;
-    std::string& fault = slice.fault;
-    fault.clear();
+    std::optional<HeaderFault>& fault = slice.fault;
+    fault.reset();
     if (const auto p =
             header.reals<3>(DC::ImagePositionPatient, frame, "ImagePositionPatient (0020,0032)", fault))
         slice.positionMm = glm::dvec3((*p)[0], (*p)[1], (*p)[2]);

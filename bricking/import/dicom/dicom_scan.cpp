@@ -376,8 +376,8 @@ class Scanner {
         std::vector<DicomSlice> slices;
         for (int frame = 0; frame < frames; ++frame) {
             readPlace(header, frame, slice);
-            if (const std::size_t bar = slice.fault.find('|'); bar != std::string::npos)
-                return damaged(file, slice.fault.substr(0, bar), slice.fault.substr(bar + 1));
+            if (slice.fault)
+                return damaged(file, slice.fault->expected, slice.fault->found);
             slice.pixelOffsetBytes = offset + static_cast<std::uint64_t>(frame) * frameBytes;
             if (compressed)
                 slice.fragments = std::move(fragments[static_cast<std::size_t>(frame)]);

@@ -26,6 +26,12 @@ enum class PixelCoding : std::uint8_t {
     compressed    // a stream in fragments
 };
 
+/// What a header should hold, and what it holds instead, in words that quote no value.
+struct HeaderFault {
+    std::string expected, found;
+    bool operator==(const HeaderFault&) const = default;
+};
+
 /// When and as what a slice was taken, as far as its header says: tells apart pictures of one place. For
 /// sorting and for the list of phases; a time of day is never shown.
 struct SliceMoment {
@@ -61,7 +67,7 @@ struct DicomSlice {
     double tubeVoltageKv = 0, thicknessMm = 0; // 0 unknown
     std::optional<int> instance;               // InstanceNumber; says nothing about the order
     double suvPerValue = 0;                    // PET: SUV by body weight; 0 unknown
-    std::string fault;                         // a number of the header that is none: "EXPECTED|FOUND"
+    std::optional<HeaderFault> fault;          // the first number of the header that is none
 };
 
 struct DicomSeries {

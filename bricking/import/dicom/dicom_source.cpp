@@ -384,13 +384,6 @@ std::string counted(std::size_t number, const std::string& what) {
     return std::to_string(number) + " " + what + (number == 1 ? "" : "s");
 }
 
-/// What a message says after the name of the file.
-std::string withoutPath(const InputError& error) {
-    const std::string text = error.what();
-    const std::size_t at = text.find(": expected ");
-    return at == std::string::npos ? text : text.substr(at + 2);
-}
-
 } // namespace
 
 std::unique_ptr<SlabSource> openDicom(const DicomScan& scan, std::size_t index, const SourceOptions& options,

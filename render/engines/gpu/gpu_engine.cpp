@@ -135,4 +135,15 @@ std::string GpuEngine::fault() {
     return !context_ || context_->errors().empty() ? std::string() : "OpenGL: " + context_->errors().front();
 }
 
+EngineTraits gpuTraits() {
+    EngineTraits traits;
+    traits.kind = EngineKind::gpu;
+    traits.name = "gpu";
+    traits.onContext = traits.quick = true;
+    traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
+        return std::make_unique<GpuEngine>(*input.context, *input.gpu, *input.ram);
+    };
+    return traits;
+}
+
 } // namespace tessera

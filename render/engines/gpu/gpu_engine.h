@@ -3,6 +3,7 @@
 #pragma once
 
 #include "render/engine.h"
+#include "render/engine_traits.h"
 #include "render/engines/gpu/atlas_plane.h"
 #include "render/engines/gpu/field_binding.h"
 #include "render/engines/gpu/gl/context.h"
@@ -57,5 +58,7 @@ class GpuEngine : public Engine {
     std::optional<LevelTextures> textures_; // of mixed levels
     FieldSource field_;
 };
+
+EngineTraits gpuTraits();
 
 } // namespace tessera

@@ -128,4 +128,14 @@ std::unique_ptr<VisibilityCounter> MirrorEngine::counter(Ledger&) {
     return std::make_unique<MirrorCounter>(*scene_, threads_);
 }
 
+EngineTraits mirrorTraits() {
+    EngineTraits traits;
+    traits.kind = EngineKind::mirror;
+    traits.name = "mirror";
+    traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
+        return std::make_unique<MirrorEngine>(input.threads);
+    };
+    return traits;
+}
+
 } // namespace tessera

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "render/engine.h"
+#include "render/engine_traits.h"
 
 namespace tessera {
 
@@ -19,5 +20,7 @@ class MirrorEngine : public Engine {
     int threads_;
     const ScenePlan* scene_ = nullptr;
 };
+
+EngineTraits mirrorTraits();
 
 } // namespace tessera

@@ -159,4 +159,16 @@ std::unique_ptr<VisibilityCounter> NativeEngine::counter(Ledger&) {
     return std::make_unique<NativeCounter>(*scene_, *this);
 }
 
+EngineTraits nativeTraits() {
+    EngineTraits traits;
+    traits.kind = EngineKind::native;
+    traits.name = "native";
+    traits.device = std::string("CPU, ") + native::packetTarget().name;
+    traits.quick = traits.countsAlways = true;
+    traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
+        return std::make_unique<NativeEngine>(input.threads, *input.gpu, *input.ram);
+    };
+    return traits;
+}
+
 } // namespace tessera

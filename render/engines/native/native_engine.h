@@ -4,6 +4,7 @@
 #pragma once
 
 #include "render/engine.h"
+#include "render/engine_traits.h"
 #include "render/engines/native/host_plane.h"
 #include "render/light/light_plane.h"
 
@@ -52,5 +53,7 @@ class NativeEngine : public Engine {
     Camera litBy_; // the camera that lights were placed by
     std::optional<BrickResidency> bricks_;
 };
+
+EngineTraits nativeTraits();
 
 } // namespace tessera

@@ -14,9 +14,8 @@ constexpr std::size_t kRaysAtATime = 512, kLitRaysAtATime = 64; // where there i
 
 class ReferenceCaster : public RayCaster {
   public:
-    ReferenceCaster(const ScenePlan& scene, const Shading& shading, const std::vector<Isosurface>& surfaces,
-                    bool tellsHits, int threads)
-        : scene_(scene), shading_(shading), surfaces_(surfaces), tellsHits_(tellsHits), threads_(threads) {}
+    ReferenceCaster(const ScenePlan& scene, bool tellsHits, int threads)
+        : scene_(scene), tellsHits_(tellsHits), threads_(threads) {}
 
     /// Rays are the view's own, in double; strides count for nothing.
     void begin(const Rays& rays) override {
@@ -66,10 +65,10 @@ class ReferenceCaster : public RayCaster {
         return {volume.cache.get(),
                 &scene_.info(),
                 &volume.function,
-                shading_,
+                scene_.view.shading,
                 &volume.statistics,
                 1,
-                surfaces_,
+                scene_.view.surfaces,
                 {},
                 scene_.view.lighting,
                 scene_.view.camera,
@@ -82,8 +81,6 @@ class ReferenceCaster : public RayCaster {
     }
 
     const ScenePlan& scene_;
-    Shading shading_;
-    std::vector<Isosurface> surfaces_;
     bool tellsHits_;
     int threads_;
     std::vector<ReferenceRay> rays_;
@@ -100,7 +97,21 @@ void ReferenceEngine::open(std::span<ScenePlan* const> volumes, std::size_t) {
 }
 
 std::unique_ptr<RayCaster> ReferenceEngine::caster(const CasterOptions& options, Ledger&) {
-    return std::make_unique<ReferenceCaster>(*scene_, shading_, surfaces_, options.hits, threads_);
+    return std::make_unique<ReferenceCaster>(*scene_, options.hits, threads_);
+}
+
+EngineTraits referenceTraits() {
+    EngineTraits traits;
+    traits.kind = EngineKind::reference;
+    traits.name = "reference";
+    traits.exact = true;
+    // its rays, their colours, and the picture made from them
+    traits.bytesPerPixel =
+        std::max(kPictureBytesPerPixel, sizeof(ReferenceRay) + sizeof(glm::dvec4) + sizeof(glm::vec4));
+    traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
+        return std::make_unique<ReferenceEngine>(input.threads);
+    };
+    return traits;
 }
 
 } // namespace tessera

@@ -2,29 +2,25 @@
 // voxel at the finest level, whatever levels were chosen, and takes no steps.
 #pragma once
 
-#include "core/scene.h"
 #include "render/engine.h"
-
-#include <vector>
+#include "render/engine_traits.h"
 
 namespace tessera {
 
 class ReferenceEngine : public Engine {
   public:
-    /// @param scene    of it shading and isosurfaces
     /// @param threads  0: all processors
-    ReferenceEngine(const Scene& scene, int threads)
-        : shading_(scene.shading), surfaces_(scene.surfaces), threads_(threads) {}
+    explicit ReferenceEngine(int threads) : threads_(threads) {}
     About about() const override { return {}; }
     void open(std::span<ScenePlan* const> volumes, std::size_t pages) override;
     std::unique_ptr<RayCaster> caster(const CasterOptions& options, Ledger& gpu) override;
     std::unique_ptr<VisibilityCounter> counter(Ledger&) override { return nullptr; }
 
   private:
-    Shading shading_;
-    std::vector<Isosurface> surfaces_;
     int threads_;
     const ScenePlan* scene_ = nullptr;
 };
+
+EngineTraits referenceTraits();
 
 } // namespace tessera

@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/interrupt.h" // TemporaryPath
+#include "core/nearest_name.h"
 #include "render/plan/memory_plan.h"
 #include "viewer/commands/render/picture_files.h"
 
@@ -72,9 +73,9 @@ class FirstPicture::PassingFile {
 
 FirstPicture::FirstPicture(const RenderTask& task) : task_(task), path_(task.arguments.first) {
     const EngineKind engine = task.options.engine;
-    const bool drawsFirst = engine != EngineKind::mirror && engine != EngineKind::reference;
+    const bool drawsFirst = engine == EngineKind::automatic || traitsOf(engine).quick;
     if (wanted() && !drawsFirst)
-        throw badFile("--first", "--engine auto, gpu or native", task.arguments.engine);
+        throw badFile("--first", "--engine " + joinNames(engineNames(true)), task.arguments.engine);
     if (wanted() || !drawsFirst || !task.common.progress->watched() ||
         !isLarge(task.store.info(), task.scene))
         return;

@@ -23,8 +23,8 @@ void renderOnePicture(const RenderTask& task) {
             first.write(image, secondsLeft);
         };
     RenderResult result = renderScene(task.scene, task.store, task.ram, task.gpu, options);
-    if (arguments.fetch == "hardware" && result.engine == EngineKind::native)
-        common.note("--fetch hardware: the native engine fetches exactly");
+    if (arguments.fetch == "hardware" && !traitsOf(result.engine).onContext)
+        common.note("--fetch hardware: the " + name(result.engine) + " engine fetches exactly");
     if (result.takenAsHu)
         common.note(
             "the values have no unit, but look like HU (air near -1000): taken as HU; --unit HU says so");

@@ -109,11 +109,6 @@ void applyFoundPreset(const std::string& text, Scene& scene, const CommonOptions
 
 } // namespace
 
-const std::vector<std::string>& renderEngineNames() {
-    static const std::vector<std::string> names = {"auto", "gpu", "native", "mirror", "reference"};
-    return names;
-}
-
 const std::vector<std::string>& projectionNames() {
     static const std::vector<std::string> names = {"perspective", "parallel"};
     return names;
@@ -121,7 +116,7 @@ const std::vector<std::string>& projectionNames() {
 
 EngineKind engineOf(const RenderArguments& arguments) {
     const std::string name = arguments.engine == "march" ? "gpu" : arguments.engine; // its name before
-    return static_cast<EngineKind>(indexOfName(name, renderEngineNames(), "--engine"));
+    return engineNamed(name, "--engine");
 }
 
 Verify verifyOf(const RenderArguments& arguments) {

@@ -1,0 +1,153 @@
+// bricking/import/files/nifti/nifti.cpp: openNifti of nifti.h. Uncompressed files are read by position, gzip
+// files in one forward pass.
+#include "bricking/import/files/nifti/nifti.h"
+
+#include "bricking/import/files/file_format.h"
+#include "bricking/import/files/gzip_stream.h"
+#include "bricking/import/files/plain_file_source.h"
+#include "bricking/import/source/slice_converter.h"
+#include "core/error.h"
+#include "core/interrupt.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+// Deflate cannot shrink by more than 1032 to 1 (zlib's technical note), so a small file cannot hold a huge
+// volume: such a header lies.
+constexpr double kLargestGzipRatio = 1032;
+
+/// Surplus of a whole row or more means that header and voxels do not belong together: a dimension is wrong,
+/// or there are more volumes than the header tells.
+void checkSurplus(const std::string& path, const NiftiHeader& header, std::uint64_t surplusBytes) {
+    const std::uint64_t row =
+        static_cast<std::uint64_t>(header.info.extentVoxels.x) * bytesPerFileValue(header.type);
+    if (surplusBytes >= row)
+        throw badFile(path, "voxels up to the end of the file, as its dimensions say",
+                      std::to_string(surplusBytes) + " bytes more, " + std::to_string(surplusBytes / row) +
+                          " rows");
+}
+
+class GzipNiftiSource final : public SlabSource {
+  public:
+    GzipNiftiSource(const InputFile& file, const NiftiHeader& header, std::string description)
+        : path_(file.path()), header_(header), info_(header.info), description_(std::move(description)),
+          stream_(openAtVoxels()), converter_(header.type, header.bigEndian, [this](const auto& visit) {
+              GzipStream second = openAtVoxels();
+              std::vector<std::byte> slice(fileSliceBytes());
+              for (int z = 0; z < info_.extentVoxels.z; ++z) {
+                  checkInterrupted();
+                  second.read(slice);
+                  visit(slice);
+              }
+          }) {}
+
+    const VolumeInfo& info() const override { return info_; }
+    std::string describe() const override { return description_; }
+    std::vector<std::string> notes() const override {
+        std::vector<std::string> lines = info_.remarks;
+        for (std::string& line : converter_.notes())
+            lines.push_back(std::move(line));
+        return lines;
+    }
+
+    void readSlices(int count, std::span<std::byte> out) override {
+        const std::size_t sliceBytes = sliceBytesOf(info_);
+        TESSERA_CHECK(count >= 0 && next_ + count <= info_.extentVoxels.z);
+        TESSERA_CHECK(out.size() == static_cast<std::size_t>(count) * sliceBytes);
+        buffer_.resize(fileSliceBytes());
+        for (int i = 0; i < count; ++i) {
+            stream_.read(buffer_);
+            converter_.convert(buffer_, out.subspan(static_cast<std::size_t>(i) * sliceBytes, sliceBytes),
+                               info_);
+        }
+        next_ += count;
+        if (next_ == info_.extentVoxels.z)
+            checkSurplus(path_.string(), header_, stream_.finish());
+    }
+
+  private:
+    std::size_t fileSliceBytes() const {
+        return sliceBytesOf(info_) / bytesPerValue(info_.type) * bytesPerFileValue(header_.type);
+    }
+    GzipStream openAtVoxels() const {
+        GzipStream stream{InputFile(path_)};
+        std::vector<std::byte> skipped(64 * 1024);
+        for (std::uint64_t at = 0; at < header_.dataOffsetBytes;) {
+            const auto step = std::min<std::uint64_t>(skipped.size(), header_.dataOffsetBytes - at);
+            stream.read(std::span(skipped).first(step));
+            at += step;
+        }
+        return stream;
+    }
+
+    std::filesystem::path path_;
+    NiftiHeader header_;
+    VolumeInfo info_;
+    std::string description_;
+    GzipStream stream_;
+    SliceConverter converter_;
+    int next_ = 0;
+    std::vector<std::byte> buffer_; // one slice, as it lies in the file
+};
+
+std::string describeNifti(const NiftiHeader& header, bool compressed) {
+    std::string text = "NIfTI-" + std::to_string(header.version) + (compressed ? " (gzip), " : ", ") +
+                       name(header.type) + ", orientation from " + header.orientation;
+    if (losesPrecision(header.type))
+        text += ", converted to float32";
+    return text;
+}
+
+void checkLength(const std::string& path, const NiftiHeader& header, double available) {
+    const double needed = static_cast<double>(header.dataOffsetBytes) +
+                          static_cast<double>(voxelBytesInFile(header.info, header.type));
+    if (needed > available) {
+        const glm::ivec3 n = header.info.extentVoxels;
+        throw badFile(path,
+                      std::to_string(static_cast<std::uint64_t>(needed)) + " bytes for " +
+                          std::to_string(n.x) + " x " + std::to_string(n.y) + " x " + std::to_string(n.z) +
+                          " voxels of " + name(header.type),
+                      "at most " + std::to_string(static_cast<std::uint64_t>(available)) + " bytes");
+    }
+}
+
+} // namespace
+
+std::unique_ptr<SlabSource> openNifti(const std::filesystem::path& path) {
+    InputFile file(path);
+    std::array<std::byte, kNiftiHeaderBytes> head{};
+    const std::size_t got = file.readSome(0, head);
+    const bool compressed = got >= 2 && head[0] == std::byte{0x1f} && head[1] == std::byte{0x8b};
+    if (!compressed) {
+        const NiftiHeader header = parseNiftiHeader(std::span(head).first(got), path.string());
+        checkLength(path.string(), header, static_cast<double>(file.sizeBytes()));
+        checkSurplus(path.string(), header,
+                     file.sizeBytes() - header.dataOffsetBytes - voxelBytesInFile(header.info, header.type));
+        return makePlainFileSource(std::move(file), header.info,
+                                   {header.type, header.bigEndian, header.dataOffsetBytes},
+                                   describeNifti(header, false));
+    }
+    const double largest = static_cast<double>(file.sizeBytes()) * kLargestGzipRatio;
+    GzipStream stream(std::move(file));
+    stream.read(std::span(head).first(348));
+    std::size_t have = 348;
+    // A NIfTI-2 header is longer; only then are more bytes sure to exist.
+    const auto first = std::to_integer<int>(head[0]), last = std::to_integer<int>(head[3]);
+    if ((first == 540 % 256 && last == 0) || (first == 0 && last == 540 % 256)) {
+        stream.read(std::span(head).subspan(have));
+        have = kNiftiHeaderBytes;
+    }
+    const NiftiHeader header = parseNiftiHeader(std::span(head).first(have), path.string());
+    checkLength(path.string(), header, largest);
+    return std::make_unique<GzipNiftiSource>(stream.file(), header, describeNifti(header, true));
+}
+
+FileFormat niftiFormat() {
+    return {"NIfTI files", ".nii, .nii.gz", openNifti};
+}
+
+} // namespace tessera

@@ -1,0 +1,37 @@
+// bricking/import/files/nifti/nifti.h: NIfTI-1 and NIfTI-2, single file (.nii, .nii.gz), with a header parser
+// of our own. Orientation: sform, else qform, else spacing alone; from the format's RAS to LPS.
+#pragma once
+
+#include "bricking/import/source/slab_source.h"
+#include "bricking/import/source/voxel_types.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace tessera {
+
+constexpr std::size_t kNiftiHeaderBytes = 540; // of version 2; version 1 needs the first 348
+
+struct NiftiHeader {
+    VolumeInfo info;
+    FileType type = FileType::i16;
+    bool bigEndian = false;
+    std::uint64_t dataOffsetBytes = 0;
+    int version = 1;
+    std::string orientation; // "sform", "qform" or "spacing only"
+};
+
+/// Parses the first bytes of a (decompressed) file: at least 348, at most kNiftiHeaderBytes of them.
+/// Throws InputError naming `where` for another format, a detached header (.hdr/.img), more than one volume
+/// (dim[4..7] above 1), an unsupported type, and for geometry that is no volume.
+NiftiHeader parseNiftiHeader(std::span<const std::byte> bytes, const std::string& where);
+
+/// Opens a file in its own voxel order. Reads the header only. Throws InputError as above, and if the file is
+/// shorter than its header says (for gzip: shorter than any compression could make it).
+std::unique_ptr<SlabSource> openNifti(const std::filesystem::path& path);
+
+} // namespace tessera

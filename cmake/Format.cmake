@@ -1,0 +1,68 @@
+# tessera_format(NAME ENDINGS .a .b SOURCES ... [USES ...] [PRIVATE ...]): a format of files that are volumes by themselves, as a
+# room. Its folder, bricking/import/files/NAME, defines `FileFormat NAMEFormat()` (file_format.h) and calls this in a
+# CMakeLists.txt: that is all that a format takes.
+#   ENDINGS  of its files' names, in lower case; a name belongs to the format whose ending is the longest
+function(tessera_format name)
+  cmake_parse_arguments(ARG "" "" "ENDINGS;SOURCES;USES;PRIVATE" ${ARGN})
+  tessera_room(tessera_format_${name} FOLDER bricking/import/files/${name}
+    SOURCES ${ARG_SOURCES}
+    USES tessera_files ${ARG_USES}
+    PRIVATE ${ARG_PRIVATE})
+  set_property(GLOBAL APPEND PROPERTY TESSERA_FORMATS ${name})
+  set_property(GLOBAL PROPERTY TESSERA_ENDINGS_OF_${name} ${ARG_ENDINGS})
+endfunction()
+
+# tessera_format_endings(FILE): writes the source of format_endings.h.
+function(tessera_format_endings file)
+  get_property(formats GLOBAL PROPERTY TESSERA_FORMATS)
+  set(all "")
+  foreach(format IN LISTS formats)
+    get_property(endings GLOBAL PROPERTY TESSERA_ENDINGS_OF_${format})
+    list(APPEND all ${endings})
+  endforeach()
+  list(TRANSFORM all REPLACE "(.+)" "\"\\1\"")
+  list(JOIN all ", " all)
+  file(CONFIGURE OUTPUT ${file} CONTENT [[
+#include "bricking/import/source/format_endings.h"
+namespace tessera {
+const std::vector<std::string>& volumeFileEndings() {
+    static const std::vector<std::string> endings = {@all@};
+    return endings;
+}
+} // namespace tessera
+]] @ONLY)
+endfunction()
+
+# tessera_format_table(FILE): writes the source of fileFormats() of file_format.h.
+function(tessera_format_table file)
+  get_property(formats GLOBAL PROPERTY TESSERA_FORMATS)
+  set(declared "")
+  set(rows "")
+  foreach(format IN LISTS formats)
+    get_property(endings GLOBAL PROPERTY TESSERA_ENDINGS_OF_${format})
+    list(TRANSFORM endings REPLACE "(.+)" "\"\\1\"")
+    list(JOIN endings ", " endings)
+    string(APPEND declared "FileFormat ${format}Format();\n")
+    string(APPEND rows "        withEndings(${format}Format(), {${endings}}),\n")
+  endforeach()
+  file(CONFIGURE OUTPUT ${file} CONTENT [[
+#include "bricking/import/files/file_format.h"
+
+#include <utility>
+
+namespace tessera {
+@declared@
+namespace {
+FileFormat withEndings(FileFormat format, std::vector<std::string> endings) {
+    format.endings = std::move(endings);
+    return format;
+}
+} // namespace
+const std::vector<FileFormat>& fileFormats() {
+    static const std::vector<FileFormat> formats = {
+@rows@    };
+    return formats;
+}
+} // namespace tessera
+]] @ONLY)
+endfunction()

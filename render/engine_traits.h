@@ -1,0 +1,53 @@
+// render/engine_traits.h: the engines that there are. An engine is a folder of render/engines/, which tells
+// its traits in a function, and a line in the table of engine_maker.cpp.
+#pragma once
+
+#include "core/budget.h"
+#include "render/plan/memory_plan.h"
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+class Engine;
+class GlContext;
+
+/// automatic: the GPU's march where there is a GPU, else the native engine.
+enum class EngineKind { automatic, gpu, native, mirror, reference };
+
+/// What an engine is made from; budgets outlive it.
+struct EngineInput {
+    const GlContext* context = nullptr; ///< current; null for engines that need none
+    int threads = 0;                    ///< 0: all processors
+    Ledger* ram = nullptr;
+    Ledger* gpu = nullptr;
+};
+
+struct EngineTraits {
+    EngineKind kind = EngineKind::automatic;
+    std::string name;           ///< in options, manifests and messages
+    std::string device = "CPU"; ///< of engines that need no context
+    bool onContext = false;     ///< draws by OpenGL: pictures depend on the device, and hardware may filter
+    bool quick = false;         ///< draws a window's pictures, and a first one before a picture is finished
+    bool exact = false;         ///< the true integral at the finest level, without steps
+    bool countsAlways = false;  ///< work is counted whether or not that was asked for
+    /// RAM that the engine and its caller take for a pixel, at least kPictureBytesPerPixel.
+    std::size_t bytesPerPixel = kPictureBytesPerPixel;
+    std::unique_ptr<Engine> (*make)(const EngineInput& input) = nullptr;
+};
+
+/// Of all engines, in the order of EngineKind.
+const std::vector<EngineTraits>& engineTraits();
+/// @param kind  not automatic (checked)
+const EngineTraits& traitsOf(EngineKind kind);
+/// "auto" for automatic.
+const std::string& name(EngineKind kind);
+/// "auto" and the engines' names; of those that draw a window's pictures alone, where asked.
+std::vector<std::string> engineNames(bool quickOnly = false);
+/// @param option  that names it, in the message. Throws InputError with the nearest name.
+EngineKind engineNamed(const std::string& text, const std::string& option, bool quickOnly = false);
+
+} // namespace tessera

@@ -1,0 +1,36 @@
+// tests/bench/accuracy/scenes.h: the scenes of docs/accuracy.md (NUMERICS C7): what is smooth, what is
+// stiff, what is narrow, what is a scan, lit and plain, and what does not fit.
+#pragma once
+
+#include "tests/bench/accuracy/sweep.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tessera::accuracy {
+
+struct StandardScenes {
+    std::vector<NamedScene> scenes;
+    std::vector<std::string> leftOut; // a sentence each, with the reason
+};
+
+std::vector<std::string> standardSceneNames();
+
+/// @param folder   generated volumes are written there, in the place of older ones; it must outlive the
+/// scenes
+/// @param scans    folder of public scans (tests/bench/lod/workbench.h); empty: scenes of scans are left
+/// out
+/// @param only     names; empty: all. Throws InputError for an unknown one, naming the nearest.
+/// @param keep     all stores go to the folder, those of scans as copies: for keepScenes()
+StandardScenes standardScenes(const std::filesystem::path& folder, const std::filesystem::path& scans,
+                              const std::vector<std::string>& only, bool quick, std::size_t ramBytes,
+                              const CommonOptions& common, bool keep = false);
+
+/// Writes NAME.json of every scene into the folder that their stores are in: whoever reads one (tessera
+/// render, tests/bench/vtk_peer, a scene's other renderer) finds the function's points and a path relative to
+/// it. Throws Error naming the file that cannot be written.
+void keepScenes(const std::vector<NamedScene>& scenes, const std::filesystem::path& folder,
+                std::size_t ramBytes);
+
+} // namespace tessera::accuracy

@@ -1,0 +1,11 @@
+// tests/bench/memory/memory_budgets.h: what `tessera bench memory` measures.
+#pragma once
+
+#include "tests/bench/lod/workbench.h"
+
+namespace tessera::bench {
+
+/// Budgets from the floor to unlimited.
+Report memoryReport(const Workbench& bench);
+
+} // namespace tessera::bench
