@@ -1,4 +1,4 @@
-// tests/bench/bench_tools.h: what the benchmarks share: a scene loaded once and drawn many times on one
+// tests/bench/bench_tools.h: tools that the benchmarks share: a scene loaded once and drawn many times on one
 // device, volumes in memory or in a scratch store, minima and medians, and options of the form --name value.
 //
 // What a frame's time is: all dispatches of the march, each waited for, and the copy of the float picture to

@@ -1,5 +1,5 @@
-// tests/bench/peer_tables.h: what renderers took and how wrong they were, as tables to read and as CSV for
-// `tessera accuracy --peers`.
+// tests/bench/peer_tables.h: times and errors of renderers, as tables to read and as CSV for `tessera
+// accuracy --peers`.
 #pragma once
 
 #include "core/image.h"

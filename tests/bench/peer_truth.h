@@ -1,5 +1,5 @@
-// tests/bench/peer_truth.h: what renderers are compared with: the reference's picture, on fewer pixels, and
-// which of them two renderers may differ in by definition.
+// tests/bench/peer_truth.h: the truth that renderers are compared with: the reference's picture, on fewer
+// pixels. It leaves out the pixels in which two renderers may differ by definition.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"

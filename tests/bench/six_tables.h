@@ -1,4 +1,4 @@
-// tests/bench/six_tables.h: what a suite of pictures came to, as Markdown to read and as CSV, a line a
+// tests/bench/six_tables.h: the results of a suite of pictures, as Markdown to read and as CSV, a line a
 // setting.
 #pragma once
 

@@ -1,5 +1,5 @@
-// tests/bench/suite.h: which pictures are compared: a JSON file of rows, each a store by a name that the
-// command line gives a path, a scene unlit and lit, and sizes.
+// tests/bench/suite.h: the pictures that are compared, as a JSON file of rows. Each row has a store by a name
+// that the command line gives a path, a scene unlit and lit, and sizes.
 #pragma once
 
 #include "core/scene.h"

@@ -1,5 +1,5 @@
-// tests/support/bricking_selection_tools.h: what the tests of selection share: random errors and views, a
-// sheared volume, and what is predicted of a volume that a formula gives.
+// tests/support/bricking_selection_tools.h: tools that the tests of selection share: random errors and views,
+// a sheared volume, and predictions for a volume that a formula gives.
 #pragma once
 
 #include "bricking/levels/level_selection.h"

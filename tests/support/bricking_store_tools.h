@@ -1,5 +1,5 @@
-// tests/support/bricking_store_tools.h: what the tests of stores share: importing within a budget that is
-// checked, and a volume whose every field of the description differs from its default.
+// tests/support/bricking_store_tools.h: tools that the tests of stores share: importing within a budget that
+// is checked, and a volume whose every field of the description differs from its default.
 #pragma once
 
 #include "tests/support/bricking_test_volumes.h"

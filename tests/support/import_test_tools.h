@@ -1,4 +1,4 @@
-// tests/support/import_test_tools.h: what the import tests share: reading a source whole, patient
+// tests/support/import_test_tools.h: tools that the import tests share: reading a source whole, patient
 // positions, NIfTI and sidecar writers, and the shared test data.
 #pragma once
 

@@ -1,4 +1,4 @@
-// tests/support/scene_fixture.h: what the image tests share: stores in the build folder (made by
+// tests/support/scene_fixture.h: tools that the image tests share: stores in the build folder (made by
 // prepare_test_stores, a fixture of ctest), scenes on them, and cameras, one of them inside.
 #pragma once
 

@@ -1,5 +1,5 @@
-// tests/support/surface_fixture.h: what the tests of isosurfaces share: formulas as stored volumes, scenes of
-// surfaces on them, and pictures with what their rays hit.
+// tests/support/surface_fixture.h: tools that the tests of isosurfaces share: formulas as stored volumes,
+// scenes of surfaces on them, and pictures with what their rays hit.
 #pragma once
 
 #include "bricking/import/importer.h"

@@ -1,5 +1,5 @@
-// tests/bench/accuracy/accuracy_report.h: what the page says of all scenes together: the proof of the
-// reference, the stiff figure, which settings are the Pareto choice, and what was left out and why.
+// tests/bench/accuracy/accuracy_report.h: the sections of the page about all scenes together: the proof of
+// the reference, the stiff figure, the Pareto choice of settings, and what was left out and why.
 #pragma once
 
 #include "tests/bench/accuracy/runs_table.h"

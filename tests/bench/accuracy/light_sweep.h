@@ -1,5 +1,5 @@
-// tests/bench/accuracy/light_sweep.h: what light of voxels errs by and takes, by its rays, their reach,
-// the places that maps of shadows keep of a ray, and the level that light is kept at, each changed alone.
+// tests/bench/accuracy/light_sweep.h: the error and the cost of voxel light. Its rays, their reach, the
+// points that shadow maps keep of a ray, and the level that light is kept at are each changed alone.
 #pragma once
 
 #include "tests/bench/accuracy/sweep.h"

@@ -1,5 +1,5 @@
-// tests/bench/accuracy/pareto.h: what a sweep's settings come to when error and time are both weighed:
-// every method's envelope, the fastest setting that is good enough, and one setting for several scenes.
+// tests/bench/accuracy/pareto.h: the Pareto choice among a sweep's settings, by error and time: every
+// method's envelope, the fastest setting that is good enough, and one setting for several scenes.
 #pragma once
 
 #include "tests/bench/accuracy/peers.h"
@@ -12,7 +12,7 @@
 
 namespace tessera::accuracy {
 
-/// Errors (root mean square, linear) that times are compared at: NUMERICS C6, largest first.
+/// Errors (root mean square, linear) that times are compared at, largest first.
 const std::vector<double>& errorTargets();
 constexpr double kDisplayError = 1.0 / 255;
 

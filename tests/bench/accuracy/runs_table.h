@@ -1,5 +1,5 @@
-// tests/bench/accuracy/runs_table.h: sweeps as CSV: runs.csv, a row for every scene, setting and block
-// (NUMERICS C8), and fail.csv.
+// tests/bench/accuracy/runs_table.h: sweeps as CSV: runs.csv, a row for every scene, setting and block, and
+// fail.csv.
 #pragma once
 
 #include "tests/bench/accuracy/sweep.h"

@@ -1,5 +1,5 @@
-// tests/bench/accuracy/scenes.h: the scenes of docs/accuracy.md (NUMERICS C7): what is smooth, what is
-// stiff, what is narrow, what is a scan, lit and plain, and what does not fit.
+// tests/bench/accuracy/scenes.h: the scenes of docs/accuracy.md: smooth, stiff and narrow ones, scans, lit
+// and plain, and scenes that do not fit.
 #pragma once
 
 #include "tests/bench/accuracy/sweep.h"

@@ -1,6 +1,6 @@
-// tests/bench/accuracy/setting.h: what is varied: one way to draw a scene, and the list of ways that a
-// sweep measures. Not the full product: a base setting, a sweep along each axis from it, and the product of
-// step, integrator and fetch, which is the work-precision figure.
+// tests/bench/accuracy/setting.h: a setting, one way to draw a scene, and the list of settings that a sweep
+// measures. It is not the full product: a base setting, a sweep along each axis from it, and the product of
+// step, integrator and fetch. That product is the work-precision figure.
 #pragma once
 
 #include "core/scene.h"

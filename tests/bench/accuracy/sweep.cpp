@@ -322,7 +322,7 @@ const Measured* Sweep::find(const Setting& setting) const {
 
 double Sweep::floor() const {
     constexpr double kFloatPicture = 6e-8;              // pictures are compared in float
-    return 10 * std::max(proof.error(), kFloatPicture); // NUMERICS C2.5
+    return 10 * std::max(proof.error(), kFloatPicture); // smaller errors are not told apart
 }
 
 namespace {

@@ -1,5 +1,5 @@
-// tests/bench/accuracy/sweep.h: one scene drawn in every planned setting: how far each picture is from the
-// true integral, what it costs in counts and in time, and what went wrong (NUMERICS C2 to C5).
+// tests/bench/accuracy/sweep.h: one scene drawn in every planned setting: the distance of each picture from
+// the true integral, its cost in counts and in time, and what went wrong.
 #pragma once
 
 #include "core/image_metrics.h"

@@ -1,5 +1,5 @@
-// tests/bench/lod/area_truth.h: what a picture's pixels should show, found without anything that the
-// product measures errors with: pixels, places and sums of its own.
+// tests/bench/lod/area_truth.h: the truth of a picture's pixels, found without anything that the product
+// measures errors with: pixels, places and sums of its own.
 #pragma once
 
 #include "core/image.h"

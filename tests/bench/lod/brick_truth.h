@@ -1,6 +1,6 @@
-// tests/bench/lod/brick_truth.h: what selection predicts, computed from every voxel: the true error of
-// each brick and level as level_error.h defines it, and the errors of simpler measures to compare with. Slow;
-// whole levels in memory.
+// tests/bench/lod/brick_truth.h: the truth of what selection predicts, computed from every voxel. It is the
+// true error of each brick and level as level_error.h defines it, and the errors of simpler measures to
+// compare with. Slow; whole levels in memory.
 #pragma once
 
 #include "bricking/levels/level_error.h"

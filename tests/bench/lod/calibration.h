@@ -1,5 +1,5 @@
-// tests/bench/lod/calibration.h: what pictures say of their errors beside what these are, and how often
-// that holds.
+// tests/bench/lod/calibration.h: the errors that pictures state beside their true errors, and how often a
+// statement holds.
 #pragma once
 
 #include "core/image_metrics.h"

@@ -1,4 +1,4 @@
-// tests/bench/lod/framing.h: how well a picture is filled, and whether it cuts anything off.
+// tests/bench/lod/framing.h: measures how well a picture is filled, and whether it cuts anything off.
 #pragma once
 
 #include "core/image.h"

@@ -1,6 +1,6 @@
-// tests/bench/lod/seen_bricks.h: how much of each brick a picture shows, with what lies before it: the
-// visibility that a choice of levels can use (bricking/levels/level_selection.h), computed slowly from the
-// finest data.
+// tests/bench/lod/seen_bricks.h: the visibility of each brick in a picture, with what lies before it. A
+// choice of levels can use it (bricking/levels/level_selection.h). It is computed slowly from the finest
+// data.
 #pragma once
 
 #include "render/plan/scene_plan.h"

@@ -1,5 +1,5 @@
-// tests/bench/lod/workbench.h: what the experiments on volumes share: the volumes, and scenes on a device
-// that can be drawn with any selection of levels.
+// tests/bench/lod/workbench.h: tools that the experiments on volumes share: the volumes, and scenes on a
+// device that can be drawn with any selection of levels.
 #pragma once
 
 #include "bricking/levels/level_chooser.h"

@@ -1,4 +1,4 @@
-// tests/bench/memory/memory_budgets.h: what `tessera bench memory` measures.
+// tests/bench/memory/memory_budgets.h: the measurement of `tessera bench memory`.
 #pragma once
 
 #include "tests/bench/lod/workbench.h"

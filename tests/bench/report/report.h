@@ -1,6 +1,6 @@
-// tests/bench/report/report.h: what an experiment hands over: numbers as tables, pictures, plots, and what
-// they say. Experiments compute and fill these; page.h writes them. So an experiment can be tested without a
-// disk.
+// tests/bench/report/report.h: the results of an experiment: numbers as tables, pictures, plots, and
+// sentences about them. Experiments compute and fill these; page.h writes them. So an experiment can be
+// tested without a disk.
 #pragma once
 
 #include "core/image.h"

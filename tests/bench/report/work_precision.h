@@ -1,6 +1,6 @@
-// tests/bench/report/work_precision.h: error against run time: the settings that no other beats in both,
-// the time at an error and the error at a time on them, orders of convergence, and how sure a ratio of times
-// is (NUMERICS C1, C5, C6). Nothing is ever extrapolated.
+// tests/bench/report/work_precision.h: error against run time. It holds the settings that no other beats in
+// both, the time at an error and the error at a time on them, orders of convergence, and how sure a ratio of
+// times is. Nothing is ever extrapolated.
 #pragma once
 
 #include <cstddef>
