@@ -3,6 +3,8 @@
 // with the tag's name, never an absent value. Private to the DICOM importer.
 #pragma once
 
+#include "bricking/import/dicom/dicom_scan.h"
+
 #include <array>
 #include <cmath>
 #include <cstdlib>
