@@ -120,6 +120,69 @@ TEST(WallCoverage, OneSeesAStraightTubeButForWhatTheFirstPictureLeavesOut) {
     EXPECT_LT(measure(chunks, request).share(), 0.01);
 }
 
+/// However wide pictures are: the wall at an angle is seen from where its picture's edge is wide enough.
+TEST(WallCoverage, WiderPicturesSeeMore) {
+    Path path = pathAlong(straight({0, 0, 0}, {0, 0, 120}, 60));
+    path.flight->viewAngle = 90;
+    const FieldChunks chunks = tubeAlongZ(glm::dvec3(1));
+    double before = 0;
+    for (const double aspect : {0.25, 1.0, 4.0}) {
+        CoverageRequest request = requestOf(path);
+        request.aspect = aspect;
+        double unseenMm = 0; // of the tube's beginning, in the mean around it
+        constexpr int kAngles = 3600;
+        for (int i = 0; i < kAngles; ++i) {
+            const double angle = 2 * pi * i / kAngles;
+            unseenMm +=
+                kRadius * std::max(std::abs(std::cos(angle)) / aspect, std::abs(std::sin(angle))) / kAngles;
+        }
+        const double share = measure(chunks, request).share();
+        EXPECT_NEAR(share, 1 - unseenMm / 120, 0.02) << aspect;
+        if (aspect <= 1) { // beyond, the wall beside the eye is a voxel or two away
+            EXPECT_GT(share, before + 0.02) << aspect;
+        }
+        before = share;
+    }
+}
+
+/// From one end of what is flown to the other, both of them looked from, and no further apart than was asked.
+TEST(WallCoverage, CamerasAreAtBothEndsAndBetween) {
+    for (const bool backwards : {false, true})
+        for (const double every : {1.0, 7.0, 33.0, 500.0}) {
+            Path path = pathAlong(straight({0, 0, 0}, {0, 0, 120}, 60));
+            path.flight->fromMm = 10, path.flight->toMm = 100;
+            path.flight->backwards = backwards;
+            const std::vector<Camera> cameras = flightCameras(path, every, false);
+            ASSERT_EQ(cameras.size(), static_cast<std::size_t>(std::ceil(90 / every)) + 1);
+            EXPECT_NEAR(cameras.front().position.z, backwards ? 100 : 10, 1e-6);
+            EXPECT_NEAR(cameras.back().position.z, backwards ? 10 : 100, 1e-6);
+            for (std::size_t i = 1; i < cameras.size(); ++i)
+                EXPECT_LE(glm::length(cameras[i].position - cameras[i - 1].position), every + 1e-6);
+            const std::vector<Camera> both = flightCameras(path, every, true);
+            ASSERT_EQ(both.size(), 2 * cameras.size());
+            for (std::size_t i = 0; i < cameras.size(); ++i)
+                EXPECT_LT(glm::length(both[both.size() - 1 - i].position - cameras[i].position), 1e-6);
+        }
+}
+
+/// Where the volume ends is no wall: of a tube that a border cuts lengthwise what is left of its wall counts.
+TEST(WallCoverage, TheVolumesBorderIsNoWall) {
+    constexpr double kInside = 4.5; // mm from the axis to the border
+    const double left = 2 * pi - 2 * std::acos(kInside / kRadius), area = left * kRadius * 120;
+    for (const int axis : {0, 1})
+        for (const bool upper : {false, true}) {
+            glm::dvec3 corner(-14, -14, -20);
+            glm::ivec3 extent(28, 28, 160);
+            extent[axis] = 19;
+            corner[axis] = upper ? kInside - 19 : -kInside;
+            const FieldChunks chunks(boxInfo(extent, glm::dvec3(1), corner),
+                                     tube({{0, 0, -14}, {0, 0, 134}}, kRadius, 1));
+            const WallCoverage found =
+                measure(chunks, requestOf(pathAlong(straight({0, 0, 0}, {0, 0, 120}, 60))));
+            EXPECT_NEAR(found.wallMm2, area, 0.05 * area) << axis << (upper ? ", upper" : ", lower");
+        }
+}
+
 TEST(WallCoverage, TheBackOfAFoldIsSeenOnTheWayBackAlone) {
     // a ring that stands 5 mm into the tube, 3 mm thick, in the middle
     const Field pipe = tube({{0, 0, -14}, {0, 0, 134}}, kRadius, 1);

@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/turntable.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
@@ -301,6 +302,40 @@ TEST(Film, FramesFollowFromTheirNumbers) {
                 std::cos(glm::radians(40.0)), 1e-9);
     plain.flight.reset();
     EXPECT_THROW(Film(plain, scene, presets, "p"), InputError);
+}
+
+/// What a keyframe at a place says is reached where the camera is at that place, on the way there and back.
+TEST(Film, KeyframesAtPlacesComeWhereTheCameraIs) {
+    for (const bool backwards : {false, true}) {
+        Path path;
+        path.lines = {helixLine(100, 1, 6)};
+        path.flight = Flight{};
+        path.flight->fromMm = 10, path.flight->toMm = 70;
+        path.flight->speedMmPerS = 10;
+        path.flight->backwards = backwards;
+        path.framesPerSecond = 10;
+        std::vector<double> places = {20, 40, 65};
+        if (backwards)
+            std::reverse(places.begin(), places.end());
+        for (std::size_t n = 0; n < places.size(); ++n) {
+            Keyframe key;
+            key.placeMm = places[n];
+            key.easing = Easing::linear;
+            key.transferFunction = TransferFunction::fromOpacity({{0, 0.01 * places[n]}}, {}, 1);
+            path.keyframes.push_back(key);
+        }
+        Scene scene;
+        scene.volumes.push_back({"x.zarr", std::string("skin")});
+        const Film film(path, scene, {}, "p.json");
+        EXPECT_NEAR(film.seconds(), 6, 0.05) << "the curve cuts the polygon's corners";
+        for (double time = 0; time < 6; time += 0.25) {
+            const double place = backwards ? 70 - 10 * time : 10 + 10 * time;
+            const auto function = std::get<TransferFunction>(film.sceneAt(time).volumes[0].transferFunction);
+            EXPECT_NEAR(function.opacityPoints()[0].opacity, 0.01 * std::clamp(place, 20.0, 65.0), 1e-9)
+                << time << (backwards ? " backwards" : "");
+            EXPECT_LT(glm::length(film.cameraAt(time).position - helix(place)), 0.1) << time;
+        }
+    }
 }
 
 // A turntable's frames: as many as were asked for, at equal angles, at one distance.

@@ -102,6 +102,32 @@ TEST_F(DicomFolder, MissingSlicesAreNamed) {
     EXPECT_EQ(firstOf(values, 8), 6000);
 }
 
+/// Between two slices lies their mean, whatever the type that holds them and on whichever side of 32768 they
+/// lie.
+TEST_F(DicomFolder, UnsignedSlicesOnBothSidesOf32768AreResampled) {
+    const std::vector<double> zs = {0, 2, 4, 5, 7};
+    const std::vector<std::uint16_t> values = {100, 40000, 65535, 32767, 32768};
+    for (std::size_t n = 0; n < zs.size(); ++n) {
+        DicomImage image = imageAt(0, zs[n]);
+        image.modality = "MR";
+        image.pixelRepresentation = 0;
+        image.slope.reset(), image.intercept.reset();
+        image.pixels.assign(12, values[n]);
+        write(image);
+    }
+    const auto source = open({.resampleZ = true});
+    ASSERT_EQ(source->info().type, ValueType::u16);
+    ASSERT_EQ(source->info().extentVoxels.z, 8); // every millimetre
+    const auto got = readAll<std::uint16_t>(*source);
+    for (std::size_t z = 0; z < 8; ++z) {
+        std::size_t n = 0;
+        while (n + 2 < zs.size() && zs[n + 1] <= static_cast<double>(z))
+            ++n;
+        const double share = (static_cast<double>(z) - zs[n]) / (zs[n + 1] - zs[n]);
+        EXPECT_NEAR(got[12 * z], (1 - share) * values[n] + share * values[n + 1], 0.5) << z;
+    }
+}
+
 TEST_F(DicomFolder, JitterBelowOnePercentIsAcceptedAndAboveIsNot) {
     writeSeries({0, 2, 4.015, 6, 8});
     EXPECT_EQ(open()->info().extentVoxels.z, 5);

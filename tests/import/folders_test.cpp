@@ -264,10 +264,15 @@ TEST_F(Folder, ByteIdenticalDuplicatesAreDroppedWithACount) {
     EXPECT_THAT(source->describe(), HasSubstr("2 byte-identical duplicates dropped"));
     EXPECT_THAT(table(), HasSubstr("2 duplicates dropped"));
     DicomImage another = imageAt(3);
-    another.pixels[5] ^= 1;
-    writeDicom(folder / "another.dcm", another);
-    EXPECT_THAT(refused(), AllOf(HasSubstr("1 of 6 slices at the place of another"),
-                                 HasSubstr("IM0044.dcm and another.dcm")));
+    for (std::size_t pixel = 0; pixel < another.pixels.size(); ++pixel)
+        for (const unsigned bit : {1u, 0x100u}) { // of either byte
+            another = imageAt(3);
+            another.pixels[pixel] ^= static_cast<std::uint16_t>(bit);
+            writeDicom(folder / "another.dcm", another);
+            EXPECT_THAT(refused(), AllOf(HasSubstr("1 of 6 slices at the place of another"),
+                                         HasSubstr("IM0044.dcm and another.dcm")))
+                << pixel << ", " << bit;
+        }
     another = imageAt(3);
     another.intercept = "-1000"; // the same pixels, other values
     writeDicom(folder / "another.dcm", another);

@@ -24,6 +24,15 @@ TEST_F(Program, CoverageTellsWhatAFlightSees) {
     EXPECT_EQ(report["wallMm2"], both["wallMm2"]);
     EXPECT_GT(both["share"].get<double>(), report["share"].get<double>());
     EXPECT_EQ(report["viewAngle"], 90);
+    const auto ofSize = [&](const std::string& size) {
+        return nlohmann::json::parse(
+            run("coverage t.zarr --path colon.json --every 5 --json -q --size " + size).out);
+    };
+    const auto wide = ofSize("640x160"), tall = ofSize("160x640");
+    EXPECT_EQ(wide["aspect"], 4);
+    EXPECT_EQ(tall["aspect"], 0.25);
+    EXPECT_GT(wide["share"].get<double>(), tall["share"].get<double>())
+        << "the view's angle is the vertical one";
     ASSERT_FALSE(report["patches"].empty());
     EXPECT_GE(report["patches"].front()["areaMm2"], report["patches"].back()["areaMm2"]);
 

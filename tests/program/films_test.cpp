@@ -100,6 +100,7 @@ TEST_F(Films, FramesEqualStills) {
             const std::string frame = readAll(folder_ / "film" / frameName(n));
             const json manifest = json::parse(readManifest(folder_ / "film" / frameName(n)));
             EXPECT_EQ(manifest["film"]["frame"], n);
+            EXPECT_NEAR(manifest["film"]["seconds"].get<double>(), static_cast<double>(n) / 10, 1e-9);
             json scene = manifest["scene"];
             scene["volumes"][0]["path"] = "s.zarr";
             write("still.json", scene.dump());
@@ -117,6 +118,11 @@ TEST_F(Films, GoOnWhereTheyStopped) {
     ASSERT_EQ(run(film + "--frames 2-4").exitCode, 0);
     EXPECT_EQ(names("film"),
               (std::vector<std::string>{"film.json", frameName(2), frameName(3), frameName(4)}));
+    for (const std::size_t n : {2, 3, 4}) { // of the film, not of the part that is drawn
+        const json film = json::parse(readManifest(folder_ / "film" / frameName(n)))["film"];
+        EXPECT_EQ(film["frame"], n);
+        EXPECT_NEAR(film["seconds"].get<double>(), static_cast<double>(n) / 10, 1e-9);
+    }
     const auto before = fs::last_write_time(folder_ / "film" / frameName(3));
     const json rest = json::parse(run(film + "--json").out);
     EXPECT_EQ(rest["there"], 3);

@@ -170,6 +170,24 @@ TEST(NativeSurfaceBlocks, ChangeNoBit) {
 }
 
 /// White noise: cubics that turn, several crossings a piece, up to eight surfaces, two of one value.
+/// What rays meet is kept of every pixel, and charged.
+TEST(NativeSurfaceHits, AreCharged) {
+    Prepared prepared("torso", torsoScene(0, false, Integrator::midpoint, kSize));
+    ScenePlan& p = prepared.p;
+    NativeEngine engine(1, prepared.budgets.gpu, prepared.budgets.ram);
+    p.chosen.chooser.reset();
+    p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
+    Work work;
+    bringBricks(engine, p, prepared.budgets.gpu, work);
+    const auto chargedWith = [&](bool hits) {
+        const std::size_t before = prepared.budgets.gpu.usedBytes();
+        NativeCaster caster(p, engine, {true, hits, false}, prepared.budgets.gpu, nullptr);
+        caster.begin(raysOf(p));
+        return prepared.budgets.gpu.usedBytes() - before;
+    };
+    EXPECT_EQ(chargedWith(true), chargedWith(false) + sizeof(SurfaceHit) * rayCount(kSize));
+}
+
 TEST(NativeSurfacesOfNoise, PicturesAndHitsAreTheMirrors) {
     for (const bool volume : {false, true})
         for (const double step : {0.5, 3.0}) {

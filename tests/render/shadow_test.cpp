@@ -110,6 +110,7 @@ struct ShadowCase {
     const char *store, *preset;
     bool isPoint, inside;
     double mostMean, most; // differences; the largest at edges of shadows, where a map's rays lie beside
+    double offset = 0;     // voxels, from a place towards the light: what lies between takes nothing
 };
 
 void expectAsByRays(const ShadowCase& c) {
@@ -129,7 +130,9 @@ void expectAsByRays(const ShadowCase& c) {
     ShadowQuality quality;
     quality.mapSize = 256;
     quality.stepVoxels = 0.25;
-    quality.offset = 0;
+    quality.offset = c.offset;
+    const double offsetMm =
+        c.offset * std::cbrt(std::abs(glm::determinant(glm::dmat3(info.patientFromVoxel))));
     ShadowMaps maps(light, path, quality);
     maps.build(path, 0);
     std::mt19937 random(7);
@@ -141,7 +144,8 @@ void expectAsByRays(const ShadowCase& c) {
         const glm::dvec3 voxel = extent * glm::dvec3(anywhere(random), anywhere(random), anywhere(random));
         const glm::dvec3 place(info.patientFromVoxel * glm::dvec4(voxel, 1));
         const glm::dvec3 to = c.isPoint ? light.position - place : light.towards * 1e4;
-        const double truth = lightByRay(path, place, glm::normalize(to), glm::length(to));
+        const glm::dvec3 from = place + offsetMm * glm::normalize(to);
+        const double truth = lightByRay(path, from, glm::normalize(to), glm::length(to) - offsetMm);
         const double difference = std::abs(static_cast<double>(maps.light(place)) - truth);
         sum += difference;
         shade += 1 - truth;
@@ -160,6 +164,13 @@ TEST(ShadowMaps, AreWhatRaysOfShadowSay) {
     if (!std::filesystem::exists(storePath("abdomen")))
         GTEST_SKIP() << "the rest: no store of the abdomen";
     expectAsByRays({"abdomen", "bone-1", false, false, 0.03, 0.3});
+}
+
+/// What stands within the offset before a place shades it not: neither a directional light's nor a point's.
+TEST(ShadowMaps, LookFromBeforeAPlace) {
+    for (const double offset : {2.0, 6.0})
+        for (const bool isPoint : {false, true})
+            expectAsByRays({"torso", "soft-tissue", isPoint, false, 0.02, 0.2, offset});
 }
 
 /// Extremes: all finite, bounded, no hang.

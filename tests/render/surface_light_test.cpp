@@ -441,6 +441,50 @@ TEST(SurfaceLight, TheFilterSmoothsAndKeepsEdges) {
     EXPECT_LT(nearWith, nearWithout);
 }
 
+/// What shares is near in mm: a volume of larger voxels, seen from as much further away, looks the same.
+TEST(SurfaceLight, TheFilterKnowsNoVoxels) {
+    const auto pictureAt = [](double mmPerVoxel) {
+        const ScratchFolder folder;
+        VolumeInfo info;
+        info.type = ValueType::f32;
+        info.extentVoxels = glm::ivec3(40);
+        info.patientFromVoxel =
+            patientFromVoxelOf({0, 0, 0}, {mmPerVoxel, 0, 0}, {0, mmPerVoxel, 0}, {0, 0, mmPerVoxel});
+        Ledger ram("RAM", "--ram", std::size_t{256} << 20);
+        FormulaSource source(info, cornerField());
+        importToStore(source, folder / "v.zarr", ram, {});
+        Scene scene = sceneOn(info, "bone-1", 0, {48, 48});
+        scene.volumes[0].path = folder / "v.zarr";
+        scene.volumes[0].transferFunction = TransferFunction::fromExtinction({}, {});
+        scene.surfaces = {{0, glm::dvec3(1), 1}};
+        scene.lighting.surfaceOcclusion = SurfaceOcclusion{8, 12 * mmPerVoxel, true};
+        scene.shading.ambient = 0.8, scene.shading.diffuse = 0.2, scene.shading.specular = 0;
+        Camera camera;
+        camera.focalPoint = mmPerVoxel * glm::dvec3(14, 20, 12);
+        camera.position = mmPerVoxel * glm::dvec3(90, 35, 100);
+        camera.viewUp = {0, 1, 0};
+        camera.viewAngle = 8; // pixels are finer than what shares
+        scene.camera = camera;
+        Ledger gpu("GPU", "--gpu", std::size_t{256} << 20);
+        RenderOptions options;
+        options.engine = EngineKind::native;
+        const StoreReader store(folder / "v.zarr", ram);
+        return renderScene(scene, store, ram, gpu, options).image;
+    };
+    const Image one = pictureAt(1);
+    double darkest = 1;
+    for (const glm::vec4& pixel : one.pixels)
+        darkest = pixel.a > 0 ? std::min(darkest, static_cast<double>(pixel.g)) : darkest;
+    EXPECT_LT(darkest, 0.9);
+    for (const double mmPerVoxel : {0.25, 5.0}) {
+        const Image other = pictureAt(mmPerVoxel);
+        double most = 0;
+        for (std::size_t i = 0; i < one.pixels.size(); ++i)
+            most = std::max(most, static_cast<double>(std::abs(one.pixels[i].g - other.pixels[i].g)));
+        EXPECT_LT(most, 2e-3) << mmPerVoxel;
+    }
+}
+
 /// It is the occlusion of what surfaces show, in place of that of voxels; shadows stay.
 TEST(SurfaceLight, TakesThePlaceOfTheVoxels) {
     Scene scene = occludedScene(0, {24, 24}, {.rays = 8});

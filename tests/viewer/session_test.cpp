@@ -74,6 +74,14 @@ TEST(ViewSession, AtRestShowsTheVeryPictureOfTheProgram) {
     EXPECT_FALSE(sameBits(last->image, first->image));
     EXPECT_TRUE(looker.comesTo([&] { return looker.viewing->state().atRest; }));
     EXPECT_THAT(looker.viewing->state().measured, HasSubstr("L*u*v*"));
+    scene.camera = orbited(camera, {0.3, 0.1});
+    wish = looker.viewing->show(scene, true); // moving: no still follows
+    EXPECT_TRUE(looker.comesTo([&] {
+        const auto picture = looker.viewing->picture();
+        return picture && picture->asked >= wish;
+    }));
+    EXPECT_TRUE(looker.comesTo([&] { return looker.viewing->state().measured.empty(); }))
+        << "the error of another picture";
 }
 
 // What a window saves of source files opened straight away has to open again when the cache is cleared.

@@ -18,6 +18,7 @@
 #include <glm/vector_relational.hpp>
 #include <gtest/gtest.h>
 #include <thread>
+#include <utility>
 
 namespace tessera::test {
 namespace {
@@ -111,6 +112,27 @@ TEST(SlicePlanes, HoldTheWholePlaneAndTheirPlace) {
         }
 }
 
+/// All of a plane is as large as the picture lets it be, whatever the picture's proportion.
+TEST(SlicePlanes, FillThePicture) {
+    const VolumeInfo info = sheared();
+    for (const Orientation o : {Orientation::axial, Orientation::coronal, Orientation::sagittal})
+        for (const glm::ivec2& size : {glm::ivec2(160, 240), {240, 160}, {400, 60}, {60, 400}, {100, 100}}) {
+            const glm::dvec3 middle(info.patientFromVoxel *
+                                    glm::dvec4(0.5 * glm::dvec3(info.extentVoxels), 1));
+            const SliceFrame f = sliceFrame(info, o, middle, size, 1);
+            glm::dvec2 least(1e9), most(-1e9);
+            for (int corner = 0; corner < 8; ++corner) {
+                const glm::dvec3 voxel =
+                    glm::dvec3(info.extentVoxels) * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2);
+                const glm::dvec2 c =
+                    f.pictureFromPatient(glm::dvec3(info.patientFromVoxel * glm::dvec4(voxel, 1)));
+                least = glm::min(least, c), most = glm::max(most, c);
+            }
+            const glm::dvec2 fills = (most - least) / glm::dvec2(size);
+            EXPECT_NEAR(std::max(fills.x, fills.y), 1, 1e-9) << size.x << " x " << size.y;
+        }
+}
+
 TEST(SlicePlanes, AreTrilinearInterpolationOfTheVoxels) {
     const VolumeInfo info = sheared();
     Volume volume(info);
@@ -200,6 +222,43 @@ TEST(SliceThread, ComesToTheLastWish) {
     EXPECT_EQ(news, before) << "the same again is drawn again";
     EXPECT_LE(ram.usedBytes(), ram.limitBytes());
     EXPECT_EQ(thread.takeProblem(), "");
+}
+
+/// Whoever goes back to what is shown while another place is drawn sees what was asked for last.
+TEST(SliceThread, GoesBack) {
+    const VolumeInfo info = sheared();
+    Volume volume(info);
+    Ledger ram("RAM", "--ram", std::size_t{32} << 20);
+    std::atomic<int> news = 0;
+    SliceThread thread(volume.store, ram, 2, [&] { ++news; });
+    SliceWish first;
+    first.window = {0, 1000};
+    first.sizes = {glm::ivec2(200, 160), glm::ivec2(200, 180), glm::ivec2(160, 200)};
+    first.placeMm = glm::dvec3(info.patientFromVoxel * glm::dvec4(10.5, 22, 30, 1));
+    SliceWish second = first;
+    second.placeMm = glm::dvec3(info.patientFromVoxel * glm::dvec4(30.5, 22, 59, 1));
+    const auto comesTo = [&](const SliceWish& wish) {
+        const auto end = std::chrono::steady_clock::now() + 30s;
+        for (;;) {
+            const auto shown = thread.shown();
+            if (shown && shown->wish == wish && shown->fine)
+                return true;
+            if (std::chrono::steady_clock::now() > end)
+                return false;
+            std::this_thread::sleep_for(1ms);
+        }
+    };
+    for (int n = 0; n < 12; ++n) {
+        thread.show(first);
+        ASSERT_TRUE(comesTo(first));
+        thread.show(second);
+        std::this_thread::sleep_for(std::chrono::microseconds(300 * n)); // it waits, or it is being drawn
+        thread.show(first);
+        int before = -1;
+        while (std::exchange(before, news) != news || before == -1) // until nothing more comes
+            std::this_thread::sleep_for(60ms);
+        EXPECT_TRUE(thread.shown()->wish == first) << n;
+    }
 }
 
 } // namespace

@@ -55,9 +55,9 @@ SliceThread::~SliceThread() {
 void SliceThread::show(const SliceWish& wish) {
     {
         const std::lock_guard lock(mutex_);
-        if ((wish_ && *wish_ == wish) || (!wish_ && shown_ && shown_->wish == wish))
+        if (asked_ && *asked_ == wish)
             return;
-        wish_ = wish;
+        wish_ = asked_ = wish;
     }
     wake_.notify_all();
 }
@@ -124,6 +124,8 @@ void SliceThread::run() {
             {
                 const std::lock_guard lock(mutex_);
                 problem_ = e.what();
+                if (!wish_)
+                    asked_.reset(); // asked for again, it is tried again
             }
             news_();
         }

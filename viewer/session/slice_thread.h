@@ -45,6 +45,7 @@ class SliceThread {
     std::condition_variable wake_;
     bool stop_ = false;
     std::optional<SliceWish> wish_;
+    std::optional<SliceWish> asked_; // the last wish, waiting, being drawn or shown; none where it failed
     std::shared_ptr<const ShownSlices> shown_;
     std::string problem_;
     std::thread thread_; // last: it uses all of the above
