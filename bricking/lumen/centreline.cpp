@@ -226,8 +226,12 @@ class Finder {
                 return;
             judgedAt_ = widest;
             grown.reset();
-            startAgain();
-            grown = growFirst(widest);
+            try {
+                startAgain();
+                grown = growFirst(widest);
+            } catch (const BadFile&) { // no wall is near
+                grown.reset();
+            }
             if (grown && grown->voxels.contains(first))
                 continue;
             judgedAt_.reset(); // the seed alone tells

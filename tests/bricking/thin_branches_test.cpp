@@ -232,6 +232,19 @@ TEST(ThinBranches, FromAnySeedTheSame) {
     }
 }
 
+/// A place that is too far from its walls tells nothing: then the seed does.
+TEST(ThinBranches, AHallAtTheTubesEndIsNoReasonToRefuse) {
+    const FieldChunks field(
+        boxInfo({124, 124, 160}, glm::dvec3(2), {-124, -124, -200}), [](const glm::dvec3& p) {
+            const double hall = glm::length(p - glm::dvec3(0, 0, -80)) - 115;
+            const double pipe = lineDistance(p, std::vector<glm::dvec3>{{0, 0, 0}, {0, 0, 110}}) - 7;
+            return -1000 + 1040 * std::clamp(0.5 + 0.5 * std::min(hall, pipe), 0.0, 1.0);
+        });
+    const Centrelines tree = treeIn(field, {0, 0, 90}, std::size_t{256} << 20);
+    EXPECT_NEAR(tree.lumen.threshold, -480, 100);
+    EXPECT_FALSE(tree.lines.empty());
+}
+
 TEST(ThinBranches, RadiiGoOnToHalfWay) {
     for (const double deviation : {0.0, 50.0}) {
         const WalledAirways airways(1);
