@@ -12,18 +12,18 @@ one_store='^[A-Za-z]+/(Contract|CutPicture|Values|Graded|Native|NativeSurfaces|N
 # Test programs of a file that changed: of its room.
 tests_of() { # FILE
     case $1 in
-    core/*picture* | core/image_file* | tests/core/image_file*) echo core_image_file_test ;;
+    core/image/*picture* | core/image/image_file* | tests/core/image/*) echo core_test core_image_file_test ;;
     core/* | tests/core/*) echo core_test core_scene_test ;;
     bricking/store/* | bricking/statistics/* | bricking/import/importer*) echo bricking_store_test ;;
     bricking/cache/*) echo bricking_cache_test ;;
     bricking/levels/*) echo bricking_selection_test ;;
-    bricking/lumen/*) echo bricking_lumen_test ;;
-    bricking/import/* | tests/import/*) echo import_test damage_corpus ;;
+    bricking/analysis/*) echo bricking_lumen_test bricking_body_test ;;
+    bricking/import/* | tests/bricking/import/*) echo import_test damage_corpus ;;
     datasets/* | tests/datasets/*) echo datasets_phantom_test ;;
     tests/bricking/*) echo bricking_store_test bricking_cache_test ;;
-    render/engines/native/* | render/contract/*) echo render_native_test ;;
+    render/backends/native/* | render/contract/*) echo render_native_test ;;
     render/* | tests/render/*) echo render_unit_test render_engine_test ;;
     viewer/presets/*) echo viewer_presets_test ;;
-    viewer/modules/*) echo modules_test ;;
+    viewer/cli/modules/*) echo modules_test ;;
     esac
 }

@@ -1,10 +1,10 @@
 # tessera_module(TARGET FOLDER name SOURCES ... ROOMS ... PRIVATE ...): rooms as a library of their own, TARGET.so, which
-# the program loads when it first needs them (viewer/modules/load_module.h) and with them the libraries that they stand on.
+# the program loads when it first needs them (viewer/cli/modules/load_module.h) and with them the libraries that they stand on.
 #   SOURCES  relative to FOLDER: the table of functions that the module shows, `tesseraModule`
 #   ROOMS    compiled into it; their objects have to be position independent
 #   PRIVATE  libraries of others
 # No room that the program holds is linked into a module as well: what the module needs of them it finds in the program,
-# which shows it (program.symbols). So there is one ledger, one Ctrl-C and one line of progress, not two.
+# which shows it (program.symbols). So there is one budget, one Ctrl-C and one line of progress, not two.
 function(tessera_module target)
   cmake_parse_arguments(ARG "" "FOLDER" "SOURCES;ROOMS;PRIVATE" ${ARGN})
   list(TRANSFORM ARG_SOURCES PREPEND ${PROJECT_SOURCE_DIR}/${ARG_FOLDER}/)
@@ -37,7 +37,7 @@ endfunction()
 # tessera_on_demand(TARGET module room source): TARGET declares room's headers, and its source defines their functions by
 # those of the module. Who links TARGET must not link the room.
 function(tessera_on_demand target module room source)
-  target_sources(${target} PRIVATE ${PROJECT_SOURCE_DIR}/viewer/modules/${source})
+  target_sources(${target} PRIVATE ${PROJECT_SOURCE_DIR}/viewer/cli/modules/${source})
   target_include_directories(${target} PUBLIC $<TARGET_PROPERTY:${room},INTERFACE_INCLUDE_DIRECTORIES>)
   add_dependencies(${target} ${module})
 endfunction()

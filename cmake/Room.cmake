@@ -1,5 +1,5 @@
 # tessera_room(TARGET FOLDER name [SOURCES ...] [HEADERS ...] [USES ...] [PRIVATE ...]): one room of the house as a
-# target. Who links it can include its headers by their path from the root ("core/brick.h"), and nobody else can: the
+# target. Who links it can include its headers by their path from the root ("core/base/brick.h"), and nobody else can: the
 # root is on no include path. Instead every room has a folder of links in the build folder, to its own headers alone,
 # and that is what its users get. So an #include against the arrows does not compile.
 #   FOLDER   from the root

@@ -2,4 +2,4 @@
 #   cmake -D SOURCE=folder -D OUT=file.cpp -P build_commit.cmake
 execute_process(COMMAND git -C "${SOURCE}" describe --always --dirty --abbrev=12 --exclude=*
   OUTPUT_VARIABLE TESSERA_COMMIT OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
-configure_file("${SOURCE}/viewer/manifest/build_commit.cpp.in" "${OUT}" @ONLY) # written where it changed
+configure_file("${SOURCE}/viewer/cli/manifest/build_commit.cpp.in" "${OUT}" @ONLY) # written where it changed

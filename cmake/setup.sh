@@ -58,6 +58,12 @@ configure_release() {
     rm -f "$log"
 }
 
+# The same, with every warning an error.
+configure_strictly() {
+    local parts=("${@/#/-DTESSERA_WITH_}")
+    (cd "$root" && cmake --preset release -DCMAKE_COMPILE_WARNING_AS_ERROR=ON "${parts[@]/%/=ON}" >/dev/null)
+}
+
 # Builds preset release; arguments: targets (none: everything). Silent unless something is built or fails.
 build_release() {
     local targets=()

@@ -4,7 +4,7 @@
 // rho_r(r) = cos(2 pi fM cos(pi r/2)), on [-1,1]^3.
 #include "datasets/analytic_field.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "datasets/slice_generator.h"
 
 #include <algorithm>

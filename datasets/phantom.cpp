@@ -2,9 +2,9 @@
 // slab and the phantom's own shapes; nothing grows with the volume. See phantom.h.
 #include "datasets/phantom.h"
 
-#include "core/error.h"
-#include "core/nearest_name.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/nearest_name.h"
+#include "core/base/threads.h"
 #include "datasets/slice_generator.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // datasets/phantom_curves.cpp: the curves that the torso's tubes follow, as lists of points and as JSON. See
 // phantom.h.
-#include "core/error.h"
+#include "core/base/error.h"
 #include "datasets/colon_shape.h"
 #include "datasets/phantom.h"
 #include "datasets/torso_parts.h"

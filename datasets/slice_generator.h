@@ -2,7 +2,7 @@
 // slice number to voxels. Being pure, slices can be made in any order, by any number of threads.
 #pragma once
 
-#include "core/volume.h"
+#include "core/base/volume.h"
 
 #include <cstddef>
 #include <glm/vec3.hpp>

@@ -1,7 +1,7 @@
 // datasets/tissue_painter.cpp: see tissue_painter.h.
 #include "datasets/tissue_painter.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // datasets/torso.cpp: the CT-like torso: its parts in painting order, quantum noise, and storage as int16 HU.
-#include "core/error.h"
+#include "core/base/error.h"
 #include "datasets/phantom.h"
 #include "datasets/slice_generator.h"
 #include "datasets/torso_parts.h"

@@ -1,14 +1,14 @@
 // render/engine.h: Engine and RayCaster, the interface of the backends that draw. An engine holds the bricks
 // of volumes on its device. Its ray caster takes rays through them, as far as a deadline allows, and goes on
 // later. The GPU march, the native engine, the mirror (CPU oracle) and the reference are engines. Pictures
-// use this interface alone (render/picture.h).
+// use this interface alone (render/picture/picture.h).
 #pragma once
 
 #include "bricking/levels/visibility.h" // SeenBrick
-#include "core/budget.h"
-#include "core/error.h"
-#include "core/image.h"
-#include "core/work.h"
+#include "core/base/budget.h"
+#include "core/base/error.h"
+#include "core/base/work.h"
+#include "core/image/image.h"
 #include "render/contract/ray.h"
 #include "render/contract/ray_state.h"
 #include "render/contract/slicing.h"
@@ -141,8 +141,8 @@ class Engine {
 
     /// Of the volumes that were opened. Several may be there at once, and share the bricks.
     /// @param gpu  what it takes is charged here
-    virtual std::unique_ptr<RayCaster> caster(const CasterOptions& options, Ledger& gpu) = 0;
-    virtual std::unique_ptr<VisibilityCounter> counter(Ledger& gpu) = 0;
+    virtual std::unique_ptr<RayCaster> caster(const CasterOptions& options, MemoryBudget& gpu) = 0;
+    virtual std::unique_ptr<VisibilityCounter> counter(MemoryBudget& gpu) = 0;
     /// The light of voxels, of what was opened; null where there is none, or all of it is made anew
     /// for every picture.
     virtual LightPlane* light() { return nullptr; }

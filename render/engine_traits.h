@@ -1,8 +1,8 @@
-// render/engine_traits.h: the engines that there are. An engine is a folder of render/engines/, which tells
+// render/engine_traits.h: the engines that there are. An engine is a folder of render/backends/, which tells
 // its traits in a function, and a line in the table of engine_maker.cpp.
 #pragma once
 
-#include "core/budget.h"
+#include "core/base/budget.h"
 #include "render/plan/memory_plan.h"
 
 #include <cstddef>
@@ -22,8 +22,8 @@ enum class EngineKind { automatic, gpu, native, mirror, reference };
 struct EngineInput {
     const GlContext* context = nullptr; ///< current; null for engines that need none
     int threads = 0;                    ///< 0: all processors
-    Ledger* ram = nullptr;
-    Ledger* gpu = nullptr;
+    MemoryBudget* ram = nullptr;
+    MemoryBudget* gpu = nullptr;
 };
 
 struct EngineTraits {

@@ -1,8 +1,8 @@
 // viewer/program.cpp: the `tessera` program: all of its commands.
 #include "viewer/program.h"
 
-#include "core/error.h"
-#include "viewer/commands/commands.h"
+#include "core/base/error.h"
+#include "viewer/cli/commands.h"
 
 #include <algorithm>
 #include <cerrno>

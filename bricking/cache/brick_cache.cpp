@@ -2,8 +2,8 @@
 // pointer's release or a waiter's wake-up happens while it is held.
 #include "bricking/cache/brick_cache.h"
 
-#include "core/error.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <condition_variable>
@@ -47,7 +47,7 @@ struct Wish {
 } // namespace
 
 struct BrickCache::State : std::enable_shared_from_this<State> {
-    State(const ChunkSource& read, Ledger& ram, std::size_t budgetBytes, std::size_t chunk)
+    State(const ChunkSource& read, MemoryBudget& ram, std::size_t budgetBytes, std::size_t chunk)
         : source(read), chunkBytes(chunk), capacity(budgetBytes / chunk),
           charge(ram.charge(budgetBytes, "the cache of chunks")) {}
 
@@ -249,7 +249,7 @@ void BrickCache::State::load(const ChunkKey& key) {
     }
 }
 
-BrickCache::BrickCache(const ChunkSource& source, Ledger& ram, std::size_t budgetBytes, int threads) {
+BrickCache::BrickCache(const ChunkSource& source, MemoryBudget& ram, std::size_t budgetBytes, int threads) {
     if (budgetBytes < floorBytes(source.info(), threads))
         throw InputError("the cache of chunks needs at least " +
                          formatBytes(floorBytes(source.info(), threads)) + ", but was given " +

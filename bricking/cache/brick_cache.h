@@ -10,8 +10,8 @@
 #pragma once
 
 #include "bricking/cache/chunk_source.h"
-#include "core/brick.h"
-#include "core/budget.h"
+#include "core/base/brick.h"
+#include "core/base/budget.h"
 
 #include <chrono>
 #include <cstddef>
@@ -38,7 +38,7 @@ class BrickCache {
     ///     whole, so no chunk is ever refused later. At least floorBytes(), else InputError naming the floor
     /// @param threads  that decode; 0: all processors
     /// source must outlive the cache; ram must outlive every pointer as well.
-    BrickCache(const ChunkSource& source, Ledger& ram, std::size_t budgetBytes, int threads);
+    BrickCache(const ChunkSource& source, MemoryBudget& ram, std::size_t budgetBytes, int threads);
     /// Drops queued work (its futures throw Error) and waits for what is being decoded. Pointers stay valid.
     ~BrickCache();
     BrickCache(const BrickCache&) = delete;

@@ -1,7 +1,7 @@
 // bricking/cache/chunk_source.cpp: see chunk_source.h.
 #include "bricking/cache/chunk_source.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <cstring>
 #include <glm/common.hpp>

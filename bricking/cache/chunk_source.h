@@ -3,8 +3,8 @@
 // stores implement it too, whatever the size of their own chunks (RechunkedSource).
 #pragma once
 
-#include "core/brick.h"
-#include "core/volume.h"
+#include "core/base/brick.h"
+#include "core/base/volume.h"
 
 #include <cstddef>
 #include <glm/vec3.hpp>

@@ -8,7 +8,7 @@
 #include "bricking/import/files/foreign_format.h"
 #include "bricking/import/source/oriented_source.h"
 #include "bricking/import/source/printable_name.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <cctype>

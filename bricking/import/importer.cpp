@@ -4,9 +4,9 @@
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
 #include "bricking/store/store_writer.h"
-#include "core/error.h"
-#include "core/interrupt.h"
-#include "core/stopwatch.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/stopwatch.h"
 
 #include <algorithm>
 #include <chrono>
@@ -27,7 +27,7 @@ std::size_t importFloorBytes(const VolumeInfo& info, int threads) {
     return std::max(StoreWriter::floorBytes(info, threads), statisticsFloorBytes(info, threads));
 }
 
-ImportReport importToStore(SlabSource& source, const std::filesystem::path& store, Ledger& ram,
+ImportReport importToStore(SlabSource& source, const std::filesystem::path& store, MemoryBudget& ram,
                            const ImportOptions& options) {
     const auto start = std::chrono::steady_clock::now();
     VolumeInfo info = source.info();

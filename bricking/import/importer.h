@@ -3,8 +3,8 @@
 #pragma once
 
 #include "bricking/import/source/slab_source.h"
-#include "core/budget.h"
-#include "core/progress.h"
+#include "core/base/budget.h"
+#include "core/base/progress.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -34,7 +34,7 @@ std::size_t importFloorBytes(const VolumeInfo& info, int threads);
 /// than the source's own.
 /// The source's order of slices and its infos are taken as they are; texts are cut to 64
 /// printable ASCII characters.
-ImportReport importToStore(SlabSource& source, const std::filesystem::path& store, Ledger& ram,
+ImportReport importToStore(SlabSource& source, const std::filesystem::path& store, MemoryBudget& ram,
                            const ImportOptions& options);
 
 } // namespace tessera

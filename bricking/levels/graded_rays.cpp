@@ -1,7 +1,7 @@
 // bricking/levels/graded_rays.cpp: see graded_rays.h.
 #include "bricking/levels/graded_rays.h"
 
-#include "core/brick.h"
+#include "core/base/brick.h"
 
 #include <algorithm>
 #include <array>

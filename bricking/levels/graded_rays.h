@@ -4,7 +4,7 @@
 // coarser levels lose.
 #pragma once
 
-#include "core/gradient_opacity.h"
+#include "core/scene/gradient_opacity.h"
 
 #include <cstdint>
 #include <span>

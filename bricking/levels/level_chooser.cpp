@@ -17,7 +17,7 @@ std::size_t predictionBytes(std::size_t bricks) {
 
 } // namespace
 
-LevelChooser::LevelChooser(const StoreReader& store, Ledger& ram, int threads)
+LevelChooser::LevelChooser(const StoreReader& store, MemoryBudget& ram, int threads)
     : store_(store), ram_(ram), threads_(threads), rays_(noBrickRays(store.info(), kBrickRayParts, ram)),
       charge_(ram.charge(predictionBytes(rays_.rowOf.size()), "the prediction of errors")) {}
 
@@ -52,10 +52,10 @@ void LevelChooser::setCamera(const Camera& camera, const glm::ivec2& imageSize) 
     camera_ = camera;
     imageSize_ = imageSize;
     weights_ = viewWeights(camera, store_.info(), imageSize, threads_, errors_.shows);
-    keepWhatFilteringLoses(errors_, weights_);
+    limitPrefilterLoss(errors_, weights_);
 }
 
-void LevelChooser::lookWithinPixels(int levels) {
+void LevelChooser::allowSubpixelLevels(int levels) {
     for (std::size_t brick = 0; brick < weights_.finest.size(); ++brick)
         if (weights_.area[brick] > 0)
             weights_.finest[brick] = static_cast<std::uint8_t>(std::max(0, weights_.finest[brick] - levels));

@@ -6,7 +6,7 @@
 #include "bricking/statistics/ray_statistics.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
-#include "core/camera.h"
+#include "core/scene/camera.h"
 
 #include <span>
 #include <vector>
@@ -17,7 +17,7 @@ class LevelChooser {
   public:
     /// store must outlive this.
     /// @param threads  0: all processors
-    LevelChooser(const StoreReader& store, Ledger& ram, int threads);
+    LevelChooser(const StoreReader& store, MemoryBudget& ram, int threads);
 
     /// Upper bound on memory for so many non-empty bricks of all, before and after the sampled rays are
     /// released.
@@ -32,7 +32,7 @@ class LevelChooser {
     void setCamera(const Camera& camera, const glm::ivec2& imageSize);
     /// Levels finer than a pixel count too, by so many levels: a pixel that is the mean of many samples shows
     /// them. Errors are those against the finest that counts. After the view.
-    void lookWithinPixels(int levels);
+    void allowSubpixelLevels(int levels);
 
     const std::vector<std::uint8_t>& shows() const { return errors_.shows; } // [z][y][x] over bricks
     const LevelErrors& errors() const { return errors_; }
@@ -48,7 +48,7 @@ class LevelChooser {
 
   private:
     const StoreReader& store_;
-    Ledger& ram_;
+    MemoryBudget& ram_;
     int threads_;
     BrickRays rays_;
     LevelErrors errors_;

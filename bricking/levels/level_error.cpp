@@ -6,9 +6,9 @@
 #include "bricking/levels/graded_rays.h"
 #include "bricking/levels/narrow_function.h"
 #include "bricking/levels/segment_tables.h"
-#include "core/error.h"
-#include "core/mean_spacing.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/mean_spacing.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <bit>
@@ -42,7 +42,7 @@ inline Added cubeRoot(Added x) {
     return y * (cube + 2 * safe) / (2 * cube + safe);
 }
 
-/// luvFromLinear of core/colour.h in float, over all colours at once; in place.
+/// luvFromLinear of core/image/colour.h in float, over all colours at once; in place.
 void toLuv(Colours& c) {
     constexpr float xn = 0.9504700f, yn = 1.0000001f, zn = 1.0888300f, sn = xn + 15 * yn + 3 * zn;
     constexpr float un = 4 * xn / sn, vn = 9 * yn / sn, kappa = 24389.0f / 27, epsilon = 216.0f / 24389;

@@ -1,8 +1,8 @@
 // bricking/levels/level_selection.cpp: see level_selection.h.
 #include "bricking/levels/level_selection.h"
 
-#include "core/error.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <bit>
@@ -324,7 +324,7 @@ Selection selectForError(const LevelErrors& errors, const ViewWeights& weights, 
     return best;
 }
 
-void keepWhatFilteringLoses(const LevelErrors& errors, ViewWeights& weights) {
+void limitPrefilterLoss(const LevelErrors& errors, ViewWeights& weights) {
     constexpr float kNoticeable = 2;
     for (std::size_t brick = 0; brick < errors.biases.size(); ++brick) {
         std::uint8_t& finest = weights.finest[brick];

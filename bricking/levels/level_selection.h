@@ -11,7 +11,7 @@
 #include "bricking/levels/level_error.h"
 #include "bricking/levels/selection.h"
 #include "bricking/levels/view_weight.h"
-#include "core/brick.h"
+#include "core/base/brick.h"
 
 #include <cstddef>
 #include <span>
@@ -31,7 +31,7 @@ using Visibility = std::span<const float>;
 /// A pixel needs no finer samples than its own size, as long as filtering before the transfer function only
 /// averages what the pixel would average. Where it shifts the mean colour of a brick noticeably (more than 2
 /// in L*u*v*), thin things vanish or thicken: there weights.finest goes down to the level that keeps them.
-void keepWhatFilteringLoses(const LevelErrors& errors, ViewWeights& weights);
+void limitPrefilterLoss(const LevelErrors& errors, ViewWeights& weights);
 
 /// The best selection of at most `pages` pages: greedy on the lower convex hull of each brick's weighted
 /// error against its share of a page. Free slots of pages that are paid for are then filled. No brick is
@@ -51,8 +51,8 @@ std::size_t selectLevelsBytes(std::size_t bricks);
 Selection selectForError(const LevelErrors& errors, const ViewWeights& weights, std::span<const float> means,
                          double maxError, Visibility visibility = {});
 
-/// All showing bricks at one level, the finest that fits (the comparison of docs/level-of-detail.md, and the
-/// simplest thing that works); the view counts for nothing.
+/// All showing bricks at one level, the finest that fits (the comparison of
+/// docs/measurements/level-of-detail.md, and the simplest thing that works); the view counts for nothing.
 Selection selectUniform(const LevelErrors& errors, std::span<const float> means, std::size_t pages);
 
 /// What a selection is predicted to cost the picture, in L*u*v* units, against the finest level that a pixel

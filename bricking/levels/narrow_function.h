@@ -8,8 +8,8 @@
 #pragma once
 
 #include "bricking/statistics/brick_rays.h"
-#include "core/transfer_function.h"
-#include "core/volume.h"
+#include "core/base/volume.h"
+#include "core/scene/transfer_function.h"
 
 #include <array>
 #include <cstdint>

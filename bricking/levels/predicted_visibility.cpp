@@ -2,8 +2,8 @@
 #include "bricking/levels/predicted_visibility.h"
 
 #include "bricking/levels/visibility.h" // kHiddenVisibility
-#include "core/brick.h"
-#include "core/threads.h"
+#include "core/base/brick.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <array>

@@ -4,8 +4,8 @@
 #pragma once
 
 #include "bricking/levels/level_error.h"
-#include "core/camera.h"
-#include "core/volume.h"
+#include "core/base/volume.h"
+#include "core/scene/camera.h"
 
 #include <glm/vec2.hpp>
 #include <vector>

@@ -1,7 +1,7 @@
 // bricking/levels/selection.cpp: see selection.h.
 #include "bricking/levels/selection.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 

@@ -4,9 +4,9 @@
 #pragma once
 
 #include "bricking/statistics/statistics.h"
-#include "core/brick.h"
-#include "core/transfer_function.h"
-#include "core/volume.h"
+#include "core/base/brick.h"
+#include "core/base/volume.h"
+#include "core/scene/transfer_function.h"
 
 #include <array>
 #include <cstddef>

@@ -3,7 +3,7 @@
 // ever divided by a depth that is not positive.
 #include "bricking/levels/view_weight.h"
 
-#include "core/threads.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <array>

@@ -2,9 +2,9 @@
 // level that a pixel can still show.
 #pragma once
 
-#include "core/brick.h"
-#include "core/camera.h"
-#include "core/volume.h"
+#include "core/base/brick.h"
+#include "core/base/volume.h"
+#include "core/scene/camera.h"
 
 #include <cstdint>
 #include <glm/vec2.hpp>

@@ -1,7 +1,7 @@
 // bricking/levels/visibility.cpp: see visibility.h.
 #include "bricking/levels/visibility.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 

@@ -15,8 +15,8 @@
 // its part. For equal bytes, more samples along a ray tell more than more rays do.
 #pragma once
 
-#include "core/brick.h"
-#include "core/budget.h"
+#include "core/base/brick.h"
+#include "core/base/budget.h"
 
 #include <array>
 #include <cstddef>

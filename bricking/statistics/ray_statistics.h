@@ -4,7 +4,7 @@
 
 #include "bricking/statistics/brick_rays.h"
 #include "bricking/store/store_reader.h"
-#include "core/budget.h"
+#include "core/base/budget.h"
 
 #include <cstdint>
 #include <span>
@@ -14,7 +14,7 @@ namespace tessera {
 /// Of no brick yet.
 /// @param parts  1 or kBrickRayParts; with one, half the memory and a rougher prediction
 /// Throws InputError when ram cannot hold four bytes a brick.
-BrickRays noBrickRays(const VolumeInfo& info, int parts, Ledger& ram);
+BrickRays noBrickRays(const VolumeInfo& info, int parts, MemoryBudget& ram);
 
 /// Adds the bricks with wanted[brick] != 0 that are not there yet; those that are stay where they are.
 /// Statistics that are missing, damaged or of another version are no error: rays are then sampled from the
@@ -22,6 +22,6 @@ BrickRays noBrickRays(const VolumeInfo& info, int parts, Ledger& ram);
 /// @param wanted  [z][y][x] over bricks
 /// Throws InputError when ram cannot hold them, or when voxels cannot be read.
 void addBrickRays(const StoreReader& store, std::span<const std::uint8_t> wanted, BrickRays& rays,
-                  Ledger& ram, int threads = 0);
+                  MemoryBudget& ram, int threads = 0);
 
 } // namespace tessera

@@ -13,8 +13,8 @@
 #include "bricking/store/file_io.h"
 #include "bricking/store/shard.h"
 #include "bricking/store/zarr_array.h"
-#include "core/error.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <array>
@@ -57,7 +57,7 @@ std::size_t scratchBytes(const VolumeInfo& info) {
 }
 
 /// Sized and charged, not yet filled.
-Statistics emptyStatistics(const VolumeInfo& info, Ledger& ram) {
+Statistics emptyStatistics(const VolumeInfo& info, MemoryBudget& ram) {
     Statistics statistics;
     statistics.charge = ram.charge(heldBytes(info), "statistics");
     statistics.cells = cellGrid(info.extentVoxels);
@@ -210,7 +210,7 @@ std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads) {
     return (own + readerFloorBytes(info)) / 3 * 4 + 4;
 }
 
-void buildStatistics(const StoreReader& store, const fs::path& folder, Ledger& ram, int threads,
+void buildStatistics(const StoreReader& store, const fs::path& folder, MemoryBudget& ram, int threads,
                      const ShareDone& progress) {
     const VolumeInfo& info = store.info();
     Statistics statistics = emptyStatistics(info, ram);
@@ -279,7 +279,7 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, Ledger& r
     writeFile(folder / kGroupFile, group.dump(1) + "\n");
 }
 
-Statistics loadStatistics(const StoreReader& store, Ledger& ram, int threads) {
+Statistics loadStatistics(const StoreReader& store, MemoryBudget& ram, int threads) {
     Statistics statistics = emptyStatistics(store.info(), ram);
     {
         BufferPool pool(ram, 1, store.chunkBytes(), "reading brick means");
@@ -307,8 +307,8 @@ Statistics loadStatistics(const StoreReader& store, Ledger& ram, int threads) {
 namespace {
 
 /// Reads the rows of `bricks` that are new, layer by layer; only layers that have one.
-void readRays(const StoreReader& store, const std::vector<std::uint8_t>& isNew, BrickRays& rays, Ledger& ram,
-              int threads) {
+void readRays(const StoreReader& store, const std::vector<std::uint8_t>& isNew, BrickRays& rays,
+              MemoryBudget& ram, int threads) {
     const FileHandle folder = openFolder(store.path());
     const Json group = readGroup(folder, store);
     const std::string where = (store.path() / kGroupFile).string();
@@ -345,7 +345,7 @@ void readRays(const StoreReader& store, const std::vector<std::uint8_t>& isNew, 
 
 } // namespace
 
-BrickRays noBrickRays(const VolumeInfo& info, int parts, Ledger& ram) {
+BrickRays noBrickRays(const VolumeInfo& info, int parts, MemoryBudget& ram) {
     TESSERA_CHECK(parts >= 1 && parts <= kBrickRayParts);
     BrickRays rays;
     rays.bricks = brickGrid(info.extentVoxels);
@@ -356,7 +356,7 @@ BrickRays noBrickRays(const VolumeInfo& info, int parts, Ledger& ram) {
 }
 
 void addBrickRays(const StoreReader& store, std::span<const std::uint8_t> wanted, BrickRays& rays,
-                  Ledger& ram, int threads) {
+                  MemoryBudget& ram, int threads) {
     TESSERA_CHECK(wanted.size() == rays.rowOf.size());
     const Charge flags = ram.charge(wanted.size(), "rays of bricks");
     std::vector<std::uint8_t> isNew(wanted.size());

@@ -6,9 +6,9 @@
 #pragma once
 
 #include "bricking/store/store_reader.h"
-#include "core/brick.h"
-#include "core/budget.h"
-#include "core/progress.h" // ShareDone
+#include "core/base/brick.h"
+#include "core/base/budget.h"
+#include "core/base/progress.h" // ShareDone
 
 #include <cstdint>
 #include <filesystem>
@@ -32,7 +32,7 @@ struct Statistics {
     std::vector<float> wideMin, wideMax;   // the same with two layers around
     float lowest = 0, highest = 0;         // over the whole volume, level 0
     std::vector<std::uint64_t> histogram;  // kHistogramBins, whole volume, level 0
-    Charge charge;                         // what the vectors above hold on the ledger
+    Charge charge;                         // what the vectors above hold on the budget
 
     /// Range of a brick's voxels and of the layers around it.
     /// @param layers  1 or 2
@@ -45,11 +45,11 @@ std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads);
 /// Computes everything from the chunks (two passes over the store), writing the arrays under STORE/stats.
 /// Rays go to disk only.
 /// @param progress  gets the share that is done
-void buildStatistics(const StoreReader& store, const std::filesystem::path& folder, Ledger& ram, int threads,
-                     const ShareDone& progress = {});
+void buildStatistics(const StoreReader& store, const std::filesystem::path& folder, MemoryBudget& ram,
+                     int threads, const ShareDone& progress = {});
 
 /// Loads what rendering needs, without rays. Statistics that are missing, inconsistent or of another version
 /// are rebuilt in memory (not written).
-Statistics loadStatistics(const StoreReader& store, Ledger& ram, int threads);
+Statistics loadStatistics(const StoreReader& store, MemoryBudget& ram, int threads);
 
 } // namespace tessera

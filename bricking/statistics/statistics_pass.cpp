@@ -1,8 +1,8 @@
 // bricking/statistics/statistics_pass.cpp: see statistics_pass.h.
 #include "bricking/statistics/statistics_pass.h"
 
-#include "core/error.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <array>
@@ -15,14 +15,14 @@ namespace {
 
 // What voxels of one chunk touch along an axis: its own boxes of `extent` voxels, and by their ghost layer
 // the last box of the chunk before (slot 0) and the first of the chunk after (the last slot).
-template <int extent, int apron> struct Slots {
+template <int extent, int ghost> struct Slots {
     static constexpr int kCount = kChunkExtent / extent + 2;
     struct Range {
         int first, last; // voxels of the chunk, inclusive; empty when first > last
     };
     static Range range(int slot, int valid) {
         const int start = (slot - 1) * extent;
-        return {std::max(start - apron, 0), std::min(start + extent + apron - 1, valid - 1)};
+        return {std::max(start - ghost, 0), std::min(start + extent + ghost - 1, valid - 1)};
     }
 };
 using CellSlots = Slots<kCellExtent, 1>;
@@ -330,8 +330,8 @@ std::size_t rayScratchBytes(const VolumeInfo& info, int threads) {
            windowBytes(info);
 }
 
-void gatherRays(const StoreReader& store, Statistics* histogram, BufferPool& pool, Ledger& ram, int threads,
-                const std::function<bool(std::size_t)>& wanted, const BrickRaysDone& brickDone,
+void gatherRays(const StoreReader& store, Statistics* histogram, BufferPool& pool, MemoryBudget& ram,
+                int threads, const std::function<bool(std::size_t)>& wanted, const BrickRaysDone& brickDone,
                 const std::function<void(int)>& groupDone) {
     static_assert(kBrickExtent == kChunkExtent, "a chunk of level 0 is a brick");
     const VolumeInfo& info = store.info();

@@ -34,8 +34,8 @@ using BrickRaysDone = std::function<void(std::size_t, const std::array<BrickRayP
 /// @param histogram  when not null: as gatherHistogram, over all bricks, in the same pass
 /// @param brickDone  called from any thread with a brick's place and its rays
 /// @param groupDone  called in order, after the last brick of each group of layers
-void gatherRays(const StoreReader& store, Statistics* histogram, BufferPool& pool, Ledger& ram, int threads,
-                const std::function<bool(std::size_t)>& wanted, const BrickRaysDone& brickDone,
+void gatherRays(const StoreReader& store, Statistics* histogram, BufferPool& pool, MemoryBudget& ram,
+                int threads, const std::function<bool(std::size_t)>& wanted, const BrickRaysDone& brickDone,
                 const std::function<void(int)>& groupDone);
 
 } // namespace tessera

@@ -3,7 +3,7 @@
 // waits for ever.
 #pragma once
 
-#include "core/budget.h"
+#include "core/base/budget.h"
 
 #include <condition_variable>
 #include <cstddef>
@@ -17,7 +17,7 @@ namespace tessera {
 class BufferPool {
   public:
     /// Throws InputError naming what when ram cannot hold count buffers.
-    BufferPool(Ledger& ram, std::size_t count, std::size_t bytesEach, std::string_view what)
+    BufferPool(MemoryBudget& ram, std::size_t count, std::size_t bytesEach, std::string_view what)
         : charge_(ram.charge(count * bytesEach, what)), bytesEach_(bytesEach), storage_(count * bytesEach) {
         for (std::size_t i = 0; i < count; ++i)
             free_.push_back(storage_.data() + i * bytesEach);

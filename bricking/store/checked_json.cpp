@@ -2,7 +2,7 @@
 #include "bricking/store/checked_json.h"
 
 #include "bricking/store/crc32c.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <cmath>
 #include <cstdio>

@@ -2,7 +2,7 @@
 #include "bricking/store/codec.h"
 
 #include "bricking/store/crc32c.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <blosc.h> // the _ctx calls: thread-safe, no global state
 #include <cstdio>

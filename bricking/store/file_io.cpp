@@ -1,7 +1,7 @@
 // bricking/store/file_io.cpp: see file_io.h.
 #include "bricking/store/file_io.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <cerrno>
 #include <cstring>

@@ -3,7 +3,7 @@
 // cannot point elsewhere.
 #pragma once
 
-#include "core/file_handle.h"
+#include "core/base/file_handle.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,8 +1,8 @@
 // bricking/store/pyramid.cpp: see pyramid.h.
 #include "bricking/store/pyramid.h"
 
-#include "core/error.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <utility>
@@ -75,7 +75,8 @@ void reduceByTwo(ValueType type, const glm::ivec3& extent, std::span<const std::
     }
 }
 
-SlabPyramid::SlabPyramid(const glm::ivec3& extentVoxels, ValueType type, Ledger& ram, int threads, Sink sink)
+SlabPyramid::SlabPyramid(const glm::ivec3& extentVoxels, ValueType type, MemoryBudget& ram, int threads,
+                         Sink sink)
     : type_(type), threads_(threads), sink_(std::move(sink)),
       charge_(ram.charge(bytesNeeded(extentVoxels, type), "one slab of 32 slices of every level")) {
     for (int l = 0; l < kLevelCount; ++l) {

@@ -8,9 +8,9 @@
 // differ, and this one can be streamed.
 #pragma once
 
-#include "core/brick.h"
-#include "core/budget.h"
-#include "core/volume.h"
+#include "core/base/brick.h"
+#include "core/base/budget.h"
+#include "core/base/volume.h"
 
 #include <array>
 #include <cstddef>
@@ -44,7 +44,7 @@ class SlabPyramid {
     using Sink = std::function<void(const Slab&)>;
 
     /// Charges one slab per level to ram. Throws InputError when the budget cannot hold them.
-    SlabPyramid(const glm::ivec3& extentVoxels, ValueType type, Ledger& ram, int threads, Sink sink);
+    SlabPyramid(const glm::ivec3& extentVoxels, ValueType type, MemoryBudget& ram, int threads, Sink sink);
     static std::size_t bytesNeeded(const glm::ivec3& extentVoxels, ValueType type);
 
     /// Slices that the next slab of level 0 has; 0 when all have come.

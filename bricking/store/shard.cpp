@@ -3,7 +3,7 @@
 
 #include "bricking/store/codec.h"
 #include "bricking/store/crc32c.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <cstring>

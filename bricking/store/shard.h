@@ -5,7 +5,7 @@
 // because it holds the fill value only.
 #pragma once
 
-#include "core/brick.h"
+#include "core/base/brick.h"
 
 #include <cstdint>
 #include <span>

@@ -5,7 +5,7 @@
 
 namespace tessera {
 
-ShardTable::ShardTable(Ledger& ram, std::size_t slots, std::size_t largestIndex)
+ShardTable::ShardTable(MemoryBudget& ram, std::size_t slots, std::size_t largestIndex)
     : slots_(slots), charge_(ram.charge(slots * largestIndex, "the indices of open shards")) {}
 
 const OpenShard& ShardTable::pin(const Key& key, const std::function<OpenShard()>& load) {

@@ -4,7 +4,7 @@
 
 #include "bricking/store/file_io.h"
 #include "bricking/store/shard.h"
-#include "core/budget.h"
+#include "core/base/budget.h"
 
 #include <condition_variable>
 #include <cstddef>
@@ -29,7 +29,7 @@ class ShardTable {
     using Key = std::tuple<int, int, int, int>; // level, x, y, z of the shard grid
     /// @param slots  at least 1; shards open at once
     /// @param largestIndex  bytes of the largest index in the store; slots times that is charged to ram
-    ShardTable(Ledger& ram, std::size_t slots, std::size_t largestIndex);
+    ShardTable(MemoryBudget& ram, std::size_t slots, std::size_t largestIndex);
 
     /// A shard in use: it stays open while the lease lives. A thread holds one lease at a time.
     class Lease {

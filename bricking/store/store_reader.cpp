@@ -8,8 +8,8 @@
 #include "bricking/store/shard.h"
 #include "bricking/store/shard_table.h"
 #include "bricking/store/zarr_metadata.h"
-#include "core/error.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <array>
@@ -29,7 +29,7 @@ std::size_t largestIndexBytes(const VolumeInfo& info) {
 std::size_t bufferBytes(const VolumeInfo& info) {
     return encodedBound(cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info.type));
 }
-Appetite appetiteOf(const StoreMetadata& metadata, const Ledger& ram) {
+Appetite appetiteOf(const StoreMetadata& metadata, const MemoryBudget& ram) {
     Appetite wanted;
     for (const auto& level : metadata.shards)
         for (const ShardRecord& record : level)
@@ -62,7 +62,7 @@ StoreMetadata readMetadata(const FileHandle& folder, const std::filesystem::path
 } // namespace
 
 struct StoreReader::State {
-    State(const std::filesystem::path& folderPath, Ledger& ram)
+    State(const std::filesystem::path& folderPath, MemoryBudget& ram)
         : path(folderPath), folder(openFolder(path)), metadata(readMetadata(folder, path)),
           appetite(appetiteOf(metadata, ram)), shards(ram, appetite.shards, appetite.indexBytes),
           buffers(ram, appetite.buffers, appetite.bufferBytes, "reading a store") {
@@ -109,7 +109,7 @@ OpenShard StoreReader::State::openShard(int level, const glm::ivec3& at, const S
     return shard;
 }
 
-StoreReader::StoreReader(const std::filesystem::path& path, Ledger& ram)
+StoreReader::StoreReader(const std::filesystem::path& path, MemoryBudget& ram)
     : state_(std::make_unique<State>(path, ram)) {}
 StoreReader::~StoreReader() = default;
 

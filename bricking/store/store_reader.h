@@ -2,9 +2,9 @@
 #pragma once
 
 #include "bricking/cache/chunk_source.h"
-#include "core/brick.h"
-#include "core/budget.h"
-#include "core/volume.h"
+#include "core/base/brick.h"
+#include "core/base/budget.h"
+#include "core/base/volume.h"
 
 #include <cstddef>
 #include <filesystem>
@@ -20,7 +20,7 @@ class StoreReader : public ChunkSource {
     /// them and for decoding is charged to ram at once, at most a quarter of what is free there but at least
     /// readerFloorBytes(). With less room shards are opened more often. ram must outlive the reader. Throws
     /// InputError naming the file for anything missing, unreadable or inconsistent.
-    StoreReader(const std::filesystem::path& path, Ledger& ram);
+    StoreReader(const std::filesystem::path& path, MemoryBudget& ram);
     ~StoreReader() override;
     StoreReader(const StoreReader&) = delete;
     StoreReader& operator=(const StoreReader&) = delete;

@@ -11,8 +11,8 @@
 #include "bricking/store/store_reader.h"
 #include "bricking/store/temporary_folder.h"
 #include "bricking/store/zarr_metadata.h"
-#include "core/error.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <cmath>
@@ -100,7 +100,8 @@ void scanRow(ValueType type, const std::byte* row, int count, Slot& slot) {
 } // namespace
 
 struct StoreWriter::State {
-    State(const fs::path& storeAt, const VolumeInfo& volume, Ledger& ram, int threadsWanted, bool replace);
+    State(const fs::path& storeAt, const VolumeInfo& volume, MemoryBudget& ram, int threadsWanted,
+          bool replace);
 
     void writeSlab(const SlabPyramid::Slab& slab);
     void prepare(Slot& slot, const SlabPyramid::Slab& slab) const;
@@ -138,8 +139,8 @@ const fs::path& checkedTarget(const fs::path& target, const VolumeInfo& info, bo
 }
 } // namespace
 
-StoreWriter::State::State(const fs::path& storeAt, const VolumeInfo& volume, Ledger& ram, int threadsWanted,
-                          bool replace)
+StoreWriter::State::State(const fs::path& storeAt, const VolumeInfo& volume, MemoryBudget& ram,
+                          int threadsWanted, bool replace)
     : target(storeAt), force(replace), info(withPlainTexts(volume)), threads(threadCount(threadsWanted)),
       folder(checkedTarget(target, info, force)) {
     // The whole need first, so that the message names the floor and not one of its parts.
@@ -287,7 +288,8 @@ void StoreWriter::State::closeRow(int l, int shardZ) {
         }
 }
 
-StoreWriter::StoreWriter(const fs::path& target, const VolumeInfo& info, Ledger& ram, int threads, bool force)
+StoreWriter::StoreWriter(const fs::path& target, const VolumeInfo& info, MemoryBudget& ram, int threads,
+                         bool force)
     : state_(std::make_unique<State>(target, info, ram, threads, force)) {}
 StoreWriter::~StoreWriter() = default;
 

@@ -7,8 +7,8 @@
 //     writer.commit();       // durable, then renamed
 #pragma once
 
-#include "core/budget.h"
-#include "core/volume.h"
+#include "core/base/budget.h"
+#include "core/base/volume.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -24,7 +24,7 @@ class StoreWriter {
     /// @param threads  that compress; 0: all processors
     /// Throws InputError: the target exists and force is off, or is no store; its parent is missing; the
     /// budget is below the floor; info cannot be stored. Throws Error when the folder cannot be made.
-    StoreWriter(const std::filesystem::path& target, const VolumeInfo& info, Ledger& ram, int threads,
+    StoreWriter(const std::filesystem::path& target, const VolumeInfo& info, MemoryBudget& ram, int threads,
                 bool force);
     ~StoreWriter();
     StoreWriter(const StoreWriter&) = delete;

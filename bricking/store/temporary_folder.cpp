@@ -2,10 +2,10 @@
 #include "bricking/store/temporary_folder.h"
 
 #include "bricking/store/file_io.h"
-#include "core/error.h"
-#include "core/output_file.h" // outputTarget
-#include "core/ownership.h"
-#include "core/printable_text.h"
+#include "core/base/error.h"
+#include "core/base/output_file.h" // outputTarget
+#include "core/base/ownership.h"
+#include "core/base/printable_text.h"
 
 #include <cerrno>
 #include <cstdio> // renameat2

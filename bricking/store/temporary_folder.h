@@ -1,8 +1,8 @@
 // bricking/store/temporary_folder.h: a folder that gets its final name only when it is whole.
 #pragma once
 
-#include "core/file_handle.h"
-#include "core/interrupt.h" // TemporaryPath
+#include "core/base/file_handle.h"
+#include "core/base/interrupt.h" // TemporaryPath
 
 #include <filesystem>
 #include <optional>

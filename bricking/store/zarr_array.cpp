@@ -3,8 +3,8 @@
 
 #include "bricking/store/checked_json.h"
 #include "bricking/store/codec.h"
-#include "core/brick.h"
-#include "core/error.h"
+#include "core/base/brick.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <cstring>

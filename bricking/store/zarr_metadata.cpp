@@ -4,8 +4,8 @@
 #include "bricking/store/checked_json.h"
 #include "bricking/store/pyramid.h"
 #include "bricking/store/shard.h"
-#include "core/error.h"
-#include "core/magnitude.h"
+#include "core/base/error.h"
+#include "core/base/magnitude.h"
 
 #include <cmath>
 #include <cstring>

@@ -5,8 +5,8 @@
 // Layout: bricking/README.md.
 #pragma once
 
-#include "core/brick.h"
-#include "core/volume.h"
+#include "core/base/brick.h"
+#include "core/base/volume.h"
 
 #include <array>
 #include <cstdint>

@@ -4,8 +4,8 @@
 #pragma once
 
 #include "bricking/levels/selection.h"
-#include "core/brick.h"
-#include "core/scene.h"
+#include "core/base/brick.h"
+#include "core/scene/scene.h"
 
 #include <array>
 #include <bit>

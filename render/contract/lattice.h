@@ -5,9 +5,9 @@
 
 #include "bricking/cache/brick_cache.h"
 #include "bricking/levels/selection.h"
-#include "core/brick.h"
-#include "core/threads.h"
-#include "core/volume.h"
+#include "core/base/brick.h"
+#include "core/base/threads.h"
+#include "core/base/volume.h"
 #include "render/contract/level_map.h"
 
 #include <array>

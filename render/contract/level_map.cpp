@@ -104,7 +104,7 @@ int mostStride(const Selection& selection, const Quality& quality) {
 }
 
 LevelMap makeLevelMap(const Selection& selection, const glm::ivec3& extentVoxels, const Quality& quality,
-                      Ledger& ram) {
+                      MemoryBudget& ram) {
     LevelMap map;
     map.extentVoxels = extentVoxels;
     map.bricks = selection.bricks;

@@ -2,7 +2,7 @@
 // corner names the eight bricks around it. The CPU makes it; mirror and march read it alike.
 #pragma once
 
-#include "core/budget.h"
+#include "core/base/budget.h"
 #include "render/contract/brick_corner.h"
 
 #include <vector>
@@ -36,6 +36,6 @@ struct LevelMap {
 int mostStride(const Selection& selection, const Quality& quality);
 
 LevelMap makeLevelMap(const Selection& selection, const glm::ivec3& extentVoxels, const Quality& quality,
-                      Ledger& ram);
+                      MemoryBudget& ram);
 
 } // namespace tessera

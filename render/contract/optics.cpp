@@ -1,8 +1,8 @@
 // render/contract/optics.cpp: see optics.h.
 #include "render/contract/optics.h"
 
-#include "core/error.h"
-#include "core/mean_spacing.h"
+#include "core/base/error.h"
+#include "core/base/mean_spacing.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,10 +3,10 @@
 // best the library has.
 #pragma once
 
-#include "core/camera.h"
-#include "core/scene.h" // Shading, Lighting
-#include "core/transfer_function.h"
-#include "core/volume.h"
+#include "core/base/volume.h"
+#include "core/scene/camera.h"
+#include "core/scene/scene.h" // Shading, Lighting
+#include "core/scene/transfer_function.h"
 #include "render/contract/leaves.h"
 #include "render/contract/preintegration.h"
 
@@ -46,8 +46,9 @@ struct Optics {
     leaf::GradientNumbers<double> gradientOpacity;
     glm::mat3 voxelFromPatientTransposed{1}; // linear parts
     glm::mat3 patientFromVoxel{1};
-    Reduction reduction = Reduction::composite;   // else the table is of single values (core/value_look.h)
-    float termination = 0;                        // transmittance below which a ray ends; 0: never
+    Reduction reduction =
+        Reduction::composite; // else the table is of single values (core/scene/value_look.h)
+    float termination = 0;    // transmittance below which a ray ends; 0: never
     Integrator integrator = Integrator::midpoint; // never automatic
     std::vector<glm::vec4> bins;                  // of the pre-integrated ones: extinctionBins()
     std::vector<glm::vec4> sums;                  // of preintegrated: colourSums()

@@ -1,8 +1,8 @@
 // render/contract/preintegration.cpp: see preintegration.h.
 #include "render/contract/preintegration.h"
 
-#include "core/error.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <cmath>

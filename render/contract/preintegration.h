@@ -4,7 +4,7 @@
 // 0 the first.
 #pragma once
 
-#include "core/transfer_function.h"
+#include "core/scene/transfer_function.h"
 
 #include <cstddef>
 #include <glm/common.hpp>

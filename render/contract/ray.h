@@ -3,8 +3,8 @@
 // repeats the GPU.
 #pragma once
 
-#include "core/camera.h"
-#include "core/volume.h"
+#include "core/base/volume.h"
+#include "core/scene/camera.h"
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
 // render/contract/ray_cuts.cpp: see ray_cuts.h.
 #include "render/contract/ray_cuts.h"
 
-#include "core/error.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <cmath>

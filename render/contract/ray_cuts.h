@@ -3,8 +3,8 @@
 // double, once for all engines, which get the same floats.
 #pragma once
 
-#include "core/cuts.h"
-#include "core/volume.h"
+#include "core/base/volume.h"
+#include "core/scene/cuts.h"
 #include "render/contract/ray.h"
 
 #include <cstddef>

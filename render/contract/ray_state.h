@@ -3,7 +3,7 @@
 // count with them.
 #pragma once
 
-#include "core/brick.h"
+#include "core/base/brick.h"
 
 #include <algorithm>
 #include <cstddef>

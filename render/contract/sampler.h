@@ -8,7 +8,7 @@
 // brick's sample); Real mean(ivec3 brick).
 #pragma once
 
-#include "core/scene.h" // Gradient
+#include "core/scene/scene.h" // Gradient
 #include "render/contract/leaves.h"
 #include "render/contract/level_map.h"
 

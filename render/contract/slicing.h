@@ -1,7 +1,7 @@
 // render/contract/slicing.h: the division of rays into dispatches, which a device takes one at a time.
 #pragma once
 
-#include "core/progress.h" // ShareDone
+#include "core/base/progress.h" // ShareDone
 
 namespace tessera {
 

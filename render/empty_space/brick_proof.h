@@ -5,11 +5,11 @@
 
 #include "bricking/levels/selection.h"
 #include "bricking/statistics/statistics.h"
-#include "core/brick.h"
-#include "core/error.h"
-#include "core/scene.h"
-#include "core/transfer_function.h"
-#include "core/volume.h"
+#include "core/base/brick.h"
+#include "core/base/error.h"
+#include "core/base/volume.h"
+#include "core/scene/scene.h"
+#include "core/scene/transfer_function.h"
 
 #include <algorithm>
 #include <array>

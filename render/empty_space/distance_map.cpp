@@ -3,7 +3,7 @@
 // bytes of a texel.
 #include "render/empty_space/distance_map.h"
 
-#include "core/threads.h"
+#include "core/base/threads.h"
 #include "render/empty_space/distance_rows.h"
 
 #include <bit>

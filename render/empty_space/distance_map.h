@@ -10,7 +10,7 @@
 // Chebyshev distance maps: Sramek and Kaufman 2000; partitioned by octant: Deakin and Knackstedt 2020.
 #pragma once
 
-#include "core/brick.h"
+#include "core/base/brick.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -2,7 +2,7 @@
 // (distance_map.h). A row of an octant depends on three others: from the octant's far end on, only rows are
 // filled again whose own cells changed or on which one of those three rows did. That is exact, and ends where
 // something nearer decides the distances.
-#include "core/threads.h"
+#include "core/base/threads.h"
 #include "render/empty_space/distance_map.h"
 #include "render/empty_space/distance_rows.h"
 

@@ -3,7 +3,7 @@
 // takes sixteen at once.
 #pragma once
 
-#include "core/brick.h"
+#include "core/base/brick.h"
 #include "render/empty_space/distance_map.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // render/empty_space/occupancy.cpp: see occupancy.h.
 #include "render/empty_space/occupancy.h"
 
-#include "core/error.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <bit>
@@ -35,7 +35,7 @@ std::size_t Occupancy::bytes(const glm::ivec3& extentVoxels, MapScale scale) {
     return mapBytes(extentVoxels, scale) + brick * cellCount(brickGrid(extentVoxels));
 }
 
-Occupancy::Occupancy(const OccupancyInput& input, MapScale scale, Ledger& ram, int threads)
+Occupancy::Occupancy(const OccupancyInput& input, MapScale scale, MemoryBudget& ram, int threads)
     : scale_(scale), extentVoxels_(input.info.extentVoxels), grid_(mapGrid(extentVoxels_, scale)),
       bricks_(input.selection.bricks) {
     charge_ = ram.charge(bytes(extentVoxels_, scale), "the map of empty space");
@@ -180,7 +180,7 @@ bool Occupancy::isPlain(const glm::ivec3& cell) const {
     return bitOf(plain_, cell, bricks_);
 }
 
-Occupancy Occupancy::plainChebyshev(Ledger& ram) const {
+Occupancy Occupancy::plainChebyshev(MemoryBudget& ram) const {
     Occupancy o;
     o.charge_ = ram.charge(mapBytes(extentVoxels_, scale_), "the map of empty space");
     o.scale_ = scale_;

@@ -4,8 +4,8 @@
 // brick's samples, clamped to that brick, and those of neighbours that have weight there (brick_corner.h).
 #pragma once
 
-#include "core/brick.h"
-#include "core/budget.h"
+#include "core/base/brick.h"
+#include "core/base/budget.h"
 #include "render/contract/ray.h"
 #include "render/contract/strides.h"
 #include "render/empty_space/brick_proof.h"
@@ -27,7 +27,7 @@ class Occupancy {
     Occupancy() = default;
     /// Proves every brick and fills the map.
     /// @param threads  0: all processors
-    Occupancy(const OccupancyInput& input, MapScale scale, Ledger& ram, int threads = 0);
+    Occupancy(const OccupancyInput& input, MapScale scale, MemoryBudget& ram, int threads = 0);
 
     /// The function is another, and perhaps levels are: proves bricks anew that hold values which one
     /// function shows and the other does not. True where map or plain cells changed.
@@ -55,7 +55,7 @@ class Occupancy {
     bool isPlain(const glm::ivec3& cell) const;
     std::size_t plainCells() const; // occupied ones
     /// The same with one distance for all octants, the least: a plain Chebyshev map, to compare with.
-    Occupancy plainChebyshev(Ledger& ram) const;
+    Occupancy plainChebyshev(MemoryBudget& ram) const;
     bool exists() const { return !map_.empty(); }
 
     /// RAM that one takes.

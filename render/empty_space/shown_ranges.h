@@ -2,7 +2,7 @@
 // functions can differ. After an edit only cells that hold such values need another proof of emptiness.
 #pragma once
 
-#include "core/transfer_function.h"
+#include "core/scene/transfer_function.h"
 
 #include <vector>
 

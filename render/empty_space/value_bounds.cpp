@@ -1,8 +1,8 @@
 // render/empty_space/value_bounds.cpp: see value_bounds.h.
 #include "render/empty_space/value_bounds.h"
 
-#include "core/error.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +38,8 @@ std::size_t ValueBounds::bytes(const glm::ivec3& extentVoxels, MapScale scale) {
 }
 
 void ValueBounds::fill(const Statistics& s, const Optics& optics, const VolumeInfo& info,
-                       const Selection& selection, MapScale scale, double slack, Ledger& ram, int threads) {
+                       const Selection& selection, MapScale scale, double slack, MemoryBudget& ram,
+                       int threads) {
     TESSERA_CHECK(optics.reduction == Reduction::maximum || optics.reduction == Reduction::minimum);
     const std::size_t bytes = ValueBounds::bytes(info.extentVoxels, scale);
     if (charge_.bytes() != bytes) {

@@ -5,8 +5,8 @@
 
 #include "bricking/levels/selection.h"
 #include "bricking/statistics/statistics.h"
-#include "core/budget.h"
-#include "core/mode.h" // Reduction
+#include "core/base/budget.h"
+#include "core/scene/mode.h" // Reduction
 #include "render/contract/optics.h"
 #include "render/contract/strides.h"
 #include "render/empty_space/occupancy.h" // EmptyBox, leaves
@@ -22,7 +22,7 @@ class ValueBounds {
     /// @param optics  of values: its reduction is maximum or minimum
     /// @param slack   of a box's own range, that filtered fetches may go beyond it
     void fill(const Statistics& statistics, const Optics& optics, const VolumeInfo& info,
-              const Selection& selection, MapScale scale, double slack, Ledger& ram, int threads = 0);
+              const Selection& selection, MapScale scale, double slack, MemoryBudget& ram, int threads = 0);
     void clear() {
         const std::uint64_t version = version_;
         *this = {};
@@ -74,8 +74,8 @@ std::optional<EmptyBox> boundedBoxAt(const ValueBounds& b, const glm::vec<3, Rea
 /// what the ray has. Else it returns where the first stride starts whose middle may lie beyond the box that
 /// cannot.
 template <typename Real>
-int nextTelling(const ValueBounds& b, const Strides& strides, const SegmentedRay<Real>& ray, int i, int n,
-                const glm::vec<3, Real>& p, Real most) {
+int nextContributing(const ValueBounds& b, const Strides& strides, const SegmentedRay<Real>& ray, int i,
+                     int n, const glm::vec<3, Real>& p, Real most) {
     const std::optional<EmptyBox> box = boundedBoxAt(b, p, most);
     if (!box)
         return i;

@@ -1,7 +1,7 @@
 // render/light/deep_shadow_map.cpp: see deep_shadow_map.h.
 #include "render/light/deep_shadow_map.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <cmath>

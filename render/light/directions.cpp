@@ -1,7 +1,7 @@
 // render/light/directions.cpp: see directions.h.
 #include "render/light/directions.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <array>
 #include <cmath>

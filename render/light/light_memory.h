@@ -2,7 +2,7 @@
 // shadow maps that it allows.
 #pragma once
 
-#include "core/lighting.h"
+#include "core/scene/lighting.h"
 #include "render/light/shadow_maps.h"
 
 #include <cstddef>

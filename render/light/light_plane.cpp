@@ -1,8 +1,8 @@
 // render/light/light_plane.cpp: see light_plane.h.
 #include "render/light/light_plane.h"
 
-#include "core/error.h"
-#include "core/stopwatch.h"
+#include "core/base/error.h"
+#include "core/base/stopwatch.h"
 
 #include <algorithm>
 #include <bit>

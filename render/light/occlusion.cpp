@@ -1,8 +1,8 @@
 // render/light/occlusion.cpp: see occlusion.h.
 #include "render/light/occlusion.h"
 
-#include "core/brick.h"
-#include "core/error.h"
+#include "core/base/brick.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <cmath>

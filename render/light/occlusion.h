@@ -5,9 +5,9 @@
 
 #include "bricking/cache/brick_cache.h"
 #include "bricking/statistics/statistics.h"
-#include "core/transfer_function.h"
+#include "core/scene/transfer_function.h"
+#include "render/backends/native/packet.h"
 #include "render/contract/optics.h"
-#include "render/engines/native/packet.h"
 #include "render/light/occlusion_rays.h"
 
 #include <array>

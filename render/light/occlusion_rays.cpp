@@ -1,7 +1,7 @@
 // render/light/occlusion_rays.cpp: see occlusion_rays.h.
 #include "render/light/occlusion_rays.h"
 
-#include "core/brick.h"
+#include "core/base/brick.h"
 #include "render/light/directions.h"
 
 #include <algorithm>

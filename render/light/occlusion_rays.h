@@ -3,8 +3,8 @@
 // all voxels' rays lie at the same offsets between lattice points (docs/sampling.md, "Light per voxel").
 #pragma once
 
-#include "core/lighting.h"
-#include "core/volume.h"
+#include "core/base/volume.h"
+#include "core/scene/lighting.h"
 
 #include <glm/vec3.hpp>
 #include <vector>

@@ -1,7 +1,7 @@
 // render/light/scene_light.cpp: see scene_light.h.
 #include "render/light/scene_light.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,8 +1,8 @@
 // render/light/shadow_maps.cpp: see shadow_maps.h.
 #include "render/light/shadow_maps.h"
 
-#include "core/error.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/threads.h"
 #include "render/contract/cache_field.h"
 
 #include <algorithm>

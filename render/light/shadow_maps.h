@@ -5,10 +5,10 @@
 
 #include "bricking/cache/brick_cache.h"
 #include "bricking/levels/selection.h"
-#include "core/budget.h"
-#include "core/camera.h"
-#include "core/lighting.h"
-#include "core/progress.h" // ShareDone
+#include "core/base/budget.h"
+#include "core/base/progress.h" // ShareDone
+#include "core/scene/camera.h"
+#include "core/scene/lighting.h"
 #include "render/contract/optics.h"
 #include "render/contract/strides.h"
 #include "render/empty_space/occupancy.h"

@@ -5,7 +5,7 @@
 
 namespace tessera {
 
-StoredLight::StoredLight(SceneLight& light, const ScenePlan& scene, Ledger& ram)
+StoredLight::StoredLight(SceneLight& light, const ScenePlan& scene, MemoryBudget& ram)
     : map_(scene.volume.mixed() ? &scene.volume.levels : nullptr), selection_(&scene.volume.selection),
       level_(scene.volume.selection.finest()), channels_(light.channels()),
       extent_(levelExtent(scene.info().extentVoxels, level_)), bricks_(selection_->levels.size()) {

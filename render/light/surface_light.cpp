@@ -1,9 +1,9 @@
 // render/light/surface_light.cpp: see surface_light.h.
 #include "render/light/surface_light.h"
 
-#include "core/error.h"
-#include "core/stopwatch.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/stopwatch.h"
+#include "core/base/threads.h"
 #include "render/contract/optics.h"
 #include "render/contract/ray_cuts.h"
 

@@ -4,8 +4,8 @@
 // ray's first surface loses is added to the ray's colour, negative.
 #pragma once
 
-#include "core/image.h"
-#include "core/progress.h" // ShareDone
+#include "core/base/progress.h" // ShareDone
+#include "core/image/image.h"
 #include "render/contract/ray_state.h"
 #include "render/light/surface_tracer.h"
 #include "render/plan/scene_plan.h"

@@ -1,9 +1,9 @@
 // render/light/voxel_light.cpp: see voxel_light.h.
 #include "render/light/voxel_light.h"
 
-#include "core/brick.h"
-#include "core/error.h"
-#include "core/threads.h"
+#include "core/base/brick.h"
+#include "core/base/error.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <atomic>

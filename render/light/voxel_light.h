@@ -4,7 +4,7 @@
 #pragma once
 
 #include "bricking/cache/brick_cache.h"
-#include "core/lighting.h"
+#include "core/scene/lighting.h"
 #include "render/light/occlusion.h"
 #include "render/light/shadow_maps.h"
 

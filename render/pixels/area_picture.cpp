@@ -1,7 +1,7 @@
 // render/pixels/area_picture.cpp: see area_picture.h.
 #include "render/pixels/area_picture.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "render/pixels/ray_array.h"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 // and in whatever parts.
 #pragma once
 
-#include "core/scene.h"
+#include "core/scene/scene.h"
 #include "render/engine.h"
 #include "render/pixels/pixel_places.h"
 #include "render/pixels/pixel_sums.h"

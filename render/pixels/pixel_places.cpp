@@ -1,7 +1,7 @@
 // render/pixels/pixel_places.cpp: see pixel_places.h.
 #include "render/pixels/pixel_places.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <array>
 #include <cmath>

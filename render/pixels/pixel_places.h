@@ -3,7 +3,7 @@
 // filters warp them.
 #pragma once
 
-#include "core/scene.h" // PixelFilter
+#include "core/scene/scene.h" // PixelFilter
 
 #include <cstdint>
 #include <glm/vec2.hpp>

@@ -1,8 +1,8 @@
 // render/pixels/pixel_sums.cpp: see pixel_sums.h.
 #include "render/pixels/pixel_sums.h"
 
-#include "core/colour.h"
-#include "core/error.h"
+#include "core/base/error.h"
+#include "core/image/colour.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 // in linear premultiplied light, set by set (pixel_places.h), so a picture is there at any time.
 #pragma once
 
-#include "core/image.h"
+#include "core/image/image.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,8 +1,8 @@
 // render/pixels/sample_needs.cpp: see sample_needs.h.
 #include "render/pixels/sample_needs.h"
 
-#include "core/image.h"
-#include "core/threads.h"
+#include "core/base/threads.h"
+#include "core/image/image.h"
 
 #include <algorithm>
 #include <cmath>

@@ -11,7 +11,8 @@ namespace tessera {
 namespace {
 
 /// From here on the midpoint rule misses or doubles features: its error on a steady rise is half of the
-/// integral. Below it midpoint with shorter steps is as exact in the same time (docs/accuracy.md).
+/// integral. Below it midpoint with shorter steps is as exact in the same time
+/// (docs/measurements/accuracy.md).
 constexpr double kSharp = 0.5;
 /// Up to here pre-integration gained nothing on any scan and preset.
 constexpr double kSmooth = 0.05;

@@ -1,14 +1,14 @@
 // render/plan/choose_integrator.h: chooses the integrator for a transfer function on a volume, where the
 // scene leaves it open. The midpoint rule is cheapest and, where the function changes little over a segment,
 // the most exact. It misses or doubles features that are narrower than the change of the value over a
-// segment. There pre-integration is exact but for the value's own bend. docs/accuracy.md shows both sides of
-// the threshold.
+// segment. There pre-integration is exact but for the value's own bend. docs/measurements/accuracy.md shows
+// both sides of the threshold.
 #pragma once
 
 #include "bricking/statistics/statistics.h"
-#include "core/scene.h"
-#include "core/transfer_function.h"
-#include "core/volume.h"
+#include "core/base/volume.h"
+#include "core/scene/scene.h"
+#include "core/scene/transfer_function.h"
 
 namespace tessera {
 

@@ -2,7 +2,7 @@
 #include "render/plan/choose_levels.h"
 
 #include "bricking/levels/level_chooser.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@
 namespace tessera {
 namespace {
 
-InputError belowFloor(const Ledger& gpu, std::size_t floorBytes, const char* what) {
+InputError belowFloor(const MemoryBudget& gpu, std::size_t floorBytes, const char* what) {
     return InputError(gpu.option() + ": this scene needs at least " + formatBytes(floorBytes) + " (" + what +
                       "), but " + formatBytes(gpu.freeBytes()) + " are free");
 }
@@ -31,8 +31,8 @@ int quickLevel(const glm::ivec3& extentVoxels) {
 }
 
 /// Pages that one level for all may take beyond those of a mix that would do: a mix is drawn more slowly, but
-/// pages take loading (docs/performance.md). As a share of the mix's pages, which is never much to load; and
-/// one for so many rays through bricks, for what they gain.
+/// pages take loading (docs/measurements/performance.md). As a share of the mix's pages, which is never much
+/// to load; and one for so many rays through bricks, for what they gain.
 constexpr std::size_t kShareForSpeed = 4, kRaysForPage = 100;
 /// What a stride of a mix takes, in strides of one level: 2.5 to 3.3 on the CPU, and there are more of them
 /// than stridesOfRays() counts, because they are short beside finer bricks.
@@ -143,8 +143,8 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
                           const Statistics& statistics, const TransferTable& table, const StoreReader& store,
                           const TextureLimits& limits, LevelChoice choice, std::size_t gpuFixed,
                           std::size_t ramKept, const FrameContext& context) {
-    const Ledger& gpu = context.gpu;
-    Ledger& ram = context.ram;
+    const MemoryBudget& gpu = context.gpu;
+    MemoryBudget& ram = context.ram;
     const int threads = context.threads;
     const VolumeInfo& info = store.info();
     ChosenLevels chosen;
@@ -227,9 +227,9 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
     chooser->keepFunction();
     chooser->setCamera(camera, scene.imageSize);
     if (scene.quality.maxError.value_or(0) > 0)
-        chooser->lookWithinPixels(kLevelCount);
+        chooser->allowSubpixelLevels(kLevelCount);
     else if (scene.quality.pixels.samples != 1 && !scene.quality.maxError)
-        chooser->lookWithinPixels(kLevelsWithinPixels);
+        chooser->allowSubpixelLevels(kLevelsWithinPixels);
     chosen.predicted = true;
     // Where something is cut away, what it hid is seen: nothing counts as hidden.
     const std::vector<float> visible = part.any() ? std::vector<float>() : chooser->predictedVisibility();

@@ -5,7 +5,7 @@
 #include "bricking/levels/level_chooser.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
-#include "core/scene.h"
+#include "core/scene/scene.h"
 #include "render/plan/drawn_part.h"
 #include "render/plan/frame_context.h"
 #include "render/residency/pages.h"

@@ -1,7 +1,7 @@
 // render/plan/drawn_part.cpp: see drawn_part.h.
 #include "render/plan/drawn_part.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <array>
@@ -136,7 +136,7 @@ Camera sliceCamera(const SlicePlane& slice, const VolumeInfo& info, const glm::i
         low = glm::min(low, at);
         high = glm::max(high, at);
     }
-    constexpr double kMargin = 1.03; // as that of other cameras (core/camera.cpp)
+    constexpr double kMargin = 1.03; // as that of other cameras (core/scene/camera.cpp)
     const glm::dvec2 middle = 0.5 * (low + high), half = 0.5 * (high - low);
     Camera camera;
     camera.projection = Projection::parallel;

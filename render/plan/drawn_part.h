@@ -4,9 +4,9 @@
 #pragma once
 
 #include "bricking/levels/selection.h"
-#include "core/camera.h"
-#include "core/scene.h"
-#include "core/volume.h"
+#include "core/base/volume.h"
+#include "core/scene/camera.h"
+#include "core/scene/scene.h"
 #include "render/contract/ray_cuts.h"
 
 #include <memory>

@@ -1,19 +1,19 @@
 // render/plan/frame_context.h: the budgets, the threads and the progress of whatever draws a picture.
 #pragma once
 
-#include "core/budget.h"
-#include "core/progress.h"
+#include "core/base/budget.h"
+#include "core/base/progress.h"
 
 namespace tessera {
 
 /// All of it outlives the picture.
 struct FrameContext {
-    Ledger& ram;
-    Ledger& gpu;
+    MemoryBudget& ram;
+    MemoryBudget& gpu;
     int threads;        ///< of CPU engines, loaders and planning; 0: all processors
     Progress& progress; ///< silent where nobody watches
 
-    FrameContext(Ledger& ramOf, Ledger& gpuOf, int threadsOf, Progress* said = nullptr)
+    FrameContext(MemoryBudget& ramOf, MemoryBudget& gpuOf, int threadsOf, Progress* said = nullptr)
         : ram(ramOf), gpu(gpuOf), threads(threadsOf), progress(said ? *said : silent()) {}
 
   private:

@@ -1,8 +1,8 @@
 // render/plan/framing.cpp: see framing.h.
 #include "render/plan/framing.h"
 
-#include "core/brick.h"
-#include "core/threads.h"
+#include "core/base/brick.h"
+#include "core/base/threads.h"
 #include "render/contract/lattice.h"
 #include "render/plan/shown_rays.h"
 
@@ -284,7 +284,7 @@ const DrawnPart* partOf(const FittedView& view, const DrawnPart& part) {
     return view.fit == Fit::kept && part.any() ? &part : nullptr;
 }
 
-std::size_t cacheBytes(const VolumeInfo& info, const Ledger& ram, int threads) {
+std::size_t cacheBytes(const VolumeInfo& info, const MemoryBudget& ram, int threads) {
     const std::size_t floor = latticeCacheFloorBytes(info, threads);
     return std::clamp(ram.freeBytes() / 4, floor, std::max(floor, kMostCacheBytes));
 }
@@ -293,7 +293,7 @@ std::size_t cacheBytes(const VolumeInfo& info, const Ledger& ram, int threads) {
 
 Camera fittedCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
                     const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                    Ledger& ram, int threads) {
+                    MemoryBudget& ram, int threads) {
     const VolumeInfo& info = store.info();
     const ViewAxes axes = axesOf(view);
     const Camera whole = fitCamera(info, axes, view.projection, imageSize);
@@ -308,7 +308,7 @@ Camera fittedCamera(const FittedView& view, const StoreReader& store, const Stat
 
 Camera turningCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
                      const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                     Ledger& ram, int threads) {
+                     MemoryBudget& ram, int threads) {
     // Every direction's silhouette, in parallel: the narrowest cylinder about an axis from feet to head.
     constexpr int kDirections = 12; // over half a turn: between two of them it is 1 % wider at most
     const VolumeInfo& info = store.info();

@@ -3,10 +3,10 @@
 
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
-#include "core/budget.h"
-#include "core/camera.h"
-#include "core/scene.h" // FittedView
-#include "core/transfer_function.h"
+#include "core/base/budget.h"
+#include "core/scene/camera.h"
+#include "core/scene/scene.h" // FittedView
+#include "core/scene/transfer_function.h"
 #include "render/plan/drawn_part.h"
 
 #include <cstddef>
@@ -24,13 +24,13 @@ constexpr double kLeastOpacityFramed = 0.015;
 /// the budgets. Throws InputError where ram cannot hold framingBytes().
 Camera fittedCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
                     const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                    Ledger& ram, int threads);
+                    MemoryBudget& ram, int threads);
 
 /// A camera that holds as much whatever the turn about the patient's axis through its focal point, from the
 /// view's side at first: of a turntable. Some 12 times the work. Throws as fittedCamera() does.
 Camera turningCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
                      const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                     Ledger& ram, int threads);
+                     MemoryBudget& ram, int threads);
 
 /// Memory that fitting to what is shown takes at least, while it lasts.
 /// @param threads  0: all processors

@@ -2,7 +2,7 @@
 #include "render/plan/memory_plan.h"
 
 #include "bricking/statistics/statistics.h" // statisticsFloorBytes
-#include "core/threads.h"
+#include "core/base/threads.h"
 #include "render/contract/lattice.h"
 #include "render/contract/level_map.h"
 #include "render/contract/preintegration.h"

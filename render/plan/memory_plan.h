@@ -3,9 +3,9 @@
 // small part of what the floors leave.
 #pragma once
 
-#include "core/budget.h"
-#include "core/scene.h"
-#include "core/volume.h"
+#include "core/base/budget.h"
+#include "core/base/volume.h"
+#include "core/scene/scene.h"
 #include "render/empty_space/distance_map.h" // MapScale
 #include "render/residency/pages.h"
 

@@ -1,9 +1,9 @@
 // render/plan/overlooked_pixels.cpp: see overlooked_pixels.h.
 #include "render/plan/overlooked_pixels.h"
 
-#include "core/brick.h"
-#include "core/camera.h"
-#include "core/error.h"
+#include "core/base/brick.h"
+#include "core/base/error.h"
+#include "core/scene/camera.h"
 
 #include <algorithm>
 #include <bit>

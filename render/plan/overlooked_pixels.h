@@ -4,7 +4,7 @@
 // than half a pixel.
 #pragma once
 
-#include "core/image.h"
+#include "core/image/image.h"
 #include "render/plan/scene_plan.h"
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 // render/plan/picture_check.cpp: see picture_check.h.
 #include "render/plan/picture_check.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <cmath>

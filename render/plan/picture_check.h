@@ -3,8 +3,8 @@
 // not with the truth.
 #pragma once
 
-#include "core/image.h"
-#include "core/image_metrics.h"
+#include "core/image/image.h"
+#include "core/image/image_metrics.h"
 #include "render/contract/ray.h"
 
 #include <glm/vec2.hpp>

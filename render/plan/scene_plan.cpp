@@ -1,9 +1,9 @@
 // render/plan/scene_plan.cpp: see scene_plan.h.
 #include "render/plan/scene_plan.h"
 
-#include "core/error.h"
-#include "core/magnitude.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/magnitude.h"
+#include "core/base/threads.h"
 #include "render/contract/lattice.h"
 #include "render/contract/ray_state.h"
 #include "render/light/light_memory.h"
@@ -254,7 +254,7 @@ void ScenePlan::chooseByVisibility(std::span<const SeenBrick> seen) {
 }
 
 Camera plannedCamera(const Scene& scene, const StoreReader& store, const Statistics& statistics,
-                     const TransferTable& table, const DrawnPart& part, Ledger& ram, int threads) {
+                     const TransferTable& table, const DrawnPart& part, MemoryBudget& ram, int threads) {
     const auto* const view = std::get_if<FittedView>(&scene.camera);
     if (!view)
         return std::get<Camera>(scene.camera);
@@ -269,8 +269,8 @@ Camera plannedCamera(const Scene& scene, const StoreReader& store, const Statist
 namespace {
 
 /// @param kept  null: read from the store
-ScenePlan viewOf(const Scene& given, const StoreReader& store, Statistics* kept, Ledger& ram, int threads,
-                 std::size_t bytesPerPixel) {
+ScenePlan viewOf(const Scene& given, const StoreReader& store, Statistics* kept, MemoryBudget& ram,
+                 int threads, std::size_t bytesPerPixel) {
     const Scene scene = asDrawn(given);
     checkIntegrator(scene.quality);
     checkLight(scene);
@@ -309,7 +309,7 @@ ScenePlan viewOf(const Scene& given, const StoreReader& store, Statistics* kept,
 
 } // namespace
 
-ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, int threads,
+ScenePlan planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
                    std::size_t bytesPerPixel) {
     ScenePlan p = viewOf(scene, store, nullptr, ram, threads, bytesPerPixel);
     p.view.lighting.surfaceOcclusion.reset();
@@ -342,7 +342,7 @@ constexpr char kSurfaceMap[] = "the map of isosurfaces";
 } // namespace
 
 void ScenePlan::planMemory(const TextureLimits& limits, const FrameContext& context, bool changing) {
-    const Ledger &free = context.ram, &gpu = context.gpu;
+    const MemoryBudget &free = context.ram, &gpu = context.gpu;
     const VolumeInfo& volumeInfo = info();
     const glm::ivec3 extent = volumeInfo.extentVoxels, bricks = brickGrid(extent);
     // What is seen is counted before the picture, in its room; with quality to reach, rays wait for bricks.
@@ -404,7 +404,7 @@ void ScenePlan::openCache(bool readsOnce) {
     volume.cache = std::make_unique<BrickCache>(*volume.store, *ram, bytes, used);
 }
 
-void ScenePlan::chooseAprons(TextureLimits& limits, std::size_t bricks, const FrameContext& context) {
+void ScenePlan::chooseGhostLayers(TextureLimits& limits, std::size_t bricks, const FrameContext& context) {
     const std::size_t fixed = memory.gpuBytes(), free = context.gpu.freeBytes();
     if (pagesThatFit(free - std::min(free, fixed), info().type, limits) < bricks)
         limits.pageEdge = kBrickExtent;
@@ -427,7 +427,7 @@ void chooseAgain(ScenePlan& p, const Scene& given, const TextureLimits& engineLi
         Selection all =
             cullBricks(p.volume.statistics, p.volume.table, p.info(), 0, cullingFor(scene.shading));
         leaveOutUndrawn(all, p.view.part, p.info(), p.volume.optics.takesGradients());
-        p.chooseAprons(limits, all.shownBricks(), context);
+        p.chooseGhostLayers(limits, all.shownBricks(), context);
     }
     p.chosen =
         chooseLevels(scene, p.view.camera, p.view.part, p.volume.statistics, p.volume.table, *p.volume.store,

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "bricking/levels/visibility.h" // SeenBrick
-#include "core/budget.h"
-#include "core/scene.h"
+#include "core/base/budget.h"
+#include "core/scene/scene.h"
 #include "render/contract/strides.h"
 #include "render/plan/choose_levels.h"
 #include "render/plan/frame_context.h"
@@ -39,7 +39,7 @@ struct ScenePlan {
     void planMemory(const TextureLimits& limits, const FrameContext& context, bool changing = false);
     /// Bricks have ghost layers where all of them, at level 0, have room for theirs; else limits has no room
     /// for any.
-    void chooseAprons(TextureLimits& limits, std::size_t bricks, const FrameContext& context);
+    void chooseGhostLayers(TextureLimits& limits, std::size_t bricks, const FrameContext& context);
     /// Makes the cache, of all RAM that is left or of so much as serves to read every chunk once.
     void openCache(bool readsOnce = false);
     /// Takes another selection, and maps its levels and its empty space.
@@ -65,7 +65,7 @@ struct ScenePlan {
     /// Valid as long as this is not moved.
     Strides strides() const;
 
-    Ledger* ram = nullptr;                     // everything that the plan keeps is charged to it
+    MemoryBudget* ram = nullptr;               // everything that the plan keeps is charged to it
     int threads = 0;                           // that compute what it changes, and load bricks
     std::size_t ramFloorBytes = 0;             // of the scene
     Integrator mayTake = Integrator::midpoint; // the largest that is taken without being named
@@ -89,7 +89,7 @@ ScenePlan planScene(const Scene& scene, const StoreReader& store, const TextureL
 
 /// The same without levels, their maps and the cache: for a picture whose levels change, which has no
 /// occlusion of surfaces.
-ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, int threads,
+ScenePlan planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
                    std::size_t bytesPerPixel = kPictureBytesPerPixel);
 
 /// The scene's camera; one by side fitted to what is shown, or to the slice, at its scale if it names one.
@@ -97,7 +97,7 @@ ScenePlan planView(const Scene& scene, const StoreReader& store, Ledger& ram, in
 /// @param part   what its cuts keep: drawnPart()
 /// Throws InputError where ram cannot hold framingBytes() (framing.h).
 Camera plannedCamera(const Scene& scene, const StoreReader& store, const Statistics& statistics,
-                     const TransferTable& table, const DrawnPart& part, Ledger& ram, int threads);
+                     const TransferTable& table, const DrawnPart& part, MemoryBudget& ram, int threads);
 
 /// Takes the scene's quality and chooses levels anew, with their maps and a new cache. The engine must have
 /// let go of the selection and of the cache.

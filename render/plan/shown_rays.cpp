@@ -1,8 +1,8 @@
 // render/plan/shown_rays.cpp: see shown_rays.h.
 #include "render/plan/shown_rays.h"
 
-#include "core/brick.h"
-#include "core/threads.h"
+#include "core/base/brick.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,8 +4,8 @@
 
 #include "bricking/cache/brick_cache.h"
 #include "bricking/statistics/statistics.h"
-#include "core/camera.h" // ViewAxes
-#include "core/transfer_function.h"
+#include "core/scene/camera.h" // ViewAxes
+#include "core/scene/transfer_function.h"
 #include "render/contract/lattice.h"
 #include "render/contract/ray.h"
 #include "render/plan/drawn_part.h"

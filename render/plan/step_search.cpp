@@ -15,7 +15,7 @@ static_assert(kSteps[kJudged - 1] == StepSearch::kFinestStep);
 constexpr double kBetween[] = {1.75, 1.5, 1.25};
 
 /// A figure, not a measurement, so that a picture does not depend on how busy its machine is
-/// (docs/accuracy.md has the measurement).
+/// (docs/measurements/accuracy.md has the measurement).
 double costOfSegment(Integrator integrator) {
     return integrator == Integrator::midpoint ? 1 : 1.5;
 }

@@ -2,7 +2,7 @@
 // integrator, afterwards to estimate its error (picture_check.h).
 #pragma once
 
-#include "core/image.h"
+#include "core/image/image.h"
 #include "render/contract/ray.h"
 #include "render/contract/strides.h"
 #include "render/plan/picture_check.h"

@@ -2,9 +2,9 @@
 // last made from it.
 #pragma once
 
-#include "core/budget.h"
-#include "core/camera.h"
-#include "core/scene.h"
+#include "core/base/budget.h"
+#include "core/scene/camera.h"
+#include "core/scene/scene.h"
 #include "render/contract/ray.h"
 #include "render/light/shadow_maps.h" // ShadowQuality
 #include "render/plan/drawn_part.h"

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bricking/levels/visibility.h" // SeenBrick
-#include "core/camera.h"
+#include "core/scene/camera.h"
 #include "render/contract/ray.h"
 #include "render/contract/ray_state.h"
 #include "render/contract/strides.h"

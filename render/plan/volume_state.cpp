@@ -13,7 +13,7 @@ double slackOf(const Quality& quality) {
 }
 } // namespace
 
-void VolumeState::mapEmptySpace(const Quality& quality, Ledger& ram) {
+void VolumeState::mapEmptySpace(const Quality& quality, MemoryBudget& ram) {
     const EdgeFunction edgeFunction = quality.edgeFunction;
     if (reduces()) {
         occupancy = {};
@@ -36,7 +36,7 @@ void VolumeState::mapEmptySpace(const Quality& quality, Ledger& ram) {
         map(surfaceOccupancy, surfaceTable);
 }
 
-void VolumeState::functionChanged(const Quality& quality, Ledger& ram, int threads) {
+void VolumeState::functionChanged(const Quality& quality, MemoryBudget& ram, int threads) {
     if (reduces() || !occupancy.exists())
         mapEmptySpace(quality, ram);
     else

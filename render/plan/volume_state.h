@@ -6,10 +6,10 @@
 #include "bricking/levels/selection.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
-#include "core/budget.h"
-#include "core/preset.h" // ValueSummary
-#include "core/transfer_function.h"
-#include "core/value_look.h"
+#include "core/base/budget.h"
+#include "core/scene/preset.h" // ValueSummary
+#include "core/scene/transfer_function.h"
+#include "core/scene/value_look.h"
 #include "render/contract/level_map.h"
 #include "render/contract/optics.h"
 #include "render/empty_space/occupancy.h"
@@ -48,9 +48,9 @@ struct VolumeState {
     /// Rays keep one value, not what the function makes of all.
     bool reduces() const { return optics.reduction != Reduction::composite; }
     /// Proves anew what the selection's levels change; all of it the first time.
-    void mapEmptySpace(const Quality& quality, Ledger& ram);
+    void mapEmptySpace(const Quality& quality, MemoryBudget& ram);
     /// The table is another: proves anew what that changes.
-    void functionChanged(const Quality& quality, Ledger& ram, int threads);
+    void functionChanged(const Quality& quality, MemoryBudget& ram, int threads);
 };
 
 /// What presets may know of a volume.

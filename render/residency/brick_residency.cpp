@@ -1,8 +1,8 @@
 // render/residency/brick_residency.cpp: see brick_residency.h.
 #include "render/residency/brick_residency.h"
 
-#include "core/error.h"
-#include "core/interrupt.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
 #include "render/residency/each_chunk.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ constexpr std::uint32_t kEntryValue = 0x80000000u, kEntryAbsent = 0x40000000u; /
 } // namespace
 
 BrickResidency::BrickResidency(const VolumeInfo& info, const Selection& selection, std::size_t pages,
-                               const TextureLimits& limits, std::vector<Plane*> planes, Ledger& ram)
+                               const TextureLimits& limits, std::vector<Plane*> planes, MemoryBudget& ram)
     : bricks_(selection.bricks), box_(atlasPages(std::max<std::size_t>(1, pages), info.type, limits)),
       pages_(std::max<std::size_t>(1, pages)), planes_(std::move(planes)), allocator_(box_),
       entriesCharge_(

@@ -11,8 +11,8 @@
 
 #include "bricking/cache/brick_cache.h"
 #include "bricking/levels/selection.h"
-#include "core/budget.h"
-#include "core/work.h"
+#include "core/base/budget.h"
+#include "core/base/work.h"
 #include "render/residency/page_allocator.h"
 #include "render/residency/pages.h"
 #include "render/residency/plane.h"
@@ -38,7 +38,7 @@ class BrickResidency {
     /// @param planes  hold what is placed; each has room for boxOf(pages); they outlive this
     /// @param pages   at least 1; may be fewer than the selection takes, where rays wait (kFeaturePasses)
     BrickResidency(const VolumeInfo& info, const Selection& selection, std::size_t pages,
-                   const TextureLimits& limits, std::vector<Plane*> planes, Ledger& ram);
+                   const TextureLimits& limits, std::vector<Plane*> planes, MemoryBudget& ram);
 
     /// One picture. load() brings every brick of the selection through the cache, batch by batch; adopt()
     /// takes another selection, keeping what it has in common with the last. Both publish the entries.

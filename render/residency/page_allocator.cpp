@@ -1,7 +1,7 @@
 // render/residency/page_allocator.cpp: see page_allocator.h.
 #include "render/residency/page_allocator.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 

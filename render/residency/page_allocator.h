@@ -2,7 +2,7 @@
 // into slots of one level. Every plane of the atlas shares the same slots.
 #pragma once
 
-#include "core/brick.h"
+#include "core/base/brick.h"
 
 #include <cstddef>
 #include <glm/vec3.hpp>

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "bricking/cache/brick_cache.h" // ChunkKey
-#include "core/brick.h"
-#include "core/volume.h"
+#include "core/base/brick.h"
+#include "core/base/volume.h"
 
 #include <array>
 #include <cstddef>

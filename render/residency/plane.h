@@ -4,7 +4,7 @@
 #pragma once
 
 #include "bricking/cache/brick_cache.h" // Chunk
-#include "core/work.h"
+#include "core/base/work.h"
 #include "render/residency/page_allocator.h"
 
 #include <glm/vec2.hpp>

@@ -1,7 +1,7 @@
 // render/residency/texels.h: conversion of stored values to texels, and back.
 #pragma once
 
-#include "core/volume.h"
+#include "core/base/volume.h"
 
 #include <cstddef>
 

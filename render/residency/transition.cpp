@@ -1,7 +1,7 @@
 // render/residency/transition.cpp: see transition.h.
 #include "render/residency/transition.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "render/residency/pages.h" // chunkOf
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // render/residency/transition.h: the order of moves from the levels that bricks have in the atlas to the
-// chosen ones: which brick moves next, and to which level. A pure function; render/interactive_renderer.cpp
-// walks it.
+// chosen ones: which brick moves next, and to which level. A pure function;
+// render/interactive/interactive_renderer.cpp walks it.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"

@@ -1,7 +1,7 @@
 // render/verify/distributions.cpp: see distributions.h.
 #include "render/verify/distributions.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <cmath>
 

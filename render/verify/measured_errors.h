@@ -1,6 +1,6 @@
 // render/verify/measured_errors.h: the measured error of a picture, from a sample of pixels that were drawn
-// again as they should be. Results are numbers with intervals, or none: docs/measured-errors.md says what
-// they mean.
+// again as they should be. Results are numbers with intervals, or none: docs/measurements/measured-errors.md
+// says what they mean.
 #pragma once
 
 #include "render/verify/pixel_pairs.h"

@@ -1,8 +1,8 @@
 // render/verify/pixel_pairs.cpp: see pixel_pairs.h.
 #include "render/verify/pixel_pairs.h"
 
-#include "core/colour.h"
-#include "core/error.h"
+#include "core/base/error.h"
+#include "core/image/colour.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // render/verify/pixel_sample.cpp: see pixel_sample.h.
 #include "render/verify/pixel_sample.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "render/verify/random.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // render/verify/tail.cpp: see tail.h.
 #include "render/verify/tail.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <cmath>

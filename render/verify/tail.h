@@ -21,7 +21,7 @@ class Tail {
     /// Of the distribution that the values are a sample of: the 99th percentile that half of all samples are
     /// above, between two values (Hyndman and Fan 1996, type 8).
     double p99() const;
-    /// Of the values as they are, ranked as compare() does (core/image_metrics.h).
+    /// Of the values as they are, ranked as compare() does (core/image/image_metrics.h).
     double p99OfAll() const;
     /// The value of a rank in a sample of as many values as this one is worth.
     double atRank(int rank, int worth) const;

@@ -1,7 +1,7 @@
 // render/verify/verify_plan.cpp: see verify_plan.h.
 #include "render/verify/verify_plan.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <cmath>

@@ -34,7 +34,7 @@ struct VerifyPlan {
 constexpr double kMostQuickCost = 0.25;
 
 /// One pixel a cluster, spread over the picture: pixels of one brick may be worth as little as a fifth of as
-/// many apart (docs/measured-errors.md). As many more pixels are drawn again as show
+/// many apart (docs/measurements/measured-errors.md). As many more pixels are drawn again as show
 /// nothing.
 ///
 /// quick: 1000 pixels that show something, 400 where the picture is smaller than 512x512 or 1000 cost too

@@ -1,11 +1,11 @@
 // tests/bench/accuracy_command.cpp: `tessera accuracy SCENE -o FOLDER`: how wrong the picture is, what
-// less error costs, and what breaks; and with --all the scenes of docs/accuracy.md.
+// less error costs, and what breaks; and with --all the scenes of docs/measurements/accuracy.md.
 #include "bricking/store/store_reader.h"
-#include "core/error.h"
-#include "core/nearest_name.h"
-#include "core/preset.h"
-#include "core/scratch_folder.h"
-#include "render/engines/gpu/gl/context.h"
+#include "core/base/error.h"
+#include "core/base/nearest_name.h"
+#include "core/base/scratch_folder.h"
+#include "core/scene/preset.h"
+#include "render/backends/gpu/gl/context.h"
 #include "tests/bench/accuracy/accuracy_report.h"
 #include "tests/bench/accuracy/area_sweep.h"
 #include "tests/bench/accuracy/light_sweep.h"
@@ -14,9 +14,9 @@
 #include "tests/bench/lod/workbench.h" // scansFolder
 #include "tests/bench/report/page.h"
 #include "tests/bench/study_commands.h"
-#include "viewer/input/named_scene.h"
-#include "viewer/input/volume_input.h"
-#include "viewer/manifest/build_commit.h"
+#include "viewer/cli/input/named_scene.h"
+#include "viewer/cli/input/volume_input.h"
+#include "viewer/cli/manifest/build_commit.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -67,7 +67,7 @@ std::string plainName(const std::string& text) {
 }
 
 /// The scene that a user names: a scene file, or a store or source files as `tessera render` shows them.
-NamedScene namedScene(const AccuracyArguments& arguments, Ledger& ram, const CommonOptions& common) {
+NamedScene namedScene(const AccuracyArguments& arguments, MemoryBudget& ram, const CommonOptions& common) {
     NamedScene named;
     named.name = plainName(fs::path(arguments.in).stem().string());
     named.scene = sceneOf(arguments.in);
@@ -202,7 +202,7 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
     std::vector<NamedScene> scenes;
     std::vector<std::string> leftOut;
     {
-        Ledger ram("RAM", "--ram", options.ramBytes);
+        MemoryBudget ram("RAM", "--ram", options.ramBytes);
         if (arguments.all) {
             const bool keep = !arguments.keptScenes.empty();
             const fs::path folder = keep ? fs::path(arguments.keptScenes) : scratch.path();
@@ -300,7 +300,7 @@ void addAccuracyCommand(Command& program, const CommonOptions& common, Action& a
     command.option("SCENE", a->in, "scene (.json), store (.zarr), DICOM folder, .nii, ...");
     command.option("-o,--output", a->out,
                    "folder for the page accuracy.md and the folder accuracy beside it");
-    command.flag("--all", a->all, "the scenes of docs/accuracy.md instead of one");
+    command.flag("--all", a->all, "the scenes of docs/measurements/accuracy.md instead of one");
     command.option("--only", a->only, "with --all: of these scenes only: " + joinNames(standardSceneNames()));
     command.option("--scans", a->scans,
                    "with --all: folder with the public scans (default: $TESSERA_TEST_DATA)");

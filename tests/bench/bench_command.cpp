@@ -1,9 +1,9 @@
 // tests/bench/bench_command.cpp: `tessera bench lod -o FOLDER`, `tessera bench memory` and `tessera bench
-// picture`: the measurements behind docs/level-of-detail.md and docs/first-picture.md, made again by one
-// command each.
-#include "core/error.h"
-#include "core/nearest_name.h"
-#include "core/scratch_folder.h"
+// picture`: the measurements behind docs/measurements/level-of-detail.md and
+// docs/measurements/first-picture.md, made again by one command each.
+#include "core/base/error.h"
+#include "core/base/nearest_name.h"
+#include "core/base/scratch_folder.h"
 #include "tests/bench/lod/edge_functions.h"
 #include "tests/bench/lod/experiments.h"
 #include "tests/bench/memory/memory_budgets.h"

@@ -2,11 +2,11 @@
 #include "tests/bench/bench_tools.h"
 
 #include "bricking/import/importer.h"
-#include "core/error.h"
+#include "core/base/error.h"
 #include "datasets/phantom.h"
-#include "render/engines/gpu/features.h"
-#include "render/engines/gpu/gpu_caster.h"
-#include "render/picture.h"
+#include "render/backends/gpu/features.h"
+#include "render/backends/gpu/gpu_caster.h"
+#include "render/picture/picture.h"
 #include "render/residency/texels.h"
 
 #include <algorithm>
@@ -46,7 +46,7 @@ SceneOnDevice::SceneOnDevice(const Scene& scene, const StoreReader& store, const
     scene_.imageSize = glm::ivec2(512); // the camera is fitted for a square; draw() names the real size
     prepared_ =
         planScene(scene_, store, engine_.limits(), {budgets.ram, budgets.gpu, 0}, LevelChoice::oneForAll);
-    bringBricks(engine_, prepared_, budgets.gpu, upload_);
+    loadBricks(engine_, prepared_, budgets.gpu, upload_);
     prepared_.volume.cache.reset(); // every brick is on the device now
 }
 
@@ -174,7 +174,7 @@ void ensurePhantomStore(const std::filesystem::path& store, const std::string& n
                  extent.z);
     if (store.has_parent_path())
         std::filesystem::create_directories(store.parent_path());
-    Ledger ram("RAM", "--ram", std::size_t{1} << 30);
+    MemoryBudget ram("RAM", "--ram", std::size_t{1} << 30);
     importToStore(*makePhantom(name, extent), store, ram, ImportOptions{});
 }
 

@@ -6,13 +6,13 @@
 #pragma once
 
 #include "bricking/import/source/slab_source.h"
-#include "core/budget.h"
-#include "core/image.h"
-#include "core/scene.h"
-#include "core/scratch_folder.h"
-#include "core/work.h"
-#include "render/engines/gpu/gl/context.h"
-#include "render/engines/gpu/gpu_engine.h"
+#include "core/base/budget.h"
+#include "core/base/scratch_folder.h"
+#include "core/base/work.h"
+#include "core/image/image.h"
+#include "core/scene/scene.h"
+#include "render/backends/gpu/gl/context.h"
+#include "render/backends/gpu/gpu_engine.h"
 #include "render/plan/scene_plan.h"
 
 #include <chrono>
@@ -40,8 +40,8 @@ double median(std::vector<double> values);         // of at least one; the mean 
 struct Budgets {
     explicit Budgets(std::size_t gpuBytes = std::size_t{4} << 30)
         : gpu("GPU memory", "--gpu-memory", gpuBytes) {}
-    Ledger ram{"RAM", "--ram", std::size_t{2} << 30};
-    Ledger gpu;
+    MemoryBudget ram{"RAM", "--ram", std::size_t{2} << 30};
+    MemoryBudget gpu;
 };
 
 /// One frame of a SceneOnDevice.

@@ -1,7 +1,7 @@
 // tests/bench/contest.cpp: see contest.h.
 #include "tests/bench/contest.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "tests/bench/bench_tools.h"
 #include "tests/bench/peer_truth.h"
 #include "tests/bench/report/work_precision.h"

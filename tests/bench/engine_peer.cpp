@@ -1,8 +1,8 @@
 // tests/bench/engine_peer.cpp: see engine_peer.h.
 #include "tests/bench/engine_peer.h"
 
-#include "core/error.h"
-#include "render/picture.h"
+#include "core/base/error.h"
+#include "render/picture/picture.h"
 
 #include <sstream>
 
@@ -33,7 +33,7 @@ std::vector<EngineKind> parseEngines(const std::string& text, const std::string&
 }
 
 struct EnginePeer::Loaded {
-    Ledger ram{"RAM", "--ram", kBudgetBytes}, gpu{"GPU memory", "--gpu-memory", kBudgetBytes};
+    MemoryBudget ram{"RAM", "--ram", kBudgetBytes}, gpu{"GPU memory", "--gpu-memory", kBudgetBytes};
     ScenePlan plan;
     std::shared_ptr<Engine> engine;
     std::unique_ptr<RayCaster> caster; // after the engine, which outlives it
@@ -52,7 +52,7 @@ EnginePeer::EnginePeer(EngineKind kind, const Scene& scene, const StoreReader& s
         l.plan = planScene(scene, store, l.engine->limits(), {l.ram, l.gpu, options.threads},
                            LevelChoice::oneForAll, pictureBytesPerPixel(kind));
         Work loading;
-        const bool passes = bringBricks(*l.engine, l.plan, l.gpu, loading);
+        const bool passes = loadBricks(*l.engine, l.plan, l.gpu, loading);
         if (passes || l.plan.volume.selection.finest() != 0)
             throw InputError("the volume does not fit " + device_ + " at full resolution");
         l.caster = l.engine->caster({}, l.gpu);

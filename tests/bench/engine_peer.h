@@ -1,11 +1,11 @@
 // tests/bench/engine_peer.h: any engine of Tessera beside other renderers: a scene at full resolution, drawn
-// with any step, by the program's own path (render/picture.h).
+// with any step, by the program's own path (render/picture/picture.h).
 #pragma once
 
-#include "core/image.h"
-#include "core/scene.h"
+#include "core/image/image.h"
+#include "core/scene/scene.h"
 #include "render/engine.h"
-#include "render/renderer.h"
+#include "render/picture/renderer.h"
 #include "tests/bench/bench_tools.h"
 #include "tests/bench/gl_thread.h"
 

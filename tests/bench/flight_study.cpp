@@ -8,13 +8,13 @@
 //
 // --draw no leaves out all pictures; --interactive N flies N views by the interactive renderer instead, told
 // the path and not.
-#include "core/film.h"
-#include "core/image_metrics.h"
+#include "core/animation/film.h"
+#include "core/image/image_metrics.h"
 #include "datasets/colon_shape.h"
 #include "datasets/phantom.h"
-#include "render/engines/native/native_engine.h"
-#include "render/frame_renderer.h"
-#include "render/interactive_renderer.h"
+#include "render/backends/native/native_engine.h"
+#include "render/interactive/interactive_renderer.h"
+#include "render/picture/frame_renderer.h"
 #include "tests/bench/bench_tools.h"
 
 #include <algorithm>
@@ -134,8 +134,8 @@ void flyInteractively(const Film& film, const Scene& scene, const StoreReader& s
                       const std::string& gpuMemory) {
     constexpr std::size_t kAhead = 8;
     for (const bool told : {false, true}) {
-        Ledger ram("RAM", "--ram", std::size_t{512} << 20);
-        Ledger gpu("GPU memory", "--gpu-memory", parseBytes(gpuMemory, "--gpu-memory"));
+        MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20);
+        MemoryBudget gpu("GPU memory", "--gpu-memory", parseBytes(gpuMemory, "--gpu-memory"));
         NativeEngine engine(0, gpu, ram);
         const StoreReader own(scene.volumes.front().path, ram);
         InteractiveOptions options;
@@ -208,7 +208,8 @@ void run(int argc, char** argv) {
     path.flight->speedMmPerS *=
         FlightCurve(path.lines, *path.flight).lengthMm() / (*path.flight->toMm - 2) * (1 - 1e-9);
 
-    Ledger ram("RAM", "--ram", std::size_t{1} << 30), gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
+    MemoryBudget ram("RAM", "--ram", std::size_t{1} << 30),
+        gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
     const StoreReader store(options["--store"], ram);
     const VolumeInfo& info = store.info();
     Scene scene = loadScene(options["--scene"]);

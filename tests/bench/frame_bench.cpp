@@ -11,11 +11,11 @@
 // once.
 #include "tests/bench/bench_tools.h"
 
-#include "core/error.h"
-#include "render/engines/gpu/features.h"
-#include "render/engines/gpu/gpu_caster.h"
-#include "render/engines/mirror/mirror.h"
-#include "render/picture.h"
+#include "core/base/error.h"
+#include "render/backends/gpu/features.h"
+#include "render/backends/gpu/gpu_caster.h"
+#include "render/backends/mirror/mirror.h"
+#include "render/picture/picture.h"
 
 #include <algorithm>
 #include <cmath>
@@ -77,7 +77,7 @@ void checkAgainstMirror(const std::string& name, Scene scene, const StoreReader&
     ScenePlan plan =
         planScene(scene, store, engine.limits(), {budgets.ram, budgets.gpu, 0}, LevelChoice::oneForAll);
     Work work;
-    bringBricks(engine, plan, budgets.gpu, work);
+    loadBricks(engine, plan, budgets.gpu, work);
     const auto caster = engine.caster({}, budgets.gpu);
     caster->begin(raysOf(plan));
     drawToTheEnd(*caster, engine, plan, Slicing{}, work);

@@ -10,11 +10,11 @@
 // the last, whose light is whole too; each with the processor time that the program took until then. --light
 // gives the scene a look, --relight another one that comes after the edits; --engine native draws on the
 // processor.
-#include "core/look.h"
-#include "core/preset.h"
-#include "render/engines/gpu/gpu_engine.h"
-#include "render/engines/native/native_engine.h"
-#include "render/interactive_renderer.h"
+#include "core/scene/look.h"
+#include "core/scene/preset.h"
+#include "render/backends/gpu/gpu_engine.h"
+#include "render/backends/native/native_engine.h"
+#include "render/interactive/interactive_renderer.h"
 #include "tests/bench/bench_tools.h"
 
 #include <algorithm>
@@ -129,7 +129,7 @@ void run(int argc, char** argv) {
     const auto number = [&](const std::string& name) { return parseNumbers(options[name], name).at(0); };
     const int size = static_cast<int>(number("--size")), steps = static_cast<int>(number("--steps"));
     const double deadlineMs = number("--deadline-ms"), degrees = number("--degrees");
-    Ledger ram("RAM", "--ram", parseBytes(options["--ram"], "--ram"));
+    MemoryBudget ram("RAM", "--ram", parseBytes(options["--ram"], "--ram"));
     const GlContext context(GlDeviceChoice{options["--device"]});
     const std::string path = options["--store"];
     const StoreReader store(path, ram);
@@ -139,13 +139,13 @@ void run(int argc, char** argv) {
     scene.camera = fitCamera(store.info(), View::anterior, Projection::perspective, scene.imageSize);
     applyLook(options["--light"], scene);
     const bool onProcessor = options["--engine"] == "native";
-    const auto engineFor = [&](Ledger& gpu) -> std::unique_ptr<Engine> {
+    const auto engineFor = [&](MemoryBudget& gpu) -> std::unique_ptr<Engine> {
         if (onProcessor)
             return std::make_unique<NativeEngine>(0, gpu, ram);
         return std::make_unique<GpuEngine>(context, gpu, ram);
     };
     if (!options["--edit"].empty()) {
-        Ledger gpu("GPU memory", "--gpu-memory", parseBytes(options["--gpu-memory"], "--gpu-memory"));
+        MemoryBudget gpu("GPU memory", "--gpu-memory", parseBytes(options["--gpu-memory"], "--gpu-memory"));
         const std::unique_ptr<Engine> engine = engineFor(gpu);
         InteractiveOptions choices;
         choices.dispatchMs = deadlineMs / 2;
@@ -175,7 +175,7 @@ void run(int argc, char** argv) {
     const std::vector<Camera> cameras = orbit(std::get<Camera>(scene.camera), steps, degrees);
     std::printf("path told,step,first ms,last ms,late ms,pictures,bricks,MiB,chunks decoded,pages,repacks\n");
     for (const bool told : {false, true}) {
-        Ledger gpu("GPU memory", "--gpu-memory", parseBytes(options["--gpu-memory"], "--gpu-memory"));
+        MemoryBudget gpu("GPU memory", "--gpu-memory", parseBytes(options["--gpu-memory"], "--gpu-memory"));
         InteractiveOptions choices;
         choices.dispatchMs = deadlineMs / 2;
         const std::unique_ptr<Engine> engine = engineFor(gpu);

@@ -7,12 +7,12 @@
 
 #include "bricking/import/importer.h"
 #include "bricking/store/codec.h"
-#include "core/error.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/threads.h"
+#include "render/backends/gpu/features.h"
+#include "render/backends/gpu/probe.h"
 #include "render/contract/lattice.h"
 #include "render/contract/sampler.h"
-#include "render/engines/gpu/features.h"
-#include "render/engines/gpu/probe.h"
 
 #include <benchmark/benchmark.h>
 

@@ -5,10 +5,10 @@
 //   native_bench --store build/bench-data/torso-thorax.zarr --preset bone --light on --step 0.5 --rounds 5
 #include "tests/bench/bench_tools.h"
 
-#include "core/error.h"
-#include "core/nearest_name.h"
-#include "render/engines/native/native_caster.h"
-#include "render/picture.h"
+#include "core/base/error.h"
+#include "core/base/nearest_name.h"
+#include "render/backends/native/native_caster.h"
+#include "render/picture/picture.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -67,11 +67,11 @@ void run(int argc, char** argv) {
     const double planMs = msSince(preparing);
     Work work;
     const auto loading = Clock::now();
-    bringBricks(engine, plan, budgets.gpu, work);
+    loadBricks(engine, plan, budgets.gpu, work);
     const double loadMs = msSince(loading);
     const auto settling = Clock::now();
     engine.settled();
-    std::printf("plan %.1f ms, load %.1f ms, aprons %.1f ms, page edge %d, %s\n", planMs, loadMs,
+    std::printf("plan %.1f ms, load %.1f ms, ghost layers %.1f ms, page edge %d, %s\n", planMs, loadMs,
                 msSince(settling), plan.volume.pageEdge, plan.volume.mixed() ? "mixed levels" : "one level");
     const auto bareRate = [&](const NativeCaster& caster) {
         const native::PacketScene packets = caster.packetScene();

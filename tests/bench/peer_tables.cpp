@@ -1,7 +1,7 @@
 // tests/bench/peer_tables.cpp: see peer_tables.h.
 #include "tests/bench/peer_tables.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "tests/bench/bench_tools.h"
 #include "tests/bench/report/work_precision.h"
 

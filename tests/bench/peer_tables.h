@@ -2,9 +2,9 @@
 // accuracy --peers`.
 #pragma once
 
-#include "core/image.h"
-#include "core/image_metrics.h"
-#include "core/work.h"
+#include "core/base/work.h"
+#include "core/image/image.h"
+#include "core/image/image_metrics.h"
 
 #include <functional>
 #include <string>

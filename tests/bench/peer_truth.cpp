@@ -1,8 +1,8 @@
 // tests/bench/peer_truth.cpp: see peer_truth.h.
 #include "tests/bench/peer_truth.h"
 
+#include "render/backends/reference/reference.h"
 #include "render/contract/ray.h"
-#include "render/engines/reference/reference.h"
 
 #include <algorithm>
 #include <glm/matrix.hpp>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bricking/cache/brick_cache.h"
-#include "core/image.h"
+#include "core/image/image.h"
 #include "render/plan/scene_plan.h"
 
 #include <glm/vec2.hpp>

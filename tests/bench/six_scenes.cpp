@@ -15,7 +15,7 @@
 // highlight, which the two define otherwise (vtk_renderer.h), and a camera in parallel projection, but for
 // the one in the body. Pictures whose store is not given are left out, and named. References take a minute:
 // they are kept (--truths).
-#include "core/error.h"
+#include "core/base/error.h"
 #include "tests/bench/bench_tools.h"
 #include "tests/bench/contest.h"
 #include "tests/bench/engine_peer.h"
@@ -25,7 +25,7 @@
 #include "tests/bench/truth_file.h"
 #include "tests/bench/vtk_renderer.h"
 #if TESSERA_WITH_IMAGE_FILES
-#include "core/image_file.h"
+#include "core/image/image_file.h"
 #endif
 
 #include <algorithm>
@@ -44,7 +44,7 @@ using Options = std::map<std::string, std::string>;
 /// A store and all its voxels, for the pictures that follow one another on it.
 struct OpenStore {
     explicit OpenStore(const std::filesystem::path& path) : reader(path, ram), voxels(wholeVolume(reader)) {}
-    Ledger ram{"RAM", "--ram", std::size_t{4} << 30};
+    MemoryBudget ram{"RAM", "--ram", std::size_t{4} << 30};
     StoreReader reader;
     std::vector<std::byte> voxels;
 };

@@ -1,7 +1,7 @@
 // tests/bench/six_tables.cpp: see six_tables.h.
 #include "tests/bench/six_tables.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "tests/bench/bench_tools.h"
 
 #include <algorithm>

@@ -7,11 +7,11 @@
 // have extinction before their ray ends, and milliseconds of a frame without skipping, with a map of bricks,
 // and with a map of cells. The second times proof and map for a made-up volume of cubic extent: all of it,
 // after a change of the function, and after changes of some bricks' levels.
-#include "core/error.h"
-#include "core/preset.h"
-#include "render/engines/gpu/features.h"
-#include "render/engines/gpu/fine_mask.h"
-#include "render/engines/gpu/march.h"
+#include "core/base/error.h"
+#include "core/scene/preset.h"
+#include "render/backends/gpu/features.h"
+#include "render/backends/gpu/fine_mask.h"
+#include "render/backends/gpu/march.h"
 #include "tests/bench/bench_tools.h"
 
 #include <algorithm>
@@ -71,7 +71,7 @@ double cpuMs() {
 }
 
 void benchMap(int edge, int repeats) {
-    Ledger ram("RAM", "--ram", std::size_t{16} << 30);
+    MemoryBudget ram("RAM", "--ram", std::size_t{16} << 30);
     VolumeInfo info;
     const Statistics statistics = madeUpStatistics(edge, info);
     const auto table = [](double from) {

@@ -1,7 +1,7 @@
-// tests/bench/study_commands.h: the commands of `tessera-bench`, as viewer/commands/commands.h.
+// tests/bench/study_commands.h: the commands of `tessera-bench`, as viewer/cli/commands.h.
 #pragma once
 
-#include "viewer/options/run_commands.h"
+#include "viewer/cli/options/run_commands.h"
 
 namespace tessera {
 

@@ -1,8 +1,8 @@
 // tests/bench/suite.cpp: see suite.h.
 #include "tests/bench/suite.h"
 
-#include "core/error.h"
-#include "core/json_reader.h"
+#include "core/base/error.h"
+#include "core/base/json_reader.h"
 
 #include <nlohmann/json.hpp>
 #include <sstream>

@@ -2,7 +2,7 @@
 // that the command line gives a path, a scene unlit and lit, and sizes.
 #pragma once
 
-#include "core/scene.h"
+#include "core/scene/scene.h"
 
 #include <filesystem>
 #include <map>

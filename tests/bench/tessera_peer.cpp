@@ -1,9 +1,9 @@
 // tests/bench/tessera_peer.cpp: see tessera_peer.h.
 #include "tests/bench/tessera_peer.h"
 
-#include "core/error.h"
-#include "render/engines/gpu/features.h"
-#include "render/engines/gpu/march.h"
+#include "core/base/error.h"
+#include "render/backends/gpu/features.h"
+#include "render/backends/gpu/march.h"
 
 #include <cmath>
 #include <glm/matrix.hpp>

@@ -2,8 +2,8 @@
 // integrator, fetch and step.
 #pragma once
 
-#include "core/image.h"
-#include "core/scene.h"
+#include "core/image/image.h"
+#include "core/scene/scene.h"
 #include "tests/bench/bench_tools.h"
 
 #include <string>

@@ -1,8 +1,8 @@
 // tests/bench/truth_file.cpp: see truth_file.h.
 #include "tests/bench/truth_file.h"
 
-#include "core/error.h"
-#include "core/output_file.h"
+#include "core/base/error.h"
+#include "core/base/output_file.h"
 
 #include <cinttypes>
 #include <cstdint>

@@ -2,8 +2,8 @@
 // depend on, as text, whose digest names the file.
 #pragma once
 
-#include "core/image.h"
-#include "core/scene.h"
+#include "core/image/image.h"
+#include "core/scene/scene.h"
 
 #include <filesystem>
 #include <functional>

@@ -13,8 +13,8 @@
 // command: VTK and the reference alone run, and VTK's names say how much memory its whole volume takes.
 // --shifts 1 also measures against references moved by half a pixel: a disagreement about pixel centres would
 // show there.
-#include "core/error.h"
-#include "core/image_metrics.h"
+#include "core/base/error.h"
+#include "core/image/image_metrics.h"
 #include "tests/bench/bench_tools.h"
 #include "tests/bench/gl_thread.h"
 #include "tests/bench/peer_tables.h"

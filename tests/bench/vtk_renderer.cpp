@@ -1,7 +1,7 @@
 // tests/bench/vtk_renderer.cpp: see vtk_renderer.h.
 #include "tests/bench/vtk_renderer.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "tests/bench/bench_tools.h"
 
 #include <array>

@@ -11,11 +11,11 @@
 #pragma once
 
 #include "bricking/store/store_reader.h"
-#include "core/camera.h"
-#include "core/image.h"
-#include "core/scene.h" // Shading
-#include "core/transfer_function.h"
-#include "core/volume.h"
+#include "core/base/volume.h"
+#include "core/image/image.h"
+#include "core/scene/camera.h"
+#include "core/scene/scene.h" // Shading
+#include "core/scene/transfer_function.h"
 
 #include <cstddef>
 #include <glm/vec2.hpp>

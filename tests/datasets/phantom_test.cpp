@@ -1,5 +1,5 @@
 // tests/datasets/phantom_test.cpp: the generated volumes: their formulas, gradients and determinism.
-#include "core/error.h"
+#include "core/base/error.h"
 #include "datasets/analytic_field.h"
 #include "datasets/phantom.h"
 #include "datasets/torso_parts.h"

@@ -6,7 +6,7 @@
 #include "tests/support/import_test_tools.h"
 #endif
 
-#include "core/budget.h"
+#include "core/base/budget.h"
 
 namespace tessera::test {
 namespace {

@@ -1,8 +1,8 @@
 // tests/program/cache_test.cpp: source files that are rendered straight away are imported once, whoever asks,
 // and again when anything about them or about the import has changed.
-#include "core/error.h"
+#include "core/base/error.h"
 #include "tests/support/program_fixture.h"
-#include "viewer/input/import_cache.h"
+#include "viewer/cli/input/import_cache.h"
 
 #include <chrono>
 #include <fcntl.h>

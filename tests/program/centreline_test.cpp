@@ -1,6 +1,6 @@
 // tests/program/centreline_test.cpp: `tessera centreline` and the phantom's curves, from outside: a path that
 // others read back, and refusals.
-#include "core/path.h"
+#include "core/animation/path.h"
 #include "tests/support/program_fixture.h"
 
 #include <nlohmann/json.hpp>

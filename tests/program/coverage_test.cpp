@@ -1,5 +1,5 @@
 // tests/program/coverage_test.cpp: `tessera coverage` from outside: its sentence, its report, and refusals.
-#include "core/path.h"
+#include "core/animation/path.h"
 #include "tests/support/program_fixture.h"
 
 #include <nlohmann/json.hpp>

@@ -2,8 +2,8 @@
 // and that survive kill -9, what is refused, and the file that ffmpeg makes of them.
 #include "tests/support/program_fixture.h"
 
-#include "core/error.h"
-#include "core/image_file.h"
+#include "core/base/error.h"
+#include "core/image/image_file.h"
 #include "viewer/films/frame_folder.h"
 #include "viewer/films/movie_file.h"
 

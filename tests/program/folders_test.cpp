@@ -4,7 +4,7 @@
 #include "tests/support/import_test_tools.h"
 #include "tests/support/program_fixture.h"
 
-#include "core/image_file.h" // readManifest
+#include "core/image/image_file.h" // readManifest
 
 #include <nlohmann/json.hpp>
 #include <sys/stat.h>

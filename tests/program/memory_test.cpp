@@ -2,7 +2,7 @@
 // memory of import, phantom and render stays within the budgets, plus that of the same command with next to
 // nothing to do (libraries, driver, compiled shaders), plus 32 MiB. On a software device GPU memory is
 // resident memory too.
-#include "core/scratch_folder.h"
+#include "core/base/scratch_folder.h"
 #include "tests/support/folders.h"
 
 #include <algorithm>

@@ -1,11 +1,11 @@
 // tests/program/modules_test.cpp: what the program loads when it is needed is a part of it: its errors are
 // the program's errors, Ctrl-C ends it, and it says so where it is missing or is something else.
-#include "viewer/modules/load_module.h"
+#include "viewer/cli/modules/load_module.h"
 
-#include "core/error.h"
-#include "core/image_file.h"
-#include "core/interrupt.h"
-#include "core/scratch_folder.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/scratch_folder.h"
+#include "core/image/image_file.h"
 #if TESSERA_WITH_IMPORT
 #include "bricking/import/catalogue.h"
 #include "tests/support/dicom_writer.h"
@@ -70,8 +70,8 @@ TEST(Modules, ErrorsOfImportersAreOurs) {
     EXPECT_THROW(chooseRow(catalogue, {}), InputError);
 }
 
-// The module's loops ask the program, which caught the signal. A copy of core/interrupt.cpp in the module
-// would know of none.
+// The module's loops ask the program, which caught the signal. A copy of core/base/interrupt.cpp in the
+// module would know of none.
 TEST(Modules, CtrlCEndsWhatAModuleDoes) {
     const ScratchFolder folder;
     DicomImage image;

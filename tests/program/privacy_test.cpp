@@ -6,7 +6,7 @@
 #include "tests/support/dicom_writer.h"
 #include "tests/support/program_fixture.h"
 
-#include "core/image_file.h"
+#include "core/image/image_file.h"
 
 #include <nlohmann/json.hpp>
 

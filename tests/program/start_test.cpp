@@ -1,6 +1,6 @@
 // tests/program/start_test.cpp: what the program loads and takes before it has anything to do: no library of
 // GL, of pictures or of importers, and little memory; and each of them only where it is needed.
-#include "core/scratch_folder.h"
+#include "core/base/scratch_folder.h"
 
 #include <cstdlib>
 #include <fcntl.h>

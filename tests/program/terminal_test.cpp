@@ -1,7 +1,7 @@
 // What somebody at a terminal sees: the line that tells how far a job is, and what Ctrl-C leaves behind.
 #include "tests/support/program_fixture.h"
 
-#include "core/file_handle.h"
+#include "core/base/file_handle.h"
 
 #include <chrono>
 #include <csignal>

@@ -2,10 +2,10 @@
 // not know that it is none (xdotool): what is saved there is, bit for bit, what `tessera render` draws of the
 // scene that was saved beside it.
 #include "bricking/store/store_reader.h"
-#include "core/image_file.h"
-#include "core/image_metrics.h"
-#include "core/scene.h"
-#include "core/scratch_folder.h"
+#include "core/base/scratch_folder.h"
+#include "core/image/image_file.h"
+#include "core/image/image_metrics.h"
+#include "core/scene/scene.h"
 #include "tests/support/dicom_writer.h"
 #include "viewer/session/slice_frame.h"
 
@@ -330,7 +330,7 @@ TEST_F(WindowTest, AHandMeasuresCutsAndMovesTheCrosshair) {
     now = scene();
     ASSERT_EQ(now.cuts.planes.size(), 1u);
     const CutPlane plane = now.cuts.planes[0];
-    Ledger ram("RAM", "--ram", std::size_t{256} << 20);
+    MemoryBudget ram("RAM", "--ram", std::size_t{256} << 20);
     const VolumeInfo info = StoreReader(TESSERA_TORSO, ram).info();
     const SliceFrame axial = sliceFrame(info, Orientation::axial, plane.point, glm::ivec2(size));
     const glm::dvec2 crosshair = axial.pictureFromPatient(plane.point) + glm::dvec2(left, 0);

@@ -65,7 +65,7 @@ inline LevelErrors predictedOf(const glm::ivec3& extent, const HashSource::Formu
     const ScratchFolder scratch;
     const VolumeInfo info = unitInfo(extent);
     HashSource source(info, value);
-    Ledger ram("RAM", "--ram", std::size_t{256} << 20);
+    MemoryBudget ram("RAM", "--ram", std::size_t{256} << 20);
     ImportOptions options;
     options.durable = false;
     importToStore(source, scratch / "v.zarr", ram, options);

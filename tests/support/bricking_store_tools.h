@@ -12,7 +12,7 @@ constexpr std::size_t kPlenty = 256u << 20;
 
 inline ImportReport import(const fs::path& path, SlabSource& source, bool force = false, int threads = 2,
                            std::size_t budget = kPlenty, bool durable = false) {
-    Ledger ram("RAM", "--ram", budget);
+    MemoryBudget ram("RAM", "--ram", budget);
     ImportOptions options;
     options.force = force;
     options.threads = threads;

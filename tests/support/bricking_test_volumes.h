@@ -4,8 +4,8 @@
 
 #include "bricking/import/importer.h"
 #include "bricking/store/store_reader.h"
-#include "core/error.h"
-#include "core/scratch_folder.h"
+#include "core/base/error.h"
+#include "core/base/scratch_folder.h"
 
 #include <cmath>
 #include <cstring>

@@ -2,8 +2,8 @@
 // is stands here, and a line among the modules brings it into a program.
 #pragma once
 
+#include "render/backends/gpu/features.h"
 #include "render/contract/ray_state.h"
-#include "render/engines/gpu/features.h"
 
 namespace tessera::test {
 

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "bricking/import/importer.h"
-#include "core/scratch_folder.h"
+#include "core/base/scratch_folder.h"
 #include "tests/support/bricking_test_volumes.h" // HashSource
 #include "tests/support/covering_array.h"
 #include "tests/support/scene_fixture.h"
@@ -435,7 +435,7 @@ class ExtremeStores {
         const std::filesystem::path path = folder_ / std::to_string(c[kVolume]);
         if (made_.insert(c[kVolume]).second) {
             const ExtremeVolume v = volumeOf(c);
-            Ledger ram("RAM", "--ram", std::size_t{256} << 20);
+            MemoryBudget ram("RAM", "--ram", std::size_t{256} << 20);
             ImportOptions options;
             options.durable = false;
             HashSource source(v.info, v.formula);

@@ -2,8 +2,8 @@
 // step at lengths that phantoms and scans have.
 #pragma once
 
-#include "core/preset.h"
-#include "core/scene.h"
+#include "core/scene/preset.h"
+#include "core/scene/scene.h"
 
 #include <string>
 #include <utility>

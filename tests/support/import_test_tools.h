@@ -3,8 +3,8 @@
 #pragma once
 
 #include "bricking/import/open_source.h"
-#include "core/error.h"
-#include "core/scratch_folder.h"
+#include "core/base/error.h"
+#include "core/base/scratch_folder.h"
 #include "tests/support/folders.h"
 
 #include <cstdint>

@@ -2,10 +2,10 @@
 // itself after every step.
 #pragma once
 
-#include "core/error.h"
-#include "render/engines/gpu/gpu_engine.h"
-#include "render/engines/native/native_engine.h"
-#include "render/interactive_renderer.h"
+#include "core/base/error.h"
+#include "render/backends/gpu/gpu_engine.h"
+#include "render/backends/native/native_engine.h"
+#include "render/interactive/interactive_renderer.h"
 #include "tests/support/scene_fixture.h"
 
 #include <array>
@@ -21,7 +21,7 @@ namespace tessera::test {
 inline constexpr std::size_t kRam = std::size_t{256} << 20;
 
 inline Scene interactiveScene(const std::string& preset, int camera, const glm::ivec2& size = {64, 64}) {
-    Ledger ram("RAM", "--ram", std::size_t{64} << 20);
+    MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
     Scene scene = sceneOn(StoreReader(storePath("torso"), ram).info(), preset, camera, size);
     scene.quality.terminationTransmittance = 1e-3;
     return scene;
@@ -65,7 +65,7 @@ struct Session {
         }
         return calls;
     }
-    Ledger ram, gpu;
+    MemoryBudget ram, gpu;
     StoreReader reader;
     std::unique_ptr<GlContext> context; // of the march
     std::unique_ptr<Engine> engine;

@@ -2,9 +2,9 @@
 // stands inside the volume, materials, and weights of gradients.
 #pragma once
 
-#include "core/preset.h"
-#include "core/scene.h"
-#include "core/volume.h"
+#include "core/base/volume.h"
+#include "core/scene/preset.h"
+#include "core/scene/scene.h"
 #include "render/plan/scene_plan.h"
 
 #include <string>

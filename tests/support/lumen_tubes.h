@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bricking/cache/chunk_source.h"
-#include "core/path.h"
+#include "core/animation/path.h"
 
 #include <algorithm>
 #include <atomic>

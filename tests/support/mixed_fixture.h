@@ -46,7 +46,7 @@ struct MixedScene {
     MixedScene(const std::string& store, const std::string& preset, int camera, EdgeFunction edge,
                Sampling sampling = Sampling::limited, glm::ivec2 size = {32, 32},
                Integrator integrator = Integrator::midpoint) {
-        Ledger ram("RAM", "--ram", std::size_t{64} << 20);
+        MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
         const VolumeInfo info = StoreReader(storePath(store), ram).info();
         Scene scene = sceneOn(info, preset, camera, size);
         scene.quality.edgeFunction = edge;

@@ -2,7 +2,7 @@
 // processor has, and by the float mirror, whose bits it must have.
 #pragma once
 
-#include "render/engines/native/native_caster.h"
+#include "render/backends/native/native_caster.h"
 #include "tests/support/scene_fixture.h"
 
 #include <optional>
@@ -28,7 +28,7 @@ struct NativeChoices {
     bool hits = false;
     bool blocks = false, refine = false; // blocks of empty space: in any case; where they pay
     bool shreds = false;                 // every deadline has passed
-    bool aprons = true;
+    bool ghostLayers = true;
     int threads = 0;
     std::optional<Rays> rays = {}; // else those of the plan
 };
@@ -37,11 +37,11 @@ struct NativeChoices {
 inline NativePicture nativePicture(Prepared& prepared, const NativeChoices& choices = {}) {
     ScenePlan& p = prepared.p;
     NativeEngine engine(choices.threads, prepared.budgets.gpu, prepared.budgets.ram);
-    p.volume.pageEdge = choices.aprons ? kApronedEdge : kBrickExtent;
+    p.volume.pageEdge = choices.ghostLayers ? kGhostedEdge : kBrickExtent;
     p.chosen.chooser.reset();
     p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
     NativePicture out;
-    bringBricks(engine, p, prepared.budgets.gpu, out.work);
+    loadBricks(engine, p, prepared.budgets.gpu, out.work);
     NativeCaster caster(p, engine, {true, choices.hits, false}, prepared.budgets.gpu, choices.target);
     if (choices.blocks)
         caster.findBlocks();
@@ -70,7 +70,7 @@ inline std::size_t differing(const Image& a, const Image& b) {
 }
 
 inline VolumeInfo infoOf(const std::string& store) {
-    Ledger ram("RAM", "--ram", std::size_t{64} << 20);
+    MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
     return StoreReader(storePath(store), ram).info();
 }
 
@@ -94,12 +94,12 @@ inline void expectTheMirrorsBits(Prepared& prepared, bool blank = false) {
     const Image mirror = mirrorPicture(prepared);
     EXPECT_EQ(isBlank(mirror), blank);
     for (const native::PacketTarget* target : nativeTargets())
-        for (const bool aprons : {true, false}) {
+        for (const bool ghostLayers : {true, false}) {
             NativeChoices choices;
             choices.target = target;
-            choices.aprons = aprons;
+            choices.ghostLayers = ghostLayers;
             EXPECT_EQ(differing(nativePicture(prepared, choices).image, mirror), 0u)
-                << target->name << (aprons ? ", aprons" : ", no aprons");
+                << target->name << (ghostLayers ? ", ghost layers" : ", no ghost layers");
         }
 }
 

@@ -13,7 +13,7 @@
 namespace {
 
 void make(tessera::SlabSource& source, const std::filesystem::path& path) {
-    tessera::Ledger ram("RAM", "--ram", std::size_t{512} << 20);
+    tessera::MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20);
     tessera::ImportOptions options;
     options.force = true;
     const auto report = tessera::importToStore(source, path, ram, options);

@@ -2,8 +2,8 @@
 // [0,1], a transfer table, and the true integral of both beside them.
 #pragma once
 
-#include "render/engines/mirror/mirror.h"
-#include "render/engines/reference/reference_integrator.h"
+#include "render/backends/mirror/mirror.h"
+#include "render/backends/reference/reference_integrator.h"
 
 #include <algorithm>
 #include <functional>

@@ -2,7 +2,7 @@
 // what they are made of.
 #pragma once
 
-#include "render/engines/reference/light_rays.h"
+#include "render/backends/reference/light_rays.h"
 #include "tests/support/scene_fixture.h"
 
 #include <algorithm>

@@ -2,13 +2,13 @@
 // prepare_test_stores, a fixture of ctest), scenes on them, and cameras, one of them inside.
 #pragma once
 
-#include "core/scene.h"
-#include "render/engines/gpu/fine_mask.h"
-#include "render/engines/gpu/gpu_caster.h"
-#include "render/engines/gpu/gpu_engine.h"
-#include "render/engines/gpu/march.h"
-#include "render/engines/mirror/mirror.h"
-#include "render/picture.h"
+#include "core/scene/scene.h"
+#include "render/backends/gpu/fine_mask.h"
+#include "render/backends/gpu/gpu_caster.h"
+#include "render/backends/gpu/gpu_engine.h"
+#include "render/backends/gpu/march.h"
+#include "render/backends/mirror/mirror.h"
+#include "render/picture/picture.h"
 #include "render/plan/scene_plan.h"
 #include "render/residency/texels.h"
 #include "tests/support/folders.h"
@@ -24,10 +24,10 @@
 
 namespace tessera::test {
 
-/// Roomy ledgers: budgets have tests of their own.
+/// Roomy budgets: budgets have tests of their own.
 struct Budgets {
-    Ledger ram{"RAM", "--ram", std::size_t{1} << 30};
-    Ledger gpu{"GPU memory", "--gpu-memory", std::size_t{1} << 30};
+    MemoryBudget ram{"RAM", "--ram", std::size_t{1} << 30};
+    MemoryBudget gpu{"GPU memory", "--gpu-memory", std::size_t{1} << 30};
 };
 
 /// Camera number 0: outside, perspective, oblique; 1: outside, parallel, a side; 2: inside, wide angle.
@@ -71,7 +71,7 @@ struct Prepared {
         : reader(storePath(store), budgets.ram) {
         if (place)
             const_cast<VolumeInfo&>(reader.info()).patientFromVoxel = *place;
-        Ledger small("GPU memory", "--gpu-memory", gpuBytes ? gpuBytes : std::size_t{1} << 30);
+        MemoryBudget small("GPU memory", "--gpu-memory", gpuBytes ? gpuBytes : std::size_t{1} << 30);
         p = planScene(scene, reader, TextureLimits{}, {budgets.ram, small, 0},
                       culling ? LevelChoice::oneForAll : LevelChoice::oneForAllNothingCulled);
     }
@@ -86,7 +86,7 @@ struct OnDevice {
         ScenePlan& p = prepared.p;
         p.chosen.chooser.reset(); // the selection stays as it is
         p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
-        bringBricks(engine, p, prepared.budgets.gpu, work);
+        loadBricks(engine, p, prepared.budgets.gpu, work);
     }
     GpuEngine engine;
     Work work;
@@ -103,7 +103,7 @@ struct GpuPicture {
 inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const Slicing& slicing = {},
                           bool refine = false) {
     ScenePlan& p = prepared.p;
-    Ledger& gpu = prepared.budgets.gpu;
+    MemoryBudget& gpu = prepared.budgets.gpu;
     if (texelFormat(p.info().type).normalised)
         features |= kFeatureNormalised;
     features |= kFeatureCounting;

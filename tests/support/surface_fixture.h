@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bricking/import/importer.h"
-#include "core/scratch_folder.h"
+#include "core/base/scratch_folder.h"
 #include "tests/support/formula_source.h"
 #include "tests/support/scene_fixture.h"
 
@@ -22,7 +22,7 @@ struct Stored {
         info.rescaleSlope = slope;
         info.patientFromVoxel =
             plain ? glm::dmat4(1) : patientFromVoxelOf({-30, 50, 7}, {0.8, 0, 0}, {0, 0.9, 0}, {0, 0.3, 1.5});
-        Ledger ram("RAM", "--ram", std::size_t{256} << 20);
+        MemoryBudget ram("RAM", "--ram", std::size_t{256} << 20);
         FormulaSource source(info, value);
         ImportOptions options;
         options.force = true;
@@ -44,7 +44,7 @@ struct Stored {
 
 /// Torso scenes: bone opaque, skin semi-transparent, with and without the volume.
 inline Scene torsoScene(int camera, bool volume, Integrator integrator, const glm::ivec2& size = {24, 24}) {
-    Ledger ram("RAM", "--ram", std::size_t{64} << 20);
+    MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
     Scene scene = sceneOn(info, "soft-tissue", camera, size);
     if (!volume)
@@ -64,7 +64,7 @@ struct Drawn {
 inline Drawn draw(Prepared& prepared, std::uint32_t without = 0, const Slicing& slicing = {},
                   bool refine = false) {
     ScenePlan& p = prepared.p;
-    Ledger& gpu = prepared.budgets.gpu;
+    MemoryBudget& gpu = prepared.budgets.gpu;
     const std::uint32_t features = (marchFeatures(p, true) | kFeatureHits) & ~without;
     OnDevice device(prepared);
     Drawn out;

@@ -83,7 +83,7 @@ class PlainVolume {
     }
 
   private:
-    Ledger ram_;
+    MemoryBudget ram_;
     VolumeInfo info_;
     std::vector<double> values_;
 };

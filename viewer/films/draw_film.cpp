@@ -1,13 +1,13 @@
 // viewer/films/draw_film.cpp: see draw_film.h.
 #include "viewer/films/draw_film.h"
 
-#include "core/error.h"
-#include "core/interrupt.h"
-#include "core/stopwatch.h"
-#include "render/frame_renderer.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/stopwatch.h"
+#include "render/picture/frame_renderer.h"
+#include "viewer/cli/manifest/manifest.h"
 #include "viewer/films/frame_folder.h"
 #include "viewer/films/movie_file.h"
-#include "viewer/manifest/manifest.h"
 
 #include <algorithm>
 #include <chrono>

@@ -3,10 +3,10 @@
 #pragma once
 
 #include "bricking/store/store_reader.h"
-#include "core/budget.h"
-#include "core/film.h"
-#include "render/renderer.h"
-#include "viewer/options/options.h"
+#include "core/animation/film.h"
+#include "core/base/budget.h"
+#include "render/picture/renderer.h"
+#include "viewer/cli/options/options.h"
 
 #include <cstddef>
 #include <filesystem>
@@ -32,7 +32,7 @@ struct FilmJob {
     std::filesystem::path out; // a folder, or a file that isMovieFile()
     RenderOptions options;
     const StoreReader* store = nullptr;
-    Ledger *ram = nullptr, *gpu = nullptr;
+    MemoryBudget *ram = nullptr, *gpu = nullptr;
 };
 
 struct FilmReport {

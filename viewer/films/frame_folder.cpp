@@ -1,10 +1,10 @@
 // viewer/films/frame_folder.cpp: see frame_folder.h.
 #include "viewer/films/frame_folder.h"
 
-#include "core/error.h"
-#include "core/output_file.h"
-#include "core/printable_text.h"
-#include "core/regular_file.h"
+#include "core/base/error.h"
+#include "core/base/output_file.h"
+#include "core/base/printable_text.h"
+#include "core/base/regular_file.h"
 
 #include <algorithm>
 #include <atomic>

@@ -4,8 +4,8 @@
 // frame. Claims only save work: frames are equal whoever draws them, and get their names whole.
 #pragma once
 
-#include "core/file_handle.h"
-#include "core/ownership.h"
+#include "core/base/file_handle.h"
+#include "core/base/ownership.h"
 
 #include <cstddef>
 #include <filesystem>

@@ -1,12 +1,12 @@
 // viewer/films/movie_file.cpp: see movie_file.h.
 #include "viewer/films/movie_file.h"
 
-#include "core/error.h"
-#include "core/file_handle.h"
-#include "core/interrupt.h"
-#include "core/output_file.h"
-#include "core/ownership.h"
-#include "core/printable_text.h"
+#include "core/base/error.h"
+#include "core/base/file_handle.h"
+#include "core/base/interrupt.h"
+#include "core/base/output_file.h"
+#include "core/base/ownership.h"
+#include "core/base/printable_text.h"
 
 #include <algorithm>
 #include <array>

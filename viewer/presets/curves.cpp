@@ -1,7 +1,7 @@
 // viewer/presets/curves.cpp: see curves.h.
 #include "viewer/presets/curves.h"
 
-#include "core/colour.h"
+#include "core/image/colour.h"
 #include "viewer/presets/foreign_preset.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // straight, and back.
 #pragma once
 
-#include "core/transfer_function.h"
+#include "core/scene/transfer_function.h"
 #include "viewer/presets/foreign_preset.h" // kOpacityError
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 // viewer/presets/foreign_preset.cpp: see foreign_preset.h.
 #include "viewer/presets/foreign_preset.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "viewer/presets/paraview_presets.h"
 #include "viewer/presets/slicer_presets.h"
 

@@ -4,7 +4,7 @@
 // points are added, to within kColourError and kOpacityError.
 #pragma once
 
-#include "core/preset_file.h"
+#include "core/scene/preset_file.h"
 
 #include <string>
 #include <vector>

@@ -3,8 +3,8 @@
 // ...) and, where opacities were saved too, "Points" (x, opacity, midpoint, sharpness, ...).
 #include "viewer/presets/paraview_presets.h"
 
-#include "core/error.h"
-#include "core/json_reader.h"
+#include "core/base/error.h"
+#include "core/base/json_reader.h"
 #include "viewer/presets/curves.h"
 
 #include <algorithm>

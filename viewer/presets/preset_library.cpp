@@ -1,12 +1,12 @@
 // viewer/presets/preset_library.cpp: see preset_library.h.
 #include "viewer/presets/preset_library.h"
 
-#include "core/error.h"
-#include "core/json_reader.h"
-#include "core/nearest_name.h"
-#include "core/output_file.h"
-#include "core/preset.h"
-#include "core/user_folder.h"
+#include "core/base/error.h"
+#include "core/base/json_reader.h"
+#include "core/base/nearest_name.h"
+#include "core/base/output_file.h"
+#include "core/base/user_folder.h"
+#include "core/scene/preset.h"
 #if TESSERA_WITH_FOREIGN_PRESETS
 #include "viewer/presets/foreign_preset.h"
 #endif

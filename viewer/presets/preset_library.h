@@ -2,7 +2,7 @@
 // and of other programs.
 #pragma once
 
-#include "core/preset_file.h"
+#include "core/scene/preset_file.h"
 
 #include <filesystem>
 #include <string>

@@ -3,9 +3,9 @@
 // lines have too. A function there is a count and as many numbers.
 #include "viewer/presets/slicer_presets.h"
 
-#include "core/error.h"
-#include "core/json_reader.h"
-#include "core/magnitude.h"
+#include "core/base/error.h"
+#include "core/base/json_reader.h"
+#include "core/base/magnitude.h"
 #include "viewer/presets/curves.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // lengths in mm of patient space, angles in radians.
 #pragma once
 
-#include "core/camera.h"
+#include "core/scene/camera.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>

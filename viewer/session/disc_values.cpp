@@ -1,7 +1,7 @@
 // viewer/session/disc_values.cpp: see disc_values.h.
 #include "viewer/session/disc_values.h"
 
-#include "core/interrupt.h"
+#include "core/base/interrupt.h"
 #include "render/contract/lattice.h"
 #include "render/contract/sampler.h"
 

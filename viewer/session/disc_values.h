@@ -2,8 +2,8 @@
 #pragma once
 
 #include "bricking/cache/brick_cache.h"
-#include "core/measurement.h"
-#include "core/volume.h"
+#include "core/base/volume.h"
+#include "core/scene/measurement.h"
 #include "viewer/session/viewing.h"
 
 namespace tessera {

@@ -1,9 +1,9 @@
 // viewer/session/display_pixels.cpp: see display_pixels.h.
 #include "viewer/session/display_pixels.h"
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "core/threads.h"
+#include "core/base/error.h"
+#include "core/base/threads.h"
+#include "core/image/colour.h"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 // window, 8-bit sRGB.
 #pragma once
 
-#include "core/image.h"
+#include "core/image/image.h"
 
 #include <cstdint>
 #include <glm/vec2.hpp>

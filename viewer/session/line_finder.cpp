@@ -1,9 +1,9 @@
 // viewer/session/line_finder.cpp: see line_finder.h.
 #include "viewer/session/line_finder.h"
 
-#include "bricking/lumen/centreline.h"
-#include "bricking/lumen/wall_coverage.h"
-#include "core/path_text.h"
+#include "bricking/analysis/lumen/centreline.h"
+#include "bricking/analysis/lumen/wall_coverage.h"
+#include "core/animation/path_text.h"
 
 namespace tessera {
 namespace {
@@ -15,7 +15,8 @@ std::string aboutText(const Centrelines& found, const VolumeInfo& info) {
     return text;
 }
 
-LineState find(const LineWish& wish, const StoreReader& store, Ledger& ram, Progress& progress, int threads) {
+LineState find(const LineWish& wish, const StoreReader& store, MemoryBudget& ram, Progress& progress,
+               int threads) {
     CentrelineRequest request;
     for (std::size_t i = 0; i < wish.places.size(); ++i)
         request.seeds.push_back({wish.places[i], "place " + std::to_string(i + 1),
@@ -37,7 +38,7 @@ LineState find(const LineWish& wish, const StoreReader& store, Ledger& ram, Prog
 
 constexpr double kCoverageStepMm = 1;
 
-LineState lookAlong(const LineWish& wish, const StoreReader& store, Ledger& ram, Progress& progress,
+LineState lookAlong(const LineWish& wish, const StoreReader& store, MemoryBudget& ram, Progress& progress,
                     int threads) {
     const Path& path = *wish.seenAlong;
     CoverageRequest request;
@@ -55,7 +56,7 @@ LineState lookAlong(const LineWish& wish, const StoreReader& store, Ledger& ram,
 
 } // namespace
 
-LineFinder::LineFinder(const LineWish& wish, const StoreReader& store, Ledger& ram, int threads,
+LineFinder::LineFinder(const LineWish& wish, const StoreReader& store, MemoryBudget& ram, int threads,
                        std::function<void()> ended)
     : progress_(std::make_shared<Progress>(Verbosity::quiet, true)),
       result_(std::async(std::launch::async, [this, wish, &store, &ram, threads, ended = std::move(ended)] {

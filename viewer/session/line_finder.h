@@ -3,8 +3,8 @@
 #pragma once
 
 #include "bricking/store/store_reader.h"
-#include "core/interrupt.h"
-#include "core/progress.h"
+#include "core/base/interrupt.h"
+#include "core/base/progress.h"
 #include "viewer/session/viewing.h"
 
 #include <functional>
@@ -18,7 +18,7 @@ class LineFinder {
     /// Begins.
     /// @param ended  is called from the thread just before it ends
     /// store and ram outlive this.
-    LineFinder(const LineWish& wish, const StoreReader& store, Ledger& ram, int threads,
+    LineFinder(const LineWish& wish, const StoreReader& store, MemoryBudget& ram, int threads,
                std::function<void()> ended);
     /// Calls it off, and waits.
     ~LineFinder();

@@ -1,12 +1,12 @@
 // viewer/session/open_volume.cpp: see open_volume.h.
 #include "viewer/session/open_volume.h"
 
-#include "core/error.h"
-#include "core/preset.h"
+#include "core/base/error.h"
+#include "core/scene/preset.h"
 #include "render/contract/ray_state.h" // rayCount
 #include "render/plan/memory_plan.h"
-#include "viewer/input/named_scene.h"
-#include "viewer/input/thin_volume.h"
+#include "viewer/cli/input/named_scene.h"
+#include "viewer/cli/input/thin_volume.h"
 #include "viewer/session/camera_moves.h" // heldBy
 #include "viewer/session/volume_histogram.h"
 

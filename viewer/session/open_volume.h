@@ -3,9 +3,9 @@
 #pragma once
 
 #include "bricking/store/store_reader.h"
-#include "core/budget.h"
-#include "core/progress.h"
-#include "render/interactive_renderer.h"
+#include "core/base/budget.h"
+#include "core/base/progress.h"
+#include "render/interactive/interactive_renderer.h"
 #include "viewer/session/line_finder.h"
 #include "viewer/session/still.h"
 #include "viewer/session/view_session.h"
@@ -39,7 +39,7 @@ struct OpenVolume {
     const ViewSessionOptions& options; // outlive this
     std::filesystem::path path;        // as it was named
     const bool stills;                 // whether they have half of both budgets
-    Ledger ram, gpu, sliceRam, stillRam, stillGpu;
+    MemoryBudget ram, gpu, sliceRam, stillRam, stillGpu;
     std::unique_ptr<StoreReader> store;
     Charge pictures;
     std::shared_ptr<Engine> engine;

@@ -1,7 +1,7 @@
 // viewer/session/picking.cpp: see picking.h.
 #include "viewer/session/picking.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "render/contract/lattice.h"
 #include "render/contract/ray.h"
 #include "render/contract/sampler.h"

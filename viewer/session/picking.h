@@ -1,7 +1,7 @@
 // viewer/session/picking.h: picks the point in the volume that one sees at a pixel of the picture.
 #pragma once
 
-#include "core/camera.h"
+#include "core/scene/camera.h"
 #include "render/plan/drawn_part.h"
 #include "render/plan/volume_state.h"
 #include "viewer/session/viewing.h"

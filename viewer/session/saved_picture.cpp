@@ -1,11 +1,11 @@
 // viewer/session/saved_picture.cpp: see saved_picture.h.
 #include "viewer/session/saved_picture.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 #if TESSERA_WITH_IMAGE_FILES
-#include "core/image_file.h"
-#include "core/scale_bar.h"
-#include "viewer/manifest/manifest.h"
+#include "core/image/image_file.h"
+#include "core/scene/scale_bar.h"
+#include "viewer/cli/manifest/manifest.h"
 
 #include <nlohmann/json.hpp>
 #include <string>

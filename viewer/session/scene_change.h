@@ -2,8 +2,8 @@
 // renderer can take while it goes on, and those that need another renderer.
 #pragma once
 
-#include "core/camera.h"
-#include "core/scene.h"
+#include "core/scene/camera.h"
+#include "core/scene/scene.h"
 
 namespace tessera {
 

@@ -2,7 +2,7 @@
 // on threads of their own. One of the two at a time: they have one share of the memory.
 #include "viewer/session/session_thread.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "viewer/session/saved_picture.h"
 
 #include <utility>

@@ -2,7 +2,7 @@
 // one lock: wishes one way, results the other.
 #pragma once
 
-#include "core/progress.h"
+#include "core/base/progress.h"
 #include "viewer/session/slice_thread.h"
 #include "viewer/session/viewing.h"
 

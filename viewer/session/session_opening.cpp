@@ -2,7 +2,7 @@
 // renderer made for a scene of which more has changed than one can be told.
 #include "viewer/session/session_thread.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <exception>
 #include <filesystem>
@@ -104,8 +104,8 @@ bool SessionThread::offerChoice(const SessionWishes::ToOpen& what, const std::st
     // Slices that are looked at have what is left of the planes' share, which outlives this, or a part of
     // all.
     constexpr std::size_t kParts = 8;
-    auto ram = open_ ? std::shared_ptr<Ledger>(std::shared_ptr<void>(), &open_->sliceRam)
-                     : std::make_shared<Ledger>("RAM", "--ram", options_.ramBytes / kParts);
+    auto ram = open_ ? std::shared_ptr<MemoryBudget>(std::shared_ptr<void>(), &open_->sliceRam)
+                     : std::make_shared<MemoryBudget>("RAM", "--ram", options_.ramBytes / kParts);
     thumbnails_ = std::make_unique<OfferThumbnails>(
         offers, options_.input, std::move(ram),
         [this, offers](std::size_t n, std::shared_ptr<const Thumbnail> thumbnail) {

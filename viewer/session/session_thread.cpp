@@ -2,7 +2,7 @@
 // on a little.
 #include "viewer/session/session_thread.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "viewer/session/disc_values.h"
 #include "viewer/session/display_pixels.h"
 #include "viewer/session/picking.h"

@@ -2,8 +2,8 @@
 // open belongs to it; what others see of it is copied to the board.
 #pragma once
 
-#include "core/interrupt.h"
-#include "render/interactive_renderer.h"
+#include "core/base/interrupt.h"
+#include "render/interactive/interactive_renderer.h"
 #include "viewer/session/frame_pace.h"
 #include "viewer/session/open_volume.h"
 #include "viewer/session/session_board.h"

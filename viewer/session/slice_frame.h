@@ -1,8 +1,8 @@
 // viewer/session/slice_frame.h: the three planes through a point, as they lie on a screen.
 #pragma once
 
-#include "core/mode.h"
-#include "core/volume.h"
+#include "core/base/volume.h"
+#include "core/scene/mode.h"
 
 #include <array>
 #include <cstdint>

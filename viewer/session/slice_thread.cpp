@@ -1,7 +1,7 @@
 // viewer/session/slice_thread.cpp: see slice_thread.h.
 #include "viewer/session/slice_thread.h"
 
-#include "core/threads.h"
+#include "core/base/threads.h"
 #include "render/contract/lattice.h"
 #include "render/contract/sampler.h"
 #include "viewer/session/slice_views.h"
@@ -36,7 +36,7 @@ std::size_t SliceThread::floorBytes(const VolumeInfo& info, int threads) {
     return (LatticeReader::kPinnedChunks + 2) * used * chunk;
 }
 
-SliceThread::SliceThread(const StoreReader& store, Ledger& ram, int threads, std::function<void()> news)
+SliceThread::SliceThread(const StoreReader& store, MemoryBudget& ram, int threads, std::function<void()> news)
     : store_(store), threads_(threads), news_(std::move(news)),
       cache_(store, ram,
              std::max(floorBytes(store.info(), threads), ram.freeBytes() - ram.freeBytes() / kParts),

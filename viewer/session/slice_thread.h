@@ -4,7 +4,7 @@
 
 #include "bricking/cache/brick_cache.h"
 #include "bricking/store/store_reader.h"
-#include "core/budget.h"
+#include "core/base/budget.h"
 #include "viewer/session/slice_frame.h"
 
 #include <condition_variable>
@@ -22,7 +22,7 @@ class SliceThread {
     /// @param ram  all that it has left, less a part for pictures, is the chunks' cache; as store, it
     /// outlives this
     /// @param news  is called from the thread when shown() is another, or something went wrong
-    SliceThread(const StoreReader& store, Ledger& ram, int threads, std::function<void()> news);
+    SliceThread(const StoreReader& store, MemoryBudget& ram, int threads, std::function<void()> news);
     ~SliceThread();
     void show(const SliceWish& wish);
     /// Null before there is one.

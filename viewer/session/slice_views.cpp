@@ -1,7 +1,7 @@
 // viewer/session/slice_views.cpp: see slice_views.h.
 #include "viewer/session/slice_views.h"
 
-#include "core/threads.h"
+#include "core/base/threads.h"
 #include "render/contract/lattice.h"
 #include "render/contract/sampler.h"
 

@@ -1,9 +1,9 @@
 // viewer/session/still.cpp: see still.h.
 #include "viewer/session/still.h"
 
-#include "core/error.h"
-#include "viewer/manifest/manifest.h"
-#include "viewer/options/options.h" // formatNumber
+#include "core/base/error.h"
+#include "viewer/cli/manifest/manifest.h"
+#include "viewer/cli/options/options.h" // formatNumber
 
 #include <nlohmann/json.hpp>
 
@@ -23,8 +23,8 @@ std::string measuredText(const RenderResult& result) {
            " to " + formatNumber(e.high, 2) + ", L*u*v*)";
 }
 
-FinishedStill draw(const Scene& scene, std::uint64_t asked, const StoreReader& store, Ledger& ram,
-                   Ledger& gpu, const RenderOptions& options) {
+FinishedStill draw(const Scene& scene, std::uint64_t asked, const StoreReader& store, MemoryBudget& ram,
+                   MemoryBudget& gpu, const RenderOptions& options) {
     FinishedStill finished;
     RenderResult result = renderScene(scene, store, ram, gpu, options);
     auto picture = std::make_shared<ShownPicture>();
@@ -43,8 +43,8 @@ FinishedStill draw(const Scene& scene, std::uint64_t asked, const StoreReader& s
 
 } // namespace
 
-Still::Still(const Scene& scene, std::uint64_t asked, const StoreReader& store, Ledger& ram, Ledger& gpu,
-             const RenderOptions& options, std::function<void()> ended)
+Still::Still(const Scene& scene, std::uint64_t asked, const StoreReader& store, MemoryBudget& ram,
+             MemoryBudget& gpu, const RenderOptions& options, std::function<void()> ended)
     : result_(std::async(std::launch::async,
                          [this, scene, asked, &store, &ram, &gpu, options, ended = std::move(ended)] {
                              FinishedStill finished;

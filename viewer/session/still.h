@@ -3,9 +3,9 @@
 #pragma once
 
 #include "bricking/store/store_reader.h"
-#include "core/interrupt.h"
-#include "core/scene.h"
-#include "render/renderer.h"
+#include "core/base/interrupt.h"
+#include "core/scene/scene.h"
+#include "render/picture/renderer.h"
 #include "viewer/session/viewing.h"
 
 #include <cstdint>
@@ -25,9 +25,9 @@ class Still {
   public:
     /// Begins.
     /// @param ended  is called from the thread just before it ends
-    /// store and ledgers outlive this.
-    Still(const Scene& scene, std::uint64_t asked, const StoreReader& store, Ledger& ram, Ledger& gpu,
-          const RenderOptions& options, std::function<void()> ended);
+    /// store and budgets outlive this.
+    Still(const Scene& scene, std::uint64_t asked, const StoreReader& store, MemoryBudget& ram,
+          MemoryBudget& gpu, const RenderOptions& options, std::function<void()> ended);
     /// Calls it off, and waits.
     ~Still();
     void callOff() { calledOff_ = true; }

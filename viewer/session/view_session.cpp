@@ -2,7 +2,7 @@
 // thread does the work (session_thread.h).
 #include "viewer/session/view_session.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "viewer/session/saved_picture.h"
 #include "viewer/session/session_board.h"
 #include "viewer/session/session_thread.h"

@@ -9,9 +9,9 @@
 // looked at before. It is the picture of `tessera render` with half of both budgets.
 #pragma once
 
-#include "render/renderer.h"           // EngineKind
-#include "viewer/input/volume_input.h" // InputOptions
-#include "viewer/options/options.h"
+#include "render/picture/renderer.h"       // EngineKind
+#include "viewer/cli/input/volume_input.h" // InputOptions
+#include "viewer/cli/options/options.h"
 #include "viewer/session/viewing.h"
 
 #include <functional>

@@ -2,12 +2,12 @@
 // Windows need nothing of engines, stores and threads.
 #pragma once
 
-#include "core/coverage.h"
-#include "core/image.h"
-#include "core/path.h"
-#include "core/preset.h" // ValueSummary
-#include "core/scene.h"
-#include "core/volume.h"
+#include "core/animation/path.h"
+#include "core/base/coverage.h"
+#include "core/base/volume.h"
+#include "core/image/image.h"
+#include "core/scene/preset.h" // ValueSummary
+#include "core/scene/scene.h"
 #include "viewer/session/slice_frame.h"
 
 #include <cstddef>
@@ -122,13 +122,13 @@ struct ViewingState {
     glm::ivec3 brickGrid{0}; // of the grid
 };
 
-/// A centre-line that somebody wants (bricking/lumen/centreline.h).
+/// A centre-line that somebody wants (bricking/analysis/lumen/centreline.h).
 struct LineWish {
     std::vector<glm::dvec3> places;  // patient space, mm: its beginning, places on the way, its end
     std::optional<double> threshold; // physical units; none: from what lies around the places
     bool tree = false;               // all branches beyond the first place, the only one
     /// Where given, what is wanted is no line but what of the wall a flight along this one sees
-    /// (bricking/lumen/wall_coverage.h).
+    /// (bricking/analysis/lumen/wall_coverage.h).
     std::shared_ptr<const Path> seenAlong;
     double aspect = 4.0 / 3; // seenAlong: of its pictures, width / height
     bool bothWays = false;   // seenAlong: there and back
@@ -200,7 +200,7 @@ class Viewing {
     virtual void lookAhead(std::vector<Camera> next) = 0;
 
     /// Writes the newest picture with its manifest. Throws Error or InputError.
-    /// @param scaleBar  drawn into it (core/scale_bar.h); the manifest says so
+    /// @param scaleBar  drawn into it (core/scene/scale_bar.h); the manifest says so
     virtual void saveScreenshot(const std::filesystem::path& path, bool scaleBar) const = 0;
     /// Draws the still of a scene, of any size of picture, beside all else, and writes it with its manifest.
     /// Of several requests before it is written the last counts. takeNotice() or state() tell what came of

@@ -1,8 +1,8 @@
 // viewer/session/volume_histogram.cpp: see volume_histogram.h.
 #include "viewer/session/volume_histogram.h"
 
-#include "core/brick.h"
-#include "core/interrupt.h"
+#include "core/base/brick.h"
+#include "core/base/interrupt.h"
 #include "render/contract/lattice.h"
 
 #include <algorithm>

@@ -1,10 +1,10 @@
 // viewer/session/volume_offers.cpp: see volume_offers.h.
 #include "viewer/session/volume_offers.h"
 
-#include "core/error.h"
-#include "core/interrupt.h"
-#include "core/number_text.h"
-#include "core/scratch_folder.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/number_text.h"
+#include "core/base/scratch_folder.h"
 
 #include <algorithm>
 #include <cmath>
@@ -112,7 +112,7 @@ InputOptions optionsFor(const VolumePick& pick, const InputOptions& input) {
     return options;
 }
 
-std::shared_ptr<const Thumbnail> middleSlice(SlabSource& source, Ledger& ram, int edge) {
+std::shared_ptr<const Thumbnail> middleSlice(SlabSource& source, MemoryBudget& ram, int edge) {
     const VolumeInfo& info = source.info();
     const glm::ivec3 extent = info.extentVoxels;
     const std::size_t voxels = static_cast<std::size_t>(extent.x) * static_cast<std::size_t>(extent.y);
@@ -156,7 +156,7 @@ std::shared_ptr<const Thumbnail> middleSlice(SlabSource& source, Ledger& ram, in
 }
 
 OfferThumbnails::OfferThumbnails(std::shared_ptr<const VolumeOffers> offers, const InputOptions& input,
-                                 std::shared_ptr<Ledger> ram,
+                                 std::shared_ptr<MemoryBudget> ram,
                                  std::function<void(std::size_t, std::shared_ptr<const Thumbnail>)> made)
     : done_(std::async(std::launch::async, [this, offers = std::move(offers), input, ram = std::move(ram),
                                             made = std::move(made)] {

@@ -2,9 +2,9 @@
 // with a small picture of each.
 #pragma once
 
-#include "core/budget.h"
-#include "core/interrupt.h" // Cancellation
-#include "viewer/input/volume_input.h"
+#include "core/base/budget.h"
+#include "core/base/interrupt.h" // Cancellation
+#include "viewer/cli/input/volume_input.h"
 #include "viewer/session/viewing.h"
 
 #include <filesystem>
@@ -35,7 +35,7 @@ class OfferThumbnails {
     /// @param ram  a slice at a time is charged to it; what does not fit has no thumbnail. Outlives this.
     /// @param made  is called from the thread with the number of an offer and its thumbnail
     OfferThumbnails(std::shared_ptr<const VolumeOffers> offers, const InputOptions& input,
-                    std::shared_ptr<Ledger> ram,
+                    std::shared_ptr<MemoryBudget> ram,
                     std::function<void(std::size_t, std::shared_ptr<const Thumbnail>)> made);
     /// Calls it off, and waits.
     ~OfferThumbnails();
@@ -47,6 +47,6 @@ class OfferThumbnails {
 
 /// The middle slice of a source, its grey from the darkest to the brightest hundredth, at most `edge` pixels
 /// along each side. Null where a slice does not fit into ram. Throws what reading throws; Cancelled.
-std::shared_ptr<const Thumbnail> middleSlice(SlabSource& source, Ledger& ram, int edge);
+std::shared_ptr<const Thumbnail> middleSlice(SlabSource& source, MemoryBudget& ram, int edge);
 
 } // namespace tessera

@@ -2,8 +2,8 @@
 // as their range asks for.
 #pragma once
 
-#include "core/mode.h"
-#include "viewer/window/desk.h"
+#include "core/scene/mode.h"
+#include "viewer/window/window_state.h"
 
 #include <imgui.h>
 #include <optional>

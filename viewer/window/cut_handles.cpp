@@ -43,7 +43,7 @@ struct Grip {
     glm::dvec3 point{0}, direction{0}; // mm; unit
 };
 
-std::vector<Grip> gripsOf(const Desk& desk) {
+std::vector<Grip> gripsOf(const WindowState& desk) {
     std::vector<Grip> grips;
     const Cuts& cuts = desk.scene().cuts;
     for (std::size_t i = 0; i < cuts.planes.size(); ++i)
@@ -90,7 +90,7 @@ struct Handle {
     double mm = 0; // of that way
 };
 
-std::optional<Handle> handleOf(const Desk& desk, const glm::ivec2& size, const Grip& grip) {
+std::optional<Handle> handleOf(const WindowState& desk, const glm::ivec2& size, const Grip& grip) {
     Handle handle;
     const Camera& camera = desk.camera();
     const double halfHeightMm = camera.projection == Projection::parallel
@@ -105,7 +105,7 @@ std::optional<Handle> handleOf(const Desk& desk, const glm::ivec2& size, const G
 
 } // namespace
 
-void CutHandles::toggleBox(Desk& desk) {
+void CutHandles::toggleBox(WindowState& desk) {
     if (!desk.volume())
         return;
     Scene scene = desk.scene();
@@ -119,7 +119,7 @@ void CutHandles::toggleBox(Desk& desk) {
     desk.setScene(scene, false);
 }
 
-void CutHandles::addPlane(Desk& desk) {
+void CutHandles::addPlane(WindowState& desk) {
     if (!desk.volume())
         return;
     Scene scene = desk.scene();
@@ -134,7 +134,7 @@ void CutHandles::addPlane(Desk& desk) {
     desk.setScene(scene, false);
 }
 
-void CutHandles::boxes(Desk& desk) {
+void CutHandles::boxes(WindowState& desk) {
     const VolumeInfo& info = desk.volume()->info;
     Scene scene = desk.scene();
     std::vector<CropBox>& boxes = scene.cuts.boxes;
@@ -174,7 +174,7 @@ void CutHandles::boxes(Desk& desk) {
         desk.setScene(scene, true);
 }
 
-void CutHandles::planes(Desk& desk) {
+void CutHandles::planes(WindowState& desk) {
     if (ImGui::Button("cut by a plane (N)"))
         addPlane(desk);
     Scene scene = desk.scene();
@@ -212,12 +212,12 @@ void CutHandles::planes(Desk& desk) {
     }
 }
 
-void CutHandles::panel(Desk& desk) {
+void CutHandles::panel(WindowState& desk) {
     boxes(desk);
     planes(desk);
 }
 
-bool CutHandles::handle(Desk& desk, const Area& area) {
+bool CutHandles::handle(WindowState& desk, const Area& area) {
     const std::vector<Grip> grips = desk.volume() ? gripsOf(desk) : std::vector<Grip>();
     if (grips.empty()) {
         held_.reset();
@@ -261,7 +261,7 @@ bool CutHandles::handle(Desk& desk, const Area& area) {
     return true;
 }
 
-void CutHandles::draw(const Desk& desk, const Area& area) const {
+void CutHandles::draw(const WindowState& desk, const Area& area) const {
     if (!desk.volume())
         return;
     ImDrawList& draw = *ImGui::GetBackgroundDrawList();

@@ -2,8 +2,8 @@
 // on the picture that push planes and the box's sides.
 #pragma once
 
-#include "viewer/window/desk.h"
 #include "viewer/window/picture_view.h" // Area
+#include "viewer/window/window_state.h"
 
 #include <cstddef>
 #include <glm/vec2.hpp>
@@ -13,19 +13,19 @@ namespace tessera {
 
 class CutHandles {
   public:
-    void panel(Desk& desk);
+    void panel(WindowState& desk);
     /// Over the picture; before the camera's hand. Returns whether a handle takes the mouse.
-    bool handle(Desk& desk, const Area& area);
-    void draw(const Desk& desk, const Area& area) const;
+    bool handle(WindowState& desk, const Area& area);
+    void draw(const WindowState& desk, const Area& area) const;
 
     /// A box around the whole volume, or none.
-    void toggleBox(Desk& desk);
+    void toggleBox(WindowState& desk);
     /// A plane through the crosshair that faces the viewer and cuts away what is before it.
-    void addPlane(Desk& desk);
+    void addPlane(WindowState& desk);
 
   private:
-    void boxes(Desk& desk);
-    void planes(Desk& desk);
+    void boxes(WindowState& desk);
+    void planes(WindowState& desk);
 
     std::optional<std::size_t> held_; // that is dragged, in the order of planes and the sides of the box
 };

@@ -2,11 +2,11 @@
 // is drawn of it: endoscopy_panel.cpp.
 #include "viewer/window/endoscopy.h"
 
-#include "core/error.h"
-#include "core/lumen_wall.h"
-#include "core/output_file.h"
-#include "core/path_text.h"
-#include "core/preset.h"
+#include "core/animation/lumen_wall.h"
+#include "core/animation/path_text.h"
+#include "core/base/error.h"
+#include "core/base/output_file.h"
+#include "core/scene/preset.h"
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +27,7 @@ constexpr int kSpace = 32, kEnter = 257, kRight = 262, kLeft = 263, kDown = 264,
 
 } // namespace
 
-void Endoscopy::find(Desk& desk, const std::vector<glm::dvec3>& places, bool tree) {
+void Endoscopy::find(WindowState& desk, const std::vector<glm::dvec3>& places, bool tree) {
     LineWish wish;
     wish.places = places;
     wish.tree = tree;
@@ -37,7 +37,7 @@ void Endoscopy::find(Desk& desk, const std::vector<glm::dvec3>& places, bool tre
     gathers_ = false;
 }
 
-void Endoscopy::take(Desk& desk, const Path& path) {
+void Endoscopy::take(WindowState& desk, const Path& path) {
     path_ = path;
     if (!path_->flight)
         path_->flight.emplace();
@@ -50,7 +50,7 @@ void Endoscopy::take(Desk& desk, const Path& path) {
 }
 
 /// A path that nobody has flown yet.
-void Endoscopy::takeAnother(Desk& desk, const Path& path) {
+void Endoscopy::takeAnother(WindowState& desk, const Path& path) {
     question_.reset();
     trusted_ = false;
     if (path.lumen && !doubtText(*path.lumen).empty())
@@ -58,7 +58,7 @@ void Endoscopy::takeAnother(Desk& desk, const Path& path) {
     take(desk, path);
 }
 
-void Endoscopy::load(Desk& desk, const std::filesystem::path& file) {
+void Endoscopy::load(WindowState& desk, const std::filesystem::path& file) {
     Path path = loadPath(file);
     if (path.lines.empty())
         throw badFile(file.string(), "a path with a centre-line", "keyframes alone");
@@ -70,19 +70,19 @@ void Endoscopy::load(Desk& desk, const std::filesystem::path& file) {
     takeAnother(desk, path);
 }
 
-void Endoscopy::save(Desk& desk, const std::filesystem::path& file) {
+void Endoscopy::save(WindowState& desk, const std::filesystem::path& file) {
     if (!path_)
         throw InputError("there is no line to save");
     writeOutputFile(file, pathJson(*path_));
     desk.tell("wrote " + file.string() + "; tessera render SCENE --path " + file.string() + " -o film.mp4");
 }
 
-void Endoscopy::flyAnew(Desk& desk) {
+void Endoscopy::flyAnew(WindowState& desk) {
     take(desk, *path_);
 }
 
 /// Bones and organs are seen from outside; from inside it is the lumen's wall, which few functions show.
-void Endoscopy::showWall(Desk& desk) {
+void Endoscopy::showWall(WindowState& desk) {
     if (!path_ || !path_->lumen)
         return;
     Scene scene = desk.scene();
@@ -98,7 +98,7 @@ void Endoscopy::showWall(Desk& desk) {
 }
 
 /// What the film shows at this place, as one looks now.
-void Endoscopy::show(Desk& desk, bool moving) {
+void Endoscopy::show(WindowState& desk, bool moving) {
     if (!curve_ || !mayFly())
         return;
     if (!inside_ && desk.scene().mode == Mode::composite && desk.scene().surfaces.empty())
@@ -134,14 +134,14 @@ void Endoscopy::show(Desk& desk, bool moving) {
     desk.viewing().lookAhead(std::move(ahead));
 }
 
-void Endoscopy::flyTo(Desk& desk, double mm) {
+void Endoscopy::flyTo(WindowState& desk, double mm) {
     if (!curve_)
         return;
     placeMm_ = std::clamp(mm, 0.0, curve_->lengthMm());
     show(desk, true);
 }
 
-void Endoscopy::play(Desk& desk, bool on) {
+void Endoscopy::play(WindowState& desk, bool on) {
     if (!curve_ || on == playing_)
         return;
     playing_ = on;
@@ -151,7 +151,7 @@ void Endoscopy::play(Desk& desk, bool on) {
     show(desk, on);
 }
 
-void Endoscopy::record(Desk& desk) {
+void Endoscopy::record(WindowState& desk) {
     if (!curve_)
         return;
     const Flight& flight = *path_->flight;
@@ -174,7 +174,7 @@ void Endoscopy::record(Desk& desk) {
     film_.reset();
 }
 
-void Endoscopy::measureCoverage(Desk& desk, bool bothWays) {
+void Endoscopy::measureCoverage(WindowState& desk, bool bothWays) {
     if (!path_ || !path_->lumen)
         throw InputError("there is no line whose lumen is known");
     LineWish wish;
@@ -187,7 +187,7 @@ void Endoscopy::measureCoverage(Desk& desk, bool bothWays) {
 }
 
 /// Most patches are hidden by what stands before them: from their far end one looks back at them.
-void Endoscopy::lookAtPatch(Desk& desk, std::size_t patch) {
+void Endoscopy::lookAtPatch(WindowState& desk, std::size_t patch) {
     if (!coverage_ || patch >= coverage_->patches.size() || !curve_)
         return;
     const UnseenPatch& p = coverage_->patches[patch];
@@ -199,7 +199,7 @@ void Endoscopy::lookAtPatch(Desk& desk, std::size_t patch) {
     show(desk, false);
 }
 
-bool Endoscopy::advance(Desk& desk) {
+bool Endoscopy::advance(WindowState& desk) {
     if (of_ != desk.volume()) { // another volume: nothing of the old one holds
         *this = {};
         of_ = desk.volume();
@@ -245,7 +245,7 @@ bool Endoscopy::advance(Desk& desk) {
     return true;
 }
 
-bool Endoscopy::handle(Desk& desk, const Area& area) {
+bool Endoscopy::handle(WindowState& desk, const Area& area) {
     if (!desk.volume())
         return false;
     const ImGuiIO& io = ImGui::GetIO();
@@ -280,7 +280,7 @@ bool Endoscopy::handle(Desk& desk, const Area& area) {
     return true;
 }
 
-bool Endoscopy::placed(Desk& desk, const glm::dvec3& mm) {
+bool Endoscopy::placed(WindowState& desk, const glm::dvec3& mm) {
     if (!gathers_)
         return false;
     places_.push_back(mm);
@@ -289,7 +289,7 @@ bool Endoscopy::placed(Desk& desk, const glm::dvec3& mm) {
     return true;
 }
 
-bool Endoscopy::press(Desk& desk, int key, bool shift) {
+bool Endoscopy::press(WindowState& desk, int key, bool shift) {
     if (gathers_ && key == kEnter && !places_.empty()) {
         find(desk, places_, tree_);
         return true;
@@ -326,7 +326,7 @@ bool Endoscopy::press(Desk& desk, int key, bool shift) {
     }
 }
 
-void Endoscopy::stop(Desk& desk) {
+void Endoscopy::stop(WindowState& desk) {
     question_.reset();
     gathers_ = false;
     places_.clear();

@@ -3,10 +3,10 @@
 // is drawn there.
 #pragma once
 
-#include "core/film.h"
+#include "core/animation/film.h"
 #include "viewer/session/slice_frame.h"
-#include "viewer/window/desk.h"
 #include "viewer/window/picture_view.h" // Area
+#include "viewer/window/window_state.h"
 
 #include <cstdint>
 #include <glm/vec2.hpp>
@@ -24,64 +24,64 @@ namespace tessera {
 class Endoscopy {
   public:
     /// Takes what was found, and flies on. Once a frame. Returns whether it moves on its own.
-    bool advance(Desk& desk);
+    bool advance(WindowState& desk);
     /// Looking around while a line is flown. Returns whether it takes the mouse.
-    bool handle(Desk& desk, const Area& area);
+    bool handle(WindowState& desk, const Area& area);
     /// A key, as GLFW names it; true where it is one of these.
-    bool press(Desk& desk, int key, bool shift);
+    bool press(WindowState& desk, int key, bool shift);
     /// A place on a plane was clicked. Returns whether it is one of a line's.
-    bool placed(Desk& desk, const glm::dvec3& mm);
+    bool placed(WindowState& desk, const glm::dvec3& mm);
     /// Nothing is gathered, looked for or flown any more.
-    void stop(Desk& desk);
-    void panel(Desk& desk);
+    void stop(WindowState& desk);
+    void panel(WindowState& desk);
     /// The line, the places that were clicked, and while a line is flown a map of where one is.
-    void draw(Desk& desk, const Area& area) const;
+    void draw(WindowState& desk, const Area& area) const;
     /// Whether to fly along a line that may have left the lumen, where that is asked. Over the picture.
-    void drawQuestion(Desk& desk, const Area& area);
+    void drawQuestion(WindowState& desk, const Area& area);
     /// What of the lines lies in a plane, on its picture.
     void drawOnPlane(ImDrawList& draw, const Area& view, const SliceFrame& frame) const;
 
     /// Looks for a line through places, mm.
-    void find(Desk& desk, const std::vector<glm::dvec3>& places, bool tree);
+    void find(WindowState& desk, const std::vector<glm::dvec3>& places, bool tree);
     /// Throws Error or InputError.
-    void load(Desk& desk, const std::filesystem::path& file);
-    void save(Desk& desk, const std::filesystem::path& file);
+    void load(WindowState& desk, const std::filesystem::path& file);
+    void save(WindowState& desk, const std::filesystem::path& file);
     /// Measures what of the wall the flight sees.
-    void measureCoverage(Desk& desk, bool bothWays);
+    void measureCoverage(WindowState& desk, bool bothWays);
     /// To where an unseen patch is seen; from 0, the largest first. Nothing where there is none.
-    void lookAtPatch(Desk& desk, std::size_t patch);
+    void lookAtPatch(WindowState& desk, std::size_t patch);
     /// Along the flight, mm; held to it.
-    void flyTo(Desk& desk, double mm);
-    void play(Desk& desk, bool on);
+    void flyTo(WindowState& desk, double mm);
+    void play(WindowState& desk, bool on);
     /// The view of now becomes a keyframe of the flight: where one looks, and what the scene looks like
     /// where that was changed.
-    void record(Desk& desk);
+    void record(WindowState& desk);
     /// A line that may have left the lumen is not flown before somebody says so: all of it, or to where it
     /// may have left.
     enum class Answer { fly, stop, cancel };
     bool asks() const { return question_.has_value(); }
     /// Of the question that is asked; nothing where none is. stop is fly where nobody knows where.
-    void answer(Desk& desk, Answer answer);
+    void answer(WindowState& desk, Answer answer);
     bool isSearching() const { return searching_; }
     bool isPlaying() const { return playing_; }
     bool hasLine() const { return curve_.has_value(); }
     double lengthMm() const { return curve_ ? curve_->lengthMm() : 0; }
 
   private:
-    void take(Desk& desk, const Path& path);
-    void takeAnother(Desk& desk, const Path& path);
-    void flyAnew(Desk& desk);
-    void show(Desk& desk, bool moving);
-    void showWall(Desk& desk);
-    void searchPanel(Desk& desk);
-    void flightPanel(Desk& desk);
-    void keyframePanel(Desk& desk);
-    void coveragePanel(Desk& desk);
+    void take(WindowState& desk, const Path& path);
+    void takeAnother(WindowState& desk, const Path& path);
+    void flyAnew(WindowState& desk);
+    void show(WindowState& desk, bool moving);
+    void showWall(WindowState& desk);
+    void searchPanel(WindowState& desk);
+    void flightPanel(WindowState& desk);
+    void keyframePanel(WindowState& desk);
+    void coveragePanel(WindowState& desk);
     std::span<const UnseenPatch> unseen() const;
     std::string doubt() const;
     std::optional<double> stopMm() const;
     bool mayFly();
-    void drawMap(ImDrawList& draw, const Desk& desk, const Area& area) const;
+    void drawMap(ImDrawList& draw, const WindowState& desk, const Area& area) const;
 
     std::optional<Path> path_;
     std::optional<FlightCurve> curve_;

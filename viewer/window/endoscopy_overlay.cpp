@@ -4,7 +4,7 @@
 #include "viewer/window/endoscopy.h"
 #include "viewer/window/overlays.h" // pictureFromPatient
 
-#include "core/path_text.h"
+#include "core/animation/path_text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -75,7 +75,7 @@ void drawFound(ImDrawList& draw, const glm::dvec2& from, std::string about, cons
 } // namespace
 
 /// From outside, from the front: the volume's box, the lines, and where one is.
-void Endoscopy::drawMap(ImDrawList& draw, const Desk& desk, const Area& area) const {
+void Endoscopy::drawMap(ImDrawList& draw, const WindowState& desk, const Area& area) const {
     const VolumeInfo& info = desk.volume()->info;
     glm::dvec3 low(1e30), high(-1e30);
     for (int corner = 0; corner < 8; ++corner) {
@@ -152,7 +152,7 @@ void Endoscopy::drawOnPlane(ImDrawList& draw, const Area& view, const SliceFrame
             draw.AddCircle(onScreen(place(patch.middleMm)), 4, kUnseen, 0, 1.5f);
 }
 
-void Endoscopy::draw(Desk& desk, const Area& area) const {
+void Endoscopy::draw(WindowState& desk, const Area& area) const {
     if (!desk.volume())
         return;
     ImDrawList& draw = *ImGui::GetBackgroundDrawList();

@@ -23,7 +23,7 @@ std::vector<std::size_t> routeTo(const std::vector<CentreLine>& lines, std::size
 
 } // namespace
 
-void Endoscopy::searchPanel(Desk& desk) {
+void Endoscopy::searchPanel(WindowState& desk) {
     if (searching_) {
         const LineState line = desk.viewing().line();
         ImGui::ProgressBar(static_cast<float>(line.share), {-60, 0}, line.what.c_str());
@@ -67,7 +67,7 @@ void Endoscopy::searchPanel(Desk& desk) {
     }
 }
 
-void Endoscopy::flightPanel(Desk& desk) {
+void Endoscopy::flightPanel(WindowState& desk) {
     Flight& flight = *path_->flight;
     if (ImGui::Button(playing_ ? "pause (Space)" : "fly (Space)"))
         play(desk, !playing_);
@@ -121,7 +121,7 @@ void Endoscopy::flightPanel(Desk& desk) {
         flyAnew(desk);
 }
 
-void Endoscopy::keyframePanel(Desk& desk) {
+void Endoscopy::keyframePanel(WindowState& desk) {
     if (ImGui::Button("record keyframe"))
         record(desk);
     for (std::size_t i = 0; i < path_->keyframes.size(); ++i) {
@@ -154,7 +154,7 @@ void Endoscopy::keyframePanel(Desk& desk) {
     }
 }
 
-void Endoscopy::coveragePanel(Desk& desk) {
+void Endoscopy::coveragePanel(WindowState& desk) {
     if (ImGui::Button("what is seen of the wall"))
         desk.trying([&] { measureCoverage(desk, bothWays_); });
     ImGui::SameLine();
@@ -173,7 +173,7 @@ void Endoscopy::coveragePanel(Desk& desk) {
     }
 }
 
-void Endoscopy::panel(Desk& desk) {
+void Endoscopy::panel(WindowState& desk) {
     searchPanel(desk);
     if (path_ && curve_) {
         flightPanel(desk);

@@ -2,8 +2,8 @@
 // lumen.
 #include "viewer/window/endoscopy.h"
 
-#include "core/number_text.h"
-#include "core/path_text.h"
+#include "core/animation/path_text.h"
+#include "core/base/number_text.h"
 
 #include <imgui.h>
 #include <utility>
@@ -37,7 +37,7 @@ bool Endoscopy::mayFly() {
     return false;
 }
 
-void Endoscopy::answer(Desk& desk, Answer answer) {
+void Endoscopy::answer(WindowState& desk, Answer answer) {
     if (!question_)
         return;
     const bool plays = std::exchange(question_, std::nullopt)->plays;
@@ -55,7 +55,7 @@ void Endoscopy::answer(Desk& desk, Answer answer) {
         flyTo(desk, placeMm_);
 }
 
-void Endoscopy::drawQuestion(Desk& desk, const Area& area) {
+void Endoscopy::drawQuestion(WindowState& desk, const Area& area) {
     if (!question_)
         return;
     const glm::dvec2 middle = area.from + 0.5 * area.size;

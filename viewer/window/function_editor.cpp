@@ -1,9 +1,9 @@
 // viewer/window/function_editor.cpp: see function_editor.h.
 #include "viewer/window/function_editor.h"
 
-#include "core/colour.h"
-#include "core/number_text.h"
-#include "core/preset.h"
+#include "core/base/number_text.h"
+#include "core/image/colour.h"
+#include "core/scene/preset.h"
 #include "viewer/window/boxes.h"
 #include "viewer/window/function_edits.h"
 
@@ -33,7 +33,7 @@ double opacityAt(double height) {
 
 } // namespace
 
-void FunctionEditor::presets(Desk& desk) {
+void FunctionEditor::presets(WindowState& desk) {
     if (ImGui::BeginCombo("preset", desk.presetName().c_str())) {
         const auto row = [&](const std::string& name) {
             if (ImGui::Selectable(name.c_str()))
@@ -50,7 +50,7 @@ void FunctionEditor::presets(Desk& desk) {
     }
 }
 
-void FunctionEditor::files(Desk& desk) {
+void FunctionEditor::files(WindowState& desk) {
     if (!ImGui::TreeNode("save as mine, import, export"))
         return;
     ImGui::SetNextItemWidth(-70);
@@ -70,7 +70,7 @@ void FunctionEditor::files(Desk& desk) {
     ImGui::TreePop();
 }
 
-void FunctionEditor::curve(Desk& desk) {
+void FunctionEditor::curve(WindowState& desk) {
     const VolumeSeen& volume = *desk.volume();
     const TransferFunction& f = desk.function();
     const ImVec2 corner = ImGui::GetCursorScreenPos();
@@ -198,7 +198,7 @@ void FunctionEditor::axis(ImDrawList& draw, const ImVec2& corner, float width) c
     }
 }
 
-void FunctionEditor::colourOf(Desk& desk) {
+void FunctionEditor::colourOf(WindowState& desk) {
     if (!ImGui::BeginPopup("colour"))
         return;
     const auto& points = desk.function().opacityPoints();
@@ -220,7 +220,7 @@ void FunctionEditor::colourOf(Desk& desk) {
     ImGui::EndPopup();
 }
 
-void FunctionEditor::draw(Desk& desk) {
+void FunctionEditor::draw(WindowState& desk) {
     const VolumeSeen* const volume = desk.volume();
     if (!volume)
         return;

@@ -1,7 +1,7 @@
 // viewer/window/function_editor.h: the editor of the transfer function, drawn over the volume's histogram.
 #pragma once
 
-#include "viewer/window/desk.h"
+#include "viewer/window/window_state.h"
 
 #include <cstddef>
 #include <imgui.h>
@@ -13,15 +13,15 @@ namespace tessera {
 /// double click on a point asks for its colour. The histogram is of logarithms.
 class FunctionEditor {
   public:
-    void draw(Desk& desk);
+    void draw(WindowState& desk);
 
   private:
-    void presets(Desk& desk);
-    void files(Desk& desk); // of presets
-    void curve(Desk& desk);
+    void presets(WindowState& desk);
+    void files(WindowState& desk); // of presets
+    void curve(WindowState& desk);
     void axis(ImDrawList& draw, const ImVec2& corner, float width) const;
     void showAll(const VolumeSeen& volume);
-    void colourOf(Desk& desk);
+    void colourOf(WindowState& desk);
 
     char name_[256] = {};             // of a preset or a file
     std::optional<std::size_t> held_; // opacity point

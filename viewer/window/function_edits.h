@@ -2,7 +2,7 @@
 // physical units.
 #pragma once
 
-#include "core/transfer_function.h"
+#include "core/scene/transfer_function.h"
 
 #include <cstddef>
 

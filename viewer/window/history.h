@@ -1,7 +1,7 @@
 // viewer/window/history.h: undo and redo of scenes.
 #pragma once
 
-#include "core/scene.h"
+#include "core/scene/scene.h"
 
 #include <cstddef>
 #include <vector>

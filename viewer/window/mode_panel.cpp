@@ -1,7 +1,7 @@
 // viewer/window/mode_panel.cpp: see mode_panel.h.
 #include "viewer/window/mode_panel.h"
 
-#include "core/mode.h"
+#include "core/scene/mode.h"
 #include "viewer/window/boxes.h"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ Range rangeAlong(const VolumeInfo& info, int axis) {
 }
 
 /// The plane, its place along its axis, and its thickness.
-void slicePlane(Desk& desk) {
+void slicePlane(WindowState& desk) {
     Scene scene = desk.scene();
     SlicePlane& slice = scene.slice;
     std::vector<std::string> planes(orientationNames().begin(), orientationNames().begin() + 3);
@@ -77,7 +77,7 @@ void slicePlane(Desk& desk) {
 
 } // namespace
 
-void modePanel(Desk& desk) {
+void modePanel(WindowState& desk) {
     Scene scene = desk.scene();
     if (const auto taken = nameBox("mode", modeNames()[static_cast<std::size_t>(scene.mode)], modeNames())) {
         desk.beginEdit();
@@ -105,7 +105,7 @@ void modePanel(Desk& desk) {
     }
 }
 
-void surfacesPanel(Desk& desk) {
+void surfacesPanel(WindowState& desk) {
     Scene scene = desk.scene();
     const ValueSummary& values = desk.volume()->values;
     const double range = values.highest - values.lowest;

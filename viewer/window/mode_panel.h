@@ -2,11 +2,11 @@
 // values, and the position of a slice.
 #pragma once
 
-#include "viewer/window/desk.h"
+#include "viewer/window/window_state.h"
 
 namespace tessera {
 
-void modePanel(Desk& desk);
-void surfacesPanel(Desk& desk);
+void modePanel(WindowState& desk);
+void surfacesPanel(WindowState& desk);
 
 } // namespace tessera

@@ -39,7 +39,7 @@ void Opener::dropTextures() {
     textures_.clear();
 }
 
-const Opener::Texture& Opener::textureOf(const Desk& desk, std::size_t offer) {
+const Opener::Texture& Opener::textureOf(const WindowState& desk, std::size_t offer) {
     Texture& texture = textures_[offer];
     const auto thumbnail = texture.name == 0 ? desk.thumbnail(offer) : nullptr;
     if (!thumbnail)
@@ -55,7 +55,7 @@ const Opener::Texture& Opener::textureOf(const Desk& desk, std::size_t offer) {
     return texture;
 }
 
-void Opener::choices(Desk& desk, const Area& area) {
+void Opener::choices(WindowState& desk, const Area& area) {
     const std::shared_ptr<const VolumeOffers> offers = desk.offers();
     if (of_ != offers) {
         dropTextures();
@@ -127,12 +127,12 @@ void Opener::choices(Desk& desk, const Area& area) {
         desk.dismissOffers();
 }
 
-void Opener::goTo(Desk& desk, const std::filesystem::path& folder) {
+void Opener::goTo(WindowState& desk, const std::filesystem::path& folder) {
     listing_ = listFolder(folder);
     desk.settings().folder = listing_->folder;
 }
 
-void Opener::recent(Desk& desk) {
+void Opener::recent(WindowState& desk) {
     const auto& all = desk.settings().recent;
     if (all.empty())
         return;
@@ -152,7 +152,7 @@ void Opener::recent(Desk& desk) {
     ImGui::Separator();
 }
 
-void Opener::entries(Desk& desk) {
+void Opener::entries(WindowState& desk) {
     const FolderListing listing = *listing_; // a click makes another
     ImGui::TextWrapped("%s", listing.folder.string().c_str());
     if (ImGui::Button("up"))
@@ -187,7 +187,7 @@ void Opener::entries(Desk& desk) {
     ImGui::EndChild();
 }
 
-void Opener::browser(Desk& desk, const Area& area) {
+void Opener::browser(WindowState& desk, const Area& area) {
     const ViewingState::Kind kind = desk.state().kind;
     const bool nothing = (kind == ViewingState::Kind::nothing || kind == ViewingState::Kind::failed);
     if ((!nothing && !desk.showBrowser) || kind == ViewingState::Kind::opening || desk.offers()) {
@@ -212,7 +212,7 @@ void Opener::browser(Desk& desk, const Area& area) {
         desk.showBrowser = false;
 }
 
-void Opener::draw(Desk& desk, const Area& area) {
+void Opener::draw(WindowState& desk, const Area& area) {
     if (area.size.x < 4 * kListMargin || area.size.y < 4 * kListMargin)
         return;
     choices(desk, area);

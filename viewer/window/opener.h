@@ -2,9 +2,9 @@
 // several volumes it lists them, each with a small picture. Both lie over the picture.
 #pragma once
 
-#include "viewer/window/desk.h"
 #include "viewer/window/folder_listing.h"
 #include "viewer/window/picture_view.h" // Area
+#include "viewer/window/window_state.h"
 
 #include <cstddef>
 #include <memory>
@@ -21,21 +21,21 @@ class Opener {
     Opener(const Opener&) = delete;
     Opener& operator=(const Opener&) = delete;
     /// While ImGui's frame is open.
-    void draw(Desk& desk, const Area& area);
+    void draw(WindowState& desk, const Area& area);
 
   private:
-    void browser(Desk& desk, const Area& area);
-    void recent(Desk& desk);
-    void entries(Desk& desk);
-    void choices(Desk& desk, const Area& area);
+    void browser(WindowState& desk, const Area& area);
+    void recent(WindowState& desk);
+    void entries(WindowState& desk);
+    void choices(WindowState& desk, const Area& area);
     struct Texture {
         unsigned name = 0; // 0: none yet
         glm::vec2 size{0};
     };
     /// Of an offer.
-    const Texture& textureOf(const Desk& desk, std::size_t offer);
+    const Texture& textureOf(const WindowState& desk, std::size_t offer);
     void dropTextures();
-    void goTo(Desk& desk, const std::filesystem::path& folder);
+    void goTo(WindowState& desk, const std::filesystem::path& folder);
 
     std::optional<FolderListing> listing_;
     std::shared_ptr<const VolumeOffers> of_; // what textures_ are of

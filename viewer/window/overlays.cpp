@@ -1,8 +1,8 @@
 // viewer/window/overlays.cpp: see overlays.h.
 #include "viewer/window/overlays.h"
 
-#include "core/brick.h"
-#include "core/number_text.h"
+#include "core/base/brick.h"
+#include "core/base/number_text.h"
 #include "viewer/session/camera_moves.h"
 
 #include <algorithm>
@@ -62,7 +62,7 @@ void drawCube(ImDrawList& draw, const Camera& camera, bool lettered, const ImVec
 }
 
 /// How good the picture is, where it is not as good as it can be.
-std::string badge(const Desk& desk) {
+std::string badge(const WindowState& desk) {
     const ShownPicture* const picture = desk.picture();
     const ViewingState& s = desk.state();
     if (s.damagedChunks > 0)
@@ -94,7 +94,7 @@ constexpr ImU32 kLevelColours[] = {IM_COL32(70, 220, 110, 200), IM_COL32(170, 22
                                    IM_COL32(240, 90, 60, 200),  IM_COL32(220, 50, 80, 200)};
 
 /// A mark in the middle of every brick that shows something, as large as a fifth of it.
-void drawLevels(ImDrawList& draw, const Desk& desk, const Area& area) {
+void drawLevels(ImDrawList& draw, const WindowState& desk, const Area& area) {
     const ViewingState& s = desk.state();
     const VolumeInfo& info = desk.volume()->info;
     const glm::ivec3 grid = s.brickGrid;
@@ -165,7 +165,7 @@ bool pictureFromPatient(const Camera& camera, const glm::ivec2& imageSize, const
     return true;
 }
 
-void drawOverlays(Desk& desk, const Area& area, const PictureHand& hand) {
+void drawOverlays(WindowState& desk, const Area& area, const PictureHand& hand) {
     ImDrawList& draw = *ImGui::GetBackgroundDrawList();
     const auto left = static_cast<float>(area.from.x), top = static_cast<float>(area.from.y),
                right = static_cast<float>(area.from.x + area.size.x),

@@ -2,9 +2,9 @@
 // pointer, and the picture's quality.
 #pragma once
 
-#include "core/scale_bar.h"
-#include "viewer/window/desk.h"
+#include "core/scene/scale_bar.h"
 #include "viewer/window/picture_view.h"
+#include "viewer/window/window_state.h"
 
 #include <glm/vec3.hpp>
 
@@ -13,7 +13,7 @@ struct ImDrawList;
 namespace tessera {
 
 /// Of the current frame, over the picture.
-void drawOverlays(Desk& desk, const Area& area, const PictureHand& hand);
+void drawOverlays(WindowState& desk, const Area& area, const PictureHand& hand);
 
 /// Where a place lies on the picture, pixels; false behind the eye.
 bool pictureFromPatient(const Camera& camera, const glm::ivec2& imageSize, const glm::dvec3& mm,

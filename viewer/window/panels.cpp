@@ -1,8 +1,8 @@
 // viewer/window/panels.cpp: see panels.h.
 #include "viewer/window/panels.h"
 
-#include "core/budget.h" // formatBytes
-#include "core/look.h"
+#include "core/base/budget.h" // formatBytes
+#include "core/scene/look.h"
 #include "viewer/window/boxes.h"
 #include "viewer/window/mode_panel.h"
 
@@ -33,7 +33,7 @@ bool edited() {
 
 } // namespace
 
-void Panels::files(Desk& desk) {
+void Panels::files(WindowState& desk) {
     ImGui::SetNextItemWidth(-60);
     const bool entered = ImGui::InputTextWithHint("##path", "file or folder", path_, sizeof path_,
                                                   ImGuiInputTextFlags_EnterReturnsTrue);
@@ -46,7 +46,7 @@ void Panels::files(Desk& desk) {
     }
 }
 
-void Panels::saving(Desk& desk) {
+void Panels::saving(WindowState& desk) {
     ImGui::SetNextItemWidth(-1);
     const std::string stem = desk.volume()->path.stem().string();
     ImGui::InputTextWithHint("##name", ("name or path, else " + stem).c_str(), name_, sizeof name_);
@@ -77,7 +77,7 @@ void Panels::saving(Desk& desk) {
         desk.saveScene(name_);
 }
 
-void Panels::view(Desk& desk) {
+void Panels::view(WindowState& desk) {
     const char* const names[] = {"anterior", "posterior", "left", "right", "superior", "inferior"};
     for (int n = 0; n < 6; ++n) {
         if (n % 3 != 0)
@@ -107,7 +107,7 @@ void Panels::view(Desk& desk) {
         desk.resetCamera();
 }
 
-void Panels::planes(Desk& desk) {
+void Panels::planes(WindowState& desk) {
     ImGui::Checkbox("beside the volume (X)", &desk.showSlices);
     if (desk.showSlices) {
         const std::vector<std::string> names = {"all three", "axial", "coronal", "sagittal"};
@@ -125,7 +125,7 @@ void Panels::planes(Desk& desk) {
 }
 
 /// Cuts and all other edits, one after the other.
-void Panels::undoPanel(Desk& desk) {
+void Panels::undoPanel(WindowState& desk) {
     if (desk.scene().cuts.any() && ImGui::Button("remove all cuts")) {
         desk.beginEdit();
         Scene scene = desk.scene();
@@ -139,7 +139,7 @@ void Panels::undoPanel(Desk& desk) {
         desk.redo();
 }
 
-void Panels::light(Desk& desk) {
+void Panels::light(WindowState& desk) {
     if (lookOf_ != desk.asked()) {
         lookOf_ = desk.asked();
         look_ = lookOf(desk.scene());
@@ -173,7 +173,7 @@ void Panels::light(Desk& desk) {
         desk.setScene(scene, false);
 }
 
-void Panels::state(Desk& desk) {
+void Panels::state(WindowState& desk) {
     const ViewingState& s = desk.state();
     const auto now = WindowClock::now();
     wrapped("%.0f pictures a second, %.0f ms after input", desk.latency().picturesPerSecond(now),
@@ -209,7 +209,7 @@ void Panels::state(Desk& desk) {
         wrapped("%s", remark.c_str());
 }
 
-void Panels::draw(Desk& desk, Tools& tools, CutHandles& cuts, Endoscopy& endoscopy, float height) {
+void Panels::draw(WindowState& desk, Tools& tools, CutHandles& cuts, Endoscopy& endoscopy, float height) {
     if (!desk.showPanels)
         return;
     ImGui::SetNextWindowPos({0, 0});
@@ -245,7 +245,7 @@ void Panels::draw(Desk& desk, Tools& tools, CutHandles& cuts, Endoscopy& endosco
     ImGui::End();
 }
 
-void drawHelp(Desk& desk) {
+void drawHelp(WindowState& desk) {
     if (!desk.showHelp)
         return;
     ImGui::SetNextWindowSize({430, 0});

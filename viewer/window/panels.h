@@ -2,10 +2,10 @@
 #pragma once
 
 #include "viewer/window/cut_handles.h"
-#include "viewer/window/desk.h"
 #include "viewer/window/endoscopy.h"
 #include "viewer/window/function_editor.h"
 #include "viewer/window/tools.h"
+#include "viewer/window/window_state.h"
 
 #include <cstdint>
 #include <string>
@@ -18,16 +18,16 @@ class Panels {
 
     /// Draws them where desk.showPanels says so.
     /// @param height  of the window
-    void draw(Desk& desk, Tools& tools, CutHandles& cuts, Endoscopy& endoscopy, float height);
+    void draw(WindowState& desk, Tools& tools, CutHandles& cuts, Endoscopy& endoscopy, float height);
 
   private:
-    void files(Desk& desk);
-    void saving(Desk& desk);
-    void view(Desk& desk);
-    void planes(Desk& desk);
-    void undoPanel(Desk& desk);
-    void light(Desk& desk);
-    void state(Desk& desk);
+    void files(WindowState& desk);
+    void saving(WindowState& desk);
+    void view(WindowState& desk);
+    void planes(WindowState& desk);
+    void undoPanel(WindowState& desk);
+    void light(WindowState& desk);
+    void state(WindowState& desk);
 
     FunctionEditor function_;
     char path_[1024] = {}, name_[1024] = {};
@@ -37,6 +37,6 @@ class Panels {
 };
 
 /// What keys and mouse do.
-void drawHelp(Desk& desk);
+void drawHelp(WindowState& desk);
 
 } // namespace tessera

@@ -54,7 +54,7 @@ void PictureTexture::show(const std::shared_ptr<const ShownPicture>& picture) {
     shown_ = picture;
 }
 
-void PictureHand::drag(Desk& desk, const Area& area, const glm::dvec2& delta) {
+void PictureHand::drag(WindowState& desk, const Area& area, const glm::dvec2& delta) {
     const glm::dvec2 heights = delta / std::max(1.0, area.size.y);
     const Camera& camera = desk.camera();
     switch (drag_) {
@@ -83,7 +83,7 @@ void PictureHand::drag(Desk& desk, const Area& area, const glm::dvec2& delta) {
     }
 }
 
-bool PictureHand::fly(Desk& desk) {
+bool PictureHand::fly(WindowState& desk) {
     const auto held = [](int letter) {
         return ImGui::IsKeyDown(letter) ? 1.0 : 0.0;
     }; // GLFW's numbers are ASCII's
@@ -103,7 +103,7 @@ bool PictureHand::fly(Desk& desk) {
     return true;
 }
 
-void PictureHand::press(Desk& desk, int key, bool control, bool shift) {
+void PictureHand::press(WindowState& desk, int key, bool control, bool shift) {
     if (!desk.volume())
         return;
     if (control) {
@@ -128,7 +128,7 @@ void PictureHand::press(Desk& desk, int key, bool control, bool shift) {
         desk.flying = !desk.flying;
 }
 
-bool PictureHand::handle(Desk& desk, const Area& area) {
+bool PictureHand::handle(WindowState& desk, const Area& area) {
     const ImGuiIO& io = ImGui::GetIO();
     const glm::dvec2 mouse(io.MousePos.x, io.MousePos.y);
     over_ = !io.WantCaptureMouse && mouse.x >= area.from.x && mouse.y >= area.from.y &&

@@ -1,7 +1,7 @@
 // viewer/window/picture_view.h: the volume's picture in the window, and mouse and keys on it.
 #pragma once
 
-#include "viewer/window/desk.h"
+#include "viewer/window/window_state.h"
 
 #include <cstdint>
 #include <glm/vec2.hpp>
@@ -40,17 +40,17 @@ class PictureTexture {
 class PictureHand {
   public:
     /// Once a frame, while ImGui's frame is open. Returns whether something is held that moves on its own.
-    bool handle(Desk& desk, const Area& area);
+    bool handle(WindowState& desk, const Area& area);
     /// A key that went down, as GLFW names it: a letter's capital in ASCII.
-    void press(Desk& desk, int key, bool control, bool shift);
+    void press(WindowState& desk, int key, bool control, bool shift);
     /// Where the pointer rests over the picture, pixels; what is there is asked when it has rested.
     const glm::dvec2& pointer() const { return pointer_; }
     bool isOver() const { return over_; }
 
   private:
     enum class Drag { none, orbit, pan, zoom, roll, window };
-    bool fly(Desk& desk);
-    void drag(Desk& desk, const Area& area, const glm::dvec2& delta);
+    bool fly(WindowState& desk);
+    void drag(WindowState& desk, const Area& area, const glm::dvec2& delta);
 
     Drag drag_ = Drag::none;
     bool over_ = false;

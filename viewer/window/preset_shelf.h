@@ -2,7 +2,7 @@
 // writes no files of its own.
 #pragma once
 
-#include "core/preset_file.h"
+#include "core/scene/preset_file.h"
 
 #include <filesystem>
 #include <functional>

@@ -3,11 +3,10 @@
 // sleeps.
 #include "viewer/window/run_window.h"
 
-#include "core/error.h"
-#include "core/interrupt.h"
-#include "core/output_file.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/output_file.h"
 #include "viewer/window/cut_handles.h"
-#include "viewer/window/desk.h"
 #include "viewer/window/endoscopy.h"
 #include "viewer/window/opener.h"
 #include "viewer/window/overlays.h"
@@ -16,6 +15,7 @@
 #include "viewer/window/script.h"
 #include "viewer/window/slice_panel.h"
 #include "viewer/window/tools.h"
+#include "viewer/window/window_state.h"
 
 #include <algorithm>
 #include <backends/imgui_impl_glfw.h>
@@ -451,7 +451,7 @@ class Loop {
     Events events_;
     std::optional<Screen> screen_;
     std::unique_ptr<Viewing> viewing_;
-    Desk desk_;
+    WindowState desk_;
     PictureHand hand_;
     Tools tools_;
     CutHandles cuts_;

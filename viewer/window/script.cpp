@@ -1,11 +1,11 @@
 // viewer/window/script.cpp: see script.h.
 #include "viewer/window/script.h"
 
-#include "core/error.h"
-#include "core/look.h"
-#include "core/output_file.h"
-#include "core/preset.h"
-#include "core/regular_file.h"
+#include "core/base/error.h"
+#include "core/base/output_file.h"
+#include "core/base/regular_file.h"
+#include "core/scene/look.h"
+#include "core/scene/preset.h"
 #include "viewer/session/camera_moves.h"
 #include "viewer/window/function_edits.h"
 
@@ -87,7 +87,7 @@ double Script::number(const Step& step, std::size_t word) const {
     return value;
 }
 
-bool Script::waits(const Step& step, Desk& desk, const Endoscopy& endoscopy) {
+bool Script::waits(const Step& step, WindowState& desk, const Endoscopy& endoscopy) {
     const std::string& what = step.words[1];
     const ViewingState& s = desk.state();
     const ShownPicture* const picture = desk.picture();
@@ -116,7 +116,7 @@ bool Script::waits(const Step& step, Desk& desk, const Endoscopy& endoscopy) {
 
 /// A step along a line.
 /// @param taken  whether it is one. Returns whether it is done.
-bool Script::takeEndoscopy(const Step& step, Desk& desk, Endoscopy& endoscopy, bool& taken) {
+bool Script::takeEndoscopy(const Step& step, WindowState& desk, Endoscopy& endoscopy, bool& taken) {
     const std::string& name = step.words.front();
     taken = true;
     if (name == "line" || name == "tree") {
@@ -191,7 +191,7 @@ bool Script::takeHand(const Step& step, const Window& window) {
     return true;
 }
 
-bool Script::take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Window& window) {
+bool Script::take(const Step& step, WindowState& desk, Endoscopy& endoscopy, const Window& window) {
     const std::string& name = step.words.front();
     const auto word = [&](std::size_t i) -> const std::string& { return step.words[i]; };
     if (name == "open")
@@ -348,7 +348,7 @@ bool Script::take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Wind
     return true;
 }
 
-bool Script::advance(Desk& desk, Endoscopy& endoscopy, const Window& window) {
+bool Script::advance(WindowState& desk, Endoscopy& endoscopy, const Window& window) {
     while (next_ < steps_.size()) {
         if (!stepBegan_)
             began_ = WindowClock::now();

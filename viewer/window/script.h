@@ -24,8 +24,8 @@
 //   print latency|state|memory  quit
 #pragma once
 
-#include "viewer/window/desk.h"
 #include "viewer/window/endoscopy.h"
+#include "viewer/window/window_state.h"
 
 #include <filesystem>
 #include <functional>
@@ -60,7 +60,7 @@ class Script {
     explicit Script(const std::filesystem::path& file);
     /// Takes steps until one has to wait. Once a frame. Returns whether there are more.
     /// Throws InputError naming file and line for a step that cannot be taken.
-    bool advance(Desk& desk, Endoscopy& endoscopy, const Window& window);
+    bool advance(WindowState& desk, Endoscopy& endoscopy, const Window& window);
 
   private:
     struct Step {
@@ -69,9 +69,9 @@ class Script {
     };
     [[noreturn]] void refuse(const Step& step, const std::string& expected) const;
     double number(const Step& step, std::size_t word) const;
-    bool take(const Step& step, Desk& desk, Endoscopy& endoscopy, const Window& window);
-    bool takeEndoscopy(const Step& step, Desk& desk, Endoscopy& endoscopy, bool& taken);
-    bool waits(const Step& step, Desk& desk, const Endoscopy& endoscopy);
+    bool take(const Step& step, WindowState& desk, Endoscopy& endoscopy, const Window& window);
+    bool takeEndoscopy(const Step& step, WindowState& desk, Endoscopy& endoscopy, bool& taken);
+    bool waits(const Step& step, WindowState& desk, const Endoscopy& endoscopy);
     bool takeHand(const Step& step, const Window& window);
 
     std::filesystem::path file_;

@@ -1,10 +1,10 @@
 // viewer/window/settings.cpp: see settings.h.
 #include "viewer/window/settings.h"
 
-#include "core/error.h"
-#include "core/output_file.h"
-#include "core/regular_file.h"
-#include "core/user_folder.h"
+#include "core/base/error.h"
+#include "core/base/output_file.h"
+#include "core/base/regular_file.h"
+#include "core/base/user_folder.h"
 
 #include <algorithm>
 #include <fstream>

@@ -1,7 +1,7 @@
 // viewer/window/slice_panel.cpp: see slice_panel.h.
 #include "viewer/window/slice_panel.h"
 
-#include "core/number_text.h"
+#include "core/base/number_text.h"
 #include "viewer/window/boxes.h"
 #include "viewer/window/overlays.h" // drawScaleBar
 
@@ -65,7 +65,7 @@ SlicePanel::~SlicePanel() {
     glDeleteTextures(static_cast<GLsizei>(textures_.size()), textures_.data());
 }
 
-bool SlicePanel::divide(Desk& desk, const Area& picture, const Area& planes) {
+bool SlicePanel::divide(WindowState& desk, const Area& picture, const Area& planes) {
     constexpr double kReach = 4;
     const ImGuiIO& io = ImGui::GetIO();
     const double border = planes.from.x - 1, x = static_cast<double>(io.MousePos.x);
@@ -83,7 +83,7 @@ bool SlicePanel::divide(Desk& desk, const Area& picture, const Area& planes) {
     return divides_;
 }
 
-void SlicePanel::hand(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area& view, int plane,
+void SlicePanel::hand(WindowState& desk, Tools& tools, Endoscopy& endoscopy, const Area& view, int plane,
                       const SliceFrame& frame) {
     const ImGuiIO& io = ImGui::GetIO();
     const glm::dvec2 mouse(io.MousePos.x, io.MousePos.y);
@@ -121,7 +121,7 @@ void SlicePanel::hand(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area
         desk.setSlices(wish);
 }
 
-void SlicePanel::draw(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area& area) {
+void SlicePanel::draw(WindowState& desk, Tools& tools, Endoscopy& endoscopy, const Area& area) {
     if (!desk.volume() || area.size.x < 20)
         return;
     SliceWish wish = desk.slices();

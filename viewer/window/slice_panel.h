@@ -2,10 +2,10 @@
 // on them.
 #pragma once
 
-#include "viewer/window/desk.h"
 #include "viewer/window/endoscopy.h"
 #include "viewer/window/picture_view.h" // Area
 #include "viewer/window/tools.h"
+#include "viewer/window/window_state.h"
 
 #include <array>
 #include <memory>
@@ -20,14 +20,14 @@ class SlicePanel {
     SlicePanel& operator=(const SlicePanel&) = delete;
     /// Draws them into the area, one above the other, and takes what a hand does there. While ImGui's frame
     /// is open.
-    void draw(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area& area);
+    void draw(WindowState& desk, Tools& tools, Endoscopy& endoscopy, const Area& area);
     /// The border between picture and planes, which is dragged.
     /// @param picture, planes  side by side
     /// Returns whether it takes the mouse.
-    bool divide(Desk& desk, const Area& picture, const Area& planes);
+    bool divide(WindowState& desk, const Area& picture, const Area& planes);
 
   private:
-    void hand(Desk& desk, Tools& tools, Endoscopy& endoscopy, const Area& view, int plane,
+    void hand(WindowState& desk, Tools& tools, Endoscopy& endoscopy, const Area& view, int plane,
               const SliceFrame& frame);
 
     std::array<unsigned, 3> textures_{};

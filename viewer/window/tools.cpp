@@ -1,7 +1,7 @@
 // viewer/window/tools.cpp: see tools.h.
 #include "viewer/window/tools.h"
 
-#include "core/measurement.h"
+#include "core/scene/measurement.h"
 #include "viewer/window/boxes.h"
 #include "viewer/window/overlays.h" // pictureFromPatient
 
@@ -45,7 +45,7 @@ void Tools::button(const char* name, Tool tool) {
         ImGui::PopStyleColor();
 }
 
-void Tools::panel(Desk& desk) {
+void Tools::panel(WindowState& desk) {
     button("distance (M)", Tool::distance);
     ImGui::SameLine();
     button("angle (G)", Tool::angle);
@@ -70,7 +70,7 @@ void Tools::panel(Desk& desk) {
     }
 }
 
-void Tools::scissorsPanel(Desk& desk) {
+void Tools::scissorsPanel(WindowState& desk) {
     ImGui::AlignTextToFramePadding();
     ImGui::TextUnformatted("scissors keep");
     ImGui::SameLine();
@@ -96,7 +96,7 @@ void Tools::scissorsPanel(Desk& desk) {
     }
 }
 
-bool Tools::placed(Desk& desk, const glm::dvec3& mm) {
+bool Tools::placed(WindowState& desk, const glm::dvec3& mm) {
     if (!measures())
         return false;
     pending_.kind = tool_ == Tool::distance ? MeasurementKind::distance
@@ -115,7 +115,7 @@ bool Tools::placed(Desk& desk, const glm::dvec3& mm) {
     return true;
 }
 
-bool Tools::handle(Desk& desk, const Area& area) {
+bool Tools::handle(WindowState& desk, const Area& area) {
     if (tool_ == Tool::none || !desk.volume())
         return false;
     const ImGuiIO& io = ImGui::GetIO();
@@ -172,7 +172,7 @@ bool Tools::handle(Desk& desk, const Area& area) {
     return true;
 }
 
-void Tools::draw(Desk& desk, const Area& area) const {
+void Tools::draw(WindowState& desk, const Area& area) const {
     if (!desk.volume())
         return;
     ImDrawList& draw = *ImGui::GetBackgroundDrawList();

@@ -2,8 +2,8 @@
 // measured points, and scissors.
 #pragma once
 
-#include "viewer/window/desk.h"
 #include "viewer/window/picture_view.h" // Area
+#include "viewer/window/window_state.h"
 
 #include <cstdint>
 #include <glm/vec2.hpp>
@@ -18,14 +18,14 @@ class Tools {
     enum class Tool { none, distance, angle, circle, scissorsInside, scissorsOutside };
 
     /// Parts of the panel: what measures, and scissors.
-    void panel(Desk& desk);
-    void scissorsPanel(Desk& desk);
+    void panel(WindowState& desk);
+    void scissorsPanel(WindowState& desk);
     /// Over the picture; before the camera's hand. Returns whether the tool takes the mouse.
-    bool handle(Desk& desk, const Area& area);
+    bool handle(WindowState& desk, const Area& area);
     /// A place on a plane was clicked: a point of what is being measured. Returns whether a tool took it.
-    bool placed(Desk& desk, const glm::dvec3& mm);
+    bool placed(WindowState& desk, const glm::dvec3& mm);
     /// Measurements and the outline, over the picture.
-    void draw(Desk& desk, const Area& area) const;
+    void draw(WindowState& desk, const Area& area) const;
     void stop();
     /// Takes a tool in hand, in place of another; the same one again lays it down.
     void take(Tool tool);

@@ -1,7 +1,7 @@
 // bricking/import/codecs/jpeg.cpp: decodeJpeg of stream.h, by DCMTK, whose three builds of the IJG library
 // take samples of 8, 12 and 16 bits.
 #include "bricking/import/codecs/stream.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 // DCMTK's configuration must come before its other headers.
 #include <dcmtk/config/osconfig.h>

@@ -1,6 +1,6 @@
 // bricking/import/codecs/jpeg2000.cpp: decodeJpeg2000 of stream.h, by OpenJPEG in its strict mode.
 #include "bricking/import/codecs/stream.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <cstring>

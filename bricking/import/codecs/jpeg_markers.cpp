@@ -2,7 +2,7 @@
 // markers.
 #include "bricking/import/codecs/markers.h"
 #include "bricking/import/codecs/stream.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace tessera {
 namespace {

@@ -1,6 +1,6 @@
 // bricking/import/codecs/jpegls.cpp: decodeJpegLs of stream.h, by CharLS, which stops at the first fault.
 #include "bricking/import/codecs/stream.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <charls/charls.h>
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bricking/import/codecs/stream.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <string>
 #include <utility>

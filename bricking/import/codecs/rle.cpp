@@ -1,6 +1,6 @@
 // bricking/import/codecs/rle.cpp: decodeRle of stream.h.
 #include "bricking/import/codecs/stream.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <array>

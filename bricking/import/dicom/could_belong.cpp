@@ -2,7 +2,7 @@
 #include "bricking/import/dicom/could_belong.h"
 
 #include "bricking/import/source/printable_name.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <cctype>

@@ -4,7 +4,7 @@
 #include "bricking/import/dicom/dicom_deflated.h"
 
 #include "bricking/import/source/input_file.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <cstdint>

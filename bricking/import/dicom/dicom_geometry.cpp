@@ -3,8 +3,8 @@
 
 #include "bricking/import/source/plausible.h"
 #include "bricking/import/source/printable_name.h"
-#include "core/error.h"
-#include "core/gantry_tilt.h"
+#include "core/base/error.h"
+#include "core/base/gantry_tilt.h"
 
 #include <algorithm>
 #include <array>

@@ -6,7 +6,7 @@
 #include "bricking/import/dicom/encapsulated_frames.h"
 #include "bricking/import/source/input_file.h"
 #include "bricking/import/source/printable_name.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <cstring>

@@ -13,8 +13,8 @@
 #include "bricking/import/dicom/series_parts.h"
 #include "bricking/import/dicom/vtk_quiet.h"
 #include "bricking/import/source/input_file.h"
-#include "core/error.h"
-#include "core/interrupt.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
 
 #include <algorithm>
 #include <array>

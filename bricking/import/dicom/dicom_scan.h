@@ -6,7 +6,7 @@
 #include "bricking/import/codecs/stream.h"
 #include "bricking/import/dicom/encapsulated_frames.h"
 #include "bricking/import/dicom/passed_over.h"
-#include "core/volume.h"
+#include "core/base/volume.h"
 
 #include <cstdint>
 #include <filesystem>

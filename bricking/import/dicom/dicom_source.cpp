@@ -9,7 +9,7 @@
 #include "bricking/import/source/plausible.h"
 #include "bricking/import/source/printable_name.h"
 #include "bricking/import/source/random_slab_source.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <array>

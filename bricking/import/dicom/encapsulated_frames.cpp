@@ -2,7 +2,7 @@
 // little endian.
 #include "bricking/import/dicom/encapsulated_frames.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <array>

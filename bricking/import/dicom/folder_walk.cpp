@@ -3,7 +3,7 @@
 
 #include "bricking/import/dicom/dicom_bare.h"
 #include "bricking/import/source/input_file.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 #include "bricking/import/dicom/series_parts.h"
 
 #include "bricking/import/dicom/dicom_geometry.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <glm/geometric.hpp>

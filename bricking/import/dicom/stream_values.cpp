@@ -1,7 +1,7 @@
 // bricking/import/dicom/stream_values.cpp: see stream_values.h.
 #include "bricking/import/dicom/stream_values.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 // another (RFC 1952, 2.2); what follows the bytes asked for is not looked at.
 #include "bricking/import/files/gzip_stream.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <utility>

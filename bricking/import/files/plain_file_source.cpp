@@ -2,7 +2,7 @@
 #include "bricking/import/files/plain_file_source.h"
 
 #include "bricking/import/source/slice_converter.h"
-#include "core/interrupt.h"
+#include "core/base/interrupt.h"
 
 #include <utility>
 #include <vector>

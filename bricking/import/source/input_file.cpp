@@ -1,7 +1,7 @@
 // bricking/import/source/input_file.cpp: see input_file.h.
 #include "bricking/import/source/input_file.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <cerrno>
 #include <cstring>

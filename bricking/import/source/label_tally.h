@@ -2,7 +2,7 @@
 // nothing. Such a volume has few whole numbers, and each fills neighbouring voxels.
 #pragma once
 
-#include "core/volume.h"
+#include "core/base/volume.h"
 
 #include <array>
 #include <cstddef>

@@ -3,7 +3,7 @@
 
 #include "bricking/import/source/random_slab_source.h"
 #include "bricking/import/source/spool_file.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // bricking/import/source/plausible.cpp: see plausible.h.
 #include "bricking/import/source/plausible.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <cmath>

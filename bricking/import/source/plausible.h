@@ -2,7 +2,7 @@
 // believed. All formats share them; the message names the field at fault.
 #pragma once
 
-#include "core/volume.h"
+#include "core/base/volume.h"
 
 #include <string>
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bricking/import/source/slab_source.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace tessera {
 

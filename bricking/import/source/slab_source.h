@@ -2,7 +2,7 @@
 // then its slices, forward only. Files, series and phantoms share it, so a volume never has to fit in memory.
 #pragma once
 
-#include "core/volume.h"
+#include "core/base/volume.h"
 
 #include <cstddef>
 #include <memory>

@@ -5,7 +5,7 @@
 
 #include "bricking/import/source/label_tally.h"
 #include "bricking/import/source/voxel_types.h"
-#include "core/volume.h"
+#include "core/base/volume.h"
 
 #include <cstddef>
 #include <functional>

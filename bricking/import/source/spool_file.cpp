@@ -1,7 +1,7 @@
 // bricking/import/source/spool_file.cpp: see spool_file.h.
 #include "bricking/import/source/spool_file.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <cerrno>
 #include <cstdlib>

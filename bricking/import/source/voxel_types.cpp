@@ -1,7 +1,7 @@
 // bricking/import/source/voxel_types.cpp: see voxel_types.h.
 #include "bricking/import/source/voxel_types.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <array>

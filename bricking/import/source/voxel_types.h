@@ -3,7 +3,7 @@
 // float32, which keeps integers exactly up to 2^24 only. The sources say so in describe().
 #pragma once
 
-#include "core/volume.h"
+#include "core/base/volume.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -2,8 +2,8 @@
 #include "tests/bench/accuracy/area_sweep.h"
 
 #include "bricking/store/store_reader.h"
-#include "core/image_metrics.h"
-#include "render/renderer.h"
+#include "core/image/image_metrics.h"
+#include "render/picture/renderer.h"
 #include "tests/bench/accuracy/report_cells.h"
 #include "tests/bench/accuracy/setting.h"
 
@@ -31,7 +31,7 @@ class Drawer {
     }
 
   private:
-    Ledger ram_, gpu_;
+    MemoryBudget ram_, gpu_;
     StoreReader store_;
 };
 

@@ -1,9 +1,9 @@
 // tests/bench/accuracy/device_scene.cpp: see device_scene.h.
 #include "tests/bench/accuracy/device_scene.h"
 
-#include "core/error.h"
-#include "render/engines/gpu/features.h"
-#include "render/picture.h"
+#include "core/base/error.h"
+#include "render/backends/gpu/features.h"
+#include "render/picture/picture.h"
 
 #include <algorithm>
 #include <cctype>
@@ -20,7 +20,7 @@ double msSince(Clock::time_point start) {
 } // namespace
 
 DeviceScene::DeviceScene(const Scene& scene, const Detail& detail, const StoreReader& store,
-                         const EngineMaker& engines, Ledger& ram, std::size_t gpuBytes)
+                         const EngineMaker& engines, MemoryBudget& ram, std::size_t gpuBytes)
     : ram_(ram.name(), ram.option(), ram.freeBytes()), gpu_("GPU memory", "--gpu-memory", gpuBytes),
       engine_(engines.make(ram_, gpu_)), limits_(engine_->limits()) {
     Scene asked = scene;
@@ -35,7 +35,7 @@ DeviceScene::DeviceScene(const Scene& scene, const Detail& detail, const StoreRe
     p.planMemory(limits_, {ram_, gpu_, 0});
     fixedBytes_ = p.memory.gpuBytes();
     p.chosen.atlasPages = std::max(p.chosen.atlasPages, std::size_t{1});
-    if (p.chosen.atlasPages < pagesFor(p.volume.selection.counts) || bringBricks(*engine_, p, gpu_, uploads_))
+    if (p.chosen.atlasPages < pagesFor(p.volume.selection.counts) || loadBricks(*engine_, p, gpu_, uploads_))
         throw InputError(gpu_.option() + ": " + formatBytes(gpuBytes) +
                          " cannot hold at once all bricks that these levels take");
     bytesDecoded_ = p.volume.cache->counters().bytesDecoded;
@@ -47,7 +47,7 @@ DeviceScene::DeviceScene(const Scene& scene, const Detail& detail, const StoreRe
 std::size_t DeviceScene::gpuBytesForShare(int share) const {
     const std::size_t pages = pagesFor(prepared_.volume.selection.counts) / static_cast<std::size_t>(share);
     TextureLimits plain = limits_;
-    plain.pageEdge = kBrickExtent; // with less memory bricks have no aprons
+    plain.pageEdge = kBrickExtent; // with less memory bricks have no ghost layers
     return fixedBytes_ + atlasBytes(std::max(pages, std::size_t{1}), prepared_.info().type, plain);
 }
 

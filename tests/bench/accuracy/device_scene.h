@@ -3,8 +3,8 @@
 // loading.
 #pragma once
 
-#include "core/image.h"
-#include "render/renderer.h"
+#include "core/image/image.h"
+#include "render/picture/renderer.h"
 #include "tests/bench/accuracy/setting.h"
 
 #include <memory>
@@ -20,7 +20,7 @@ class DeviceScene {
     /// Throws InputError for budgets below the floor, and where the levels that detail asks for do not fit at
     /// once.
     DeviceScene(const Scene& scene, const Detail& detail, const StoreReader& store,
-                const EngineMaker& engines, Ledger& ram, std::size_t gpuBytes);
+                const EngineMaker& engines, MemoryBudget& ram, std::size_t gpuBytes);
     DeviceScene(const DeviceScene&) = delete; // the field points into it
     DeviceScene& operator=(const DeviceScene&) = delete;
 
@@ -36,8 +36,9 @@ class DeviceScene {
     friend class DeviceMarch;
 
     std::size_t fixedBytes_ = 0; // of a picture besides its bricks
-    Ledger ram_; // what is free of the caller's when this is made; what stays is charged to the caller's
-    Ledger gpu_;
+    MemoryBudget
+        ram_; // what is free of the caller's when this is made; what stays is charged to the caller's
+    MemoryBudget gpu_;
     ScenePlan prepared_;
     std::unique_ptr<Engine> engine_; // after the plan, which it draws
     TextureLimits limits_;
@@ -71,7 +72,7 @@ class DeviceMarch {
     DeviceScene& on_;
     Scene scene_;
     Setting setting_;
-    Ledger gpu_;
+    MemoryBudget gpu_;
     Integrator integrator_ = Integrator::midpoint;
     std::unique_ptr<RayCaster> caster_;
 };

@@ -2,10 +2,10 @@
 #include "tests/bench/accuracy/light_sweep.h"
 
 #include "bricking/store/store_reader.h"
-#include "core/image_metrics.h"
-#include "core/threads.h"
-#include "render/engines/reference/reference.h"
-#include "render/renderer.h"
+#include "core/base/threads.h"
+#include "core/image/image_metrics.h"
+#include "render/backends/reference/reference.h"
+#include "render/picture/renderer.h"
 #include "tests/bench/accuracy/report_cells.h"
 
 #include <algorithm>
@@ -47,7 +47,7 @@ class Studio {
     }
 
   private:
-    Ledger ram_, gpu_;
+    MemoryBudget ram_, gpu_;
     StoreReader store_;
 };
 

@@ -1,8 +1,8 @@
 // tests/bench/accuracy/peers.cpp: see peers.h.
 #include "tests/bench/accuracy/peers.h"
 
-#include "core/error.h"
-#include "core/regular_file.h"
+#include "core/base/error.h"
+#include "core/base/regular_file.h"
 
 #include <algorithm>
 #include <cmath>

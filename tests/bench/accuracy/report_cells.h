@@ -2,7 +2,7 @@
 #pragma once
 
 #include "tests/bench/report/report.h"
-#include "viewer/options/options.h" // formatNumber
+#include "viewer/cli/options/options.h" // formatNumber
 
 #include <optional>
 #include <string>

@@ -3,10 +3,10 @@
 
 #include "bricking/import/importer.h"
 #include "bricking/statistics/statistics.h"
-#include "core/error.h"
-#include "core/nearest_name.h"
-#include "core/output_file.h"
-#include "core/preset.h"
+#include "core/base/error.h"
+#include "core/base/nearest_name.h"
+#include "core/base/output_file.h"
+#include "core/scene/preset.h"
 #include "datasets/phantom.h"
 #include "render/plan/scene_plan.h" // summarise
 #include "tests/bench/lod/workbench.h"
@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 fs::path phantomStore(const fs::path& folder, const std::string& name, const glm::ivec3& extent,
                       std::size_t ramBytes) {
     const fs::path store = folder / (name + ".zarr");
-    Ledger ram("RAM", "--ram", ramBytes);
+    MemoryBudget ram("RAM", "--ram", ramBytes);
     ImportOptions options;
     options.durable = false;
     options.force = true;
@@ -83,7 +83,7 @@ fs::path copiedStore(const fs::path& store, const fs::path& copy) {
 }
 
 ValueSummary valuesOf(const fs::path& store, std::size_t ramBytes) {
-    Ledger ram("RAM", "--ram", ramBytes);
+    MemoryBudget ram("RAM", "--ram", ramBytes);
     const StoreReader reader(store, ram);
     return summarise(loadStatistics(reader, ram, 0), reader.info());
 }

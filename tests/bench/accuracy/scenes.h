@@ -1,5 +1,5 @@
-// tests/bench/accuracy/scenes.h: the scenes of docs/accuracy.md: smooth, stiff and narrow ones, scans, lit
-// and plain, and scenes that do not fit.
+// tests/bench/accuracy/scenes.h: the scenes of docs/measurements/accuracy.md: smooth, stiff and narrow ones,
+// scans, lit and plain, and scenes that do not fit.
 #pragma once
 
 #include "tests/bench/accuracy/sweep.h"

@@ -1,7 +1,7 @@
 // tests/bench/accuracy/setting.cpp: see setting.h.
 #include "tests/bench/accuracy/setting.h"
 
-#include "viewer/options/options.h" // formatNumber
+#include "viewer/cli/options/options.h" // formatNumber
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 // step, integrator and fetch. That product is the work-precision figure.
 #pragma once
 
-#include "core/scene.h"
+#include "core/scene/scene.h"
 
 #include <optional>
 #include <string>

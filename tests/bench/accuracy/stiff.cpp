@@ -1,7 +1,7 @@
 // tests/bench/accuracy/stiff.cpp: see stiff.h.
 #include "tests/bench/accuracy/stiff.h"
 
-#include "core/scene.h" // integratorNames
+#include "core/scene/scene.h" // integratorNames
 #include "render/contract/integrators.h"
 
 #include <cmath>

@@ -1,12 +1,12 @@
 // tests/bench/accuracy/sweep.cpp: see sweep.h.
 #include "tests/bench/accuracy/sweep.h"
 
-#include "core/error.h"
-#include "core/interrupt.h"
-#include "core/stopwatch.h"
-#include "core/threads.h"
-#include "render/engines/reference/reference.h"
-#include "render/renderer.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/stopwatch.h"
+#include "core/base/threads.h"
+#include "render/backends/reference/reference.h"
+#include "render/picture/renderer.h"
 #include "tests/bench/accuracy/device_scene.h"
 #include "tests/bench/report/page.h" // loadAverage
 #include "tests/bench/report/work_precision.h"
@@ -289,7 +289,7 @@ class Runner {
     const SweepOptions& options_;
     const CommonOptions& common_;
     EngineMaker engines_;
-    Ledger ram_;
+    MemoryBudget ram_;
     std::size_t gpuBytes_;
     StoreReader store_;
     Sweep out_;
@@ -328,8 +328,8 @@ double Sweep::floor() const {
 namespace {
 /// The step and integrator that `tessera render` takes where the scene names none.
 Quality asRendered(const NamedScene& scene, const SweepOptions& options, Progress* progress) {
-    Ledger ram("RAM", "--ram", options.ramBytes);
-    Ledger gpu("GPU memory", "--gpu-memory", scene.gpuBytes > 0 ? scene.gpuBytes : options.gpuBytes);
+    MemoryBudget ram("RAM", "--ram", options.ramBytes);
+    MemoryBudget gpu("GPU memory", "--gpu-memory", scene.gpuBytes > 0 ? scene.gpuBytes : options.gpuBytes);
     const StoreReader store(scene.scene.volumes.at(0).path, ram);
     Scene drawn = scene.scene;
     drawn.imageSize = fittedSize(drawn.imageSize, options.effort.pictureExtent());

@@ -2,12 +2,12 @@
 // the true integral, its cost in counts and in time, and what went wrong.
 #pragma once
 
-#include "core/image_metrics.h"
-#include "core/work.h"
-#include "render/engines/reference/reference_proof.h"
-#include "render/renderer.h"
+#include "core/base/work.h"
+#include "core/image/image_metrics.h"
+#include "render/backends/reference/reference_proof.h"
+#include "render/picture/renderer.h"
 #include "tests/bench/accuracy/setting.h"
-#include "viewer/options/options.h"
+#include "viewer/cli/options/options.h"
 
 #include <cstddef>
 #include <filesystem>

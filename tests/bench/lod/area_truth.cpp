@@ -2,14 +2,14 @@
 #include "tests/bench/lod/area_truth.h"
 
 #include "bricking/store/store_reader.h"
-#include "core/colour.h"
-#include "core/image_metrics.h"
-#include "core/interrupt.h"
-#include "core/stopwatch.h"
-#include "render/engines/native/native_engine.h"
-#include "render/engines/reference/reference_engine.h"
-#include "render/picture.h"
-#include "render/renderer.h" // pictureBytesPerPixel
+#include "core/base/interrupt.h"
+#include "core/base/stopwatch.h"
+#include "core/image/colour.h"
+#include "core/image/image_metrics.h"
+#include "render/backends/native/native_engine.h"
+#include "render/backends/reference/reference_engine.h"
+#include "render/picture/picture.h"
+#include "render/picture/renderer.h" // pictureBytesPerPixel
 
 #include <algorithm>
 #include <chrono>
@@ -47,13 +47,13 @@ Scene truthScene(const Scene& scene, double stepVoxels) {
 /// A scene on an engine, with all bricks at the finest level; draws pixels' means over their areas.
 class AreaCaster {
   public:
-    AreaCaster(const Scene& scene, Engine& engine, EngineKind kind, Ledger& ram, Ledger& gpu)
+    AreaCaster(const Scene& scene, Engine& engine, EngineKind kind, MemoryBudget& ram, MemoryBudget& gpu)
         : engine_(engine), store_(scene.volumes.front().path, ram),
           plan_(planScene(scene, store_, engine.limits(), {ram, gpu, 0}, LevelChoice::finest,
                           pictureBytesPerPixel(kind))),
           size_(scene.imageSize) {
         Work work;
-        const bool passes = bringBricks(engine, plan_, gpu, work);
+        const bool passes = loadBricks(engine, plan_, gpu, work);
         caster_ = engine.caster({false, false, passes}, gpu);
     }
     ~AreaCaster() {
@@ -231,7 +231,7 @@ AreaTruth areaTruth(const Scene& scene, const AreaTruthEffort& effort, std::size
     const auto start = std::chrono::steady_clock::now();
     {
         std::mt19937_64 random(effort.seed);
-        Ledger ram("RAM", "--ram", ramBytes), gpu("GPU memory", "--gpu-memory", kTruthBytes);
+        MemoryBudget ram("RAM", "--ram", ramBytes), gpu("GPU memory", "--gpu-memory", kTruthBytes);
         NativeEngine engine(0, gpu, ram);
         AreaCaster caster(asItIs, engine, EngineKind::native, ram, gpu);
         drawTruth(caster, effort, random, truth);
@@ -243,7 +243,7 @@ AreaTruth areaTruth(const Scene& scene, const AreaTruthEffort& effort, std::size
     if (chosen.empty())
         return truth;
     const auto second = std::chrono::steady_clock::now();
-    Ledger ram("RAM", "--ram", ramBytes), gpu("GPU memory", "--gpu-memory", kTruthBytes);
+    MemoryBudget ram("RAM", "--ram", ramBytes), gpu("GPU memory", "--gpu-memory", kTruthBytes);
     ReferenceEngine engine(0);
     AreaCaster caster(asItIs, engine, EngineKind::reference, ram, gpu);
     const Image reference = rowOf(caster, chosen, effort.referenceSide, effort.seed + 1);

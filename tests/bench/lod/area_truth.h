@@ -2,9 +2,9 @@
 // measures errors with: pixels, places and sums of its own.
 #pragma once
 
-#include "core/image.h"
-#include "core/image_metrics.h"
-#include "core/scene.h"
+#include "core/image/image.h"
+#include "core/image/image_metrics.h"
+#include "core/scene/scene.h"
 
 #include <cstddef>
 #include <cstdint>

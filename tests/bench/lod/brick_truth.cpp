@@ -1,8 +1,8 @@
 // tests/bench/lod/brick_truth.cpp: see brick_truth.h.
 #include "tests/bench/lod/brick_truth.h"
 
-#include "core/colour.h"
-#include "core/threads.h"
+#include "core/base/threads.h"
+#include "core/image/colour.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include "bricking/levels/level_error.h"
 #include "bricking/levels/view_weight.h"
 #include "bricking/store/store_reader.h"
-#include "core/transfer_function.h"
+#include "core/scene/transfer_function.h"
 
 #include <array>
 #include <vector>

@@ -1,8 +1,8 @@
 // tests/bench/lod/calibration.cpp: see calibration.h: draws the cases and finds the truth.
 #include "tests/bench/lod/calibration.h"
-#include "core/stopwatch.h"
+#include "core/base/stopwatch.h"
 
-#include "render/renderer.h"
+#include "render/picture/renderer.h"
 
 #include <algorithm>
 #include <array>
@@ -29,8 +29,8 @@ Scene sceneOf(const BenchVolume& volume, const std::string& preset, View view, b
     return scene;
 }
 
-RenderResult drawn(const Workbench& bench, const Scene& scene, Ledger& gpu) {
-    Ledger ram("RAM", "--ram", bench.ramBytes);
+RenderResult drawn(const Workbench& bench, const Scene& scene, MemoryBudget& gpu) {
+    MemoryBudget ram("RAM", "--ram", bench.ramBytes);
     const StoreReader store(scene.volumes.front().path, ram);
     RenderOptions options;
     options.engine = EngineKind::native;
@@ -48,7 +48,7 @@ CalibrationCase drawnCase(const Workbench& bench, Scene& scene, const Calibratio
     c.asked = asked;
     c.budgetBytes = budgetBytes;
     scene.quality.maxError = asked;
-    Ledger gpu("GPU memory", "--gpu-memory", budgetBytes);
+    MemoryBudget gpu("GPU memory", "--gpu-memory", budgetBytes);
     const auto start = std::chrono::steady_clock::now();
     RenderResult r = drawn(bench, scene, gpu);
     c.seconds = secondsSince(start);
@@ -97,7 +97,7 @@ void calibrate(const Workbench& bench, const BenchVolume& volume, int pixels, co
         like.seenBefore = volume.seenBefore;
         like.lit = turn++ % 2 == 1;
         Scene scene = sceneOf(volume, preset, view, like.lit, pixels);
-        const std::size_t floor = floorNamed([&](Ledger& gpu) { (void)drawn(bench, scene, gpu); });
+        const std::size_t floor = floorNamed([&](MemoryBudget& gpu) { (void)drawn(bench, scene, gpu); });
         std::vector<CalibrationCase> here;
         const auto draw = [&](const std::string& setting, std::size_t bytes,
                               std::optional<double> asked = {}) {

@@ -2,7 +2,7 @@
 // statement holds.
 #pragma once
 
-#include "core/image_metrics.h"
+#include "core/image/image_metrics.h"
 #include "render/verify/measured_errors.h"
 #include "tests/bench/lod/area_truth.h"
 #include "tests/bench/lod/workbench.h"

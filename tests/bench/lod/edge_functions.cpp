@@ -1,7 +1,7 @@
 // tests/bench/lod/edge_functions.cpp: see edge_functions.h.
 #include "tests/bench/lod/edge_functions.h"
 
-#include "core/colour.h"
+#include "core/image/colour.h"
 #include "render/contract/sampler.h"
 #include "tests/bench/lod/pictures.h"
 
@@ -105,7 +105,7 @@ GreyPicture rebuilt(const GreyPicture& original, const std::vector<int>& blockLe
         selection.levels.push_back(static_cast<std::uint8_t>(level));
         ++selection.counts[static_cast<std::size_t>(level)];
     }
-    Ledger ram("RAM", "--ram", LevelMap::bytes(selection.bricks));
+    MemoryBudget ram("RAM", "--ram", LevelMap::bytes(selection.bricks));
     Quality quality;
     quality.edgeFunction = function;
     const LevelMap map =

@@ -2,7 +2,7 @@
 // under each edge function: figure 2.24 of the course notes on advanced volume ray casting, with numbers.
 #pragma once
 
-#include "core/scene.h" // EdgeFunction
+#include "core/scene/scene.h" // EdgeFunction
 #include "tests/bench/report/report.h"
 
 #include <vector>

@@ -2,7 +2,7 @@
 // views, fitted to the volume's box and to what is shown.
 #include "tests/bench/lod/framing.h"
 
-#include "render/renderer.h"
+#include "render/picture/renderer.h"
 #include "tests/bench/lod/experiments.h"
 
 #include <algorithm>
@@ -54,7 +54,7 @@ bool suits(const std::string& preset, const VolumeInfo& info) {
 std::size_t scenesOf(const Workbench& bench) {
     std::size_t count = 0;
     for (const BenchVolume& volume : bench.volumes) {
-        Ledger ram("RAM", "--ram", bench.ramBytes);
+        MemoryBudget ram("RAM", "--ram", bench.ramBytes);
         const StoreReader store(volume.store, ram);
         for (const std::string& preset : presetNames())
             count += suits(preset, store.info());
@@ -96,7 +96,7 @@ Report framingReport(const Workbench& bench) {
     int most = 0, pictures = 0, blank = 0;
     bench.expect(scenesOf(bench));
     for (const BenchVolume& volume : bench.volumes) {
-        Ledger ram("RAM", "--ram", bench.ramBytes);
+        MemoryBudget ram("RAM", "--ram", bench.ramBytes);
         const StoreReader store(volume.store, ram);
         for (const std::string& preset : presetNames()) {
             if (!suits(preset, store.info()))
@@ -109,7 +109,7 @@ Report framingReport(const Workbench& bench) {
                     scene.volumes = {{volume.store, preset}};
                     scene.imageSize = glm::ivec2(bench.pixels());
                     scene.camera = FittedView{static_cast<View>(v), Projection::perspective, fit};
-                    Ledger gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
+                    MemoryBudget gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
                     RenderOptions options;
                     options.engine = bench.engine;
                     options.device.text = bench.device;

@@ -1,7 +1,7 @@
 // tests/bench/lod/framing.h: measures how well a picture is filled, and whether it cuts anything off.
 #pragma once
 
-#include "core/image.h"
+#include "core/image/image.h"
 
 namespace tessera::bench {
 

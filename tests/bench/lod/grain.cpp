@@ -3,10 +3,10 @@
 // smooth normal on a scan's skin.
 #include "bricking/store/store_reader.h"
 #include "datasets/phantom.h"
+#include "render/backends/mirror/mirror.h"
 #include "render/contract/sampler.h"
-#include "render/engines/mirror/mirror.h"
+#include "render/picture/renderer.h"
 #include "render/plan/scene_plan.h"
-#include "render/renderer.h"
 #include "tests/bench/lod/experiments.h"
 
 #include <algorithm>
@@ -93,7 +93,7 @@ double grainOf(const std::vector<std::optional<glm::dvec3>>& off, const std::vec
 /// meet a surface.
 std::vector<Angles> measure(const Workbench& bench, const BenchVolume& volume, const Subject& subject,
                             std::size_t& places) {
-    Ledger ram("RAM", "--ram", bench.ramBytes), gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
+    MemoryBudget ram("RAM", "--ram", bench.ramBytes), gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
     const StoreReader store(volume.store, ram);
     const VolumeInfo& info = store.info();
     Scene scene;
@@ -147,7 +147,7 @@ std::vector<Angles> measure(const Workbench& bench, const BenchVolume& volume, c
 
 /// A part of a picture, lit by gradients of one kind.
 Image closeUp(const Workbench& bench, const BenchVolume& volume, const std::string& preset, Gradient kind) {
-    Ledger ram("RAM", "--ram", bench.ramBytes), gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
+    MemoryBudget ram("RAM", "--ram", bench.ramBytes), gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
     const StoreReader store(volume.store, ram);
     Scene scene;
     scene.volumes = {{volume.store, preset}};

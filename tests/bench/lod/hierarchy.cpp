@@ -1,8 +1,8 @@
 // tests/bench/lod/hierarchy.cpp: see hierarchy.h.
 #include "tests/bench/lod/hierarchy.h"
 
-#include "core/brick.h"
-#include "core/error.h"
+#include "core/base/brick.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,8 +1,8 @@
 // tests/bench/lod/pictures.cpp: see pictures.h.
 #include "tests/bench/lod/pictures.h"
 
-#include "core/colour.h"
-#include "core/error.h"
+#include "core/base/error.h"
+#include "core/image/colour.h"
 
 #include <algorithm>
 #include <array>

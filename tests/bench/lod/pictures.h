@@ -1,7 +1,7 @@
 // tests/bench/lod/pictures.h: numbers as pictures.
 #pragma once
 
-#include "core/image.h"
+#include "core/image/image.h"
 
 #include <vector>
 

@@ -1,7 +1,7 @@
 // tests/bench/lod/seen_bricks.cpp: see seen_bricks.h.
 #include "tests/bench/lod/seen_bricks.h"
 
-#include "core/threads.h"
+#include "core/base/threads.h"
 #include "render/contract/lattice.h"
 #include "render/contract/sampler.h"
 

@@ -1,10 +1,10 @@
 // tests/bench/lod/skipping.cpp: what empty-space skipping saves: samples against those of an oracle that
 // knows which segments show something before their ray ends, with each of the maps, and the time and memory
 // they take.
-#include "render/engines/gpu/features.h"
-#include "render/engines/gpu/fine_mask.h"
-#include "render/engines/gpu/gpu_engine.h"
-#include "render/engines/gpu/march.h"
+#include "render/backends/gpu/features.h"
+#include "render/backends/gpu/fine_mask.h"
+#include "render/backends/gpu/gpu_engine.h"
+#include "render/backends/gpu/march.h"
 #include "render/residency/texels.h"
 #include "tests/bench/lod/experiments.h"
 #include "tests/bench/report/page.h" // loadAverage
@@ -33,7 +33,7 @@ struct WayRow {
 /// One scene, all of its level 0 on the device, and the four ways to march it.
 class SkippingCase {
   public:
-    SkippingCase(SceneBench& scene, Fetch fetch, Ledger& ram, Ledger& gpu)
+    SkippingCase(SceneBench& scene, Fetch fetch, MemoryBudget& ram, MemoryBudget& gpu)
         : p_(scene.prepared()), gpu_(gpu),
           features_((fetch == Fetch::hardware ? std::uint32_t{kFeatureHardware} : 0u) |
                     (p_.volume.optics.termination > 0 ? std::uint32_t{kFeatureTermination} : 0u) |
@@ -100,7 +100,7 @@ class SkippingCase {
     }
 
     const ScenePlan& p_;
-    Ledger& gpu_;
+    MemoryBudget& gpu_;
     std::uint32_t features_;
     Atlas atlas_;
     Occupancy octants_, plain_;
@@ -138,7 +138,7 @@ Report skippingReport(const Workbench& bench) {
         for (const std::string& preset : volume.presets) {
             const GlContext context({bench.device});
             SceneBench scene(bench, volume, preset, "anterior", bench.fewerPixels());
-            Ledger gpu("GPU memory", "--gpu-memory", std::size_t{8} << 30);
+            MemoryBudget gpu("GPU memory", "--gpu-memory", std::size_t{8} << 30);
             for (const Fetch fetch : {Fetch::hardware, Fetch::exact}) {
                 SkippingCase c(scene, fetch, scene.analysisRam(), gpu);
                 for (int i = 0; i < repeats; ++i)

@@ -2,12 +2,12 @@
 #include "tests/bench/lod/workbench.h"
 
 #include "bricking/import/importer.h"
-#include "core/error.h"
-#include "core/interrupt.h"
-#include "core/nearest_name.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/nearest_name.h"
 #include "datasets/phantom.h"
-#include "render/picture.h"
-#include "viewer/input/volume_input.h"
+#include "render/picture/picture.h"
+#include "viewer/cli/input/volume_input.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -99,7 +99,7 @@ BenchVolume makeTorso(const fs::path& folder, VolumeSet set, bool quick, std::si
         volume.presets = {"bone-1"};
     if (fs::exists(volume.store))
         return volume; // made for another set
-    Ledger ram("RAM", "--ram", ramBytes);
+    MemoryBudget ram("RAM", "--ram", ramBytes);
     ImportOptions options;
     options.durable = false;
     importToStore(*makePhantom("torso", extent), volume.store, ram, options);
@@ -170,7 +170,7 @@ Workbench makeWorkbench(EngineKind engine, const std::string& device, const fs::
             bench.leftOut.push_back(scan.name);
             continue;
         }
-        Ledger ram("RAM", "--ram", ramBytes);
+        MemoryBudget ram("RAM", "--ram", ramBytes);
         InputOptions input;
         input.resampleZ = true;
         bench.volumes.push_back({scan.name, scan.about, storeFor(path, input, ram, common),
@@ -200,12 +200,12 @@ std::size_t Workbench::scenes() const {
     return count;
 }
 
-std::size_t floorNamed(const std::function<void(Ledger&)>& draw) {
+std::size_t floorNamed(const std::function<void(MemoryBudget&)>& draw) {
     const std::string before = "needs at least ";
     std::size_t bytes = 1;
     for (int trial = 0; trial < 5; ++trial)
         try {
-            Ledger gpu("GPU memory", "--gpu-memory", bytes);
+            MemoryBudget gpu("GPU memory", "--gpu-memory", bytes);
             draw(gpu);
             return bytes;
         } catch (const InputError& error) {
@@ -284,7 +284,7 @@ Drawn SceneBench::draw(Selection selection, const Setting& setting) {
 void SceneBench::bring(Engine& engine, Selection selection, Work& work) {
     prepared_.setSelection(std::move(selection));
     prepared_.chosen.atlasPages = std::max(pagesOf(prepared_.volume.selection), std::size_t{1});
-    bringBricks(engine, prepared_, gpu_, work);
+    loadBricks(engine, prepared_, gpu_, work);
 }
 
 std::vector<float> SceneBench::countedVisibility(Selection selection) {

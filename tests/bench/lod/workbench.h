@@ -3,13 +3,13 @@
 #pragma once
 
 #include "bricking/levels/level_chooser.h"
-#include "core/image_metrics.h"
-#include "core/scene.h"
-#include "core/work.h"
+#include "core/base/work.h"
+#include "core/image/image_metrics.h"
+#include "core/scene/scene.h"
+#include "render/picture/renderer.h"
 #include "render/plan/scene_plan.h"
-#include "render/renderer.h"
 #include "tests/bench/report/report.h"
-#include "viewer/options/options.h"
+#include "viewer/cli/options/options.h"
 
 #include <filesystem>
 #include <functional>
@@ -74,7 +74,7 @@ Workbench makeWorkbench(EngineKind engine, const std::string& device,
 
 /// The least budget of GPU memory that the program draws a scene in, found as a user would: by asking for too
 /// little, and then for what it names. With that it may want more: tables that a byte had no room for.
-std::size_t floorNamed(const std::function<void(Ledger&)>& draw);
+std::size_t floorNamed(const std::function<void(MemoryBudget&)>& draw);
 
 /// Cameras by name: "anterior" (perspective), "left" (parallel), "near" (perspective, oblique, half the
 /// volume fills the picture), "inside" (in the volume, 110 degrees).
@@ -105,7 +105,7 @@ class SceneBench {
     const VolumeInfo& info() const { return prepared_.info(); }
     const StoreReader& store() const { return store_; }
     /// Half of the budget, for what is computed besides pictures; pictures have the other half.
-    Ledger& analysisRam() { return analysisRam_; }
+    MemoryBudget& analysisRam() { return analysisRam_; }
     /// "abdomen, bone, anterior"
     const std::string& name() const { return name_; }
 
@@ -143,7 +143,7 @@ class SceneBench {
     const Workbench& bench_;
     EngineMaker engines_;
     std::string name_;
-    Ledger ram_, analysisRam_, gpu_;
+    MemoryBudget ram_, analysisRam_, gpu_;
     StoreReader store_;
     ScenePlan prepared_;
     Selection culled_;

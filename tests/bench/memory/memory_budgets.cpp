@@ -1,10 +1,10 @@
 // tests/bench/memory/memory_budgets.cpp: one scene at budgets of GPU memory from its floor to unlimited,
-// in one pass and in as many as full quality takes: what the ledgers saw, what was resident, and what the
+// in one pass and in as many as full quality takes: what the budgets saw, what was resident, and what the
 // picture lost.
 #include "tests/bench/memory/memory_budgets.h"
 
-#include "core/error.h"
-#include "render/renderer.h"
+#include "core/base/error.h"
+#include "render/picture/renderer.h"
 #include "render/residency/texels.h"
 
 #include <algorithm>
@@ -44,9 +44,9 @@ Scene sceneOf(const BenchVolume& volume, const Quest& quest, int pixels) {
     return scene;
 }
 
-BudgetRow renderedAt(const std::string& budget, Ledger& gpu, const Workbench& bench,
+BudgetRow renderedAt(const std::string& budget, MemoryBudget& gpu, const Workbench& bench,
                      const BenchVolume& volume, const Quest& quest) {
-    Ledger ram("RAM", "--ram", bench.ramBytes);
+    MemoryBudget ram("RAM", "--ram", bench.ramBytes);
     const StoreReader store(volume.store, ram);
     RenderOptions options;
     options.engine = bench.engine;
@@ -71,8 +71,8 @@ std::string histogram(const RenderResult& result) {
 
 std::vector<BudgetRow> allBudgets(const Workbench& bench, const BenchVolume& volume, const Quest& quest) {
     const std::size_t floor =
-        floorNamed([&](Ledger& gpu) { (void)renderedAt("", gpu, bench, volume, quest); });
-    Ledger trial("RAM", "--ram", bench.ramBytes);
+        floorNamed([&](MemoryBudget& gpu) { (void)renderedAt("", gpu, bench, volume, quest); });
+    MemoryBudget trial("RAM", "--ram", bench.ramBytes);
     const std::size_t page =
         cellCount(glm::ivec3(kBrickExtent)) * texelBytes(StoreReader(volume.store, trial).info().type);
     std::vector<BudgetRow> rows;
@@ -81,7 +81,7 @@ std::vector<BudgetRow> allBudgets(const Workbench& bench, const BenchVolume& vol
                                         {"twice the floor", 2 * floor},
                                         {"50 bricks more", floor + 50 * page},
                                         {"200 bricks more", floor + 200 * page}}) {
-        Ledger gpu("GPU memory", "--gpu-memory", bytes);
+        MemoryBudget gpu("GPU memory", "--gpu-memory", bytes);
         rows.push_back(renderedAt(budget, gpu, bench, volume, quest));
         const Image &image = rows.back().result.image, &unlimited = rows.front().result.image;
         rows.back().toUnlimited = compare(image, unlimited);
@@ -100,7 +100,7 @@ Report memoryReport(const Workbench& bench) {
     report.name = "memory";
     report.title = "Budgets of GPU memory";
     report.text = {
-        "A picture a row, with ledgers of its own. *One pass* is what `render` does when nothing more is "
+        "A picture a row, with budgets of its own. *One pass* is what `render` does when nothing more is "
         "said; "
         "`--max-error 0` draws the finest level that a pixel can show in as many passes as the budget needs. "
         "The "
@@ -138,7 +138,7 @@ Report memoryReport(const Workbench& bench) {
         bench.done(volume.name);
     }
     report.tables = {std::move(table)};
-    report.after = {kept ? "No ledger was over its budget." : "A LEDGER WAS OVER ITS BUDGET."};
+    report.after = {kept ? "No budget was over its budget." : "A BUDGET WAS EXCEEDED."};
     return report;
 }
 

@@ -1,11 +1,11 @@
 // tests/bench/report/page.cpp: see page.h.
 #include "tests/bench/report/page.h"
 
-#include "core/error.h"
-#include "core/output_file.h"
+#include "core/base/error.h"
+#include "core/base/output_file.h"
 #if TESSERA_WITH_IMAGE_FILES
-#include "core/image_file.h"
-#include "core/regular_file.h"
+#include "core/base/regular_file.h"
+#include "core/image/image_file.h"
 #endif
 
 #include <algorithm>

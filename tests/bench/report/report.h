@@ -3,7 +3,7 @@
 // tested without a disk.
 #pragma once
 
-#include "core/image.h"
+#include "core/image/image.h"
 
 #include <string>
 #include <utility>

@@ -1,7 +1,7 @@
 // tests/bench/report/work_precision.cpp: see work_precision.h.
 #include "tests/bench/report/work_precision.h"
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,8 +6,8 @@
 #include "bricking/import/files/gzip_stream.h"
 #include "bricking/import/files/plain_file_source.h"
 #include "bricking/import/source/slice_converter.h"
-#include "core/error.h"
-#include "core/interrupt.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
 
 #include <algorithm>
 #include <utility>

@@ -2,7 +2,7 @@
 // and nifti2.h.
 #include "bricking/import/files/nifti/nifti.h"
 #include "bricking/import/source/plausible.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <array>
 #include <bit>

@@ -5,7 +5,7 @@
 #include "bricking/import/files/plain_file_source.h"
 #include "bricking/import/source/input_file.h"
 #include "bricking/import/source/plausible.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 #include <array>
 #include <cmath>

@@ -1,0 +1,54 @@
+// bricking/analysis/lumen/lumen_parts.h: the connected parts of a lumen, one per seed, each grown when it is
+// first asked for, and paths within such a part.
+#pragma once
+
+#include "bricking/analysis/lumen/grow_lumen.h"
+#include "bricking/analysis/lumen/lumen_graph.h"
+#include "bricking/analysis/lumen/lumen_search.h"
+#include "bricking/analysis/lumen/lumen_shape.h"
+#include "core/base/progress.h"
+
+#include <deque>
+#include <optional>
+
+namespace tessera {
+
+/// Blocks that a graph may have: searching them twice takes some tenths of a second.
+constexpr std::uint64_t kBlocksOfPath = 200000, kBlocksOfTree = 600000;
+
+struct LumenPart {
+    LumenPart(GrownLumen&& lumen, const VolumeInfo& info)
+        : grown(std::move(lumen)), shape(grown.voxels, info) {}
+    GrownLumen grown;
+    LumenShape shape;
+    std::optional<LumenGraph> graph; ///< made when it is first needed
+};
+
+class LumenParts {
+  public:
+    LumenParts(BrickCache& cache, const VolumeInfo& info, const LumenRule& rule, MemoryBudget& ram,
+               Progress& progress)
+        : cache_(cache), info_(info), rule_(rule), ram_(ram), progress_(progress) {}
+
+    /// The part that has a voxel which the rule takes.
+    LumenPart& partOf(const glm::ivec3& voxel);
+    /// Takes one that is grown already.
+    LumenPart& add(GrownLumen&& grown) { return parts_.emplace_back(std::move(grown), info_); }
+    /// @param mostBlocks  that it may have; of the first time that it is asked for
+    const LumenGraph& graphOf(LumenPart& part, std::uint64_t mostBlocks = kBlocksOfPath);
+    /// A chain of voxels in the middle of the part; none: to the place that is furthest.
+    std::vector<glm::ivec3> way(LumenPart& part, const glm::ivec3& from, const std::optional<glm::ivec3>& to);
+
+    /// All parts that were asked for as one, for a line through several; no part may be asked for any more.
+    LumenPart& whole();
+
+  private:
+    BrickCache& cache_;
+    const VolumeInfo& info_;
+    const LumenRule rule_;
+    MemoryBudget& ram_;
+    Progress& progress_;
+    std::deque<LumenPart> parts_;
+};
+
+} // namespace tessera

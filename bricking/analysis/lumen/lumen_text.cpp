@@ -1,0 +1,52 @@
+// bricking/analysis/lumen/lumen_text.cpp: the text about a lumen that was found, and how sure that is. See
+// centreline.h.
+#include "bricking/analysis/lumen/centreline.h"
+
+#include <cmath>
+#include <cstdio>
+
+namespace tessera {
+namespace {
+
+constexpr double kClearNoises =
+    4; // from the lumen's value to the threshold, at least, of the noise that is left
+
+std::string valueText(double value, const std::string& unit) {
+    char text[48];
+    std::snprintf(text, sizeof text, "%.4g", value);
+    return text + (unit.empty() ? "" : " " + unit);
+}
+
+} // namespace
+
+bool LumenEvidence::clear(double threshold) const {
+    return std::abs(threshold - lumen) >= kClearNoises * noiseLeft;
+}
+
+std::string lumenText(const Centrelines& found, const std::string& unit) {
+    const LumenEvidence& evidence = found.evidence;
+    const double threshold = found.lumen.threshold;
+    std::string text = "lumen: " + std::string(found.lumen.side == Lumen::Side::below ? "below " : "above ") +
+                       valueText(threshold, unit);
+    if (evidence.leaksAt && !evidence.leaks)
+        text += ", tightened from " + valueText(*evidence.leaksAt, unit) + ", at which it leaks";
+    else if (evidence.given)
+        text += ", as asked";
+    else
+        text += ", half way from " + valueText(evidence.lumen, "") + " in it to " +
+                valueText(evidence.wall, "") + " around it";
+    if (found.lumen.branchesTo)
+        text += "; thin branches to " + valueText(*found.lumen.branchesTo, unit);
+    if (found.lumen.noise > 0)
+        text += "; noise of " + valueText(evidence.noise, unit) + ", smoothed to " +
+                valueText(evidence.noiseLeft, unit);
+    if (evidence.leaks)
+        text += "; it leaks: lines may lie outside of it" +
+                (found.lumen.leavesAtMm ? " from " + valueText(*found.lumen.leavesAtMm, "mm") + " on" : "") +
+                ", and where it does not the seeds are parted";
+    else if (!evidence.clear(threshold))
+        text += "; unsure: it hardly differs from the noise in it";
+    return text;
+}
+
+} // namespace tessera

@@ -1,0 +1,163 @@
+// bricking/analysis/lumen/seed_threshold.cpp: see seed_threshold.h.
+#include "bricking/analysis/lumen/seed_threshold.h"
+
+#include "bricking/analysis/lumen/directions.h"
+#include "bricking/analysis/lumen/value_noise.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+constexpr double kMostSeedRayMm = 100;
+constexpr double kBeyondMm = 15;      // that a ray goes on behind the lumen
+constexpr double kNoises = 6;         // a value further off is none of the lumen
+constexpr double kBrighter = 1.5;     // times the way from the threshold to the lumen
+constexpr double kMostEdge = 1 / 4.0; // the same; where a lumen is thin, what is around the seed is wall, too
+constexpr double kLeastEdge = 1 / 20.0;     // of the range of all that rays meet
+constexpr double kStayMm = 1.5;             // that a wall is thick at least ...
+constexpr int kStayVoxels = 3;              // ... or this many voxels
+constexpr double kDeviationOfHalf = 1.4826; // from the median of deviations, of a normal distribution
+constexpr double kNoisy = 1 / 60.0;         // noise, of the way from the lumen's value to the wall's
+
+double medianOf(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+/// Median of the 3^3 voxels around a place, and the noise of those around.
+/// @param spread  of the 27, as a standard deviation: noise, and where a lumen is thin its wall
+SeedNeighbourhood around(LumenValues& values, const glm::dvec3& seed, double& spread) {
+    const glm::ivec3 last = values.info().extentVoxels - 1;
+    std::vector<double> near;
+    for (int z = -1; z <= 1; ++z)
+        for (int y = -1; y <= 1; ++y)
+            for (int x = -1; x <= 1; ++x)
+                near.push_back(values.voxel(
+                    glm::clamp(glm::ivec3(glm::floor(seed)) + glm::ivec3(x, y, z), glm::ivec3(0), last)));
+    SeedNeighbourhood found;
+    found.lumen = medianOf(near);
+    found.noise = noiseAround(values, seed).deviation;
+    for (double& value : near)
+        value = std::abs(value - found.lumen);
+    spread = std::max(found.noise, kDeviationOfHalf * medianOf(near));
+    return found;
+}
+
+void limit(SeedNeighbourhood& found) {
+    if (!found.rule.below)
+        found.rule.brightest = found.lumen + kBrighter * (found.lumen - found.rule.threshold);
+}
+
+/// Values along one ray.
+struct SeedRay {
+    std::vector<double> values;
+    std::size_t stays = 1; // how many in a row are a wall
+
+    /// Whether the last of them are beyond the lumen's noise, all on one side.
+    bool endsAway(double lumen, double leave) const {
+        if (values.size() < stays)
+            return false;
+        const double last = values.back() - lumen;
+        return std::all_of(values.end() - static_cast<std::ptrdiff_t>(stays), values.end(),
+                           [&](double value) { return (last < 0 ? lumen - value : value - lumen) > leave; });
+    }
+};
+
+/// The value at which what lies around begins, along one ray of values; NaN: none.
+double wallAlong(const SeedRay& seedRay, double lumen, double leave) {
+    const std::vector<double>& ray = seedRay.values;
+    std::size_t i = 0;
+    for (std::size_t away = 0; away < seedRay.stays; ++i) {
+        if (i == ray.size())
+            return std::nan("");
+        const bool left = std::abs(ray[i] - lumen) > leave;
+        const bool sameSide = away == 0 || (ray[i] < lumen) == (ray[i - 1] < lumen);
+        away = !left ? 0 : sameSide ? away + 1 : 1;
+    }
+    i -= seedRay.stays;
+    const double sign = ray[i] < lumen ? -1 : 1;
+    // on, as long as it still goes away from the lumen's by a tenth of the way so far; noise may hold it for
+    // a step
+    double wall = ray[i];
+    for (std::size_t waited = 0; ++i < ray.size() && waited < 3;) {
+        const double more = sign * (ray[i] - wall);
+        waited = more > 0.1 * std::abs(wall - lumen) ? 0 : waited + 1;
+        if (more > 0)
+            wall = ray[i];
+    }
+    return wall;
+}
+
+} // namespace
+
+double SeedNeighbourhood::contrast() const {
+    return std::abs(wall - lumen);
+}
+
+bool SeedNeighbourhood::noisy() const {
+    return noise > kNoisy * contrast();
+}
+
+SeedNeighbourhood neighbourhoodOf(LumenValues& values, const glm::dvec3& seed, const std::string& name) {
+    double spread = 0;
+    SeedNeighbourhood found = around(values, seed, spread);
+    const glm::dmat3 voxelFromMm = glm::inverse(glm::dmat3(values.info().patientFromVoxel));
+    const glm::dvec3 n(values.info().extentVoxels);
+    std::vector<SeedRay> rays;
+    double lowest = found.lumen, highest = found.lumen;
+    for (const glm::dvec3& direction : directions42()) {
+        glm::dvec3 step = voxelFromMm * direction;
+        const double mmPerStep = 0.5 / glm::length(step); // half a voxel
+        step *= mmPerStep;
+        SeedRay& ray = rays.emplace_back();
+        ray.stays = static_cast<std::size_t>(std::clamp(kStayMm / mmPerStep, 1.0, 2.0 * kStayVoxels));
+        glm::dvec3 at = seed;
+        double left = kMostSeedRayMm; // where it was first beyond the lumen's noise
+        checkInterrupted();
+        for (double mm = 0; mm < std::min(kMostSeedRayMm, left + kBeyondMm); mm += mmPerStep, at += step) {
+            if (glm::any(glm::lessThan(at, glm::dvec3(0))) || glm::any(glm::greaterThan(at, n)))
+                break;
+            const double value = values.at(at);
+            ray.values.push_back(value);
+            lowest = std::min(lowest, value);
+            highest = std::max(highest, value);
+            if (left >= kMostSeedRayMm && ray.endsAway(found.lumen, kNoises * spread))
+                left = mm;
+        }
+    }
+    const double range = highest - lowest;
+    const double leave = std::clamp(kNoises * spread, kLeastEdge * range, kMostEdge * range);
+    std::vector<double> below, above; // walls, by their side of the lumen
+    for (const SeedRay& ray : rays)
+        if (const double wall = wallAlong(ray, found.lumen, leave); !std::isnan(wall))
+            (wall < found.lumen ? below : above).push_back(wall);
+    const std::vector<double>& walls = above.size() >= below.size() ? above : below;
+    if (walls.empty() || highest <= lowest)
+        throw badFile(name, "a place in a lumen, with a wall around it within 100 mm",
+                      "one where values stay near " + std::to_string(found.lumen));
+    found.rule.below = &walls == &above;
+    found.wall = medianOf(walls);
+    found.rule.threshold = 0.5 * (found.lumen + found.wall);
+    limit(found);
+    return found;
+}
+
+SeedNeighbourhood neighbourhoodOf(LumenValues& values, const glm::dvec3& seed, double threshold) {
+    double spread = 0;
+    SeedNeighbourhood found = around(values, seed, spread);
+    found.rule = {threshold, found.lumen < threshold};
+    found.wall = 2 * threshold - found.lumen;
+    limit(found);
+    return found;
+}
+
+} // namespace tessera

@@ -1,0 +1,59 @@
+// core/animation/flight.h: a flight: a smooth curve along a route of centre-lines, by arc length, with a
+// frame that turns no more than it must.
+#pragma once
+
+#include "core/animation/path.h"
+
+#include <cstddef>
+#include <glm/vec3.hpp>
+#include <vector>
+
+namespace tessera {
+
+/// A pose on a curve: a place, the direction of view, up at right angles to it (unit vectors), and the least
+/// distance from the place to the wall.
+struct Pose {
+    glm::dvec3 at{0}, direction{0, 0, 1}, up{0, 1, 0};
+    double freeMm = 0;
+};
+
+/// A cubic B-spline over the route's points: place and direction have continuous curvature. It passes a sixth
+/// of spacing^2 * curvature inside of each point, which takes the edge off their noise. Places are by arc
+/// length from where the flight begins, in the direction of the flight. All of it follows from
+/// the path alone.
+class FlightCurve {
+  public:
+    /// @param lookAheadMm  one looks at the place on the curve so far ahead; 0: along the tangent
+    FlightCurve(const std::vector<CentreLine>& lines, const Flight& flight);
+    double lengthMm() const { return lengthMm_; }
+    /// What is told of the wall is a bound that holds: the distance to a wall changes by no more
+    /// than one moves.
+    /// @param mm  0 to lengthMm(); held to it
+    Pose at(double mm) const;
+    /// Unit tangent there.
+    glm::dvec3 tangent(double mm) const;
+
+  private:
+    struct Node { // kNodes a span of the spline
+        double arcMm = 0, freeMm = 0;
+        glm::dvec3 up{0};
+    };
+    double parameter(double mm) const;
+    glm::dvec3 point(double u, int derivative = 0) const;
+    glm::dvec3 place(double mm) const; // beyond the ends straight on
+    glm::dvec3 direction(double mm) const;
+    double freeAt(double u) const;
+    glm::dvec3 carried(const glm::dvec3& up, double from, double to) const;
+
+    std::vector<RoutePoint> control_; // one more at either end
+    std::vector<Node> nodes_;
+    double lengthMm_ = 0, lookAheadMm_ = 0;
+};
+
+/// The camera of a pose, turned and moved as asked. It is never nearer to the wall than the flight's
+/// clearance; where the lumen is too narrow for that, it stays on the line.
+Camera cameraOf(const Pose& pose, const LookAround& look, const Flight& flight);
+/// As cameraOf() takes it, to look from the pose's place at another, mm.
+LookAround lookTowards(const Pose& pose, const glm::dvec3& place);
+
+} // namespace tessera

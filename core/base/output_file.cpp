@@ -1,0 +1,136 @@
+// core/base/output_file.cpp: see output_file.h.
+#include "core/base/output_file.h"
+
+#include "core/base/error.h"
+#include "core/base/ownership.h"
+#include "core/base/printable_text.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <iostream>
+#include <string>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr std::string_view kMark = "tessera"; // in the names of unfinished files
+
+Error cannotWrite(const std::string& shown, int error) {
+    return Error(printable(shown) + ": cannot be written: " + std::strerror(error));
+}
+
+std::string kindOf(mode_t mode) {
+    if (S_ISDIR(mode))
+        return "a folder";
+    if (S_ISCHR(mode) || S_ISBLK(mode))
+        return "a device";
+    return S_ISFIFO(mode) ? "a pipe" : "a socket";
+}
+
+fs::path folderOf(const fs::path& target) {
+    return target.has_parent_path() ? target.parent_path() : fs::path(".");
+}
+
+} // namespace
+
+fs::path outputTarget(const fs::path& path) {
+    constexpr int kLinks = 40; // as many as Linux follows
+    fs::path target = path;
+    std::error_code error;
+    for (int i = 0; fs::is_symlink(target, error); ++i) {
+        const fs::path to = i < kLinks ? fs::read_symlink(target, error) : fs::path();
+        if (to.empty())
+            throw badFile(path.string(), "a file to write", "links that lead nowhere");
+        target = target.parent_path() / to; // an absolute one replaces the folder
+    }
+    return target;
+}
+
+void checkOutputFile(const fs::path& path) {
+    const fs::path target = outputTarget(path), folder = folderOf(target);
+    struct stat facts {};
+    if (::stat(target.c_str(), &facts) == 0) {
+        if (!S_ISREG(facts.st_mode))
+            throw badFile(path.string(), "a file to write", kindOf(facts.st_mode));
+        if (::access(target.c_str(), W_OK) != 0)
+            throw badFile(path.string(), "a file that may be replaced", std::strerror(errno));
+    }
+    if (::stat(folder.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode))
+        throw badFile(path.string(), "an existing folder to write in", "none");
+    if (::access(folder.c_str(), W_OK | X_OK) != 0)
+        throw badFile(path.string(), "a folder that may be written in", std::strerror(errno));
+}
+
+OutputFile::OutputFile(const fs::path& path) : shown_(path), target_(outputTarget(path)) {
+    checkOutputFile(path);
+    const fs::path folder = folderOf(target_);
+    sweepLeftovers(folder, [](const std::string& name) { return nameOfTemporary(name, kMark).has_value(); });
+    std::optional<FileHandle> made;
+    constexpr int kTries = 1000;
+    for (int attempt = 0; !made; ++attempt) {
+        if (attempt == kTries)
+            throw cannotWrite(shown_.string(), EEXIST);
+        path_ = folder / temporaryName(target_.filename().string(), kMark, attempt);
+        made = makeOwnFile(path_);
+    }
+    file_ = std::move(*made);
+    unfinished_.emplace(path_);
+}
+
+OutputFile::~OutputFile() {
+    std::error_code ignored;
+    if (!renamed_)
+        fs::remove(path_, ignored);
+}
+
+void OutputFile::writeAt(std::uint64_t offset, std::span<const std::byte> bytes) {
+    while (!bytes.empty()) {
+        const ssize_t put =
+            ::pwrite(file_.descriptor(), bytes.data(), bytes.size(), static_cast<off_t>(offset));
+        if (put < 0 && errno == EINTR)
+            continue;
+        if (put <= 0)
+            throw cannotWrite(shown_.string(), put == 0 ? ENOSPC : errno);
+        offset += static_cast<std::uint64_t>(put);
+        bytes = bytes.subspan(static_cast<std::size_t>(put));
+    }
+}
+
+void OutputFile::finish() {
+    struct stat before {};
+    if (::stat(target_.c_str(), &before) == 0)
+        static_cast<void>(::fchmod(file_.descriptor(), before.st_mode & 0777)); // as far as that may be
+    // Some file systems have nothing to wait for (EINVAL).
+    if (::fsync(file_.descriptor()) != 0 && errno != EINVAL && errno != ENOTSUP)
+        throw cannotWrite(shown_.string(), errno);
+    // A second descriptor is closed first and checked: the lock stays until the file has its name.
+    FileHandle(::dup(file_.descriptor())).close(shown_.string());
+    if (::rename(path_.c_str(), target_.c_str()) != 0)
+        throw cannotWrite(shown_.string(), errno);
+    renamed_ = true;
+    unfinished_->forget();
+    file_ = FileHandle();
+}
+
+void writeOutputFile(const fs::path& path, std::string_view text) {
+    OutputFile file(path);
+    file.writeAt(0, std::as_bytes(std::span(text)));
+    file.finish();
+}
+
+void finishStandardOutput() {
+    errno = 0;
+    const bool streamed = std::cout.flush().good(); // what the parser of options prints
+    const bool failed = std::fflush(stdout) != 0 || std::ferror(stdout) != 0;
+    if (!streamed || failed)
+        throw cannotWrite("standard output", errno ? errno : EIO);
+    // Closing tells of failed writes on some file systems; one that nobody opened is no failure.
+    if (const int copy = ::dup(STDOUT_FILENO); copy >= 0)
+        FileHandle(copy).close("standard output");
+}
+
+} // namespace tessera

@@ -1,0 +1,31 @@
+// core/base/scratch_folder.h: a folder for temporary data: generated volumes of the benches and of the tests.
+#pragma once
+
+#include "core/base/file_handle.h"
+#include "core/base/interrupt.h" // TemporaryPath
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace tessera {
+
+/// A fresh folder among the system's temporary ones, of this object alone and for this user alone; removed
+/// with all it holds. Folders of processes that died are removed when another one is made.
+class ScratchFolder {
+  public:
+    /// Throws Error naming the place where no folder can be made.
+    ScratchFolder();
+    ~ScratchFolder();
+    ScratchFolder(const ScratchFolder&) = delete;
+    ScratchFolder& operator=(const ScratchFolder&) = delete;
+    const std::filesystem::path& path() const { return path_; }
+    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+
+  private:
+    std::filesystem::path path_;
+    FileHandle owned_;
+    std::optional<TemporaryPath> unfinished_;
+};
+
+} // namespace tessera

@@ -1,0 +1,115 @@
+// core/base/volume.h: a volume apart from its voxels: extent, type, physical units, position in the patient.
+// Spaces are those of docs/sampling.md. Voxel space has the centre of voxel (i,j,k) at (i,j,k)+1/2, and the
+// volume is [0,extent]. Patient space is DICOM LPS in millimetres. Transforms are named dstFromSrc.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+inline constexpr const char* kSuvUnit = "SUVbw"; // g/ml, by body weight
+
+/// The types a store holds; importers convert others without loss (i8 to i16) or say that they lose.
+enum class ValueType : std::uint8_t { u8, i16, u16, f32 };
+
+std::size_t bytesPerValue(ValueType type);
+/// "uint8", "int16", "uint16", "float32": the names of Zarr.
+const char* name(ValueType type);
+
+/// Calls body with a value, 0, of the C++ type that a ValueType names.
+template <typename Body> auto withValueType(ValueType type, const Body& body) {
+    switch (type) {
+    case ValueType::u8:
+        return body(std::uint8_t{});
+    case ValueType::i16:
+        return body(std::int16_t{});
+    case ValueType::u16:
+        return body(std::uint16_t{});
+    case ValueType::f32:
+        break;
+    }
+    return body(float{});
+}
+
+/// One stored value widened to double, which holds all four types exactly.
+/// @param at  need not be aligned
+inline double storedValue(ValueType type, const std::byte* at) {
+    return withValueType(type, [at](auto typed) {
+        std::memcpy(&typed, at, sizeof typed);
+        return static_cast<double>(typed);
+    });
+}
+
+/// Which source axis each axis of the volume came from, before the lossless move to the nearest LPS order.
+struct AxisOrder {
+    std::array<int, 3> sourceAxis = {0, 1, 2};
+    std::array<bool, 3> flipped = {false, false, false};
+    bool operator==(const AxisOrder&) const = default;
+};
+
+/// The whitelist: all that is ever copied from a clinical header besides geometry. No identifier is in it.
+struct Acquisition {
+    std::string modality;        // "CT", "MR", "" unknown
+    std::string kernel;          // convolution kernel, "" unknown
+    double tubeVoltageKv = 0;    // 0 unknown
+    double sliceThicknessMm = 0; // 0 unknown
+    bool operator==(const Acquisition&) const = default;
+};
+
+struct VolumeInfo {
+    glm::ivec3 extentVoxels{0};
+    ValueType type = ValueType::i16;
+    /// physical value = rescaleSlope * stored + rescaleIntercept
+    double rescaleSlope = 1, rescaleIntercept = 0;
+    std::string unit;               // "HU", or "" where the physical unit is unknown
+    double fillStored = 0;          // padding or air, as stored; chunks of nothing else are not written
+    glm::dmat4 patientFromVoxel{1}; // affine; may be oblique, sheared, left-handed
+    /// Whether the source says how the patient lies; else patientFromVoxel is a convention, and left
+    /// may be right.
+    bool orientationKnown = true;
+    AxisOrder originalOrder;
+    Acquisition acquisition;
+    bool lossy = false;                // some of the source was compressed with loss
+    double lossyRatio = 0;             // of that compression, as the source's header says; 0 unknown
+    std::uint64_t nonFiniteVoxels = 0; // NaN and infinite values: absent, and stored as absentStored
+    double absentStored = 0;           // the lowest physical value of the data, where a voxel is absent
+    std::uint64_t clampedVoxels =
+        0;                  // values clamped into the stored type, or a lossy stream's into its range
+    double suvPerValue = 0; // of a PET: SUV by body weight = this * physical value; 0 unknown
+    /// Oddities of the source that were accepted, a line each. They quote no name of a file and no text of a
+    /// header but numbers and code words.
+    std::vector<std::string> remarks;
+
+    /// Lengths of the columns of patientFromVoxel, millimetres per voxel.
+    glm::dvec3 spacingMm() const;
+    /// extent product; extents are checked to be at least 1 and the product to stay below 2^62 bytes by
+    /// validate(), so this cannot overflow.
+    std::uint64_t voxelCount() const;
+    /// Throws InputError naming where for extents below 1, products that overflow, spacing that is not
+    /// positive and finite, or a singular affine (|det| < 1e-6 * product of spacings).
+    void validate(const std::string& where) const;
+};
+
+/// An affine from a first voxel's *centre* (DICOM ImagePositionPatient) and the three voxel steps in mm.
+glm::dmat4 patientFromVoxelOf(const glm::dvec3& firstCentreMm, const glm::dvec3& stepX,
+                              const glm::dvec3& stepY, const glm::dvec3& stepZ);
+/// Position of the centre of voxel (0,0,0) in patient space, mm.
+glm::dvec3 firstVoxelCentreMm(const VolumeInfo& info);
+
+/// The smallest box along the patient's axes that holds the volume, outer faces of its voxels included, mm.
+struct PatientBox {
+    glm::dvec3 low{0}, high{0};
+};
+PatientBox patientBoxOf(const VolumeInfo& info);
+
+/// Writes the fill value once, as stored: bytesPerValue() bytes.
+void storeFill(const VolumeInfo& info, std::byte* out);
+
+} // namespace tessera

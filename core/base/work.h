@@ -1,0 +1,30 @@
+// core/base/work.h: the machine-independent cost of a picture, for gates and reports that must not depend
+// on a clock.
+#pragma once
+
+#include <cstdint>
+
+namespace tessera {
+
+struct Work {
+    std::uint64_t iterations = 0; // loop turns of rays: segments taken and leaps over empty space
+    std::uint64_t segments = 0;   // strides sampled
+    std::uint64_t samples = 0;    // evaluations of the field, gradients' included
+    std::uint64_t fetches = 0;    // texel fetches and filtered fetches of voxels
+    std::uint64_t blended = 0;    // evaluations that took samples of more than one brick (mixed levels)
+    std::uint64_t dispatches = 0;
+    std::uint64_t bricksUploaded = 0, bytesUploaded = 0;
+    double longestDispatchMs = 0;
+    double marchMs = 0; // all dispatches, compilation not included
+
+    Work& operator+=(const Work& o) {
+        iterations += o.iterations;
+        segments += o.segments;
+        samples += o.samples;
+        fetches += o.fetches;
+        blended += o.blended;
+        return *this;
+    }
+};
+
+} // namespace tessera

@@ -1,0 +1,40 @@
+// core/image/image.cpp: see image.h.
+#include "core/image/image.h"
+
+#include <algorithm>
+#include <glm/common.hpp>
+
+namespace tessera {
+
+Image overBackground(const Image& image, const glm::vec3& background) {
+    Image out(image.size);
+    std::transform(image.pixels.begin(), image.pixels.end(), out.pixels.begin(), [&](const glm::vec4& p) {
+        return glm::vec4(glm::vec3(p) + (1 - p.a) * background, 1.0f);
+    });
+    return out;
+}
+
+glm::ivec2 thinnedSize(const glm::ivec2& size, int stride) {
+    return glm::max(size / stride, glm::ivec2(1));
+}
+
+glm::ivec2 thinnedPixel(const glm::ivec2& at, const glm::ivec2& size, int stride) {
+    return glm::min(at * stride + stride / 2, size - 1);
+}
+
+Image thinned(const Image& image, int stride) {
+    Image out(thinnedSize(image.size, stride));
+    for (int y = 0; y < out.size.y; ++y)
+        for (int x = 0; x < out.size.x; ++x) {
+            const glm::ivec2 from = thinnedPixel({x, y}, image.size, stride);
+            out.at(x, y) = image.at(from.x, from.y);
+        }
+    return out;
+}
+
+bool isBlank(const Image& image) {
+    return std::all_of(image.pixels.begin(), image.pixels.end(),
+                       [](const glm::vec4& p) { return !(p.a > 1.0f / 510); });
+}
+
+} // namespace tessera

@@ -1,0 +1,42 @@
+// core/image/image.h: a picture in memory: linear light, Rec. 709 primaries, premultiplied alpha, float,
+// top row first.
+#pragma once
+
+#include <cstddef>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <vector>
+
+namespace tessera {
+
+struct Image {
+    glm::ivec2 size{0};
+    std::vector<glm::vec4> pixels; // [y][x], x fastest, y = 0 at the top; rgb premultiplied by a
+
+    Image() = default;
+    explicit Image(const glm::ivec2& s)
+        : size(s), pixels(static_cast<std::size_t>(s.x) * static_cast<std::size_t>(s.y)) {}
+    glm::vec4& at(int x, int y) { return pixels[index(x, y)]; }
+    const glm::vec4& at(int x, int y) const { return pixels[index(x, y)]; }
+
+  private:
+    std::size_t index(int x, int y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x);
+    }
+};
+
+/// Puts the picture on an opaque background (linear rgb); alpha becomes 1.
+Image overBackground(const Image& image, const glm::vec3& background);
+/// A coarse grid over a picture: every stride-th pixel of every stride-th row, from the middle of the first
+/// stride on. A side that is shorter than a stride has one pixel. Its size in pixels; stride >= 1.
+glm::ivec2 thinnedSize(const glm::ivec2& size, int stride);
+/// The picture's pixel that one of the grid is.
+/// @param at  of the grid, below thinnedSize()
+glm::ivec2 thinnedPixel(const glm::ivec2& at, const glm::ivec2& size, int stride);
+/// The picture's pixels on that grid, as they are: nothing is averaged.
+Image thinned(const Image& image, int stride);
+/// True when no pixel has alpha above 1/510: nothing an 8-bit picture could show.
+bool isBlank(const Image& image);
+
+} // namespace tessera

@@ -1,0 +1,141 @@
+// core/image/image_file.cpp: see image_file.h. Quantisation, the sRGB curve and (un)premultiplication happen
+// here, the formats in picture_*.cpp.
+#include "core/image/image_file.h"
+
+#include "core/base/error.h"
+#include "core/base/output_file.h"
+#include "core/base/printable_text.h"
+#include "core/base/regular_file.h"
+#include "core/image/colour.h"
+#include "core/image/picture_codecs.h"
+#include "core/image/picture_format.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace tessera {
+namespace {
+
+using Format = PictureFormat;
+
+bool isOpaque(const Image& image) {
+    return std::all_of(image.pixels.begin(), image.pixels.end(), [](const glm::vec4& p) { return p.a >= 1; });
+}
+
+/// Linear premultiplied to encoded, unassociated integers 0..max. What is not a number becomes 0.
+template <typename Integer> PictureFile<Integer> encode(const Image& image, const std::string& manifest) {
+    constexpr double kMax = static_cast<double>(static_cast<Integer>(~Integer{0}));
+    const auto quantise = [](double x) {
+        return static_cast<Integer>(x > 0 ? std::lround(std::min(x, 1.0) * kMax) : 0);
+    };
+    PictureFile<Integer> file{image.size, isOpaque(image) ? 3 : 4, {}, manifest};
+    std::vector<Integer>& out = file.samples;
+    out.reserve(image.pixels.size() * static_cast<std::size_t>(file.channels));
+    for (const glm::vec4& p : image.pixels) {
+        const double a = std::min(static_cast<double>(p.a), 1.0);
+        for (int c = 0; c < 3; ++c) {
+            const double straight = a > 0 ? static_cast<double>(p[c]) / a : 0.0;
+            out.push_back(quantise(srgbFromLinear(std::isnan(straight) ? 0.0 : straight)));
+        }
+        if (file.channels == 4)
+            out.push_back(quantise(a));
+    }
+    return file;
+}
+
+std::string oneLine(std::string text) {
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    return text;
+}
+
+void write(CheckedOutput& out, Format format, const Image& image, const std::string& manifest) {
+    if (image.pixels.empty())
+        throw PictureProblem("there are no pixels");
+    switch (format) {
+    case Format::png:
+        return writePng(out, encode<std::uint8_t>(image, manifest));
+    case Format::tiff:
+        return writeTiff(out, encode<std::uint16_t>(image, manifest));
+    case Format::exr:
+        return writeExr(out, image, manifest);
+    }
+}
+
+PictureFile<float> read(const std::filesystem::path& path, PictureParts parts) {
+    refusePipeOrDevice(path);
+    const Format format = pictureFormat(path);
+    try {
+        return format == Format::png    ? readPng(path.string(), parts)
+               : format == Format::tiff ? readTiff(path.string(), parts)
+                                        : readExr(path.string(), parts);
+    } catch (const PictureProblem& problem) {
+        throw badFile(path.string(), "a readable picture", oneLine(problem.what()));
+    }
+}
+
+} // namespace
+
+bool CheckedOutput::write(const void* bytes, std::size_t count) noexcept {
+    if (problem_)
+        return false;
+    try {
+        file_.writeAt(position, {static_cast<const std::byte*>(bytes), count});
+    } catch (const Error&) {
+        problem_ = std::current_exception();
+        return false;
+    }
+    position += count;
+    size_ = std::max(size_, position);
+    return true;
+}
+
+void CheckedOutput::check() const {
+    if (problem_)
+        std::rethrow_exception(problem_);
+}
+
+void checkPicture(const glm::ivec2& size, int channels) {
+    if (size.x < 1 || size.y < 1 || size.x > kMostPicturePixels || size.y > kMostPicturePixels ||
+        (channels != 3 && channels != 4))
+        throw PictureProblem("not 3 or 4 channels and at most 16384 pixels an axis");
+}
+
+void checkImagePath(const std::filesystem::path& path) {
+    pictureFormat(path);
+}
+
+void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest) {
+    const Format format = pictureFormat(path);
+    OutputFile file(path);
+    CheckedOutput out(file);
+    try {
+        write(out, format, image, manifest);
+    } catch (const PictureProblem& problem) {
+        out.check(); // names the system's reason
+        throw Error(printable(path.string()) + ": cannot be written: " + oneLine(problem.what()));
+    }
+    out.check(); // what a library did not tell
+    file.finish();
+}
+
+Image readImage(const std::filesystem::path& path) {
+    const bool linear = pictureFormat(path) == Format::exr;
+    const PictureFile<float> file = read(path, PictureParts::all);
+    Image image(file.size);
+    const float* value = file.samples.data();
+    for (glm::vec4& p : image.pixels) {
+        p.a = file.channels == 4 ? value[3] : 1.0f;
+        for (int c = 0; c < 3; ++c)
+            p[c] =
+                linear ? value[c] : static_cast<float>(linearFromSrgb(static_cast<double>(value[c]))) * p.a;
+        value += file.channels;
+    }
+    return image;
+}
+
+std::string readManifest(const std::filesystem::path& path) {
+    return read(path, PictureParts::header).description;
+}
+
+} // namespace tessera

@@ -1,0 +1,27 @@
+// core/image/image_file.h: pictures on disk, their format by extension: PNG (8-bit sRGB), EXR (linear
+// float32), TIFF (16-bit sRGB). It is a target of its own (tessera_image_files: libpng, OpenEXR, libtiff), so
+// a bare machine builds without it. Programs load it with their first picture (viewer/cli/modules/).
+#pragma once
+
+#include "core/image/image.h"
+
+#include <filesystem>
+#include <string>
+
+namespace tessera {
+
+/// Throws InputError naming path when its extension is not one that writeImage() knows.
+void checkImagePath(const std::filesystem::path& path);
+
+/// Writes an OutputFile (output_file.h): a picture of that name stays until the new one is whole, on disk.
+/// @param manifest  JSON text stored as ImageDescription
+/// Alpha: EXR stores premultiplied linear values; PNG and TIFF store unassociated alpha (3 channels if
+/// opaque). Throws Error naming path when it cannot be written.
+void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest);
+
+/// Reads back what writeImage wrote, as linear premultiplied float. Throws InputError naming path.
+Image readImage(const std::filesystem::path& path);
+/// The ImageDescription of a picture, "" if none.
+std::string readManifest(const std::filesystem::path& path);
+
+} // namespace tessera

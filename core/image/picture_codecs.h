@@ -1,0 +1,69 @@
+// core/image/picture_codecs.h: picture files by the formats' own libraries, for image_file.cpp: the numbers
+// as the file holds them. No library's exception or jump leaves these functions.
+#pragma once
+
+#include "core/base/output_file.h"
+#include "core/image/image.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+constexpr int kMostPicturePixels = 16384; // an axis; a header that says more is a lie to us
+
+/// A library or a file has a problem, in its own words.
+class PictureProblem : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+/// Row after row from the top, R, G, B and, where there are four channels, A.
+template <typename Sample> struct PictureFile {
+    glm::ivec2 size{0};
+    int channels = 0;
+    std::vector<Sample> samples = {}; // none where only the header was read
+    std::string description = {};
+
+    std::size_t rowSamples() const {
+        return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(channels);
+    }
+};
+
+/// What a picture's library writes through: it may forget to say that a write failed, this does not.
+class CheckedOutput {
+  public:
+    explicit CheckedOutput(OutputFile& file) : file_(file) {}
+    /// At the position, which moves on. False where that failed, and ever after: throws nothing, since a
+    /// library in C calls it.
+    bool write(const void* bytes, std::size_t count) noexcept;
+    std::uint64_t position = 0;
+    std::uint64_t size() const { return size_; }
+    /// Throws the Error of the first write that failed.
+    void check() const;
+
+  private:
+    OutputFile& file_;
+    std::uint64_t size_ = 0;
+    std::exception_ptr problem_;
+};
+
+enum class PictureParts { header, all };
+
+// All throw PictureProblem; those that write throw the file's Error too.
+void writePng(CheckedOutput& out, const PictureFile<std::uint8_t>& picture);
+void writeTiff(CheckedOutput& out, const PictureFile<std::uint16_t>& picture);
+void writeExr(CheckedOutput& out, const Image& image, const std::string& description);
+/// Whole numbers become shares of the largest.
+PictureFile<float> readPng(const std::string& path, PictureParts parts);
+PictureFile<float> readTiff(const std::string& path, PictureParts parts);
+PictureFile<float> readExr(const std::string& path, PictureParts parts);
+
+/// Throws PictureProblem unless it is a picture that this program could have written.
+void checkPicture(const glm::ivec2& size, int channels);
+
+} // namespace tessera

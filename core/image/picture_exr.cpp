@@ -1,0 +1,118 @@
+// core/image/picture_exr.cpp: OpenEXR by its own library, for picture_codecs.h: float channels R, G, B, A.
+#include "core/image/picture_codecs.h"
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfInputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfStringAttribute.h>
+#include <algorithm>
+#include <array>
+
+namespace tessera {
+namespace {
+
+constexpr std::array<const char*, 4> kChannels = {"R", "G", "B", "A"};
+constexpr const char* kExrDescription = "comments"; // EXR's word for it
+
+class Stream final : public Imf::OStream {
+  public:
+    explicit Stream(CheckedOutput& out) : OStream(""), out_(out) {}
+    void write(const char* bytes, int count) override {
+        if (!out_.write(bytes, static_cast<std::size_t>(count)))
+            throw PictureProblem("a write failed");
+    }
+    std::uint64_t tellp() override { return out_.position; }
+    void seekp(std::uint64_t position) override { out_.position = position; }
+
+  private:
+    CheckedOutput& out_;
+};
+
+/// Channel c of floats that stand pixel after pixel, the first one at the window's corner.
+Imf::Slice sliceOf(const float* pixels, std::size_t channels, std::size_t c, const Imath::Box2i& window) {
+    const std::size_t pixelBytes = channels * sizeof(float);
+    const auto width = static_cast<std::size_t>(window.size().x + 1);
+    return Imf::Slice::Make(Imf::FLOAT, pixels + c, window, pixelBytes, pixelBytes * width, 1, 1,
+                            c == 3 ? 1.0 : 0.0);
+}
+
+PictureFile<float> read(const std::string& path, PictureParts parts) {
+    // Before the file is opened: that alone takes memory for every line that the header claims.
+    Imf::Header::setMaxImageSize(kMostPicturePixels, kMostPicturePixels);
+    Imf::InputFile file(path.c_str(), 0);
+    const Imf::Header& header = file.header();
+    const Imath::Box2i window = header.dataWindow();
+    PictureFile<float> picture;
+    const auto extent = [](int low, int high) { // of hostile numbers
+        return static_cast<int>(
+            std::clamp<std::int64_t>(std::int64_t{high} - low + 1, 0, kMostPicturePixels + 1));
+    };
+    picture.size = {extent(window.min.x, window.max.x), extent(window.min.y, window.max.y)};
+    for (auto channel = header.channels().begin(); channel != header.channels().end(); ++channel) {
+        const Imf::Channel& kind = channel.channel();
+        if (kind.xSampling != 1 || kind.ySampling != 1)
+            throw PictureProblem("channels of several resolutions");
+        ++picture.channels;
+    }
+    checkPicture(picture.size, picture.channels);
+    for (int c = 0; c < picture.channels; ++c)
+        if (!header.channels().findChannel(kChannels[static_cast<std::size_t>(c)]))
+            throw PictureProblem("channels of other names than R, G, B and A");
+    if (const auto* text = header.findTypedAttribute<Imf::StringAttribute>(kExrDescription))
+        picture.description = text->value();
+    if (parts == PictureParts::header)
+        return picture;
+    const auto channels = static_cast<std::size_t>(picture.channels);
+    picture.samples.reserve(picture.rowSamples() * static_cast<std::size_t>(picture.size.y));
+    constexpr int kRows = 64; // at once: a header that lies takes no memory for rows that never come
+    std::vector<float> rows;
+    for (int y = 0; y < picture.size.y; y += kRows) {
+        const int count = std::min(kRows, picture.size.y - y);
+        Imath::Box2i band = window;
+        band.min.y = window.min.y + y;
+        band.max.y = band.min.y + count - 1;
+        rows.assign(picture.rowSamples() * static_cast<std::size_t>(count), 0.0f);
+        Imf::FrameBuffer buffer;
+        for (std::size_t c = 0; c < channels; ++c)
+            buffer.insert(kChannels[c], sliceOf(rows.data(), channels, c, band));
+        file.setFrameBuffer(buffer);
+        file.readPixels(band.min.y, band.max.y);
+        picture.samples.insert(picture.samples.end(), rows.begin(), rows.end());
+    }
+    return picture;
+}
+
+} // namespace
+
+void writeExr(CheckedOutput& out, const Image& image, const std::string& description) {
+    try {
+        Imf::Header header(image.size.x, image.size.y);
+        header.compression() = Imf::ZIP_COMPRESSION;
+        header.insert(kExrDescription, Imf::StringAttribute(description));
+        header.insert("Software", Imf::StringAttribute("Tessera"));
+        Imf::FrameBuffer buffer;
+        for (std::size_t c = 0; c < kChannels.size(); ++c) {
+            header.channels().insert(kChannels[c], Imf::Channel(Imf::FLOAT));
+            buffer.insert(kChannels[c], sliceOf(&image.pixels[0].x, 4, c, header.dataWindow()));
+        }
+        Stream stream(out);
+        Imf::OutputFile file(stream, header, 0);
+        file.setFrameBuffer(buffer);
+        file.writePixels(image.size.y);
+    } catch (const std::exception& problem) {
+        throw PictureProblem(problem.what());
+    }
+}
+
+PictureFile<float> readExr(const std::string& path, PictureParts parts) {
+    try {
+        return read(path, parts);
+    } catch (const std::exception& problem) {
+        throw PictureProblem(problem.what());
+    }
+}
+
+} // namespace tessera

@@ -1,0 +1,44 @@
+// core/scene/look.cpp: see look.h.
+#include "core/scene/look.h"
+
+#include "core/base/embedded.h"
+#include "core/base/error.h"
+#include "core/base/json_reader.h"
+#include "core/base/nearest_name.h"
+#include "core/scene/lighting_json.h"
+#include "core/scene/shading_json.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+namespace tessera {
+namespace looks {
+const EmbeddedFiles& embeddedFiles(); // generated from core/scene/looks/*.json
+}
+
+const std::vector<std::string>& lookNames() {
+    static const std::vector<std::string> names = {"plain",    "studio",    "soft",
+                                                   "dramatic", "endoscope", "soft-1"};
+    return names;
+}
+
+void applyLook(const std::string& name, Scene& scene) {
+    const std::vector<std::string>& names = lookNames();
+    if (std::find(names.begin(), names.end(), name) == names.end())
+        throw badFile("light", "one of " + joinNames(names),
+                      "\"" + name.substr(0, 40) + "\"; nearest: \"" + nearestName(name, names) + "\"");
+    const std::string where = "look " + name;
+    const auto document = parseStrictJson(std::string(looks::embeddedFiles().at(name + ".json")), where);
+    const JsonValue root(document, where);
+    root.requireKeys({"tesseraLook", "description", "shading", "lighting"});
+    root.at("tesseraLook").integer(1, 1);
+    Shading shading; // what a look says nothing of is as it is by default
+    if (root.has("shading"))
+        shading = parseShading(root.at("shading"));
+    shading.on = scene.shading.on;
+    shading.gradient = scene.shading.gradient;
+    scene.shading = shading;
+    scene.lighting = root.has("lighting") ? parseLighting(root.at("lighting")) : Lighting{};
+}
+
+} // namespace tessera

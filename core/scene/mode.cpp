@@ -1,0 +1,188 @@
+// core/scene/mode.cpp: see mode.h.
+#include "core/scene/mode.h"
+
+#include "core/base/error.h"
+#include "core/base/magnitude.h"
+#include "core/base/nearest_name.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <glm/geometric.hpp>
+#include <numeric>
+#include <sstream>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+using Names = std::vector<std::string>;
+
+std::size_t nameIndex(const std::string& text, const Names& names, const std::string& where) {
+    const auto found = std::find(names.begin(), names.end(), text);
+    if (found == names.end())
+        throw badFile(where, "one of " + joinNames(names),
+                      "\"" + text.substr(0, 40) + "\"; nearest: \"" + nearestName(text, names) + "\"");
+    return static_cast<std::size_t>(found - names.begin());
+}
+
+const std::vector<std::pair<std::string, GreyWindow>>& namedWindows() {
+    static const std::vector<std::pair<std::string, GreyWindow>> windows = {
+        {"brain", {40, 80}},    {"subdural", {75, 215}}, {"lung", {-600, 1500}}, {"mediastinum", {50, 350}},
+        {"abdomen", {50, 400}}, {"liver", {30, 150}},    {"bone", {400, 1800}}};
+    return windows;
+}
+
+/// The highest value that a window should show: where a thousandth of the voxels takes more than half of the
+/// range, what the others reach.
+double mostOf(const ValueSummary& values) {
+    constexpr double kFew = 1e-3, kMuch = 0.5;
+    const double voxels = std::accumulate(values.histogram.begin(), values.histogram.end(), 0.0);
+    const auto bins = static_cast<double>(values.histogram.size());
+    double above = 0;
+    for (std::size_t bin = values.histogram.size(); bin-- > 0;) {
+        const double here = values.histogram[bin];
+        if (above + here <= kFew * voxels) {
+            above += here;
+            continue;
+        }
+        const double part = (static_cast<double>(bin) + 1 - (kFew * voxels - above) / here) / bins;
+        return part < kMuch ? values.lowest + part * (values.highest - values.lowest) : values.highest;
+    }
+    return values.highest;
+}
+
+} // namespace
+
+SlicePose poseOf(const SlicePlane& slice, const glm::dvec3& middle) {
+    SlicePose pose;
+    pose.point = middle;
+    const auto along = [&](int axis) { pose.point[axis] = slice.positionMm.value_or(middle[axis]); };
+    switch (slice.orientation) {
+    case Orientation::axial:
+        pose.normal = {0, 0, -1};
+        along(2);
+        break;
+    case Orientation::coronal:
+        pose.normal = {0, -1, 0};
+        along(1);
+        break;
+    case Orientation::sagittal:
+        pose.normal = {1, 0, 0};
+        along(0);
+        break;
+    case Orientation::oblique:
+        pose.normal = glm::normalize(slice.normal);
+        pose.point = slice.point;
+        break;
+    }
+    constexpr double kOneDegree = 0.99985; // its cosine
+    const glm::dvec3 up = std::abs(pose.normal.z) > kOneDegree ? glm::dvec3(0, -1, 0) : glm::dvec3(0, 0, 1);
+    pose.right = glm::normalize(glm::cross(-pose.normal, up));
+    pose.up = glm::cross(pose.right, -pose.normal);
+    return pose;
+}
+
+GreyWindow windowOf(const WindowChoice& choice, const ValueSummary& values) {
+    if (const auto* window = std::get_if<GreyWindow>(&choice))
+        return *window;
+    const auto& name = std::get<std::string>(choice);
+    const auto named = [](const std::string& text) {
+        for (const auto& [key, window] : namedWindows())
+            if (key == text)
+                return window;
+        throw InputError("window: expected one of " + joinNames(windowNames()) + ", found \"" + text + "\"");
+    };
+    if (name != "auto")
+        return named(name);
+    if (values.isHu || looksLikeHu(values))
+        return named("abdomen");
+    const double width = mostOf(values) - values.lowest;
+    return width > 0 ? GreyWindow{values.lowest + 0.5 * width, width} : GreyWindow{values.lowest, 1};
+}
+
+const Names& modeNames() {
+    static const Names names = {"composite", "maximum", "minimum", "average", "isosurface", "slice"};
+    return names;
+}
+const Names& reductionNames() {
+    static const Names names = {"maximum", "minimum", "average"};
+    return names;
+}
+const Names& orientationNames() {
+    static const Names names = {"axial", "coronal", "sagittal", "oblique"};
+    return names;
+}
+const Names& valueColourNames() {
+    static const Names names = {"window", "transferFunction", "inverse"};
+    return names;
+}
+const Names& windowNames() {
+    static const Names names = [] {
+        Names all = {"auto"};
+        for (const auto& [name, window] : namedWindows())
+            all.push_back(name);
+        return all;
+    }();
+    return names;
+}
+
+Mode parseMode(const std::string& text, const std::string& where) {
+    static const std::vector<std::pair<std::string, Mode>> others = {
+        {"mip", Mode::maximum}, {"minip", Mode::minimum}, {"mean", Mode::average}};
+    for (const auto& [word, mode] : others)
+        if (word == text)
+            return mode;
+    return static_cast<Mode>(nameIndex(text, modeNames(), where));
+}
+Reduction parseReduction(const std::string& text, const std::string& where) {
+    return text == "mean" ? Reduction::average
+                          : static_cast<Reduction>(1 + nameIndex(text, reductionNames(), where));
+}
+Orientation parseOrientation(const std::string& text, const std::string& where) {
+    return static_cast<Orientation>(nameIndex(text, orientationNames(), where));
+}
+ValueColour parseValueColour(const std::string& text, const std::string& where) {
+    if (text == "transfer-function" || text == "preset")
+        return ValueColour::transferFunction;
+    return static_cast<ValueColour>(nameIndex(text, valueColourNames(), where));
+}
+
+GreyWindow checkedWindow(double centre, double width, const std::string& where) {
+    if (!std::isfinite(centre) || !std::isfinite(width) || !(width > 0))
+        throw badFile(where, "CENTRE,WIDTH with a width above 0",
+                      shownNumber(centre) + "," + shownNumber(width));
+    const GreyWindow window{centre, width};
+    checkValue(window.low(), "CENTRE,WIDTH whose ends lie", where);
+    checkValue(window.high(), "CENTRE,WIDTH whose ends lie", where);
+    return window;
+}
+
+WindowChoice parseWindow(const std::string& text, const std::string& where) {
+    const std::size_t comma = text.find(',');
+    if (comma == std::string::npos) {
+        nameIndex(text, windowNames(), where);
+        return text;
+    }
+    const std::string words[] = {text.substr(0, comma), text.substr(comma + 1)};
+    double numbers[2] = {};
+    for (int i = 0; i < 2; ++i) {
+        char* end = nullptr;
+        numbers[i] = std::strtod(words[i].c_str(), &end);
+        if (words[i].empty() || *end != '\0')
+            throw badFile(where, "CENTRE,WIDTH or one of " + joinNames(windowNames()),
+                          "\"" + text.substr(0, 40) + "\"");
+    }
+    return checkedWindow(numbers[0], numbers[1], where);
+}
+
+void checkSlice(const SlicePlane& slice, const std::string& where) {
+    checkLength(slice.thicknessMm, "a thickness", where);
+    if (!(slice.thicknessMm >= 0))
+        throw badFile(where, "a thickness of 0 mm or more", shownNumber(slice.thicknessMm));
+    checkLength(slice.positionMm.value_or(0), "a position", where);
+    checkPlace(slice.point, "a point", where);
+    checkDirection(slice.normal, "a normal", where);
+}
+
+} // namespace tessera

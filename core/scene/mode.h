@@ -1,0 +1,84 @@
+// core/scene/mode.h: the modes of a picture: composited values along rays, one of them, their mean, the
+// isosurfaces alone, or values of a plane. The window turns one value into grey (docs/sampling.md, "Modes").
+#pragma once
+
+#include "core/scene/preset.h" // ValueSummary
+
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace tessera {
+
+enum class Mode { composite, maximum, minimum, average, isosurface, slice };
+
+/// The value that a ray keeps of those along it: all of them, composited, or one.
+enum class Reduction { composite, maximum, minimum, average };
+
+/// DICOM's linear window (PS3.3 C.11.2.1.3.2, LINEAR_EXACT): grey rises from 0 at centre - width/2 to 1 at
+/// centre + width/2, in physical units.
+struct GreyWindow {
+    double centre = 0, width = 1; // width above 0
+    double low() const { return centre - width / 2; }
+    double high() const { return centre + width / 2; }
+    bool operator==(const GreyWindow&) const = default;
+};
+/// By name, or spelled out. "auto" is abdomen where values are in HU, else all values of the volume. The
+/// highest thousandth is left out where it takes more than half of their range (a bladder in a PET).
+using WindowChoice = std::variant<std::string, GreyWindow>;
+
+/// What a single value looks like: a grey of the window, the transfer function's colour, or a grey that falls
+/// from white to black, as nuclear medicine has it.
+enum class ValueColour { window, transferFunction, inverse };
+
+enum class Orientation { axial, coronal, sagittal, oblique };
+
+/// A plane in patient space (LPS, mm), or a slab around it.
+struct SlicePlane {
+    Orientation orientation = Orientation::axial;
+    /// Along the axis that it crosses: z of axial, y of coronal, x of sagittal planes. None:
+    /// the volume's middle.
+    std::optional<double> positionMm = {};
+    glm::dvec3 point{0}, normal{0, 0, 1};     // oblique; any length but 0
+    double thicknessMm = 0;                   // 0: the plane alone, one sample a ray
+    Reduction reduction = Reduction::average; // of a slab; never composite
+    bool operator==(const SlicePlane&) const = default;
+};
+
+/// The plane of a slice and how it is looked at: from where its normal points to. Radiology's custom: axial
+/// from the feet, coronal from the front (both with the patient's right at the picture's left), sagittal from
+/// the patient's left (the front at the picture's left). Up is superior, or anterior where the normal is
+/// nearer to that than 1 degree.
+struct SlicePose {
+    glm::dvec3 point{0}, normal{0, 0, 1};   // mm; unit
+    glm::dvec3 right{1, 0, 0}, up{0, 1, 0}; // of the picture, unit
+};
+/// @param middle  of the volume, mm
+SlicePose poseOf(const SlicePlane& slice, const glm::dvec3& middle);
+
+/// The window that a choice means on such values. Throws InputError for a name that there is none of.
+GreyWindow windowOf(const WindowChoice& choice, const ValueSummary& values);
+
+const std::vector<std::string>& modeNames();        // in the order of Mode
+const std::vector<std::string>& reductionNames();   // in the order of Reduction, without composite
+const std::vector<std::string>& orientationNames(); // in the order of Orientation
+const std::vector<std::string>& valueColourNames(); // in the order of ValueColour
+/// "auto" and those of CT; all in HU. Their numbers are usual ones (Radiopaedia, "Windowing (CT)").
+const std::vector<std::string>& windowNames();
+
+/// These throw InputError naming where.
+Mode parseMode(const std::string& text, const std::string& where);
+/// Of a slab: "average" (also "mean"), "maximum", "minimum".
+Reduction parseReduction(const std::string& text, const std::string& where);
+Orientation parseOrientation(const std::string& text, const std::string& where);
+ValueColour parseValueColour(const std::string& text, const std::string& where);
+/// A name, or "CENTRE,WIDTH".
+WindowChoice parseWindow(const std::string& text, const std::string& where);
+/// Centre and width that are finite, width above 0, both ends values that a voxel can hold.
+GreyWindow checkedWindow(double centre, double width, const std::string& where);
+/// A thickness of at least 0, a normal that is one, and numbers within bounds (core/base/magnitude.h).
+void checkSlice(const SlicePlane& slice, const std::string& where);
+
+} // namespace tessera

@@ -1,0 +1,125 @@
+// core/scene/transfer_function.h: transfer functions: points as people edit them, the exact function between
+// them (docs/sampling.md, "Transfer function"), and the table of floats that engines read.
+#pragma once
+
+#include "core/scene/gradient_opacity.h"
+
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace tessera {
+
+struct OpacityPoint {
+    double value = 0;   // physical units (HU)
+    double opacity = 0; // [0,1] per referenceLengthMm; or extinction per mm, see fromExtinction()
+};
+struct ColourPoint {
+    double value = 0;       // physical units (HU)
+    glm::dvec3 colour{1.0}; // linear light, Rec. 709 primaries, [0,1], not premultiplied
+};
+
+/// How what has a value answers to light, in place of what the scene's shading says.
+struct Material {
+    double from = 0, to = 0; // physical units, to not with it
+    double ambient = 0.2, diffuse = 0.8, specular = 0.25;
+    int specularPower = 20;
+    glm::dvec3 emission{0}; // light that it sends, beside what it reflects: linear, [0,1]
+    bool operator==(const Material&) const = default;
+};
+
+/// Opacity and colour as functions of the physical value, piecewise linear between points, constant beyond
+/// the outermost ones. Two points at one value are a step; the value itself takes the right one. Three or
+/// more at one value: the first is the left limit, the last the right one.
+class TransferFunction {
+  public:
+    TransferFunction() = default;
+    /// Points in any order; sorted stably. Opacities and colours are clamped to [0,1].
+    /// No opacity points: transparent everywhere; no colour points: white.
+    /// Throws InputError naming where for values that no voxel can hold (core/base/magnitude.h), opacities or
+    /// colours that are not finite, and for a reference length that is not positive and finite.
+    static TransferFunction fromOpacity(std::vector<OpacityPoint> opacity, std::vector<ColourPoint> colour,
+                                        double referenceLengthMm,
+                                        const std::string& where = "transfer function");
+    /// The same with extinction (1/mm, >= 0) at the points, linear between them: for tests with closed forms.
+    static TransferFunction fromExtinction(std::vector<OpacityPoint> extinction,
+                                           std::vector<ColourPoint> colour,
+                                           const std::string& where = "transfer function");
+
+    /// 1/mm: -log1p(-min(opacity, 1-2^-24)) / referenceLengthMm. It never depends on a step.
+    double extinction(double value) const;
+    /// The same for what the points have at a value: opacity, or extinction.
+    double extinctionOf(double opacity) const;
+    glm::dvec3 colour(double value) const;
+    /// Values, ascending, where the function is not smooth: every point.
+    const std::vector<double>& kinks() const { return kinks_; }
+    const std::vector<OpacityPoint>& opacityPoints() const { return opacity_; }
+    const std::vector<ColourPoint>& colourPoints() const { return colour_; }
+    double referenceLengthMm() const { return referenceLengthMm_; }
+    static constexpr std::size_t kMaxMaterials = 8;
+    /// Ascending. Throws InputError naming where for ranges that are empty or share values, values that no
+    /// voxel can hold, and for more than kMaxMaterials.
+    void setMaterials(std::vector<Material> materials, const std::string& where = "transfer function");
+    const std::vector<Material>& materials() const { return materials_; }
+    /// A material sends light.
+    bool emits() const;
+    /// Factor on the extinction by the gradient's length; extinction() is without it.
+    void setGradientOpacity(GradientOpacity factor) { gradientOpacity_ = std::move(factor); }
+    const GradientOpacity& gradientOpacity() const { return gradientOpacity_; }
+
+  private:
+    std::vector<OpacityPoint> opacity_;
+    std::vector<ColourPoint> colour_;
+    std::vector<double> kinks_;
+    std::vector<Material> materials_;
+    GradientOpacity gradientOpacity_;
+    double referenceLengthMm_ = 1;
+    bool pointsAreExtinction_ = false;
+};
+
+/// An isosurface, as far as it decides what is shown.
+struct SurfaceValue {
+    double value = 0; // physical units
+    glm::vec3 colour{1};
+    double opacity = 1;
+};
+
+/// The function as march and mirror read it: equidistant samples, linear between them, in float.
+struct TransferTable {
+    float firstValue = 0;           // value of entries.front(); values below read as it
+    float entriesPerValue = 0;      // (entries.size()-1) / (last value - first value)
+    std::vector<glm::vec4> entries; // rgb: colour; a: extinction, 1/mm. At least 2, at most kMaxEntries.
+    /// Largest |extinction of table - of points| / largest extinction, over a fine sweep without the
+    /// neighbourhood (one table bin) of steps, which no table of finite size can follow.
+    double relativeError = 0;
+    std::vector<SurfaceValue> surfaces; // ascending
+    GradientOpacity gradientOpacity;    // on the extinctions; at most 1, so that it shows nothing more
+    /// Entries up to and including i that show something: their extinction is not 0, or an isosurface's value
+    /// is theirs or lies beside them; for emptyOver().
+    std::vector<int> nonZeroUpTo;
+
+    static constexpr int kMaxEntries = 65536; // 1 MiB: one entry per HU over the whole 16-bit range
+    /// True when the table's extinction is exactly 0 everywhere on [lowest, highest] (physical units), and no
+    /// isosurface's value lies there. It is conservative by one entry on both sides, so that float rounding
+    /// of an index cannot matter.
+    bool emptyOver(double lowest, double highest) const;
+    bool shows(std::size_t entry) const {
+        return nonZeroUpTo[entry] != (entry == 0 ? 0 : nonZeroUpTo[entry - 1]);
+    }
+    /// No entry has an extinction.
+    bool isTransparent() const;
+    /// What the isosurfaces alone show: entries beside their values have an extinction of 1, all others none.
+    TransferTable ofSurfaces() const;
+    /// For error prediction of levels: models each isosurface as a step in opacity at its value. Above the
+    /// step a nearly opaque surface is as good as opaque within a few voxels; any other is thin and hides
+    /// little.
+    TransferTable withSurfacesAsSteps(double voxelMm) const;
+};
+
+/// Size follows the sharpest feature: at least 8 entries between the two closest points, a power of two; with
+/// isosurfaces, whose values the table then covers, at least 4096.
+TransferTable makeTable(const TransferFunction& function, std::vector<SurfaceValue> surfaces = {});
+
+} // namespace tessera

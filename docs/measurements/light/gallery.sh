@@ -1,0 +1,42 @@
+#!/usr/bin/env bash
+# Draws the pictures of docs/measurements/light.md: gallery.sh [DATA] [OUT]; DATA holds the scans that docs/measurements/light.md names (absent ones are left
+# out), OUT is docs/light unless it is given. TESSERA names the program (build/release/tessera).
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+data=${1:-$root/../shared/data}
+out=${2:-$root/docs/light}
+tessera=${TESSERA:-$root/build/release/tessera}
+stores=$(mktemp -d)
+trap 'rm -rf "$stores"' EXIT
+mkdir -p "$out"
+
+draw() { # NAME STORE OPTIONS...: in every look
+    local name=$1 store=$2 look
+    shift 2
+    for look in plain studio soft dramatic; do
+        "$tessera" render "$store" --verify quick --size 320x320 --light "$look" "$@" -o "$out/$name-$look.png"
+    done
+}
+scan() { # NAME SOURCE OPTIONS...
+    local name=$1 source=$data/$2
+    shift 2
+    if [[ ! -e $source ]]; then
+        echo "$name: left out, $source is absent"
+        return
+    fi
+    "$tessera" import "$source" "$stores/$name.zarr" --largest > /dev/null
+    draw "$name" "$stores/$name.zarr" "$@"
+}
+scan abdomen ct-abdomen-dicom --preset bone
+if [[ -e $stores/abdomen.zarr ]]; then # tissue that sends light, and the same without
+    cp "$root/docs/measurements/light/glow.json" "$stores/glow.json"
+    sed 's/, "emission": \[[^]]*\]//; s/, "emission": [0-9.]*//' "$stores/glow.json" > "$stores/glow-without.json"
+    for scene in glow glow-without; do
+        "$tessera" render "$stores/$scene.json" --verify quick -o "$out/$scene.png"
+    done
+fi
+scan chest ct-thorax-dicom --preset skin --view right
+scan head nifti/CT_AVM.nii.gz --preset auto --view left
+scan bonsai scivis/OpenSciVis/bonsai.nii.gz --preset auto --view superior
+"$tessera" phantom torso --size 256x192x300 -o "$stores/torso.zarr" > /dev/null
+draw torso "$stores/torso.zarr" --preset soft-tissue

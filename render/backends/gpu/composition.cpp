@@ -1,0 +1,84 @@
+// render/backends/gpu/composition.cpp: see composition.h.
+#include "render/backends/gpu/composition.h"
+
+#include "core/base/error.h"
+#include "render/backends/gpu/gl/context.h"
+
+#include <algorithm>
+
+namespace tessera {
+namespace {
+
+thread_local std::optional<bool> asForLlvmpipe; // GL has one thread
+
+bool isForLlvmpipe() {
+    return asForLlvmpipe.value_or(
+        isSoftwareRenderer(reinterpret_cast<const char*>(glGetString(GL_RENDERER))));
+}
+
+} // namespace
+
+std::string featureConflict(std::uint32_t features, const std::vector<FeatureModule>& modules) {
+    const auto words = [](const FeatureModule& m) { return std::string(m.define) + " (" + m.meaning + ")"; };
+    for (const FeatureModule& m : modules) {
+        if (!(features & m.bit))
+            continue;
+        for (const FeatureModule& other : modules) {
+            if ((m.needs & other.bit) && !(features & other.bit))
+                return words(m) + " needs " + words(other);
+            if (m.excludes & features & other.bit)
+                return words(m) + " does not go with " + words(other);
+        }
+    }
+    return {};
+}
+
+Composition::Composition(std::vector<StorageBuffer> own, std::uint32_t features,
+                         const std::vector<FeatureModule>& modules)
+    : buffers_(std::move(own)), features_(featureDefines(features, modules)) {
+    if (const std::string why = featureConflict(features, modules); !why.empty())
+        throw Error("features of the march: " + why);
+    for (const FeatureModule& m : modules)
+        if (features & m.bit) {
+            buffers_.insert(buffers_.end(), m.buffers.begin(), m.buffers.end());
+            turns_ += m.turns;
+        }
+}
+
+GLuint Composition::binding(std::string_view buffer) const {
+    const auto found = std::find_if(buffers_.begin(), buffers_.end(),
+                                    [&](const StorageBuffer& b) { return b.name == buffer; });
+    TESSERA_CHECK(found != buffers_.end());
+    return static_cast<GLuint>(found - buffers_.begin());
+}
+
+std::size_t Composition::bytes(const glm::ivec2& imageSize, const glm::ivec3& bricks) const {
+    std::size_t sum = 0;
+    for (const StorageBuffer& b : buffers_)
+        sum += b.bytes ? b.bytes(imageSize, bricks) : 0;
+    return sum;
+}
+
+std::string Composition::defines() const {
+    std::string text = features_;
+    for (const StorageBuffer& b : buffers_)
+        text += "#define BINDING_" + std::string(b.name) + " " + std::to_string(binding(b.name)) + "\n";
+    text += "#define SAMPLE_TURNS " + std::to_string(turns_) + "\n";
+    return text + "#define DRIVER_LLVMPIPE " + (isForLlvmpipe() ? "1\n" : "0\n");
+}
+
+GlProgram Composition::program(const std::string& shader, const EmbeddedFiles& files) const {
+    GLint most = 0;
+    glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &most);
+    if (buffers_.size() > static_cast<std::size_t>(most))
+        throw Error("shader " + shader + " has " + std::to_string(buffers_.size()) +
+                    " storage buffers; this device allows " + std::to_string(most));
+    return GlProgram(shader, defines(), files);
+}
+
+ComposeAsFor::ComposeAsFor(bool llvmpipe) : before_(std::exchange(asForLlvmpipe, llvmpipe)) {}
+ComposeAsFor::~ComposeAsFor() {
+    asForLlvmpipe = before_;
+}
+
+} // namespace tessera

@@ -1,0 +1,59 @@
+// render/backends/gpu/composition.h: the head of a program's text, by its features: FEATURE_<NAME> 0 or 1,
+// BINDING_<NAME> of its storage buffers, and the driver it is for. Bindings are given out here, never
+// numbered by hand.
+#pragma once
+
+#include "render/backends/gpu/features.h"
+#include "render/backends/gpu/gl/program.h"
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tessera {
+
+/// Storage buffers that a compute shader may have on every device (GL 4.5).
+constexpr std::size_t kStorageBuffersEverywhere = 8;
+
+/// Why features do not go together, as a sentence; empty where they do.
+std::string featureConflict(std::uint32_t features, const std::vector<FeatureModule>& modules);
+
+class Composition {
+  public:
+    Composition() = default;
+    /// Throws Error where the features do not go together.
+    /// @param own  the program's buffers, whatever the features
+    Composition(std::vector<StorageBuffer> own, std::uint32_t features,
+                const std::vector<FeatureModule>& modules = featureModules());
+
+    /// The program's and then its features', in the order of their bindings, from 0.
+    const std::vector<StorageBuffer>& buffers() const { return buffers_; }
+    GLuint binding(std::string_view buffer) const;
+    /// Of all buffers that say their sizes.
+    std::size_t bytes(const glm::ivec2& imageSize, const glm::ivec3& bricks) const;
+    /// For the device of the current context.
+    std::string defines() const;
+    /// Compiled for it. Throws Error where it has fewer storage buffers.
+    GlProgram program(const std::string& shader, const EmbeddedFiles& files = render::embeddedFiles()) const;
+
+  private:
+    std::vector<StorageBuffer> buffers_;
+    std::string features_; // their defines
+    int turns_ = 0;        // that they may take
+};
+
+/// For tests: while it lives, programs are composed as for llvmpipe, or as for a GPU, whatever
+/// device is there.
+class ComposeAsFor {
+  public:
+    explicit ComposeAsFor(bool llvmpipe);
+    ~ComposeAsFor();
+    ComposeAsFor(const ComposeAsFor&) = delete;
+    ComposeAsFor& operator=(const ComposeAsFor&) = delete;
+
+  private:
+    std::optional<bool> before_;
+};
+
+} // namespace tessera

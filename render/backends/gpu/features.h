@@ -1,0 +1,93 @@
+// render/backends/gpu/features.h: the features of the march, which are its shader permutations. Each becomes
+// FEATURE_<NAME> 0 or 1 in the shaders; what is 0 is not compiled. Structure is a feature, numbers are
+// uniforms: moving a slider never recompiles.
+#pragma once
+
+#include "core/scene/scene.h" // Gradient, Integrator
+#include "render/backends/gpu/feature_module.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+/// One line a feature. kFeature<Name> is its bit, by its place here; what it is says the function of the
+/// second name, in features/ (a file each, named alike). Integrators, none of the three: midpoint. Gradients,
+/// none of the four: central. March sets integrators, surfaces, lights, materials, values and opacity by
+/// gradient itself, by its optics.
+#define TESSERA_FEATURES(FEATURE)                                                                            \
+    FEATURE(Shading, shading)                                                                                \
+    FEATURE(Skipping, skipping)                                                                              \
+    FEATURE(Hardware, hardware)                                                                              \
+    FEATURE(Normalised, normalised)                                                                          \
+    FEATURE(Termination, termination)                                                                        \
+    FEATURE(Counting, counting)                                                                              \
+    FEATURE(Mixed, mixed)                                                                                    \
+    FEATURE(Passes, passes)                                                                                  \
+    FEATURE(Visibility, visibility)                                                                          \
+    FEATURE(Linear, linear)                                                                                  \
+    FEATURE(Preintegrated, preintegrated)                                                                    \
+    FEATURE(Preintegration2d, preintegration2d)                                                              \
+    FEATURE(ForwardGradient, forwardGradient)                                                                \
+    FEATURE(SobelGradient, sobelGradient)                                                                    \
+    FEATURE(AnalyticGradient, analyticGradient)                                                              \
+    FEATURE(Surfaces, surfaces)                                                                              \
+    FEATURE(Hits, hits)                                                                                      \
+    FEATURE(HalfCentralGradient, halfCentralGradient)                                                        \
+    FEATURE(Places, places)                                                                                  \
+    FEATURE(Lights, lights)                                                                                  \
+    FEATURE(Materials, materials)                                                                            \
+    FEATURE(VoxelLight, voxelLight)                                                                          \
+    FEATURE(Emission, emission)                                                                              \
+    FEATURE(Values, values)                                                                                  \
+    FEATURE(Slabs, slabs)                                                                                    \
+    FEATURE(Intervals, intervals)                                                                            \
+    FEATURE(GradientOpacity, gradientOpacity)                                                                \
+    FEATURE(CubicGradient, cubicGradient)
+
+namespace tessera {
+
+namespace features {
+#define TESSERA_FEATURE(Name, name) FeatureModule name();
+TESSERA_FEATURES(TESSERA_FEATURE)
+#undef TESSERA_FEATURE
+enum Place : unsigned {
+#define TESSERA_FEATURE(Name, name) kPlaceOf##Name,
+    TESSERA_FEATURES(TESSERA_FEATURE)
+#undef TESSERA_FEATURE
+        kCount
+};
+static_assert(kCount <= 32, "a bit each");
+} // namespace features
+
+enum Feature : std::uint32_t {
+#define TESSERA_FEATURE(Name, name) kFeature##Name = 1u << features::kPlaceOf##Name,
+    TESSERA_FEATURES(TESSERA_FEATURE)
+#undef TESSERA_FEATURE
+};
+constexpr std::uint32_t kAllFeatures = (1u << features::kCount) - 1;
+constexpr std::uint32_t kIntegratorFeatures =
+    kFeatureLinear | kFeaturePreintegrated | kFeaturePreintegration2d;
+
+/// Of an integrator that is not automatic.
+std::uint32_t integratorFeatures(Integrator integrator);
+constexpr std::uint32_t kGradientFeatures = kFeatureForwardGradient | kFeatureSobelGradient |
+                                            kFeatureAnalyticGradient | kFeatureHalfCentralGradient |
+                                            kFeatureCubicGradient;
+/// The bit that has a program take gradients this way; 0 for central differences.
+std::uint32_t gradientFeature(Gradient gradient);
+
+/// Of every feature, in the order of their bits.
+const std::vector<FeatureModule>& featureModules();
+
+struct FeatureName {
+    Feature bit;
+    const char* define;  // FEATURE_...
+    const char* meaning; // for --explain
+};
+const std::vector<FeatureName>& featureNames();
+
+/// "FEATURE_SHADING 1" and so on, a line each.
+std::string featureDefines(std::uint32_t features,
+                           const std::vector<FeatureModule>& modules = featureModules());
+
+} // namespace tessera

@@ -1,0 +1,83 @@
+// render/backends/gpu/field_binding.h: binds a volume to a program: the uniforms and textures of
+// shaders/sampler_field.glsl.
+#pragma once
+
+#include "core/base/brick.h"
+#include "core/base/error.h"
+#include "core/base/volume.h"
+#include "render/backends/gpu/atlas_plane.h"
+#include "render/backends/gpu/features.h"
+#include "render/backends/gpu/gl/program.h"
+#include "render/backends/gpu/light_atlas.h"
+#include "render/contract/level_map.h"
+#include "render/residency/texels.h"
+
+#include <cmath>
+
+namespace tessera {
+
+// Of textures and of images alike.
+constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kSkippingUnit = 2, kCornerUnit = 3, kFactsUnit = 4,
+                 kSurfaceMapUnit = 5, kExtinctionUnit = 6, kColourUnit = 7, kSumsUnit = 8, kLightUnit = 9,
+                 kStandingLightUnit = 10;
+
+/// The level map as the shaders read it.
+struct LevelTextures {
+    GlTexture3d corners, facts;
+    LevelTextures(const LevelMap& map, MemoryBudget& gpu)
+        : corners(GL_RG32UI, map.cornerGrid(), 8, GL_NEAREST, gpu, "the level map"),
+          facts(GL_R32UI, map.bricks, 4, GL_NEAREST, gpu, "the level map") {
+        static_assert(sizeof(BrickCorner) == 8, "two words a texel");
+        upload(map);
+    }
+    /// Of the same volume.
+    void upload(const LevelMap& map) {
+        corners.upload(glm::ivec3(0), map.cornerGrid(), GL_RG_INTEGER, GL_UNSIGNED_INT, map.corners.data());
+        facts.upload(glm::ivec3(0), map.bricks, GL_RED_INTEGER, GL_UNSIGNED_INT, map.facts.data());
+    }
+};
+
+/// What a field is read from: bricks in an atlas; of mixed levels, with their level map.
+/// What it points to must outlive the dispatches.
+struct FieldSource {
+    const Atlas* atlas = nullptr;
+    int level = 0;                           // unless kFeatureMixed
+    const LevelMap* map = nullptr;           // kFeatureMixed only
+    const LevelTextures* textures = nullptr; // kFeatureMixed only: of map
+    const LightAtlas* light = nullptr;       // kFeatureVoxelLight only
+};
+
+inline void bindField(const GlProgram& program, std::uint32_t features, const VolumeInfo& info,
+                      const FieldSource& source) {
+    const bool mixed = (features & kFeatureMixed) != 0;
+    TESSERA_CHECK(source.atlas && (!mixed || (source.map && source.textures)));
+    source.atlas->values.bind(kVoxelUnit, kIndexUnit);
+    program.set("uVoxels", static_cast<int>(kVoxelUnit));
+    program.set("uTexels", static_cast<int>(kVoxelUnit));
+    program.set("uIndex", static_cast<int>(kIndexUnit));
+    program.set("uTexelSize", 1.0f / glm::vec3(source.atlas->values.extentTexels()));
+    program.set("uLevelExtent", levelExtent(info.extentVoxels, source.level));
+    program.set("uSamplesPerVoxel", std::ldexp(1.0f, -source.level));
+    program.set("uVoxelsPerSample", std::ldexp(1.0f, source.level));
+    program.set("uBrickShift", 5 - source.level);
+    program.set("uStoredBias", texelFormat(info.type).bias);
+    if ((features & kFeatureVoxelLight) != 0) {
+        TESSERA_CHECK(source.light);
+        source.light->bind(kLightUnit, kStandingLightUnit);
+        program.set("uLightTexels", static_cast<int>(kLightUnit));
+        program.set("uLightStanding", static_cast<int>(kStandingLightUnit));
+    }
+    if (!mixed)
+        return;
+    source.textures->corners.bind(kCornerUnit);
+    source.textures->facts.bind(kFactsUnit);
+    program.set("uCorners", static_cast<int>(kCornerUnit));
+    program.set("uFacts", static_cast<int>(kFactsUnit));
+    program.set("uBricks", source.map->bricks);
+    program.set("uExtentVoxels", source.map->extentVoxels);
+    program.set("uEdgeFunction", static_cast<int>(source.map->edgeFunction));
+    program.set("uFinest", static_cast<int>(source.map->finest));
+    program.set("uMostStride", source.map->mostStride);
+}
+
+} // namespace tessera

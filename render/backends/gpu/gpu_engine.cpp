@@ -1,0 +1,149 @@
+// render/backends/gpu/gpu_engine.cpp: see gpu_engine.h.
+#include "render/backends/gpu/gpu_engine.h"
+
+#include "core/base/error.h"
+#include "render/backends/gpu/gpu_caster.h"
+#include "render/backends/gpu/march.h"
+#include "render/backends/gpu/visibility_pass.h"
+#include "render/residency/texels.h"
+
+namespace tessera {
+
+std::uint32_t marchFeatures(const ScenePlan& scene, bool counting) {
+    std::uint32_t f = 0;
+    const auto add = [&](bool needed, Feature feature) { f |= needed ? feature : 0u; };
+    add(scene.volume.mixed(), kFeatureMixed);
+    add(scene.volume.optics.shading, kFeatureShading);
+    add(scene.volume.optics.grades(), kFeatureGradientOpacity);
+    if (scene.volume.optics.takesGradients() || !scene.volume.optics.surfaces.empty())
+        f |= gradientFeature(scene.volume.optics.gradient);
+    add(scene.view.quality.skipping && (scene.volume.occupancy.exists() || scene.volume.bounds.exists()),
+        kFeatureSkipping);
+    add(scene.volume.reduces(), kFeatureValues);
+    add(!scene.view.part.slabs.empty(), kFeatureSlabs);
+    add(scene.view.part.cuts != nullptr, kFeatureIntervals);
+    add(scene.view.quality.fetch == Fetch::hardware, kFeatureHardware);
+    add(texelFormat(scene.info().type).normalised, kFeatureNormalised);
+    add(scene.volume.optics.termination > 0, kFeatureTermination);
+    add(counting, kFeatureCounting);
+    add(!scene.volume.optics.surfaces.empty(), kFeatureSurfaces);
+    return withLights(f | integratorFeatures(scene.volume.optics.integrator), scene.volume.optics);
+}
+
+namespace {
+
+class GpuCounter : public VisibilityCounter {
+  public:
+    GpuCounter(const ScenePlan& scene, const GpuEngine& engine, MemoryBudget& gpu)
+        : scene_(scene), engine_(engine), pass_(marchFeatures(scene, false), scene.info(), gpu) {}
+    void begin() override {
+        pass_.begin(
+            visibilityRays(scene_.view.camera, scene_.info(), scene_.view.imageSize, scene_.strides()),
+            scene_.volume.optics);
+    }
+    bool count(const Slicing& slicing, RayCaster::Clock::time_point deadline) override {
+        Work work; // not the picture's
+        return pass_.countUntil(engine_.field(), slicing, deadline, work);
+    }
+    std::vector<SeenBrick> seen() const override { return pass_.seen(); }
+
+  private:
+    const ScenePlan& scene_;
+    const GpuEngine& engine_;
+    VisibilityPass pass_;
+};
+
+} // namespace
+
+Engine::About GpuEngine::about() const {
+    return {context_ ? context_->renderer() : "OpenGL", context_ ? context_->version() : "", true, true};
+}
+
+TextureLimits GpuEngine::limits() const {
+    TextureLimits limits;
+    if (context_) {
+        limits.maxExtent = context_->max3dTextureSize();
+        limits.maxBytes = context_->maxTextureBytes();
+    }
+    limits.readsOnce = true;
+    return limits;
+}
+
+void GpuEngine::open(std::span<ScenePlan* const> volumes, std::size_t pages) {
+    TESSERA_CHECK(volumes.size() == 1);
+    close();
+    scene_ = volumes.front(); // first, so that two are never charged
+    TextureLimits limits = this->limits();
+    limits.lightChannels = keptLightChannels(scene_->view.lighting);
+    std::vector<Plane*> beside;
+    if (limits.lightChannels > 0)
+        beside.push_back(&light_.emplace(*scene_, pages, limits, 0, gpu_).plane());
+    litBy_ = scene_->view.camera;
+    atlas_.emplace(scene_->info(), scene_->volume.selection, pages, limits, gpu_, ram_, std::move(beside));
+    levelsChanged();
+}
+
+void GpuEngine::close() {
+    field_ = {};
+    textures_.reset();
+    atlas_.reset();
+    light_.reset();
+    scene_ = nullptr;
+}
+
+void GpuEngine::levelsChanged() {
+    const VolumeState& volume = scene_->volume;
+    if (!volume.mixed())
+        textures_.reset();
+    else if (textures_)
+        textures_->upload(volume.levels);
+    else
+        textures_.emplace(volume.levels, gpu_);
+    field_.atlas = &*atlas_;
+    field_.level = volume.selection.finest();
+    field_.map = textures_ ? &volume.levels : nullptr;
+    field_.textures = textures_ ? &*textures_ : nullptr;
+    field_.light = light_ ? &*light_ : nullptr;
+    if (light_)
+        light_->light().levelsChanged();
+}
+
+void GpuEngine::settleLight(Work& work) {
+    if (!light_)
+        return;
+    if (!(litBy_ == scene_->view.camera)) {
+        litBy_ = scene_->view.camera;
+        light_->light().viewChanged();
+    }
+    light_->settle(work);
+}
+
+void GpuEngine::functionChanged() {
+    if (light_)
+        light_->light().functionChanged();
+}
+
+std::unique_ptr<RayCaster> GpuEngine::caster(const CasterOptions& options, MemoryBudget& gpu) {
+    return std::make_unique<GpuCaster>(*scene_, *this, options, gpu);
+}
+
+std::unique_ptr<VisibilityCounter> GpuEngine::counter(MemoryBudget& gpu) {
+    return std::make_unique<GpuCounter>(*scene_, *this, gpu);
+}
+
+std::string GpuEngine::fault() {
+    return !context_ || context_->errors().empty() ? std::string() : "OpenGL: " + context_->errors().front();
+}
+
+EngineTraits gpuTraits() {
+    EngineTraits traits;
+    traits.kind = EngineKind::gpu;
+    traits.name = "gpu";
+    traits.onContext = traits.quick = true;
+    traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
+        return std::make_unique<GpuEngine>(*input.context, *input.gpu, *input.ram);
+    };
+    return traits;
+}
+
+} // namespace tessera

@@ -1,0 +1,64 @@
+// render/backends/gpu/gpu_engine.h: the GPU march as an engine: bricks in an atlas, level maps in textures,
+// and marches over them.
+#pragma once
+
+#include "render/backends/gpu/atlas_plane.h"
+#include "render/backends/gpu/field_binding.h"
+#include "render/backends/gpu/gl/context.h"
+#include "render/engine.h"
+#include "render/engine_traits.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+namespace tessera {
+
+/// What a scene needs of a march over bricks that are all there, in bits of features.h.
+std::uint32_t marchFeatures(const ScenePlan& scene, bool counting);
+
+class GpuEngine : public Engine {
+  public:
+    /// All must outlive this; the context stays current.
+    GpuEngine(const GlContext& context, MemoryBudget& gpu, MemoryBudget& ram)
+        : context_(&context), gpu_(gpu), ram_(ram) {}
+    /// On the context that is current, whichever it is, within limits that every device has.
+    GpuEngine(MemoryBudget& gpu, MemoryBudget& ram) : gpu_(gpu), ram_(ram) {}
+    GpuEngine(const GpuEngine&) = delete; // the field points into it
+    GpuEngine& operator=(const GpuEngine&) = delete;
+
+    About about() const override;
+    TextureLimits limits() const override;
+    void open(std::span<ScenePlan* const> volumes, std::size_t pages) override;
+    void close() override;
+    BrickResidency* bricks() override { return atlas_ ? &atlas_->bricks : nullptr; }
+    void levelsChanged() override;
+    LightPlane* light() override { return light_ ? &light_->plane() : nullptr; }
+    std::optional<LightReport> lightReport() const override {
+        return light_ ? std::optional(light_->report()) : std::nullopt;
+    }
+    std::unique_ptr<RayCaster> caster(const CasterOptions& options, MemoryBudget& gpu) override;
+    std::unique_ptr<VisibilityCounter> counter(MemoryBudget& gpu) override;
+    std::string fault() override;
+
+    /// What marches read the bricks and their levels from.
+    const FieldSource& field() const { return field_; }
+    /// Light as things are; before rays are drawn.
+    void settleLight(Work& work);
+    /// Light as it was may not hold any more.
+    void functionChanged();
+
+  private:
+    const GlContext* context_ = nullptr;
+    MemoryBudget &gpu_, &ram_;
+    ScenePlan* scene_ = nullptr;
+    std::optional<LightAtlas> light_;
+    std::optional<Atlas> atlas_;
+    Camera litBy_;                          // the camera that lights were placed by
+    std::optional<LevelTextures> textures_; // of mixed levels
+    FieldSource field_;
+};
+
+EngineTraits gpuTraits();
+
+} // namespace tessera

@@ -1,0 +1,74 @@
+// render/backends/gpu/light_atlas.cpp: see light_atlas.h.
+#include "render/backends/gpu/light_atlas.h"
+
+#include "core/base/error.h"
+
+#include <bit>
+
+namespace tessera {
+namespace {
+
+constexpr GLenum kInternal[] = {GL_R16, GL_RG16, GL_RGBA16, GL_RGBA16};
+constexpr GLenum kExternal[] = {GL_RED, GL_RG, GL_RGBA, GL_RGBA};
+
+} // namespace
+
+LightAtlas::LightAtlas(const ScenePlan& scene, std::size_t pages, const TextureLimits& limits, int threads,
+                       MemoryBudget& gpu)
+    : light_(scene, threads), components_(keptLightChannels(scene.view.lighting)),
+      plane_(light_, scene, makeChannels(), true) {
+    const VolumeInfo& info = scene.info();
+    const glm::ivec3 box = atlasPages(std::max<std::size_t>(1, pages), info.type, limits);
+    TESSERA_CHECK(box.x > 0 && components_ <= 4);
+    const GLenum internal = kInternal[components_ - 1];
+    const std::size_t texel = sizeof(std::uint16_t) * static_cast<std::size_t>(components_);
+    texels_ = GlTexture3d(internal, box * kBrickExtent, texel, GL_NEAREST, gpu, "light of the bricks");
+    standing_ =
+        GlTexture3d(internal, brickGrid(info.extentVoxels), texel, GL_NEAREST, gpu, "light of the bricks");
+}
+
+std::vector<Plane*> LightAtlas::makeChannels() {
+    std::vector<Plane*> planes;
+    for (int n = 0; n < light_.channels(); ++n)
+        planes.push_back(channels_.emplace_back(std::make_unique<Channel>(*this, n)).get());
+    return planes;
+}
+
+void LightAtlas::bind(GLuint lightUnit, GLuint standingUnit) const {
+    texels_.bind(lightUnit);
+    standing_.bind(standingUnit);
+}
+
+void LightAtlas::Channel::put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) {
+    const auto components = static_cast<std::size_t>(atlas_.components_);
+    const std::size_t count = cellCount(glm::ivec3(samples.edge));
+    atlas_.staging_.resize(count * components);
+    const auto* const from = reinterpret_cast<const std::uint16_t*>(samples.chunk.bytes.get());
+    std::uint16_t* to = atlas_.staging_.data() + number_;
+    for (int z = 0; z < samples.edge; ++z)
+        for (int y = 0; y < samples.edge; ++y)
+            for (int x = 0; x < samples.edge; ++x, to += components)
+                *to = from[linearIndex(samples.first + glm::ivec3(x, y, z), glm::ivec3(kChunkExtent))];
+    if (number_ + 1 < static_cast<int>(atlas_.channels_.size()))
+        return;
+    atlas_.texels_.upload(slot.originTexels(), glm::ivec3(samples.edge), kExternal[components - 1],
+                          GL_UNSIGNED_SHORT, atlas_.staging_.data());
+    work.bytesUploaded += count * components * sizeof(std::uint16_t);
+}
+
+void LightAtlas::Channel::publish(std::span<const BrickEntry> entries) {
+    const auto components = static_cast<std::size_t>(atlas_.components_);
+    atlas_.standingStaging_.resize(entries.size() * components);
+    for (std::size_t b = 0; b < entries.size(); ++b) // bits of a brick that has samples are not read
+        atlas_.standingStaging_[b * components + static_cast<std::size_t>(number_)] =
+            (entries[b].x & 0x80000000u) != 0 ? static_cast<std::uint16_t>(std::bit_cast<float>(entries[b].y))
+                                              : std::uint16_t{0};
+    if (number_ + 1 < static_cast<int>(atlas_.channels_.size()))
+        return;
+    atlas_.standing_.upload(glm::ivec3(0), atlas_.standing_.extent(), kExternal[components - 1],
+                            GL_UNSIGNED_SHORT, atlas_.standingStaging_.data());
+    atlas_.standingStaging_ = {};
+    atlas_.staging_ = {};
+}
+
+} // namespace tessera

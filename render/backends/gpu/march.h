@@ -1,0 +1,123 @@
+// render/backends/gpu/march.h: the single-pass ray caster on the GPU: one compute shader over resumable rays,
+// cut into tiles and iteration limits so that no dispatch runs long, whatever the scene.
+#pragma once
+
+#include "bricking/levels/visibility.h"
+#include "core/base/budget.h"
+#include "core/base/work.h"
+#include "core/image/image.h"
+#include "render/backends/gpu/atlas_plane.h"
+#include "render/backends/gpu/features.h"
+#include "render/backends/gpu/field_binding.h"
+#include "render/backends/gpu/function_tables.h"
+#include "render/backends/gpu/gl/context.h"
+#include "render/backends/gpu/gl/objects.h"
+#include "render/backends/gpu/gl/program.h"
+#include "render/backends/gpu/pace.h"
+#include "render/backends/gpu/skipping_binding.h"
+#include "render/backends/gpu/storage_buffers.h"
+#include "render/contract/optics.h"
+#include "render/contract/ray.h"
+#include "render/contract/ray_cuts.h"
+#include "render/contract/ray_state.h"
+#include "render/contract/slicing.h"
+#include "render/contract/strides.h"
+#include "render/empty_space/occupancy.h"
+#include "render/empty_space/value_bounds.h"
+#include "render/engine.h"
+
+#include <chrono>
+#include <glm/vec2.hpp>
+#include <optional>
+#include <vector>
+
+namespace tessera {
+
+/// The march's program, of features that go together (else it throws Error).
+Composition marchComposition(std::uint32_t features);
+
+class March {
+  public:
+    using Clock = std::chrono::steady_clock;
+    /// Compiles the program and allocates table, distance map and ray state on the GPU budget. Integrator,
+    /// isosurfaces and lights are those of optics, whatever features say.
+    /// occupancy is needed exactly when features has kFeatureSkipping, but for kFeatureValues, which have
+    /// bounds (setBounds()); it and info must outlive this.
+    March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
+          const Strides& strides, const Optics& optics, const Occupancy* occupancy, MemoryBudget& gpu);
+
+    /// Marches all rays to their end, or (kFeaturePasses) until they wait for absent bricks. Returns
+    /// how many wait.
+    std::size_t run(const FieldSource& source, const Slicing& slicing, Work& work);
+    /// The same as far as it gets: no dispatch but the first begins after the deadline. True when all rays
+    /// are at their end or wait; else the next call goes on. The picture does not depend on where it was cut.
+    bool runUntil(const FieldSource& source, const Slicing& slicing, Clock::time_point deadline, Work& work);
+    /// Rays that wait for bricks, once runUntil() has said true.
+    std::size_t waiting() const { return waiting_; }
+    /// The same lights from another camera; restart() must follow.
+    void setLights(const Optics& optics);
+    /// All rays begin anew, as RayCaster::begin() says. Places are there exactly when the features have
+    /// kFeaturePlaces, with which nothing is made: they come by setFeatures(). Slabs with kFeatureSlabs, cuts
+    /// exactly with kFeatureIntervals.
+    /// @param changed  the occupancy that this was made with, where it changed since, else null: then blocks
+    ///     are to be found again (refineSkipping())
+    void restart(const Rays& rays, const Occupancy* changed);
+    /// Another transfer function; restart() must follow. Compiles anew where the integrator is another.
+    void setFunction(const Optics& optics);
+    /// The same with other features, which need no other memory but that of places; restart() must follow.
+    void setFeatures(std::uint32_t features, const Optics& optics);
+    /// kFeatureVisibility: per brick, [z][y][x], what the rays saw since they began.
+    std::vector<SeenBrick> seen() const;
+    /// kFeaturePasses: per brick the first ray that waits for it, or UINT32_MAX; forgets them.
+    std::vector<std::uint32_t> takeWanted();
+    /// The distance map on the device; with kFeatureSkipping only.
+    const GlTexture3d& skippingMap() const { return skipping_; }
+    /// With isosurfaces: what they alone show (ScenePlan::surfaceOccupancy), so that rays solve for them only
+    /// near them. Before run(), and again where it changed; without it rays do wherever anything shows.
+    void setSurfaceMap(const Occupancy& surfaceOccupancy);
+    /// kFeatureValues with kFeatureSkipping: before run(), and again where they changed.
+    void setBounds(const ValueBounds& bounds);
+    const GlTexture3d& surfaceMap() const { return surfaceMap_; }
+    /// kFeatureHits: of every ray, row by row.
+    std::vector<SurfaceHit> hits() const;
+    /// What the rays gathered; charged by the caller.
+    Image image() const;
+    const GlProgram& program() const { return program_; }
+
+  private:
+    void compose();
+
+    glm::ivec2 size_; // of the array of rays
+    std::uint32_t features_;
+    const VolumeInfo& info_;
+    MemoryBudget& gpu_;
+    int maxCount_ = 0;        // most iterations any ray can need
+    glm::ivec2 tile_{0};      // origin of the tile that is being marched
+    int rowEdge_ = 0;         // edge of the tiles in its row
+    std::size_t waiting_ = 0; // rays of the tiles before it
+    bool compiled_ = false;   // by the driver
+    Pace pace_;
+    GlProgram program_;
+    const Occupancy* occupancy_ = nullptr; // that this was made with
+    FunctionTables tables_;
+    StorageBuffers buffers_;
+    GlTexture3d skipping_, surfaceMap_, brickBounds_, cellBounds_;
+    void putRound();
+    std::optional<CutRays> cuts_;       // kFeatureIntervals
+    std::size_t round_ = 0;             // number of the interval at hand
+    bool boundsOfCells_ = false;        // cells have some too
+    std::uint64_t skippingVersion_ = 0; // of the occupancy that the texture holds; 0: none
+};
+
+/// The features with lights and materials as the optics have them, where the features have shading.
+std::uint32_t withLights(std::uint32_t features, const Optics& optics);
+/// The features with gradient opacity where the optics have it, and with the gradient that it takes.
+std::uint32_t withGradientOpacity(std::uint32_t features, const Optics& optics);
+/// Sets the uniforms of common_ray.glsl.
+void setRayUniforms(const GlProgram& program, const Rays& rays);
+/// The rays that the GPU makes of a frame, or of places, row by row: for marching the mirror
+/// on exactly these.
+std::vector<SegmentedRay<float>> gpuRays(const RayFrame<double>& frame, MemoryBudget& gpu);
+std::vector<SegmentedRay<float>> gpuRays(const Rays& rays, MemoryBudget& gpu);
+
+} // namespace tessera

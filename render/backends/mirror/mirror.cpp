@@ -1,0 +1,126 @@
+// render/backends/mirror/mirror.cpp: see mirror.h.
+#include "render/backends/mirror/mirror.h"
+
+#include "core/base/threads.h"
+#include "render/contract/cache_field.h"
+#include "render/light/stored_light.h"
+
+#include <mutex>
+#include <span>
+
+namespace tessera {
+
+MirrorInput mirrorInput(const ScenePlan& scene, bool skipping) {
+    MirrorInput input;
+    input.cache = scene.volume.cache.get();
+    input.info = &scene.info();
+    input.selection = &scene.volume.selection;
+    input.levels = scene.volume.mixed() ? &scene.volume.levels : nullptr;
+    input.optics = &scene.volume.optics;
+    input.occupancy = skipping && scene.volume.occupancy.exists() ? &scene.volume.occupancy : nullptr;
+    input.bounds = skipping && scene.volume.bounds.exists() ? &scene.volume.bounds : nullptr;
+    input.surfaceOccupancy = skipping && scene.volume.mapsSurfaces ? &scene.volume.surfaceOccupancy : nullptr;
+    input.strides = scene.strides();
+    return input;
+}
+
+namespace {
+
+/// A field with its light.
+template <typename Real, typename Values> struct LitField {
+    Values& values;
+    const StoredLight* light;
+    Real value(const glm::vec<3, Real>& p) { return values.value(p); }
+    Real pitch(const glm::vec<3, Real>& p) { return values.pitch(p); }
+    glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) { return values.gradient(p); }
+    leaf::ReceivedLight<Real> received(const glm::vec<3, Real>& p, const leaf::LightingNumbers& lighting) {
+        return light->at(p, lighting);
+    }
+};
+
+/// visit(field), with the field of the input.
+template <typename Real, typename Visit> void withField(const MirrorInput& input, const Visit& visit) {
+    withCacheField<Real>(*input.cache, *input.info, *input.selection, input.levels, input.optics->gradient,
+                         [&](auto& values) {
+                             LitField<Real, std::decay_t<decltype(values)>> field{values, input.light};
+                             visit(field);
+                         });
+}
+
+/// A ray's parts, into a list that serves all rays of a thread.
+template <typename Real>
+std::span<const SegmentedRay<Real>> partsOf(const MirrorInput& input, const SegmentedRay<Real>& ray,
+                                            std::size_t number, std::vector<SegmentedRay<Real>>& parts) {
+    parts.clear();
+    if (!input.cuts)
+        parts.push_back(ray);
+    else
+        for (std::size_t n = 0; n < input.cuts->count(input.firstRay + number); ++n)
+            parts.push_back(partOf(ray, input.cuts->at(input.firstRay + number, n),
+                                   static_cast<Real>(input.segmentVoxels)));
+    return parts;
+}
+
+constexpr std::size_t kStrip = 64; // rays a thread takes at a time: neighbours share chunks
+
+} // namespace
+
+template <typename Real>
+std::vector<glm::vec<4, Real>> mirrorRays(const MirrorInput& input, std::size_t rayCount,
+                                          const RaySource<Real>& rays, int threads, Work& work) {
+    std::vector<glm::vec<4, Real>> out(rayCount);
+    std::mutex mutex;
+    parallelFor(
+        (rayCount + kStrip - 1) / kStrip, threads,
+        [&](std::size_t strip) {
+            Work mine;
+            std::vector<SegmentedRay<Real>> parts;
+            withField<Real>(input, [&](auto& field) {
+                for (std::size_t i = strip * kStrip; i < std::min(rayCount, (strip + 1) * kStrip); ++i)
+                    out[i] = mirrorRayOf(partsOf(input, rays(i), i, parts), field, input, mine, nullptr);
+            });
+            const std::lock_guard lock(mutex);
+            work += mine;
+        },
+        input.progress);
+    return out;
+}
+
+template <typename Real>
+std::vector<SurfaceHit> mirrorHits(const MirrorInput& input, std::size_t rayCount,
+                                   const RaySource<Real>& rays, int threads) {
+    std::vector<SurfaceHit> hits(rayCount);
+    parallelFor((rayCount + kStrip - 1) / kStrip, threads, [&](std::size_t strip) {
+        Work unused;
+        std::vector<SegmentedRay<Real>> parts;
+        withField<Real>(input, [&](auto& field) {
+            for (std::size_t i = strip * kStrip; i < std::min(rayCount, (strip + 1) * kStrip); ++i)
+                mirrorRayOf(partsOf(input, rays(i), i, parts), field, input, unused, &hits[i]);
+        });
+    });
+    return hits;
+}
+
+std::vector<SeenBrick> mirrorSeen(const MirrorInput& input, std::size_t rayCount,
+                                  const RaySource<float>& rays, int threads) {
+    std::vector<SeenBrick> seen(input.selection->levels.size());
+    parallelFor((rayCount + kStrip - 1) / kStrip, threads, [&](std::size_t strip) {
+        withField<float>(input, [&](auto& field) {
+            for (std::size_t i = strip * kStrip; i < std::min(rayCount, (strip + 1) * kStrip); ++i)
+                seeAlong(rays(i), field, input, seen);
+        });
+    });
+    return seen;
+}
+
+template std::vector<glm::vec4> mirrorRays<float>(const MirrorInput&, std::size_t, const RaySource<float>&,
+                                                  int, Work&);
+template std::vector<glm::dvec4> mirrorRays<double>(const MirrorInput&, std::size_t, const RaySource<double>&,
+                                                    int, Work&);
+
+template std::vector<SurfaceHit> mirrorHits<float>(const MirrorInput&, std::size_t, const RaySource<float>&,
+                                                   int);
+template std::vector<SurfaceHit> mirrorHits<double>(const MirrorInput&, std::size_t, const RaySource<double>&,
+                                                    int);
+
+} // namespace tessera

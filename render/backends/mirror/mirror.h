@@ -1,0 +1,207 @@
+// render/backends/mirror/mirror.h: the mirror, a CPU oracle: the contract of docs/sampling.md in float and in
+// double. What the march draws in exact mode must equal the float mirror; a difference is a fault of
+// one of them.
+#pragma once
+
+#include "bricking/levels/visibility.h"
+#include "core/base/work.h"
+#include "render/backends/mirror/mirror_input.h"
+#include "render/backends/mirror/mirror_surfaces.h"
+#include "render/backends/mirror/mirror_values.h"
+#include "render/contract/compositing.h"
+#include "render/contract/integrators.h"
+#include "render/contract/lattice.h"
+#include "render/contract/optics.h"
+#include "render/contract/ray.h"
+#include "render/contract/ray_state.h"
+#include "render/contract/sampler.h"
+#include "render/empty_space/occupancy.h"
+
+#include <atomic>
+#include <functional>
+#include <glm/vec4.hpp>
+#include <span>
+#include <vector>
+
+namespace tessera {
+
+/// Adds what one ray, or a part of it, shows behind what it has gathered before. Premultiplied
+/// colour and alpha.
+/// @param field  value(p) and gradient(p) at a place in voxels; pitch(p), distance of samples there
+/// @param hit    with isosurfaces: where the first is met
+template <typename Real, typename Field>
+void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
+                    SurfaceHit* hit, glm::vec<4, Real>& sum) {
+    const Optics& optics = *input.optics;
+    if (!optics.surfaces.empty()) {
+        SurfaceRayState<Real> state{0, sum};
+        surfaceRay(ray, field, input, work, hit, state);
+        sum = state.sum;
+        return;
+    }
+    const bool ends = needsEnds(optics.integrator);
+    SegmentEnd<Real> front; // at the start of segment i
+    bool known = false;     // front is
+    for (int i = 0; i < ray.count;) {
+        ++work.iterations;
+        const int n = strideAt(input.strides, ray, i);
+        const Real length = strideLength(ray, i, n);
+        if (input.occupancy) {
+            const int next = ends ? nextShown(*input.occupancy, input.strides, ray, i)
+                                  : nextOccupied(*input.occupancy, input.strides, ray, i, n,
+                                                 stridePosition(ray, i, length));
+            if (next > i) {
+                i = next;
+                known = false;
+                continue;
+            }
+        }
+        ++work.segments;
+        ++work.samples;
+        if (ends && !known) {
+            ++work.samples;
+            front = endOf(optics, field.value(segmentStart(ray, i)));
+        }
+        const SegmentEnd<Real> back =
+            endOf(optics, field.value(ends ? strideEnd(ray, i, length) : stridePosition(ray, i, length)));
+        Real extinction = segmentExtinction(optics, front, back);
+        if (extinction > Real(0)) {
+            const glm::vec<3, Real> middle = stridePosition(ray, i, length);
+            glm::vec<3, Real> gradient(0);
+            if (optics.takesGradients()) {
+                gradient = field.gradient(middle);
+                work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
+            }
+            if (optics.grades())
+                extinction *= gradientFactor(optics, gradient);
+            const Real depth = extinction * (length * ray.segmentMm);
+            const Real alpha = opacityOf(depth);
+            glm::vec<3, Real> colour = segmentColour(optics, front, back, depth, alpha, n);
+            if (optics.shading)
+                colour = optics.hasLights ? shadeReceived(optics, colour, gradient, ray.direction, middle,
+                                                          materialOf(optics, front, back), field)
+                                          : shade(optics, colour, gradient, ray.direction);
+            composite(sum, colour, alpha);
+            if (Real(1) - sum.a < static_cast<Real>(optics.termination))
+                break;
+        }
+        front = back;
+        known = true;
+        i += n;
+    }
+}
+
+/// Nothing behind it is seen.
+template <typename Real> bool isOpaque(const Optics& optics, const glm::vec<4, Real>& sum) {
+    return Real(1) - sum.a < static_cast<Real>(optics.termination) || !(Real(1) - sum.a > Real(0));
+}
+
+/// The same of the parts of one ray, in order.
+template <typename Real, typename Field>
+glm::vec<4, Real> mirrorRayOf(std::span<const SegmentedRay<Real>> parts, Field& field,
+                              const MirrorInput& input, Work& work, SurfaceHit* hit) {
+    const Optics& optics = *input.optics;
+    if (optics.reduction != Reduction::composite) {
+        KeptValue<Real> kept = keepsNothing<Real>(optics);
+        for (const SegmentedRay<Real>& part : parts)
+            keepAlong(part, field, input, work, kept);
+        return colourOfKept(optics, kept);
+    }
+    glm::vec<4, Real> sum(0);
+    for (const SegmentedRay<Real>& part : parts)
+        if (!isOpaque(optics, sum))
+            compositeAlong(part, field, input, work, hit, sum);
+    return sum;
+}
+
+/// Premultiplied colour and alpha of one ray.
+template <typename Real, typename Field>
+glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
+                            SurfaceHit* hit = nullptr) {
+    return mirrorRayOf<Real>(std::span(&ray, 1), field, input, work, hit);
+}
+
+/// Where the rays come from: pixel index (row by row) -> ray.
+template <typename Real> using RaySource = std::function<SegmentedRay<Real>(std::size_t)>;
+
+/// One colour per ray, in order. Bit-equal at any number of threads.
+template <typename Real>
+std::vector<glm::vec<4, Real>> mirrorRays(const MirrorInput& input, std::size_t rayCount,
+                                          const RaySource<Real>& rays, int threads, Work& work);
+
+extern template std::vector<glm::vec4> mirrorRays<float>(const MirrorInput&, std::size_t,
+                                                         const RaySource<float>&, int, Work&);
+extern template std::vector<glm::dvec4> mirrorRays<double>(const MirrorInput&, std::size_t,
+                                                           const RaySource<double>&, int, Work&);
+
+/// What the rays of isosurfaces meet first, one of each ray, in order.
+template <typename Real>
+std::vector<SurfaceHit> mirrorHits(const MirrorInput& input, std::size_t rayCount,
+                                   const RaySource<Real>& rays, int threads);
+extern template std::vector<SurfaceHit> mirrorHits<float>(const MirrorInput&, std::size_t,
+                                                          const RaySource<float>&, int);
+extern template std::vector<SurfaceHit> mirrorHits<double>(const MirrorInput&, std::size_t,
+                                                           const RaySource<double>&, int);
+
+/// Adds what one ray sees of bricks, of the input's selection, strides and optics; for several
+/// threads at once.
+/// @param field  value(p) and gradient(p) at a place in voxels
+template <typename Field>
+void seeAlong(const SegmentedRay<float>& ray, Field& field, const MirrorInput& input,
+              std::span<SeenBrick> seen) {
+    float alpha = 0;
+    std::size_t last = seen.size();
+    for (int i = 0, n = 0; i < ray.count; i += n) {
+        n = strideAt(input.strides, ray, i);
+        const float length = strideLength(ray, i, n);
+        const glm::vec3 p = stridePosition(ray, i, length);
+        const glm::ivec3 at =
+            glm::clamp(glm::ivec3(p) / kBrickExtent, glm::ivec3(0), input.selection->bricks - 1);
+        if (const std::size_t brick = linearIndex(at, input.selection->bricks); brick != last) {
+            last = brick;
+            std::atomic_ref(seen[brick].light) +=
+                static_cast<std::uint32_t>((1 - alpha) * static_cast<float>(SeenBrick::kLightOfRay) + 0.5f);
+            ++std::atomic_ref(seen[brick].rays);
+        }
+        float extinction = lookUp(*input.optics, field.value(p)).a;
+        if (extinction > 0 && input.optics->grades())
+            extinction *= gradientFactor(*input.optics, field.gradient(p));
+        if (extinction > 0)
+            alpha += (1 - alpha) * opacityOf(extinction * (length * ray.segmentMm));
+    }
+}
+
+/// What rays see of bricks, as VisibilityPass counts it: lights added up in whole numbers, so that threads do
+/// not matter. Optics' shading and termination, and occupancy, count for nothing.
+std::vector<SeenBrick> mirrorSeen(const MirrorInput& input, std::size_t rayCount,
+                                  const RaySource<float>& rays, int threads);
+
+/// Of the ray of that number in an array.
+template <typename Real> Real phaseIn(const RayFrame<Real>& frame, std::size_t index, std::size_t columns) {
+    return frame.phased ? phaseOf<Real>(static_cast<int>(index % columns), static_cast<int>(index / columns))
+                        : Real(0);
+}
+
+/// Rays of a frame, row by row from the top left pixel.
+template <typename Real> RaySource<Real> frameRays(const RayFrame<Real>& frame) {
+    return [frame](std::size_t index) {
+        const auto width = static_cast<std::size_t>(frame.imageSize.x);
+        const glm::vec<2, Real> pixel(static_cast<Real>(index % width) + Real(0.5),
+                                      static_cast<Real>(index / width) + Real(0.5));
+        return segmentedRay(frame, pixel, phaseIn(frame, index, width));
+    };
+}
+/// Those through places on the picture; through the middle of every pixel where there are none. The places
+/// outlive it.
+/// @param columns  of their array, for phases
+template <typename Real>
+RaySource<Real> frameRays(const RayFrame<Real>& frame, std::span<const glm::vec2> places, int columns = 1) {
+    if (places.empty())
+        return frameRays(frame);
+    return [frame, places, columns](std::size_t index) {
+        return segmentedRay(frame, glm::vec<2, Real>(places[index]),
+                            phaseIn(frame, index, static_cast<std::size_t>(columns)));
+    };
+}
+
+} // namespace tessera

@@ -1,0 +1,188 @@
+// render/backends/mirror/mirror_surfaces.h: rays through a volume with isosurfaces (docs/sampling.md,
+// "Isosurfaces"), on the CPU; twin of shaders/march_surface.glsl and march_surface_loop.glsl.
+#pragma once
+
+#include "core/base/work.h"
+#include "render/backends/mirror/mirror_input.h"
+#include "render/contract/cell_roots.h"
+#include "render/contract/compositing.h"
+#include "render/contract/integrators.h"
+#include "render/contract/ray.h"
+#include "render/contract/ray_state.h"
+#include "render/contract/sampler.h" // gradientValues
+
+#include <limits>
+#include <vector>
+
+namespace tessera {
+
+/// A plane of sample centres that starts a piece sooner than this, in voxels, is one that rounding has left
+/// before the piece.
+constexpr double kPlaneMargin = 1.0 / 2048;
+
+/// Where a ray first meets a plane of sample centres of this pitch beyond w, in segments from start.
+template <typename Real>
+Real nextPlane(const glm::vec<3, Real>& start, const glm::vec<3, Real>& step, Real w, Real pitch,
+               Real segmentVoxels) {
+    Real next = std::numeric_limits<Real>::max();
+    const Real least = w + static_cast<Real>(kPlaneMargin) / segmentVoxels;
+    for (int axis = 0; axis < 3; ++axis) {
+        const Real d = step[axis];
+        if (d == Real(0))
+            continue;
+        const Real x = (start[axis] + w * d) / pitch - Real(0.5);
+        const Real ahead = d > Real(0) ? Real(1) : Real(-1);
+        const Real plane = (d > Real(0) ? std::floor(x) : std::ceil(x)) + ahead;
+        Real at = ((plane + Real(0.5)) * pitch - start[axis]) / d;
+        if (!(at > least))
+            at = ((plane + ahead + Real(0.5)) * pitch - start[axis]) / d;
+        next = std::min(next, at);
+    }
+    return next;
+}
+
+/// How far a ray is: the segment that comes next, and what it has gathered.
+template <typename Real> struct SurfaceRayState {
+    int next = 0;
+    glm::vec<4, Real> sum{0};
+};
+
+/// Takes a ray on from its state to its end, or to a stride whose field says lacks(): there it stops as it
+/// was before.
+/// @param field  as mirrorRay()'s; lacks() besides
+template <typename Real, typename Field>
+void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
+                SurfaceHit* hit, SurfaceRayState<Real>& state) {
+    using Vec = glm::vec<3, Real>;
+    const Optics& optics = *input.optics;
+    const bool ends = needsEnds(optics.integrator);
+    const Occupancy* near = input.surfaceOccupancy ? input.surfaceOccupancy : input.occupancy;
+    std::vector<Real> isovalues;
+    for (const SurfaceLook& s : optics.surfaces)
+        isovalues.push_back(static_cast<Real>(s.isovalue));
+    glm::vec<4, Real>& sum = state.sum;
+    const auto over = [&](const Vec& colour, Real alpha) {
+        composite(sum, colour, alpha);
+        return Real(1) - sum.a < static_cast<Real>(optics.termination) || !(Real(1) - sum.a > Real(0));
+    };
+    const auto lit = [&](const Vec& colour, const Vec& gradient, const Vec& position, const auto& material) {
+        if (!optics.shading)
+            return colour;
+        return optics.hasLights
+                   ? shadeReceived(optics, colour, gradient, ray.direction, position, material(), field)
+                   : shade(optics, colour, gradient, ray.direction);
+    };
+    Real front = 0;     // the field at the start of segment i
+    bool known = false; // front is
+    int& i = state.next;
+    while (i < ray.count) {
+        ++work.iterations;
+        [[maybe_unused]] const glm::vec<4, Real> before = sum;
+        [[maybe_unused]] const bool metBefore = hit && hit->surface != 0;
+        const int n = strideAt(input.strides, ray, i);
+        const Real length = strideLength(ray, i, n);
+        const Vec start = segmentStart(ray, i), end = strideEnd(ray, i, length);
+        if (input.occupancy) {
+            const int next = nextNotClear(*input.occupancy, input.strides, ray, i);
+            if (next > i) {
+                i = next;
+                known = false;
+                continue;
+            }
+        }
+        ++work.segments;
+        const bool solves = !near || !isClear(*near, start, end), needs = solves || ends;
+        work.samples += !needs ? 0 : known ? 1 : 2;
+        if (needs && !known)
+            front = field.value(start);
+        const Real back = needs ? field.value(end) : Real(0);
+        bool done = false; // nothing behind is seen
+        // The volume between two places of the stride, segments from its start.
+        const auto addVolume = [&](Real from, Real to, Real valueFrom, Real valueTo) {
+            const Real part = to - from;
+            if (!optics.volumeShows || !(part > Real(0)) || done)
+                return;
+            const Vec middle = start + (from + Real(0.5) * part) * ray.step;
+            work.samples += ends ? 0 : 1;
+            const SegmentEnd<Real> b = endOf(optics, ends ? valueTo : field.value(middle));
+            const SegmentEnd<Real> a = ends ? endOf(optics, valueFrom) : b;
+            Real extinction = segmentExtinction(optics, a, b);
+            if (!(extinction > Real(0)))
+                return;
+            Vec gradient(0);
+            if (optics.takesGradients()) {
+                gradient = field.gradient(middle);
+                work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
+            }
+            if (optics.grades())
+                extinction *= gradientFactor(optics, gradient);
+            const Real depth = extinction * (part * ray.segmentMm);
+            const Real alpha = opacityOf(depth);
+            const Vec colour = lit(segmentColour(optics, a, b, depth, alpha, n), gradient, middle,
+                                   [&] { return materialOf(optics, a, b); });
+            done = over(colour, alpha);
+        };
+        Real from = 0, valueFrom = front; // of what of the volume is not added yet
+        const auto addSurface = [&](Real at, std::size_t number) {
+            if (done)
+                return;
+            const SurfaceLook& surface = optics.surfaces[number];
+            addVolume(from, at, valueFrom, isovalues[number]);
+            from = at;
+            valueFrom = isovalues[number];
+            if (done)
+                return;
+            const Vec p = start + at * ray.step;
+            Vec gradient(0);
+            if (optics.shading || hit) {
+                gradient = field.gradient(p);
+                work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
+            }
+            if (hit && hit->surface == 0) {
+                hit->position = glm::vec3(p);
+                hit->depthMm = static_cast<float>((static_cast<Real>(i) + at) * ray.segmentMm);
+                hit->normal = glm::vec3(unitNormal(optics, gradient, ray.direction));
+                hit->surface = static_cast<int>(number) + 1;
+            }
+            if (input.showsDistances) {
+                done = over(Vec((static_cast<Real>(i) + at) * ray.segmentMm, Real(0), Real(0)),
+                            static_cast<Real>(surface.opacity));
+                return;
+            }
+            const auto material = [&] { return materialAt(optics, placeOf(optics, isovalues[number])); };
+            done = over(lit(Vec(surface.colour), gradient, p, material), static_cast<Real>(surface.opacity));
+        };
+        if (solves) {
+            Real w = 0, value = front;
+            while (w < length && !done) {
+                const Vec p = start + w * ray.step;
+                const Real next = std::min(nextPlane(start, ray.step, w, field.pitch(p),
+                                                     static_cast<Real>(input.strides.segmentVoxels)),
+                                           length);
+                const Real piece = next - w;
+                const Real v1 = field.value(start + (w + piece * Real(1.0 / 3)) * ray.step);
+                const Real v2 = field.value(start + (w + piece * Real(2.0 / 3)) * ray.step);
+                const Real v3 = next == length ? back : field.value(start + next * ray.step);
+                work.samples += next == length ? 2 : 3;
+                forEachCrossing<Real>(value, v1, v2, v3, isovalues,
+                                      [&](Real u, std::size_t number) { addSurface(w + u * piece, number); });
+                w = next;
+                value = v3;
+            }
+        }
+        addVolume(from, length, valueFrom, back);
+        if constexpr (requires { field.lacks(); }) {
+            if (field.lacks()) {
+                sum = before;
+                if (hit && !metBefore)
+                    *hit = SurfaceHit();
+                return;
+            }
+        }
+        front = back;
+        known = needs;
+        i = done ? ray.count : i + n;
+    }
+}
+
+} // namespace tessera

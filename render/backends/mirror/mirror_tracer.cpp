@@ -1,0 +1,52 @@
+// render/backends/mirror/mirror_tracer.cpp: see mirror_tracer.h.
+#include "render/backends/mirror/mirror_tracer.h"
+
+#include "core/base/error.h"
+#include "render/backends/mirror/mirror_surfaces.h"
+#include "render/contract/cache_field.h"
+
+namespace tessera {
+namespace {
+
+/// A field that nobody asks for light.
+template <typename Values> struct UnlitField {
+    Values& values;
+    float value(const glm::vec3& p) { return values.value(p); }
+    float pitch(const glm::vec3& p) { return values.pitch(p); }
+    glm::vec3 gradient(const glm::vec3& p) { return values.gradient(p); }
+    leaf::ReceivedLight<float> received(const glm::vec3&, const leaf::LightingNumbers&) {
+        TESSERA_CHECK(false);
+        return {};
+    }
+};
+
+} // namespace
+
+MirrorTracer::MirrorTracer(const ScenePlan& scene, double voxels)
+    : input_(mirrorInput(scene, scene.view.quality.skipping)) {
+    optics_.surfaces = scene.volume.optics.surfaces;
+    optics_.volumeShows = false;
+    input_.optics = &optics_;
+    if (input_.surfaceOccupancy) // the volume's own does not matter
+        input_.occupancy = input_.surfaceOccupancy;
+    input_.surfaceOccupancy = nullptr;
+    input_.strides.segmentVoxels = voxels;
+    input_.showsDistances = true;
+}
+
+void MirrorTracer::trace(std::span<const LightWay> ways, std::span<LightTaken> taken) const {
+    TESSERA_CHECK(ways.size() == taken.size());
+    Work unused;
+    withCacheField<float>(*input_.cache, *input_.info, *input_.selection, input_.levels, Gradient::central,
+                          [&](auto& values) {
+                              UnlitField<std::decay_t<decltype(values)>> field{values};
+                              for (std::size_t n = 0; n < ways.size(); ++n) {
+                                  SurfaceRayState<float> state;
+                                  surfaceRay(segmentedWay<float>(ways[n], input_.strides.segmentVoxels),
+                                             field, input_, unused, nullptr, state);
+                                  taken[n] = {state.sum.a, state.sum.r};
+                              }
+                          });
+}
+
+} // namespace tessera

@@ -1,0 +1,383 @@
+// render/backends/native/native_caster.cpp: see native_caster.h.
+#include "render/backends/native/native_caster.h"
+
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/threads.h"
+#include "render/backends/mirror/mirror.h"
+#include "render/backends/native/native_scene.h"
+#include "render/backends/native/native_tracer.h"
+
+#include <algorithm>
+#include <mutex>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+constexpr int kTileEdge = 32;       // rays of the array; a packet's edges divide it
+constexpr std::int32_t kEnded = -1; // of a ray, in place of its next segment
+
+/// What packets leave to the scalar text, for one thread.
+struct Context {
+    NativeField& field;
+    const Rays& rays;
+    const Occupancy* occupancy;
+    bool ends; // segments are given by the field at their ends
+    RayCaster::Clock::time_point deadline;
+    std::atomic<bool>& late;
+};
+
+SegmentedRay<float> rayOf(const native::PacketJob& job, int lane) {
+    SegmentedRay<float> ray;
+    ray.entry = {job.entry[0][lane], job.entry[1][lane], job.entry[2][lane]};
+    ray.step = {job.step[0][lane], job.step[1][lane], job.step[2][lane]};
+    ray.direction = {job.direction[0][lane], job.direction[1][lane], job.direction[2][lane]};
+    ray.segmentMm = job.segmentMm[lane];
+    ray.tail = job.tail[lane];
+    ray.count = job.count[lane];
+    return ray;
+}
+
+native::PacketHelp helpOf(const Context& context) {
+    native::PacketHelp help;
+    help.context = &context;
+    help.gradient = [](const void* c, const float* p, float* g, bool* missing) {
+        NativeField& field = static_cast<const Context*>(c)->field;
+        const glm::vec3 gradient = field.gradient({p[0], p[1], p[2]});
+        g[0] = gradient.x, g[1] = gradient.y, g[2] = gradient.z;
+        *missing = field.takeMissing();
+    };
+    help.expired = [](const void* c) {
+        checkInterrupted();
+        const auto& context = *static_cast<const Context*>(c);
+        if (context.late.load(std::memory_order_relaxed))
+            return true;
+        if (context.deadline == RayCaster::Clock::time_point::max() ||
+            RayCaster::Clock::now() < context.deadline)
+            return false;
+        context.late.store(true, std::memory_order_relaxed);
+        return true;
+    };
+    return help;
+}
+
+SurfaceHit hitOf(const native::PacketHits& hits, int lane) {
+    const auto three = [lane](const float(&v)[3][native::kMostLanes]) {
+        return glm::vec3(v[0][lane], v[1][lane], v[2][lane]);
+    };
+    return {three(hits.position), hits.depthMm[lane], three(hits.normal), hits.surface[lane]};
+}
+
+/// Reads all that the next sample of a ray needs.
+void nameSample(NativeField& field, const Context& context, const Optics& optics,
+                const SegmentedRay<float>& ray, int i) {
+    const int n = strideAt(context.rays.strides, ray, i);
+    const float length = strideLength(ray, i, n);
+    const glm::vec3 middle = stridePosition(ray, i, length);
+    if (context.ends) {
+        field.value(segmentStart(ray, i));
+        field.value(strideEnd(ray, i, length));
+    } else {
+        field.value(middle);
+    }
+    if (optics.takesGradients())
+        field.gradient(middle);
+}
+
+} // namespace
+
+/// What a thread counts; added up tile by tile.
+struct NativeCaster::Counts {
+    Work work;
+    Lanes lanes;
+    std::size_t waiting = 0;
+    const Context* context = nullptr;
+};
+
+NativeCaster::NativeCaster(const ScenePlan& scene, NativeEngine& engine, const CasterOptions& options,
+                           MemoryBudget& gpu, const native::PacketTarget* target)
+    : scene_(scene), engine_(engine), gpu_(gpu), options_(options),
+      target_(target ? *target : native::packetTarget()),
+      wanted_(options.passes ? cellCount(brickGrid(scene.info().extentVoxels)) : 0) {}
+
+const Occupancy* NativeCaster::occupancy() const {
+    return scene_.view.quality.skipping && scene_.volume.occupancy.exists() ? &scene_.volume.occupancy
+                                                                            : nullptr;
+}
+
+bool NativeCaster::mapsSurfaces() const {
+    return occupancy() && scene_.volume.mapsSurfaces;
+}
+
+void NativeCaster::begin(const Rays& rays) {
+    check(rays);
+    rays_ = rays;
+    frame_ = cast<float>(rays.frame);
+    size_ = rays.size();
+    tiles_ = (size_ + (kTileEdge - 1)) / kTileEdge;
+    packetFrame_ = packetFrameOf(frame_);
+    if (std::exchange(mapIsNew_, false)) { // what was found is of another one
+        blocks_.reset();
+        surfaceBlocks_.reset();
+    }
+    raysCharge_ = {};
+    raysCharge_ = gpu_.charge((kRayColourBytes + kRayNextBytes + (options_.hits ? sizeof(SurfaceHit) : 0)) *
+                                  rayCount(size_),
+                              "the rays");
+    colour_.assign(rayCount(size_), glm::vec4(0));
+    next_.assign(rayCount(size_), 0);
+    packet_.assign(static_cast<std::size_t>(tiles_.x) * static_cast<std::size_t>(tiles_.y), 0);
+    if (options_.hits)
+        hits_.assign(rayCount(size_), SurfaceHit());
+    lanes_ = {0, 0, target_.lanes()};
+    waiting_ = 0;
+    cuts_.reset();
+    cutsCharge_ = {};
+    if (rays.frame.cuts) {
+        cuts_ = cutRays(rays.frame, rays.places, engine_.threads());
+        cutsCharge_ = gpu_.charge(cuts_->bytes(), "the intervals of rays");
+    }
+    round_ = 0;
+}
+
+/// Rays that have another interval, and behind which something is seen, go on.
+void NativeCaster::startRound() {
+    const Optics& optics = scene_.volume.optics;
+    for (std::size_t slot = 0; slot < next_.size(); ++slot) {
+        const bool ends =
+            cuts_->count(slot) <= round_ || (!scene_.volume.reduces() && isOpaque(optics, colour_[slot]));
+        next_[slot] = ends ? kEnded : 0;
+    }
+    std::fill(packet_.begin(), packet_.end(), std::uint16_t{0});
+}
+
+/// Rays that keep one value have no colour until all their intervals are drawn.
+void NativeCaster::colourKeptValues() {
+    for (glm::vec4& colour : colour_)
+        colour = colourOfKept(scene_.volume.optics, KeptValue<float>{colour.r, colour.g, colour.a > 0});
+}
+
+native::PacketScene NativeCaster::packetScene() const {
+    return packetSceneOf({scene_, engine_.settled(), engine_.lightChannels(), rays_.strides, frame_.flat,
+                          cuts_.has_value(), occupancy(), blocks_.get(), surfaceBlocks_.get()});
+}
+
+bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& work) {
+    while (drawRound(slicing, deadline, work)) {
+        if (waiting_ > 0 || !cuts_)
+            return true;
+        if (round_ + 1 >= cuts_->most) {
+            if (scene_.volume.reduces())
+                colourKeptValues();
+            return true;
+        }
+        ++round_;
+        startRound();
+        if (Clock::now() >= deadline)
+            return false;
+    }
+    return false;
+}
+
+bool NativeCaster::drawRound(const Slicing& slicing, Clock::time_point deadline, Work& work) {
+    const auto start = Clock::now();
+    engine_.settled();
+    engine_.settledLight(work);
+    const native::PacketScene packets = packetScene();
+    march_ = target_.march(packets);
+    const auto packetsOfTile = static_cast<std::uint16_t>(kTileEdge * kTileEdge / target_.lanes());
+    if (std::all_of(packet_.begin(), packet_.end(), [&](std::uint16_t p) { return p == packetsOfTile; })) {
+        std::fill(packet_.begin(), packet_.end(), std::uint16_t{0}); // rays that waited go on
+        waiting_ = 0;
+    }
+    std::atomic<bool> late{false};
+    std::mutex mutex;
+    const auto tile = [&](std::size_t number) {
+        if (packet_[number] == packetsOfTile || late.load(std::memory_order_relaxed))
+            return;
+        const VolumeState& volume = scene_.volume;
+        NativeField field(engine_.plane(), volume.mixed() ? &volume.levels : nullptr,
+                          volume.selection.finest(), volume.optics.gradient);
+        field.setLight(engine_.lightChannels());
+        const Context context{field, rays_, occupancy(), needsEnds(volume.optics.integrator), deadline, late};
+        native::PacketScene mine = packets;
+        mine.help = helpOf(context);
+        Counts counts;
+        counts.context = &context;
+        const glm::ivec2 first =
+            kTileEdge * glm::ivec2(static_cast<int>(number) % tiles_.x, static_cast<int>(number) / tiles_.x);
+        const int perRow = kTileEdge / target_.columns;
+        for (std::uint16_t& p = packet_[number]; p < packetsOfTile;) {
+            const glm::ivec2 origin =
+                first + glm::ivec2(p % perRow, p / perRow) * glm::ivec2(target_.columns, target_.rows);
+            const bool ended = glm::any(glm::greaterThanEqual(origin, size_)) ||
+                               drawPacket(origin, mine, field, slicing, counts);
+            p = static_cast<std::uint16_t>(p + (ended ? 1 : 0));
+            if (mine.help.expired(&context))
+                break;
+        }
+        const std::lock_guard lock(mutex);
+        work += counts.work;
+        lanes_.turns += counts.lanes.turns;
+        lanes_.used += counts.lanes.used;
+        waiting_ += counts.waiting;
+    };
+    parallelFor(packet_.size(), engine_.threads(), tile,
+                deadline == Clock::time_point::max() ? slicing.progress : ShareDone{});
+    const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    ++work.dispatches;
+    work.marchMs += ms;
+    work.longestDispatchMs = std::max(work.longestDispatchMs, ms);
+    return std::all_of(packet_.begin(), packet_.end(), [&](std::uint16_t p) { return p == packetsOfTile; });
+}
+
+glm::vec2 NativeCaster::placeOf(const glm::ivec2& at, std::size_t slot) const {
+    return rays_.places.empty() ? glm::vec2(at) + 0.5f : rays_.places[slot];
+}
+
+/// Reads all that the next stride of a ray among surfaces needs.
+void NativeCaster::nameStride(NativeField& field, const SegmentedRay<float>& ray, int i,
+                              const glm::vec4& sum) {
+    MirrorInput input;
+    input.optics = &scene_.volume.optics;
+    input.occupancy = occupancy();
+    input.surfaceOccupancy = mapsSurfaces() ? &scene_.volume.surfaceOccupancy : nullptr;
+    input.strides = rays_.strides;
+    Work unused;
+    SurfaceHit nowhere;
+    SurfaceRayState<float> state{i, sum};
+    surfaceRay(ray, field, input, unused, options_.hits ? &nowhere : nullptr, state);
+}
+
+/// True when all rays of it are at their end or wait.
+bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScene& packets,
+                              NativeField& field, const Slicing& slicing, Counts& counts) {
+    native::PacketJob job;
+    native::PacketHits hits;
+    native::PacketPlaces places{};
+    std::size_t slots[native::kMostLanes] = {};
+    bool within[native::kMostLanes] = {}, any = false;
+    for (int lane = 0; lane < target_.lanes(); ++lane) {
+        const glm::ivec2 at = origin + glm::ivec2(lane % target_.columns, lane / target_.columns);
+        within[lane] = glm::all(glm::lessThan(at, size_));
+        if (!within[lane])
+            continue;
+        slots[lane] = static_cast<std::size_t>(at.y) * static_cast<std::size_t>(size_.x) +
+                      static_cast<std::size_t>(at.x);
+        const glm::vec2 place = placeOf(at, slots[lane]);
+        places.x[lane] = place.x, places.y[lane] = place.y;
+        places.phase[lane] = rays_.frame.phased ? phaseOf<float>(at.x, at.y) : 0;
+    }
+    target_.rays(packetFrame_, places, job);
+    for (int lane = 0; cuts_ && lane < target_.lanes(); ++lane) {
+        if (!within[lane])
+            continue;
+        const bool has = round_ < cuts_->count(slots[lane]);
+        const SegmentedRay<float> part =
+            has ? partOf(rayOf(job, lane), cuts_->at(slots[lane], round_), frame_.segmentVoxels)
+                : SegmentedRay<float>();
+        for (int axis = 0; axis < 3; ++axis)
+            job.entry[axis][lane] = part.entry[axis];
+        job.tail[lane] = part.tail;
+        job.count[lane] = part.count;
+    }
+    for (int lane = 0; lane < target_.lanes(); ++lane) {
+        glm::vec4 colour(0);
+        job.next[lane] = 0;
+        if (!within[lane]) {
+            job.count[lane] = 0;
+        } else {
+            if (next_[slots[lane]] == kEnded)
+                job.count[lane] = 0;
+            job.next[lane] = next_[slots[lane]];
+            colour = colour_[slots[lane]];
+            any = any || job.count[lane] > 0;
+            if (options_.hits)
+                hits.surface[lane] = hits_[slots[lane]].surface;
+        }
+        for (int c = 0; c < 4; ++c)
+            job.colour[c][lane] = colour[c];
+    }
+    if (!any)
+        return true;
+    job.hits = options_.hits ? &hits : nullptr;
+    job.turns = slicing.fixedIterations;
+    march_(packets, job);
+    bool ended = true;
+    const bool surfaces = !scene_.volume.optics.surfaces.empty();
+    for (int lane = 0; lane < target_.lanes(); ++lane) {
+        if (job.count[lane] == 0)
+            continue;
+        const std::size_t slot = slots[lane];
+        colour_[slot] = {job.colour[0][lane], job.colour[1][lane], job.colour[2][lane], job.colour[3][lane]};
+        next_[slot] = job.next[lane] < job.count[lane] ? job.next[lane] : kEnded;
+        if (options_.hits && hits_[slot].surface == 0 && hits.surface[lane] != 0)
+            hits_[slot] = hitOf(hits, lane);
+        if (job.waiting >> lane & 1u) {
+            ++counts.waiting;
+            field.name(&wanted_, static_cast<std::uint32_t>(slot));
+            if (surfaces)
+                nameStride(field, rayOf(job, lane), job.next[lane], colour_[slot]);
+            else
+                nameSample(field, *counts.context, scene_.volume.optics, rayOf(job, lane), job.next[lane]);
+            field.name(nullptr, 0);
+            field.takeMissing();
+        } else {
+            ended = ended && next_[slot] == kEnded;
+        }
+    }
+    counts.work.iterations += job.iterations;
+    counts.work.segments += job.segments;
+    counts.work.samples += job.values + job.gradients * static_cast<std::uint64_t>(
+                                                            gradientValues(scene_.volume.optics.gradient));
+    counts.lanes.turns += job.turnsTaken;
+    counts.lanes.used += job.values;
+    return ended;
+}
+
+std::unique_ptr<SurfaceTracer> NativeCaster::surfaceTracer(double voxels) const {
+    if (options_.passes) // bricks may be absent
+        return nullptr;
+    return std::make_unique<NativeTracer>(packetScene(), target_, voxels);
+}
+
+Image NativeCaster::image() const {
+    Image image(size_);
+    image.pixels = colour_;
+    return image;
+}
+
+void NativeCaster::refine() {
+    // Pixels that decide how many rays they take have about two in the mean, and more for an error's sake.
+    constexpr int kDecided = 2, kForAnError = 16;
+    const Quality& quality = scene_.view.quality;
+    const int ofPixel = quality.pixels.samples != PixelSampling::kAutomatic ? quality.pixels.samples
+                        : quality.maxError.value_or(0) > 0                  ? kForAnError
+                                                                            : kDecided;
+    if (FineBlocks::pay(scene_.volume.mixed(), ofPixel * raysPerCell(scene_.view.frame)))
+        findBlocks();
+}
+
+void NativeCaster::findBlocks() {
+    const Occupancy* const all = occupancy();
+    const VolumeState& volume = scene_.volume;
+    if (!all || all->scale() != MapScale::cells || options_.passes)
+        return;
+    const auto finer = [&](const Occupancy& cells, const TransferTable& table) {
+        const FineBlocksInput input{
+            engine_.settled(),         cells, volume.statistics, volume.mixed() ? &volume.levels : nullptr,
+            volume.selection.finest(), table, volume.optics,     target_};
+        return gpu_.freeBytes() < FineBlocks::bytes(cells) ? nullptr
+                                                           : std::make_unique<FineBlocks>(input, gpu_);
+    };
+    blocks_ = finer(*all, volume.table);
+    if (mapsSurfaces())
+        surfaceBlocks_ = finer(volume.surfaceOccupancy, volume.surfaceTable);
+}
+
+std::size_t NativeCaster::refinedCells() const {
+    return (blocks_ ? blocks_->looked() : 0) + (surfaceBlocks_ ? surfaceBlocks_->looked() : 0);
+}
+
+} // namespace tessera

@@ -1,0 +1,174 @@
+// render/backends/native/native_engine.cpp: see native_engine.h.
+#include "render/backends/native/native_engine.h"
+
+#include "core/base/error.h"
+#include "core/base/threads.h"
+#include "render/backends/mirror/mirror.h"
+#include "render/backends/native/native_caster.h"
+#include "render/backends/native/native_field.h"
+#include "render/plan/visibility_rays.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kNumberedSamples = std::size_t{1} << 31; // what 32 bits number
+
+/// As mirrorSeen(), over the engine's bricks.
+class NativeCounter : public VisibilityCounter {
+  public:
+    NativeCounter(const ScenePlan& scene, NativeEngine& engine) : scene_(scene), engine_(engine) {}
+    void begin() override {
+        row_ = 0;
+        rays_ = visibilityRays(scene_.view.camera, scene_.info(), scene_.view.imageSize, scene_.strides());
+        seen_.assign(scene_.volume.selection.levels.size(), SeenBrick());
+    }
+    bool count(const Slicing&, RayCaster::Clock::time_point deadline) override {
+        const HostPlane& plane = engine_.settled();
+        const glm::ivec2 size(rays_.frame.imageSize);
+        const RayFrame<float> frame = cast<float>(rays_.frame);
+        MirrorInput input; // of it what a ray that counts reads
+        input.selection = &scene_.volume.selection;
+        input.optics = &scene_.volume.optics;
+        input.strides = rays_.strides;
+        constexpr int kRowsAtATime = 8;
+        while (row_ < size.y) {
+            const int end = deadline == RayCaster::Clock::time_point::max()
+                                ? size.y
+                                : std::min(size.y, row_ + kRowsAtATime);
+            parallelFor(static_cast<std::size_t>(end - row_), engine_.threads(), [&](std::size_t row) {
+                NativeField field(plane, scene_.volume.mixed() ? &scene_.volume.levels : nullptr,
+                                  scene_.volume.selection.finest(), scene_.volume.optics.gradient);
+                for (int x = 0; x < size.x; ++x)
+                    seeAlong(segmentedRay(frame,
+                                          glm::vec2(static_cast<float>(x) + 0.5f,
+                                                    static_cast<float>(row_ + static_cast<int>(row)) + 0.5f)),
+                             field, input, seen_);
+            });
+            row_ = end;
+            if (RayCaster::Clock::now() >= deadline)
+                break;
+        }
+        return row_ >= size.y;
+    }
+    std::vector<SeenBrick> seen() const override { return seen_; }
+
+  private:
+    const ScenePlan& scene_;
+    NativeEngine& engine_;
+    VisibilityRays rays_;
+    std::vector<SeenBrick> seen_;
+    int row_ = 0;
+};
+
+} // namespace
+
+Engine::About NativeEngine::about() const {
+    return {std::string("CPU, ") + native::packetTarget().name, "", true};
+}
+
+TextureLimits NativeEngine::limits() const {
+    TextureLimits limits;
+    limits.maxExtent = 1 << 15;
+    limits.pageEdge = kGhostedEdge;
+    limits.readsOnce = true;
+    limits.maxBytes = kNumberedSamples * 2;
+    limits.indexEntryBytes = sizeof(native::PacketBrick) + 3 * sizeof(BrickEntry);
+    return limits;
+}
+
+void NativeEngine::open(std::span<ScenePlan* const> volumes, std::size_t pages) {
+    TESSERA_CHECK(volumes.size() == 1);
+    close();
+    scene_ = volumes.front();
+    TextureLimits limits = this->limits();
+    limits.pageEdge = scene_->volume.pageEdge;
+    limits.lightChannels = keptLightChannels(scene_->view.lighting);
+    plane_ = std::make_unique<HostPlane>(scene_->info(), pages, limits, threads_, gpu_);
+    std::vector<Plane*> planes{plane_.get()};
+    if (limits.lightChannels > 0) {
+        std::vector<Plane*> channels;
+        for (int n = 0; n < tessera::lightChannels(scene_->view.lighting); ++n)
+            channels.push_back(lightPlanes_
+                                   .emplace_back(std::make_unique<HostPlane>(scene_->info(), ValueType::u16,
+                                                                             "light of the bricks", pages,
+                                                                             limits, threads_, gpu_))
+                                   .get());
+        sceneLight_.emplace(*scene_, threads_);
+        planes.push_back(&lightPlane_.emplace(*sceneLight_, *scene_, std::move(channels)));
+        litBy_ = scene_->view.camera;
+    }
+    bricks_.emplace(scene_->info(), scene_->volume.selection, pages, limits, std::move(planes), ram_);
+}
+
+void NativeEngine::close() {
+    bricks_.reset();
+    lightPlane_.reset();
+    sceneLight_.reset();
+    lightPlanes_.clear();
+    plane_.reset();
+    scene_ = nullptr;
+}
+
+const HostPlane& NativeEngine::settled() {
+    const VolumeState& volume = scene_->volume;
+    plane_->settle(volume.mixed() ? &volume.levels : nullptr, volume.selection.finest());
+    return *plane_;
+}
+
+void NativeEngine::levelsChanged() {
+    plane_->levelsChanged();
+    for (const auto& plane : lightPlanes_)
+        plane->levelsChanged();
+    if (sceneLight_)
+        sceneLight_->levelsChanged();
+}
+
+std::optional<LightReport> NativeEngine::lightReport() const {
+    if (!sceneLight_)
+        return std::nullopt;
+    std::size_t bytes = 0;
+    for (const auto& plane : lightPlanes_)
+        bytes += plane->bytes();
+    return sceneLight_->report(bytes);
+}
+
+void NativeEngine::functionChanged() {
+    if (sceneLight_)
+        sceneLight_->functionChanged();
+}
+
+const std::vector<std::unique_ptr<HostPlane>>& NativeEngine::settledLight(Work& work) {
+    if (!sceneLight_)
+        return lightPlanes_;
+    if (!(litBy_ == scene_->view.camera)) {
+        litBy_ = scene_->view.camera;
+        sceneLight_->viewChanged();
+    }
+    lightPlane_->settle(work);
+    const VolumeState& volume = scene_->volume;
+    for (const auto& plane : lightPlanes_)
+        plane->settle(volume.mixed() ? &volume.levels : nullptr, volume.selection.finest());
+    return lightPlanes_;
+}
+
+std::unique_ptr<RayCaster> NativeEngine::caster(const CasterOptions& options, MemoryBudget& gpu) {
+    return std::make_unique<NativeCaster>(*scene_, *this, options, gpu);
+}
+
+std::unique_ptr<VisibilityCounter> NativeEngine::counter(MemoryBudget&) {
+    return std::make_unique<NativeCounter>(*scene_, *this);
+}
+
+EngineTraits nativeTraits() {
+    EngineTraits traits;
+    traits.kind = EngineKind::native;
+    traits.name = "native";
+    traits.device = std::string("CPU, ") + native::packetTarget().name;
+    traits.quick = traits.countsAlways = true;
+    traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
+        return std::make_unique<NativeEngine>(input.threads, *input.gpu, *input.ram);
+    };
+    return traits;
+}
+
+} // namespace tessera

@@ -1,0 +1,60 @@
+// render/backends/native/native_engine.h: the native engine: rays on the processor, several side by side
+// (packet.h). It takes the contract's samples, bit-equal to the float mirror, from bricks in host memory. It
+// takes RAM where other engines take GPU memory, and charges it as GPU memory: --gpu-memory bounds it.
+#pragma once
+
+#include "render/backends/native/host_plane.h"
+#include "render/engine.h"
+#include "render/engine_traits.h"
+#include "render/light/light_plane.h"
+
+#include <memory>
+#include <optional>
+
+namespace tessera {
+
+class NativeEngine : public Engine {
+  public:
+    /// @param threads  0: all processors. All must outlive this.
+    NativeEngine(int threads, MemoryBudget& gpu, MemoryBudget& ram)
+        : threads_(threads), gpu_(gpu), ram_(ram) {}
+    NativeEngine(const NativeEngine&) = delete;
+    NativeEngine& operator=(const NativeEngine&) = delete;
+
+    About about() const override;
+    TextureLimits limits() const override;
+    void open(std::span<ScenePlan* const> volumes, std::size_t pages) override;
+    void close() override;
+    BrickResidency* bricks() override { return bricks_ ? &*bricks_ : nullptr; }
+    void levelsChanged() override;
+    LightPlane* light() override { return lightPlane_ ? &*lightPlane_ : nullptr; }
+    std::optional<LightReport> lightReport() const override;
+    std::unique_ptr<RayCaster> caster(const CasterOptions& options, MemoryBudget& gpu) override;
+    std::unique_ptr<VisibilityCounter> counter(MemoryBudget& gpu) override;
+
+    /// The bricks, ready for rays.
+    const HostPlane& settled();
+    const HostPlane& plane() const { return *plane_; }
+    /// The light of bricks' samples, ready for rays: a plane a channel of the scene's light; none where it
+    /// has none. Bricks must be settled.
+    const std::vector<std::unique_ptr<HostPlane>>& settledLight(Work& work);
+    const std::vector<std::unique_ptr<HostPlane>>& lightChannels() const { return lightPlanes_; }
+    /// Light as it was does not hold any more.
+    void functionChanged();
+    int threads() const { return threads_; }
+
+  private:
+    int threads_;
+    MemoryBudget &gpu_, &ram_;
+    ScenePlan* scene_ = nullptr;
+    std::unique_ptr<HostPlane> plane_;
+    std::vector<std::unique_ptr<HostPlane>> lightPlanes_;
+    std::optional<SceneLight> sceneLight_;
+    std::optional<LightPlane> lightPlane_;
+    Camera litBy_; // the camera that lights were placed by
+    std::optional<BrickResidency> bricks_;
+};
+
+EngineTraits nativeTraits();
+
+} // namespace tessera

@@ -1,0 +1,186 @@
+// render/backends/native/native_scene.cpp: see native_scene.h.
+#include "render/backends/native/native_scene.h"
+
+#include "core/base/error.h"
+
+namespace tessera {
+namespace {
+
+static_assert(static_cast<int>(native::PacketReduction::average) == static_cast<int>(Reduction::average) &&
+              static_cast<int>(native::PacketReduction::minimum) == static_cast<int>(Reduction::minimum));
+
+native::PacketEmptySpace spaceOf(const Occupancy& empty, const FineBlocks* finer) {
+    if (finer)
+        return finer->space();
+    native::PacketEmptySpace space;
+    space.map = empty.map().data();
+    for (int axis = 0; axis < 3; ++axis)
+        space.grid[axis] = empty.grid()[axis];
+    space.shift = boxShift(empty.scale());
+    return space;
+}
+
+} // namespace
+
+native::PacketFrame packetFrameOf(const RayFrame<float>& frame) {
+    native::PacketFrame f;
+    for (int axis = 0; axis < 3; ++axis) {
+        f.centre[axis] = frame.centre[axis];
+        f.right[axis] = frame.right[axis];
+        f.up[axis] = frame.up[axis];
+        f.toCentre[axis] = frame.toCentre[axis];
+        f.extent[axis] = frame.extent[axis];
+        for (int row = 0; row < 3; ++row)
+            f.patientFromVoxel[3 * axis + row] = frame.patientFromVoxel[axis][row];
+    }
+    f.imageSize[0] = frame.imageSize.x, f.imageSize[1] = frame.imageSize.y;
+    f.segmentVoxels = frame.segmentVoxels;
+    f.perspective = frame.perspective;
+    static_assert(native::kMostPacketSlabs == kMostSlabs);
+    f.slabCount = frame.slabCount;
+    f.flat = frame.flat;
+    for (int n = 0; n < frame.slabCount; ++n) {
+        const RaySlab<float>& slab = frame.slabs[static_cast<std::size_t>(n)];
+        f.slabs[n] = {{slab.normal.x, slab.normal.y, slab.normal.z}, slab.low, slab.high};
+    }
+    return f;
+}
+
+native::PacketScene packetSceneOf(const PacketSceneInput& in) {
+    const HostPlane& plane = in.plane;
+    const VolumeState& volume = in.plan.volume;
+    const VolumeInfo& info = in.plan.info();
+    native::PacketScene s;
+    native::PacketField& f = s.field;
+    f.samples = plane.samples();
+    f.kind = plane.kind();
+    f.bricks = plane.bricks().data();
+    f.mixed = volume.mixed();
+    f.level = volume.selection.finest();
+    const glm::ivec3 last = levelExtent(info.extentVoxels, f.level) - 1;
+    for (int axis = 0; axis < 3; ++axis) {
+        f.grid[axis] = plane.grid()[axis];
+        f.extentVoxels[axis] = info.extentVoxels[axis];
+        f.lastVoxel[axis] = info.extentVoxels[axis] - 1;
+        f.last[axis] = last[axis];
+    }
+    for (int level = 0; level + 1 < kLevelCount; ++level) {
+        f.rowPitch[level] = plane.rowPitch(level);
+        f.slicePitch[level] = plane.slicePitch(level);
+    }
+    if (f.mixed) {
+        f.facts = volume.levels.facts.data();
+        static_assert(sizeof(BrickCorner) == 2 * sizeof(std::uint32_t));
+        f.corners = &volume.levels.corners.front().codes;
+        f.finest = static_cast<std::int32_t>(volume.levels.finest);
+        f.edgeFunction = static_cast<std::int32_t>(volume.levels.edgeFunction);
+        f.naive = in.strides.sampling == Sampling::naive;
+        f.mostStride = volume.levels.mostStride;
+    }
+    f.uniformSegments = in.strides.uniformSegments;
+    f.segmentVoxels = static_cast<float>(in.strides.segmentVoxels);
+    for (std::size_t n = 0; n < in.light.size(); ++n) { // at the same places
+        const HostPlane& light = *in.light[n];
+        s.light[n] = f;
+        s.light[n].samples = light.samples();
+        s.light[n].kind = light.kind();
+        s.light[n].bricks = light.bricks().data();
+    }
+    const Optics& optics = volume.optics;
+    native::PacketOptics& o = s.optics;
+    o.scale = optics.scale, o.offset = optics.offset;
+    o.last = static_cast<std::int32_t>(optics.table.size()) - 1;
+    o.lastEntry = o.last - 1;
+    o.lastPlace = static_cast<float>(o.last);
+    o.termination = optics.termination;
+    switch (optics.integrator) {
+    case Integrator::linear:
+        o.integrator = native::PacketIntegrator::linear;
+        break;
+    case Integrator::preintegrated:
+        o.integrator = native::PacketIntegrator::preintegrated;
+        break;
+    case Integrator::preintegrated2d:
+        o.integrator = native::PacketIntegrator::preintegrated2d;
+        break;
+    case Integrator::midpoint:
+    case Integrator::automatic:
+        break;
+    }
+    o.reduction = static_cast<native::PacketReduction>(optics.reduction);
+    o.keepsOn = in.keepsOn;
+    if (const ValueBounds& bounds = volume.bounds;
+        in.plan.view.quality.skipping && bounds.exists() && !in.flat) { // a plane has one sample
+        s.bounds.brick = bounds.brick().data();
+        s.bounds.cell = bounds.cell().empty() ? nullptr : bounds.cell().data();
+        for (int axis = 0; axis < 3; ++axis)
+            s.bounds.cells[axis] = bounds.cells()[axis];
+        s.bounds.least = bounds.least();
+    }
+    const auto floats = [](const std::vector<glm::vec4>& v) { return v.empty() ? nullptr : &v.front().x; };
+    o.table = floats(optics.table);
+    o.bins = floats(optics.bins);
+    o.sums = floats(optics.sums);
+    o.colours = floats(optics.seen.colours());
+    o.preintegrationScale = optics.preintegrationScale;
+    o.preintegrationEdge = Preintegration2d::kEdge;
+    o.firstLayer = optics.seen.firstLayer();
+    o.lit = optics.shading;
+    switch (optics.gradient) {
+    case Gradient::central:
+        o.gradient = native::PacketGradient::central;
+        break;
+    case Gradient::centralHalf:
+        o.gradient = native::PacketGradient::centralHalf;
+        break;
+    case Gradient::forward:
+        o.gradient = native::PacketGradient::forward;
+        break;
+    case Gradient::sobel:
+        o.gradient = native::PacketGradient::sobel;
+        break;
+    case Gradient::analytic:
+        o.gradient = native::PacketGradient::analytic;
+        break;
+    case Gradient::cubic:
+        o.gradient = native::PacketGradient::cubic;
+        break;
+    }
+    o.ambient = optics.phong.x, o.diffuse = optics.phong.y, o.specular = optics.phong.z;
+    o.power = optics.specularPower;
+    o.hasLights = optics.hasLights;
+    o.lighting = optics.lighting;
+    for (leaf::MaterialNumbers m : optics.materials) {
+        m.from = tessera::placeOf(optics, m.from), m.to = tessera::placeOf(optics, m.to);
+        o.materials[o.materialCount++] = m;
+    }
+    const leaf::GradientNumbers<double>& byGradient = optics.gradientOpacity;
+    o.gradientOpacity.count = byGradient.count;
+    for (int i = 0; i < byGradient.count; ++i) {
+        o.gradientOpacity.length[i] = static_cast<float>(byGradient.length[i]);
+        o.gradientOpacity.factor[i] = static_cast<float>(byGradient.factor[i]);
+        o.gradientOpacity.slope[i] = static_cast<float>(byGradient.slope[i]);
+    }
+    for (int column = 0; column < 3; ++column)
+        for (int row = 0; row < 3; ++row) {
+            o.toGradient[3 * column + row] = optics.voxelFromPatientTransposed[column][row];
+            o.toPatient[3 * column + row] = optics.patientFromVoxel[column][row];
+        }
+    if (const Occupancy* const empty = in.occupancy) {
+        s.space = spaceOf(*empty, in.blocks);
+        if (volume.mapsSurfaces)
+            s.surfaces.space = spaceOf(volume.surfaceOccupancy, in.surfaceBlocks);
+    }
+    native::PacketSurfaces& surfaces = s.surfaces;
+    TESSERA_CHECK(optics.surfaces.size() <= native::kMostSurfaces);
+    for (const SurfaceLook& look : optics.surfaces) {
+        const int n = surfaces.count++;
+        surfaces.isovalue[n] = look.isovalue;
+        surfaces.red[n] = look.colour.r, surfaces.green[n] = look.colour.g, surfaces.blue[n] = look.colour.b;
+        surfaces.opacity[n] = look.opacity;
+    }
+    surfaces.volumeShows = optics.volumeShows;
+    return s;
+}
+
+} // namespace tessera

@@ -1,0 +1,31 @@
+// render/backends/native/native_scene.h: a plan as packets of rays read it: numbers and pointers alone.
+#pragma once
+
+#include "render/backends/native/fine_blocks.h"
+#include "render/backends/native/host_plane.h"
+#include "render/backends/native/packet.h"
+#include "render/contract/ray.h"
+#include "render/contract/strides.h"
+#include "render/plan/scene_plan.h"
+
+#include <memory>
+#include <vector>
+
+namespace tessera {
+
+/// Outlives what is made of it.
+struct PacketSceneInput {
+    const ScenePlan& plan;
+    const HostPlane& plane; // settled
+    const std::vector<std::unique_ptr<HostPlane>>& light;
+    const Strides& strides;
+    bool flat;                                // rays have one sample, at a plane
+    bool keepsOn;                             // rays that keep one value go on in another interval
+    const Occupancy* occupancy;               // null: nothing is leapt over
+    const FineBlocks *blocks, *surfaceBlocks; // null: the maps are read as they are
+};
+native::PacketScene packetSceneOf(const PacketSceneInput& in);
+
+native::PacketFrame packetFrameOf(const RayFrame<float>& frame);
+
+} // namespace tessera

@@ -1,0 +1,117 @@
+// render/backends/reference/cell_gradients.h: gradients of the field along a ray through one of its cells, as
+// the scene takes them, for light and for gradient opacity.
+#pragma once
+
+#include "render/backends/reference/cubic.h"
+#include "render/contract/lattice.h"
+#include "render/contract/optics.h"
+#include "render/contract/sampler.h"
+
+#include <array>
+#include <cstddef>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+#include <limits>
+
+namespace tessera {
+
+/// The 4x4x4 samples around a cell: all that gradients in it can reach.
+class Neighbourhood {
+  public:
+    Neighbourhood(LatticeReader& reader, const glm::ivec3& low) : extent_(reader.extent()), first_(low - 1) {
+        reader.cube<4>(first_, values_.data());
+    }
+    const glm::ivec3& extent() const { return extent_; }
+    double at(const glm::ivec3& i) const {
+        const glm::ivec3 local = glm::clamp(i - first_, glm::ivec3(0), glm::ivec3(3));
+        return values_[static_cast<std::size_t>((local.z * 4 + local.y) * 4 + local.x)];
+    }
+
+  private:
+    glm::ivec3 extent_, first_;
+    std::array<double, 64> values_;
+};
+
+/// Distance of the planes, those of sample centres among them, between which every component of the gradient
+/// along a ray is a cubic, voxels. Planes of sample centres bound the cells of the field. Differences over
+/// half a pitch take values half a voxel off, which change their cells at the planes between. Cubic B-splines
+/// make a polynomial of the eighth degree, which is a cubic to some 1e-7 of the gradient on an eighth
+/// of a cell.
+inline double planesOfGradient(Gradient gradient) {
+    if (gradient == Gradient::cubic)
+        return 0.125;
+    return gradient == Gradient::forward || gradient == Gradient::centralHalf ? 0.5 : 1.0;
+}
+
+/// In patient space, per mm, at ta, two places between and tb: between them every component is a cubic. The
+/// analytic gradient jumps between cells, so there the cell decides, not the rounding of the place.
+/// @param position  of a parameter, voxels
+template <typename Position>
+std::array<glm::dvec3, 4> gradientsInCell(LatticeReader& samples, const glm::ivec3& low, const Optics& optics,
+                                          const Position& position, double ta, double tb) {
+    const Neighbourhood around(samples, low);
+    const glm::dmat3 toPatient(optics.voxelFromPatientTransposed);
+    const auto at = [&](double t) {
+        const glm::dvec3 p = position(t);
+        return toPatient * (optics.gradient == Gradient::analytic
+                                ? trilinearSlope(around, low, low + 1, p - 0.5 - glm::dvec3(low)).slope
+                                : fieldGradient(around, p, 1.0, optics.gradient));
+    };
+    return {at(ta), at(ta + (tb - ta) / 3), at(ta + 2 * (tb - ta) / 3), at(tb)};
+}
+
+/// The gradient along a ray between two cuts, a cubic by component, patient space.
+class GradientAlongRay {
+  public:
+    /// @param gradients  at 0, 1/3, 2/3 and 1
+    GradientAlongRay(const Optics& optics, const std::array<glm::dvec3, 4>& gradients)
+        : optics_(optics), x_(along(gradients, {1, 0, 0})), y_(along(gradients, {0, 1, 0})),
+          z_(along(gradients, {0, 0, 1})) {}
+
+    template <typename V> struct Vector { V x, y, z; };
+    template <typename V> Vector<V> gradient(V u) const { return {x_(u), y_(u), z_(u)}; }
+    /// Gradient opacity.
+    template <typename V> V factor(V u) const {
+        return leaf::gradientOpacity<V>(optics_.gradientOpacity, gradient(u),
+                                        V(std::numeric_limits<double>::max()));
+    }
+    /// Corners of that factor, from 0 to 1: where the gradient's length is one of its points'. What lies
+    /// closer together than a part of kParts may be missed.
+    template <typename Visit> void forEachCorner(const Visit& visit) const {
+        constexpr int kParts = 16;
+        std::array<double, kParts + 1> squares{};
+        for (int n = 0; n <= kParts; ++n)
+            squares[static_cast<std::size_t>(n)] = squared(static_cast<double>(n) / kParts);
+        for (int i = 0; i < optics_.gradientOpacity.count; ++i) {
+            const double length = optics_.gradientOpacity.length[i], square = length * length;
+            for (int n = 0; n < kParts; ++n) {
+                const bool below = squares[static_cast<std::size_t>(n)] < square;
+                if (below == (squares[static_cast<std::size_t>(n) + 1] < square))
+                    continue;
+                double a = static_cast<double>(n) / kParts, b = static_cast<double>(n + 1) / kParts;
+                for (int halving = 0; halving < 52; ++halving) {
+                    const double middle = 0.5 * (a + b);
+                    ((squared(middle) < square) == below ? a : b) = middle;
+                }
+                visit(b);
+            }
+        }
+    }
+
+  protected:
+    static Cubic along(const std::array<glm::dvec3, 4>& gradients, const glm::dvec3& d) {
+        return {glm::dot(gradients[0], d), glm::dot(gradients[1], d), glm::dot(gradients[2], d),
+                glm::dot(gradients[3], d)};
+    }
+    const Optics& optics_;
+    Cubic x_, y_, z_;
+
+  private:
+    double squared(double u) const {
+        const Vector<double> g = gradient(u);
+        return g.x * g.x + g.y * g.y + g.z * g.z;
+    }
+};
+
+} // namespace tessera

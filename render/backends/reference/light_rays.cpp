@@ -1,0 +1,271 @@
+// render/backends/reference/light_rays.cpp: see light_rays.h. As for what is seen, the field between two
+// planes of sample centres is a cubic, cut where it crosses a point of the function. On a piece a four-point
+// Gauss rule gives the depth, and the depth up to each of its points, which the light that is left there
+// follows from; pieces deeper than a half are halved.
+#include "render/backends/reference/light_rays.h"
+
+#include "render/contract/ray.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <optional>
+
+namespace tessera {
+namespace {
+
+/// Gauss-Legendre on [0,1]; inner[i][j]: the integral from 0 to node i of the j-th Lagrange polynomial.
+struct Rule {
+    static constexpr std::size_t kPoints = 4;
+    std::array<double, kPoints> node, weight;
+    std::array<std::array<double, kPoints>, kPoints> inner;
+};
+const Rule& gauss4() {
+    static const Rule rule = [] {
+        Rule r{};
+        const double near = std::sqrt(3.0 / 7 - 2.0 / 7 * std::sqrt(6.0 / 5)),
+                     far = std::sqrt(3.0 / 7 + 2.0 / 7 * std::sqrt(6.0 / 5));
+        const double heavy = (18 + std::sqrt(30.0)) / 72, light = (18 - std::sqrt(30.0)) / 72;
+        r.node = {(1 - far) / 2, (1 - near) / 2, (1 + near) / 2, (1 + far) / 2};
+        r.weight = {light, heavy, heavy, light};
+        for (std::size_t i = 0; i < Rule::kPoints; ++i)
+            for (std::size_t j = 0; j < Rule::kPoints; ++j)
+                for (std::size_t q = 0; q < Rule::kPoints; ++q) {
+                    double lagrange = 1;
+                    for (std::size_t m = 0; m < Rule::kPoints; ++m)
+                        if (m != j)
+                            lagrange *= (r.node[i] * r.node[q] - r.node[m]) / (r.node[j] - r.node[m]);
+                    r.inner[i][j] += r.node[i] * r.weight[q] * lagrange;
+                }
+        return r;
+    }();
+    return rule;
+}
+
+/// More than this no light of voxels can be.
+constexpr double kMostLight = 65535 / double{leaf::kLightOne};
+
+/// (1 - exp(-depth)) / depth: the mean of what is left of light along a piece of one extinction.
+double meanLeft(double depth) {
+    return depth > 1e-8 ? -std::expm1(-depth) / depth : 1 - 0.5 * depth;
+}
+
+} // namespace
+
+Obstacles::Obstacles(const StoredFunction& function, const VolumeInfo& info)
+    : function_(function), kinks_(function.kinks()) {
+    const double voxelMm = std::cbrt(std::abs(glm::determinant(glm::dmat3(info.patientFromVoxel))));
+    for (const Isosurface& surface : function.surfaces()) {
+        kinks_.push_back(surface.value);
+        ofSurfaces_.push_back(-std::log1p(-std::min(surface.opacity, 1 - 0x1p-24)) / voxelMm);
+    }
+    std::sort(kinks_.begin(), kinks_.end());
+}
+
+bool Obstacles::emptyOver(double lo, double hi) const {
+    const std::vector<Isosurface>& surfaces = function_.surfaces();
+    return (surfaces.empty() || hi < surfaces.front().value) && function_.emptyOver(lo, hi);
+}
+
+double Obstacles::behindSurfaces(double stored) const {
+    double sum = 0;
+    for (std::size_t n = 0; n < ofSurfaces_.size() && stored >= function_.surfaces()[n].value; ++n)
+        sum += ofSurfaces_[n];
+    return sum;
+}
+
+LightRays::LightRays(const VolumeInfo& info, const Optics& optics, const Obstacles& obstacles,
+                     const LightSources& sources, const EmptyCells& emptyCells, LatticeReader& samples,
+                     int panels)
+    : info_(info), optics_(optics), obstacles_(obstacles), sources_(sources), emptyCells_(emptyCells),
+      samples_(samples), panels_(panels),
+      channels_(static_cast<int>(sources.casters.size()) + sources.ambientChannels),
+      rejects_(sources.hasOcclusion && sources.occlusion.method == OcclusionMethod::rejecting),
+      gathersEmission_(sources.ambientChannels > 1), toPatient_(info.patientFromVoxel),
+      toVoxels_(glm::inverse(info.patientFromVoxel)) {}
+
+LightShares LightRays::at(const glm::dvec3& voxel) {
+    LightShares shares{};
+    std::size_t channel = 0;
+    const glm::dvec3 place(toPatient_ * glm::dvec4(voxel, 1));
+    if (sources_.hasOcclusion) {
+        const Occlusion& occlusion = sources_.occlusion;
+        GatheredLight sum;
+        for (const SphereDirection& direction : sources_.directions) {
+            const GatheredLight light = gathered(place, direction.towards);
+            sum.open += direction.part * light.open;
+            sum.sent += direction.part * light.sent;
+        }
+        for (int c = 0; c < sources_.ambientChannels; ++c) {
+            const double all = occlusion.bias + sum.open + occlusion.emission * sum.sent[c];
+            shares[channel++] = std::min(kMostLight, std::pow(all, occlusion.gamma));
+        }
+    }
+    for (const LightSources::Caster& light : sources_.casters) {
+        glm::dvec3 from = place;
+        const glm::dvec3 towards = light.isPoint ? light.middle - place : light.middle;
+        if (const double far = glm::length(towards); far > sources_.offsetMm || !light.isPoint)
+            from += towards * (sources_.offsetMm / far);
+        double sum = 0;
+        for (const glm::dvec3& to : light.places) {
+            const glm::dvec3 way = light.isPoint ? to - from : to;
+            const double mm = light.isPoint ? glm::length(way) : std::numeric_limits<double>::infinity();
+            sum += mm > 0 ? shadow(from, light.isPoint ? way / mm : way, mm) : 1;
+        }
+        shares[channel++] = sum / static_cast<double>(light.places.size());
+    }
+    return shares;
+}
+
+double LightRays::shadow(const glm::dvec3& place, const glm::dvec3& direction, double mm) {
+    return walk<false>(place, direction, mm).left;
+}
+
+GatheredLight LightRays::gathered(const glm::dvec3& place, const glm::dvec3& direction) {
+    const double from = sources_.occlusion.offsetMm, mm = sources_.occlusion.radiusMm - from;
+    if (!(mm > 0))
+        return {1, {}}; // what it comes to as the ends meet
+    const glm::dvec3 first = place + from * direction;
+    const Walk light = walk<true>(first, direction, mm);
+    if (sources_.occlusion.method == OcclusionMethod::local)
+        return {light.seen / mm, light.sent / mm};
+    return {light.left, {}};
+}
+
+template <bool withSeen>
+LightRays::Walk LightRays::walk(const glm::dvec3& place, const glm::dvec3& direction, double mm) {
+    const ReferenceRay ray{glm::dvec3(toVoxels_ * glm::dvec4(place, 1)), glm::dmat3(toVoxels_) * direction,
+                           0};
+    Walk walk;
+    double t0 = 0, t1 = 0;
+    const RayLine<double> line{ray.base, ray.direction, 0, 1};
+    if (!clipToBox(line, glm::dvec3(info_.extentVoxels), t0, t1) || !(t0 < mm)) {
+        walk.seen = mm;
+        return walk;
+    }
+    t1 = std::min(t1, mm);
+    walk.seen = t0;
+    const double planes = optics_.grades() ? planesOfGradient(optics_.gradient) : 1.0;
+    forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
+        if (walk.left < kDark)
+            return;
+        if (emptyCells_.hold(ray, ta, tb)) {
+            walk.seen += walk.left * (tb - ta);
+            return;
+        }
+        forEachInterval(ray, ta, tb, planes, 0.5, [&](double a, double b) {
+            if (walk.left >= kDark)
+                throughCell<withSeen>(ray, a, b, walk);
+        });
+    });
+    if (walk.left < kDark)
+        walk.left = 0;
+    else if (t1 < mm)
+        walk.seen += walk.left * (mm - t1);
+    return walk;
+}
+
+template <bool withSeen>
+void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk& walk) {
+    const auto position = [&](double t) { return ray.base + t * ray.direction; };
+    const glm::ivec3 low(glm::floor(position(0.5 * (ta + tb)) - 0.5));
+    const Cell cell(samples_, low);
+    const double lo = cell.lowest(), hi = cell.highest(), length = tb - ta;
+    if (obstacles_.emptyOver(lo, hi)) {
+        walk.seen += walk.left * length;
+        return;
+    }
+    const auto stored = [&](double t) { return cell.at(position(t)); };
+    const Cubic cubic(stored(ta), stored(ta + length / 3), stored(ta + 2 * length / 3), stored(tb));
+    const auto& kinks = obstacles_.kinks();
+    cuts_.clear();
+    cuts_.push_back(0);
+    const bool rejects = withSeen && rejects_;
+    if (auto k = std::lower_bound(kinks.begin(), kinks.end(), lo);
+        rejects || (k != kinks.end() && *k <= hi)) {
+        std::array<double, 4> ends{};
+        const std::size_t count = cubic.monotonePieces(ends);
+        for (std::size_t i = 1; rejects && i + 1 < count; ++i)
+            cuts_.push_back(ends[i]);
+        for (; k != kinks.end() && *k <= hi; ++k)
+            for (std::size_t i = 0; i + 1 < count; ++i)
+                if ((cubic(ends[i]) < *k) != (cubic(ends[i + 1]) < *k))
+                    cuts_.push_back(crossing(cubic, *k, ends[i], ends[i + 1]));
+    }
+    std::optional<GradientAlongRay> gradient;
+    if (optics_.grades()) {
+        gradient.emplace(optics_, gradientsInCell(samples_, low, optics_, position, ta, tb));
+        gradient->forEachCorner([&](double u) { cuts_.push_back(u); });
+        constexpr int kParts = 8; // in which the factor rises or falls, or as good as does
+        for (int n = 1; rejects && n < kParts; ++n)
+            cuts_.push_back(static_cast<double>(n) / kParts);
+    }
+    std::sort(cuts_.begin(), cuts_.end());
+    cuts_.push_back(1);
+    const CellOnWay onWay{cubic, length, gradient ? &*gradient : nullptr};
+    for (std::size_t i = 0; i + 1 < cuts_.size() && walk.left >= kDark; ++i) {
+        const double from = cuts_[i], to = cuts_[i + 1];
+        if (!(to > from))
+            continue;
+        const double inside = cubic(0.5 * (from + to)), behind = obstacles_.behindSurfaces(inside);
+        const FunctionPiece function = obstacles_.pieceAround(inside);
+        const auto extinctionAt = [&](double u) {
+            return function.extinctionAt(function.value(cubic(u))) * onWay.factor(u);
+        };
+        const bool isEven = function.hasOneExtinction() && !gradient;
+        const bool isNothing = function.isTransparent() && behind == 0;
+        const double seenBefore = walk.seen;
+        if (isNothing || (rejects && !isEven && extinctionAt(to) < extinctionAt(from))) {
+            walk.seen += walk.left * length * (to - from);
+        } else if (isEven) {
+            const double depth = (function.extinction() + behind) * length * (to - from);
+            walk.seen += walk.left * length * (to - from) * meanLeft(depth);
+            walk.left *= std::exp(-depth);
+        } else {
+            for (int n = 0; n < panels_; ++n)
+                throughPiece<withSeen>(onWay, function, behind, from + (to - from) * n / panels_,
+                                       from + (to - from) * (n + 1) / panels_, walk, 0);
+        }
+        if (gathersEmission_ && !isNothing)
+            walk.sent += (walk.seen - seenBefore) * obstacles_.emission(inside);
+    }
+}
+
+template <bool withSeen>
+void LightRays::throughPiece(const CellOnWay& cell, const FunctionPiece& function, double behind, double u0,
+                             double u1, Walk& walk, int halvings) {
+    constexpr double kMostDepth = 0.5;
+    constexpr double kMostGraded = 0.25; // of a cell: lengths of gradients are no polynomials
+    constexpr int kMostHalvings = 12;
+    const Rule& rule = gauss4();
+    const double mm = (u1 - u0) * cell.length;
+    std::array<double, Rule::kPoints> extinction{};
+    double depth = 0;
+    for (std::size_t i = 0; i < Rule::kPoints; ++i) {
+        const double u = u0 + (u1 - u0) * rule.node[i];
+        extinction[i] = function.extinctionAt(function.value(cell.cubic(u))) * cell.factor(u) + behind;
+        depth += rule.weight[i] * extinction[i];
+    }
+    depth *= mm;
+    if ((depth > kMostDepth || (cell.gradient && u1 - u0 > kMostGraded)) && halvings < kMostHalvings) {
+        const double middle = 0.5 * (u0 + u1);
+        throughPiece<withSeen>(cell, function, behind, u0, middle, walk, halvings + 1);
+        if (walk.left >= kDark)
+            throughPiece<withSeen>(cell, function, behind, middle, u1, walk, halvings + 1);
+        return;
+    }
+    if constexpr (withSeen) {
+        double mean = 0;
+        for (std::size_t i = 0; i < Rule::kPoints; ++i) {
+            double before = 0;
+            for (std::size_t j = 0; j < Rule::kPoints; ++j)
+                before += rule.inner[i][j] * extinction[j];
+            mean += rule.weight[i] * std::exp(-mm * before);
+        }
+        walk.seen += walk.left * mm * mean;
+    }
+    walk.left *= std::exp(-depth);
+}
+
+} // namespace tessera

@@ -1,0 +1,108 @@
+// render/backends/reference/light_rays.h: the light that reaches a point, by rays of the reference's own:
+// through level 0, by the function's points, in double. Shadows are exp(-integral of extinction) from a point
+// to the light or the volume's border. Occlusion is equations 6.1, 6.3 and 6.4 of the course notes. It is
+// slow, and uses nothing of render/light/ but the directions.
+#pragma once
+
+#include "render/backends/reference/cell_gradients.h"
+#include "render/backends/reference/cells_on_ray.h"
+#include "render/backends/reference/cubic.h"
+#include "render/backends/reference/light_sources.h"
+#include "render/backends/reference/reference.h"
+#include "render/backends/reference/stored_function.h"
+#include "render/contract/lattice.h"
+#include "render/contract/optics.h"
+
+#include <array>
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+namespace tessera {
+
+/// Shares of light by channel (LightingNumbers): occlusion first, then every light that casts a shadow.
+using LightShares = std::array<double, leaf::kMostLightChannels>;
+
+/// What one ray of occlusion brings: equation 6.5's two parts.
+struct GatheredLight {
+    double open = 0;    // of the light that comes from all sides
+    glm::dvec3 sent{0}; // by tissue on its way
+};
+
+/// What stands in the light's way: the function, and behind each isosurface what lets as much light through a
+/// voxel's length as the surface does. Stored values.
+class Obstacles {
+  public:
+    Obstacles(const StoredFunction& function, const VolumeInfo& info);
+
+    /// Where extinction is not smooth, ascending.
+    const std::vector<double>& kinks() const { return kinks_; }
+    bool emptyOver(double lo, double hi) const;
+    glm::dvec3 emission(double stored) const { return function_.emission(stored); }
+    FunctionPiece pieceAround(double stored) const { return function_.pieceAround(stored); }
+    /// Of the surfaces that a value is behind, 1/mm.
+    double behindSurfaces(double stored) const;
+
+  private:
+    const StoredFunction& function_;
+    std::vector<double> kinks_;
+    std::vector<double> ofSurfaces_; // 1/mm
+};
+
+/// One thread's. All that it is given outlives it.
+class LightRays {
+  public:
+    /// @param emptyCells  nothing in the light's way: passed in one stride
+    /// @param panels  that a smooth piece of a ray starts with
+    LightRays(const VolumeInfo& info, const Optics& optics, const Obstacles& obstacles,
+              const LightSources& sources, const EmptyCells& emptyCells, LatticeReader& samples, int panels);
+
+    /// @param place  voxels
+    LightShares at(const glm::dvec3& place);
+    int channels() const { return channels_; }
+
+    /// Share of the light that gets to a place, mm, from so far away.
+    /// @param direction  unit, towards it
+    double shadow(const glm::dvec3& place, const glm::dvec3& direction, double mm);
+    /// Equation 6.1 for one direction; by the scene's method only what is left of light at the ray's end, and
+    /// only what grows denser along it, or stays as it is, taking any.
+    double openness(const glm::dvec3& place, const glm::dvec3& direction) {
+        return gathered(place, direction).open;
+    }
+    GatheredLight gathered(const glm::dvec3& place, const glm::dvec3& direction);
+
+    /// Below this share of light the rest of a ray is dark.
+    static constexpr double kDark = 1e-6;
+
+  private:
+    struct Walk {
+        double left = 1;    // of the light
+        double seen = 0;    // its integral over the ray, mm
+        glm::dvec3 sent{0}; // the same, of light that tissue sends
+    };
+    /// What a ray goes through between two planes of sample centres.
+    struct CellOnWay {
+        Cubic cubic;                      // stored value
+        double length;                    // mm
+        const GradientAlongRay* gradient; // none: opacities take none
+        double factor(double u) const { return gradient ? gradient->factor(u) : 1; }
+    };
+    template <bool withSeen> Walk walk(const glm::dvec3& place, const glm::dvec3& direction, double mm);
+    template <bool withSeen> void throughCell(const ReferenceRay& ray, double ta, double tb, Walk& walk);
+    template <bool withSeen>
+    void throughPiece(const CellOnWay& cell, const FunctionPiece& function, double behind, double u0,
+                      double u1, Walk& walk, int halvings);
+
+    const VolumeInfo& info_;
+    const Optics& optics_;
+    const Obstacles& obstacles_;
+    const LightSources& sources_;
+    const EmptyCells& emptyCells_;
+    LatticeReader& samples_;
+    int panels_, channels_;
+    bool rejects_, gathersEmission_;
+    glm::dmat4 toPatient_, toVoxels_;
+    std::vector<double> cuts_;
+};
+
+} // namespace tessera

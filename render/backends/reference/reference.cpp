@@ -1,0 +1,363 @@
+// render/backends/reference/reference.cpp: see reference.h. Between two planes of sample centres the field
+// along a ray is a cubic; it is cut where it crosses a point of the transfer function or the value of an
+// isosurface, and each smooth piece goes to the integrator. Shading adds the planes where the
+// values that the gradient is made of change their cell, and cuts where that gradient turns away from the
+// ray. Occlusion and shadows are taken by rays of their own (light_rays.h), where anything is to be seen.
+#include "render/backends/reference/reference.h"
+
+#include "core/base/threads.h"
+#include "core/image/image.h"
+#include "render/backends/reference/cell_gradients.h"
+#include "render/backends/reference/cell_stretch.h"
+#include "render/backends/reference/cells_on_ray.h"
+#include "render/backends/reference/cubic.h"
+#include "render/backends/reference/light_rays.h"
+#include "render/backends/reference/piece_of_ray.h"
+#include "render/backends/reference/reference_integrator.h"
+#include "render/backends/reference/stored_function.h"
+#include "render/contract/lattice.h"
+#include "render/contract/leaves.h"
+#include "render/contract/optics.h"
+#include "render/contract/ray.h"
+#include "render/contract/sampler.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+/// What rays of light are made of, for all threads.
+struct Lit {
+    LightSources sources;
+    Obstacles obstacles;
+    EmptyCells emptyCells;
+};
+
+class RayIntegral {
+  public:
+    /// @param lit  null: all light gets everywhere
+    RayIntegral(const ReferenceInput& input, const StoredFunction& function, const Optics& optics,
+                LatticeReader& samples, const EmptyCells& emptyCells, const Lit* lit)
+        : input_(input), info_(*input.info), function_(function), optics_(optics), samples_(samples),
+          emptyCells_(emptyCells), panels_(input.panels), toPatient_(optics.patientFromVoxel),
+          lightTolerance_(input.lightTolerance) {
+        if (lit)
+            lightRays_.emplace(info_, optics, lit->obstacles, lit->sources, lit->emptyCells, samples_,
+                               panels_);
+    }
+
+    glm::dvec4 operator()(const ReferenceRay& ray) {
+        RayLine<double> line{ray.base, ray.direction, ray.tMin, 1};
+        double t0 = 0, t1 = 0;
+        if (!drawnPart(line, t0, t1))
+            return glm::dvec4(0);
+        parts_.assign(1, {t0, t1});
+        if (input_.cuts)
+            input_.cuts->parts(ray.base, ray.direction, t0, t1, parts_);
+        if (input_.reduction != Reduction::composite)
+            return keptValue(ray);
+        ReferenceIntegrator integral;
+        lastLit_ = std::numeric_limits<double>::quiet_NaN();
+        wayMm_ = t1 - t0;
+        const double planes = optics_.takesGradients() ? planesOfGradient(optics_.gradient) : 1.0;
+        for (const RayCuts::Part& part : parts_)
+            addPart(ray, part.from, part.to, planes, integral);
+        return glm::dvec4(integral.colour(), integral.alpha());
+    }
+
+  private:
+    void addPart(const ReferenceRay& ray, double t0, double t1, double planes,
+                 ReferenceIntegrator& integral) {
+        stretches_.begin();
+        forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
+            if (integral.opaque())
+                return;
+            if (emptyCells_.hold(ray, ta, tb))
+                return;
+            forEachInterval(ray, ta, tb, planes, 0.5,
+                            [&](double a, double b) { addInterval(ray, a, b, integral); });
+        });
+    }
+
+    bool drawnPart(const RayLine<double>& line, double& t0, double& t1) const {
+        if (!clipToBox(line, glm::dvec3(info_.extentVoxels), t0, t1))
+            return false;
+        for (const RaySlab<double>& slab : input_.slabs)
+            if (!clipToSlab(line, slab, t0, t1))
+                return false;
+        return t1 > t0 || (input_.flat && t1 == t0);
+    }
+
+    /// Of rays that keep one value: between planes of sample centres the field is a cubic, whose extremes are
+    /// at its ends or where it turns, and whose mean is that of its values by the three-eighths rule.
+    glm::dvec4 keptValue(const ReferenceRay& ray) {
+        if (parts_.empty())
+            return glm::dvec4(0);
+        const auto position = [&](double t) { return ray.base + t * ray.direction; };
+        double low = std::numeric_limits<double>::infinity(), high = -low, sum = 0, way = 0;
+        const auto add = [&](double ta, double tb) {
+            const glm::ivec3 lowest(glm::floor(position(0.5 * (ta + tb)) - 0.5));
+            const Cell cell(samples_, lowest);
+            const auto stored = [&](double t) { return cell.at(position(t)); };
+            const double length = tb - ta;
+            const std::array<double, 4> f = {stored(ta), stored(ta + length / 3), stored(ta + 2 * length / 3),
+                                             stored(tb)};
+            const Cubic cubic(f[0], f[1], f[2], f[3]);
+            std::array<double, 4> ends{};
+            const std::size_t count = cubic.monotonePieces(ends);
+            for (std::size_t i = 0; i < count; ++i) {
+                const double value = i + 1 == count ? f[3] : cubic(ends[i]);
+                low = std::min(low, value);
+                high = std::max(high, value);
+            }
+            way += length;
+            sum += length * (f[0] + 3 * f[1] + 3 * f[2] + f[3]) / 8;
+        };
+        for (const RayCuts::Part& part : parts_)
+            if (part.to > part.from)
+                forEachInterval(ray, part.from, part.to, 1.0, 0.5, add);
+            else
+                add(part.from, part.to);
+        const bool greatest = (input_.reduction == Reduction::maximum) == (info_.rescaleSlope > 0);
+        const double kept = input_.reduction == Reduction::average ? sum / way : greatest ? high : low;
+        return glm::dvec4(
+            colourOfValue(input_.look, *input_.function, info_.rescaleSlope * kept + info_.rescaleIntercept),
+            1);
+    }
+
+    void addInterval(const ReferenceRay& ray, double ta, double tb, ReferenceIntegrator& integral) {
+        if (integral.opaque())
+            return;
+        const auto position = [&](double t) { return ray.base + t * ray.direction; };
+        const glm::ivec3 low(glm::floor(position(0.5 * (ta + tb)) - 0.5));
+        // The cell decides whether anything shows; only then are its neighbours worth reading.
+        const Cell cell(samples_, low);
+        const double lo = cell.lowest(), hi = cell.highest();
+        if (function_.emptyOver(lo, hi))
+            return;
+        const CellStretch stretch = stretches_.through(cell, position, ta, tb);
+        const Cubic& cubic = stretch.cubic;
+        const double length = tb - ta;
+        std::vector<double>& cuts = cuts_;
+        cuts.assign(stretch.ends.begin(), stretch.ends.begin() + static_cast<std::ptrdiff_t>(stretch.count));
+        const auto& kinks = function_.kinks();
+        for (auto k = std::lower_bound(kinks.begin(), kinks.end(), lo); k != kinks.end() && *k <= hi; ++k)
+            for (std::size_t i = 0; i + 1 < stretch.count; ++i)
+                if ((cubic(stretch.ends[i]) < *k) != (cubic(stretch.ends[i + 1]) < *k))
+                    cuts.push_back(crossing(cubic, *k, stretch.ends[i], stretch.ends[i + 1]));
+        findSurfaces(stretch);
+        std::sort(cuts.begin(), cuts.end());
+        if (!optics_.takesGradients())
+            return addPieces(cubic, length, nullptr, integral);
+        const LightAlongRay light(optics_, toPatient_ * ray.direction,
+                                  gradientsInCell(samples_, low, optics_, position, ta, tb), position(ta),
+                                  position(tb), lightRays_ ? &received_ : nullptr);
+        if (optics_.shading)
+            light.forEachTurn([&](double u) { cuts.push_back(u); });
+        if (optics_.grades())
+            light.forEachCorner([&](double u) { cuts.push_back(u); });
+        std::sort(cuts.begin(), cuts.end());
+        if (lightRays_) {
+            receive(ray, ta, tb, cubic, function_.mostExtinction(lo, hi), integral);
+            received_.forEachJoint([&](double u) { cuts.push_back(u); });
+            std::sort(cuts.begin(), cuts.end());
+        }
+        addPieces(cubic, length, &light, integral);
+    }
+
+    /// What gets there of the light, into received_: from the first to the last place between cuts where
+    /// anything is to be seen.
+    void receive(const ReferenceRay& ray, double ta, double tb, const Cubic& cubic, double mostExtinction,
+                 const ReferenceIntegrator& integral) {
+        received_.clear();
+        double first = 2, last = -1;
+        for (std::size_t i = 0; i + 1 < cuts_.size(); ++i)
+            if (cuts_[i] < cuts_[i + 1] &&
+                !function_.pieceAround(cubic(0.5 * (cuts_[i] + cuts_[i + 1]))).isTransparent()) {
+                first = std::min(first, cuts_[i]);
+                last = cuts_[i + 1];
+            }
+        for (const Met& met : met_) {
+            first = std::min(first, met.at);
+            last = std::max(last, met.at);
+        }
+        if (first > last)
+            return received_.add(0, 1, lastShares_);
+        const auto placeOf = [&](double u) { return u == 1 ? tb : ta + u * (tb - ta); };
+        const auto light = [&](double u) {
+            const double t = placeOf(u);
+            return t == lastLit_ ? lastShares_ : lightRays_->at(ray.base + t * ray.direction);
+        };
+        const double length = (tb - ta) * (last - first);
+        const double adds = met_.empty() ? -std::expm1(-mostExtinction * length) : 1;
+        const LightBetween::Need need{lightTolerance_, std::exp(-integral.depth()) * adds, length / wayMm_};
+        if (need.weight <= need.tolerance * need.part) // whatever light there is
+            received_.add(first, last, std::isnan(lastLit_) ? light(first) : lastShares_);
+        else if (first < last)
+            received_.add(first, last, lightRays_->channels(), need, light);
+        else
+            received_.add(first, last, light(first));
+        if (need.weight > need.tolerance * need.part || std::isnan(lastLit_)) {
+            lastLit_ = placeOf(last);
+            lastShares_ = received_.last();
+        }
+    }
+
+    /// What lies between the cuts, and the surfaces that are met at some of them.
+    /// @param gradient  none: neither colours nor opacities need it
+    void addPieces(const Cubic& cubic, double length, const LightAlongRay* gradient,
+                   ReferenceIntegrator& integral) {
+        const LightAlongRay* const light = optics_.shading ? gradient : nullptr;
+        auto met = met_.begin();
+        for (std::size_t i = 0; i < cuts_.size(); ++i) {
+            for (; met != met_.end() && met->at <= cuts_[i]; ++met) {
+                const glm::dvec3& colour = met->surface->colour;
+                integral.addSurface(
+                    light ? light->lit(colour, met->at, function_.materialAt(met->surface->value, optics_))
+                          : colour,
+                    met->surface->opacity);
+            }
+            if (i + 1 == cuts_.size())
+                return;
+            const double from = cuts_[i], to = cuts_[i + 1];
+            const double inside = cubic(0.5 * (from + to));
+            const FunctionPiece function = function_.pieceAround(inside);
+            if (function.isTransparent())
+                continue;
+            const PieceOfRay piece{cubic,
+                                   function,
+                                   light,
+                                   length,
+                                   function_.materialAt(inside, optics_),
+                                   optics_.grades() ? gradient : nullptr};
+            for (int k = 0; k < panels_; ++k) {
+                const auto at = [&](int panel) {
+                    return from + (to - from) * (static_cast<double>(panel) / panels_);
+                };
+                integral.add(at(k), at(k + 1), piece);
+            }
+        }
+    }
+
+    /// The crossings of surfaces, in the order in which the ray meets them, into met_ and cuts_.
+    void findSurfaces(const CellStretch& stretch) {
+        met_.clear();
+        crossSurfaces(stretch, function_.surfaces(), [&](double u, std::size_t number) {
+            met_.push_back({u, &function_.surfaces()[number]});
+            cuts_.push_back(u);
+            return false;
+        });
+    }
+
+    const ReferenceInput& input_;
+    const VolumeInfo& info_;
+    const StoredFunction& function_;
+    const Optics& optics_;
+    LatticeReader& samples_;
+    const EmptyCells& emptyCells_;
+    int panels_;
+    glm::dmat3 toPatient_;             // of directions
+    std::vector<RayCuts::Part> parts_; // of the ray that are drawn
+    std::vector<double> cuts_;
+    struct Met {
+        double at; // of the interval, 0 to 1
+        const Isosurface* surface;
+    };
+    std::vector<Met> met_;
+    StretchesOfRay stretches_;
+    double wayMm_ = 0; // through the volume
+    std::optional<LightRays> lightRays_;
+    double lightTolerance_;
+    LightBetween received_;
+    double lastLit_ = 0; // where light was taken last
+    LightShares lastShares_{};
+};
+
+} // namespace
+
+namespace {
+
+/// A camera's rays by their places on the picture, in pixels.
+class RayMaker {
+  public:
+    RayMaker(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size)
+        : plane_(rayPlane(camera, info, size)), size_(size),
+          voxelFromPatient_(glm::inverse(info.patientFromVoxel)) {}
+    ReferenceRay operator()(const glm::dvec2& place) const {
+        const PatientRay ray = pixelRay(plane_, place, size_);
+        return {glm::dvec3(voxelFromPatient_ * glm::dvec4(ray.base, 1)),
+                glm::dmat3(voxelFromPatient_) * ray.direction,
+                std::max(ray.minT, -std::numeric_limits<double>::max())};
+    }
+
+  private:
+    RayPlane plane_;
+    glm::ivec2 size_;
+    glm::dmat4 voxelFromPatient_;
+};
+
+} // namespace
+
+std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size,
+                                        int stride, const glm::dvec2& shift) {
+    const RayMaker ray(camera, info, size);
+    std::vector<ReferenceRay> rays;
+    const glm::ivec2 kept = thinnedSize(size, stride);
+    rays.reserve(static_cast<std::size_t>(kept.x) * static_cast<std::size_t>(kept.y));
+    for (int y = 0; y < kept.y; ++y)
+        for (int x = 0; x < kept.x; ++x) {
+            const glm::dvec2 pixel(thinnedPixel({x, y}, size, stride));
+            rays.push_back(ray(pixel + 0.5 + shift));
+        }
+    return rays;
+}
+
+std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size,
+                                        std::span<const glm::vec2> places) {
+    const RayMaker ray(camera, info, size);
+    std::vector<ReferenceRay> rays;
+    rays.reserve(places.size());
+    for (const glm::vec2& place : places)
+        rays.push_back(ray(glm::dvec2(place)));
+    return rays;
+}
+
+Optics shadingOf(const ReferenceInput& input) {
+    TransferTable table;
+    table.gradientOpacity = input.function->gradientOpacity();
+    Optics optics = makeOptics(table, *input.info, input.shading, 0);
+    setLighting(optics, input.shading, input.lighting, input.function->materials(), input.camera,
+                *input.info);
+    return optics;
+}
+
+std::vector<glm::dvec4> renderReference(const ReferenceInput& input, const std::vector<ReferenceRay>& rays,
+                                        int threads) {
+    const StoredFunction function(*input.function, input.surfaces, *input.info);
+    const Optics optics = shadingOf(input);
+    const EmptyCells emptyCells(input, function);
+    std::optional<Lit> lit;
+    if (optics.lighting.channels > 0) {
+        lit.emplace(Lit{LightSources(input), Obstacles(function, *input.info), {}});
+        lit->emptyCells = EmptyCells(input, lit->obstacles);
+    }
+    constexpr std::size_t kStrip = 16;
+    std::vector<glm::dvec4> out(rays.size());
+    parallelFor((rays.size() + kStrip - 1) / kStrip, threads,
+                [&](std::size_t strip) {
+                    LatticeReader samples(*input.cache, *input.info, 0, nullptr);
+                    RayIntegral integral(input, function, optics, samples, emptyCells, lit ? &*lit : nullptr);
+                    for (std::size_t i = strip * kStrip; i < std::min(rays.size(), (strip + 1) * kStrip); ++i)
+                        out[i] = integral(rays[i]);
+                },
+                input.progress);
+    return out;
+}
+
+} // namespace tessera

@@ -1,0 +1,117 @@
+// render/backends/reference/reference_engine.cpp: see reference_engine.h.
+#include "render/backends/reference/reference_engine.h"
+
+#include "core/base/error.h"
+#include "render/backends/reference/reference.h"
+#include "render/backends/reference/surface_rays.h"
+
+#include <algorithm>
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kRaysAtATime = 512, kLitRaysAtATime = 64; // where there is a deadline
+
+class ReferenceCaster : public RayCaster {
+  public:
+    ReferenceCaster(const ScenePlan& scene, bool tellsHits, int threads)
+        : scene_(scene), tellsHits_(tellsHits), threads_(threads) {}
+
+    /// Rays are the view's own, in double; strides count for nothing.
+    void begin(const Rays& rays) override {
+        check(rays);
+        const ViewState& view = scene_.view;
+        TESSERA_CHECK(glm::ivec2(rays.frame.imageSize) == view.imageSize);
+        rays_ = rays.places.empty() ? referenceRays(view.camera, scene_.info(), view.imageSize)
+                                    : referenceRays(view.camera, scene_.info(), view.imageSize, rays.places);
+        picture_ = Image(rays.size());
+        done_ = 0;
+    }
+
+    bool draw(const Slicing& slicing, Clock::time_point deadline, Work&) override {
+        const bool whole = deadline == Clock::time_point::max();
+        ReferenceInput input = this->input();
+        input.progress = whole ? slicing.progress : ShareDone{};
+        const std::size_t most = lightChannels(scene_.view.lighting) > 0 ? kLitRaysAtATime : kRaysAtATime;
+        do {
+            const std::size_t left = picture_.pixels.size() - done_;
+            const std::size_t count = whole ? left : std::min(left, most);
+            const auto first = rays_.begin() + static_cast<std::ptrdiff_t>(done_);
+            const auto last = first + static_cast<std::ptrdiff_t>(count);
+            const auto values = whole && done_ == 0 ? renderReference(input, rays_, threads_)
+                                                    : renderReference(input, {first, last}, threads_);
+            std::transform(values.begin(), values.end(),
+                           picture_.pixels.begin() + static_cast<std::ptrdiff_t>(done_),
+                           [](const glm::dvec4& v) { return glm::vec4(v); });
+            done_ += count;
+        } while (done_ < picture_.pixels.size() && Clock::now() < deadline);
+        if (done_ < picture_.pixels.size())
+            return false;
+        if (tellsHits_)
+            hits_ = ReferenceSurfaces(input).firstHits(rays_, threads_);
+        rays_ = {};
+        return true;
+    }
+
+    Image image() const override { return picture_; }
+    std::vector<SurfaceHit> hits() const override { return hits_; }
+    std::unique_ptr<SurfaceTracer> surfaceTracer(double) const override {
+        return std::make_unique<ReferenceSurfaces>(input());
+    }
+
+  private:
+    ReferenceInput input() const {
+        const VolumeState& volume = scene_.volume;
+        return {volume.cache.get(),
+                &scene_.info(),
+                &volume.function,
+                scene_.view.shading,
+                &volume.statistics,
+                1,
+                scene_.view.surfaces,
+                {},
+                scene_.view.lighting,
+                scene_.view.camera,
+                ReferenceInput().lightTolerance,
+                volume.optics.reduction,
+                volume.look,
+                scene_.view.part.slabs,
+                scene_.view.part.flat,
+                scene_.view.part.cuts.get()};
+    }
+
+    const ScenePlan& scene_;
+    bool tellsHits_;
+    int threads_;
+    std::vector<ReferenceRay> rays_;
+    std::vector<SurfaceHit> hits_;
+    Image picture_;
+    std::size_t done_ = 0; // rays
+};
+
+} // namespace
+
+void ReferenceEngine::open(std::span<ScenePlan* const> volumes, std::size_t) {
+    TESSERA_CHECK(volumes.size() == 1);
+    scene_ = volumes.front();
+}
+
+std::unique_ptr<RayCaster> ReferenceEngine::caster(const CasterOptions& options, MemoryBudget&) {
+    return std::make_unique<ReferenceCaster>(*scene_, options.hits, threads_);
+}
+
+EngineTraits referenceTraits() {
+    EngineTraits traits;
+    traits.kind = EngineKind::reference;
+    traits.name = "reference";
+    traits.exact = true;
+    // its rays, their colours, and the picture made from them
+    traits.bytesPerPixel =
+        std::max(kPictureBytesPerPixel, sizeof(ReferenceRay) + sizeof(glm::dvec4) + sizeof(glm::vec4));
+    traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
+        return std::make_unique<ReferenceEngine>(input.threads);
+    };
+    return traits;
+}
+
+} // namespace tessera

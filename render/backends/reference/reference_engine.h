@@ -1,0 +1,26 @@
+// render/backends/reference/reference_engine.h: the true integral in double, as an engine. It reads every
+// voxel at the finest level, whatever levels were chosen, and takes no steps.
+#pragma once
+
+#include "render/engine.h"
+#include "render/engine_traits.h"
+
+namespace tessera {
+
+class ReferenceEngine : public Engine {
+  public:
+    /// @param threads  0: all processors
+    explicit ReferenceEngine(int threads) : threads_(threads) {}
+    About about() const override { return {}; }
+    void open(std::span<ScenePlan* const> volumes, std::size_t pages) override;
+    std::unique_ptr<RayCaster> caster(const CasterOptions& options, MemoryBudget& gpu) override;
+    std::unique_ptr<VisibilityCounter> counter(MemoryBudget&) override { return nullptr; }
+
+  private:
+    int threads_;
+    const ScenePlan* scene_ = nullptr;
+};
+
+EngineTraits referenceTraits();
+
+} // namespace tessera

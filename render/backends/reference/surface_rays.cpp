@@ -1,0 +1,96 @@
+// render/backends/reference/surface_rays.cpp: see surface_rays.h.
+#include "render/backends/reference/surface_rays.h"
+
+#include "core/base/error.h"
+#include "core/base/threads.h"
+#include "render/backends/reference/cell_stretch.h"
+#include "render/backends/reference/cells_on_ray.h"
+#include "render/contract/lattice.h"
+#include "render/contract/sampler.h"
+
+#include <algorithm>
+
+namespace tessera {
+
+ReferenceSurfaces::ReferenceSurfaces(const ReferenceInput& input)
+    : input_(input), function_(*input.function, input.surfaces, *input.info), optics_(shadingOf(input)),
+      emptyCells_(input, function_) {}
+
+/// visit(t, number of the surface) in the order in which the ray meets them between t0 and t1; true ends it.
+template <typename Visit>
+void ReferenceSurfaces::forEachCrossing(const ReferenceRay& ray, double t0, double t1, LatticeReader& samples,
+                                        const Visit& visit) const {
+    StretchesOfRay stretches;
+    bool done = false;
+    const auto inCell = [&](double ta, double tb) {
+        if (done)
+            return;
+        const auto position = [&](double t) { return ray.base + t * ray.direction; };
+        const Cell cell(samples, glm::ivec3(glm::floor(position(0.5 * (ta + tb)) - 0.5)));
+        if (function_.emptyOver(cell.lowest(), cell.highest()))
+            return;
+        done = crossSurfaces(stretches.through(cell, position, ta, tb), function_.surfaces(),
+                             [&](double u, std::size_t number) { return visit(ta + u * (tb - ta), number); });
+    };
+    forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
+        if (!done && !emptyCells_.hold(ray, ta, tb))
+            forEachInterval(ray, ta, tb, 1.0, 0.5, inCell);
+    });
+}
+
+SurfaceHit ReferenceSurfaces::firstHit(const ReferenceRay& ray, LatticeReader& samples) const {
+    SurfaceHit hit;
+    const RayLine<double> line{ray.base, ray.direction, ray.tMin, 1};
+    double t0 = 0, t1 = 0;
+    if (!clipToBox(line, glm::dvec3(input_.info->extentVoxels), t0, t1))
+        return hit;
+    for (const RaySlab<double>& slab : input_.slabs)
+        if (!clipToSlab(line, slab, t0, t1) || !(t1 > t0))
+            return hit;
+    std::vector<RayCuts::Part> parts = {{t0, t1}};
+    if (input_.cuts)
+        input_.cuts->parts(ray.base, ray.direction, t0, t1, parts);
+    for (const RayCuts::Part& part : parts)
+        if (hit.surface == 0)
+            forEachCrossing(ray, part.from, part.to, samples, [&](double t, std::size_t number) {
+                const glm::dvec3 p = ray.base + t * ray.direction;
+                hit.position = glm::vec3(p);
+                hit.depthMm = static_cast<float>(t - part.from);
+                hit.normal = glm::vec3(unitNormal(
+                    optics_, fieldGradient(samples, p, 1.0, input_.shading.gradient), ray.direction));
+                hit.surface = static_cast<int>(number) + 1;
+                return true;
+            });
+    return hit;
+}
+
+std::vector<SurfaceHit> ReferenceSurfaces::firstHits(const std::vector<ReferenceRay>& rays,
+                                                     int threads) const {
+    constexpr std::size_t kStrip = 64;
+    std::vector<SurfaceHit> hits(rays.size());
+    parallelFor((rays.size() + kStrip - 1) / kStrip, threads, [&](std::size_t strip) {
+        LatticeReader samples(*input_.cache, *input_.info, 0, nullptr);
+        for (std::size_t i = strip * kStrip; i < std::min(rays.size(), (strip + 1) * kStrip); ++i)
+            hits[i] = firstHit(rays[i], samples);
+    });
+    return hits;
+}
+
+void ReferenceSurfaces::trace(std::span<const LightWay> ways, std::span<LightTaken> taken) const {
+    TESSERA_CHECK(ways.size() == taken.size());
+    LatticeReader samples(*input_.cache, *input_.info, 0, nullptr);
+    for (std::size_t n = 0; n < ways.size(); ++n) {
+        const LightWay& way = ways[n];
+        double left = 1, mm = 0;
+        forEachCrossing({way.from, way.direction, 0}, 0, way.voxels, samples,
+                        [&](double t, std::size_t number) {
+                            const double opacity = function_.surfaces()[number].opacity;
+                            mm += left * opacity * t * way.mmPerVoxel;
+                            left *= 1 - opacity;
+                            return left == 0;
+                        });
+        taken[n] = {static_cast<float>(1 - left), static_cast<float>(mm)};
+    }
+}
+
+} // namespace tessera

@@ -1,0 +1,41 @@
+// render/backends/reference/surface_rays.h: crossings of rays and isosurfaces by the reference's own means:
+// the cubics of level 0 in double, cell by cell. They give the first hits of a picture's rays, and the light
+// that surfaces take along a way.
+#pragma once
+
+#include "render/backends/reference/cells_on_ray.h"
+#include "render/backends/reference/reference.h"
+#include "render/backends/reference/stored_function.h"
+#include "render/contract/optics.h"
+#include "render/contract/ray_state.h"
+#include "render/light/surface_tracer.h"
+
+#include <vector>
+
+namespace tessera {
+
+class LatticeReader;
+
+class ReferenceSurfaces : public SurfaceTracer {
+  public:
+    /// All that the input points at outlives it, slabs and cuts too.
+    explicit ReferenceSurfaces(const ReferenceInput& input);
+
+    /// Of each ray, in order.
+    /// @param threads  0: all processors
+    std::vector<SurfaceHit> firstHits(const std::vector<ReferenceRay>& rays, int threads) const;
+    void trace(std::span<const LightWay> ways, std::span<LightTaken> taken) const override;
+
+  private:
+    template <typename Visit>
+    void forEachCrossing(const ReferenceRay& ray, double t0, double t1, LatticeReader& samples,
+                         const Visit& visit) const;
+    SurfaceHit firstHit(const ReferenceRay& ray, LatticeReader& samples) const;
+
+    ReferenceInput input_;
+    StoredFunction function_;
+    Optics optics_; // for normals
+    EmptyCells emptyCells_;
+};
+
+} // namespace tessera

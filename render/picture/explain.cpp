@@ -1,0 +1,147 @@
+// render/picture/explain.cpp: the text about what is in a picture and what was left out (renderer.h).
+#include "render/backends/gpu/features.h"
+#include "render/picture/renderer.h"
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
+    std::vector<std::string> lines;
+    const auto line = [&](const char* format, auto... values) {
+        char text[256];
+        std::snprintf(text, sizeof text, format, values...);
+        lines.emplace_back(text);
+    };
+    const auto percent = [](std::size_t part, std::size_t whole) {
+        return whole ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0.0;
+    };
+    line("engine: %s%s%s", name(r.engine).c_str(), r.engineReason.empty() ? "" : ", because ",
+         r.engineReason.c_str());
+    if (r.glVersion.empty())
+        line("device: %s", r.device.c_str());
+    else {
+        line("device: %s, OpenGL %s", r.device.c_str(), r.glVersion.c_str());
+        for (const FeatureName& f : featureNames())
+            line("%s: %s", f.meaning, (r.features & f.bit) ? "compiled in" : "left out");
+    }
+    for (int level = 0; level < kLevelCount; ++level)
+        if (const std::size_t bricks = r.bricksOfLevel[static_cast<std::size_t>(level)]; bricks > 0)
+            line("level %d: %zu bricks, a sample stands for %d^3 voxels", level, bricks, 1 << level);
+    if (r.passes > 0)
+        line("atlas: %zu pages of 32^3 texels, %zu at once, %d %s", r.selectionPages, r.atlasPages, r.passes,
+             r.passes == 1 ? "pass" : "passes");
+    const Reduction reduction = reductionOf(scene);
+    if (reduction != Reduction::composite) {
+        line("mode: %s; rays keep the %s value along them%s",
+             modeNames()[static_cast<std::size_t>(scene.mode)].c_str(),
+             scene.mode == Mode::slice && !(scene.slice.thicknessMm > 0) ? "plane's"
+             : reduction == Reduction::average                           ? "mean"
+             : reduction == Reduction::minimum                           ? "least"
+                                                                         : "greatest",
+             "; light, isosurfaces, integrator and opacities are not used");
+        if (scene.valueColour == ValueColour::transferFunction)
+            line("colours of values: the transfer function's");
+        else
+            line("window: centre %g, width %g, greys of an sRGB display%s", r.window.centre, r.window.width,
+                 scene.valueColour == ValueColour::inverse ? ", from white to black" : "");
+    } else if (scene.mode == Mode::isosurface) {
+        line("mode: isosurface; the transfer function shows nothing");
+    }
+    if (reduction != Reduction::composite && !r.levelsOnPurpose)
+        line("level of detail: one level for all; what levels cost is not predicted in this mode");
+    else if (!r.predictedError && !r.levelsOnPurpose)
+        line("level of detail: one level for all, because this budget of RAM cannot hold what choosing by "
+             "brick needs");
+    if (r.predictedError)
+        line("level of detail: predicted error (L*u*v*) %.2g in the mean, %.2g at the 99th percentile",
+             r.predictedError->mean, r.predictedError->p99);
+    line("bricks: %zu resident, %zu (%.1f %%) show nothing and take no memory", r.residentBricks,
+         r.emptyBricks, percent(r.emptyBricks, r.residentBricks + r.emptyBricks + r.unseenBricks));
+    if (r.unseenBricks > 0)
+        line("bricks: %zu lie outside the picture, or of what is drawn, and take no memory", r.unseenBricks);
+    if (reduction != Reduction::composite)
+        line("leaps: %s", !scene.quality.skipping || reduction == Reduction::average
+                              ? "none"
+                              : "over bricks and cells whose values cannot change what a ray has");
+    else if (scene.quality.skipping)
+        line("cells of 8^3 voxels: %.1f %% can show something; rays leap over the rest, and over blocks of "
+             "2^3 "
+             "voxels in %zu of them",
+             percent(r.occupiedCells, r.cells), r.refinedCells);
+    if (traitsOf(r.engine).quick && !traitsOf(r.engine).onContext && scene.quality.fetch == Fetch::hardware)
+        line("fetch: exact; there is no hardware here that filters");
+    if ((r.features & kFeatureCounting) || traitsOf(r.engine).countsAlways)
+        line("work: %llu segments, %llu samples, %llu fetches, %llu dispatches, the longest %.0f ms",
+             static_cast<unsigned long long>(r.work.segments),
+             static_cast<unsigned long long>(r.work.samples), static_cast<unsigned long long>(r.work.fetches),
+             static_cast<unsigned long long>(r.work.dispatches), r.work.longestDispatchMs);
+    if (const auto& surfaces = r.surfaceLight)
+        line("occlusion of surfaces: %d directions of %g mm from %zu places%s, %s, %.1f s; light of "
+             "voxels has none",
+             surfaces->rays, surfaces->radiusMm, surfaces->places,
+             surfaces->alone > 0 ? (" and " + std::to_string(surfaces->alone) + " more samples").c_str() : "",
+             formatBytes(surfaces->bytes).c_str(), surfaces->seconds);
+    else if (const auto& occlusion = scene.lighting.occlusion)
+        line("occlusion: %d rays of %g mm from each sample, kept beside the values%s", occlusion->rays,
+             occlusion->radiusMm,
+             r.light && r.light->emission ? ", and the light that tissue sends to it, red, green and blue"
+                                          : "");
+    if (r.light)
+        line("light of voxels: %d of 16 bits a sample, %s beside the bricks, computed in %.1f s",
+             r.light->channels, formatBytes(r.light->planeBytes).c_str(), r.light->seconds);
+    if (r.light && r.light->maps > 0)
+        line("shadows: %zu deep shadow maps of %d x %d rays, %s, within %.2g of the light but for %.2g %% of "
+             "the rays "
+             "(%.2g there)",
+             r.light->maps, r.light->mapSize, r.light->mapSize, formatBytes(r.light->mapBytes).c_str(),
+             static_cast<double>(ShadowQuality().error), 100 * r.light->shareOfMore,
+             static_cast<double>(r.light->mapError));
+    if (!r.light)
+        line("light of voxels: none; no planes, no maps of shadows");
+    char means[80] = "";
+    if (r.stepOfMeans)
+        std::snprintf(means, sizeof means, "%g in pixels that are the mean of eight rays or more, ",
+                      *r.stepOfMeans);
+    line("segments: %g voxels, %s%s", r.stepVoxels, means,
+         integratorNames()[static_cast<std::size_t>(r.integrator)].c_str());
+    if (r.pixels.asked == 1)
+        line("pixels: one ray through the middle of each");
+    else
+        line("pixels: %.3g samples each in the mean, %d at most; %s", r.pixels.taken, r.pixels.most,
+             scene.quality.pixels.filter == PixelFilter::box ? "the mean of the pixel's area"
+                                                             : "a Gaussian of half a pixel's deviation");
+    if (r.pixels.error)
+        line("error of the samples' mean: rms %.2g, L*u*v* %.2g in the mean, %.2g at the 99th percentile "
+             "(standard error, from how samples of a pixel differ)",
+             r.pixels.error->rms, r.pixels.error->luvMean, r.pixels.error->luvP99);
+    if (r.errors) {
+        const PictureErrors& e = *r.errors;
+        if (e.step)
+            line("error of the step: rms %.2g, L*u*v* %.2g in the mean, %.2g at the 99th percentile, falling "
+                 "at order "
+                 "%.1f (estimated from %d pixels)",
+                 e.step->error.rms, e.step->error.luvMean, e.step->error.luvP99, e.step->order, e.pixels);
+        if (e.filtering)
+            line("error of filtered fetches: rms %.2g, L*u*v* %.2g in the mean, %.2g at the 99th percentile",
+                 e.filtering->rms, e.filtering->luvMean, e.filtering->luvP99);
+    }
+    if (r.measured)
+        for (const std::string& text : describe(*r.measured))
+            lines.push_back(text);
+    if (reduction != Reduction::composite)
+        return lines;
+    if (const auto* const function = std::get_if<TransferFunction>(&scene.volumes.at(0).transferFunction);
+        function && !function->gradientOpacity().isOne())
+        line("opacity by gradient: %zu points, lengths per %s", function->gradientOpacity().points().size(),
+             function->gradientOpacity().per() == GradientOpacity::Per::mm ? "mm" : "voxel");
+    line("transfer function table: off by at most %.2g of the largest extinction, steps aside",
+         r.tableRelativeError);
+    line("ray termination: at most %.2g of a pixel's light is left out",
+         scene.quality.terminationTransmittance);
+    return lines;
+}
+
+} // namespace tessera

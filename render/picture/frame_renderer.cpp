@@ -1,0 +1,161 @@
+// render/picture/frame_renderer.cpp: see frame_renderer.h.
+#include "render/picture/frame_renderer.h"
+
+#include "core/base/error.h"
+#include "render/picture/draw_scene.h"
+#include "render/plan/plan_again.h"
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+/// The same but for the camera.
+bool sameButCamera(const Scene& a, const Scene& b) {
+    Scene x = a, y = b;
+    x.camera = y.camera = Camera{};
+    return sceneJson(x) == sceneJson(y);
+}
+
+/// RAM that was never used, where bricks are kept: planning a picture takes about as much as planning the one
+/// before.
+constexpr std::size_t kAmpleBytes = std::size_t{64} << 20;
+
+} // namespace
+
+struct FrameRenderer::State {
+    const StoreReader& store;
+    MemoryBudget &ram, &gpu;
+    RenderOptions options;
+    /// What the engine takes of RAM must not matter to who plans the next picture, as it does not for a
+    /// still: it is charged to ram while a picture is drawn.
+    MemoryBudget engineRam;
+    std::optional<EngineInstance> made;
+    ScenePlan p; // stays where it is: the engine was opened for it
+    std::optional<Scene> last;
+    std::optional<Statistics> statistics;
+    Charge heldRam;
+    std::size_t gpuBefore = 0; // in use when the engine holds nothing
+    FrameReuse reuse;          // kept: the engine holds bricks of the last picture
+
+    State(const StoreReader& reader, MemoryBudget& ramBudget, MemoryBudget& gpuBudget,
+          const RenderOptions& given)
+        : store(reader), ram(ramBudget), gpu(gpuBudget), options(given),
+          engineRam(ram.name(), ram.option(), ram.limitBytes()) {
+        reuse.opened = [this] {
+            heldRam = {};
+            heldRam = ram.charge(engineRam.usedBytes(), "the brick index");
+        };
+    }
+    ScenePlan plan(const Scene& scene, const TextureLimits& limits, LevelChoice choice,
+                   std::size_t bytesPerPixel) {
+        // As if the engine held nothing.
+        MemoryBudget free(gpu.name(), gpu.option(), gpu.limitBytes());
+        const Charge before = free.charge(gpuBefore, "the device");
+        if (!statistics)
+            return planScene(scene, store, limits, {ram, free, options.threads}, choice, bytesPerPixel);
+        Statistics known = std::move(*statistics);
+        statistics.reset();
+        return planAgain(scene, store, std::move(known), limits, {ram, free, options.threads}, choice,
+                         bytesPerPixel);
+    }
+    /// Whether the bricks of the last picture serve this one.
+    /// @param pageEdge, levels  of the last picture
+    bool serves(const ScenePlan& plan, int pageEdge, const std::vector<std::uint8_t>& levels) const {
+        const BrickResidency* const bricks = made->engine->bricks();
+        return bricks && bricks->pages() >= plan.chosen.atlasPages && holdsAll(plan) &&
+               plan.volume.pageEdge == pageEdge &&
+               // light of voxels is that of the bricks as they are
+               (lightChannels(plan.view.lighting) == 0 || levels == plan.volume.selection.levels) &&
+               gpu.usedBytes() + plan.memory.gpuBytes() <= gpu.limitBytes();
+    }
+    /// Room for a quarter more bricks than the picture has, where there is any.
+    std::size_t roomyPages(const ScenePlan& plan, TextureLimits limits) const {
+        if (!holdsAll(plan))
+            return 0;
+        limits.pageEdge = plan.volume.pageEdge;
+        limits.lightChannels = keptLightChannels(plan.view.lighting);
+        const std::size_t fixed = gpuBefore + plan.memory.gpuBytes();
+        const std::size_t fit =
+            pagesThatFit(gpu.limitBytes() - std::min(gpu.limitBytes(), fixed), plan.info().type, limits);
+        return std::min(fit, plan.chosen.atlasPages + plan.chosen.atlasPages / 4 + 16);
+    }
+    /// Every brick has its place, at levels that no picture decides about.
+    static bool holdsAll(const ScenePlan& plan) {
+        return !plan.chosen.chooser && plan.chosen.atlasPages >= pagesFor(plan.volume.selection.counts);
+    }
+};
+
+FrameRenderer::FrameRenderer(const StoreReader& store, MemoryBudget& ram, MemoryBudget& gpu,
+                             const RenderOptions& options)
+    : state_(std::make_unique<State>(store, ram, gpu, options)) {
+    TESSERA_CHECK(!options.onFirstPicture);
+}
+
+FrameRenderer::~FrameRenderer() {
+    forget();
+}
+
+void FrameRenderer::forget() {
+    State& s = *state_;
+    if (s.made)
+        s.made->engine->close();
+    s.reuse.kept = false;
+    s.heldRam = {};
+}
+
+RenderResult FrameRenderer::draw(const Scene& given) {
+    State& s = *state_;
+    // measuring errors has another plan opened
+    if (s.options.verify != Verify::none) {
+        ++kept_.frames;
+        return renderScene(given, s.store, s.ram, s.gpu, s.options);
+    }
+    const Scene scene = asDrawn(given);
+    if (!s.made) {
+        s.made.emplace(s.options, s.engineRam, s.gpu);
+        s.gpuBefore = s.gpu.usedBytes();
+    }
+    Engine& engine = *s.made->engine;
+    if (s.reuse.kept && !sameButCamera(*s.last, scene))
+        forget();
+    const int pageEdge = s.p.volume.pageEdge;
+    const std::vector<std::uint8_t> levels = std::move(s.p.volume.selection.levels);
+    if (std::exchange(s.last, std::nullopt))
+        s.statistics = std::move(s.p.volume.statistics);
+    s.heldRam = {};
+    s.p = ScenePlan(); // gives back what the last picture took, as if it had never been
+    try {
+        const auto planned = [&](const Scene& first, const TextureLimits& limits, LevelChoice choice,
+                                 std::size_t bytesPerPixel) {
+            ScenePlan p = s.plan(first, limits, choice, bytesPerPixel);
+            if (s.reuse.kept && !s.serves(p, pageEdge, levels))
+                forget();
+            s.reuse.pages = s.roomyPages(p, limits);
+            return p;
+        };
+        RenderResult result =
+            drawScene(scene, s.p, *s.made, {s.ram, s.gpu, s.options.threads, s.options.progress}, s.options,
+                      s.reuse, planned);
+        ++kept_.frames;
+        kept_.goneOn += s.reuse.kept ? 1 : 0;
+        kept_.brought += result.work.bytesUploaded;
+        s.last = scene;
+        s.reuse.kept = engine.bricks() && State::holdsAll(s.p) &&
+                       s.p.view.quality.maxError.value_or(0) == 0 &&
+                       s.ram.limitBytes() - s.ram.peakBytes() >= kAmpleBytes + s.engineRam.usedBytes();
+        s.p.volume.cache.reset();
+        if (!s.reuse.kept)
+            forget();
+        return result;
+    } catch (...) {
+        forget();
+        s.p = ScenePlan();
+        s.statistics.reset();
+        throw;
+    }
+}
+
+} // namespace tessera

@@ -1,0 +1,37 @@
+// render/picture/picture.h: the way from a plan to a picture, the same for every engine and for all that
+// measures one. Bricks are loaded, measured visibility may change the levels once, and rays are drawn to
+// their end.
+#pragma once
+
+#include "core/base/budget.h"
+#include "core/base/work.h"
+#include "core/image/image.h"
+#include "render/engine.h"
+#include "render/plan/picture_check.h"
+#include "render/plan/scene_plan.h"
+
+namespace tessera {
+
+/// Opens the plan's volume on the engine and loads its bricks, all of them or, where rays will wait for them,
+/// none. Where the plan asks for it, what a picture of these bricks would see is counted first, and levels
+/// are chosen again. Returns whether rays will wait: bricks then come in several passes.
+/// @param kept  the engine holds this volume still, opened for the same plan as it was before: bricks that
+///     keep their level stay where they are, where there are pages enough
+/// @param pages  to open the volume with, at least the plan's; 0: the plan's
+bool loadBricks(Engine& engine, ScenePlan& plan, MemoryBudget& gpu, Work& work, bool kept = false,
+                std::size_t pages = 0);
+
+/// Draws all rays to their end, bringing the bricks that they wait for. Returns in how many passes.
+int drawToTheEnd(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
+                 Work& work);
+
+/// The same, but stops before bricks take more bytes than that, all of work together: false then.
+bool drawWithin(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
+                std::uint64_t mostBytes, Work& work);
+
+/// The rays of the plan as it is.
+Rays raysOf(const ScenePlan& plan);
+/// The same with another step, in voxels.
+Rays raysOf(const ScenePlan& plan, double stepVoxels);
+
+} // namespace tessera

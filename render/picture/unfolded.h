@@ -1,0 +1,29 @@
+// render/picture/unfolded.h: a tube's wall as a flat picture. Every row is a point on a line, every column an
+// angle around it (docs/sampling.md, "Unfolded pictures"). Rays of perspective cameras on the line draw it,
+// so every engine can.
+#pragma once
+
+#include "render/picture/renderer.h"
+
+#include <glm/vec3.hpp>
+#include <span>
+
+namespace tessera {
+
+/// Where a row's rays begin, and their frame: unit, at right angles.
+struct UnfoldedRow {
+    glm::dvec3 at{0};           // mm, patient space
+    glm::dvec3 along{0}, up{0}; // of the line; of the first column's left edge
+};
+
+/// The unit direction of a column's ray: from up, clockwise for who looks along.
+glm::dvec3 unfoldedDirection(const UnfoldedRow& row, double column, int columns);
+
+/// @param rows  as many as the scene's picture has; the scene's camera does not count
+/// Levels are the finest, in as many passes as memory needs; a step that is left open is half a voxel; every
+/// pixel has one ray. Throws as renderScene() does, and InputError for modes that have no rays from
+/// an eye (slices).
+RenderResult renderUnfolded(const Scene& scene, std::span<const UnfoldedRow> rows, const StoreReader& store,
+                            MemoryBudget& ram, MemoryBudget& gpu, const RenderOptions& options);
+
+} // namespace tessera

@@ -1,0 +1,280 @@
+// tests/bricking/analysis/lumen_test.cpp: the parts that centre-lines are made of, each against the plain
+// way: growing and graphs against a search voxel by voxel, distances against all pairs.
+#include "bricking/analysis/lumen/grow_lumen.h"
+#include "bricking/analysis/lumen/lumen_graph.h"
+#include "bricking/analysis/lumen/lumen_search.h"
+#include "bricking/analysis/lumen/lumen_shape.h"
+#include "bricking/analysis/lumen/nearest_voxels.h"
+#include "bricking/analysis/lumen/smooth_line.h"
+#include "core/animation/path.h"
+#include "core/base/interrupt.h"
+#include "tests/support/lumen_tubes.h"
+
+#include <gtest/gtest.h>
+#include <map>
+#include <random>
+#include <set>
+
+namespace tessera::test {
+namespace {
+
+double hash(const glm::ivec3& v) {
+    std::uint32_t h = static_cast<std::uint32_t>(v.x) * 73856093u ^
+                      static_cast<std::uint32_t>(v.y) * 19349663u ^
+                      static_cast<std::uint32_t>(v.z) * 83492791u;
+    h = (h ^ (h >> 15)) * 2246822519u;
+    h = (h ^ (h >> 13)) * 3266489917u;
+    return static_cast<double>(h >> 8) / (1 << 24);
+}
+
+/// Voxels of a random volume that are air; a share of 0.55 hangs together in a maze with many walls.
+struct Maze {
+    glm::ivec3 extent{70, 45, 52};
+    double share = 0.55;
+    bool air(const glm::ivec3& v) const {
+        return v == glm::clamp(v, glm::ivec3(0), extent - 1) && hash(v) < share;
+    }
+    std::set<std::array<int, 3>> from(const glm::ivec3& seed) const {
+        std::set<std::array<int, 3>> found = {{seed.x, seed.y, seed.z}};
+        std::vector<glm::ivec3> open = {seed};
+        while (!open.empty()) {
+            const glm::ivec3 at = open.back();
+            open.pop_back();
+            for (int face = 0; face < 6; ++face) {
+                glm::ivec3 next = at;
+                next[face / 2] += face % 2 ? 1 : -1;
+                if (air(next) && found.insert({next.x, next.y, next.z}).second)
+                    open.push_back(next);
+            }
+        }
+        return found;
+    }
+    FieldChunks chunks() const {
+        return {boxInfo(extent, glm::dvec3(1), glm::dvec3(0)),
+                [*this](const glm::dvec3& mm) { return air(glm::ivec3(glm::floor(mm))) ? -1000.0 : 40.0; }};
+    }
+    glm::ivec3 seed() const {
+        for (int x = 0;; ++x)
+            if (air({x, 20, 20}) && from({x, 20, 20}).size() > 100)
+                return {x, 20, 20};
+    }
+};
+
+GrownLumen grow(const FieldChunks& chunks, const glm::ivec3& seed, MemoryBudget& ram) {
+    BrickCache cache(chunks, ram, BrickCache::floorBytes(chunks.info(), 2), 2);
+    return growLumen(cache, chunks.info(), {-500, true}, seed, ram);
+}
+
+TEST(Lumen, GrowingTakesWhatHangsTogether) {
+    for (const double share : {0.33, 0.4, 0.55, 0.9}) {
+        const Maze maze{{70, 45, 52}, share};
+        const FieldChunks chunks = maze.chunks();
+        MemoryBudget ram("RAM", "--ram", 64u << 20);
+        const glm::ivec3 seed = maze.seed();
+        const GrownLumen grown = grow(chunks, seed, ram);
+        const auto expected = maze.from(seed);
+        EXPECT_EQ(grown.count, expected.size());
+        EXPECT_EQ(grown.voxels.count(), expected.size());
+        for (const auto& [x, y, z] : expected)
+            ASSERT_TRUE(grown.voxels.contains({x, y, z})) << share << " " << x << " " << y << " " << z;
+        EXPECT_LE(chunks.read(), 3 * 2 * 2) << "each chunk once";
+    }
+}
+
+TEST(Lumen, GrowingStopsAtALimit) {
+    const Maze maze;
+    const FieldChunks chunks = maze.chunks();
+    MemoryBudget ram("RAM", "--ram", 64u << 20);
+    BrickCache cache(chunks, ram, BrickCache::floorBytes(chunks.info(), 2), 2);
+    GrowLimits limits;
+    limits.mostVoxels = 100;
+    const GrownLumen grown = growLumen(cache, chunks.info(), {-500, true}, maze.seed(), ram, limits);
+    EXPECT_TRUE(grown.stopped);
+    EXPECT_GT(grown.count, 100u);
+    EXPECT_LT(grown.count, maze.from(maze.seed()).size());
+}
+
+TEST(Lumen, BitsAreChargedAndGrowingAsksWhetherItIsWanted) {
+    const Maze maze;
+    const FieldChunks chunks = maze.chunks();
+    MemoryBudget ram("RAM", "--ram", 64u << 20);
+    BrickCache cache(chunks, ram, BrickCache::floorBytes(chunks.info(), 2), 2);
+    const std::size_t before = ram.usedBytes();
+    {
+        const GrownLumen grown = growLumen(cache, chunks.info(), {-500, true}, maze.seed(), ram);
+        EXPECT_GE(ram.usedBytes() - before, grown.voxels.filledChunks().size() * sizeof(ChunkRows));
+    }
+    EXPECT_EQ(ram.usedBytes(), before);
+    const Cancellation::Flag unwanted = true;
+    const Cancellation cancellation(&unwanted);
+    EXPECT_THROW(growLumen(cache, chunks.info(), {-500, true}, maze.seed(), ram), Cancelled);
+}
+
+TEST(Lumen, AGraphOfAnyBlocksJoinsWhatIsJoinedAtFullResolution) {
+    const Maze maze{{70, 45, 52}, 0.36}; // thin ways, most of them dead ends
+    const FieldChunks chunks = maze.chunks();
+    MemoryBudget ram("RAM", "--ram", 256u << 20);
+    const GrownLumen grown = grow(chunks, maze.seed(), ram);
+    VoxelSet all(maze.extent, ram); // all that is air, whether it hangs together or not
+    for (int z = 0; z < maze.extent.z; ++z)
+        for (int y = 0; y < maze.extent.y; ++y)
+            for (int x = 0; x < maze.extent.x; ++x)
+                if (maze.air({x, y, z}))
+                    all.edit(linearIndex({x >> 5, y >> 5, z >> 5},
+                                         all.chunks()))[static_cast<std::size_t>((y & 31) + 32 * (z & 31))] |=
+                        1u << (x & 31);
+    for (const std::uint64_t most : {1000000u, 15000u, 3000u, 500u, 80u}) {
+        const LumenGraph graph(all, glm::dvec3(1), most, ram);
+        const std::array<LumenNode, 1> root = {graph.nodeAt(maze.seed())};
+        const LumenReach reach = searchLumen(graph, root, {}, ram);
+        for (int z = 0; z < maze.extent.z; ++z)
+            for (int y = 0; y < maze.extent.y; ++y)
+                for (int x = 0; x < maze.extent.x; ++x) {
+                    const LumenNode node = graph.nodeAt({x, y, z});
+                    ASSERT_EQ(node != kNoNode, maze.air({x, y, z}));
+                    ASSERT_EQ(node != kNoNode && reach.reached(node), grown.voxels.contains({x, y, z}))
+                        << "blocks of " << graph.blockExtent() << " at " << x << " " << y << " " << z;
+                }
+        // and a chain through it goes by faces, within the set
+        const LumenNode far = reach.farthest();
+        const glm::ivec3 to = graph.someVoxel(far);
+        const auto chain = graph.voxelChain(reach.pathTo(far), maze.seed(), to);
+        EXPECT_EQ(chain.front(), maze.seed());
+        EXPECT_EQ(chain.back(), to);
+        for (std::size_t i = 0; i < chain.size(); ++i) {
+            ASSERT_TRUE(maze.air(chain[i]));
+            if (i > 0) {
+                const glm::ivec3 step = glm::abs(chain[i] - chain[i - 1]);
+                ASSERT_EQ(step.x + step.y + step.z, 1);
+            }
+        }
+    }
+}
+
+TEST(Lumen, DistancesToTheWallAreExactAndAnisotropic) {
+    const Maze maze{{40, 33, 37}, 0.985}; // few walls, so that distances are large
+    const FieldChunks chunks = maze.chunks();
+    MemoryBudget ram("RAM", "--ram", 64u << 20);
+    const GrownLumen grown = grow(chunks, maze.seed(), ram);
+    const glm::dvec3 spacing(0.7, 1.1, 2.3);
+    const LumenGraph graph(grown.voxels, spacing, 1000000, ram);
+    ASSERT_EQ(graph.blockExtent(), 1);
+    std::vector<glm::ivec3> walls;
+    for (int z = -1; z <= maze.extent.z; ++z)
+        for (int y = -1; y <= maze.extent.y; ++y)
+            for (int x = -1; x <= maze.extent.x; ++x)
+                if (!grown.voxels.contains({x, y, z}))
+                    walls.emplace_back(x, y, z);
+    for (LumenNode node = 0; node < graph.count(); node += 37) {
+        double best = 1e300;
+        for (const glm::ivec3& wall : walls)
+            best = std::min(best, glm::length(glm::dvec3(wall - graph.block(node)) * spacing));
+        ASSERT_NEAR(static_cast<double>(graph.wallMm(node)), best, 1e-5);
+    }
+}
+
+TEST(Lumen, TheRadiusIsTheDistanceToTheSurfaceForAnyAffine) {
+    // a ball in an oblique, sheared volume
+    VolumeInfo info = boxInfo({60, 50, 40}, glm::dvec3(1), glm::dvec3(0));
+    info.patientFromVoxel =
+        patientFromVoxelOf({-20, 3, 8}, {0.68, 0.1, -0.02}, {-0.1, 0.7, 0.3}, {0.01, -0.3, 1.1});
+    const glm::dvec3 middle(info.patientFromVoxel * glm::dvec4(30, 25, 20, 1));
+    const FieldChunks chunks(info, [=](const glm::dvec3& p) {
+        return std::clamp(100 * (glm::length(p - middle) - 9), -1000.0, 1000.0);
+    });
+    MemoryBudget ram("RAM", "--ram", 64u << 20);
+    BrickCache cache(chunks, ram, BrickCache::floorBytes(info, 2), 2);
+    const LumenRule rule{0, true};
+    const GrownLumen grown = growLumen(cache, info, rule, {30, 25, 20}, ram);
+    const LumenShape shape(grown.voxels, info);
+    LumenValues values(cache, info);
+    for (const glm::dvec3& off :
+         {glm::dvec3(0), {2, -1, 1}, {0, 5, 0}, {-3, 3, -4}, {7, 1, 2}, {0.3, 0.2, 8.5}})
+        EXPECT_NEAR(shape.wallMm(middle + off, values, rule), 9 - glm::length(off), 0.12)
+            << off.x << " " << off.y << " " << off.z;
+    EXPECT_EQ(shape.wallMm(middle + glm::dvec3(10, 0, 0), values, rule), 0);
+}
+
+TEST(Lumen, WhereTwoPartsComeNearestIsExact) {
+    const Maze maze{{64, 40, 40}, 1};
+    MemoryBudget ram("RAM", "--ram", 64u << 20);
+    VoxelSet a(maze.extent, ram), b(maze.extent, ram);
+    const auto set = [](VoxelSet& voxels, const glm::ivec3& v) {
+        voxels.edit(
+            linearIndex(v >> 5, voxels.chunks()))[static_cast<std::size_t>((v.y & 31) + 32 * (v.z & 31))] |=
+            1u << (v.x & 31);
+    };
+    std::vector<glm::ivec3> ofA, ofB;
+    for (int i = 0; i < 4000; ++i) {
+        const glm::ivec3 v(static_cast<int>(64 * hash({i, 1, 0})), static_cast<int>(40 * hash({i, 2, 0})),
+                           static_cast<int>(40 * hash({i, 3, 0})));
+        if (v.x < 25) {
+            set(a, v);
+            ofA.push_back(v);
+        } else if (v.x > 36 + v.y / 5) {
+            set(b, v);
+            ofB.push_back(v);
+        }
+    }
+    const VolumeInfo info = boxInfo(maze.extent, {0.7, 1.3, 2}, {5, 6, 7});
+    const LumenShape shapeA(a, info), shapeB(b, info);
+    double best = 1e300;
+    for (const glm::ivec3& p : ofA)
+        for (const glm::ivec3& q : ofB)
+            best = std::min(best, glm::length(glm::dvec3(p - q) * glm::dvec3(0.7, 1.3, 2)));
+    const Gap gap = nearestGap(shapeA, shapeB, ram);
+    EXPECT_NEAR(gap.mm, best, 1e-9);
+    EXPECT_NEAR(glm::length(gap.fromMm - gap.toMm), best, 1e-9);
+    const glm::dvec3 place(30, 20, 20);
+    best = 1e300;
+    for (const glm::ivec3& p : ofA)
+        best = std::min(best, glm::length(shapeA.middleOf(p) - place));
+    EXPECT_NEAR(nearestVoxel(shapeA, place).mm, best, 1e-9);
+}
+
+TEST(Lumen, SmoothingKeepsBendsAndTakesRipples) {
+    std::vector<glm::dvec3> circle, rippled;
+    for (int i = 0; i <= 200; ++i) {
+        const double angle = 0.02 * i, r = 50; // a point a millimetre
+        circle.emplace_back(r * std::cos(angle), r * std::sin(angle), 0);
+        rippled.push_back(circle.back() * (1 + 0.02 * std::sin(2 * 3.14159265 * i / 12.0)));
+    }
+    const std::vector<double> deviation(circle.size(), 10);
+    const auto smooth = smoothed(circle, deviation), flat = smoothed(rippled, deviation);
+    for (std::size_t i = 40; i < 160; ++i) {
+        EXPECT_NEAR(glm::length(smooth[i]), 50, 0.01); // a plain mean is off by a millimetre
+        EXPECT_NEAR(glm::length(flat[i]), 50, 0.05);
+        EXPECT_NEAR(turnMm(circle, i, 5), 50, 1e-6);
+    }
+    double spacing = 0;
+    const auto even = evenly(rippled, 1.7, false, spacing);
+    EXPECT_LE(spacing, 1.7);
+    for (std::size_t i = 0; i + 1 < even.size(); ++i)
+        EXPECT_NEAR(glm::length(even[i + 1] - even[i]), spacing, 0.03);
+}
+
+TEST(Lumen, WhatIsWrittenIsReadBackWhateverTheLineDoes) {
+    // lines that turn back within a step, as narrow branches make them
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal;
+    for (int trial = 0; trial < 300; ++trial) {
+        std::vector<glm::dvec3> line = {{0, 0, 0}};
+        for (int i = 0; i < 3 + trial % 40; ++i)
+            line.push_back(line.back() + (trial % 3 == 0 && i % 5 == 4 ? -0.8 : 1.0) * glm::dvec3(0.3, 0, 0) +
+                           0.01 * (trial % 30) * glm::dvec3(normal(random), normal(random), normal(random)));
+        const EvenSteps even = evenSteps(line, 0.5, 0.1);
+        EXPECT_TRUE(stepsHold(even.mm, even.spacingMm)) << trial;
+        EXPECT_EQ(even.mm.front(), line.front());
+        EXPECT_LT(glm::length(even.mm.back() - line.back()), 1e-9);
+        EXPECT_TRUE(std::is_sorted(even.places.begin(), even.places.end()));
+        EXPECT_LE(even.spacingMm, 0.5 + 1e-9);
+        for (std::size_t i = 0; i < even.mm.size(); ++i)
+            EXPECT_LT(lineDistance(even.mm[i], line), 0.5);
+        Path path;
+        path.lines.push_back({"", even.mm, std::vector<double>(even.mm.size(), 1.0), even.spacingMm});
+        EXPECT_NO_THROW(parsePath(pathJson(path), "the path"));
+    }
+}
+
+} // namespace
+} // namespace tessera::test

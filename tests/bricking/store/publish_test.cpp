@@ -1,0 +1,134 @@
+// tests/bricking/store/publish_test.cpp: giving a store its final name: nothing is replaced unasked, and a
+// process that is killed leaves the old store or the new one.
+#include "bricking/store/temporary_folder.h"
+#include "core/base/error.h"
+#include "core/base/ownership.h"
+#include "core/base/scratch_folder.h"
+
+#include <csignal>
+#include <fstream>
+#include <functional>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <iterator>
+#include <string>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Publishing : public ::testing::Test {
+  protected:
+    /// A folder with one file that says which it is.
+    fs::path make(const std::string& name, const std::string& text) const {
+        fs::create_directory(folder_ / name);
+        std::ofstream(folder_ / name / "zarr.json") << text;
+        return folder_ / name;
+    }
+    std::string text(const std::string& name) const {
+        std::ifstream file(folder_ / name / "zarr.json");
+        return {std::istreambuf_iterator<char>(file), {}};
+    }
+    std::vector<std::string> names() const {
+        std::vector<std::string> all;
+        for (const auto& entry : fs::directory_iterator(folder_.path()))
+            all.push_back(entry.path().filename());
+        return all;
+    }
+    static void killedIn(const std::function<void()>& body) {
+        const pid_t child = ::fork();
+        if (child == 0) {
+            body();
+            ::kill(::getpid(), SIGKILL);
+        }
+        int status = 0;
+        ::waitpid(child, &status, 0);
+        ASSERT_TRUE(WIFSIGNALED(status));
+    }
+    const ScratchFolder folder_;
+};
+
+TEST_F(Publishing, WhatAppearedMeanwhileIsNotReplacedUnasked) {
+    TemporaryFolder mine(folder_ / "a.zarr");
+    std::ofstream(mine.path() / "zarr.json") << "mine";
+    {
+        TemporaryFolder theirs(folder_ / "a.zarr"); // a second import, which ends first
+        std::ofstream(theirs.path() / "zarr.json") << "theirs";
+        theirs.commit(false, false);
+    }
+    EXPECT_THROW(mine.commit(false, false), InputError);
+    EXPECT_EQ(text("a.zarr"), "theirs");
+    mine.commit(false, true);
+    EXPECT_EQ(text("a.zarr"), "mine");
+    EXPECT_EQ(names(), std::vector<std::string>{"a.zarr"});
+}
+
+TEST_F(Publishing, ReplacesWithAndWithoutExchange) {
+    for (const bool exchanges : {true, false}) {
+        make("a.zarr", "old");
+        publishFolder(make("new", "new"), folder_ / "a.zarr", true, exchanges);
+        EXPECT_EQ(text("a.zarr"), "new");
+        EXPECT_EQ(names(), std::vector<std::string>{"a.zarr"});
+        EXPECT_THROW(publishFolder(make("new", "newer"), folder_ / "a.zarr", false, exchanges), InputError);
+        EXPECT_EQ(text("a.zarr"), "new");
+        fs::remove_all(folder_ / "new");
+        fs::remove_all(folder_ / "a.zarr");
+        publishFolder(make("new", "first"), folder_ / "a.zarr", false, exchanges);
+        EXPECT_EQ(text("a.zarr"), "first");
+    }
+}
+
+TEST_F(Publishing, AFileOfThatNameIsNotReplaced) {
+    std::ofstream(folder_ / "a.zarr") << "notes";
+    EXPECT_THROW(publishFolder(make("new", "new"), folder_ / "a.zarr", false), InputError);
+    EXPECT_TRUE(fs::is_regular_file(folder_ / "a.zarr"));
+}
+
+// Where names cannot be exchanged there are two renames; a process may die between them.
+TEST_F(Publishing, AnOldStoreGetsItsNameBackFromADeadProcess) {
+    const fs::path half = folder_ / temporaryName("a.zarr", "importing", 0);
+    killedIn([&] {
+        make(half.filename(), "new");
+        make(half.filename().string() + ".old", "old");
+    });
+    recoverFolders(folder_.path());
+    EXPECT_EQ(text("a.zarr"), "old");
+    EXPECT_EQ(names(), std::vector<std::string>{"a.zarr"});
+    killedIn([&] { make(half.filename().string() + ".old", "older"); }); // died before it was removed
+    recoverFolders(folder_.path());
+    EXPECT_EQ(text("a.zarr"), "old");
+    EXPECT_EQ(names(), std::vector<std::string>{"a.zarr"});
+}
+
+TEST_F(Publishing, ADeadImportIsSweptALivingOneIsNot) {
+    killedIn([&] {
+        const TemporaryFolder left(folder_ / "a.zarr");
+        std::ofstream(left.path() / "zarr.json") << "half";
+        ::kill(::getpid(), SIGKILL);
+    });
+    EXPECT_EQ(names().size(), 1u);
+    const TemporaryFolder living(folder_ / "b.zarr");
+    fs::create_directory(folder_ / ".a.importing-1-2"); // no store's
+    const TemporaryFolder next(folder_ / "c.zarr");
+    EXPECT_TRUE(fs::exists(living.path()));
+    EXPECT_TRUE(fs::exists(next.path()));
+    EXPECT_TRUE(fs::exists(folder_ / ".a.importing-1-2"));
+    EXPECT_EQ(names().size(), 3u);
+}
+
+TEST_F(Publishing, ALinkToAStoreStaysALink) {
+    fs::create_directory(folder_ / "disk");
+    make("disk/real.zarr", "old");
+    fs::create_directory_symlink("disk/real.zarr", folder_ / "a.zarr");
+    TemporaryFolder made(folder_ / "a.zarr");
+    std::ofstream(made.path() / "zarr.json") << "new";
+    made.commit(false, true);
+    EXPECT_TRUE(fs::is_symlink(folder_ / "a.zarr"));
+    EXPECT_EQ(text("disk/real.zarr"), "new");
+}
+
+} // namespace
+} // namespace tessera

@@ -1,0 +1,49 @@
+// tests/core/base/progress_test.cpp: what the line of a long job says on a terminal: how much is done, which
+// never goes back, and how long the rest takes.
+#include "core/base/progress.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <pty.h>
+#include <string>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+
+namespace tessera {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TEST(Progress, TellsTheTimeOfTheRestAndNeverGoesBack) {
+    using namespace std::chrono_literals;
+    int terminal = -1;
+    const winsize size{24, 100, 0, 0};
+    const pid_t child = ::forkpty(&terminal, nullptr, nullptr, &size);
+    if (child == 0) {
+        Progress progress(Verbosity::normal);
+        progress.stage("counting");
+        std::this_thread::sleep_for(550ms); // half a second passes before the rest is judged
+        progress.update(0.5);
+        std::this_thread::sleep_for(110ms); // a line is drawn ten times a second at most
+        progress.update(0.25);              // of a thread that comes late
+        progress.end();
+        ::_exit(0);
+    }
+    std::string seen;
+    char bytes[256];
+    for (ssize_t got = 1; got > 0;) {
+        got = ::read(terminal, bytes, sizeof bytes);
+        seen.append(bytes, got > 0 ? static_cast<std::size_t>(got) : 0);
+    }
+    ::waitpid(child, nullptr, 0);
+    ::close(terminal);
+    EXPECT_THAT(seen, HasSubstr("counting ..."));
+    EXPECT_THAT(seen, HasSubstr("counting: 50 %, 1 s left")); // as long again as the half that is done
+    EXPECT_THAT(seen, Not(HasSubstr("25 %")));
+    EXPECT_THAT(seen, testing::EndsWith("\r\033[K"));
+}
+
+} // namespace
+} // namespace tessera

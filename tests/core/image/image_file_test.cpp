@@ -1,0 +1,272 @@
+// tests/core/image/image_file_test.cpp: pictures on disk: exact EXR, sRGB PNG and TIFF with straight alpha,
+// the manifest, and nothing half-written.
+#include "core/image/image_file.h"
+
+#include "core/base/error.h"
+#include "core/base/scratch_folder.h"
+#include "core/image/colour.h"
+
+#include <OpenImageIO/imageio.h>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <gtest/gtest.h>
+#include <random>
+#include <sys/resource.h>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ImageFile : public ::testing::Test {
+  protected:
+    std::size_t filesInFolder() const {
+        return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_.path()), {}));
+    }
+    const ScratchFolder folder_;
+};
+
+Image randomImage(bool opaque) {
+    Image image(glm::ivec2(37, 23)); // odd and not square: a swapped axis shows
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    for (glm::vec4& p : image.pixels) {
+        const float a = opaque ? 1.0f : uniform(random);
+        p = glm::vec4(uniform(random) * a, uniform(random) * a, uniform(random) * a, a);
+    }
+    return image;
+}
+
+TEST_F(ImageFile, ExrKeepsEveryBit) {
+    Image image = randomImage(false);
+    image.at(0, 0) = glm::vec4(1e-30f, 7.5f, 0.1f, 0); // what has no alpha keeps its light
+    const fs::path path = folder_ / "a.exr";
+    writeImage(path, image, R"({"a":1})");
+    const Image again = readImage(path);
+    ASSERT_EQ(again.size, image.size);
+    EXPECT_TRUE(std::equal(image.pixels.begin(), image.pixels.end(), again.pixels.begin()));
+    EXPECT_EQ(readManifest(path), R"({"a":1})");
+}
+
+TEST_F(ImageFile, PngHoldsSrgbBytesAndStraightAlpha) {
+    Image image(glm::ivec2(3, 2));
+    image.at(0, 0) = glm::vec4(0.5f, 0, 1, 1);
+    image.at(1, 0) = glm::vec4(0.25f, 0, 0.5f, 0.5f); // the same colour, half covered
+    image.at(2, 0) = glm::vec4(0);
+    image.at(0, 1) = glm::vec4(2, -1, NAN, 1);
+    const fs::path path = folder_ / "a.png";
+    writeImage(path, image, "{}");
+
+    OIIO::ImageSpec hints;
+    hints["oiio:UnassociatedAlpha"] = 1;
+    const auto input = OIIO::ImageInput::open(path.string(), &hints);
+    ASSERT_TRUE(input);
+    ASSERT_EQ(input->spec().nchannels, 4);
+    EXPECT_EQ(input->spec().format, OIIO::TypeDesc(OIIO::TypeDesc::UINT8));
+    std::vector<std::uint8_t> bytes(3 * 2 * 4);
+    ASSERT_TRUE(input->read_image(0, 0, 0, 4, OIIO::TypeDesc::UINT8, bytes.data()));
+    const std::vector<std::uint8_t> expected = {188, 0, 255, 255, 188, 0, 255, 128, 0, 0, 0, 0,
+                                                255, 0, 0,   255, 0,   0, 0,   0,   0, 0, 0, 0};
+    EXPECT_EQ(bytes, expected);
+
+    const Image again = readImage(path); // premultiplied and linear again
+    EXPECT_NEAR(again.at(1, 0).r, linearFromSrgb(188 / 255.0) * 128 / 255, 1e-6);
+    EXPECT_NEAR(again.at(1, 0).b, 128 / 255.0, 1e-6);
+}
+
+TEST_F(ImageFile, PngAndTiffRoundTripWithinTheirSteps) {
+    for (const bool opaque : {true, false}) {
+        const Image image = randomImage(opaque);
+        for (const char* name : {"a.png", "a.tif", "b.TIFF"}) {
+            // 1 step of the encoded value is at most 2.4/1.055 of one in linear light; alpha adds half a step
+            const double tolerance = (std::string(name) == "a.png" ? 1 / 255.0 : 1 / 65535.0) * 1.8;
+            writeImage(folder_ / name, image, "{\"manifest\": \"not for diagnosis\"}");
+            const Image again = readImage(folder_ / name);
+            ASSERT_EQ(again.size, image.size) << name;
+            for (std::size_t i = 0; i < image.pixels.size(); ++i)
+                for (int c = 0; c < 4; ++c)
+                    ASSERT_NEAR(image.pixels[i][c], again.pixels[i][c], tolerance) << name << " " << i;
+            EXPECT_EQ(OIIO::ImageInput::open((folder_ / name).string())->spec().nchannels, opaque ? 3 : 4);
+            EXPECT_EQ(readManifest(folder_ / name), "{\"manifest\": \"not for diagnosis\"}");
+        }
+    }
+}
+
+TEST_F(ImageFile, ReplacesAFileButNothingElseAndLeavesNothingBehind) {
+    const Image image = randomImage(true);
+    writeImage(folder_ / "a.png", image, "1");
+    writeImage(folder_ / "a.png", image, "2");
+    EXPECT_EQ(readManifest(folder_ / "a.png"), "2");
+    EXPECT_EQ(filesInFolder(), 1u);
+    fs::create_directory(folder_ / "folder.png");
+    EXPECT_THROW(writeImage(folder_ / "folder.png", image, ""), Error);
+    EXPECT_THROW(writeImage(folder_ / "missing" / "a.png", image, ""), Error);
+    EXPECT_EQ(filesInFolder(), 2u);
+    fs::remove_all(folder_ / "folder.png");
+    const Image empty; // no picture at all: the writer refuses, and no temporary file stays
+    EXPECT_THROW(writeImage(folder_ / "empty.png", empty, ""), Error);
+    EXPECT_EQ(filesInFolder(), 1u);
+}
+
+/// The file's own numbers as another library reads them, as floats; alpha as it stands in the file.
+std::vector<float> readByOpenImageIO(const fs::path& path, std::string& description) {
+    OIIO::ImageSpec hints;
+    hints["oiio:UnassociatedAlpha"] = 1;
+    const auto input = OIIO::ImageInput::open(path.string(), &hints);
+    if (!input)
+        return {};
+    const OIIO::ImageSpec& spec = input->spec();
+    std::vector<float> values(static_cast<std::size_t>(spec.width * spec.height * spec.nchannels));
+    EXPECT_TRUE(input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, values.data()));
+    description = spec.get_string_attribute("ImageDescription");
+    return values;
+}
+
+TEST_F(ImageFile, AnotherLibraryReadsTheSame) {
+    for (const bool opaque : {true, false})
+        for (const char* name : {"a.png", "a.exr", "a.tif"}) {
+            const Image image = randomImage(opaque);
+            writeImage(folder_ / name, image, R"({"a":[1,2]})");
+            std::string description;
+            const std::vector<float> values = readByOpenImageIO(folder_ / name, description);
+            const bool linear = std::string(name) == "a.exr";
+            const std::size_t channels = linear || !opaque ? 4 : 3;
+            ASSERT_EQ(values.size(), image.pixels.size() * channels) << name;
+            EXPECT_EQ(description, R"({"a":[1,2]})") << name;
+            const double step = std::string(name) == "a.png" ? 1 / 255.0 : 1 / 65535.0;
+            for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+                const glm::vec4 p = image.pixels[i];
+                for (std::size_t c = 0; c < channels; ++c) {
+                    const double kept = static_cast<double>(p[static_cast<int>(c)]);
+                    const double expected =
+                        linear || c == 3 ? kept : srgbFromLinear(kept / static_cast<double>(p.a));
+                    ASSERT_NEAR(values[i * channels + c], expected, linear ? 0 : 0.51 * step)
+                        << name << " pixel " << i << " channel " << c;
+                }
+            }
+        }
+}
+
+TEST_F(ImageFile, PicturesOfAnotherLibraryAreRead) {
+    const std::vector<float> values = {0.25f, 0.5f, 0.75f, 1, 0, 1, 0.125f, 0.5f};
+    const std::pair<const char*, OIIO::TypeDesc> kinds[] = {
+        {"a.png", OIIO::TypeDesc::UINT16}, {"a.exr", OIIO::TypeDesc::HALF}, {"a.tif", OIIO::TypeDesc::UINT8}};
+    for (const auto& [name, type] : kinds) {
+        OIIO::ImageSpec spec(2, 1, 4, type);
+        spec["oiio:UnassociatedAlpha"] = 1;
+        spec["ImageDescription"] = "of another";
+        const auto output = OIIO::ImageOutput::create((folder_ / name).string());
+        ASSERT_TRUE(output->open((folder_ / name).string(), spec) &&
+                    output->write_image(OIIO::TypeDesc::FLOAT, values.data()) && output->close());
+        EXPECT_EQ(readManifest(folder_ / name), "of another") << name;
+        const Image image = readImage(folder_ / name);
+        ASSERT_EQ(image.size, glm::ivec2(2, 1)) << name;
+        const bool linear = std::string(name) == "a.exr";
+        for (int x = 0; x < 2; ++x)
+            for (int c = 0; c < 4; ++c) {
+                const float* const pixel = &values[static_cast<std::size_t>(4 * x)];
+                const float value = pixel[c];
+                const double expected = linear || c == 3 ? value
+                                                         : linearFromSrgb(static_cast<double>(value)) *
+                                                               static_cast<double>(pixel[3]);
+                EXPECT_NEAR(image.at(x, 0)[c], expected, linear ? 0 : 1.2 / 255) << name << x << c;
+            }
+    }
+}
+
+/// Most memory that the process took so far.
+long peakMiB() {
+    rusage usage{};
+    ::getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_maxrss / 1024;
+}
+
+// A few bytes overwritten, or the end missing: a picture or an InputError, and no memory for what a header
+// only claims. Not in EXR's first header bytes: for a text as long as one claims, OpenEXR takes it.
+TEST_F(ImageFile, DamageIsRefusedOrRead) {
+    const std::pair<const char*, int> kinds[] = {{"a.png", 300}, {"a.tif", 300}, {"a.exr", 100}};
+    [[maybe_unused]] const long before = peakMiB();
+    std::mt19937 random(11);
+    for (const auto& [name, turns] : kinds) {
+        writeImage(folder_ / name, randomImage(false), "manifest");
+        std::ifstream file(folder_ / name, std::ios::binary);
+        const std::string whole(std::istreambuf_iterator<char>(file), {});
+        int refused = 0;
+        for (int turn = 0; turn < turns; ++turn) {
+            std::string damaged = whole;
+            // Headers are short: every other damage is in the first bytes.
+            const std::size_t head = std::string(name) == "a.exr" ? 400 : 0;
+            const std::size_t range = turn % 2 ? whole.size() - head : 400;
+            const std::size_t at = head + random() % range;
+            if (turn % 5 == 0)
+                damaged.resize(at);
+            else
+                for (std::size_t i = at; i < std::min(at + 1 + turn % 4, whole.size()); ++i)
+                    damaged[i] = static_cast<char>(random());
+            std::ofstream(folder_ / name, std::ios::binary) << damaged;
+            try {
+                readManifest(folder_ / name);
+                readImage(folder_ / name);
+            } catch (const InputError&) {
+                ++refused;
+            }
+        }
+        EXPECT_GE(refused, turns / 5) << name;
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+        EXPECT_LT(peakMiB(), before + 64) << name;
+#endif
+    }
+}
+
+/// Runs body while no file may grow beyond `bytes`: a disk that is full.
+/// @return what it said
+std::string saidWhenFull(rlim_t bytes, const std::function<void()>& body) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    rlimit before{};
+    ::getrlimit(RLIMIT_FSIZE, &before);
+    const rlimit limit{bytes, before.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    std::string said;
+    try {
+        body();
+    } catch (const Error& error) {
+        said = error.what();
+    }
+    ::setrlimit(RLIMIT_FSIZE, &before);
+    return said;
+}
+
+// PNG's writer forgets that a write failed. Limits that end in the header, in the pixels and in the last
+// bytes.
+TEST_F(ImageFile, AFullDiskLeavesTheGoodPictureAndSaysSo) {
+    for (const char* name : {"a.png", "a.exr", "a.tif"}) {
+        writeImage(folder_ / name, randomImage(true), "good");
+        const std::uintmax_t size = fs::file_size(folder_ / name);
+        for (const std::uintmax_t limit : {std::uintmax_t{0}, std::uintmax_t{20}, size / 2, size - 1}) {
+            const std::string said =
+                saidWhenFull(limit, [&] { writeImage(folder_ / name, randomImage(true), "evil"); });
+            EXPECT_NE(said.find(std::string(name) + ": cannot be written"), std::string::npos)
+                << limit << " of " << size << " bytes: " << said;
+            EXPECT_EQ(readManifest(folder_ / name), "good") << name << " at " << limit;
+        }
+    }
+    EXPECT_EQ(filesInFolder(), 3u);
+}
+
+TEST_F(ImageFile, BadNamesAndFilesAreInputErrors) {
+    EXPECT_NO_THROW(checkImagePath("x/Y.PNG"));
+    for (const char* name : {"a.jpg", "a", "a.png.bak", ""})
+        EXPECT_THROW(checkImagePath(name), InputError);
+    EXPECT_THROW(readImage(folder_ / "none.png"), InputError);
+    std::ofstream(folder_ / "text.exr") << "no picture";
+    EXPECT_THROW(readImage(folder_ / "text.exr"), InputError);
+    writeImage(folder_ / "a.exr", randomImage(false), "");
+    fs::resize_file(folder_ / "a.exr", fs::file_size(folder_ / "a.exr") / 2);
+    EXPECT_THROW(readImage(folder_ / "a.exr"), InputError);
+}
+
+} // namespace
+} // namespace tessera

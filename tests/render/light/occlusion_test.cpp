@@ -1,0 +1,242 @@
+// tests/render/light/occlusion_test.cpp: local ambient occlusion of samples (render/light/occlusion.h)
+// against course notes 6.1 written out once more, in double and without lanes.
+#include "core/scene/preset.h"
+#include "render/light/directions.h"
+#include "render/light/occlusion.h"
+#include "tests/support/native_fixture.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <utility>
+
+namespace tessera::test {
+namespace {
+
+TEST(SphereDirections, AreEvenlySpread) {
+    for (const int count : {4, 8, 16, 20, 32, 64, 80, 128, 320, 512, 4096}) {
+        ASSERT_TRUE(isDirectionCount(count));
+        const std::vector<SphereDirection> all = sphereDirections(count);
+        ASSERT_EQ(all.size(), static_cast<std::size_t>(count));
+        glm::dvec3 sum(0), squares(0);
+        double nearest = 4, whole = 0;
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            const auto& [towards, part] = all[i];
+            EXPECT_NEAR(glm::length(towards), 1, 1e-14);
+            EXPECT_GT(part, 0.2 / count);
+            EXPECT_LT(part, 3.5 / count);
+            whole += part;
+            sum += part * towards;
+            squares += part * towards * towards;
+            for (std::size_t j = i + 1; j < all.size() && count <= 512; ++j)
+                nearest = std::min(nearest, glm::distance(towards, all[j].towards));
+        }
+        EXPECT_NEAR(whole, 1, 1e-12) << count;
+        EXPECT_LT(glm::length(sum), 1e-12) << count;
+        for (int axis = 0; axis < 3; ++axis)
+            EXPECT_NEAR(squares[axis], 1.0 / 3, 1e-12) << count;
+        // Caps of the sphere's area over the count, were they packed without gaps, are 4 / sqrt(count) apart.
+        if (count <= 512) {
+            EXPECT_GT(nearest, 1.2 / std::sqrt(count)) << count;
+        }
+    }
+    for (const int count : {0, 1, 2, 3, 5, 12, 24, 33, 40, 100})
+        EXPECT_FALSE(isDirectionCount(count)) << count;
+}
+
+/// Floats know an opacity near 1 to 2^-24, and what half a step of it leaves to 2^-12; a quarter of that, and
+/// as much again at the ray's end, are in the mean over a ray of one step.
+constexpr double kNear = 0x1p-12 / 2;
+
+/// Equations 6.2 and 6.3 at a sample, straight from docs/sampling.md.
+class Plainly {
+  public:
+    Plainly(Prepared& prepared, const Occlusion& occlusion, int level)
+        : p_(prepared.p), occlusion_(occlusion), level_(level),
+          samples_(*p_.volume.cache, p_.info(), level, nullptr) {}
+
+    /// Light from all sides, and what tissue sends, red, green and blue.
+    glm::dvec4 at(const glm::ivec3& sample) {
+        const glm::dmat3 voxels = glm::inverse(glm::dmat3(p_.info().patientFromVoxel));
+        glm::dvec4 sum(0);
+        for (const auto& [direction, part] : sphereDirections(occlusion_.rays)) {
+            const glm::dvec3 along = voxels * direction;
+            const double steepest = std::max({std::abs(along.x), std::abs(along.y), std::abs(along.z)});
+            const double stepMm = std::ldexp(1 / steepest, level_);
+            const double steps = std::max(1.0, std::min(32.0, std::round(occlusion_.radiusMm / stepMm)));
+            const double skipped = std::min(steps - 1, std::round(occlusion_.offsetMm / stepMm));
+            const auto opacityAt = [&](double n) {
+                return opacity(glm::dvec3(sample) + n * along / steepest, stepMm);
+            };
+            double through = 1, seen = 0;
+            glm::dvec3 sent(0);
+            for (double n = skipped; n <= steps; ++n) {
+                const double here = opacityAt(n), part = n == skipped || n == steps ? 0.5 : 1;
+                const bool falls =
+                    n == skipped ? opacityAt(n + 1) + 0x1p-20 < here : here + 0x1p-20 < opacityAt(n - 1);
+                const double taken = occlusion_.method == OcclusionMethod::rejecting && falls ? 0 : here;
+                const double after = through * std::pow(1 - taken, part);
+                seen += part * (through + after) / 2;
+                sent += part * (through + after) / 2 * emissionAt(glm::dvec3(sample) + n * along / steepest);
+                through = after;
+            }
+            const bool isLocal = occlusion_.method == OcclusionMethod::local;
+            sum += part * glm::dvec4(isLocal ? seen / (steps - skipped) : through,
+                                     occlusion_.emission * sent / (steps - skipped));
+        }
+        return sum;
+    }
+    bool showsNear(const glm::ivec3& sample) {
+        const Optics& optics = p_.volume.optics;
+        bool before = false, behind = false; // of the first surface
+        for (int n = 0; n < 27; ++n) {
+            const glm::ivec3 last = samples_.extent() - 1;
+            const double value = samples_.at(
+                glm::clamp(sample + glm::ivec3(n % 3, n / 3 % 3, n / 9) - 1, glm::ivec3(0), last));
+            if (lookUp(optics, value).a > 0)
+                return true;
+            const bool isBehind =
+                !optics.surfaces.empty() && value >= static_cast<double>(optics.surfaces.front().isovalue);
+            (isBehind ? behind : before) = true;
+        }
+        return before && behind;
+    }
+
+  private:
+    double extinction(const glm::ivec3& i) {
+        if (glm::any(glm::lessThan(i, glm::ivec3(0))) ||
+            glm::any(glm::greaterThanEqual(i, samples_.extent())))
+            return 0;
+        return occlusionExtinction(p_.volume.optics, samples_.at(i));
+    }
+    /// Between the samples around a place.
+    template <typename T, typename At> static T between(const glm::dvec3& place, const At& at) {
+        const glm::ivec3 low(glm::floor(place));
+        T sum(0);
+        for (int n = 0; n < 8; ++n) {
+            const glm::ivec3 corner(n & 1, (n >> 1) & 1, n >> 2);
+            const glm::dvec3 weights = 1.0 - glm::abs(place - glm::dvec3(low + corner));
+            const double weight = weights.x * weights.y * weights.z;
+            if (weight > 1e-12)
+                sum += weight * at(low + corner);
+        }
+        return sum;
+    }
+    double opacity(const glm::dvec3& place, double stepMm) {
+        return between<double>(place,
+                               [&](const glm::ivec3& i) { return -std::expm1(-extinction(i) * stepMm); });
+    }
+    glm::dvec3 emissionAt(const glm::dvec3& place) {
+        if (occlusion_.emission == 0)
+            return glm::dvec3(0);
+        return between<glm::dvec3>(place, [&](const glm::ivec3& i) {
+            if (!(extinction(i) > 0))
+                return glm::dvec3(0);
+            const double value =
+                p_.info().rescaleSlope * static_cast<double>(samples_.at(i)) + p_.info().rescaleIntercept;
+            for (const Material& m : p_.volume.function.materials())
+                if (m.from <= value && value < m.to)
+                    return m.emission;
+            return glm::dvec3(0);
+        });
+    }
+
+    ScenePlan& p_;
+    Occlusion occlusion_;
+    int level_;
+    LatticeReader samples_;
+};
+
+struct Case {
+    const char* store;
+    const char* preset;
+    Occlusion occlusion;
+    std::vector<Isosurface> surfaces = {};
+};
+
+/// Samples of every chunk of every level, a few hundred a level, and every instruction set.
+void expectAsPlainly(const Case& c, const glm::dmat4* place = nullptr) {
+    Scene scene = sceneOn(infoOf(c.store), c.preset, 0, {16, 16});
+    scene.surfaces = c.surfaces;
+    if (c.occlusion.emission > 0) {
+        TransferFunction function = presetFunction(c.preset, {-1000, 2000, true, 1, {}});
+        function.setMaterials(
+            {{60, 200, 0.2, 0.8, 0.2, 20, {1, 0.5, 0.25}}, {200, 900, 0.2, 0.8, 0.2, 20, {0, 0.5, 1}}});
+        scene.volumes[0].transferFunction = function;
+    }
+    Prepared prepared(c.store, scene, true, 0, place);
+    ScenePlan& p = prepared.p;
+    std::vector<std::vector<float>> first, firstShine;
+    const native::PacketTargets targets = native::packetTargets();
+    for (int t = 0; t < targets.count; ++t) {
+        const native::PacketTarget* const target = targets.all[t];
+        Occluder occluder(p.info(), p.volume.statistics, c.occlusion, target);
+        occluder.setFunction(p.volume.table, p.volume.optics);
+        OcclusionRoom room(occluder.mostReach(), occluder.gathersEmission());
+        std::size_t compared = 0, chunk = 0, doubtful = 0;
+        double shade = 0, shine = 0;
+        for (int level = occluder.finestLevel(); level < kLevelCount; ++level) {
+            Plainly plainly(prepared, c.occlusion, level);
+            const glm::ivec3 chunks = chunkGrid(p.info().extentVoxels, level);
+            for (std::size_t n = 0; n < cellCount(chunks); ++n, ++chunk) {
+                const glm::ivec3 at = gridPosition(n, chunks);
+                const ChunkKey key{level, at.x, at.y, at.z};
+                occluder.find(key, {}, true, *p.volume.cache, room);
+                occluder.occlude(key, room);
+                if (t > 0) {
+                    EXPECT_EQ(room.light, first[chunk]) << target->name;
+                    EXPECT_EQ(room.shine[1], firstShine[chunk]) << target->name;
+                    continue;
+                }
+                first.push_back(room.light);
+                firstShine.push_back(room.shine[1]);
+                const glm::ivec3 extent = glm::min(
+                    levelExtent(p.info().extentVoxels, level) - at * kChunkExtent, glm::ivec3(kChunkExtent));
+                for (unsigned s = 0; s < cellCount(extent); s += level == 0 ? 97 : level == 1 ? 31 : 5) {
+                    const glm::ivec3 sample = gridPosition(s, extent);
+                    if (!plainly.showsNear(at * kChunkExtent + sample))
+                        continue;
+                    const glm::dvec4 light = plainly.at(at * kChunkExtent + sample);
+                    const double expected = light.x;
+                    const std::size_t here = linearIndex(sample, glm::ivec3(kChunkExtent));
+                    const float found = room.light[here];
+                    for (int n = 0; n < 3 && c.occlusion.emission > 0; ++n) {
+                        ASSERT_NEAR(room.shine[static_cast<std::size_t>(n)][here], light[1 + n],
+                                    kNear * c.occlusion.emission);
+                        shine += light[1 + n];
+                    }
+                    if (c.occlusion.method == OcclusionMethod::rejecting &&
+                        std::abs(static_cast<double>(found) - expected) > kNear)
+                        ++doubtful; // opacities that differ by just what rejects
+                    else
+                        ASSERT_NEAR(found, expected, kNear) << c.store << " level " << level << " at "
+                                                            << sample.x << "," << sample.y << "," << sample.z;
+                    ++compared;
+                    shade += 1 - expected;
+                }
+            }
+        }
+        if (t == 0) {
+            EXPECT_GT(compared, 30u) << c.store;
+            EXPECT_LE(doubtful, compared / 200) << c.store;
+            EXPECT_GT(shade, 0.1 * static_cast<double>(compared)); // something is in the shade at all
+            EXPECT_EQ(shine > 0.01 * static_cast<double>(compared), c.occlusion.emission > 0);
+        }
+    }
+}
+
+TEST(Occluder, IsWhatTheContractSays) {
+    expectAsPlainly({"torso", "soft-tissue", {}});
+    expectAsPlainly({"torso", "bone-1", {.rays = 80, .radiusMm = 9, .offsetMm = 2}});
+    expectAsPlainly({"sphere", "bone-1", {.rays = 16, .radiusMm = 1000}});
+    expectAsPlainly({"thin", "bone-1", {.rays = 8, .radiusMm = 0.01}});
+    expectAsPlainly(
+        {"torso", "soft-tissue", {.method = OcclusionMethod::positional, .rays = 20, .radiusMm = 8}});
+    expectAsPlainly(
+        {"torso", "soft-tissue", {.method = OcclusionMethod::rejecting, .rays = 16, .radiusMm = 8}});
+    // Whole chunks lie behind the surface, and show nothing.
+    expectAsPlainly({"torso", "bone-1", {.rays = 16, .radiusMm = 30}, {{-300, {1, 1, 1}, 0.02}}});
+    expectAsPlainly({"torso", "soft-tissue", {.rays = 16, .radiusMm = 9, .emission = 7}});
+}
+
+} // namespace
+} // namespace tessera::test

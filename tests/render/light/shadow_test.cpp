@@ -1,0 +1,206 @@
+// tests/render/light/shadow_test.cpp: deep shadow maps within their own error: of functions in closed form,
+// and of scans against rays of shadow by the reference's quadrature.
+#include "render/contract/cache_field.h"
+#include "render/light/shadow_maps.h"
+#include "tests/support/scene_fixture.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <random>
+
+namespace tessera::test {
+namespace {
+
+/// Light along a ray as a function of mm, at equal distances.
+template <typename Function> std::vector<LightLeft> sampled(const Function& light, double mm, int steps) {
+    std::vector<LightLeft> samples;
+    for (int n = 0; n <= steps; ++n)
+        samples.push_back({static_cast<float>(mm * n / steps), static_cast<float>(light(mm * n / steps))});
+    return samples;
+}
+
+template <typename Function> void expectWithin(const Function& light, double mm, const char* what) {
+    for (const float error : {0.1f, 0.03f, 0.01f, 0.003f, 1e-4f}) {
+        DeepShadowMap map(1);
+        const std::vector<LightLeft> samples = sampled(light, mm, 400);
+        const float made = map.fit({0, 0}, samples, error);
+        EXPECT_GE(made, error);
+        double largest = 0;
+        for (const LightLeft& s : samples)
+            largest =
+                std::max(largest, static_cast<double>(std::abs(map.nearest({0.5f, 0.5f}, s.mm) - s.light)));
+        EXPECT_LE(largest, static_cast<double>(made) * 1.001 + 1e-6) << what << " at " << error;
+        EXPECT_LE(map.layersOf({0, 0}), DeepShadowMap::kLayers);
+        if (error >= 0.03f) { // eight places are enough for these
+            EXPECT_EQ(made, error) << what;
+        }
+        EXPECT_EQ(map.nearest({0.5f, 0.5f}, -5), samples.front().light);
+        EXPECT_NEAR(map.nearest({0.5f, 0.5f}, static_cast<float>(2 * mm)), samples.back().light, made);
+    }
+}
+
+TEST(DeepShadowMap, IsWithinItsErrorOnClosedForms) {
+    expectWithin([](double s) { return std::exp(-0.3 * s); }, 20, "a slab");                            // T1
+    expectWithin([](double s) { return std::exp(-(1 - std::exp(-s / 4)) * 3); }, 20, "falling");        // T3
+    expectWithin([](double s) { return std::exp(-1.5 * (1 + std::erf((s - 10) / 3))); }, 20, "a blob"); // T5
+    expectWithin([](double s) { return s < 7 ? 1.0 : s < 7.2 ? 1 - 5 * (s - 7) * 0.99 : 0.01; }, 20, "thin");
+}
+
+TEST(DeepShadowMap, FewerPlacesThanStepsMakeALargerErrorThatIsKnown) {
+    // Twenty thin sheets, each taking a tenth: more steps than places.
+    const auto sheets = [](double s) { return std::pow(0.9, std::floor(s)); };
+    DeepShadowMap map(1);
+    const std::vector<LightLeft> samples = sampled(sheets, 20, 2000);
+    const float made = map.fit({0, 0}, samples, 0.001f);
+    EXPECT_GT(made, 0.001f);
+    for (const LightLeft& s : samples)
+        EXPECT_NEAR(map.nearest({0.5f, 0.5f}, s.mm), s.light, made * 1.001);
+}
+
+/// Fewer places, more error, of which each map still tells.
+TEST(DeepShadowMap, ErrsByNoMoreThanItSaysWithFewerLayers) {
+    const std::vector<LightLeft> samples =
+        sampled([](double s) { return std::exp(-(1 - std::exp(-s / 4)) * 3); }, 20, 2000);
+    float before = std::numeric_limits<float>::infinity();
+    for (const int layers : {2, 3, 4, 6, 8}) {
+        DeepShadowMap map(1, layers);
+        const float made = map.fit({0, 0}, samples, 1e-4f);
+        EXPECT_LE(map.layersOf({0, 0}), layers);
+        EXPECT_LE(made, before) << layers;
+        for (const LightLeft& s : samples)
+            ASSERT_NEAR(map.nearest({0.5f, 0.5f}, s.mm), s.light, made * 1.001f) << layers;
+        before = made;
+    }
+    EXPECT_LT(before, 0.02f);
+}
+
+TEST(DeepShadowMap, NothingInTheWayAndBeyondTheEdgesIsAllLight) {
+    DeepShadowMap map(4);
+    EXPECT_EQ(map.nearest({2, 2}, 100), 1);
+    EXPECT_EQ(map.between({-3, 9}, 100), 1);
+    const std::vector<LightLeft> dark = {{10, 1}, {11, 0}};
+    for (int n = 0; n < 16; ++n)
+        map.fit({n % 4, n / 4}, dark, 0.01f);
+    EXPECT_NEAR(map.between({2, 2}, 20), 0, 0.02);
+    EXPECT_NEAR(map.between({2, 2}, 10.5f), 0.5, 0.02);
+    EXPECT_EQ(map.between({2, 2}, 9), 1);
+    EXPECT_EQ(map.nearest({4.5f, 2}, 20), 1);
+}
+
+/// Light that gets to a place from a light, by the midpoint rule in double with short segments.
+double lightByRay(const LightPath& path, const glm::dvec3& place, const glm::dvec3& towards, double farMm) {
+    const glm::dmat4 voxels = glm::inverse(path.info->patientFromVoxel);
+    const double step = 0.05;
+    double depth = 0;
+    withCacheField<double>(*path.cache, *path.info, *path.selection, path.levels, Gradient::central,
+                           [&](auto& field) {
+                               for (double t = step / 2; t < farMm; t += step) {
+                                   const glm::dvec3 p(voxels * glm::dvec4(place + t * towards, 1));
+                                   if (glm::any(glm::lessThan(p, glm::dvec3(0))) ||
+                                       glm::any(glm::greaterThan(p, glm::dvec3(path.info->extentVoxels))))
+                                       break;
+                                   depth += step * lookUp(*path.optics, field.value(p)).a;
+                               }
+                           });
+    return std::exp(-depth);
+}
+
+struct ShadowCase {
+    const char *store, *preset;
+    bool isPoint, inside;
+    double mostMean, most; // differences; the largest at edges of shadows, where a map's rays lie beside
+    double offset = 0;     // voxels, from a place towards the light: what lies between takes nothing
+};
+
+void expectAsByRays(const ShadowCase& c) {
+    MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
+    const VolumeInfo info = StoreReader(storePath(c.store), ram).info();
+    Prepared prepared(c.store, sceneOn(info, c.preset, 0, {16, 16}));
+    const ScenePlan& p = prepared.p;
+    const LightPath path{p.volume.cache.get(), &p.info(),          &p.volume.selection, nullptr,
+                         &p.volume.optics,     &p.volume.occupancy};
+    PlacedLight light;
+    light.isPoint = c.isPoint;
+    light.towards = glm::normalize(glm::dvec3(0.4, -0.7, 0.5));
+    const glm::dvec3 extent(info.extentVoxels);
+    light.position = glm::dvec3(
+        info.patientFromVoxel *
+        glm::dvec4(extent * (c.inside ? glm::dvec3(0.5, 0.45, 0.55) : glm::dvec3(0.3, -0.8, 1.4)), 1));
+    ShadowQuality quality;
+    quality.mapSize = 256;
+    quality.stepVoxels = 0.25;
+    quality.offset = c.offset;
+    const double offsetMm =
+        c.offset * std::cbrt(std::abs(glm::determinant(glm::dmat3(info.patientFromVoxel))));
+    ShadowMaps maps(light, path, quality);
+    maps.build(path, 0);
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> anywhere(0.02, 0.98);
+    double sum = 0, shade = 0;
+    int far = 0;
+    constexpr int kPlaces = 300;
+    for (int n = 0; n < kPlaces; ++n) {
+        const glm::dvec3 voxel = extent * glm::dvec3(anywhere(random), anywhere(random), anywhere(random));
+        const glm::dvec3 place(info.patientFromVoxel * glm::dvec4(voxel, 1));
+        const glm::dvec3 to = c.isPoint ? light.position - place : light.towards * 1e4;
+        const glm::dvec3 from = place + offsetMm * glm::normalize(to);
+        const double truth = lightByRay(path, from, glm::normalize(to), glm::length(to) - offsetMm);
+        const double difference = std::abs(static_cast<double>(maps.light(place)) - truth);
+        sum += difference;
+        shade += 1 - truth;
+        far += difference > c.most ? 1 : 0;
+    }
+    EXPECT_LT(sum / kPlaces, c.mostMean) << c.store;
+    EXPECT_LE(far, kPlaces / 50) << c.store;
+    EXPECT_GT(shade / kPlaces, 0.05) << c.store; // else nothing was compared
+}
+
+TEST(ShadowMaps, AreWhatRaysOfShadowSay) {
+    expectAsByRays({"torso", "soft-tissue", false, false, 0.02, 0.2});
+    expectAsByRays({"torso", "soft-tissue", true, false, 0.02, 0.2});
+    expectAsByRays({"torso", "soft-tissue", true, true, 0.02, 0.2});
+    expectAsByRays({"sphere", "bone-1", false, false, 0.02, 0.2});
+    if (!std::filesystem::exists(storePath("abdomen")))
+        GTEST_SKIP() << "the rest: no store of the abdomen";
+    expectAsByRays({"abdomen", "bone-1", false, false, 0.03, 0.3});
+}
+
+/// What stands within the offset before a place shades it not: neither a directional light's nor a point's.
+TEST(ShadowMaps, LookFromBeforeAPlace) {
+    for (const double offset : {2.0, 6.0})
+        for (const bool isPoint : {false, true})
+            expectAsByRays({"torso", "soft-tissue", isPoint, false, 0.02, 0.2, offset});
+}
+
+/// Extremes: all finite, bounded, no hang.
+TEST(ShadowMaps, BearExtremes) {
+    MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
+    const VolumeInfo info = StoreReader(storePath("sphere"), ram).info();
+    Prepared prepared("sphere", sceneOn(info, "bone-1", 0, {16, 16}));
+    const ScenePlan& p = prepared.p;
+    const LightPath path{p.volume.cache.get(), &p.info(), &p.volume.selection, nullptr,
+                         &p.volume.optics,     nullptr};
+    ShadowQuality quality;
+    quality.mapSize = 16;
+    const glm::dvec3 corner(info.patientFromVoxel * glm::dvec4(32, 32, 32, 1)); // of bricks
+    for (const glm::dvec3& position :
+         {corner, glm::dvec3(info.patientFromVoxel * glm::dvec4(0, 0, 0, 1)), glm::dvec3(1e7)})
+        for (const double softness : {0.0, 60.0}) {
+            PlacedLight light{true, {0, 0, 1}, position, softness};
+            ShadowMaps maps(light, path, quality);
+            maps.build(path, 1);
+            for (const glm::dvec3& place : {corner, position, glm::dvec3(0), glm::dvec3(-1e6)}) {
+                const float got = maps.light(place);
+                EXPECT_TRUE(got >= 0 && got <= 1) << got;
+            }
+        }
+    for (const glm::dvec3& towards : {glm::dvec3(0, 0, 1), glm::dvec3(0, 0, -1), glm::dvec3(1, 0, 0)}) {
+        ShadowMaps maps({false, towards, {}, 30}, path, quality);
+        maps.build(path, 1);
+        EXPECT_TRUE(maps.light(corner) >= 0 && maps.light(corner) <= 1);
+    }
+}
+
+} // namespace
+} // namespace tessera::test

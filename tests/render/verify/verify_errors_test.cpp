@@ -1,0 +1,326 @@
+// What is said from pixels that were drawn again: known values of distributions and ranks, and how often
+// intervals hold the truth, over many choices of pixels of fields whose errors come in clusters, have long
+// tails and are known.
+#include "core/image/image_metrics.h"
+#include "render/verify/distributions.h"
+#include "render/verify/error_goal.h"
+#include "render/verify/measured_errors.h"
+#include "render/verify/quantile_bounds.h"
+#include "render/verify/random.h"
+
+#include <cmath>
+#include <functional>
+#include <gtest/gtest.h>
+#include <numbers>
+
+namespace tessera {
+namespace {
+
+TEST(Distributions, HaveTheirKnownValues) {
+    EXPECT_NEAR(incompleteBeta(2, 3, 0.4), 0.5248, 1e-12); // 1 - 0.6^4 - 4 0.4 0.6^3
+    EXPECT_NEAR(incompleteBeta(0.5, 0.5, 0.3), 2 / std::numbers::pi * std::asin(std::sqrt(0.3)), 1e-12);
+    EXPECT_NEAR(binomialAtMost(3, 10, 0.5), 176.0 / 1024, 1e-12);
+    EXPECT_NEAR(binomialAtMost(298, 299, 0.99), 1 - std::pow(0.99, 299), 1e-12);
+    EXPECT_NEAR(studentQuantile(0.975, 1), 12.7062047364, 1e-8); // tables of Student's t
+    EXPECT_NEAR(studentQuantile(0.975, 10), 2.2281388520, 1e-8);
+    EXPECT_NEAR(studentQuantile(0.95, 30), 1.6972608943, 1e-8);
+    EXPECT_NEAR(studentQuantile(0.975, 500), 1.9647198374, 1e-8);
+}
+
+/// P(B <= k), term by term.
+double summed(int k, int n, double chance) {
+    double term = std::pow(1 - chance, n), sum = 0;
+    for (int i = 0; i <= k; ++i) {
+        sum += term;
+        term *= chance / (1 - chance) * (n - i) / (i + 1);
+    }
+    return sum;
+}
+
+TEST(QuantileBounds, AreWilksNumbers) {
+    EXPECT_FALSE(rankAbove(298, 0.99, 0.95));
+    EXPECT_EQ(rankAbove(299, 0.99, 0.95), 299);
+    EXPECT_EQ(rankAbove(472, 0.99, 0.95), 472); // one value above is allowed from 473 on, two from 628
+    EXPECT_EQ(rankAbove(473, 0.99, 0.95), 472);
+    EXPECT_EQ(rankAbove(627, 0.99, 0.95), 626);
+    EXPECT_EQ(rankAbove(628, 0.99, 0.95), 626);
+    EXPECT_EQ(rankAbove(59, 0.95, 0.95), 59);
+    for (const int n : {60, 100, 150}) {
+        const int high = *rankAbove(n, 0.9, 0.975), low = *rankBelow(n, 0.9, 0.975);
+        EXPECT_GE(summed(high - 1, n, 0.9), 0.975);
+        EXPECT_LT(summed(high - 2, n, 0.9), 0.975);
+        EXPECT_LE(summed(low - 1, n, 0.9), 0.025);
+        EXPECT_GT(summed(low, n, 0.9), 0.025);
+    }
+    EXPECT_FALSE(ranksAround(298, 0.99, 0.95));
+    for (const int n : {305, 340, 367, 368, 1000}) { // 305: the upper end takes nearly all that is left
+        const QuantileRanks ranks = *ranksAround(n, 0.99, 0.95);
+        EXPECT_GE(binomialAtMost(ranks.high - 1, n, 0.99) - binomialAtMost(ranks.low - 1, n, 0.99), 0.95);
+    }
+}
+
+double normal(RandomNumbers& random) {
+    const double radius = std::sqrt(-2 * std::log(1 - random.unit()));
+    return radius * std::cos(2 * std::numbers::pi * random.unit());
+}
+
+struct Field {
+    Image picture, truth;
+    double noise; // standard deviation of one replicate's components
+};
+
+/// Errors of squares of pixels are alike, of a log-normal size; part of the picture shows nothing.
+Field fieldOf(int side, int square, double spread, double noise) {
+    Field f{Image({side, side}), Image({side, side}), noise};
+    std::vector<double> sizes;
+    RandomNumbers random(17);
+    for (int i = 0; i < (side / square + 1) * (side / square + 1); ++i)
+        sizes.push_back(std::min(0.3, 0.004 * std::exp(spread * normal(random))));
+    for (int y = 0; y < side; ++y)
+        for (int x = 0; x < side; ++x) {
+            if (x + y < side / 2)
+                continue; // an eighth of the picture
+            const double size =
+                sizes[static_cast<std::size_t>(y / square * (side / square + 1) + x / square)];
+            const auto error = static_cast<float>(size * (0.7 + 0.6 * random.unit()));
+            f.truth.at(x, y) = glm::vec4(0.4f, 0.45f, 0.35f, 1);
+            f.picture.at(x, y) = f.truth.at(x, y) + error * glm::vec4(1, 0.8f, 1.1f, -0.2f);
+        }
+    return f;
+}
+
+MeasuredErrors measured(const Field& field, const SampleDesign& design, int replicates, RandomNumbers& random,
+                        int round = 0, double boundChance = 0.95) {
+    PixelPairs pairs;
+    pairs.sample = choosePixels(field.truth.size, design, round);
+    pairs.replicates = replicates;
+    for (const SampledPixel& p : pairs.sample.pixels) {
+        const glm::vec4 truth = field.truth.at(p.at.x, p.at.y);
+        pairs.picture.push_back(field.picture.at(p.at.x, p.at.y));
+        for (int r = 0; r < replicates; ++r) {
+            glm::vec4 noisy = truth;
+            for (int c = 0; c < 4 && truth.a > 0 && field.noise > 0; ++c)
+                noisy[c] += static_cast<float>(field.noise * normal(random));
+            pairs.truth.push_back(noisy);
+        }
+    }
+    return measuredErrors(pairs, 0, boundChance);
+}
+
+/// Shares of the trials that hold the truth, and what is said in the mean.
+struct Coverage {
+    double rms = 0, mean = 0, p99 = 0, bound = 0; // shares
+    double p99Said = 0, boundSaid = 0;            // shares of the trials that said any
+    double square = 0, luv = 0, p99Value = 0;     // against the truth
+    double rmsWidth = 0, p99Width = 0, boundValue = 0;
+
+    Coverage(const Field& field, const SampleDesign& design, int replicates, int trials) {
+        const ImageError is = measureError(field.picture, field.truth);
+        const double each = 1.0 / trials;
+        const auto holds = [](const Estimate& e, double truth) { return e.low <= truth && truth <= e.high; };
+        RandomNumbers random(5);
+        for (int trial = 0; trial < trials; ++trial) {
+            SampleDesign d = design;
+            d.seed = static_cast<std::uint64_t>(trial);
+            const MeasuredErrors m = measured(field, d, replicates, random);
+            rms += holds(*m.rms, is.rmse) ? each : 0;
+            mean += holds(*m.luvMean, is.luvMean) ? each : 0;
+            square += each * m.rms->value * m.rms->value / (is.rmse * is.rmse);
+            luv += each * m.luvMean->value / is.luvMean;
+            rmsWidth += each * (m.rms->high - m.rms->low) / is.rmse;
+            if (m.luvP99) {
+                p99Said += each;
+                p99 += holds(*m.luvP99, is.luvP99) ? each : 0;
+                p99Value += each * m.luvP99->value / is.luvP99;
+                p99Width += each * (m.luvP99->high - m.luvP99->low) / is.luvP99;
+            }
+            if (m.luvP99Bound) {
+                boundSaid += each;
+                bound += is.luvP99 <= *m.luvP99Bound ? each : 0;
+                boundValue += each * *m.luvP99Bound / is.luvP99;
+            }
+        }
+    }
+};
+
+TEST(MeasuredErrors, HoldTheTruth) {
+    const Field field = fieldOf(256, 8, 0.7, 0);
+    const Coverage c(field, {1000, 1, 4}, 1, 400);
+    EXPECT_GE(c.rms, 0.93);
+    EXPECT_GE(c.mean, 0.93);
+    EXPECT_NEAR(c.p99Said, 1, 1e-9) << "whether there is a number must not depend on the errors";
+    EXPECT_GE(c.p99, 0.94);
+    EXPECT_GE(c.bound, 0.94);
+    EXPECT_LT(c.bound, 0.995) << "looser than need be";
+    EXPECT_NEAR(c.square, 1, 0.02);
+    EXPECT_NEAR(c.luv, 1, 0.01);
+    EXPECT_NEAR(c.p99Value, 1, 0.1);
+    EXPECT_LT(c.rmsWidth, 0.6);
+    EXPECT_LT(c.p99Width, 1);
+    EXPECT_LT(c.boundValue, 1.6);
+}
+
+// Whoever draws pixels until a bound is low enough takes the luckiest: asked for more each time, the first
+// that is low enough still holds. The picture errs by a little more than is certified.
+TEST(MeasuredErrors, HoldWhereTheFirstBoundThatIsLowEnoughCounts) {
+    const Field field = fieldOf(256, 8, 0.7, 0);
+    const double wanted = 0.999 * measureError(field.picture, field.truth).luvP99;
+    RandomNumbers random(5);
+    constexpr int kTrials = 300, kAttempts = 5;
+    int wrong = 0;
+    for (int trial = 0; trial < kTrials; ++trial) {
+        bool certified = false;
+        for (int attempt = 0; attempt < kAttempts && !certified; ++attempt)
+            certified = *measured(field, {1000, 1, 4, static_cast<std::uint64_t>(trial)}, 1, random, attempt,
+                                  chanceOfAttempt(attempt))
+                             .luvP99Bound <= wanted;
+        wrong += certified;
+    }
+    EXPECT_LE(wrong, 0.05 * kTrials);
+}
+
+// Eight pixels of a cluster have nearly one error: they say little more than one of them.
+TEST(MeasuredErrors, HoldTheTruthWhereClustersErrAlike) {
+    const Field field = fieldOf(256, 16, 0.8, 0);
+    const Coverage c(field, {2800, 8, 12}, 1, 300);
+    EXPECT_GE(c.rms, 0.92);
+    EXPECT_GE(c.mean, 0.92);
+    EXPECT_NEAR(c.p99Said, 1, 1e-9);
+    EXPECT_GE(c.p99, 0.92);
+    EXPECT_GE(c.bound, 0.94);
+    EXPECT_LT(c.rmsWidth, 0.7);
+}
+
+// The truth's noise is as large as many errors are: squares, means and percentiles say what they are without
+// it.
+TEST(MeasuredErrors, AreThoseWithoutTheTruthsNoise) {
+    for (const int replicates : {2, 4}) {
+        const Field field = fieldOf(256, 4, 0.7, 0.0035 * std::sqrt(replicates / 4.0));
+        const Coverage c(field, {1000, 1, 4}, replicates, 200);
+        SCOPED_TRACE(replicates);
+        EXPECT_NEAR(c.square, 1, 0.03);
+        EXPECT_NEAR(c.luv, 1, 0.06);
+        EXPECT_GE(c.rms, 0.92);
+        EXPECT_GE(c.mean, 0.92);
+        EXPECT_NEAR(c.p99Said, 1, 1e-9);
+        EXPECT_GE(c.p99, 0.92);
+        EXPECT_NEAR(c.p99Value, 1, 0.1);
+    }
+}
+
+// Where they are alike in kind, here normal, taking out the noise leaves nothing of it: a fourth of the
+// squares.
+TEST(MeasuredErrors, HaveNoNoiseLeftThatIsLikeTheErrors) {
+    Field field = fieldOf(256, 8, 0, 0);
+    RandomNumbers random(3);
+    constexpr double kError = 0.004;
+    for (std::size_t i = 0; i < field.picture.pixels.size(); ++i)
+        for (int c = 0; c < 4; ++c)
+            field.picture.pixels[i][c] =
+                field.truth.pixels[i][c] + static_cast<float>(kError * normal(random));
+    field.noise = kError * std::sqrt(4 / 3.0); // of four replicates' mean: a third of the error's square
+    const Coverage c(field, {1000, 1, 4}, 4, 200);
+    EXPECT_NEAR(c.square, 1, 0.01);
+    EXPECT_NEAR(c.luv, 1, 0.01);
+    EXPECT_NEAR(c.p99Said, 1, 1e-9);
+    EXPECT_NEAR(c.p99Value, 1, 0.03);
+    EXPECT_GE(c.p99, 0.95);
+    EXPECT_GE(c.boundValue, 1.1) << "a bound keeps the noise";
+}
+
+TEST(MeasuredErrors, OfATruthOfNoiseAloneSayOnlyABound) {
+    const Field field = fieldOf(128, 8, 0.5, 0.1);
+    RandomNumbers random(1);
+    const MeasuredErrors m = measured(field, {1000, 1, 4, 1}, 4, random);
+    EXPECT_FALSE(m.luvP99);
+    EXPECT_EQ(m.whyNoP99, NotMeasured::truthTooNoisy);
+    EXPECT_TRUE(m.luvP99Bound);
+    EXPECT_LT(m.rms->low, 0.01);
+}
+
+TEST(MeasuredErrors, OfFewPixelsSayNoPercentile) {
+    const Field field = fieldOf(128, 8, 1.0, 0);
+    RandomNumbers random(1);
+    const MeasuredErrors few = measured(field, {298, 1, 4, 1}, 1, random);
+    EXPECT_LT(few.shown, 298); // an eighth shows nothing
+    EXPECT_TRUE(few.rms && few.luvMean);
+    EXPECT_FALSE(few.luvP99 || few.luvP99Bound);
+    EXPECT_EQ(few.whyNoP99, NotMeasured::tooFewPixels);
+    EXPECT_FALSE(measured(field, {100, 1, 4, 1}, 1, random).rms); // an eighth shows nothing
+    EXPECT_FALSE(measured(field, {400, 10, 16, 1}, 1, random).luvMean) << "40 clusters";
+    // Many pixels of few clusters are few.
+    const MeasuredErrors clustered = measured(field, {2000, 8, 12, 1}, 1, random);
+    EXPECT_FALSE(clustered.luvP99 || clustered.luvP99Bound);
+    EXPECT_EQ(clustered.whyNoP99, NotMeasured::tooFewPixels);
+}
+
+// Nothing is left to chance: what is measured is what the picture errs by.
+TEST(MeasuredErrors, OfAllPixelsAreExact) {
+    const Field field = fieldOf(32, 4, 1.0, 0);
+    const ImageError is = measureError(field.picture, field.truth);
+    RandomNumbers random(1);
+    const MeasuredErrors m = measured(field, {1000, 1, 4, 1}, 1, random);
+    EXPECT_EQ(m.pixels, 1024);
+    for (const auto& [e, truth] :
+         {std::pair(*m.rms, is.rmse), std::pair(*m.luvMean, is.luvMean), std::pair(*m.luvP99, is.luvP99)}) {
+        EXPECT_NEAR(e.value, truth, 1e-9 * truth);
+        EXPECT_NEAR(e.high - e.low, 0, 1e-9 * truth);
+    }
+    EXPECT_NEAR(*m.luvP99Bound, is.luvP99, 1e-9);
+}
+
+TEST(MeasuredErrors, OfAllPixelsHaveOnlyTheTruthsNoise) {
+    const Field field = fieldOf(32, 4, 0.7, 0.0015);
+    const Coverage all(field, {1000, 1, 4}, 4, 10), some(field, {400, 1, 4}, 4, 10);
+    EXPECT_GE(all.rms, 0.9);
+    EXPECT_GE(all.mean, 0.9);
+    EXPECT_GE(all.p99, 0.9);
+    EXPECT_LT(all.rmsWidth, 0.3 * some.rmsWidth);
+}
+
+TEST(MeasuredErrors, OfPixelsThatAreNotFiniteAreAsMeasureErrorHasThem) {
+    Field field = fieldOf(16, 4, 1.0, 0);
+    field.picture.at(12, 12) = glm::vec4(std::numeric_limits<float>::quiet_NaN());
+    const ImageError is = measureError(field.picture, field.truth);
+    RandomNumbers random(1);
+    const MeasuredErrors m = measured(field, {1000, 1, 4, 1}, 2, random);
+    EXPECT_NEAR(m.rms->value, is.rmse, 1e-9);
+    EXPECT_NEAR(m.luvMean->value, is.luvMean, 1e-9);
+}
+
+MeasuredErrors errorOf(double value, double bound) {
+    MeasuredErrors e;
+    e.luvP99 = Estimate{value, 0.5 * value, bound};
+    e.luvP99Bound = bound;
+    return e;
+}
+
+// The bound decides, not the value; what is made finer is what errs; and it ends, with a reason.
+TEST(ErrorGoal, GoesOnUntilTheBoundIsWithinIt) {
+    using Verdict = ErrorGoal::Verdict;
+    ErrorGoal goal(3);
+    const double rays = goal.ofRays(), samples = goal.ofSamples();
+    EXPECT_EQ(goal.judge(errorOf(2, 4), errorOf(2, 4), errorOf(0.1, 0.2), false, false), Verdict::goOn);
+    EXPECT_EQ(goal.ofRays(), rays) << "levels and steps err by little";
+    EXPECT_LT(goal.ofSamples(), 0.8 * samples);
+    EXPECT_EQ(goal.judge(errorOf(2, 3), errorOf(2, 3), errorOf(0.1, 0.2), false, false), Verdict::reached);
+    EXPECT_EQ(goal.shortfall(), "");
+
+    ErrorGoal coarse(3);
+    EXPECT_EQ(coarse.judge(errorOf(9, 12), errorOf(0.1, 0.3), errorOf(9, 12), false, false), Verdict::goOn);
+    EXPECT_LT(coarse.ofRays(), 0.3 * rays) << "a prediction that was wrong by four";
+    EXPECT_EQ(coarse.ofSamples(), samples);
+    EXPECT_EQ(coarse.judge(errorOf(9, 12), errorOf(0.1, 0.3), errorOf(9, 12), true, false),
+              Verdict::notReached);
+    EXPECT_NE(coarse.shortfall().find("no level or step is finer"), std::string::npos);
+
+    ErrorGoal endless(3);
+    int rounds = 1;
+    while (endless.judge(errorOf(4, 5), errorOf(4, 5), errorOf(4, 5), false, false) == Verdict::goOn)
+        ++rounds;
+    EXPECT_EQ(rounds, ErrorGoal::kMostRounds);
+    EXPECT_FALSE(endless.shortfall().empty());
+}
+
+} // namespace
+} // namespace tessera

@@ -1,0 +1,147 @@
+// viewer/cli/centreline.cpp: `tessera centreline STORE --from x,y,z --to x,y,z -o path.json`: the middle
+// of a hollow organ as a path that can be flown and filmed.
+#include "bricking/analysis/lumen/centreline.h"
+#include "bricking/store/store_reader.h"
+#include "core/base/error.h"
+#include "core/base/number_text.h"
+#include "core/base/output_file.h"
+#include "viewer/cli/commands.h"
+#include "viewer/cli/input/selection_options.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <memory>
+#include <sstream>
+
+namespace tessera {
+namespace {
+
+constexpr double kMostMm = 1e7;
+
+struct CentrelineArguments {
+    std::string in, from, to, out, ram;
+    std::vector<std::string> through;
+    double threshold = std::numeric_limits<double>::quiet_NaN(), spacing = 1;
+    bool tree = false, mayLeak = false;
+    int generations = 12;
+    InputOptions input;
+};
+
+/// "12.5,-40,103": patient space, mm.
+glm::dvec3 parsePlace(const std::string& text, const std::string& option) {
+    const auto refuse = [&] {
+        return badFile(option, "a place as x,y,z, millimetres in patient space", "'" + text + "'");
+    };
+    glm::dvec3 place;
+    std::istringstream words(text);
+    for (int axis = 0; axis < 3; ++axis) {
+        std::string word;
+        std::getline(words, word, axis < 2 ? ',' : '\0');
+        word = withoutUnit(word, "mm");
+        char* end = nullptr;
+        place[axis] = std::strtod(word.c_str(), &end);
+        if (word.empty() || *end != '\0' || !(std::abs(place[axis]) <= kMostMm))
+            throw refuse();
+    }
+    return place;
+}
+
+CentrelineRequest requestOf(const CentrelineArguments& arguments) {
+    CentrelineRequest request;
+    if (arguments.tree && (!arguments.to.empty() || !arguments.through.empty()))
+        throw badFile("--tree", "--from alone, the tree's root", "--to or --through as well");
+    request.seeds.push_back({parsePlace(arguments.from, "--from"), "--from"});
+    for (const std::string& text : arguments.through)
+        request.seeds.push_back({parsePlace(text, "--through"), "--through " + text, true});
+    if (!arguments.to.empty())
+        request.seeds.push_back({parsePlace(arguments.to, "--to"), "--to"});
+    else if (!arguments.through.empty())
+        throw badFile("--through", "--to as well, where the path ends", "--through alone");
+    if (!std::isnan(arguments.threshold))
+        request.threshold = arguments.threshold;
+    if (arguments.mayLeak && !request.threshold)
+        throw badFile("--may-leak", "--threshold beside it, which it keeps", "none");
+    request.mayLeak = arguments.mayLeak;
+    request.tree = arguments.tree;
+    request.mostGenerations = arguments.generations;
+    request.spacingMm = arguments.spacing;
+    return request;
+}
+
+void tell(const Centrelines& found, const VolumeInfo& info, const Path& path, const std::string& out,
+          const CommonOptions& common) {
+    const LinesExtent extent = extentOf(path.lines);
+    common.note(lumenText(found, info.unit) + (found.evidence.leaksAt && found.evidence.given
+                                                   ? "; --may-leak keeps it"
+                                                   : "; --threshold sets it"));
+    for (const CentrelineBridge& bridge : found.bridges)
+        common.note("bridged: a gap of " + formatNumber(glm::length(bridge.toMm - bridge.fromMm)) + " mm");
+    common.note("wrote " + out + ": " +
+                (path.lines.size() == 1 ? "a path" : std::to_string(path.lines.size()) + " branches") +
+                " of " + mmText(extent.lengthMm) + ", " + mmText(extent.narrowestMm) + " to " +
+                mmText(extent.widestMm) + " from the wall, turns of " + formatNumber(found.leastTurnMm) +
+                " mm and more");
+    common.detail(std::to_string(found.lumenVoxels) + " voxels of lumen, searched in blocks of " +
+                  std::to_string(found.blockVoxels) + " voxels");
+}
+
+void runCentreline(const CentrelineArguments& arguments, const CommonOptions& common) {
+    const CentrelineRequest request = requestOf(arguments);
+    if (!arguments.out.ends_with(".json"))
+        throw badFile("--output", "a file that ends in .json", "'" + arguments.out + "'");
+    checkOutputFile(arguments.out);
+    MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
+    const StoreReader store(storeFor(arguments.in, arguments.input, ram, common), ram);
+    const Centrelines found = findCentrelines(store, request, ram, *common.progress);
+    Path path;
+    path.volume = {store.contentHash(), store.info().extentVoxels};
+    path.lumen = found.lumen;
+    path.lines = found.lines;
+    checkPath(path, arguments.out);
+    writeOutputFile(arguments.out, pathJson(path));
+    tell(found, store.info(), path, arguments.out, common);
+    common.detail("RAM: " + formatBytes(ram.peakBytes()) + " of " + formatBytes(ram.limitBytes()));
+}
+
+} // namespace
+
+void addCentrelineCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command(
+        "centreline", "Find the middle of a hollow organ (colon, airways, aorta) as a path to fly along");
+    auto arguments = std::make_shared<CentrelineArguments>();
+    command.option("IN", arguments->in, "store, or source files").required();
+    command.option("--from", arguments->from, "where it begins: x,y,z in the lumen, patient space, mm")
+        .required();
+    command.option("--to", arguments->to, "where it ends (default: the place furthest from --from)");
+    command
+        .option("--through", arguments->through,
+                "a place on the way, beside or in a gap, which is then bridged; may be given again")
+        .oneValueEach();
+    command
+        .option("--threshold", arguments->threshold,
+                "where lumen ends, physical units, tightened where it leaks (default: half way to the wall, "
+                "from around the seeds)")
+        .check(numberWithin(-1e30, 1e30, "a value"));
+    command.flag("--may-leak", arguments->mayLeak,
+                 "with --threshold: keep it where the lumen leaks into what is beyond its wall");
+    command.flag("--tree", arguments->tree,
+                 "all branches beyond --from, as of the airways from the windpipe");
+    command.option("--generations", arguments->generations, "with --tree: forks between --from and a branch")
+        .showsDefault()
+        .check(wholeNumberFrom(0));
+    command.option("--spacing", arguments->spacing, "mm between the path's points, at most")
+        .inUnit("mm")
+        .showsDefault()
+        .check(numberWithin(0.05, 100, "mm from 0.05 to 100"));
+    command.option("-o,--output", arguments->out, "path to write, OUT.json").required();
+    command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    addSelectionOptions(command, arguments->input);
+    command.footer("Example:\n  tessera centreline thorax.zarr --from 0,8,180 --tree -o airways.json");
+    command.whenChosen([arguments, &common, &action] {
+        action = [arguments, &common] { runCentreline(*arguments, common); };
+    });
+}
+
+} // namespace tessera

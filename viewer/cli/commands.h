@@ -1,0 +1,20 @@
+// viewer/cli/commands.h: the commands of the program, one file each. A command declares its options.
+// Once it is chosen and parsed it leaves its work in `action`, so errors of parsing and of
+// running stay apart.
+#pragma once
+
+#include "viewer/cli/options/run_commands.h"
+
+namespace tessera {
+
+void addCentrelineCommand(Command& program, const CommonOptions& common, Action& action);
+void addCoverageCommand(Command& program, const CommonOptions& common, Action& action);
+void addImportCommand(Command& program, const CommonOptions& common, Action& action);
+void addInfoCommand(Command& program, const CommonOptions& common, Action& action);
+void addRenderCommand(Command& program, const CommonOptions& common, Action& action);
+void addPhantomCommand(Command& program, const CommonOptions& common, Action& action);
+void addPresetCommand(Command& program, const CommonOptions& common, Action& action);
+void addCacheCommand(Command& program, const CommonOptions& common, Action& action);
+void addViewCommand(Command& program, const CommonOptions& common, Action& action); // TESSERA_WITH_WINDOW
+
+} // namespace tessera

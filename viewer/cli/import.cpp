@@ -1,0 +1,52 @@
+// viewer/cli/import.cpp: `tessera import IN OUT.zarr`: any readable input to a store, streaming.
+#include "bricking/import/importer.h"
+#include "viewer/cli/commands.h"
+#include "viewer/cli/input/selection_options.h"
+#include "viewer/cli/input/volume_input.h"
+
+#include <memory>
+
+namespace tessera {
+namespace {
+
+struct ImportArguments {
+    std::string in, out, ram;
+    InputOptions input;
+    std::string unit;
+    bool force = false;
+};
+
+void runImport(const ImportArguments& arguments, const CommonOptions& common) {
+    ImportOptions options;
+    if (!arguments.unit.empty())
+        options.unit = parseUnit(arguments.unit, true);
+    MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
+    const std::filesystem::path out(arguments.out);
+    requireStorePath(out, arguments.force);
+    const auto source = openInput(arguments.in, arguments.input, out.parent_path(), common);
+    common.detail("importing " + source->describe() + " to " + out.string());
+    options.force = arguments.force;
+    options.progress = common.progress.get();
+    noteImport(importToStore(*source, out, ram, options), *source, out, ram, common);
+}
+
+} // namespace
+
+void addImportCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command("import", "Turn files into a store, streaming, in bounded memory");
+    auto arguments = std::make_shared<ImportArguments>();
+    command.option("IN", arguments->in, "DICOM file or folder, .nii, .nii.gz, or a raw file's .json")
+        .required();
+    command.option("OUT", arguments->out, "store to write, OUT.zarr").required();
+    command.flag("--force", arguments->force, "replace an existing store");
+    addSelectionOptions(command, arguments->input);
+    command.option("--unit", arguments->unit,
+                   "HU: the values are in HU, though the file cannot say so (NIfTI); SUVbw: of a PET whose "
+                   "header tells weight, dose and times");
+    command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command.footer("Example:\n  tessera import scans/abdomen abdomen.zarr --ram 512MiB");
+    command.whenChosen(
+        [arguments, &common, &action] { action = [arguments, &common] { runImport(*arguments, common); }; });
+}
+
+} // namespace tessera

@@ -1,0 +1,269 @@
+// viewer/cli/info.cpp: `tessera info X`: what a store or source files hold. Only what the whitelist of
+// core/base/volume.h lets through can be shown, so no identifier can.
+#include "bricking/statistics/statistics.h"
+#include "bricking/store/store_reader.h"
+#include "core/base/error.h"
+#include "core/base/gantry_tilt.h"
+#include "core/base/printable_text.h"
+#include "viewer/cli/commands.h"
+#include "viewer/cli/info_picture.h"
+#include "viewer/cli/input/volume_input.h"
+#include "viewer/cli/input/volume_notes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+struct InfoArguments {
+    std::string in, ram;
+    bool asJson = false, allowMissing = false;
+};
+
+json asJson(const glm::dvec3& v) {
+    return {v.x, v.y, v.z};
+}
+
+json volumeJson(const VolumeInfo& info) {
+    const glm::dvec3 mm = info.spacingMm();
+    const PatientBox place = patientBoxOf(info);
+    json affine = json::array(); // rows
+    for (int row = 0; row < 4; ++row) {
+        affine.push_back(json::array());
+        for (int column = 0; column < 4; ++column)
+            affine.back().push_back(info.patientFromVoxel[column][row]);
+    }
+    return {{"extentVoxels", {info.extentVoxels.x, info.extentVoxels.y, info.extentVoxels.z}},
+            {"spacingMm", {mm.x, mm.y, mm.z}},
+            {"type", name(info.type)},
+            {"unit", info.unit},
+            {"rescaleSlope", info.rescaleSlope},
+            {"rescaleIntercept", info.rescaleIntercept},
+            {"fillStored", info.fillStored},
+            {"patientFromVoxel", affine},
+            {"originalOrder",
+             {{"sourceAxis", info.originalOrder.sourceAxis}, {"flipped", info.originalOrder.flipped}}},
+            {"orientationKnown", info.orientationKnown},
+            {"acquisition",
+             {{"modality", info.acquisition.modality},
+              {"kernel", info.acquisition.kernel},
+              {"tubeVoltageKv", info.acquisition.tubeVoltageKv},
+              {"sliceThicknessMm", info.acquisition.sliceThicknessMm}}},
+            {"lossy", info.lossy},
+            {"lossyRatio", info.lossyRatio},
+            {"fieldOfViewMm",
+             {mm.x * info.extentVoxels.x, mm.y * info.extentVoxels.y, mm.z * info.extentVoxels.z}},
+            {"gantryTiltDegrees", gantryTiltDegrees(info)},
+            {"nonFiniteVoxels", info.nonFiniteVoxels},
+            {"absentStored", info.absentStored},
+            {"clampedVoxels", info.clampedVoxels},
+            {"placeMm", {{"from", asJson(place.low)}, {"to", asJson(place.high)}}},
+            {"suvPerValue", info.suvPerValue},
+            {"remarks", info.remarks}};
+}
+
+std::string orderText(const AxisOrder& order) {
+    std::string text;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        text += std::string(axis ? ", " : "") + "xyz"[axis] + " from source axis " +
+                std::to_string(order.sourceAxis[axis]) + (order.flipped[axis] ? " reversed" : "");
+    return text;
+}
+
+constexpr double kLeastTilt = 0.05; // degrees; below it is the rounding of headers
+
+/// In the numbers that --slice, --crop, --from and cameras take.
+void printPlace(const VolumeInfo& info) {
+    const PatientBox box = patientBoxOf(info);
+    const auto range = [&](int axis) {
+        return std::string(1, "xyz"[axis]) + " " + formatNumber(box.low[axis], 6) + " to " +
+               formatNumber(box.high[axis], 6);
+    };
+    printLine("place", range(0) + ", " + range(1) + ", " + range(2) + " mm (to the left, back and head" +
+                           (info.orientationKnown ? ")" : ", if the source lies as it says)"));
+}
+
+void printVolume(const VolumeInfo& info) {
+    const glm::dvec3 mm = info.spacingMm();
+    printLine("size", formatExtent(info.extentVoxels) + " voxels of " + formatNumber(mm.x) + " x " +
+                          formatNumber(mm.y) + " x " + formatNumber(mm.z) + " mm");
+    printLine("field of view", formatNumber(mm.x * info.extentVoxels.x) + " x " +
+                                   formatNumber(mm.y * info.extentVoxels.y) + " x " +
+                                   formatNumber(mm.z * info.extentVoxels.z) + " mm");
+    printPlace(info);
+    if (const double tilt = gantryTiltDegrees(info); std::abs(tilt) > kLeastTilt)
+        printLine("gantry tilt", formatNumber(tilt) + " degrees (anterior edge of the slices towards the " +
+                                     (tilt > 0 ? "head)" : "feet)"));
+    printLine("type", std::string(name(info.type)) + ", value = " + formatNumber(info.rescaleSlope, 6) +
+                          " * stored + " + formatNumber(info.rescaleIntercept, 6) +
+                          (info.unit.empty() ? ", unit unknown" : " " + info.unit));
+    if (info.suvPerValue > 0 && info.unit != kSuvUnit)
+        printLine("SUV", "SUVbw = " + formatNumber(info.suvPerValue, 6) +
+                             " * value; import with --unit SUVbw stores it");
+    const Acquisition& a = info.acquisition;
+    std::string text = a.modality.empty() ? "modality unknown" : a.modality;
+    if (!a.kernel.empty())
+        text += ", kernel " + a.kernel;
+    if (a.tubeVoltageKv > 0)
+        text += ", " + formatNumber(a.tubeVoltageKv) + " kV";
+    if (a.sliceThicknessMm > 0)
+        text += ", slices " + formatNumber(a.sliceThicknessMm) + " mm thick";
+    printLine("acquisition", text);
+    printLine("order", orderText(info.originalOrder));
+    if (!info.orientationKnown)
+        printLine("orientation", "not told by the source: left may be right");
+    if (info.nonFiniteVoxels)
+        printLine("absent", sayAbsent(info));
+    if (info.lossy)
+        printLine("compression", sayLoss(info));
+    if (info.clampedVoxels)
+        printLine("clamped", std::to_string(info.clampedVoxels) + " voxels");
+    for (const std::string& remark : info.remarks)
+        printLine("remark", remark);
+}
+
+std::uintmax_t bytesOnDisk(const fs::path& folder) {
+    std::uintmax_t bytes = 0;
+    std::error_code ignored;
+    for (const auto& entry : fs::recursive_directory_iterator(folder, ignored))
+        if (entry.is_regular_file(ignored))
+            bytes += entry.file_size(ignored);
+    return bytes;
+}
+
+void infoStore(const InfoArguments& arguments, const CommonOptions& common) {
+    MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
+    const StoreReader store(arguments.in, ram);
+    const Statistics statistics = loadStatistics(store, ram, 0);
+    const VolumeInfo& info = store.info();
+    const auto physical = [&](float stored) {
+        return info.rescaleSlope * static_cast<double>(stored) + info.rescaleIntercept;
+    };
+    const double a = physical(statistics.lowest), b = physical(statistics.highest);
+    const std::uintmax_t bytes = bytesOnDisk(arguments.in);
+    if (arguments.asJson) {
+        json report = volumeJson(info);
+        report["kind"] = "store";
+        report["lowest"] = std::min(a, b);
+        report["highest"] = std::max(a, b);
+        report["bytesOnDisk"] = bytes;
+        report["contentHash"] = store.contentHash();
+        report["levels"] = json::array();
+        for (int level = 0; level < kLevelCount; ++level) {
+            const glm::ivec3 n = levelExtent(info.extentVoxels, level);
+            report["levels"].push_back({n.x, n.y, n.z});
+        }
+        std::printf("%s\n", report.dump(2, ' ', true, json::error_handler_t::replace).c_str());
+        return;
+    }
+    printLine("store", arguments.in);
+    printVolume(info);
+    printLine("values", formatNumber(std::min(a, b), 6) + " to " + formatNumber(std::max(a, b), 6) +
+                            (info.unit.empty() ? "" : " " + info.unit));
+    printLine("levels", std::to_string(kLevelCount) + ", the coarsest " +
+                            formatExtent(levelExtent(info.extentVoxels, kLevelCount - 1)));
+    printLine("on disk", formatBytes(static_cast<std::size_t>(bytes)));
+    printLine("content", store.contentHash());
+}
+
+json rowJson(const ListedRow& row) {
+    json out = {{"modality", row.modality}, {"what", row.what}, {"problem", row.problem}};
+    if (row.series > 0)
+        out["series"] = row.series;
+    if (row.number)
+        out["seriesNumber"] = *row.number;
+    if (!row.date.empty())
+        out["date"] = row.date;
+    if (!row.folder.empty())
+        out["folder"] = row.folder;
+    if (row.files > 0)
+        out["files"] = row.files;
+    else
+        out["slices"] = row.slices;
+    if (!row.phases.empty())
+        out["phases"] = row.phases;
+    return out;
+}
+
+void infoSource(const InfoArguments& arguments, const CommonOptions& common) {
+    const InputListing listing = listInput(arguments.in, arguments.allowMissing);
+    const std::vector<ListedVolume>& listed = listing.volumes;
+    std::error_code ignored;
+    const bool isFolder = fs::is_directory(arguments.in, ignored);
+    const auto printTable = [&] {
+        std::printf("%s\n", listing.table.c_str());
+        if (!listing.passedOver.empty())
+            printLine("passed over", listing.passedOver);
+        std::fflush(stdout); // before what goes to stderr
+    };
+    // What is no volume gets the importer's own explanation.
+    if (listed.empty()) {
+        if (isFolder && !listing.rows.empty() && !arguments.asJson)
+            printTable();
+        static_cast<void>(openInput(arguments.in, {}, {}, common));
+    }
+    if (arguments.asJson) {
+        json report = {{"kind", "source"}, {"volumes", json::array()}, {"series", json::array()}};
+        std::vector<ListedVolume> bySize = listed; // largest first
+        std::stable_sort(bySize.begin(), bySize.end(), [](const ListedVolume& a, const ListedVolume& b) {
+            return a.info.voxelCount() > b.info.voxelCount();
+        });
+        for (const ListedVolume& volume : bySize) {
+            report["volumes"].push_back(volumeJson(volume.info));
+            report["volumes"].back()["label"] = volume.label;
+            report["volumes"].back()["series"] = volume.series;
+        }
+        for (const ListedRow& row : listing.rows)
+            report["series"].push_back(rowJson(row));
+        report["passedOver"] = json::object();
+        for (const std::string& reason : listing.reasons)
+            report["passedOver"][reason] = report["passedOver"].value(reason, 0) + 1;
+        std::printf("%s\n", report.dump(2, ' ', true, json::error_handler_t::replace).c_str());
+        return;
+    }
+    if (isFolder) {
+        printTable();
+        std::printf("\n");
+    }
+    for (std::size_t i = 0; i < listed.size(); ++i) {
+        if (i)
+            std::printf("\n");
+        printLine("source", listed[i].label);
+        printVolume(listed[i].info);
+    }
+    common.note("value ranges are known after `tessera import`");
+}
+
+void runInfo(const InfoArguments& arguments, const CommonOptions& common) {
+    if (isPictureName(arguments.in))
+        infoPicture(arguments.in, arguments.asJson);
+    else if (looksLikeStore(arguments.in))
+        infoStore(arguments, common);
+    else
+        infoSource(arguments, common);
+}
+
+} // namespace
+
+void addInfoCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command(
+        "info", "Tell what a store or source files hold, or how a picture was made and how wrong it is");
+    auto arguments = std::make_shared<InfoArguments>();
+    command.option("X", arguments->in, "store, DICOM file or folder, .nii, picture, ...").required();
+    command.flag("--json", arguments->asJson, "as JSON");
+    command.flag("--allow-missing", arguments->allowMissing,
+                 "source files: leave out files that could be slices and cannot be read");
+    command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command.footer("Example:\n  tessera info abdomen.zarr --json");
+    command.whenChosen(
+        [arguments, &common, &action] { action = [arguments, &common] { runInfo(*arguments, common); }; });
+}
+
+} // namespace tessera

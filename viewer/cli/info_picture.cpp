@@ -1,0 +1,104 @@
+// viewer/cli/info_picture.cpp: `tessera info PICTURE`: what a picture says of itself, how wrong it is
+// first.
+#include "viewer/cli/info_picture.h"
+
+#include "core/base/error.h"
+#include "core/base/printable_text.h"
+#include "core/image/image_file.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <tuple>
+
+namespace tessera {
+namespace {
+
+using nlohmann::json;
+
+std::string numberText(const json& value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", value.get<double>());
+    return text;
+}
+
+/// "1.2 (0.9 to 1.6)"; nothing where there is none.
+std::string estimateText(const json& of, const char* key) {
+    if (!of.contains(key))
+        return {};
+    const json& e = of.at(key);
+    return numberText(e.at("value")) + " (" + numberText(e.at("from")) + " to " + numberText(e.at("to")) +
+           ")";
+}
+
+std::string errorText(const json& of) {
+    std::string text;
+    for (const auto& [key, before, after] :
+         {std::tuple("luvPercentile99", "L*u*v* ", " at the 99th percentile"),
+          std::tuple("luvMean", "L*u*v* ", " in the mean"), std::tuple("rms", "rms ", "")})
+        if (const std::string e = estimateText(of, key); !e.empty())
+            text += (text.empty() ? "" : ", ") + (before + e) + after;
+    return text.empty() ? "too few pixels show something to tell" : text;
+}
+
+void printErrors(const json& errors) {
+    if (!errors.contains("measured"))
+        return printLine("error", "not measured");
+    const json& m = errors.at("measured");
+    if (m.contains("notMeasured"))
+        return printLine("error", "not measured: " + m.at("notMeasured").get<std::string>());
+    printLine("error", errorText(m));
+    if (m.contains("notCounted"))
+        for (const json& what : m.at("notCounted"))
+            printLine("not in it", "what " + what.get<std::string>() + " itself errs by");
+    printLine("measured", "on " + std::to_string(m.at("pixelsThatShow").get<int>()) + " pixels of " +
+                              std::to_string(m.at("samplesOfPixel").get<int>()) + " rays");
+    printLine("of samples", errorText(m.at("samplesOfPixels")));
+    printLine("of rays", errorText(m.at("levelsStepFiltering")));
+    if (errors.contains("maxErrorNotReached"))
+        printLine("not reached", errors.at("maxErrorNotReached").get<std::string>());
+}
+
+} // namespace
+
+void printLine(const char* key, const std::string& value) {
+    std::printf("%-14s %s\n", (std::string(key) + ":").c_str(), printable(value).c_str());
+}
+
+bool isPictureName(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::error_code ignored;
+    return (extension == ".png" || extension == ".exr" || extension == ".tif" || extension == ".tiff") &&
+           std::filesystem::is_regular_file(path, ignored);
+}
+
+void infoPicture(const std::filesystem::path& path, bool asJson) {
+    const std::string text = readManifest(path);
+    const json manifest = json::parse(text, nullptr, false);
+    if (!manifest.is_object() || !manifest.contains("program"))
+        throw badFile(path.string(), "a picture that tessera made", "one without its manifest");
+    if (asJson) {
+        std::printf("%s\n", manifest.dump(2, ' ', true, json::error_handler_t::replace).c_str());
+        return;
+    }
+    try {
+        printLine("picture", path.string());
+        printLine("made by", manifest.at("program").get<std::string>() + ", engine " +
+                                 manifest.at("engine").get<std::string>() + ", " +
+                                 manifest.at("device").get<std::string>());
+        const json& pixels = manifest.at("pixels");
+        printLine("samples", numberText(pixels.at("samplesTaken")) + " a pixel in the mean, " +
+                                 numberText(pixels.at("samplesTakenAtMost")) + " at most");
+        const json& segments = manifest.at("segments");
+        printLine("segments", numberText(segments.at("stepVoxels")) + " voxels, " +
+                                  segments.at("integrator").get<std::string>());
+        printErrors(manifest.at("errors"));
+    } catch (const json::exception&) {
+        throw badFile(path.string(), "the manifest of this version of tessera", "another; --json prints it");
+    }
+}
+
+} // namespace tessera

@@ -1,0 +1,328 @@
+// viewer/cli/input/import_cache.cpp: see import_cache.h.
+#include "viewer/cli/input/import_cache.h"
+
+#include "bricking/import/import_version.h"
+#include "bricking/store/file_io.h"
+#include "bricking/store/store_reader.h" // isStore
+#include "bricking/store/temporary_folder.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/output_file.h"
+#include "core/base/ownership.h"
+#include "core/base/scratch_folder.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <sys/stat.h>
+#include <thread>
+#include <unistd.h>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr std::uint64_t kDefaultLimitBytes = std::uint64_t{20} << 30;
+constexpr std::uint64_t kLargestNoteBytes = 1 << 20; // of HASH.json; ours have less than 8 KiB
+constexpr std::size_t kHashDigits = 16;
+
+/// FNV-1a, 64 bits, as hexadecimal digits: nobody attacks their own cache. Two starts make two hashes.
+std::string hexHash(const std::string& text, std::uint64_t start = 0xCBF29CE484222325u) {
+    std::uint64_t h = start;
+    for (const char c : text)
+        h = (h ^ static_cast<unsigned char>(c)) * 0x100000001B3u;
+    char hex[kHashDigits + 1];
+    std::snprintf(hex, sizeof hex, "%016llx", static_cast<unsigned long long>(h));
+    return hex;
+}
+
+/// A line for every regular file below path, or for path itself: whatever changes a file changes its line.
+std::string factsOf(const fs::path& path) {
+    std::vector<std::string> files;
+    const auto add = [&](const fs::path& file) {
+        struct stat facts {};
+        if (::stat(file.c_str(), &facts) != 0 || !S_ISREG(facts.st_mode))
+            return;
+        const auto time = [](const timespec& t) {
+            return "|" + std::to_string(t.tv_sec) + "." + std::to_string(t.tv_nsec);
+        };
+        files.push_back(file.lexically_relative(path).string() + "|" + std::to_string(facts.st_ino) + "|" +
+                        std::to_string(facts.st_size) + time(facts.st_mtim) + time(facts.st_ctim));
+    };
+    std::error_code ignored;
+    if (fs::is_directory(path, ignored))
+        for (fs::recursive_directory_iterator
+                 entry(path, fs::directory_options::skip_permission_denied, ignored),
+             end;
+             !ignored && entry != end; entry.increment(ignored))
+            add(entry->path());
+    else
+        add(path);
+    std::sort(files.begin(), files.end()); // the order of a listing is the file system's whim
+    std::string text;
+    for (const std::string& file : files)
+        text += file + "\n";
+    return text;
+}
+
+/// Of what goes when the folder goes: links, also the folder if it is one, lead to what stays.
+std::uint64_t bytesBelow(const fs::path& folder) {
+    std::uint64_t bytes = 0;
+    std::error_code ignored;
+    if (fs::is_symlink(folder, ignored))
+        return 0;
+    for (fs::recursive_directory_iterator entry(folder, ignored), end; !ignored && entry != end;
+         entry.increment(ignored))
+        if (std::error_code none; fs::is_regular_file(entry->symlink_status(none)))
+            bytes += entry->file_size(none);
+    return bytes;
+}
+
+/// The three paths of an entry.
+struct Entry {
+    Entry(const fs::path& folder, const std::string& hash)
+        : store(folder / (hash + ".zarr")), note(folder / (hash + ".json")), lock(folder / (hash + ".lock")) {
+    }
+    fs::path store, note, lock;
+};
+
+/// What stands in HASH.json; null where it is not there or not whole.
+json readNote(const Entry& entry) {
+    try {
+        const auto text = readText(openFolder(entry.note.parent_path()), entry.note.filename().string(),
+                                   entry.note.parent_path(), kLargestNoteBytes);
+        json note = json::parse(text.value_or(""), nullptr, false);
+        return note.is_object() ? note : json();
+    } catch (const InputError&) {
+        return {};
+    }
+}
+
+std::string textOf(const json& note, const char* key) {
+    return note.is_object() && note.contains(key) && note[key].is_string() ? note[key].get<std::string>()
+                                                                           : std::string();
+}
+
+bool isWhole(const Entry& entry, const std::string& check) {
+    const json note = readNote(entry);
+    return textOf(note, "check") == check && isStore(entry.store) &&
+           textOf(note, "store") == hexHash(factsOf(entry.store));
+}
+
+/// Under the entry's lock. The note goes first: a store without one is no entry.
+void discard(const Entry& entry) {
+    std::error_code ignored;
+    fs::remove(entry.note, ignored);
+    const fs::path aside =
+        entry.store.parent_path() / temporaryName(entry.store.filename().string(), "importing", 0);
+    fs::rename(entry.store, aside, ignored);
+    fs::remove_all(aside, ignored);
+    fs::remove_all(entry.store, ignored);
+}
+
+/// Makes the folder, closed to others.
+/// @return why it cannot be used; "" when it can
+std::string prepare(const fs::path& folder) {
+    std::error_code error;
+    fs::create_directories(folder.parent_path(), error);
+    if (::mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
+        return std::strerror(errno);
+    struct stat facts {};
+    if (::stat(folder.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode))
+        return "no folder";
+    if (facts.st_uid != ::geteuid())
+        return "it belongs to somebody else";
+    constexpr mode_t kOthers = 077;
+    if ((facts.st_mode & kOthers) != 0 && fs::is_symlink(folder))
+        return "a link to a folder that is open to others";
+    if ((facts.st_mode & kOthers) != 0 && ::chmod(folder.c_str(), 0700) != 0)
+        return std::string("it cannot be closed to others: ") + std::strerror(errno);
+    return "";
+}
+
+/// What a store shows, in a line, of what the whitelist of core/base/volume.h lets through.
+std::string about(const fs::path& store) {
+    constexpr std::size_t kEnoughBytes = std::size_t{64} << 20;
+    MemoryBudget ram("RAM", "--ram", kEnoughBytes);
+    const VolumeInfo info = StoreReader(store, ram).info();
+    const Acquisition& a = info.acquisition;
+    return (a.modality.empty() ? "" : a.modality + ", ") + formatExtent(info.extentVoxels) + " voxels" +
+           (a.kernel.empty() ? "" : ", kernel " + a.kernel);
+}
+
+/// Imports into an entry that is locked for it.
+/// @param facts  of the source, when its key was made
+void makeEntry(const Entry& entry, const fs::path& source, const std::string& facts, json note,
+               const MakeStore& make) {
+    discard(entry);
+    make(entry.store, true);
+    if (factsOf(source) != facts) {
+        discard(entry);
+        throw badFile(source.string(), "files that stay as they are while they are imported",
+                      "files that changed");
+    }
+    note["about"] = about(entry.store);
+    note["store"] = hexHash(factsOf(entry.store));
+    note["bytes"] = bytesBelow(entry.store);
+    writeOutputFile(entry.note, note.dump(1, ' ', true, json::error_handler_t::replace) + "\n");
+    std::error_code ignored;
+    fs::permissions(entry.note, fs::perms::owner_read | fs::perms::owner_write, ignored);
+}
+
+/// Entries of the same source and options whose files have changed since: nobody will ask for them again.
+void discardOutdated(const fs::path& folder, const Entry& current, const json& note) {
+    for (const CacheEntry& other : listCache(folder)) {
+        if (other.store == current.store)
+            continue;
+        const Entry entry(folder, other.store.stem().string());
+        const json theirs = readNote(entry);
+        if (textOf(theirs, "source") != textOf(note, "source") ||
+            textOf(theirs, "options") != textOf(note, "options"))
+            continue;
+        const LockTry lock = tryLock(entry.lock, LockKind::exclusive, true);
+        if (lock.locked) {
+            discard(entry);
+            std::error_code ignored;
+            fs::remove(entry.lock, ignored);
+        }
+    }
+}
+
+fs::path scratchStore(const std::string& why, const CommonOptions& common, const MakeStore& make) {
+    common.note("the cache of imports " + cacheFolder().string() + " cannot be used (" + why +
+                "); importing to a temporary folder");
+    const auto scratch = std::make_shared<ScratchFolder>();
+    common.keep(scratch);
+    const fs::path store = scratch->path() / "import.zarr";
+    make(store, false);
+    return store;
+}
+
+} // namespace
+
+fs::path cacheFolder() {
+    const char* const cache = std::getenv("XDG_CACHE_HOME");
+    if (cache && *cache)
+        return fs::path(cache) / "tessera";
+    const char* const home = std::getenv("HOME");
+    if (home && *home)
+        return fs::path(home) / ".cache" / "tessera";
+    return fs::temp_directory_path() / ("tessera-cache-" + std::to_string(::geteuid()));
+}
+
+std::uint64_t cacheLimitBytes() {
+    const char* const text = std::getenv("TESSERA_CACHE_SIZE");
+    return text && *text ? parseBytes(text, "TESSERA_CACHE_SIZE") : kDefaultLimitBytes;
+}
+
+fs::path cachedStore(const fs::path& source, const InputOptions& options, const CommonOptions& common,
+                     const MakeStore& make) {
+    constexpr std::chrono::milliseconds kBetweenLooks{20};
+    const std::uint64_t limit = cacheLimitBytes();
+    const fs::path folder = cacheFolder();
+    if (const std::string why = prepare(folder); !why.empty())
+        return scratchStore(why, common, make);
+    const std::string facts = factsOf(source);
+    const std::string key =
+        std::to_string(kImportVersion) + "\n" + options.key() + "\n" + source.string() + "\n" + facts;
+    const Entry entry(folder, hexHash(key));
+    const std::string check = hexHash(key, 0x9E3779B97F4A7C15u);
+    // A hash, not the path: folders carry patients' names, and what is kept must not.
+    const json note = {{"source", hexHash(source.string())}, {"options", options.key()}, {"check", check}};
+    bool told = false, made = false;
+    for (;;) {
+        LockTry reading = tryLock(entry.lock, LockKind::shared, true);
+        if (!reading.locked && !reading.busy)
+            return scratchStore(::access(folder.c_str(), W_OK) == 0 ? "it has no locks"
+                                                                    : std::strerror(errno),
+                                common, make); // errno: of access()
+        if (reading.locked && (isWhole(entry, check) || made)) {
+            if (!made)
+                common.detail("reusing the import in " + entry.store.string());
+            ::futimens(reading.file.descriptor(), nullptr); // the last use
+            common.keep(std::make_shared<FileHandle>(std::move(reading.file)));
+            if (made)
+                shrinkCache(folder, limit);
+            return entry.store;
+        }
+        reading = {};
+        LockTry writing = tryLock(entry.lock, LockKind::exclusive);
+        if (writing.locked && !isWhole(entry, check)) {
+            if (::access(folder.c_str(), W_OK) != 0)
+                return scratchStore(std::strerror(errno), common, make);
+            recoverFolders(folder);
+            try {
+                makeEntry(entry, source, facts, note, make);
+            } catch (const InputError&) {
+                throw;                     // the files are what is wrong
+            } catch (const Error& error) { // a full disk, say, which need not be that of the temporary files
+                discard(entry);
+                return scratchStore(error.what(), common, make);
+            }
+            discardOutdated(folder, entry, note);
+            made = true;
+        } else if (!writing.locked) {
+            if (!told)
+                common.note("waiting for another process that imports " + source.string());
+            told = true;
+            checkInterrupted();
+            std::this_thread::sleep_for(kBetweenLooks);
+        }
+    }
+}
+
+std::vector<CacheEntry> listCache(const fs::path& folder) {
+    std::vector<CacheEntry> entries;
+    std::error_code ignored;
+    for (fs::directory_iterator at(folder, ignored), end; !ignored && at != end; at.increment(ignored)) {
+        const std::string hash = at->path().stem().string();
+        if (at->path().extension() != ".zarr" || hash.size() != kHashDigits ||
+            hash.find_first_not_of("0123456789abcdef") != std::string::npos)
+            continue;
+        const Entry entry(folder, hash);
+        const json note = readNote(entry);
+        CacheEntry listed;
+        listed.store = entry.store;
+        listed.about = textOf(note, "about");
+        const bool known = note.is_object() && note.contains("bytes") && note["bytes"].is_number_unsigned();
+        std::error_code none;
+        const bool link = fs::is_symlink(entry.store, none);
+        listed.bytes = known && !link ? note["bytes"].get<std::uint64_t>() : bytesBelow(entry.store);
+        struct stat facts {};
+        if (::stat(entry.lock.c_str(), &facts) == 0 || ::stat(entry.store.c_str(), &facts) == 0)
+            listed.lastUse = facts.st_mtim.tv_sec;
+        listed.inUse = tryLock(entry.lock, LockKind::exclusive).busy;
+        entries.push_back(std::move(listed));
+    }
+    std::sort(entries.begin(), entries.end(), [](const CacheEntry& a, const CacheEntry& b) {
+        return a.lastUse != b.lastUse ? a.lastUse > b.lastUse : a.store < b.store;
+    });
+    return entries;
+}
+
+std::vector<CacheEntry> shrinkCache(const fs::path& folder, std::uint64_t bytes) {
+    std::vector<CacheEntry> entries = listCache(folder), removed;
+    std::uint64_t left = 0;
+    for (const CacheEntry& entry : entries)
+        left += entry.bytes;
+    for (auto last = entries.rbegin(); last != entries.rend() && (bytes == 0 || left > bytes); ++last) {
+        const Entry entry(folder, last->store.stem().string());
+        const LockTry lock = tryLock(entry.lock, LockKind::exclusive, true);
+        if (!lock.locked)
+            continue;
+        discard(entry);
+        std::error_code ignored;
+        fs::remove(entry.lock,
+                   ignored); // held: whoever waits for it finds that it is gone, and makes another
+        left -= last->bytes;
+        removed.push_back(*last);
+    }
+    return removed;
+}
+
+} // namespace tessera

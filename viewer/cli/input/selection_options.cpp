@@ -1,0 +1,19 @@
+// viewer/cli/input/selection_options.cpp: see selection_options.h.
+#include "viewer/cli/input/selection_options.h"
+
+namespace tessera {
+
+void addSelectionOptions(Command& command, InputOptions& input) {
+    command.option("--series", input.series, "source files: number of the DICOM series, as listed")
+        .check(wholeNumberFrom(1));
+    command.flag("--largest", input.largest, "source files: of a folder with several, the largest CT");
+    command
+        .option("--phase", input.phase,
+                "source files: of a series with several pictures at each place, number of the phase")
+        .check(wholeNumberFrom(1));
+    command.flag("--resample-z", input.resampleZ, "source files: interpolate uneven slices to even spacing");
+    command.flag("--allow-missing", input.allowMissing,
+                 "source files: leave out files that could be slices and cannot be read");
+}
+
+} // namespace tessera

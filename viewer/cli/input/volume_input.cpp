@@ -1,0 +1,213 @@
+// viewer/cli/input/volume_input.cpp: see volume_input.h.
+#include "viewer/cli/input/volume_input.h"
+
+#include "bricking/store/store_reader.h" // isStore
+#include "bricking/store/temporary_folder.h"
+#include "core/base/error.h"
+#include "viewer/cli/input/import_cache.h"
+#include "viewer/cli/input/volume_notes.h"
+#if TESSERA_WITH_IMPORT
+#include "bricking/import/catalogue.h"
+#endif
+
+#include <algorithm>
+#include <fstream>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+void requireExisting(const fs::path& path) {
+    std::error_code ignored;
+    if (!fs::exists(path, ignored))
+        throw badFile(path.string(), "a file or folder", "nothing there");
+}
+
+} // namespace
+
+std::string InputOptions::key() const {
+    // Every member decides what an import makes; one that is added has to be named here, or this does not
+    // compile.
+    const auto& [number, isResampled, isLargest, phaseNumber, mayMiss] =
+        static_cast<const SourceChoice&>(*this);
+    return std::to_string(number) + "|" + std::to_string(isResampled) + "|" + std::to_string(isLargest) +
+           "|" + std::to_string(phaseNumber) + "|" + std::to_string(mayMiss);
+}
+
+bool looksLikeStore(const fs::path& path) {
+    std::error_code ignored;
+    if (path.extension() == ".zarr" && !fs::exists(path, ignored)) // a program died while it replaced it
+        recoverFolders(path.has_parent_path() ? path.parent_path() : fs::path("."));
+    if (!fs::is_regular_file(path / "zarr.json", ignored)) // the reader says what else it is
+        return fs::exists(path / "zarr.json", ignored) && !fs::is_directory(path / "zarr.json", ignored);
+    std::ifstream file(path / "zarr.json", std::ios::binary);
+    if (!file)
+        return true;
+    constexpr std::size_t kLookedAt = 1 << 20; // this program's metadata is far shorter
+    std::string text(kLookedAt, '\0');
+    file.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(file.gcount()));
+    // A Zarr of another program is an input that cannot be read; whatever names this one is a store, damaged
+    // or not, and the reader says which.
+    return text.find("node_type") == std::string::npos || text.find("tessera") != std::string::npos;
+}
+
+#if TESSERA_WITH_IMPORT
+InputListing listInput(const fs::path& path, bool allowMissing) {
+    requireExisting(path);
+    InputListing listing;
+    const Catalogue catalogue = lookThrough(path, allowMissing);
+    for (const CatalogueRow& row : catalogue.rows) {
+        listing.rows.push_back({row.series, row.modality, row.date, row.folder, row.what, row.problem,
+                                row.number, row.slices, row.files, row.phases});
+        if (row.info)
+            listing.volumes.push_back({row.series > 0 ? "series " + std::to_string(row.series) : row.what,
+                                       *row.info, row.path, row.series});
+    }
+    listing.table = tableOf(catalogue);
+    listing.passedOver = countPassed(catalogue.scan.passed);
+    for (const PassedFile& file : catalogue.scan.passed)
+        listing.reasons.emplace_back(keyOf(file.reason));
+    return listing;
+}
+
+namespace {
+
+/// What was taken of several, and all that was passed over.
+void noteChoice(const Catalogue& catalogue, const CatalogueRow& row, const InputOptions& options,
+                const CommonOptions& common) {
+    std::error_code ignored;
+    const std::string label = row.series > 0 ? "series " + std::to_string(row.series) : row.what;
+    if (options.largest && row.info) {
+        const glm::dvec3 mm = row.info->spacingMm();
+        const auto volumes = std::count_if(catalogue.rows.begin(), catalogue.rows.end(),
+                                           [](const CatalogueRow& each) { return each.info.has_value(); });
+        common.note("chose " + label + " of " + std::to_string(volumes) +
+                    " found: " + formatExtent(row.info->extentVoxels) + " voxels of " + formatNumber(mm.x) +
+                    " x " + formatNumber(mm.y) + " x " + formatNumber(mm.z) + " mm");
+    }
+    if (row.info && row.slices == 1)
+        common.note(
+            "one slice only, taken as " +
+            formatNumber(row.info->spacingMm()[static_cast<int>(
+                std::find(row.info->originalOrder.sourceAxis.begin(),
+                          row.info->originalOrder.sourceAxis.end(), 2) -
+                row.info->originalOrder.sourceAxis.begin())]) +
+            " mm thick" +
+            (fs::is_directory(catalogue.path, ignored) ? "" : "; name the folder for the whole series"));
+    const std::string passed = passedOverText(catalogue, row);
+    if (passed.empty())
+        return;
+    if (passesOverSomething(catalogue, row))
+        common.note("took " + label + "; passed over: " + passed);
+    else
+        common.detail("passed over: " + passed);
+}
+
+} // namespace
+
+std::unique_ptr<SlabSource> openInput(const fs::path& path, const InputOptions& options,
+                                      const fs::path& scratchFolder, const CommonOptions& common) {
+    requireExisting(path);
+    if (looksLikeStore(path))
+        throw badFile(path.string(), "files to import", "a Zarr group; a store is used as it is");
+    common.progress->stage("looking through " + path.string());
+    std::error_code ignored;
+    if (fs::is_directory(path, ignored) && fs::is_empty(path, ignored) && path.extension() != ".zarr")
+        throw badFile(path.string(),
+                      "a folder with DICOM files, NIfTI files or raw files with a .json sidecar",
+                      "an empty folder");
+    const SourceOptions source{options.series,  options.resampleZ, scratchFolder,
+                               options.largest, options.phase,     options.allowMissing};
+    const Catalogue catalogue = lookThrough(path, options.allowMissing);
+    const CatalogueRow& row = chooseRow(catalogue, source);
+    auto opened = openRow(catalogue, row, source);
+    noteChoice(catalogue, row, options, common);
+    return opened;
+}
+#else
+InputListing listInput(const fs::path& path, bool) {
+    requireExisting(path);
+    return {};
+}
+
+std::unique_ptr<SlabSource> openInput(const fs::path& path, const InputOptions&, const fs::path&,
+                                      const CommonOptions&) {
+    requireExisting(path);
+    throw badFile(path.string(), "a store", "something else, and this program was built without importers");
+}
+#endif
+
+void requireNoChoice(const fs::path& path, const InputOptions& options, const CommonOptions& common) {
+    for (const auto& [chosen, option] : {std::pair{options.series, "--series"}, {options.phase, "--phase"}})
+        if (chosen > 0)
+            throw badFile(path.string(), std::string("source files for ") + option + " to choose from",
+                          "a store, which holds one volume");
+    for (const auto& [asked, option] : {std::pair{options.largest, "--largest"},
+                                        {options.resampleZ, "--resample-z"},
+                                        {options.allowMissing, "--allow-missing"}})
+        if (asked)
+            common.note(std::string(option) + " is for source files: " + path.string() +
+                        " is a store, which is taken as it is");
+}
+
+void requireStorePath(const fs::path& given, bool force) {
+    std::error_code ignored;
+    const fs::path out = given.has_filename() ? given : given.parent_path(); // "x.zarr/" means x.zarr
+    if (out.extension() != ".zarr")
+        throw badFile(out.string(), "a store's name ending in .zarr", "another");
+    if (!fs::exists(out, ignored))
+        return;
+    if (!isStore(out))
+        throw badFile(out.string(), "a new name or a store to replace", "something else there");
+    if (!force)
+        throw badFile(out.string(), "a new name, or --force to replace", "a store of that name");
+}
+
+std::string parseUnit(const std::string& text, bool atImport) {
+    if (text != "HU" && (!atImport || text != kSuvUnit))
+        throw badFile("--unit", atImport ? "HU or SUVbw" : "HU; SUVbw is for tessera import",
+                      "\"" + text.substr(0, 40) + "\"");
+    return text;
+}
+
+void noteImport(const ImportReport& report, const SlabSource& source, const fs::path& store,
+                const MemoryBudget& ram, const CommonOptions& common) {
+    common.progress->end();
+    common.note("wrote " + store.string() + ": " + source.describe() + ", " + formatBytes(report.bytesOut) +
+                " from " + formatBytes(report.bytesIn) + " in " + formatNumber(report.seconds, 3) + " s");
+    for (const std::string& line : source.notes())
+        common.note(line);
+    for (const std::string& line : sayChanges(source.info()))
+        common.note(line);
+    common.detail("chunks: " + std::to_string(report.chunksWritten) + " written, " +
+                  std::to_string(report.chunksFill) +
+                  " left out (fill only); most RAM charged: " + formatBytes(ram.peakBytes()));
+}
+
+fs::path storeFor(const fs::path& path, const InputOptions& options, MemoryBudget& ram,
+                  const CommonOptions& common) {
+    requireExisting(path);
+    if (looksLikeStore(path)) { // the reader says what is wrong with a damaged one
+        requireNoChoice(path, options, common);
+        return path;
+    }
+    const MakeStore make = [&](const fs::path& store, bool durable) {
+        const auto source = openInput(path, options, store.parent_path(), common);
+        common.detail("importing " + source->describe() + " to " + store.string());
+        ImportOptions import;
+        import.durable = durable;
+        import.progress = common.progress.get();
+        noteImport(importToStore(*source, store, ram, import), *source, store, ram, common);
+    };
+    return cachedStore(fs::canonical(path), options, common, make);
+}
+
+fs::path storeFor(const SceneVolume& volume, const InputOptions& named, MemoryBudget& ram,
+                  const CommonOptions& common) {
+    const bool isNamed = static_cast<const SourceChoice&>(named) != SourceChoice{};
+    return storeFor(volume.path, isNamed ? named : InputOptions(volume.source), ram, common);
+}
+
+} // namespace tessera

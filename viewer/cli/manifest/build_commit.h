@@ -1,0 +1,11 @@
+// viewer/cli/manifest/build_commit.h: the commit that the program was built from.
+#pragma once
+
+#include <string>
+
+namespace tessera {
+
+/// Twelve digits, with "-dirty" where files differed from it; empty where sources were no git checkout.
+std::string buildCommit();
+
+} // namespace tessera

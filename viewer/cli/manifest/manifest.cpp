@@ -1,0 +1,166 @@
+// viewer/cli/manifest/manifest.cpp: see manifest.h.
+#include "viewer/cli/manifest/manifest.h"
+
+#include <nlohmann/json.hpp>
+
+namespace tessera {
+namespace {
+nlohmann::json budgetJson(const MemoryBudget& budget) {
+    return {{"limitBytes", budget.limitBytes()}, {"peakBytes", budget.peakBytes()}};
+}
+} // namespace
+
+namespace {
+nlohmann::json errorJson(const EstimatedError& e) {
+    return {{"rms", e.rms}, {"largest", e.largest}, {"luvMean", e.luvMean}, {"luvPercentile99", e.luvP99}};
+}
+
+/// Each cause apart; docs/user-guide.md says what they mean.
+/// What pixels are means of, and how far those are off.
+nlohmann::json pixelsJson(const RenderResult& result, const Scene& scene) {
+    const PixelReport& r = result.pixels;
+    const bool decide = r.asked == PixelSampling::kAutomatic;
+    nlohmann::json pixels = {{"samples", decide ? nlohmann::json("auto") : nlohmann::json(r.asked)},
+                             {"samplesTaken", r.taken},
+                             {"samplesTakenAtMost", r.most}};
+    if (r.asked == 1)
+        return pixels;
+    pixels["filter"] = pixelFilterNames()[static_cast<std::size_t>(scene.quality.pixels.filter)];
+    pixels["seed"] = scene.quality.pixels.seed;
+    if (r.error)
+        pixels["standardError"] = {
+            {"rms", r.error->rms}, {"luvMean", r.error->luvMean}, {"luvPercentile99", r.error->luvP99}};
+    return pixels;
+}
+
+nlohmann::json measuredJson(const MeasuredErrors& e) {
+    const auto estimate = [](const Estimate& x) {
+        return nlohmann::json{{"value", x.value}, {"from", x.low}, {"to", x.high}};
+    };
+    nlohmann::json out = nlohmann::json::object();
+    if (e.rms)
+        out["rms"] = estimate(*e.rms);
+    if (e.luvMean)
+        out["luvMean"] = estimate(*e.luvMean);
+    if (e.luvP99)
+        out["luvPercentile99"] = estimate(*e.luvP99);
+    return out;
+}
+
+/// Against the mean over each pixel's area of the finest level's integral; "to" and "from" hold the truth in
+/// 95 of 100 choices of pixels.
+nlohmann::json measurementJson(const PictureMeasurement& m) {
+    nlohmann::json out = m.whyNot.empty() ? measuredJson(m.all) : nlohmann::json::object();
+    out["mode"] = verifyNames()[static_cast<std::size_t>(m.mode)];
+    if (m.keptLight)
+        out["notCounted"] = {"light"};
+    if (!m.whyNot.empty()) {
+        out["notMeasured"] = m.whyNot;
+        return out;
+    }
+    out["pixels"] = m.all.pixels;
+    out["pixelsThatShow"] = m.all.shown;
+    out["samplesOfPixel"] = m.samples;
+    out["samplesOfPixelAtMost"] = m.mostSamples;
+    out["bytesRead"] = m.bytesRead;
+    if (m.all.luvP99Bound)
+        out["luvPercentile99AtMost"] = *m.all.luvP99Bound;
+    out["samplesOfPixels"] = measuredJson(m.sampling);
+    out["levelsStepFiltering"] = measuredJson(m.rays);
+    return out;
+}
+
+nlohmann::json errorsJson(const RenderResult& result, const Scene& scene) {
+    const double share = scene.quality.terminationTransmittance;
+    nlohmann::json errors = {{"termination", {{"lightLeftOutAtMost", share}}},
+                             {"table", {{"ofLargestExtinction", result.tableRelativeError}}}};
+    if (result.predictedError)
+        errors["levels"] = {{"luvMean", result.predictedError->mean},
+                            {"luvPercentile99", result.predictedError->p99}};
+    if (result.measured)
+        errors["measured"] = measurementJson(*result.measured);
+    if (result.rounds > 1)
+        errors["picturesUntilWithinMaxError"] = result.rounds;
+    if (!result.shortfall.empty())
+        errors["maxErrorNotReached"] = result.shortfall;
+    if (!result.errors)
+        return errors;
+    errors["pixelsDrawnAgain"] = result.errors->pixels;
+    errors["termination"]["largest"] = result.errors->terminationBound;
+    if (result.errors->step) {
+        errors["step"] = errorJson(result.errors->step->error);
+        errors["step"]["order"] = result.errors->step->order;
+    }
+    if (result.errors->filtering)
+        errors["filtering"] = errorJson(*result.errors->filtering);
+    errors["luvPercentile99"] = result.errors->luvP99();
+    return errors;
+}
+} // namespace
+
+nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const RenderResult& result,
+                            const MemoryBudget& ram, const MemoryBudget& gpu) {
+    const std::string hash = store.contentHash();
+    Scene shown = scene;
+    shown.camera = result.camera;
+    for (SceneVolume& volume : shown.volumes) {
+        volume.path = "content-" + hash + ".zarr";
+        volume.source = {};
+    }
+    const VolumeInfo& info = store.info();
+    const Work& work = result.work;
+    nlohmann::json manifest = {
+        {"tesseraManifest", 1},
+        {"notice", "not for diagnosis"},
+        {"program", "tessera " TESSERA_VERSION},
+        {"scene", nlohmann::json::parse(sceneJson(shown))},
+        {"store",
+         {{"contentHash", hash},
+          {"extentVoxels", {info.extentVoxels.x, info.extentVoxels.y, info.extentVoxels.z}},
+          {"type", name(info.type)},
+          {"unit", info.unit},
+          {"lowest", result.lowest},
+          {"highest", result.highest}}},
+        {"engine", name(result.engine)},
+        {"device", result.device},
+        {"openGl", result.glVersion},
+        {"budgets", {{"ram", budgetJson(ram)}, {"gpuMemory", budgetJson(gpu)}}},
+        {"resident",
+         {{"level", result.level},
+          {"bricksOfLevel", result.bricksOfLevel}, // 0 finest; the last: empty
+          {"pages", result.selectionPages},
+          {"pagesAtOnce", result.atlasPages},
+          {"passes", result.passes},
+          {"bricks", result.residentBricks},
+          {"emptyBricks", result.emptyBricks},
+          {"unseenBricks", result.unseenBricks},
+          {"cells", result.cells},
+          {"occupiedCells", result.occupiedCells}}},
+        {"segments",
+         {{"stepVoxels", result.stepVoxels},
+          {"stepVoxelsOfMeans", result.stepOfMeans.value_or(result.stepVoxels)},
+          {"integrator", integratorNames()[static_cast<std::size_t>(result.integrator)]}}},
+        {"mode", modeNames()[static_cast<std::size_t>(scene.mode)]},
+        {"pixels", pixelsJson(result, scene)},
+        {"errors", errorsJson(result, scene)},
+        {"work",
+         {{"iterations", work.iterations},
+          {"segments", work.segments},
+          {"samples", work.samples},
+          {"fetches", work.fetches},
+          {"dispatches", work.dispatches},
+          {"bricksUploaded", work.bricksUploaded},
+          {"blended", work.blended},
+          {"bytesUploaded", work.bytesUploaded}}}};
+    if (reductionOf(scene) != Reduction::composite) {
+        manifest["window"] = {{"centre", result.window.centre}, {"width", result.window.width}};
+        manifest["errors"]["levels"] = "not predicted";
+    }
+    return manifest;
+}
+
+nlohmann::json scaleBarJson(const ScaleBar& bar) {
+    return {{"mm", bar.mm}, {"pixels", bar.pixels}, {"at", bar.everywhere ? "everywhere" : "centre"}};
+}
+
+} // namespace tessera

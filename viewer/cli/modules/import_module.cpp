@@ -1,0 +1,8 @@
+// viewer/cli/modules/import_module.cpp: the table of functions of tessera_importers.so.
+#include "viewer/cli/modules/import_module.h"
+
+extern "C" const tessera::ImportModule tesseraModule;
+const tessera::ImportModule tesseraModule = {
+    {TESSERA_VERSION}, tessera::lookThrough,    tessera::chooseRow,           tessera::openRow,
+    tessera::tableOf,  tessera::passedOverText, tessera::passesOverSomething, tessera::countPassed,
+    tessera::keyOf,    tessera::openSource};

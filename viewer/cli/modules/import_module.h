@@ -1,0 +1,24 @@
+// viewer/cli/modules/import_module.h: the functions of the importers that the program uses, as a module has
+// them.
+#pragma once
+
+#include "bricking/import/catalogue.h"
+#include "bricking/import/open_source.h"
+#include "viewer/cli/modules/load_module.h"
+
+namespace tessera {
+
+struct ImportModule {
+    ModuleHead head;
+    decltype(&lookThrough) look;
+    decltype(&chooseRow) choose;
+    decltype(&openRow) open;
+    decltype(&tableOf) table;
+    decltype(&passedOverText) passedOver;
+    decltype(&passesOverSomething) passesOver;
+    decltype(&countPassed) count;
+    decltype(&keyOf) key;
+    decltype(&openSource) openPath;
+};
+
+} // namespace tessera

@@ -1,0 +1,44 @@
+// viewer/cli/modules/importers_on_demand.cpp: bricking/import/catalogue.h and open_source.h for programs: the
+// first import loads what reads scans.
+#include "viewer/cli/modules/import_module.h"
+
+namespace tessera {
+namespace {
+
+const ImportModule& importModule() {
+    static const auto* const table = static_cast<const ImportModule*>(loadModule("tessera_importers"));
+    return *table;
+}
+
+} // namespace
+
+Catalogue lookThrough(const std::filesystem::path& path, bool allowMissing) {
+    return importModule().look(path, allowMissing);
+}
+const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& options) {
+    return importModule().choose(catalogue, options);
+}
+std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueRow& row,
+                                    const SourceOptions& options) {
+    return importModule().open(catalogue, row, options);
+}
+std::string tableOf(const Catalogue& catalogue) {
+    return importModule().table(catalogue);
+}
+std::string passedOverText(const Catalogue& catalogue, const CatalogueRow& row) {
+    return importModule().passedOver(catalogue, row);
+}
+bool passesOverSomething(const Catalogue& catalogue, const CatalogueRow& row) {
+    return importModule().passesOver(catalogue, row);
+}
+std::string countPassed(const std::vector<PassedFile>& passed) {
+    return importModule().count(passed);
+}
+const char* keyOf(PassedReason reason) {
+    return importModule().key(reason);
+}
+std::unique_ptr<SlabSource> openSource(const std::filesystem::path& path, const SourceOptions& options) {
+    return importModule().openPath(path, options);
+}
+
+} // namespace tessera

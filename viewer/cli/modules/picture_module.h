@@ -1,0 +1,16 @@
+// viewer/cli/modules/picture_module.h: the functions of core/image/image_file.h as a module has them.
+#pragma once
+
+#include "core/image/image_file.h"
+#include "viewer/cli/modules/load_module.h"
+
+namespace tessera {
+
+struct PictureModule {
+    ModuleHead head;
+    decltype(&writeImage) write;
+    decltype(&readImage) read;
+    decltype(&readManifest) manifest;
+};
+
+} // namespace tessera

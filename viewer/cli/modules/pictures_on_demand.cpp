@@ -1,0 +1,29 @@
+// viewer/cli/modules/pictures_on_demand.cpp: core/image/image_file.h for programs: the first picture that is
+// read or written loads what does that.
+#include "core/image/picture_format.h"
+#include "viewer/cli/modules/picture_module.h"
+
+namespace tessera {
+namespace {
+
+const PictureModule& pictureModule() {
+    static const auto* const table = static_cast<const PictureModule*>(loadModule("tessera_pictures"));
+    return *table;
+}
+
+} // namespace
+
+void checkImagePath(const std::filesystem::path& path) {
+    pictureFormat(path); // long before there is a picture
+}
+void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest) {
+    pictureModule().write(path, image, manifest);
+}
+Image readImage(const std::filesystem::path& path) {
+    return pictureModule().read(path);
+}
+std::string readManifest(const std::filesystem::path& path) {
+    return pictureModule().manifest(path);
+}
+
+} // namespace tessera

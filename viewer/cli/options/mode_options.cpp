@@ -1,0 +1,159 @@
+// viewer/cli/options/mode_options.cpp: see mode_options.h.
+#include "viewer/cli/options/mode_options.h"
+
+#include "core/base/error.h"
+#include "core/base/nearest_name.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+/// Numbers between commas; lengths may have their unit behind them.
+std::vector<double> numbers(const std::string& text, std::size_t count, const std::string& option,
+                            const std::string& expected) {
+    std::vector<double> out;
+    std::istringstream words(text);
+    for (std::string word; std::getline(words, word, ',');) {
+        word = withoutUnit(word, "mm");
+        char* end = nullptr;
+        const double value = std::strtod(word.c_str(), &end);
+        if (word.empty() || *end != '\0' || !std::isfinite(value))
+            throw badFile(option, expected, "\"" + text.substr(0, 60) + "\"");
+        out.push_back(value);
+    }
+    if (out.size() != count || text.back() == ',')
+        throw badFile(option, expected, "\"" + text.substr(0, 60) + "\"");
+    return out;
+}
+
+constexpr char kSliceForm[] = "axial, coronal or sagittal, with :MM where it lies, or "
+                              "oblique:X,Y,Z,NX,NY,NZ (a point and a normal, mm)";
+constexpr char kSlabForm[] = "MM, MM:average, MM:maximum or MM:minimum";
+
+void parseSlice(const std::string& text, SlicePlane& slice) {
+    const std::size_t colon = text.find(':');
+    const std::string rest = colon == std::string::npos ? std::string() : text.substr(colon + 1);
+    slice.orientation = parseOrientation(text.substr(0, colon), "--slice");
+    slice.positionMm.reset();
+    if (colon != std::string::npos && rest.empty())
+        throw badFile("--slice", kSliceForm, "\"" + text.substr(0, 60) + "\"");
+    if (slice.orientation == Orientation::oblique) {
+        const std::vector<double> n = numbers(rest.empty() ? "?" : rest, 6, "--slice", kSliceForm);
+        slice.point = {n[0], n[1], n[2]};
+        slice.normal = {n[3], n[4], n[5]};
+    } else if (!rest.empty()) {
+        slice.positionMm = numbers(rest, 1, "--slice", kSliceForm)[0];
+    }
+    checkSlice(slice, "--slice");
+}
+
+void parseSlab(const std::string& text, SlicePlane& slice) {
+    const std::size_t colon = text.find(':');
+    slice.thicknessMm = numbers(text.substr(0, colon), 1, "--slab", kSlabForm)[0];
+    if (colon != std::string::npos)
+        slice.reduction = parseReduction(text.substr(colon + 1), "--slab");
+    checkSlice(slice, "--slab");
+}
+
+constexpr char kCropForm[] = "X0,X1,Y0,Y1,Z0,Z1", kCropWords[] = "body or X0,X1,Y0,Y1,Z0,Z1";
+constexpr char kPlaneForm[] = "X,Y,Z,NX,NY,NZ";
+
+void applyCuts(const ModeOptions& options, Cuts& cuts) {
+    const std::size_t named = options.boxes.size() + options.boxesInVoxels.size() + options.planes.size();
+    Keep keep = Keep::inside;
+    if (!options.keep.empty()) {
+        if (options.keep != "inside" && options.keep != "outside")
+            throw badFile("--keep", "inside or outside", "\"" + options.keep.substr(0, 40) + "\"");
+        if (named == 0)
+            throw badFile("--keep", "--crop, --crop-voxels or --cut-plane, of which it keeps one side",
+                          "none");
+        keep = options.keep == "outside" ? Keep::outside : Keep::inside;
+    }
+    const auto addBox = [&](const std::string& text, const char* option, CropBox::Space space) {
+        const bool patient = space == CropBox::Space::patient;
+        const std::vector<double> n = numbers(text, 6, option, patient ? kCropWords : kCropForm);
+        cuts.boxes.push_back({{n[0], n[2], n[4]}, {n[1], n[3], n[5]}, space, keep});
+        checkBox(cuts.boxes.back(), option);
+    };
+    for (const std::string& text : options.boxes)
+        if (text != ModeOptions::kBody) // found in the volume, once there is one
+            addBox(text, "--crop", CropBox::Space::patient);
+    for (const std::string& text : options.boxesInVoxels)
+        addBox(text, "--crop-voxels", CropBox::Space::voxels);
+    for (const std::string& text : options.planes) {
+        const std::vector<double> n = numbers(text, 6, "--cut-plane", kPlaneForm);
+        cuts.planes.push_back({{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, keep});
+        checkPlane(cuts.planes.back(), "--cut-plane");
+    }
+    if (cuts.boxes.size() > Cuts::kMostOfAKind || cuts.planes.size() > Cuts::kMostOfAKind)
+        throw badFile(cuts.boxes.size() > Cuts::kMostOfAKind ? "--crop" : "--cut-plane",
+                      "at most " + std::to_string(Cuts::kMostOfAKind) + " of a kind", "more");
+}
+
+} // namespace
+
+void addModeOptions(Command& command, ModeOptions& options) {
+    command.option("--mode", options.mode,
+                   "what is made of the values along a ray: " + joinNames(modeNames()) +
+                       " (default: composite)");
+    command.option("--window", options.window,
+                   "grey of single values, CENTRE,WIDTH or " + joinNames(windowNames()) +
+                       " (default: auto: abdomen for HU, else all values but few that lie far above)");
+    command.option("--value-colour", options.valueColour,
+                   "what a single value looks like: the window's grey, the preset's colour or grey from "
+                   "white to black: " +
+                       joinNames(valueColourNames()) + " (default: window)");
+    command.option("--slice", options.slice,
+                   std::string("a plane: ") + kSliceForm +
+                       " (default: the volume's middle); means --mode slice");
+    command.option("--slab", options.slab,
+                   std::string("thickness of the slice and what it shows of it: ") + kSlabForm +
+                       " (default: 0, the plane alone)");
+    command.option("--crop", options.boxes,
+                   std::string("a box along the patient's axes, mm, that is drawn alone: ") + kCropForm +
+                       ", or body: the patient's, without the table (CT); several are drawn where they "
+                       "overlap");
+    command.option("--crop-voxels", options.boxesInVoxels,
+                   std::string("the same along the volume's axes, in voxels from 0: ") + kCropForm);
+    command.option("--cut-plane", options.planes,
+                   std::string("what lies where the normal points to is drawn alone: ") + kPlaneForm +
+                       " (a point and a normal, mm); several cut together");
+    command.option("--keep", options.keep,
+                   "inside or outside of --crop, --crop-voxels and --cut-plane (default: inside)");
+}
+
+void applyModeOptions(const ModeOptions& options, Scene& scene) {
+    if (!options.slice.empty()) {
+        parseSlice(options.slice, scene.slice);
+        scene.mode = Mode::slice;
+    }
+    if (!options.mode.empty()) {
+        const Mode mode = parseMode(options.mode, "--mode");
+        if (!options.slice.empty() && mode != Mode::slice)
+            throw badFile("--slice", "--mode slice", "--mode " + options.mode);
+        scene.mode = mode;
+    }
+    if (!options.slab.empty()) {
+        if (scene.mode != Mode::slice)
+            throw badFile("--slab", "a slice (--slice)",
+                          "mode " + modeNames()[static_cast<std::size_t>(scene.mode)]);
+        parseSlab(options.slab, scene.slice);
+    }
+    applyCuts(options, scene.cuts);
+    if (!options.window.empty())
+        scene.window = parseWindow(options.window, "--window");
+    if (!options.valueColour.empty())
+        scene.valueColour = parseValueColour(options.valueColour, "--value-colour");
+    for (const auto& [text, option] :
+         {std::pair{options.window, "--window"}, {options.valueColour, "--value-colour"}})
+        if (!text.empty() && reductionOf(scene) == Reduction::composite)
+            throw badFile(option,
+                          "a mode that shows single values (--mode maximum, minimum, average or slice)",
+                          "mode " + modeNames()[static_cast<std::size_t>(scene.mode)]);
+}
+
+} // namespace tessera

@@ -1,0 +1,21 @@
+// viewer/cli/options/run_commands.h: a program of commands: parses, runs one, and turns errors into one line
+// and an exit code.
+#pragma once
+
+#include "viewer/cli/options/command.h"
+#include "viewer/cli/options/options.h"
+
+#include <functional>
+
+namespace tessera {
+
+/// What a command that was chosen leaves to be done, so that errors of parsing and of doing stay apart.
+using Action = std::function<void()>;
+/// Declares commands.
+using AddCommands = void (*)(Command& program, const CommonOptions& common, Action& action);
+
+/// @return the exit code: 0 success, 2 bad use or bad input, 128 and the signal's number after a signal, 1
+/// anything else
+int runCommands(int argc, char** argv, AddCommands addCommands);
+
+} // namespace tessera

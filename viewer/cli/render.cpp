@@ -1,0 +1,144 @@
+// viewer/cli/render.cpp: `tessera render X -o OUT`: one converged picture of a scene, a store or source
+// files, a film or an unfolded wall. Its options; what is done is in viewer/cli/render/.
+#include "core/base/nearest_name.h"
+#include "core/scene/look.h"
+#include "core/scene/preset.h"
+#include "core/scene/scene.h"
+#include "render/picture/pixels_again.h" // verifyNames
+#include "viewer/cli/commands.h"
+#include "viewer/cli/input/selection_options.h"
+#include "viewer/cli/render/render_arguments.h"
+#include "viewer/cli/render/run_render.h"
+#include "viewer/cli/render/scene_from_arguments.h"
+
+#include <limits>
+#include <memory>
+
+namespace tessera {
+
+void addRenderCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command("render", "Draw a picture of a scene, a store or source files");
+    auto a = std::make_shared<RenderArguments>();
+    command.option("X", a->in, "scene (.json), store (.zarr), DICOM folder, .nii, ...").required();
+    command
+        .option("-o,--output", a->out,
+                "picture to write: .png, .exr, .tif; replaced if it exists. With --path or --turn a folder "
+                "for frames, or "
+                "a film: .mp4, .mov, .mkv")
+        .required();
+    command.option(
+        "--path", a->path,
+        "draw a film: cameras, and what else changes, from a path (.json); frames that are there stay, "
+        "and several processes may draw into one folder");
+    command.flag(
+        "--unfold", a->unfold,
+        "with --path: one picture of the wall around the line, slit open: angles from left to right, the "
+        "line from top to bottom");
+    command.flag("--may-leak", a->mayLeak, "with --unfold: also of a lumen that is known to leak");
+    command
+        .option("--turn", a->turn,
+                "draw a film that goes around by so many degrees, 360 for a whole turn, from --view on")
+        .check(numberWithin(-3600, 3600, "degrees from -3600 to 3600, not 0"))
+        .check([](const std::string& text) {
+            return std::stod(text) == 0 ? "expected degrees from -3600 to 3600, not 0, found 0"
+                                        : std::string();
+        });
+    command.option("--frames", a->frames,
+                   "of the film, from 0: A or A-B (default: all); beside --turn how many (default: 120)");
+    command.option("--fps", a->framesPerSecond, "frames per second (default: as the path says)")
+        .check(numberWithin(0.1, 1000, "a number from 0.1 to 1000"));
+    command.option("--speed", a->speed, "of the flight, mm/s (default: as the path says)")
+        .inUnit("mm/s")
+        .check(numberWithin(0.01, 1e5, "mm/s from 0.01 to 100000"));
+    command.option("--seconds", a->seconds, "that the flight takes, whatever its speed")
+        .inUnit("s")
+        .check(numberWithin(0.01, 1e6, "seconds from 0.01 to 1000000"));
+    command.option("--size", a->size, "pixels, WIDTHxHEIGHT (default: 512x512)");
+    command.option("--light", a->light,
+                   joinNames(lookNames()) +
+                       ": lights, shadows and occlusion (default: plain, or the scene's)");
+    command.option("--preset", a->preset,
+                   joinNames(presetNames()) +
+                       ", one that was kept, or a file as `tessera preset` reads it (default: bone-1 "
+                       "for HU, auto for other values)");
+    command.option("--view", a->view,
+                   joinNames(viewNames()) +
+                       "; also front, back, top, bottom; or TURN,RISE: degrees about the patient's axis (0: "
+                       "anterior, 90: left) and up (default: anterior)");
+    addModeOptions(command, a->mode);
+    command.option("--fit", a->fit,
+                   "what fills the picture: all that is shown, or the volume's box: " +
+                       joinNames(fitNames()) + " (default: shown)");
+    command.option("--projection", a->projection, joinNames(projectionNames()));
+    command
+        .option("--mm-per-pixel", a->mmPerPixel,
+                "edge of a pixel of a parallel picture, so that several have one scale (default: as it fits)")
+        .check(numberWithin(kLeastMmPerPixel, kMostMmPerPixel, "mm from 0.00001 to 10000"));
+    command.option("--background", a->background,
+                   "a colour (black, red, #rrggbb), or transparent (default: black)");
+    command.flag("--scale-bar", a->scaleBar,
+                 "draw a bar of a round length into the picture: right everywhere in a parallel one, else at "
+                 "its centre");
+    command
+        .option("--engine", a->engine,
+                joinNames(engineNames()) + "; auto: gpu where there is one, else native")
+        .showsDefault();
+    command
+        .option("--step", a->step,
+                "distance of samples at the finest level, in voxels (default: the longest whose estimated "
+                "error is within 1/255)")
+        .check(numberWithin(1.0 / 64, 16, "voxels from 1/64 to 16"));
+    command
+        .option(
+            "--max-error", a->maxError,
+            "error to stay below (L*u*v*, 99th percentile; measured, or with --verify none predicted): takes "
+            "levels, step, integrator and samples that cost the least, in as many passes as the budget "
+            "needs; "
+            "0: the finest levels that a pixel can show (default: the best that fits at once)")
+        .check(numberWithin(0, std::numeric_limits<double>::max(), "a number from 0 on"));
+    command.option("--first", a->first,
+                   "write a first, coarse picture here as soon as there is one, before the picture itself");
+    command.option("--edge-function", a->edgeFunction,
+                   "blend between bricks: " + joinNames(edgeFunctionNames()) + " (default: split)");
+    command.option("--sampling", a->sampling,
+                   "steps in coarse bricks: " + joinNames(samplingNames()) + " (default: limited)");
+    command.option("--isosurface", a->surfaces,
+                   "a surface of one value, e.g. 300, 300:ivory or -400:#ffccaa:0.3 (colour, opacity); "
+                   "several are drawn with several such options");
+    command.option("--integrator", a->integrator,
+                   "what a segment of a ray adds: " + joinNames(integratorNames()) +
+                       " (default: auto, as the transfer function asks)");
+    command.option("--samples", a->samples,
+                   "rays through each pixel, 1 to " + std::to_string(PixelSampling::kMost) +
+                       ", whose mean it shows, or auto: more where they are needed; 1: one through its "
+                       "middle (default: auto; 1 with --engine mirror and reference)");
+    command.option("--pixel-filter", a->pixelFilter,
+                   "what a pixel with several samples is the mean of: its own area, or a Gaussian that "
+                   "reaches beyond: " +
+                       joinNames(pixelFilterNames()) + " (default: box)");
+    command.option("--seed", a->seed, "another choice of where in a pixel samples lie (default: 0)")
+        .check(wholeNumberFrom(0));
+    command.option("--fetch", a->fetch, joinNames(fetchNames()));
+    command.option("--gradient", a->gradient,
+                   "how surfaces are found for shading: " + joinNames(gradientNames()) +
+                       " (default: central)");
+    command.flag("--no-shading", a->noShading, "colours as the transfer function has them");
+    command.flag("--no-skipping", a->noSkipping,
+                 "sample empty space too; the picture is the same, but where --samples auto asks empty "
+                 "space where to look");
+    command.option("--verify", a->verify,
+                   "draw some pixels again as they should be and say how wrong the picture is: " +
+                       joinNames(verifyNames()) + " (default: quick)");
+    command.flag("--no-check", a->noCheck, "the same as --verify none");
+    command.option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
+    command.option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    command.option("--gl-device", a->device, "auto, software, or a device's number").showsDefault();
+    command.flag("--explain", a->explain, "list what is in the picture and what was left out");
+    command.flag("--json", a->json, "print the picture's manifest and timings");
+    addSelectionOptions(command, a->input);
+    command.option("--unit", a->unit, "HU: the values are in HU, though the file cannot say so (NIfTI)");
+    command.footer("Example:\n  tessera render abdomen.zarr -o liver.png --preset soft-tissue --view left");
+    command.whenChosen([a, &common, &action] { action = [a, &common] { runRender(*a, common); }; });
+}
+
+} // namespace tessera

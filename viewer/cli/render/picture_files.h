@@ -1,0 +1,33 @@
+// viewer/cli/render/picture_files.h: writes pictures for `tessera render`. A program without picture
+// files refuses here.
+#pragma once
+
+#include "core/image/image.h"
+
+#include <filesystem>
+#include <glm/vec3.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+namespace tessera {
+
+/// Before the long work: throws InputError naming out for a picture that cannot be written there.
+void checkPictureOutput(const std::filesystem::path& out);
+/// The same for a film: a folder for frames, or a file of its own.
+void checkFilmOutput(const std::filesystem::path& out);
+
+/// writeImage() (core/image/image_file.h).
+/// @param background  that it is put on first, linear; none: nothing
+void writePicture(const std::filesystem::path& path, const Image& image,
+                  const std::optional<glm::vec3>& background, const std::string& manifest);
+/// readManifest() (core/image/image_file.h); "" in a program without picture files.
+std::string manifestOf(const std::filesystem::path& path);
+
+/// A report as a picture keeps it: ASCII only, for PNG's text is Latin-1, and what a device calls itself is
+/// not ours to trust.
+std::string manifestText(const nlohmann::json& report);
+/// The same on stdout, for people and --json.
+void printReport(const nlohmann::json& report);
+
+} // namespace tessera

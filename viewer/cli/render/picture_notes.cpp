@@ -1,0 +1,121 @@
+// viewer/cli/render/picture_notes.cpp: see picture_notes.h.
+#include "viewer/cli/render/picture_notes.h"
+
+#include "core/scene/preset.h"
+#include "render/plan/drawn_part.h"
+#include "viewer/cli/render/volume_place.h"
+
+#include <algorithm>
+
+namespace tessera {
+namespace {
+
+/// Whether the transfer function shows any value of the volume.
+bool showsAnything(const TransferChoice& choice, const RenderResult& result) {
+    const auto* function = std::get_if<TransferFunction>(&choice);
+    if (!function) {
+        const std::string& preset = std::get<std::string>(choice);
+        if (preset == "auto")
+            return result.highest > result.lowest;
+        const TransferFunction named = presetFunction(preset, {result.lowest, result.highest, true, 1, {}});
+        return showsAnything(named, result);
+    }
+    if (function->extinction(result.lowest) > 0 || function->extinction(result.highest) > 0)
+        return true;
+    return std::any_of(function->kinks().begin(), function->kinks().end(), [&](double v) {
+        return v >= result.lowest && v <= result.highest && function->extinction(v) > 0;
+    });
+}
+
+/// Whether a surface of the value can lie between the volume's voxels.
+bool isAmong(double value, const RenderResult& result) {
+    return value >= result.lowest && value <= result.highest;
+}
+bool hasSurfaceAmong(const std::vector<Isosurface>& surfaces, const RenderResult& result) {
+    return std::any_of(surfaces.begin(), surfaces.end(), [&](const Isosurface& surface) {
+        return surface.opacity > 0 && isAmong(surface.value, result);
+    });
+}
+
+/// "-1024 to 3071 HU"
+std::string rangeOf(const RenderResult& result, const VolumeInfo& info) {
+    return formatNumber(result.lowest) + " to " + formatNumber(result.highest) +
+           (info.unit.empty() ? "" : " " + info.unit);
+}
+
+/// "level 2" or "levels 0 to 4", and the passes where there were several.
+std::string levelText(const RenderResult& result) {
+    int coarsest = result.level;
+    for (int level = 0; level < kLevelCount; ++level)
+        if (result.bricksOfLevel[static_cast<std::size_t>(level)] > 0)
+            coarsest = level;
+    std::string text = coarsest <= result.level
+                           ? "level " + std::to_string(result.level)
+                           : "levels " + std::to_string(result.level) + " to " + std::to_string(coarsest);
+    if (result.passes > 1)
+        text += " in " + std::to_string(result.passes) + " passes";
+    return text;
+}
+
+} // namespace
+
+void noteWritten(const RenderTask& task, const Scene& scene, const RenderResult& result,
+                 const std::string& kind) {
+    task.common.note(
+        "wrote " + task.arguments.out + ": " + std::to_string(scene.imageSize.x) + " x " +
+        std::to_string(scene.imageSize.y) + kind + ", " + levelText(result) + ", " + result.device + ", " +
+        formatNumber(result.secondsPreparing + result.secondsLoading + result.secondsDrawing, 3) + " s");
+}
+
+void warnBlank(const RenderTask& task, const RenderResult& result) {
+    const Scene& scene = task.scene;
+    const VolumeInfo& info = task.store.info();
+    const Reduction reduction = reductionOf(scene);
+    const bool composites = reduction == Reduction::composite;
+    std::string why = "the camera sees nothing of the volume, which lies in " + placeOf(info);
+    std::string fix = " --view anterior";
+    if (composites && !(result.highest > result.lowest)) {
+        why = "all values of the volume are " + formatNumber(result.lowest), fix = "";
+    } else if (scene.mode == Mode::isosurface && !hasSurfaceAmong(scene.surfaces, result)) {
+        why = "none of the isosurfaces' values is among the volume's, which go from " + rangeOf(result, info);
+        fix = " --isosurface " + formatNumber(0.5 * (result.lowest + result.highest));
+    } else if (composites && scene.mode != Mode::isosurface && !hasSurfaceAmong(scene.surfaces, result) &&
+               !showsAnything(scene.volumes.front().transferFunction, result)) {
+        why =
+            "the transfer function shows none of the volume's values, which go from " + rangeOf(result, info);
+        fix = " --preset auto";
+    } else if (!drawnPart(scene, info).meets(glm::dvec3(0), glm::dvec3(info.extentVoxels))) {
+        why = "the cuts leave nothing of the volume, which lies in " + placeOf(info), fix = "";
+    }
+    printProblem("the picture is blank: " + why + "; try: " +
+                 (fix.empty() ? "tessera info " + task.arguments.in
+                              : "tessera render " + task.arguments.in + " -o " + task.arguments.out + fix));
+}
+
+void noteMissingSurfaces(const RenderTask& task, const RenderResult& result) {
+    if (reductionOf(task.scene) != Reduction::composite)
+        return;
+    for (const Isosurface& surface : task.scene.surfaces)
+        if (surface.opacity > 0 && !isAmong(surface.value, result))
+            task.common.note("isosurface " + formatNumber(surface.value, 6) +
+                             ": the volume has no such value, so nothing of it is in the picture; its values "
+                             "go from " +
+                             rangeOf(result, task.store.info()));
+}
+
+void noteMissedError(const RenderTask& task, const RenderResult& result) {
+    const double asked = task.scene.quality.maxError.value_or(0);
+    if (!(asked > 0))
+        return;
+    if (result.measured && result.measured->keptLight)
+        task.common.note("--max-error is about rays and levels: what light itself errs by is not measured");
+    if (!result.shortfall.empty())
+        task.common.note("the picture is not known to be within --max-error " + formatNumber(asked, 2) +
+                         ": " + result.shortfall);
+    else if (!result.measured && result.errors && result.errors->luvP99() > asked)
+        task.common.note("the picture's error is estimated at " + formatNumber(result.errors->luvP99(), 2) +
+                         " (L*u*v*, 99th percentile), more than " + formatNumber(asked, 2) +
+                         ": no step tried is fine enough");
+}
+
+} // namespace tessera

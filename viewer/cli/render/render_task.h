@@ -1,0 +1,24 @@
+// viewer/cli/render/render_task.h: the task of `tessera render` once everything that can be refused
+// early was refused.
+#pragma once
+
+#include "bricking/store/store_reader.h"
+#include "core/base/budget.h"
+#include "core/scene/scene.h"
+#include "render/picture/renderer.h"
+#include "viewer/cli/options/options.h"
+#include "viewer/cli/render/render_arguments.h"
+
+namespace tessera {
+
+/// One picture, a film, or an unfolded wall. What it refers to outlives it.
+struct RenderTask {
+    const RenderArguments& arguments;
+    const CommonOptions& common;
+    Scene scene; // as the options have it; of films and walls without the path's cameras
+    const StoreReader& store;
+    MemoryBudget &ram, &gpu;
+    RenderOptions options;
+};
+
+} // namespace tessera

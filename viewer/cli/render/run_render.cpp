@@ -1,0 +1,146 @@
+// viewer/cli/render/run_render.cpp: see run_render.h.
+#include "viewer/cli/render/run_render.h"
+
+#include "bricking/store/store_reader.h"
+#include "core/animation/lumen_wall.h"
+#include "core/animation/path_text.h"
+#include "core/base/error.h"
+#include "render/picture/renderer.h"
+#include "render/plan/memory_plan.h" // renderFloorBytes
+#include "viewer/cli/input/named_scene.h"
+#include "viewer/cli/input/thin_volume.h"
+#include "viewer/cli/input/volume_input.h"
+#include "viewer/cli/input/volume_notes.h"
+#include "viewer/cli/render/body_crop.h"
+#include "viewer/cli/render/film_of_path.h"
+#include "viewer/cli/render/one_picture.h"
+#include "viewer/cli/render/path_of_arguments.h"
+#include "viewer/cli/render/picture_files.h"
+#include "viewer/cli/render/scene_from_arguments.h"
+#include "viewer/cli/render/volume_place.h"
+#include "viewer/cli/render/wall_along_path.h"
+
+#include <optional>
+#include <utility>
+#include <variant>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A budget too small even for reading the store: the message names what the scene needs, not just the
+/// reader.
+void requireFloor(const fs::path& path, const Scene& scene, EngineKind engine, const MemoryBudget& ram) {
+    constexpr std::size_t kReaderBytes = std::size_t{4} << 20; // enough for the reader of any store
+    if (ram.limitBytes() >= kReaderBytes)
+        return;
+    MemoryBudget trial(ram.name(), ram.option(), kReaderBytes);
+    const VolumeInfo info = StoreReader(path, trial).info();
+    const std::size_t floor =
+        renderFloorBytes(info, scene.imageSize, pictureBytesPerPixel(engine, scene.quality.pixels), 0);
+    if (ram.limitBytes() < floor)
+        throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
+                         ", but the budget is " + formatBytes(ram.limitBytes()));
+}
+
+/// Where nobody asked for samples and RAM is too short for the sums that they take, pixels get one ray.
+void fitSamples(const VolumeInfo& info, EngineKind engine, const MemoryBudget& ram, Scene& scene,
+                const CommonOptions& common) {
+    const auto floor = [&] {
+        return renderFloorBytes(info, scene.imageSize, pictureBytesPerPixel(engine, scene.quality.pixels), 0,
+                                scene.quality.integrator);
+    };
+    PixelSampling& pixels = scene.quality.pixels;
+    if (ram.limitBytes() >= floor())
+        return;
+    const PixelSampling asked = pixels;
+    pixels.samples = 1;
+    if (ram.limitBytes() < floor())
+        pixels = asked; // it is not for them
+    else
+        common.note("--ram has no room for more than one ray a pixel: " + formatBytes(ram.limitBytes()));
+}
+
+/// Bones and organs are seen from outside; what nobody asked for other things of shows the wall that is flown
+/// along.
+void showWallWhereNothingIsNamed(const RenderArguments& arguments, const Path& path, Scene& scene,
+                                 const CommonOptions& common) {
+    const auto* function = std::get_if<std::string>(&scene.volumes.front().transferFunction);
+    const bool named = !function || !function->empty() || !scene.surfaces.empty() ||
+                       scene.mode != Mode::composite || !arguments.mode.mode.empty();
+    if (!named && showsWallByDefault(path) && showLumenWall(*path.lumen, scene))
+        common.note("the lumen's wall, at " + formatNumber(path.lumen->shownAt()) +
+                    "; --preset, --isosurface and --mode show other things");
+}
+
+/// A wall that a leak has laid open takes long to draw and shows nothing.
+void refuseLeaks(const RenderArguments& arguments, const Path& path) {
+    if (arguments.unfold && path.lumen && path.lumen->leaks && !arguments.mayLeak)
+        throw badFile(arguments.path, "a path whose lumen does not leak, or --may-leak beside --unfold",
+                      "one whose lumen leaks (\"lumen\", \"leaks\"): " + doubtText(*path.lumen));
+}
+
+} // namespace
+
+void runRender(const RenderArguments& arguments, const CommonOptions& common) {
+    // Everything that can be refused is refused before the long work.
+    checkFilmOptions(arguments);
+    std::optional<Path> path;
+    if (!arguments.path.empty()) {
+        path = loadPath(arguments.path);
+        refuseLeaks(arguments, *path);
+        if (const std::string doubt = path->lumen ? doubtText(*path->lumen) : ""; !doubt.empty())
+            common.note(arguments.path + ": " + doubt);
+    }
+    if (arguments.isFilm())
+        checkFilmOutput(arguments.out);
+    else
+        checkPictureOutput(arguments.out);
+    const EngineKind engine = engineOf(arguments);
+    Scene scene = sceneOf(arguments.in);
+    const bool samplesNamed = scene.quality.pixels.named || !arguments.samples.empty();
+    applyArguments(arguments, scene, common);
+    if (path)
+        showWallWhereNothingIsNamed(arguments, *path, scene, common);
+    MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
+    MemoryBudget gpu("GPU memory", "--gpu-memory", budgetBytes(arguments.gpuMemory, "--gpu-memory", common));
+
+    SceneVolume& volume = scene.volumes.front();
+    const bool isStoreNamed = looksLikeStore(volume.path); // an import says so itself
+    volume.path = storeFor(volume, arguments.input, ram, common);
+    volume.source = {};
+    requireFloor(volume.path, scene, engine, ram);
+    const StoreReader store(volume.path, ram);
+    if (!samplesNamed)
+        fitSamples(store.info(), engine, ram, scene, common);
+    if (arguments.path.empty()) {
+        const bool sideNamed = !arguments.fit.empty() || !arguments.projection.empty();
+        if (const std::string words = faceThinVolume(scene, store.info(), sideNamed); !words.empty())
+            common.note(words);
+        requireFacingView(scene, store.info(), arguments.in);
+    }
+    requireSliceInVolume(scene, store.info(),
+                         arguments.mode.slice.empty() ? arguments.in + ": $.slice" : "--slice");
+    nameFunction(volume, store.info());
+    if (const std::string words = sayLabels(store.info()); !words.empty() && isStoreNamed)
+        common.note(words);
+    if (arguments.mode.cropsToBody())
+        cropToBody(arguments, store, scene, ram, common);
+
+    RenderOptions options;
+    options.engine = engine;
+    options.device.text = arguments.device;
+    options.searching = true;
+    options.verify = verifyOf(arguments);
+    options.checking = options.verify != Verify::none;
+    const RenderTask task{arguments, common, std::move(scene), store, ram, gpu, options};
+    if (arguments.unfold)
+        renderWall(task);
+    else if (arguments.isFilm())
+        renderFilm(task);
+    else
+        renderOnePicture(task);
+}
+
+} // namespace tessera

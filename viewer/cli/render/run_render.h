@@ -1,0 +1,13 @@
+// viewer/cli/render/run_render.h: `tessera render`: refuses what can be refused before the long work,
+// opens the store, and draws a picture, a film or an unfolded wall.
+#pragma once
+
+#include "viewer/cli/options/options.h"
+#include "viewer/cli/render/render_arguments.h"
+
+namespace tessera {
+
+/// Throws InputError naming an option or a file; what drawing throws.
+void runRender(const RenderArguments& arguments, const CommonOptions& common);
+
+} // namespace tessera

@@ -1,0 +1,223 @@
+// viewer/cli/render/scene_from_arguments.cpp: see scene_from_arguments.h.
+#include "viewer/cli/render/scene_from_arguments.h"
+
+#include "core/base/error.h"
+#include "core/base/magnitude.h"
+#include "core/base/nearest_name.h"
+#include "core/scene/look.h"
+#include "core/scene/preset.h"
+#include "viewer/presets/preset_library.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+#include <sstream>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+/// "300", "300:ivory" or "300:#eeddcc:0.5".
+Isosurface parseSurface(const std::string& text) {
+    const auto refuse = [&] {
+        return badFile("--isosurface", "VALUE, VALUE:COLOUR or VALUE:COLOUR:OPACITY (0 to 1)",
+                       "\"" + text.substr(0, 40) + "\"");
+    };
+    std::vector<std::string> parts;
+    std::istringstream stream(text);
+    for (std::string part; std::getline(stream, part, ':');)
+        parts.push_back(part);
+    const auto number = [&](const std::string& word) {
+        char* end = nullptr;
+        const double value = std::strtod(word.c_str(), &end);
+        if (word.empty() || *end != '\0' || !std::isfinite(value))
+            throw refuse();
+        return value;
+    };
+    if (parts.empty() || parts.size() > 3 || text.back() == ':')
+        throw refuse();
+    Isosurface surface{number(parts[0])};
+    checkValue(surface.value, "a value", "--isosurface");
+    if (parts.size() > 1) {
+        surface.colour = glm::dvec3(parseColour(parts[1], "--isosurface"));
+    }
+    if (parts.size() > 2)
+        surface.opacity = number(parts[2]);
+    if (!(surface.opacity >= 0 && surface.opacity <= 1))
+        throw refuse();
+    return surface;
+}
+
+/// A side's name, or degrees: TURN,RISE.
+void parseSide(const std::string& text, FittedView& view) {
+    view.angles.reset();
+    if (text.find_first_of("0123456789") == std::string::npos) {
+        view.view = parseView(text, "--view");
+        return;
+    }
+    char* end = nullptr;
+    const double turn = std::strtod(text.c_str(), &end);
+    char* last = end;
+    const double rise = *end == ',' ? std::strtod(end + 1, &last) : 0;
+    if (end == text.c_str() || *end != ',' || last == end + 1 || *last != '\0')
+        throw badFile("--view",
+                      joinNames(viewNames()) + ", or TURN,RISE: degrees about the patient's axis and up",
+                      "\"" + text.substr(0, 40) + "\"");
+    view.angles = checkedAngles(turn, rise, "--view");
+}
+
+/// The edge of a pixel in mm, which only parallel pictures have: a camera by side becomes one.
+void applyScale(const RenderArguments& arguments, Scene& scene) {
+    auto* fitted = std::get_if<FittedView>(&scene.camera);
+    if (fitted && arguments.projection.empty())
+        fitted->projection = Projection::parallel;
+    const auto projection = std::visit([](const auto& camera) { return camera.projection; }, scene.camera);
+    if (projection != Projection::parallel)
+        throw badFile("--mm-per-pixel", "--projection parallel, in which a pixel has one size at every depth",
+                      "perspective");
+    if (fitted)
+        fitted->mmPerPixel = arguments.mmPerPixel;
+    else
+        std::get<Camera>(scene.camera).parallelScale = parallelScaleOf(arguments.mmPerPixel, scene.imageSize);
+}
+
+/// Samples a pixel: a whole number, or auto.
+int parseSamples(const std::string& text) {
+    if (text == "auto")
+        return PixelSampling::kAutomatic;
+    char* end = nullptr;
+    const long samples = std::strtol(text.c_str(), &end, 10);
+    if (text.find_first_not_of("0123456789") != std::string::npos || *end != '\0' || samples < 1 ||
+        samples > PixelSampling::kMost)
+        throw badFile("--samples", "auto or a whole number from 1 to " + std::to_string(PixelSampling::kMost),
+                      "\"" + text.substr(0, 40) + "\"");
+    return static_cast<int>(samples);
+}
+
+/// A preset of a file, or one that was kept: its function, and all that it says of light, mode and cuts.
+void applyFoundPreset(const std::string& text, Scene& scene, const CommonOptions& common) {
+    try {
+        const FoundPreset found = findPreset(text);
+        applyPreset(found.preset, scene);
+        for (const std::string& what : found.leftOut)
+            common.note(text + ": left out: " + what);
+    } catch (const InputError& e) {
+        throw InputError(std::string("--preset: ") + e.what());
+    }
+}
+
+} // namespace
+
+const std::vector<std::string>& projectionNames() {
+    static const std::vector<std::string> names = {"perspective", "parallel"};
+    return names;
+}
+
+EngineKind engineOf(const RenderArguments& arguments) {
+    const std::string name = arguments.engine == "march" ? "gpu" : arguments.engine; // its name before
+    return engineNamed(name, "--engine");
+}
+
+Verify verifyOf(const RenderArguments& arguments) {
+    const std::vector<std::string>& names = verifyNames();
+    if (arguments.noCheck && !arguments.verify.empty() && arguments.verify != names.front())
+        throw badFile("--no-check", "--verify or --no-check, which is --verify none", "both");
+    if (arguments.noCheck)
+        return Verify::none;
+    if (arguments.verify.empty()) // of films nobody reads what every frame errs by
+        return arguments.path.empty() && !arguments.isFilm() ? Verify::quick : Verify::none;
+    const auto at = std::find(names.begin(), names.end(), arguments.verify);
+    if (at == names.end())
+        throw badFile("--verify", joinNames(names), "\"" + arguments.verify.substr(0, 40) + "\"");
+    return static_cast<Verify>(at - names.begin());
+}
+
+void applyArguments(const RenderArguments& arguments, Scene& scene, const CommonOptions& common) {
+    if (!arguments.unit.empty())
+        scene.volumes.front().unit = parseUnit(arguments.unit);
+    if (!arguments.preset.empty()) {
+        if (isOwnOrFile(arguments.preset))
+            applyFoundPreset(arguments.preset, scene, common);
+        else // a name stays a name, so that its function suits the volume's values
+            applyBuiltInPreset(arguments.preset, arguments.preset, scene);
+    }
+    if (!arguments.light.empty()) { // wins over the preset's
+        indexOfName(arguments.light, lookNames(), "--light");
+        applyLook(arguments.light, scene);
+    }
+    if (!arguments.size.empty())
+        scene.imageSize = parseImageSize(arguments.size, "--size", Scene::kMaxImageExtent);
+    if (!arguments.background.empty())
+        scene.background = parseBackground(arguments.background, "--background");
+    if (!arguments.view.empty()) {
+        FittedView view;
+        if (const auto* before = std::get_if<FittedView>(&scene.camera))
+            view = *before;
+        parseSide(arguments.view, view);
+        view.named = true;
+        scene.camera = view;
+    }
+    applyModeOptions(arguments.mode, scene);
+    if (const auto* fitted = std::get_if<FittedView>(&scene.camera);
+        scene.mode == Mode::slice && fitted && !fitted->named)
+        for (const auto& [text, option] :
+             {std::pair{arguments.fit, "--fit"}, {arguments.projection, "--projection"}})
+            if (!text.empty())
+                throw badFile(option,
+                              "--view beside it: a slice is looked at along its normal, in parallel, and "
+                              "fills the picture",
+                              "none");
+    if (!arguments.fit.empty()) {
+        auto* fitted = std::get_if<FittedView>(&scene.camera);
+        if (!fitted)
+            throw badFile("--fit", "a camera by side (--view), which is fitted", "one that is spelled out");
+        fitted->fit = parseFit(arguments.fit, "--fit");
+    }
+    if (!arguments.projection.empty()) {
+        const auto projection =
+            static_cast<Projection>(indexOfName(arguments.projection, projectionNames(), "--projection"));
+        std::visit([projection](auto& camera) { camera.projection = projection; }, scene.camera);
+    }
+    if (arguments.mmPerPixel > 0)
+        applyScale(arguments, scene);
+    if (!arguments.fetch.empty())
+        scene.quality.fetch = parseFetch(arguments.fetch, "--fetch");
+    if (arguments.step != 0) {
+        scene.quality.stepVoxels = arguments.step;
+        scene.quality.automaticStep = false;
+        if (arguments.maxError > 0)
+            throw badFile("--step", "--step or --max-error, which chooses a step", "both");
+    }
+    if (!arguments.edgeFunction.empty())
+        scene.quality.edgeFunction = parseEdgeFunction(arguments.edgeFunction, "--edge-function");
+    if (!arguments.integrator.empty())
+        scene.quality.integrator = parseIntegrator(arguments.integrator, "--integrator");
+    if (!arguments.sampling.empty())
+        scene.quality.sampling = parseSampling(arguments.sampling, "--sampling");
+    if (!arguments.gradient.empty())
+        scene.shading.gradient = parseGradient(arguments.gradient, "--gradient");
+    if (arguments.maxError >= 0)
+        scene.quality.maxError = arguments.maxError;
+    PixelSampling& pixels = scene.quality.pixels;
+    if (!arguments.samples.empty())
+        pixels.samples = parseSamples(arguments.samples);
+    else if (!pixels.named && arguments.engine != "mirror" && arguments.engine != "reference")
+        pixels.samples = PixelSampling::kAutomatic;
+    pixels.named = true; // so that the manifest's scene is the picture's
+    if (!arguments.pixelFilter.empty())
+        scene.quality.pixels.filter = parsePixelFilter(arguments.pixelFilter, "--pixel-filter");
+    if (arguments.seed >= 0)
+        scene.quality.pixels.seed = static_cast<std::uint32_t>(arguments.seed);
+    for (const std::string& text : arguments.surfaces)
+        scene.surfaces.push_back(parseSurface(text));
+    if (scene.surfaces.size() > Scene::kMaxSurfaces)
+        throw badFile("--isosurface", "at most " + std::to_string(Scene::kMaxSurfaces) + " isosurfaces",
+                      std::to_string(scene.surfaces.size()));
+    if (arguments.noShading)
+        scene.shading.on = false;
+    if (arguments.noSkipping)
+        scene.quality.skipping = false;
+}
+
+} // namespace tessera

@@ -1,0 +1,85 @@
+// viewer/cli/view.cpp: `tessera view [X]`: a window on a scene, a store or source files.
+#include "core/base/budget.h"
+#include "core/base/nearest_name.h"
+#include "viewer/cli/commands.h"
+#include "viewer/cli/input/selection_options.h"
+#include "viewer/presets/preset_library.h"
+#include "viewer/session/view_session.h"
+#include "viewer/window/run_window.h"
+
+#include <memory>
+
+namespace tessera {
+namespace {
+
+struct ViewArguments {
+    std::string in, engine = "auto", ram, gpuMemory, size, script;
+    double frameMs = 60;
+    bool noStills = false, noPanels = false;
+    InputOptions input;
+};
+
+void runView(const ViewArguments& arguments, const CommonOptions& common) {
+    if (!arguments.in.empty() && looksLikeStore(arguments.in))
+        requireNoChoice(arguments.in, arguments.input, common);
+    ViewSessionOptions session;
+    session.engine = engineNamed(arguments.engine, "--engine", true);
+    session.ramBytes = budgetBytes(arguments.ram, "--ram", common);
+    session.gpuBytes = budgetBytes(arguments.gpuMemory, "--gpu-memory", common);
+    session.frameMs = arguments.frameMs;
+    session.stills = !arguments.noStills;
+    session.input = arguments.input;
+    session.common = common;
+    WindowOptions window;
+    window.path = arguments.in;
+    window.panels = !arguments.noPanels;
+    if (!arguments.size.empty())
+        window.size = parseImageSize(arguments.size, "--size", Scene::kMaxImageExtent);
+    if (!arguments.script.empty())
+        window.script = arguments.script;
+    window.presets.names = ownPresetNames;
+    window.presets.find = [](const std::string& text, std::vector<std::string>& leftOut) {
+        FoundPreset found = findPreset(text);
+        leftOut = std::move(found.leftOut);
+        return found.preset;
+    };
+    window.presets.keep = keepPreset;
+    window.presets.write = writePreset;
+    window.makeViewing = [&](std::function<void()> news) {
+        session.news = std::move(news);
+        return makeViewSession(session);
+    };
+    runWindow(window);
+}
+
+} // namespace
+
+void addViewCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command("view", "Open a window on a scene, a store or source files");
+    auto a = std::make_shared<ViewArguments>();
+    command.option(
+        "X", a->in,
+        "scene (.json), store (.zarr), DICOM folder, .nii, ... (default: none, drop one on the window)");
+    command.option("--size", a->size,
+                   "of the window, WIDTHxHEIGHT (default: as it was last, 1280x720 at first)");
+    command
+        .option("--engine", a->engine,
+                joinNames(engineNames(true)) + "; auto: gpu where there is one, else native")
+        .showsDefault();
+    command.option(
+        "--gpu-memory", a->gpuMemory,
+        "budget, e.g. 256MiB (default: 1 GiB at most); half of it for what moves, half for stills");
+    command.option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most); halved in the same way");
+    command.option("--frame-ms", a->frameMs, "milliseconds that a picture may take while something moves")
+        .check(numberWithin(5, 10000, "milliseconds from 5 to 10000"))
+        .showsDefault();
+    command.flag("--no-stills", a->noStills, "at rest stays at one ray a pixel");
+    command.flag("--no-panels", a->noPanels, "begins with the picture alone");
+    command.option("--script", a->script,
+                   "file of steps to take instead of a hand (user guide, \"The window\")");
+    addSelectionOptions(command, a->input);
+    command.footer("Example:\n  tessera view ct-abdomen/");
+    command.whenChosen([a, &common, &action] { action = [a, &common] { runView(*a, common); }; });
+}
+
+} // namespace tessera

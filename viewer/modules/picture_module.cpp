@@ -1,6 +1,0 @@
-// viewer/modules/picture_module.cpp: the table of functions of tessera_pictures.so.
-#include "viewer/modules/picture_module.h"
-
-extern "C" const tessera::PictureModule tesseraModule;
-const tessera::PictureModule tesseraModule = {
-    {TESSERA_VERSION}, tessera::writeImage, tessera::readImage, tessera::readManifest};

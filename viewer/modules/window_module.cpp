@@ -1,5 +1,0 @@
-// viewer/modules/window_module.cpp: the table of functions of tessera_window.so.
-#include "viewer/modules/window_module.h"
-
-extern "C" const tessera::WindowModule tesseraModule;
-const tessera::WindowModule tesseraModule = {{TESSERA_VERSION}, tessera::runWindow};
