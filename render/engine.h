@@ -15,8 +15,9 @@
 #include "render/contract/strides.h"
 #include "render/light/light_plane.h"
 #include "render/light/surface_tracer.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/frame_plan.h"
 #include "render/residency/brick_residency.h"
+#include "render/residency/pages.h"
 
 #include <chrono>
 #include <cstdint>
@@ -53,7 +54,8 @@ class RayCaster {
     using Clock = std::chrono::steady_clock;
     virtual ~RayCaster() = default;
 
-    /// All rays begin anew, of a picture or an array of any size. What they read must not change until they
+    /// All rays begin anew, of a picture or an array of any size, through the plan as it is then: where its
+    /// revisions are others, what was made from it is made anew. What rays read must not change until they
     /// are drawn.
     virtual void begin(const Rays& rays) = 0;
     /// Draws as far as it gets: at least a little, and nothing new after the deadline. True when all rays are
@@ -77,17 +79,8 @@ class RayCaster {
         return nullptr;
     }
 
-    /// The scene's transfer function or integrator is another one; begin() must follow.
-    virtual void functionChanged() {}
-    /// The distance map is another one; begin() must follow.
-    virtual void emptySpaceChanged() {}
-    /// Filters samples exactly from now on, whatever the scene says; begin() must follow. False where it does
-    /// so anyway.
-    virtual bool fetchExactly() { return false; }
-    /// As the scene says, again; begin() must follow.
-    virtual void fetchAsAsked() {}
     /// Makes distance maps finer where that pays, at once or as rays get there; all bricks must be there, and
-    /// stay as they are until emptySpaceChanged().
+    /// stay as they are until the map of empty space is another.
     virtual void refine() {}
     /// Cells that were looked at for that.
     virtual std::size_t refinedCells() const { return 0; }
@@ -124,20 +117,19 @@ class Engine {
         /// What a scene can need (levels that mix, cuts) is compiled in when a caster is
         /// made, for good.
         bool compiles = false;
+        bool filters = false; // Fetch::hardware is another picture than Fetch::exact
     };
     virtual About about() const = 0;
     virtual TextureLimits limits() const { return {}; }
 
     /// Makes room for bricks of the scenes' volumes, at the levels of their selections; one volume so far
-    /// (checked). The plans outlive what is made from this.
+    /// (checked). The plans outlive what is made from this, and stay where they are.
     /// @param pages  of 32^3 samples
-    virtual void open(std::span<ScenePlan* const> volumes, std::size_t pages) = 0;
+    virtual void open(std::span<const FramePlan* const> plans, std::size_t pages) = 0;
     /// Lets go of the volumes and all that was made room for.
     virtual void close() {}
     /// Who is where; null where bricks are read from the cache as they are needed.
     virtual BrickResidency* bricks() { return nullptr; }
-    /// The selection's levels or the level map are others: to be called before anything is drawn from them.
-    virtual void levelsChanged() {}
 
     /// Of the volumes that were opened. Several may be there at once, and share the bricks.
     /// @param gpu  what it takes is charged here

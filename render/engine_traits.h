@@ -13,6 +13,7 @@
 namespace tessera {
 
 class Engine;
+class Renderer;
 class GlContext;
 
 /// automatic: the GPU's march where there is a GPU, else the native engine.
@@ -36,7 +37,10 @@ struct EngineTraits {
     bool countsAlways = false;  ///< work is counted whether or not that was asked for
     /// RAM that the engine and its caller take for a pixel, at least kPictureBytesPerPixel.
     std::size_t bytesPerPixel = kPictureBytesPerPixel;
+    /// What takes rays; null where `renderer` draws without any.
     std::unique_ptr<Engine> (*make)(const EngineInput& input) = nullptr;
+    /// What draws frames; null: rays, by the engine.
+    std::unique_ptr<Renderer> (*renderer)(const EngineInput& input) = nullptr;
 };
 
 /// Of all engines, in the order of EngineKind.

@@ -76,7 +76,7 @@ EngineMaker::EngineMaker(EngineKind asked, const GlDeviceChoice& device, int thr
 }
 
 std::unique_ptr<Engine> EngineMaker::make(MemoryBudget& ram, MemoryBudget& gpu) const {
-    return traitsOf(kind_).make({context_ ? &*context_ : nullptr, threads_, &ram, &gpu});
+    return traitsOf(kind_).make(input(ram, gpu));
 }
 
 std::string EngineMaker::about() const {

@@ -20,8 +20,11 @@ class EngineMaker {
     /// Throws InputError where the device that was asked for is not there.
     /// @param threads  0: all processors
     EngineMaker(EngineKind asked, const GlDeviceChoice& device, int threads = 0);
-    /// @param gpu, ram  outlive the engine
+    /// What takes rays. @param gpu, ram  outlive the engine
     std::unique_ptr<Engine> make(MemoryBudget& ram, MemoryBudget& gpu) const;
+    EngineInput input(MemoryBudget& ram, MemoryBudget& gpu) const {
+        return {context_ ? &*context_ : nullptr, threads_, &ram, &gpu};
+    }
     EngineKind kind() const { return kind_; }             // never automatic
     const std::string& reason() const { return reason_; } // why this one; empty where it was asked for
     /// "native engine, CPU, avx2"

@@ -15,7 +15,7 @@ constexpr std::size_t kMostWanted = 1024; // chunks, of a list that is made anew
 } // namespace
 
 void InteractiveRenderer::setLevel(std::size_t brick, std::uint8_t level) {
-    Selection& s = p_.volume.selection;
+    Selection& s = p_.layer().selection;
     --s.counts[s.levels[brick]];
     s.levels[brick] = level;
     ++s.counts[level];
@@ -23,14 +23,14 @@ void InteractiveRenderer::setLevel(std::size_t brick, std::uint8_t level) {
 }
 
 void InteractiveRenderer::drop(std::size_t brick) {
-    engine_.bricks()->dropToMean(brick, p_.volume.selection.means[brick]);
-    if (p_.volume.selection.levels[brick] != Selection::kEmpty)
+    engine_.bricks()->dropToMean(brick, p_.layer().selection.means[brick]);
+    if (p_.layer().selection.levels[brick] != Selection::kEmpty)
         setLevel(brick, kMean);
 }
 
 /// The finest level at which all bricks that show something take at most a quarter of the pages.
 int InteractiveRenderer::coarseLevel() const {
-    const std::size_t shown = p_.volume.selection.shownBricks(), most = std::max<std::size_t>(1, pages_ / 4);
+    const std::size_t shown = p_.layer().selection.shownBricks(), most = std::max<std::size_t>(1, pages_ / 4);
     int level = 1;
     while (level < kMean && PageAllocator::pagesFor(shown, level) > most)
         ++level;
@@ -38,32 +38,32 @@ int InteractiveRenderer::coarseLevel() const {
 }
 
 void InteractiveRenderer::plan() {
-    moves_ = movesTo(p_.volume.selection, *wanted_, gain_, direct_ ? kMean : coarseLevel());
+    moves_ = movesTo(p_.layer().selection, *wanted_, gain_, direct_ ? kMean : coarseLevel());
     if (!failed_.empty())
         std::erase_if(moves_, [&](const Move& m) {
             return m.level != kMean &&
-                   failed_.contains(chunkOf(m.brick, m.level, p_.volume.selection.bricks));
+                   failed_.contains(chunkOf(m.brick, m.level, p_.layer().selection.bricks));
         });
     wantChunks();
 }
 
 void InteractiveRenderer::lookAhead(const Choice& choice) {
-    const std::size_t most = p_.volume.cache->pinnableChunks();
+    const std::size_t most = p_.layer().cache->pinnableChunks();
     for (const int coarse : {coarseLevel(), kMean}) // first coarse levels, then what they make way for
         for (const ChunkKey& key :
-             chunksOf(movesTo(p_.volume.selection, choice.selection, choice.gain, coarse),
-                      p_.volume.selection.bricks, most))
+             chunksOf(movesTo(p_.layer().selection, choice.selection, choice.gain, coarse),
+                      p_.layer().selection.bricks, most))
             if (std::find(ahead_.begin(), ahead_.end(), key) == ahead_.end())
                 ahead_.push_back(key);
     wantChunks();
 }
 
 void InteractiveRenderer::wantChunks() {
-    std::vector<ChunkKey> keys = chunksOf(moves_, p_.volume.selection.bricks, kMostWanted);
+    std::vector<ChunkKey> keys = chunksOf(moves_, p_.layer().selection.bricks, kMostWanted);
     for (const ChunkKey& key : ahead_)
         if (keys.size() < kMostWanted && std::find(keys.begin(), keys.end(), key) == keys.end())
             keys.push_back(key);
-    p_.volume.cache->want(keys);
+    p_.layer().cache->want(keys);
 }
 
 void InteractiveRenderer::moveBricks() {
@@ -83,14 +83,14 @@ void InteractiveRenderer::moveBricks() {
         if (work_.bytesUploaded - uploaded >= options_.uploadBytes || chunks++ >= kMostWanted)
             break;
         // All moves of one chunk, which lie together.
-        const ChunkKey key = chunkOf(moves_[at].brick, moves_[at].level, p_.volume.selection.bricks);
+        const ChunkKey key = chunkOf(moves_[at].brick, moves_[at].level, p_.layer().selection.bricks);
         std::size_t end = at;
         while (end < moves_.size() && moves_[end].level != kMean &&
-               chunkOf(moves_[end].brick, moves_[end].level, p_.volume.selection.bricks) == key)
+               chunkOf(moves_[end].brick, moves_[end].level, p_.layer().selection.bricks) == key)
             ++end;
         ChunkPointer chunk;
         try {
-            chunk = p_.volume.cache->take(key);
+            chunk = p_.layer().cache->take(key);
         } catch (...) { // its bricks stay what they are; the caller is told once
             failed_.insert(key);
             failure = std::current_exception();
@@ -127,7 +127,7 @@ void InteractiveRenderer::moveBricks() {
 }
 
 void InteractiveRenderer::makeRoom(const Move& blocked) {
-    const auto& levels = p_.volume.selection.levels;
+    const auto& levels = p_.layer().selection.levels;
     if (levels[blocked.brick] < blocked.level) {
         drop(blocked.brick); // it gives back more than it needs
     } else if (std::any_of(moves_.begin(), moves_.end(),

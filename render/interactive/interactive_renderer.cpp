@@ -25,7 +25,7 @@ constexpr milliseconds kLightPatience{700}; // for finer light
 
 /// What a choice needs; it is made on another thread.
 struct InteractiveRenderer::Request {
-    const ScenePlan* scene = nullptr;              // of it statistics and info only
+    const FramePlan* scene = nullptr;              // of it statistics and info only
     std::shared_ptr<const TransferTable> function; // where it is another one
     Culling culling = Culling::lit;
     Camera camera;
@@ -42,7 +42,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     scene_.quality.maxError.reset();
     const FrameContext context(ram, gpu, options.threads);
     p_ = planView(scene_, store, ram, options.threads);
-    VolumeState& volume = p_.volume;
+    Layer& volume = p_.layer();
     const std::size_t bricks = cellCount(brickGrid(p_.info().extentVoxels));
     charge_ = ram.charge(kBytesPerBrick * bricks, "levels that change");
     TextureLimits limits = engine.limits();
@@ -80,8 +80,8 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     }
     p_.mapLevels(mapsAlways_);
     p_.openCache();
-    ScenePlan* const volumes[] = {&p_};
-    engine_.open(volumes, pages_);
+    const FramePlan* const plans[] = {&p_};
+    engine_.open(plans, pages_);
     TESSERA_CHECK(engine_.bricks());
     if (engine_.light() && options.coarseLightFirst)
         engine_.light()->lightCoarselyFirst();
@@ -123,14 +123,14 @@ std::optional<Camera> InteractiveRenderer::fitted(const FittedView& view) {
         return std::nullopt;
     Scene scene = scene_;
     scene.camera = view;
-    return plannedCamera(scene, *p_.volume.store, p_.volume.statistics, p_.volume.table, p_.view.part, ram_,
-                         options_.threads);
+    return plannedCamera(scene, *p_.layer().store, p_.layer().statistics, p_.layer().table, p_.view.part,
+                         ram_, options_.threads);
 }
 
 void InteractiveRenderer::setWindow(const WindowChoice& window) {
     scene_.window = window;
-    if (p_.volume.reduces() && !nextFunction_)
-        nextFunction_ = p_.volume.function;
+    if (p_.layer().reduces() && !nextFunction_)
+        nextFunction_ = p_.layer().function;
 }
 
 void InteractiveRenderer::setCuts(const Cuts& cuts) {
@@ -153,7 +153,6 @@ bool InteractiveRenderer::setLight(const Lighting& lighting, const Shading& shad
     scene_ = lit;
     if (engine_.light())
         engine_.light()->lightingChanged();
-    caster_->functionChanged(); // of its numbers, lights are some
     forPicture_.add(kLightChanged);
     return true;
 }
@@ -183,7 +182,7 @@ void InteractiveRenderer::setPath(std::vector<Camera> next) {
 
 InteractiveRenderer::Choice InteractiveRenderer::choose(LevelChooser* chooser, const Request& r) {
     Choice c;
-    const Statistics& statistics = r.scene->volume.statistics;
+    const Statistics& statistics = r.scene->layer().statistics;
     const auto oneForAll = [&] { // what counts here is pages, not bytes
         const auto pages = [](const auto& counts) { return pagesFor(counts); };
         c.selection = selectOneLevel(statistics, *r.function, r.scene->info(), r.pages, pages, r.culling,
@@ -224,9 +223,9 @@ void InteractiveRenderer::startChoosing(const Camera& camera, std::vector<float>
                     camera,
                     chosenPages_,
                     std::move(visible),
-                    p_.volume.selection.levels};
+                    p_.layer().selection.levels};
     if (forChoice_.any(kFunctionChanged) || !predicts_)
-        request.function = std::make_shared<const TransferTable>(p_.volume.table);
+        request.function = std::make_shared<const TransferTable>(p_.layer().table);
     raysReserve_ = {};
     choosing_ = std::async(std::launch::async,
                            [chooser = chooser_.get(), r = std::move(request)] { return choose(chooser, r); });
@@ -280,19 +279,16 @@ void InteractiveRenderer::applyFunction() {
     p_.setFunction(*nextFunction_, scene_);
     nextFunction_.reset();
     const Selection culled =
-        cullBricks(p_.volume.statistics, p_.volume.table, p_.info(), kMean, cullingFor(scene_.shading));
+        cullBricks(p_.layer().statistics, p_.layer().table, p_.info(), kMean, cullingFor(scene_.shading));
     for (std::size_t b = 0; b < culled.levels.size(); ++b) {
         const bool shows = culled.levels[b] != Selection::kEmpty;
-        if (shows == (p_.volume.selection.levels[b] != Selection::kEmpty))
+        if (shows == (p_.layer().selection.levels[b] != Selection::kEmpty))
             continue;
         drop(b);
         setLevel(b, culled.levels[b]);
     }
-    if (scene_.quality.skipping) {
-        p_.volume.functionChanged(p_.view.quality, ram_, options_.threads);
-        forDevice_.add(kEmptySpaceChanged);
-    }
-    caster_->functionChanged();
+    p_.mapFunction();
+    forDevice_.add(kEmptySpaceChanged);
     wanted_.reset();
     counting_ = false;
     moves_.clear();
@@ -320,7 +316,7 @@ void InteractiveRenderer::countVisibility(Clock::time_point deadline) {
     if (!counter_->count(slicing(), deadline))
         return;
     counting_ = false;
-    visible_ = visibilityFactors(counter_->seen(), p_.volume.selection, visible_);
+    visible_ = visibilityFactors(counter_->seen(), p_.layer().selection, visible_);
     startChoosing(p_.view.camera, visible_);
 }
 
@@ -334,7 +330,6 @@ void InteractiveRenderer::mapResident() {
     if (!forDevice_.take(kLevelsChanged))
         return;
     p_.mapLevels(mapsAlways_);
-    engine_.levelsChanged();
     engine_.bricks()->publish();
     forDevice_.add(kEmptySpaceChanged);
     forPicture_.add(kLevelsChanged);
@@ -347,7 +342,6 @@ void InteractiveRenderer::beginPicture() {
     mapResident();
     p_.aim();
     if (forDevice_.take(kEmptySpaceChanged)) {
-        caster_->emptySpaceChanged();
         refined_ = false;
     }
     if (engine_.light())
@@ -366,7 +360,7 @@ void InteractiveRenderer::beginPicture() {
 /// Some bricks stand as their means that have better to come.
 bool InteractiveRenderer::meansArePending() const {
     return !wanted_ || std::any_of(moves_.begin(), moves_.end(), [&](const Move& m) {
-        return p_.volume.selection.levels[m.brick] == kMean;
+        return p_.layer().selection.levels[m.brick] == kMean;
     });
 }
 
@@ -444,7 +438,7 @@ InteractiveRenderer::Progress InteractiveRenderer::advance(Clock::time_point dea
         if (choosing_.valid())
             choosing_.wait_until(soon);
         else
-            p_.volume.cache->waitForWanted(soon);
+            p_.layer().cache->waitForWanted(soon);
     } while (Clock::now() < deadline);
     progress.lightIsCoarse = engine_.light() && !engine_.light()->isWhole();
     progress.converged = settled() && lightIsWhole() && refined_;

@@ -10,7 +10,7 @@
 #include "core/base/work.h"
 #include "core/image/image.h"
 #include "render/engine.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/planner.h"
 #include "render/residency/transition.h"
 
 #include <chrono>
@@ -101,17 +101,17 @@ class InteractiveRenderer {
     double pictureMs() const { return std::chrono::duration<double, std::milli>(pictureTook_).count(); }
     /// As it was set; a camera by side spelled out.
     const Camera& camera() const { return p_.view.camera; }
-    const VolumeState& volume() const { return p_.volume; }
+    const Layer& volume() const { return p_.layer(); }
     const DrawnPart& part() const { return p_.view.part; }
 
     /// For reports and tests.
-    const Selection& resident() const { return p_.volume.selection; }
+    const Selection& resident() const { return p_.layer().selection; }
     const std::optional<Selection>& wanted() const { return wanted_; }
     const PredictedError& predictedError() const { return predicted_; } // of what is wanted
     std::size_t atlasPages() const { return pages_; }
     const BrickResidency& bricks() const { return *engine_.bricks(); }
     const Work& work() const { return work_; }
-    BrickCache::Counters cacheCounters() const { return p_.volume.cache->counters(); }
+    BrickCache::Counters cacheCounters() const { return p_.layer().cache->counters(); }
     std::size_t repacks() const { return repacks_; }
 
   private:
@@ -153,7 +153,7 @@ class InteractiveRenderer {
     MemoryBudget &ram_, &gpu_;
     InteractiveOptions options_;
     const bool mapsAlways_; // levels, also where all bricks have one
-    ScenePlan p_;           // its selection is what is resident
+    Planner p_;             // its selection is what is resident
     Charge charge_;
     std::size_t pages_ = 0, chosenPages_ = 0;
     std::unique_ptr<LevelChooser> chooser_;

@@ -22,7 +22,7 @@ constexpr float kUnseen = 1e-3f;          // of a brick's light: nobody will mis
 
 } // namespace
 
-LightPlane::LightPlane(SceneLight& light, const ScenePlan& scene, std::vector<Plane*> channels, bool together)
+LightPlane::LightPlane(SceneLight& light, const FramePlan& scene, std::vector<Plane*> channels, bool together)
     : light_(light), scene_(scene), channels_(std::move(channels)), together_(together),
       entries_(cellCount(brickGrid(scene.info().extentVoxels)), BrickEntry(kEntryAbsent, 0)),
       slots_(entries_.size()) {
@@ -107,7 +107,7 @@ void LightPlane::lightBricks(std::vector<BrickToLight> bricks, int finest, Light
             if (isHere(b))
                 expected_[b] = static_cast<std::uint8_t>(std::max(wholeLevel(b), finest));
     }
-    light_.voxels().light(std::move(bricks), expected_, parts, *scene_.volume.cache,
+    light_.voxels().light(std::move(bricks), expected_, parts, *scene_.layer().cache,
                           [&](const BrickToLight& b, int channel, const Chunk& samples, int edge) {
                               channels_[static_cast<std::size_t>(channel)]->put(
                                   *slots_[b.brick], {samples, glm::ivec3(0), edge, b.brick}, work);
@@ -143,7 +143,7 @@ void LightPlane::lightStanding() {
         for (std::size_t b = 0; b < entries_.size(); ++b)
             for (std::size_t n = 0; n < channels; ++n)
                 standing_[part][b * channels + n] =
-                    voxels.standing(b, part, static_cast<int>(n), *scene_.volume.cache);
+                    voxels.standing(b, part, static_cast<int>(n), *scene_.layer().cache);
         published_ = true;
     }
     standingIsOld_ = 0;

@@ -22,7 +22,7 @@ class LightPlane : public Plane {
   public:
     /// @param channels  planes of 16-bit samples; all outlive this
     /// @param together  they take all channels of a brick or none
-    LightPlane(SceneLight& light, const ScenePlan& scene, std::vector<Plane*> channels,
+    LightPlane(SceneLight& light, const FramePlan& scene, std::vector<Plane*> channels,
                bool together = false);
 
     void put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) override;
@@ -63,7 +63,7 @@ class LightPlane : public Plane {
     void refineAll(std::span<const float> seen, SceneLight::Deadline deadline, Work& work);
 
     SceneLight& light_;
-    const ScenePlan& scene_;
+    const FramePlan& scene_;
     std::vector<Plane*> channels_;
     bool together_;
     std::vector<BrickEntry> entries_;

@@ -39,7 +39,7 @@ Selection atOneLevel(const Selection& selection, int level) {
 
 } // namespace
 
-SceneLight::SceneLight(const ScenePlan& scene, int threads) : scene_(scene), threads_(threads) {
+SceneLight::SceneLight(const FramePlan& scene, int threads) : scene_(scene), threads_(threads) {
     TESSERA_CHECK(channels() > 0);
     lightingChanged();
 }
@@ -63,9 +63,9 @@ LightParts SceneLight::lightingChanged() {
     LightParts changed = 0;
     if (!light_ || now.occlusion != lighting_.occlusion || now.finestLevel != lighting_.finestLevel) {
         const int before = light_ ? light_->finestLevel() : -1;
-        light_ = std::make_unique<VoxelLight>(scene_.info(), scene_.volume.statistics, now, threads_);
+        light_ = std::make_unique<VoxelLight>(scene_.info(), scene_.layer().statistics, now, threads_);
         if (!litTable_.empty())
-            light_->functionChanged(scene_.volume.table, scene_.volume.optics);
+            light_->functionChanged(scene_.layer().table, scene_.layer().optics);
         light_->setShadows(shadows_);
         changed = light_->finestLevel() == before ? kAmbientLight : kAllLight;
     }
@@ -83,13 +83,13 @@ LightParts SceneLight::lightingChanged() {
 LightParts SceneLight::takeChanges() {
     if (!std::exchange(functionMayBeNew_, false))
         return 0;
-    const Optics& optics = scene_.volume.optics;
+    const Optics& optics = scene_.layer().optics;
     const bool sendsOther = ambientChannels(lighting_) > 1 && !sendTheSame(litMaterials_, optics.materials);
     if (litTable_ == optics.table && !sendsOther)
         return 0;
     litTable_ = optics.table;
     litMaterials_ = optics.materials;
-    light_->functionChanged(scene_.volume.table, optics);
+    light_->functionChanged(scene_.layer().table, optics);
     takeMaps({}, Maps::none);
     next_.clear();
     return kAllLight;
@@ -97,7 +97,7 @@ LightParts SceneLight::takeChanges() {
 
 /// What lies behind an isosurface takes light, and no distance map knows of it.
 LightPath SceneLight::fieldAsDrawn() const {
-    const VolumeState& volume = scene_.volume;
+    const Layer& volume = scene_.layer();
     const bool leaps = scene_.view.quality.skipping && volume.optics.surfaces.empty();
     return {volume.cache.get(), &scene_.info(),
             &volume.selection,  volume.mixed() ? &volume.levels : nullptr,
@@ -159,7 +159,7 @@ bool SceneLight::makeCoarseMaps(bool viewCounts) {
         return false;
     next_.clear();
     takeMaps({}, Maps::none);
-    const Selection bricks = atOneLevel(scene_.volume.selection, kCoarseLevel);
+    const Selection bricks = atOneLevel(scene_.layer().selection, kCoarseLevel);
     LightPath field = fieldAsDrawn();
     field.selection = &bricks;
     field.levels = nullptr;

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "render/light/voxel_light.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/frame_plan.h"
 
 #include <chrono>
 #include <cstddef>
@@ -33,7 +33,7 @@ class SceneLight {
 
     /// Of a plan whose lighting has channels of light; it outlives this and does
     /// not move.
-    SceneLight(const ScenePlan& scene, int threads);
+    SceneLight(const FramePlan& scene, int threads);
 
     int channels() const { return lightChannels(scene_.view.lighting); }
     /// The transfer function, the camera, or levels of bricks may be others.
@@ -73,7 +73,7 @@ class SceneLight {
     std::vector<PlacedLight> placedLights() const;
     void takeMaps(std::vector<ShadowMaps> maps, Maps kind);
 
-    const ScenePlan& scene_;
+    const FramePlan& scene_;
     int threads_;
     Lighting lighting_;  // by which light is computed
     bool casts_ = false; // some light has shadows

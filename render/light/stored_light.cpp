@@ -5,9 +5,9 @@
 
 namespace tessera {
 
-StoredLight::StoredLight(SceneLight& light, const ScenePlan& scene, MemoryBudget& ram)
-    : map_(scene.volume.mixed() ? &scene.volume.levels : nullptr), selection_(&scene.volume.selection),
-      level_(scene.volume.selection.finest()), channels_(light.channels()),
+StoredLight::StoredLight(SceneLight& light, const FramePlan& scene, MemoryBudget& ram)
+    : map_(scene.layer().mixed() ? &scene.layer().levels : nullptr), selection_(&scene.layer().selection),
+      level_(scene.layer().selection.finest()), channels_(light.channels()),
       extent_(levelExtent(scene.info().extentVoxels, level_)), bricks_(selection_->levels.size()) {
     const auto channels = static_cast<std::size_t>(channels_);
     VoxelLight& voxels = light.ready();
@@ -19,7 +19,7 @@ StoredLight::StoredLight(SceneLight& light, const ScenePlan& scene, MemoryBudget
             texels += cellCount(glm::ivec3(kBrickExtent >> level));
         }
     charge_ = ram.charge(texels * channels * sizeof(std::uint16_t), "light of the bricks");
-    BrickCache& cache = *scene.volume.cache;
+    BrickCache& cache = *scene.layer().cache;
     std::vector<std::uint8_t> levels = selection_->levels;
     for (std::uint8_t& level : levels)
         level = std::max(level, static_cast<std::uint8_t>(voxels.finestLevel()));

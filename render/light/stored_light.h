@@ -16,7 +16,7 @@ class StoredLight {
     StoredLight() = default;
     /// Lights all bricks.
     /// @param ram  what it takes is charged here
-    StoredLight(SceneLight& light, const ScenePlan& scene, MemoryBudget& ram);
+    StoredLight(SceneLight& light, const FramePlan& scene, MemoryBudget& ram);
 
     /// One channel's samples; of mixed levels where there is a map.
     class Channel {

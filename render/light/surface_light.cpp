@@ -68,11 +68,11 @@ std::vector<glm::dvec3> hemisphereDirections(const glm::dvec3& normal, int count
     return directions;
 }
 
-SurfaceLight::SurfaceLight(const ScenePlan& plan, int threads, bool finestSamples)
+SurfaceLight::SurfaceLight(const FramePlan& plan, int threads, bool finestSamples)
     : plan_(plan), threads_(threads), finestSamples_(finestSamples), seed_(plan.view.quality.pixels.seed),
       size_(plan.view.imageSize), toVoxels_(glm::inverse(glm::dmat3(plan.info().patientFromVoxel))),
       toPatient_(plan.info().patientFromVoxel) {
-    TESSERA_CHECK(plan.view.lighting.surfaceOcclusion && !plan.volume.optics.volumeShows);
+    TESSERA_CHECK(plan.view.lighting.surfaceOcclusion && !plan.layer().optics.volumeShows);
     occlusion_ = *plan.view.lighting.surfaceOcclusion;
     report_.rays = occlusion_.rays;
     report_.radiusMm = occlusion_.radiusMm;
@@ -89,7 +89,7 @@ std::size_t SurfaceLight::bytesPerPixel(bool sampled) {
 double SurfaceLight::pitchAt(const glm::dvec3& voxel) const {
     if (finestSamples_)
         return 1;
-    const Selection& selection = plan_.volume.selection;
+    const Selection& selection = plan_.layer().selection;
     const glm::ivec3 brick =
         glm::clamp(glm::ivec3(glm::floor(voxel)) / kBrickExtent, glm::ivec3(0), selection.bricks - 1);
     const std::uint8_t level = selection.levels[linearIndex(brick, selection.bricks)];
@@ -245,7 +245,7 @@ Image SurfaceLight::added(std::span<const SurfaceHit> hits, std::span<const glm:
     TESSERA_CHECK(hasLooked() && hits.size() == rayCount(size) &&
                   (places.empty() || places.size() == hits.size()));
     const auto start = Clock::now();
-    const Optics& optics = plan_.volume.optics;
+    const Optics& optics = plan_.layer().optics;
     Image out(size);
     std::atomic<std::size_t> alone{0};
     parallelFor(static_cast<std::size_t>(size.y), threads_, [&](std::size_t row) {

@@ -8,7 +8,7 @@
 #include "core/image/image.h"
 #include "render/contract/ray_state.h"
 #include "render/light/surface_tracer.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/frame_plan.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -31,7 +31,7 @@ class SurfaceLight {
     /// The plan outlives it; its scene has occlusion of surfaces (checked).
     /// @param finestSamples  of the volume's own, whatever levels were chosen: the reference's
     /// @param threads  0: all processors
-    SurfaceLight(const ScenePlan& plan, int threads, bool finestSamples = false);
+    SurfaceLight(const FramePlan& plan, int threads, bool finestSamples = false);
 
     /// Looks around from what rays through the middles of all pixels met first.
     void look(std::vector<SurfaceHit> middles, const SurfaceTracer& tracer, const ShareDone& progress = {});
@@ -78,7 +78,7 @@ class SurfaceLight {
     float shared(const SurfaceHit& hit, const glm::ivec2& pixel) const;
     glm::vec2 placeOf(std::size_t pixel) const;
 
-    const ScenePlan& plan_;
+    const FramePlan& plan_;
     SurfaceOcclusion occlusion_;
     int threads_;
     bool finestSamples_;

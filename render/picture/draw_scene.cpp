@@ -2,11 +2,17 @@
 #include "render/picture/draw_scene.h"
 
 #include "core/base/error.h"
-#include "render/plan/plan_again.h"
+#include "core/base/stopwatch.h"
+#include "render/picture/measure_picture.h"
+#include "render/picture/ray_renderer.h"
+#include "render/picture/render_scene.h"
+#include "render/plan/planner.h"
+#include "render/plan/step_search.h" // kFinestStep
 #include "render/verify/error_goal.h"
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <optional>
 #include <variant>
 
@@ -33,20 +39,116 @@ double secondsAfterFirst(const RenderResult& first, const Scene& scene) {
     return 1.3 * samplesPerSample * 1e-3 * first.work.marchMs;
 }
 
+/// Samples until every pixel's standard error is within what is asked, at any cost.
+PixelGoal pixelGoal(double lightness) {
+    PixelGoal goal;
+    goal.target.linear *= lightness / goal.target.lightness;
+    goal.target.lightness = lightness;
+    goal.rays = SIZE_MAX / 4;
+    goal.most = PixelSampling::kMost;
+    return goal;
+}
+
+/// How fine it is is decided by what is measured.
+bool decides(const Scene& scene, const RenderOptions& options) {
+    return scene.quality.maxError.value_or(0) > 0 && options.verify != Verify::none;
+}
+
+/// Draws a plan, and measures how wrong that is. Returns whether it went on from the round before.
+bool drawFrame(Renderer& renderer, const FrameTask& task, RenderResult& result) {
+    const Scene& scene = task.scene;
+    Image added; // to the picture, once its errors are known: they are those without it
+    const bool wentOn = renderer.draw(task, result, added);
+    const auto checking = Clock::now();
+    if (renderer.about().choosesSteps && task.options.verify != Verify::none) {
+        task.context.progress.stage("measuring the picture's errors");
+        const bool full = scene.quality.maxError.value_or(0) > 0;
+        const DrawnPicture drawn{scene,
+                                 result.image,
+                                 result.work,
+                                 result.pixels.taken,
+                                 full ? Verify::full : task.options.verify,
+                                 task.round.number,
+                                 full ? ErrorGoal::kMostRounds : 1,
+                                 task.options.slicing};
+        if (const auto pixels = renderer.pixels(task))
+            result.measured = measurePicture(drawn, *pixels, task.context.ram);
+    }
+    for (std::size_t i = 0; i < added.pixels.size(); ++i)
+        result.image.pixels[i] = glm::max(result.image.pixels[i] + added.pixels[i], glm::vec4(0));
+    result.secondsChecking += secondsSince(checking);
+    if (const std::string fault = renderer.fault(); !fault.empty())
+        throw Error(fault);
+    return wentOn;
+}
+
+/// Pictures, each finer than the one before, until the measured error is within what the scene asks for, or
+/// nothing is left to gain, which the result says.
+void drawUntilGoodEnough(Renderer& renderer, const Scene& scene, Planner& p, const FrameContext& context,
+                         const RenderOptions& options, RenderResult& result) {
+    ErrorGoal goal(*scene.quality.maxError);
+    Scene now = scene;
+    double lastTarget = std::numeric_limits<double>::max(), lastTaken = 0;
+    for (int round = 0;; ++round) {
+        const double target = goal.ofSamples();
+        now.quality.maxError = goal.ofRays();
+        if (round > 0) {
+            renderer.close();
+            context.progress.stage("choosing finer levels");
+            p.chooseAgain(now, renderer.limits(), context, options.levels);
+        }
+        const bool wentOn =
+            drawFrame(renderer, {now, p, context, options, {round, pixelGoal(target)}}, result);
+        result.rounds = round + 1;
+        const PictureMeasurement& m = *result.measured;
+        const bool finest = result.bricksOfLevel[0] == result.residentBricks &&
+                            (p.view.part.flat || result.stepVoxels <= StepSearch::kFinestStep);
+        const bool most = scene.quality.pixels.samples != PixelSampling::kAutomatic ||
+                          (wentOn && target < lastTarget && result.pixels.taken <= lastTaken);
+        lastTarget = target, lastTaken = result.pixels.taken;
+        const auto verdict = goal.judge(m.all, m.sampling, m.rays, finest, most);
+        result.shortfall = goal.shortfall();
+        if (!m.whyNot.empty())
+            result.shortfall += ": " + m.whyNot;
+        if (verdict != ErrorGoal::Verdict::goOn)
+            return;
+    }
+}
+
+/// The picture that the scene's function, values and statistics are of.
+void reportVolume(const FramePlan& p, const Scene& scene, RenderResult& result) {
+    result.camera = p.view.camera;
+    result.tableRelativeError = p.layer().table.relativeError;
+    result.cells = cellCount(p.layer().statistics.cells);
+    const SceneVolume& volume = scene.volumes.front();
+    const ValueSummary values = summarise(p.layer().statistics, p.info(), volume.unit);
+    const auto* const preset = std::get_if<std::string>(&volume.transferFunction);
+    result.takenAsHu = preset && *preset != "auto" && !values.isHu;
+    result.lowest = values.lowest;
+    result.highest = values.highest;
+}
+
+std::unique_ptr<Renderer> rendererOf(const EngineMaker& maker, MemoryBudget& ram, MemoryBudget& gpu) {
+    const EngineTraits& traits = traitsOf(maker.kind());
+    if (traits.renderer)
+        return traits.renderer(maker.input(ram, gpu));
+    return std::make_unique<RayRenderer>(maker.make(ram, gpu), traits.exact);
+}
+
 } // namespace
 
-EngineInstance::EngineInstance(const RenderOptions& options, MemoryBudget& ram, MemoryBudget& gpu)
+RendererInstance::RendererInstance(const RenderOptions& options, MemoryBudget& ram, MemoryBudget& gpu)
     : maker(options.engine, options.device, options.threads), kind(maker.kind()), reason(maker.reason()),
-      engine(maker.make(ram, gpu)) {}
+      renderer(rendererOf(maker, ram, gpu)) {}
 
-RenderResult drawScene(const Scene& scene, ScenePlan& p, const EngineInstance& made,
+RenderResult drawScene(const Scene& scene, Planner& p, const RendererInstance& made,
                        const FrameContext& context, const RenderOptions& options, const FrameReuse& reuse,
                        const Planned& planned) {
     RenderResult result;
     const auto start = Clock::now();
-    Engine& engine = *made.engine;
-    const TextureLimits limits = engine.limits();
-    const Engine::About about = engine.about();
+    Renderer& renderer = *made.renderer;
+    const TextureLimits limits = renderer.limits();
+    const Engine::About about = renderer.about();
     result.device = about.device;
     result.glVersion = about.version;
     result.engine = made.kind;
@@ -55,10 +157,9 @@ RenderResult drawScene(const Scene& scene, ScenePlan& p, const EngineInstance& m
     progress.stage("reading statistics and choosing levels");
     const EngineTraits& traits = traitsOf(made.kind);
     const bool first = options.onFirstPicture && traits.quick;
-    const bool decides = // how fine it is, by what is measured
-        scene.quality.maxError.value_or(0) > 0 && options.verify != Verify::none && about.choosesSteps;
+    const bool fine = decides(scene, options) && about.choosesSteps;
     Scene picture = scene; // the first that is drawn in full
-    if (decides)
+    if (fine)
         picture.quality.maxError = ErrorGoal(*scene.quality.maxError).ofRays();
     const Scene coarse = first ? firstScene(scene) : picture;
     p = planned(coarse, limits, first ? LevelChoice::quick : options.levels,
@@ -67,7 +168,6 @@ RenderResult drawScene(const Scene& scene, ScenePlan& p, const EngineInstance& m
                          ? SurfaceLight::bytesPerPixel(scene.quality.pixels.samples != 1)
                          : 0));
     p.view.shadowQuality.layers = options.shadowLayers;
-    std::optional<SamplesDrawn> ofOnePicture; // that no other goes on from
     if (first) {
         RenderResult quick;
         RenderOptions plain = options;
@@ -75,35 +175,26 @@ RenderResult drawScene(const Scene& scene, ScenePlan& p, const EngineInstance& m
         plain.verify = Verify::none;
         FrameReuse nothing;
         nothing.first = true;
-        drawPicture(coarse, p, engine, context, plain, {}, ofOnePicture, quick, nothing);
+        drawFrame(renderer, {coarse, p, context, plain, {}, nothing}, quick);
         options.onFirstPicture(quick.image, secondsAfterFirst(quick, scene));
         quick = {};
-        engine.close();
+        renderer.close();
         progress.stage("choosing levels");
-        chooseAgain(p, picture, limits, context, options.levels);
+        p.chooseAgain(picture, limits, context, options.levels);
     }
-    result.camera = p.view.camera;
-    result.tableRelativeError = p.volume.table.relativeError;
+    reportVolume(p, scene, result);
     result.levelsOnPurpose = options.levels != LevelChoice::perBrick || traits.exact;
-    result.cells = cellCount(p.volume.statistics.cells);
-    const SceneVolume& volume = scene.volumes.front();
-    const ValueSummary values = summarise(p.volume.statistics, p.info(), volume.unit);
-    const auto* const preset = std::get_if<std::string>(&volume.transferFunction);
-    result.takenAsHu = preset && *preset != "auto" && !values.isHu;
-    result.lowest = values.lowest;
-    result.highest = values.highest;
     result.secondsPreparing = std::chrono::duration<double>(Clock::now() - start).count();
 
-    if (decides)
-        drawUntilGoodEnough(scene, p, engine, context, options, result);
+    if (fine)
+        drawUntilGoodEnough(renderer, scene, p, context, options, result);
     else
-        drawPicture(scene, p, engine, context, options, {}, ofOnePicture, result, reuse);
-    if (traits.exact)
-        result.level = 0;
-    result.occupiedCells = scene.quality.skipping && p.volume.occupancy.exists()
-                               ? p.volume.occupancy.occupiedCells()
+        drawFrame(renderer, {scene, p, context, options, {}, reuse}, result);
+    renderer.endFrame();
+    result.occupiedCells = scene.quality.skipping && p.layer().occupancy.exists()
+                               ? p.layer().occupancy.occupiedCells()
                                : result.cells;
-    result.window = p.volume.look.window;
+    result.window = p.layer().look.window;
     return result;
 }
 

@@ -1,10 +1,11 @@
-// render/picture/draw_scene.h: draws a scene on an open engine. renderScene() makes the engine for one
-// picture; FrameRenderer keeps it for a film.
+// render/picture/draw_scene.h: draws a scene by any renderer: plans, draws, measures, and plans again until
+// the picture is as good as was asked. renderScene() makes the renderer for one picture; FrameRenderer keeps
+// it for a film.
 #pragma once
 
 #include "render/backends/engine_maker.h"
-#include "render/picture/draw_picture.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/planner.h"
+#include "render/renderer.h"
 
 #include <functional>
 #include <memory>
@@ -12,23 +13,23 @@
 
 namespace tessera {
 
-/// An engine and what it draws with.
-struct EngineInstance {
+/// A renderer and what it draws with.
+struct RendererInstance {
     EngineMaker maker;
     EngineKind kind;
     std::string reason; // why this one; empty where it was asked for
-    std::unique_ptr<Engine> engine;
+    std::unique_ptr<Renderer> renderer;
 
-    EngineInstance(const RenderOptions& options, MemoryBudget& ram, MemoryBudget& gpu);
+    RendererInstance(const RenderOptions& options, MemoryBudget& ram, MemoryBudget& gpu);
 };
 
 /// The plan of a scene for such limits, levels and RAM for a pixel.
-using Planned = std::function<ScenePlan(const Scene&, const TextureLimits&, LevelChoice, std::size_t)>;
+using Planned = std::function<Planner(const Scene&, const TextureLimits&, LevelChoice, std::size_t)>;
 
-/// A picture by an engine that holds nothing, or the bricks of the picture before.
-/// @param p  takes the plan; where bricks are kept, the engine was opened for what is in its place
+/// A picture by a renderer that holds nothing, or the bricks of the picture before.
+/// @param p  takes the plan; where bricks are kept, the renderer has what is in its place
 /// @param planned  makes the plan, and may change what is kept
-RenderResult drawScene(const Scene& scene, ScenePlan& p, const EngineInstance& made,
+RenderResult drawScene(const Scene& scene, Planner& p, const RendererInstance& made,
                        const FrameContext& context, const RenderOptions& options, const FrameReuse& reuse,
                        const Planned& planned);
 

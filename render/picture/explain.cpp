@@ -1,6 +1,7 @@
 // render/picture/explain.cpp: the text about what is in a picture and what was left out (renderer.h).
 #include "render/backends/gpu/features.h"
-#include "render/picture/renderer.h"
+#include "render/picture/pixels_again.h" // describe
+#include "render/picture/render_scene.h"
 
 #include <cstdio>
 #include <string>

@@ -3,7 +3,7 @@
 
 #include "core/base/error.h"
 #include "render/picture/draw_scene.h"
-#include "render/plan/plan_again.h"
+#include "render/plan/planner.h"
 
 #include <optional>
 #include <utility>
@@ -32,8 +32,8 @@ struct FrameRenderer::State {
     /// What the engine takes of RAM must not matter to who plans the next picture, as it does not for a
     /// still: it is charged to ram while a picture is drawn.
     MemoryBudget engineRam;
-    std::optional<EngineInstance> made;
-    ScenePlan p; // stays where it is: the engine was opened for it
+    std::optional<RendererInstance> made;
+    Planner p; // stays where it is: the engine was opened for it
     std::optional<Scene> last;
     std::optional<Statistics> statistics;
     Charge heldRam;
@@ -49,33 +49,30 @@ struct FrameRenderer::State {
             heldRam = ram.charge(engineRam.usedBytes(), "the brick index");
         };
     }
-    ScenePlan plan(const Scene& scene, const TextureLimits& limits, LevelChoice choice,
-                   std::size_t bytesPerPixel) {
+    Planner plan(const Scene& scene, const TextureLimits& limits, LevelChoice choice,
+                 std::size_t bytesPerPixel) {
         // As if the engine held nothing.
         MemoryBudget free(gpu.name(), gpu.option(), gpu.limitBytes());
         const Charge before = free.charge(gpuBefore, "the device");
-        if (!statistics)
-            return planScene(scene, store, limits, {ram, free, options.threads}, choice, bytesPerPixel);
-        Statistics known = std::move(*statistics);
-        statistics.reset();
-        return planAgain(scene, store, std::move(known), limits, {ram, free, options.threads}, choice,
-                         bytesPerPixel);
+        std::optional<Statistics> known = std::exchange(statistics, std::nullopt);
+        return planScene(scene, store, limits, {ram, free, options.threads}, choice, bytesPerPixel,
+                         known ? &*known : nullptr);
     }
     /// Whether the bricks of the last picture serve this one.
     /// @param pageEdge, levels  of the last picture
-    bool serves(const ScenePlan& plan, int pageEdge, const std::vector<std::uint8_t>& levels) const {
-        const BrickResidency* const bricks = made->engine->bricks();
+    bool serves(const FramePlan& plan, int pageEdge, const std::vector<std::uint8_t>& levels) const {
+        const BrickResidency* const bricks = made->renderer->bricks();
         return bricks && bricks->pages() >= plan.chosen.atlasPages && holdsAll(plan) &&
-               plan.volume.pageEdge == pageEdge &&
+               plan.layer().pageEdge == pageEdge &&
                // light of voxels is that of the bricks as they are
-               (lightChannels(plan.view.lighting) == 0 || levels == plan.volume.selection.levels) &&
+               (lightChannels(plan.view.lighting) == 0 || levels == plan.layer().selection.levels) &&
                gpu.usedBytes() + plan.memory.gpuBytes() <= gpu.limitBytes();
     }
     /// Room for a quarter more bricks than the picture has, where there is any.
-    std::size_t roomyPages(const ScenePlan& plan, TextureLimits limits) const {
+    std::size_t roomyPages(const FramePlan& plan, TextureLimits limits) const {
         if (!holdsAll(plan))
             return 0;
-        limits.pageEdge = plan.volume.pageEdge;
+        limits.pageEdge = plan.layer().pageEdge;
         limits.lightChannels = keptLightChannels(plan.view.lighting);
         const std::size_t fixed = gpuBefore + plan.memory.gpuBytes();
         const std::size_t fit =
@@ -83,8 +80,8 @@ struct FrameRenderer::State {
         return std::min(fit, plan.chosen.atlasPages + plan.chosen.atlasPages / 4 + 16);
     }
     /// Every brick has its place, at levels that no picture decides about.
-    static bool holdsAll(const ScenePlan& plan) {
-        return !plan.chosen.chooser && plan.chosen.atlasPages >= pagesFor(plan.volume.selection.counts);
+    static bool holdsAll(const FramePlan& plan) {
+        return !plan.chosen.chooser && plan.chosen.atlasPages >= pagesFor(plan.layer().selection.counts);
     }
 };
 
@@ -101,7 +98,7 @@ FrameRenderer::~FrameRenderer() {
 void FrameRenderer::forget() {
     State& s = *state_;
     if (s.made)
-        s.made->engine->close();
+        s.made->renderer->close();
     s.reuse.kept = false;
     s.heldRam = {};
 }
@@ -118,19 +115,19 @@ RenderResult FrameRenderer::draw(const Scene& given) {
         s.made.emplace(s.options, s.engineRam, s.gpu);
         s.gpuBefore = s.gpu.usedBytes();
     }
-    Engine& engine = *s.made->engine;
+    Renderer& renderer = *s.made->renderer;
     if (s.reuse.kept && !sameButCamera(*s.last, scene))
         forget();
-    const int pageEdge = s.p.volume.pageEdge;
-    const std::vector<std::uint8_t> levels = std::move(s.p.volume.selection.levels);
+    const int pageEdge = s.p.layer().pageEdge;
+    const std::vector<std::uint8_t> levels = std::move(s.p.layer().selection.levels);
     if (std::exchange(s.last, std::nullopt))
-        s.statistics = std::move(s.p.volume.statistics);
+        s.statistics = std::move(s.p.layer().statistics);
     s.heldRam = {};
-    s.p = ScenePlan(); // gives back what the last picture took, as if it had never been
+    s.p = Planner(); // gives back what the last picture took, as if it had never been
     try {
         const auto planned = [&](const Scene& first, const TextureLimits& limits, LevelChoice choice,
                                  std::size_t bytesPerPixel) {
-            ScenePlan p = s.plan(first, limits, choice, bytesPerPixel);
+            Planner p = s.plan(first, limits, choice, bytesPerPixel);
             if (s.reuse.kept && !s.serves(p, pageEdge, levels))
                 forget();
             s.reuse.pages = s.roomyPages(p, limits);
@@ -143,16 +140,16 @@ RenderResult FrameRenderer::draw(const Scene& given) {
         kept_.goneOn += s.reuse.kept ? 1 : 0;
         kept_.brought += result.work.bytesUploaded;
         s.last = scene;
-        s.reuse.kept = engine.bricks() && State::holdsAll(s.p) &&
+        s.reuse.kept = renderer.bricks() && State::holdsAll(s.p) &&
                        s.p.view.quality.maxError.value_or(0) == 0 &&
                        s.ram.limitBytes() - s.ram.peakBytes() >= kAmpleBytes + s.engineRam.usedBytes();
-        s.p.volume.cache.reset();
+        s.p.layer().cache.reset();
         if (!s.reuse.kept)
             forget();
         return result;
     } catch (...) {
         forget();
-        s.p = ScenePlan();
+        s.p = Planner();
         s.statistics.reset();
         throw;
     }

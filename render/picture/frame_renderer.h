@@ -3,7 +3,7 @@
 // stay too where only the camera has moved and memory allows.
 #pragma once
 
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 
 #include <cstddef>
 #include <memory>

@@ -1,14 +1,9 @@
-// render/picture/measure_picture.h: measures the error of a picture just drawn. Pixels are drawn again on the
-// engine that drew it, within the same budgets. Where the picture has coarser levels, they go through the
-// finest.
+// render/picture/measure_picture.h: measures the error of a picture just drawn. Pixels are drawn again by
+// the renderer that drew it, within the same budgets, as they are and as they should be.
 #pragma once
 
 #include "core/scene/scene.h"
-#include "render/engine.h"
 #include "render/picture/pixels_again.h"
-#include "render/plan/scene_plan.h"
-
-#include <memory>
 
 namespace tessera {
 
@@ -22,11 +17,10 @@ struct DrawnPicture {
     Slicing slicing;
 };
 
-/// @param caster  of the engine; where coarser levels were drawn it is let go of, the engine takes the finest
-///     levels instead, and the plan is of these afterwards
+/// @param source  tells the picture's pixels, and then the truth
+/// @param ram  what pixels drawn again take is charged here
 /// A picture of 512 x 512 pixels and more pays a quarter of its bytes at most for Verify::quick; what cannot
 /// be measured for that, or in these budgets, is said and not guessed.
-PictureMeasurement measurePicture(const DrawnPicture& picture, ScenePlan& plan, Engine& engine,
-                                  std::unique_ptr<RayCaster>& caster, const FrameContext& context);
+PictureMeasurement measurePicture(const DrawnPicture& picture, PixelSource& source, MemoryBudget& ram);
 
 } // namespace tessera

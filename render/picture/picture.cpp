@@ -35,25 +35,23 @@ std::vector<std::size_t> bricksToServe(const std::vector<std::uint32_t>& firstRa
 
 } // namespace
 
-Rays raysOf(const ScenePlan& plan) {
+Rays raysOf(const FramePlan& plan) {
     return {plan.view.frame, plan.strides()};
 }
 
-Rays raysOf(const ScenePlan& plan, double stepVoxels) {
+Rays raysOf(const FramePlan& plan, double stepVoxels) {
     Rays rays = raysOf(plan);
     rays.frame.segmentVoxels = rays.strides.segmentVoxels = stepVoxels;
     return rays;
 }
 
-bool loadBricks(Engine& engine, ScenePlan& plan, MemoryBudget& gpu, Work& work, bool kept,
-                std::size_t pages) {
-    VolumeState& volume = plan.volume;
-    ScenePlan* const volumes[] = {&plan};
+bool loadBricks(Engine& engine, Planner& plan, MemoryBudget& gpu, Work& work, bool kept, std::size_t pages) {
+    Layer& volume = plan.layer();
+    const FramePlan* const plans[] = {&plan};
     if (kept && engine.bricks() && engine.bricks()->pages() >= plan.chosen.atlasPages) {
         engine.bricks()->adopt(volume.selection);
-        engine.levelsChanged();
     } else {
-        engine.open(volumes, std::max(pages, plan.chosen.atlasPages));
+        engine.open(plans, std::max(pages, plan.chosen.atlasPages));
     }
     BrickResidency* const bricks = engine.bricks();
     if (plan.chosen.chooser) {
@@ -65,7 +63,6 @@ bool loadBricks(Engine& engine, ScenePlan& plan, MemoryBudget& gpu, Work& work, 
         plan.chooseByVisibility(counter->seen());
         if (bricks)
             bricks->adopt(volume.selection);
-        engine.levelsChanged();
     }
     if (!bricks)
         return false;
@@ -79,7 +76,7 @@ namespace {
 
 /// Of those of them that are not there.
 std::uint64_t bytesToBring(const std::vector<std::size_t>& bricks, const BrickResidency& residency,
-                           const VolumeState& volume) {
+                           const Layer& volume) {
     std::uint64_t bytes = 0;
     for (const std::size_t b : bricks)
         if (!residency.residentLevel(b))
@@ -89,9 +86,9 @@ std::uint64_t bytesToBring(const std::vector<std::size_t>& bricks, const BrickRe
 }
 
 /// Returns in how many passes; 0 where bricks would take too many bytes.
-int drawPasses(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
+int drawPasses(RayCaster& caster, Engine& engine, const FramePlan& plan, const Slicing& slicing,
                std::uint64_t mostBytes, Work& work) {
-    const VolumeState& volume = plan.volume;
+    const Layer& volume = plan.layer();
     for (int passes = 1;; ++passes) {
         TESSERA_CHECK(caster.draw(slicing, RayCaster::Clock::time_point::max(), work));
         if (caster.waiting() == 0)
@@ -108,12 +105,12 @@ int drawPasses(RayCaster& caster, Engine& engine, const ScenePlan& plan, const S
 
 } // namespace
 
-int drawToTheEnd(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
+int drawToTheEnd(RayCaster& caster, Engine& engine, const FramePlan& plan, const Slicing& slicing,
                  Work& work) {
     return drawPasses(caster, engine, plan, slicing, UINT64_MAX, work);
 }
 
-bool drawWithin(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
+bool drawWithin(RayCaster& caster, Engine& engine, const FramePlan& plan, const Slicing& slicing,
                 std::uint64_t mostBytes, Work& work) {
     return drawPasses(caster, engine, plan, slicing, mostBytes, work) > 0;
 }

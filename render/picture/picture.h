@@ -8,7 +8,7 @@
 #include "core/image/image.h"
 #include "render/engine.h"
 #include "render/plan/picture_check.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/planner.h"
 
 namespace tessera {
 
@@ -18,20 +18,20 @@ namespace tessera {
 /// @param kept  the engine holds this volume still, opened for the same plan as it was before: bricks that
 ///     keep their level stay where they are, where there are pages enough
 /// @param pages  to open the volume with, at least the plan's; 0: the plan's
-bool loadBricks(Engine& engine, ScenePlan& plan, MemoryBudget& gpu, Work& work, bool kept = false,
+bool loadBricks(Engine& engine, Planner& plan, MemoryBudget& gpu, Work& work, bool kept = false,
                 std::size_t pages = 0);
 
 /// Draws all rays to their end, bringing the bricks that they wait for. Returns in how many passes.
-int drawToTheEnd(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
+int drawToTheEnd(RayCaster& caster, Engine& engine, const FramePlan& plan, const Slicing& slicing,
                  Work& work);
 
 /// The same, but stops before bricks take more bytes than that, all of work together: false then.
-bool drawWithin(RayCaster& caster, Engine& engine, const ScenePlan& plan, const Slicing& slicing,
+bool drawWithin(RayCaster& caster, Engine& engine, const FramePlan& plan, const Slicing& slicing,
                 std::uint64_t mostBytes, Work& work);
 
 /// The rays of the plan as it is.
-Rays raysOf(const ScenePlan& plan);
+Rays raysOf(const FramePlan& plan);
 /// The same with another step, in voxels.
-Rays raysOf(const ScenePlan& plan, double stepVoxels);
+Rays raysOf(const FramePlan& plan, double stepVoxels);
 
 } // namespace tessera

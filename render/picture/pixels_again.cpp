@@ -3,7 +3,6 @@
 
 #include "core/base/error.h"
 #include "core/image/colour.h"
-#include "render/picture/picture.h"
 #include "render/pixels/area_picture.h"
 #include "render/pixels/ray_array.h"
 
@@ -82,11 +81,6 @@ std::string numbers(const MeasuredErrors& e) {
 
 } // namespace
 
-const std::vector<std::string>& verifyNames() {
-    static const std::vector<std::string> names = {"none", "quick", "full"};
-    return names;
-}
-
 std::vector<std::string> describe(const PictureMeasurement& m) {
     if (!m.whyNot.empty())
         return {"measured error: not measured, because " + m.whyNot};
@@ -134,11 +128,8 @@ std::size_t PixelsAgain::bytes() const {
            (sizeof(SampledPixel) + sizeof(std::uint8_t) + sizeof(glm::vec4) * (3 + 3 * replicates));
 }
 
-bool PixelsAgain::drawStep(int step, const Draws& draws, std::vector<glm::vec4>& out) const {
-    RayFrame<double> frame = draws.plan.view.frame;
-    frame.segmentVoxels = draws.segmentVoxels;
-    Strides strides = draws.plan.strides();
-    strides.segmentVoxels = draws.segmentVoxels;
+bool PixelsAgain::drawStep(int step, PixelSource& source, const Limits& limits, Work& work,
+                           std::vector<glm::vec4>& out) const {
     std::vector<std::size_t> chosen;
     for (std::size_t n = 0; n < pixels(); ++n)
         if (step_[n] == step)
@@ -154,9 +145,8 @@ bool PixelsAgain::drawStep(int step, const Draws& draws, std::vector<glm::vec4>&
     glm::vec2 places[kRun];
     for (std::size_t first = 0; first < runs; first += atOnce) {
         const std::size_t count = std::min(atOnce, runs - first);
-        Rays rays{frame, strides};
-        rays.arraySize = rayArraySize(count * inRun);
-        array.assign(rayCount(rays.arraySize), glm::vec2(0));
+        const glm::ivec2 arraySize = rayArraySize(count * inRun);
+        array.assign(rayCount(arraySize), glm::vec2(0));
         for (std::size_t n = 0; n < count; ++n) {
             const std::size_t run = first + n;
             const auto replicate = static_cast<int>(run % runsOfPixel / runsOfReplicate);
@@ -166,21 +156,18 @@ bool PixelsAgain::drawStep(int step, const Draws& draws, std::vector<glm::vec4>&
                         firstSet_ + static_cast<std::uint32_t>(set), sample % kMostInSet,
                         std::span(places).first(inRun));
             for (std::size_t i = 0; i < inRun; ++i)
-                array[raySlot(n * inRun + i, rays.arraySize)] = places[i];
+                array[raySlot(n * inRun + i, arraySize)] = places[i];
         }
         for (std::size_t k = count * inRun; k < array.size();
              ++k) // left over: what is drawn there is dropped
-            array[raySlot(k, rays.arraySize)] = places[inRun - 1];
-        rays.places = array;
-        draws.caster.begin(rays);
-        if (!drawWithin(draws.caster, draws.engine, draws.plan, draws.limits.slicing, draws.limits.mostBytes,
-                        draws.work))
+            array[raySlot(k, arraySize)] = places[inRun - 1];
+        const auto drawn = source.draw(array, arraySize, limits.slicing, limits.mostBytes, work);
+        if (!drawn)
             return false;
-        const Image drawn = draws.caster.image();
         for (std::size_t n = 0; n < count; ++n) {
             glm::vec4 sum(0);
             for (std::size_t i = 0; i < inRun; ++i)
-                sum += drawn.pixels[raySlot(n * inRun + i, rays.arraySize)];
+                sum += drawn->pixels[raySlot(n * inRun + i, arraySize)];
             const std::size_t run = first + n, replicate = run % runsOfPixel / runsOfReplicate;
             out[chosen[run / runsOfPixel] * static_cast<std::size_t>(replicates_) + replicate] +=
                 sum / static_cast<float>(samples);
@@ -213,14 +200,12 @@ bool PixelsAgain::chooseNoisy(int step, const std::vector<glm::vec4>& own) {
     return any;
 }
 
-std::optional<std::vector<glm::vec4>> PixelsAgain::drawOwn(RayCaster& caster, Engine& engine,
-                                                           const ScenePlan& plan, double segmentVoxels,
-                                                           const Limits& limits, bool more, Work& work) {
-    const Draws draws{caster, engine, plan, segmentVoxels, limits, work};
+std::optional<std::vector<glm::vec4>> PixelsAgain::drawOwn(PixelSource& source, const Limits& limits,
+                                                           bool more, Work& work) {
     const auto replicates = static_cast<std::size_t>(replicates_);
     std::vector<glm::vec4> own(pixels() * replicates, glm::vec4(0));
     for (int step = 0;; ++step) {
-        if (!drawStep(step, draws, own))
+        if (!drawStep(step, source, limits, work, own))
             return std::nullopt;
         if (!more || step == kMostSteps || samplesOf(step + 1) * replicates_ > kMostOfPixel ||
             !chooseNoisy(step, own))
@@ -231,14 +216,12 @@ std::optional<std::vector<glm::vec4>> PixelsAgain::drawOwn(RayCaster& caster, En
     }
 }
 
-std::optional<std::vector<glm::vec4>> PixelsAgain::drawTruth(RayCaster& caster, Engine& engine,
-                                                             const ScenePlan& plan, double segmentVoxels,
-                                                             const Limits& limits, Work& work) const {
-    const Draws draws{caster, engine, plan, segmentVoxels, limits, work};
+std::optional<std::vector<glm::vec4>> PixelsAgain::drawTruth(PixelSource& source, const Limits& limits,
+                                                             Work& work) const {
     std::vector<glm::vec4> truth(pixels() * static_cast<std::size_t>(replicates_), glm::vec4(0));
     const int last = step_.empty() ? 0 : *std::max_element(step_.begin(), step_.end());
     for (int step = 0; step <= last; ++step)
-        if (!drawStep(step, draws, truth))
+        if (!drawStep(step, source, limits, work, truth))
             return std::nullopt;
     return truth;
 }

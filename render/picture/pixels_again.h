@@ -4,10 +4,9 @@
 
 #include "core/base/work.h"
 #include "core/image/image.h"
-#include "render/engine.h"
 #include "render/pixels/pixel_places.h"
-#include "render/plan/scene_plan.h"
-#include "render/verify/measured_errors.h"
+#include "render/renderer.h"
+#include "render/verify/picture_measurement.h"
 #include "render/verify/verify_plan.h"
 
 #include <cstddef>
@@ -19,26 +18,8 @@
 
 namespace tessera {
 
-/// How wrong a picture is against the mean over each pixel's area of the integral through the finest level.
-struct PictureMeasurement {
-    Verify mode = Verify::none;
-    std::string whyNot; // nothing was measured; empty: it was, as far as `all` holds numbers
-    MeasuredErrors all;
-    /// The same pixels with the picture's own levels, step, filtering and ends of rays, but as many samples
-    /// as the truth. They tell the error of the picture's samples of a pixel, and that of all other causes.
-    MeasuredErrors sampling, rays;
-    /// The picture has light that is kept of voxels or surfaces: what that light itself errs by is in none of
-    /// these numbers, because the truth has the same.
-    bool keptLight = false;
-    bool singleRays = false;          // the picture has one ray a pixel
-    int samples = 0, mostSamples = 0; // of the truth of a pixel; of those that it was too noisy with
-    std::size_t bytesRead = 0;
-    double seconds = 0;
-};
-
 /// What was measured, a line each; the first says how wrong the picture is, or that it was not measured.
 std::vector<std::string> describe(const PictureMeasurement& measurement);
-const std::vector<std::string>& verifyNames(); // in the order of Verify
 
 /// The chosen pixels' own samples: places that no sample of the picture knows of, and what rays through them
 /// come to.
@@ -56,18 +37,15 @@ class PixelsAgain {
         Slicing slicing;
         std::uint64_t mostBytes = UINT64_MAX; // of bricks that may be brought, all of work together
     };
-    /// The pixels as they are: rays of a length of segments through all places, to their end; the mean of
-    /// each replicate.
+    /// The pixels as they are: samples through all places; the mean of each replicate.
     /// @param more  pixels too noisy for the picture's largest errors are drawn again with four times the
     ///     samples, at most twice. The spread of replicates decides, which are then discarded, so the choice
     ///     does not bias the result. From then on these are their places.
     /// None where bricks would take more bytes than the limit.
-    std::optional<std::vector<glm::vec4>> drawOwn(RayCaster& caster, Engine& engine, const ScenePlan& plan,
-                                                  double segmentVoxels, const Limits& limits, bool more,
+    std::optional<std::vector<glm::vec4>> drawOwn(PixelSource& source, const Limits& limits, bool more,
                                                   Work& work);
-    /// The same as they should be, through the same places.
-    std::optional<std::vector<glm::vec4>> drawTruth(RayCaster& caster, Engine& engine, const ScenePlan& plan,
-                                                    double segmentVoxels, const Limits& limits,
+    /// The same as they should be, through the same places: after PixelSource::toTruth().
+    std::optional<std::vector<glm::vec4>> drawTruth(PixelSource& source, const Limits& limits,
                                                     Work& work) const;
 
     /// @param own, truth   of drawOwn() and drawTruth()
@@ -76,17 +54,9 @@ class PixelsAgain {
                  PictureMeasurement& out) const;
 
   private:
-    /// A caster with what its rays need.
-    struct Draws {
-        RayCaster& caster;
-        Engine& engine;
-        const ScenePlan& plan;
-        double segmentVoxels;
-        const Limits& limits;
-        Work& work;
-    };
     /// The pixels of one step, to their places in `out`; false where bricks would take too many bytes.
-    bool drawStep(int step, const Draws& draws, std::vector<glm::vec4>& out) const;
+    bool drawStep(int step, PixelSource& source, const Limits& limits, Work& work,
+                  std::vector<glm::vec4>& out) const;
     /// Those of a step that are too noisy go to the next; false where there are none.
     bool chooseNoisy(int step, const std::vector<glm::vec4>& own);
     /// Of a replicate.

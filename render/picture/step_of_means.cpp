@@ -19,12 +19,12 @@ constexpr double kLongest = 4;                    // voxels
 constexpr std::size_t kRays = kPhases;            // of a pixel
 constexpr int kAcross = 24;                       // pixels that are tried, along an axis at most
 constexpr int kFewestPixels = 256 * 256;
-constexpr std::uint32_t kFirstSet = 1u << 19; // of places, that no picture and no measurement takes
+constexpr std::uint32_t kFirstSetOfMeans = 1u << 19; // of places, that no picture and no measurement takes
 
 /// A ray of each phase through each of some pixels of a picture.
 class SomeMeans {
   public:
-    explicit SomeMeans(const ScenePlan& plan)
+    explicit SomeMeans(const FramePlan& plan)
         : every_((std::max(plan.view.imageSize.x, plan.view.imageSize.y) + kAcross - 1) / kAcross),
           grid_(thinnedSize(plan.view.imageSize, every_)), arraySize_(rayArraySize(rayCount(grid_) * kRays)),
           array_(rayCount(arraySize_), glm::vec2(0)) { // what is left over is drawn and dropped
@@ -33,7 +33,7 @@ class SomeMeans {
         forEachPixel(grid_, [&](const glm::ivec2& at) {
             glm::vec2 ofPixel[kRays];
             for (std::uint32_t set = 0; set < 2; ++set)
-                places.put(at * every_ + every_ / 2, kFirstSet + set, 0,
+                places.put(at * every_ + every_ / 2, kFirstSetOfMeans + set, 0,
                            std::span(ofPixel).subspan(set * kRays / 2, kRays / 2));
             for (const glm::vec2& place : ofPixel)
                 array_[raySlot(slot++, arraySize_)] = place;
@@ -61,9 +61,9 @@ class SomeMeans {
 
 } // namespace
 
-std::optional<double> stepOfMeans(const ScenePlan& plan, double rms,
+std::optional<double> stepOfMeans(const FramePlan& plan, double rms,
                                   const std::function<Image(const Rays&)>& draw) {
-    const Optics& optics = plan.volume.optics;
+    const Optics& optics = plan.layer().optics;
     if (optics.integrator != Integrator::midpoint || !optics.surfaces.empty() || plan.view.frame.cuts ||
         plan.view.imageSize.x * plan.view.imageSize.y < kFewestPixels)
         return std::nullopt;

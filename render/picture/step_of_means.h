@@ -5,7 +5,7 @@
 
 #include "core/image/image.h"
 #include "render/engine.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/frame_plan.h"
 
 #include <functional>
 #include <optional>
@@ -18,7 +18,7 @@ namespace tessera {
 /// integrators that take ends, surfaces, which no step moves, and cuts.
 /// @param rms   linear light, over up to 24 x 24 of the picture's pixels, against the plan's step with phases
 /// @param draw  rays to their end, as the picture's are
-std::optional<double> stepOfMeans(const ScenePlan& plan, double rms,
+std::optional<double> stepOfMeans(const FramePlan& plan, double rms,
                                   const std::function<Image(const Rays&)>& draw);
 
 } // namespace tessera

@@ -3,8 +3,9 @@
 
 #include "core/base/error.h"
 #include "core/base/stopwatch.h"
+#include "render/backends/engine_maker.h"
 #include "render/picture/picture.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/planner.h"
 
 #include <algorithm>
 #include <chrono>
@@ -94,8 +95,8 @@ RenderResult renderUnfolded(const Scene& given, std::span<const UnfoldedRow> row
     Progress& progress = context.progress;
     progress.stage("reading statistics");
     // Which bricks rays come to, they find out themselves.
-    ScenePlan p = planScene(scene, store, engine->limits(), context, LevelChoice::finest,
-                            pictureBytesPerPixel(result.engine));
+    Planner p = planScene(scene, store, engine->limits(), context, LevelChoice::finest,
+                          pictureBytesPerPixel(result.engine));
     result.camera = p.view.camera;
     result.secondsPreparing = secondsSince(start);
     progress.stage("loading bricks");
@@ -112,14 +113,13 @@ RenderResult renderUnfolded(const Scene& given, std::span<const UnfoldedRow> row
     const int side = std::max(1, size.x / kCameras);
     for (int quarter = 0; quarter < kCameras; ++quarter)
         places.push_back(placesOf(quarter, size.x, side));
-    p.view.imageSize = glm::ivec2(side); // of each camera; memory is that of all
+    p.setImageSize(glm::ivec2(side)); // of each camera; memory is that of all
     for (std::size_t y = 0; y < rows.size(); ++y) {
         for (int quarter = 0; quarter < kCameras; ++quarter) {
             const std::vector<glm::vec2>& here = places[static_cast<std::size_t>(quarter)];
             if (here.empty())
                 continue;
-            p.view.camera = cameraOf(rows[y], quarter);
-            p.aim();
+            p.look(cameraOf(rows[y], quarter));
             Rays rays{
                 p.view.frame, p.strides(), here, {kSideBySide, static_cast<int>(here.size()) / kSideBySide}};
             caster->begin(rays);
@@ -134,21 +134,21 @@ RenderResult renderUnfolded(const Scene& given, std::span<const UnfoldedRow> row
     }
     result.secondsDrawing = secondsSince(drawing);
     result.features = caster->features();
-    result.level = p.volume.selection.finest();
-    result.integrator = p.volume.optics.integrator;
+    result.level = p.layer().selection.finest();
+    result.integrator = p.layer().optics.integrator;
     result.stepVoxels = p.view.quality.stepVoxels;
-    result.bricksOfLevel = p.volume.selection.counts;
-    result.selectionPages = pagesFor(p.volume.selection.counts);
+    result.bricksOfLevel = p.layer().selection.counts;
+    result.selectionPages = pagesFor(p.layer().selection.counts);
     result.atlasPages = std::min(p.chosen.atlasPages, result.selectionPages);
-    result.residentBricks = p.volume.selection.shownBricks();
-    result.emptyBricks = p.volume.selection.counts[Selection::kEmpty];
+    result.residentBricks = p.layer().selection.shownBricks();
+    result.emptyBricks = p.layer().selection.counts[Selection::kEmpty];
     result.levelsOnPurpose = true;
-    result.cells = cellCount(p.volume.statistics.cells);
-    result.window = p.volume.look.window;
-    const ValueSummary values = summarise(p.volume.statistics, p.info(), scene.volumes.front().unit);
+    result.cells = cellCount(p.layer().statistics.cells);
+    result.window = p.layer().look.window;
+    const ValueSummary values = summarise(p.layer().statistics, p.info(), scene.volumes.front().unit);
     result.lowest = values.lowest;
     result.highest = values.highest;
-    result.tableRelativeError = p.volume.table.relativeError;
+    result.tableRelativeError = p.layer().table.relativeError;
     if (const std::string fault = engine->fault(); !fault.empty())
         throw Error(fault);
     engine->close();

@@ -3,7 +3,7 @@
 // so every engine can.
 #pragma once
 
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 
 #include <glm/vec3.hpp>
 #include <span>

@@ -34,7 +34,7 @@ struct ChosenLevels {
     /// whose errors by level nobody predicts.
     bool predicted = false;
     PredictedError error; // where predicted
-    /// Where it pays to count what is seen and to choose again (ScenePlan::chooseByVisibility()).
+    /// Where it pays to count what is seen and to choose again (Planner::chooseByVisibility()).
     std::unique_ptr<LevelChooser> chooser;
 };
 

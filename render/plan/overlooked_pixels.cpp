@@ -103,8 +103,8 @@ class ShownPixels {
 
 } // namespace
 
-std::vector<std::uint32_t> overlookedPixels(const ScenePlan& plan, const Image& middles) {
-    const Occupancy& cells = plan.volume.occupancy;
+std::vector<std::uint32_t> overlookedPixels(const FramePlan& plan, const Image& middles) {
+    const Occupancy& cells = plan.layer().occupancy;
     if (!cells.exists())
         return {};
     const VolumeInfo& info = plan.info();

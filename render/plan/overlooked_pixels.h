@@ -5,7 +5,7 @@
 #pragma once
 
 #include "core/image/image.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/frame_plan.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -17,6 +17,6 @@ namespace tessera {
 /// large on the picture as what they hold is found anyway are passed over. Takes 8 bytes of RAM a pixel, its
 /// answer included.
 /// @param middles  what rays through the middles came to
-std::vector<std::uint32_t> overlookedPixels(const ScenePlan& plan, const Image& middles);
+std::vector<std::uint32_t> overlookedPixels(const FramePlan& plan, const Image& middles);
 
 } // namespace tessera

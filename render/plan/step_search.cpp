@@ -25,22 +25,11 @@ double costOfSegment(Integrator integrator) {
 Image StepSearch::draw(double stepVoxels) {
     Strides strides = plan_.strides();
     strides.segmentVoxels = stepVoxels;
-    return drawer_.draw(grid_.frame(plan_.view.frame, stepVoxels), strides);
+    return drawer_(grid_.frame(plan_.view.frame, stepVoxels), strides);
 }
 
 double StepSearch::chooseStep(const Goal& goal) {
     const std::vector<Integrator> integrators = plan_.integratorsToTry();
-    const auto setStep = [&](double stepVoxels) {
-        plan_.setStep(stepVoxels);
-        if (plan_.volume.optics.integrator == Integrator::preintegrated2d) // its tables are of a length
-            drawer_.functionChanged();
-    };
-    const auto take = [&](Integrator integrator) {
-        if (integrator != plan_.volume.optics.integrator) {
-            plan_.setIntegrator(integrator);
-            drawer_.functionChanged();
-        }
-    };
     struct Choice {
         Integrator integrator;
         double step, error, cost;
@@ -51,11 +40,11 @@ double StepSearch::chooseStep(const Goal& goal) {
     };
     std::optional<Choice> best, closest; // closest: where none is good enough
     for (const Integrator integrator : integrators) {
-        take(integrator);
+        plan_.setIntegrator(integrator);
         std::vector<Image> drawn;
         for (std::size_t n = 0; n < kJudged; ++n) {
             while (drawn.size() < n + 3) {
-                setStep(kSteps[drawn.size()]);
+                plan_.setStep(kSteps[drawn.size()]);
                 drawn.push_back(draw(kSteps[drawn.size()]));
             }
             const StepError e = stepError(drawn[n], drawn[n + 1], drawn[n + 2]);
@@ -70,7 +59,7 @@ double StepSearch::chooseStep(const Goal& goal) {
             if (n > 0) // the next coarser one is not good enough: those between
                 for (const double times : kBetween) {
                     const double step = times * kSteps[n];
-                    setStep(step);
+                    plan_.setStep(step);
                     const EstimatedError between = errorBetween(draw(step), drawn[n + 2]);
                     const Choice longer{integrator,
                                         step,
@@ -88,8 +77,8 @@ double StepSearch::chooseStep(const Goal& goal) {
     }
     if (!best)
         best = closest;
-    take(best->integrator);
-    setStep(best->step);
+    plan_.setIntegrator(best->integrator);
+    plan_.setStep(best->step);
     chosen_ = {best->integrator, best->step, best->estimate};
     return best->error;
 }
@@ -106,14 +95,16 @@ PictureErrors StepSearch::errorsOfGrid(const Image& mine, double brightest) {
     PictureErrors e;
     const double step = plan_.view.quality.stepVoxels;
     e.pixels = grid_.size().x * grid_.size().y;
-    e.terminationBound = static_cast<double>(plan_.volume.optics.termination) * brightest;
-    e.tableRelativeError = plan_.volume.table.relativeError;
-    if (chosen_ && chosen_->integrator == plan_.volume.optics.integrator && chosen_->step == step)
+    e.terminationBound = static_cast<double>(plan_.layer().optics.termination) * brightest;
+    e.tableRelativeError = plan_.layer().table.relativeError;
+    if (chosen_ && chosen_->integrator == plan_.layer().optics.integrator && chosen_->step == step)
         e.step = chosen_->estimate;
     else
         e.step = stepError(mine, draw(step / 2), draw(step / 4));
-    if (drawer_.fetchExactly())
+    if (plan_.view.quality.fetch == Fetch::hardware) {
+        plan_.setFetch(Fetch::exact);
         e.filtering = errorBetween(mine, draw(step));
+    }
     return e;
 }
 

@@ -6,7 +6,7 @@
 #include "render/contract/ray.h"
 #include "render/contract/strides.h"
 #include "render/plan/picture_check.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/planner.h"
 
 #include <functional>
 #include <optional>
@@ -14,16 +14,12 @@
 namespace tessera {
 
 /// Draws rays of a plan to their end, as the picture itself is drawn.
-struct PixelDrawer {
-    std::function<Image(const RayFrame<double>&, const Strides&)> draw;
-    std::function<void()> functionChanged; // the plan's integrator is another one
-    std::function<bool()> fetchExactly;    // from now on; false where it does so anyway
-};
+using PixelDrawer = std::function<Image(const RayFrame<double>&, const Strides&)>;
 
 class StepSearch {
   public:
     /// The plan outlives it; its step and integrator are those that are chosen.
-    StepSearch(ScenePlan& plan, PixelDrawer drawer)
+    StepSearch(Planner& plan, PixelDrawer drawer)
         : plan_(plan), drawer_(std::move(drawer)), grid_(plan.view.imageSize) {}
 
     /// What a step's error must stay below, over the grid's pixels: CIE L*u*v* at the 99th
@@ -41,7 +37,7 @@ class StepSearch {
     /// L*u*v* at the 99th percentile: what steps may err by of the 3 that can be told apart, so that samples
     /// of pixels, which are apart from them, have as much.
     static constexpr double kLuvOfLonger = 2;
-    /// Of the picture that was drawn. Its drawer fetches exactly afterwards.
+    /// Of the picture that was drawn. The plan fetches exactly afterwards.
     PictureErrors errorsOf(const Image& picture, double brightest);
     /// The same of a picture whose pixels are no rays through their middles: those are drawn again.
     PictureErrors errors(double brightest);
@@ -56,7 +52,7 @@ class StepSearch {
         StepError estimate;
     };
     std::optional<Chosen> chosen_;
-    ScenePlan& plan_;
+    Planner& plan_;
     PixelDrawer drawer_;
     PixelGrid grid_;
 };

@@ -27,7 +27,7 @@ struct ViewState {
     ShadowQuality shadowQuality;
     Charge imageCharge; // pictures and what an engine keeps of every ray, in RAM
 
-    /// The rays of camera, picture and step as they are. ScenePlan::aim() also places lights.
+    /// The rays of camera, picture and step as they are. Planner::aim() also places lights.
     void aim(const VolumeInfo& info) {
         frame = rayFrame(camera, info, imageSize, quality.stepVoxels);
         part.clip(frame);

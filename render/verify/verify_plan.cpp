@@ -22,6 +22,11 @@ constexpr double kMany = 1000, kSome = 400, kFull = 2000, kLeast = 340;
 
 } // namespace
 
+const std::vector<std::string>& verifyNames() {
+    static const std::vector<std::string> names = {"none", "quick", "full"};
+    return names;
+}
+
 VerifyPlan verifyPlan(const VerifyInput& input) {
     TESSERA_CHECK(input.size.x > 0 && input.size.y > 0 && input.samplesPerPixel > 0 &&
                   input.costOfTruthRay > 0);

@@ -5,10 +5,13 @@
 #include "render/verify/pixel_sample.h"
 
 #include <glm/vec2.hpp>
+#include <string>
+#include <vector>
 
 namespace tessera {
 
 enum class Verify { none, quick, full };
+const std::vector<std::string>& verifyNames(); // in the order of Verify
 
 /// What is known before anything is drawn again.
 struct VerifyInput {

@@ -5,6 +5,7 @@
 #include "core/base/nearest_name.h"
 #include "core/base/scratch_folder.h"
 #include "core/scene/preset.h"
+#include "render/backends/engine_maker.h"
 #include "render/backends/gpu/gl/context.h"
 #include "tests/bench/accuracy/accuracy_report.h"
 #include "tests/bench/accuracy/area_sweep.h"

@@ -12,7 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/scratch_folder.h"
 #include "datasets/phantom.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/frame_plan.h"
 #include "tests/bench/report/page.h"
 
 #include <algorithm>

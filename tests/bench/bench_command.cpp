@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/nearest_name.h"
 #include "core/base/scratch_folder.h"
+#include "render/backends/engine_maker.h"
 #include "tests/bench/lod/edge_functions.h"
 #include "tests/bench/lod/experiments.h"
 #include "tests/bench/memory/memory_budgets.h"

@@ -47,7 +47,7 @@ SceneOnDevice::SceneOnDevice(const Scene& scene, const StoreReader& store, const
     prepared_ =
         planScene(scene_, store, engine_.limits(), {budgets.ram, budgets.gpu, 0}, LevelChoice::oneForAll);
     loadBricks(engine_, prepared_, budgets.gpu, upload_);
-    prepared_.volume.cache.reset(); // every brick is on the device now
+    prepared_.layer().cache.reset(); // every brick is on the device now
 }
 
 std::uint32_t SceneOnDevice::features(Fetch fetch) const {
@@ -66,7 +66,7 @@ std::uint32_t SceneOnDevice::features(Fetch fetch) const {
 }
 
 Frame SceneOnDevice::draw(const glm::ivec2& size, double stepVoxels, std::uint32_t features, Image* picture) {
-    const ScenePlan& p = prepared_;
+    const FramePlan& p = prepared_;
     GpuCaster caster(p, engine_, features, budgets_.gpu);
     Strides strides = p.strides();
     strides.segmentVoxels = stepVoxels;

@@ -13,7 +13,7 @@
 #include "core/scene/scene.h"
 #include "render/backends/gpu/gl/context.h"
 #include "render/backends/gpu/gpu_engine.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/planner.h"
 
 #include <chrono>
 #include <cstdint>
@@ -61,14 +61,14 @@ class SceneOnDevice {
     std::uint32_t features(Fetch fetch) const;
     /// @param stepVoxels  q of docs/sampling.md; picture: where the result goes, or null
     Frame draw(const glm::ivec2& size, double stepVoxels, std::uint32_t features, Image* picture);
-    const ScenePlan& prepared() const { return prepared_; }
+    const FramePlan& prepared() const { return prepared_; }
     const GpuEngine& engine() const { return engine_; }
     const Work& uploadWork() const { return upload_; }
 
   private:
     Scene scene_;
     Budgets& budgets_;
-    ScenePlan prepared_;
+    Planner prepared_;
     Work upload_;
     GpuEngine engine_; // after the plan, which it draws
 };

@@ -4,7 +4,7 @@
 #include "bricking/import/importer.h"
 #include "core/base/scratch_folder.h"
 #include "datasets/phantom.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/bench/report/page.h"
 
 #include <cmath>

@@ -3,6 +3,7 @@
 
 #include "core/base/error.h"
 #include "render/picture/picture.h"
+#include "render/plan/planner.h"
 
 #include <sstream>
 
@@ -34,7 +35,7 @@ std::vector<EngineKind> parseEngines(const std::string& text, const std::string&
 
 struct EnginePeer::Loaded {
     MemoryBudget ram{"RAM", "--ram", kBudgetBytes}, gpu{"GPU memory", "--gpu-memory", kBudgetBytes};
-    ScenePlan plan;
+    Planner plan;
     std::shared_ptr<Engine> engine;
     std::unique_ptr<RayCaster> caster; // after the engine, which outlives it
 };
@@ -53,7 +54,7 @@ EnginePeer::EnginePeer(EngineKind kind, const Scene& scene, const StoreReader& s
                            LevelChoice::oneForAll, pictureBytesPerPixel(kind));
         Work loading;
         const bool passes = loadBricks(*l.engine, l.plan, l.gpu, loading);
-        if (passes || l.plan.volume.selection.finest() != 0)
+        if (passes || l.plan.layer().selection.finest() != 0)
             throw InputError("the volume does not fit " + device_ + " at full resolution");
         l.caster = l.engine->caster({}, l.gpu);
         l.caster->refine();
@@ -76,8 +77,6 @@ double EnginePeer::drawMs(double stepVoxels) {
     thread_.run([&] {
         Loaded& l = *loaded_;
         l.plan.setStep(stepVoxels);
-        if (l.plan.volume.optics.integrator == Integrator::preintegrated2d)
-            l.caster->functionChanged(); // its table is of the step
         Work work;
         const auto start = Clock::now();
         draw(*l.caster, work);

@@ -5,7 +5,7 @@
 #include "core/image/image.h"
 #include "core/scene/scene.h"
 #include "render/engine.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/bench/bench_tools.h"
 #include "tests/bench/gl_thread.h"
 

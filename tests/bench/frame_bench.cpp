@@ -13,9 +13,11 @@
 
 #include "core/base/error.h"
 #include "render/backends/gpu/features.h"
+#include "render/backends/gpu/gl/context.h"
 #include "render/backends/gpu/gpu_caster.h"
 #include "render/backends/mirror/mirror.h"
 #include "render/picture/picture.h"
+#include "render/plan/planner.h"
 
 #include <algorithm>
 #include <cmath>
@@ -74,7 +76,7 @@ void checkAgainstMirror(const std::string& name, Scene scene, const StoreReader&
     scene.imageSize = glm::ivec2(96);
     scene.quality.fetch = Fetch::exact;
     GpuEngine engine(context, budgets.gpu, budgets.ram);
-    ScenePlan plan =
+    Planner plan =
         planScene(scene, store, engine.limits(), {budgets.ram, budgets.gpu, 0}, LevelChoice::oneForAll);
     Work work;
     loadBricks(engine, plan, budgets.gpu, work);
@@ -109,7 +111,7 @@ void printCsv(const std::vector<Case>& cases, const std::string& device, double 
         std::printf(
             "%s,%s,%s,%dx%d,%g,%d,%zu,%.2f,%.2f,%.2f,%llu,%llu,%llu,%llu,%llu,%.1f,%llu,%llu,%.2f,%.2f\n",
             plainDevice.c_str(), c.scene.c_str(), c.fetch == Fetch::exact ? "exact" : "hardware", c.size,
-            c.size, c.stepVoxels, c.onDevice->prepared().volume.selection.finest(), c.ms.size(),
+            c.size, c.stepVoxels, c.onDevice->prepared().layer().selection.finest(), c.ms.size(),
             minimum(c.ms), median(c.ms), median(c.wallMs), n(w.iterations), n(w.segments), n(w.samples),
             n(w.fetches), n(w.dispatches), w.longestDispatchMs, n(u.bricksUploaded), n(u.bytesUploaded),
             loadBefore, loadAverage());

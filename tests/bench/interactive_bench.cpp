@@ -12,6 +12,7 @@
 // processor.
 #include "core/scene/look.h"
 #include "core/scene/preset.h"
+#include "render/backends/gpu/gl/context.h"
 #include "render/backends/gpu/gpu_engine.h"
 #include "render/backends/native/native_engine.h"
 #include "render/interactive/interactive_renderer.h"

@@ -10,9 +10,11 @@
 #include "core/base/error.h"
 #include "core/base/threads.h"
 #include "render/backends/gpu/features.h"
+#include "render/backends/gpu/gl/context.h"
 #include "render/backends/gpu/probe.h"
 #include "render/contract/lattice.h"
 #include "render/contract/sampler.h"
+#include "render/plan/planner.h"
 
 #include <benchmark/benchmark.h>
 
@@ -189,13 +191,13 @@ void sampleOnDevice(benchmark::State& state, Workbench& bench, ValueType type, F
     scene.camera = FittedView{View::anterior, Projection::perspective, Fit::volume};
     scene.volumes = {{"", std::string("soft-tissue")}};
     const StoreReader& store = bench.store(type);
-    ScenePlan p = planScene(scene, store, {context.max3dTextureSize(), context.maxTextureBytes()},
-                            {bench.budgets.ram, bench.budgets.gpu, 0}, LevelChoice::oneForAllNothingCulled);
-    Atlas atlas(store.info(), p.volume.selection, pagesFor(p.volume.selection.counts),
+    Planner p = planScene(scene, store, {context.max3dTextureSize(), context.maxTextureBytes()},
+                          {bench.budgets.ram, bench.budgets.gpu, 0}, LevelChoice::oneForAllNothingCulled);
+    Atlas atlas(store.info(), p.layer().selection, pagesFor(p.layer().selection.counts),
                 {context.max3dTextureSize(), context.maxTextureBytes()}, bench.budgets.gpu,
                 bench.budgets.ram);
     Work upload;
-    atlas.bricks.load(*p.volume.cache, upload);
+    atlas.bricks.load(*p.layer().cache, upload);
     std::uint32_t features = 0;
     if (fetch == Fetch::hardware)
         features |= kFeatureHardware;
@@ -207,8 +209,8 @@ void sampleOnDevice(benchmark::State& state, Workbench& bench, ValueType type, F
     const std::vector<glm::vec3> few(positions.begin(), positions.begin() + 64);
     const auto probe = [&](const std::vector<glm::vec3>& at) {
         const auto start = Clock::now();
-        benchmark::DoNotOptimize(
-            probeField(at, features, store.info(), {&atlas, p.volume.selection.finest()}, bench.budgets.gpu));
+        benchmark::DoNotOptimize(probeField(at, features, store.info(),
+                                            {&atlas, p.layer().selection.finest()}, bench.budgets.gpu));
         return msSince(start);
     };
     double overhead = probe(few);

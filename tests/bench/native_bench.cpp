@@ -9,6 +9,7 @@
 #include "core/base/nearest_name.h"
 #include "render/backends/native/native_caster.h"
 #include "render/picture/picture.h"
+#include "render/plan/planner.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -63,7 +64,7 @@ void run(int argc, char** argv) {
     scene.quality.stepVoxels = std::stod(options["--step"]);
     NativeEngine engine(threads, budgets.gpu, budgets.ram);
     const auto preparing = Clock::now();
-    ScenePlan plan = planScene(scene, store, engine.limits(), {budgets.ram, budgets.gpu, threads});
+    Planner plan = planScene(scene, store, engine.limits(), {budgets.ram, budgets.gpu, threads});
     const double planMs = msSince(preparing);
     Work work;
     const auto loading = Clock::now();
@@ -72,7 +73,8 @@ void run(int argc, char** argv) {
     const auto settling = Clock::now();
     engine.settled();
     std::printf("plan %.1f ms, load %.1f ms, ghost layers %.1f ms, page edge %d, %s\n", planMs, loadMs,
-                msSince(settling), plan.volume.pageEdge, plan.volume.mixed() ? "mixed levels" : "one level");
+                msSince(settling), plan.layer().pageEdge,
+                plan.layer().mixed() ? "mixed levels" : "one level");
     const auto bareRate = [&](const NativeCaster& caster) {
         const native::PacketScene packets = caster.packetScene();
         std::int32_t brick[3] = {-1, 0, 0};

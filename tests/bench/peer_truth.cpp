@@ -35,11 +35,11 @@ Image roundedTo8Bits(Image image) {
     return image;
 }
 
-Image referenceImage(BrickCache& cache, const ScenePlan& p, const Shading& shading, const glm::ivec2& size,
+Image referenceImage(BrickCache& cache, const FramePlan& p, const Shading& shading, const glm::ivec2& size,
                      int stride, const glm::dvec2& shift) {
     const VolumeInfo& info = p.info();
     const std::vector<ReferenceRay> rays = referenceRays(p.view.camera, info, size, stride, shift);
-    const ReferenceInput input{&cache, &info, &p.volume.function, shading, &p.volume.statistics};
+    const ReferenceInput input{&cache, &info, &p.layer().function, shading, &p.layer().statistics};
     const std::vector<glm::dvec4> values = renderReference(input, rays, 0);
     Image out(thinnedSize(size, stride));
     std::transform(values.begin(), values.end(), out.pixels.begin(),
@@ -47,7 +47,7 @@ Image referenceImage(BrickCache& cache, const ScenePlan& p, const Shading& shadi
     return out;
 }
 
-std::vector<bool> borderPixels(const ScenePlan& p, const glm::ivec2& size, int stride) {
+std::vector<bool> borderPixels(const FramePlan& p, const glm::ivec2& size, int stride) {
     std::vector<bool> border;
     for (const ReferenceRay& ray : referenceRays(p.view.camera, p.info(), size, stride))
         border.push_back(grazesBorder(ray, p.info()));

@@ -14,7 +14,7 @@
 #include "core/image/image_metrics.h"
 #include "core/scene/preset.h"
 #include "render/backends/mirror/mirror.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/planner.h"
 #include "tests/bench/bench_tools.h"
 #include "tests/bench/lod/brick_truth.h"
 #include "tests/bench/lod/hierarchy.h"
@@ -122,7 +122,7 @@ void prediction(const std::vector<std::string>& stores, int parts, int threads) 
 
 // -- choice
 
-Image drawn(ScenePlan& p, const Selection& selection, int threads) {
+Image drawn(Planner& p, const Selection& selection, int threads) {
     p.setSelection(selection);
     Work work;
     Image image(p.view.imageSize);
@@ -194,16 +194,16 @@ void choice(const std::vector<std::string>& stores, int size, const std::vector<
             scene.volumes = {{path, f.function}};
             scene.imageSize = glm::ivec2(size);
             scene.shading.on = shading;
-            ScenePlan p = planScene(scene, store, TextureLimits{}, {budgets.ram, budgets.gpu, threads},
-                                    LevelChoice::oneForAll);
+            Planner p = planScene(scene, store, TextureLimits{}, {budgets.ram, budgets.gpu, threads},
+                                  LevelChoice::oneForAll);
             const std::vector<std::uint8_t> shows =
-                showsOf(cullBricks(statistics, p.volume.table, store.info(), 0, Culling::unlit));
+                showsOf(cullBricks(statistics, p.layer().table, store.info(), 0, Culling::unlit));
             if (shown(shows) < 10)
                 continue;
             BrickRays rays = noBrickRays(store.info(), kBrickRayParts, budgets.ram);
             addBrickRays(store, shows, rays, budgets.ram, threads);
-            const LevelErrors predicted = predictErrors(rays, shows, p.volume.table, store.info(), threads);
-            const LevelErrors truth = trueErrors(levels, shows, p.volume.table, threads);
+            const LevelErrors predicted = predictErrors(rays, shows, p.layer().table, store.info(), threads);
+            const LevelErrors truth = trueErrors(levels, shows, p.layer().table, threads);
             const LevelErrors data = dataErrors(levels, shows, threads);
             const LevelErrors sizes = sizeErrors(predicted.bricks, shows);
             const ViewWeights view =
@@ -211,8 +211,8 @@ void choice(const std::vector<std::string>& stores, int size, const std::vector<
             const ViewWeights byDistance = distanceWeights(view);
             const std::span<const float> means = statistics.brickMean;
             const std::vector<float> seen = visibilityFactors(
-                visibleCounts(levels, p.volume.table, p.view.camera, p.view.imageSize, threads),
-                cullBricks(statistics, p.volume.table, store.info(), 0, Culling::unlit));
+                visibleCounts(levels, p.layer().table, p.view.camera, p.view.imageSize, threads),
+                cullBricks(statistics, p.layer().table, store.info(), 0, Culling::unlit));
             ViewWeights unlimited = view;
             std::fill(unlimited.finest.begin(), unlimited.finest.end(), std::uint8_t{0});
             const Image finest = drawn(p, selectForError(predicted, unlimited, means, 0), threads);

@@ -26,6 +26,7 @@
 #include "tests/bench/vtk_renderer.h"
 #if TESSERA_WITH_IMAGE_FILES
 #include "core/image/image_file.h"
+#include "render/plan/planner.h"
 #endif
 
 #include <algorithm>
@@ -49,7 +50,7 @@ struct OpenStore {
     std::vector<std::byte> voxels;
 };
 
-Truth truthOf(const SuitePicture& picture, const Scene& scene, const ScenePlan& plan, OpenStore& store,
+Truth truthOf(const SuitePicture& picture, const Scene& scene, const FramePlan& plan, OpenStore& store,
               const Options& options) {
     Truth truth;
     const glm::ivec2 size = scene.imageSize;
@@ -85,7 +86,7 @@ void writePictures(const std::string& folder, const SuitePicture& picture,
 #endif
 }
 
-PictureResult contestOf(const SuitePicture& picture, const Scene& scene, const ScenePlan& plan,
+PictureResult contestOf(const SuitePicture& picture, const Scene& scene, const FramePlan& plan,
                         OpenStore& store, const Options& options, const ContestLimits& limits) {
     const VolumeInfo& info = store.reader.info();
     const glm::ivec2 size = scene.imageSize;
@@ -108,7 +109,7 @@ PictureResult contestOf(const SuitePicture& picture, const Scene& scene, const S
     const std::pair<VtkMapper, const char*> mappers[] = {{VtkMapper::cpu, kVtkCpu},
                                                          {VtkMapper::gpu, kVtkGpu}};
     for (const auto& [mapper, name] : mappers) {
-        vtk.push_back(std::make_unique<VtkRenderer>(mapper, info, store.voxels, plan.volume.function,
+        vtk.push_back(std::make_unique<VtkRenderer>(mapper, info, store.voxels, plan.layer().function,
                                                     scene.shading, plan.view.camera, size));
         VtkRenderer& renderer = *vtk.back();
         Contender contender;
@@ -218,10 +219,10 @@ void run(int argc, char** argv) {
             store = std::make_unique<OpenStore>(picture.storePath);
         }
         const auto start = Clock::now();
-        const ScenePlan plan = planView(picture.scene, store->reader, store->ram, 0);
+        const Planner plan = planView(picture.scene, store->reader, store->ram, 0);
         Scene scene = picture.scene;
         scene.camera = plan.view.camera;
-        scene.volumes.front().transferFunction = plan.volume.function;
+        scene.volumes.front().transferFunction = plan.layer().function;
         if (truthsOnly) {
             truthOf(picture, scene, plan, *store, options);
             continue;

@@ -11,6 +11,7 @@
 #include "core/scene/preset.h"
 #include "render/backends/gpu/features.h"
 #include "render/backends/gpu/fine_mask.h"
+#include "render/backends/gpu/gl/context.h"
 #include "render/backends/gpu/march.h"
 #include "tests/bench/bench_tools.h"
 
@@ -155,7 +156,7 @@ struct SkippingCase {
 };
 
 void draw(SkippingCase& c, int way, bool counting, Fetch fetch, int size, Budgets& budgets) {
-    const ScenePlan& p = c.onDevice->prepared();
+    const FramePlan& p = c.onDevice->prepared();
     std::uint32_t features = c.onDevice->features(fetch) & ~std::uint32_t{kFeatureSkipping};
     if (way != kNone)
         features |= kFeatureSkipping;
@@ -163,12 +164,12 @@ void draw(SkippingCase& c, int way, bool counting, Fetch fetch, int size, Budget
         features |= kFeatureCounting | kFeatureShading;
     const RayFrame<double> frame =
         rayFrame(p.view.camera, p.info(), glm::ivec2(size), p.view.quality.stepVoxels);
-    March march(features, frame, p.info(), p.strides(), p.volume.optics,
+    March march(features, frame, p.info(), p.strides(), p.layer().optics,
                 way == kNone ? nullptr : &c.ways[way], budgets.gpu);
     const FieldSource& source = c.onDevice->engine().field();
     if (way == kBlocks) {
         const auto start = Clock::now();
-        c.refined = refineSkipping(march.skippingMap(), c.ways[way], p.volume.table, p.volume.optics,
+        c.refined = refineSkipping(march.skippingMap(), c.ways[way], p.layer().table, p.layer().optics,
                                    features, p.info(), source, budgets.gpu);
         c.refineMs[way].push_back(msSince(start));
     }
@@ -219,8 +220,8 @@ void benchScenes(std::map<std::string, std::string>& options, int repeats) {
             scene.quality.fetch = fetch;
             SkippingCase c;
             c.onDevice = std::make_unique<SceneOnDevice>(scene, reader, context, budgets);
-            const ScenePlan& p = c.onDevice->prepared();
-            const OccupancyInput input{p.volume.statistics, p.volume.table, p.info(), p.volume.selection,
+            const FramePlan& p = c.onDevice->prepared();
+            const OccupancyInput input{p.layer().statistics, p.layer().table, p.info(), p.layer().selection,
                                        p.view.quality.edgeFunction};
             for (const Way way : {kCells, kBlocks})
                 c.ways[way] = Occupancy(input, MapScale::cells, budgets.ram);

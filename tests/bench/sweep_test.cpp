@@ -6,7 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/scratch_folder.h"
 #include "datasets/phantom.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/planner.h"
 #include "tests/bench/accuracy/area_sweep.h"
 #include "tests/bench/accuracy/light_sweep.h"
 #include "tests/bench/accuracy/runs_table.h"
@@ -209,16 +209,16 @@ TEST(StandardScenes, AreKeptForOtherRenderers) {
             MemoryBudget ram("RAM", "--ram", ramBytes);
             const StoreReader store(kept.volumes[0].path, ram);
             const auto& function = std::get<TransferFunction>(kept.volumes[0].transferFunction);
-            const ScenePlan measured = planView(scene.scene, store, ram, 1);
-            EXPECT_EQ(function.referenceLengthMm(), measured.volume.function.referenceLengthMm());
-            ASSERT_EQ(function.opacityPoints().size(), measured.volume.function.opacityPoints().size());
+            const Planner measured = planView(scene.scene, store, ram, 1);
+            EXPECT_EQ(function.referenceLengthMm(), measured.layer().function.referenceLengthMm());
+            ASSERT_EQ(function.opacityPoints().size(), measured.layer().function.opacityPoints().size());
             for (std::size_t i = 0; i < function.opacityPoints().size(); ++i) {
                 EXPECT_EQ(function.opacityPoints()[i].value,
-                          measured.volume.function.opacityPoints()[i].value);
+                          measured.layer().function.opacityPoints()[i].value);
                 EXPECT_EQ(function.opacityPoints()[i].opacity,
-                          measured.volume.function.opacityPoints()[i].opacity);
+                          measured.layer().function.opacityPoints()[i].opacity);
             }
-            EXPECT_EQ(function.colourPoints().size(), measured.volume.function.colourPoints().size());
+            EXPECT_EQ(function.colourPoints().size(), measured.layer().function.colourPoints().size());
         }
     }
 }

@@ -44,8 +44,8 @@ TesseraScene::TesseraScene(const Scene& scene, const StoreReader& store, const s
       onDevice_(scene, store, context_, budgets) {}
 
 Optics TesseraScene::optics(Integrator integrator, double stepVoxels) const {
-    const ScenePlan& p = prepared();
-    Optics optics = makeOptics(p.volume.table, p.info(), scene_.shading,
+    const FramePlan& p = prepared();
+    Optics optics = makeOptics(p.layer().table, p.info(), scene_.shading,
                                scene_.quality.terminationTransmittance, integrator);
     const double voxelMm = std::cbrt(std::abs(glm::determinant(glm::dmat3(p.info().patientFromVoxel))));
     preparePreintegration2d(optics, stepVoxels * voxelMm, 0, 1);
@@ -54,10 +54,10 @@ Optics TesseraScene::optics(Integrator integrator, double stepVoxels) const {
 
 double TesseraScene::draw(const Optics& optics, double stepVoxels, Fetch fetch, bool counting, Image& picture,
                           Work& work) {
-    const ScenePlan& p = prepared();
+    const FramePlan& p = prepared();
     std::uint32_t features = onDevice_.features(fetch) & ~kIntegratorFeatures;
     features |= integratorFeatures(optics.integrator) | (counting ? kFeatureCounting : 0u);
-    const Occupancy* occupancy = (features & kFeatureSkipping) ? &p.volume.occupancy : nullptr;
+    const Occupancy* occupancy = (features & kFeatureSkipping) ? &p.layer().occupancy : nullptr;
     Strides strides = p.strides();
     strides.segmentVoxels = stepVoxels;
     March march(features, rayFrame(p.view.camera, p.info(), scene_.imageSize, stepVoxels), p.info(), strides,

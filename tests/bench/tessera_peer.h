@@ -4,6 +4,7 @@
 
 #include "core/image/image.h"
 #include "core/scene/scene.h"
+#include "render/backends/gpu/gl/context.h"
 #include "tests/bench/bench_tools.h"
 
 #include <string>
@@ -25,7 +26,7 @@ std::vector<Variant> parseVariants(const std::string& integrators, const std::st
 class TesseraScene {
   public:
     TesseraScene(const Scene& scene, const StoreReader& store, const std::string& device, Budgets& budgets);
-    const ScenePlan& prepared() const { return onDevice_.prepared(); }
+    const FramePlan& prepared() const { return onDevice_.prepared(); }
     std::string device() const { return context_.renderer(); }
     /// The tables are made beforehand: they are a scene's, not a frame's.
     Optics optics(Integrator integrator, double stepVoxels) const;

@@ -15,6 +15,7 @@
 // show there.
 #include "core/base/error.h"
 #include "core/image/image_metrics.h"
+#include "render/plan/planner.h"
 #include "tests/bench/bench_tools.h"
 #include "tests/bench/gl_thread.h"
 #include "tests/bench/peer_tables.h"
@@ -163,17 +164,17 @@ void run(int argc, char** argv) {
 
     GlThread glThread;
     std::optional<TesseraScene> tessera;
-    std::optional<ScenePlan> view; // where Tessera does not draw: what the reference needs
+    std::optional<Planner> view; // where Tessera does not draw: what the reference needs
     if (vtkOnly)
         view = planView(scene, store, budgets.ram, 0);
     else
         glThread.run([&] { tessera.emplace(scene, store, options["--device"], budgets); });
-    const ScenePlan& p = vtkOnly ? *view : tessera->prepared();
-    if (!vtkOnly && p.volume.selection.finest() != 0)
+    const FramePlan& p = vtkOnly ? *view : tessera->prepared();
+    if (!vtkOnly && p.layer().selection.finest() != 0)
         throw InputError("the volume does not fit the device at full resolution: expected --vtk-only 1");
     const std::vector<std::byte> voxels = wholeVolume(store);
-    VtkRenderer cpu(VtkMapper::cpu, info, voxels, p.volume.function, scene.shading, p.view.camera, size);
-    VtkRenderer gpu(VtkMapper::gpu, info, voxels, p.volume.function, scene.shading, p.view.camera, size);
+    VtkRenderer cpu(VtkMapper::cpu, info, voxels, p.layer().function, scene.shading, p.view.camera, size);
+    VtkRenderer gpu(VtkMapper::gpu, info, voxels, p.layer().function, scene.shading, p.view.camera, size);
     // VTK counts in mm along the ray, Tessera in voxels; between anisotropic voxels the mean is as fair as
     // any.
     const glm::dvec3 spacing = info.spacingMm();

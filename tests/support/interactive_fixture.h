@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/base/error.h"
+#include "render/backends/gpu/gl/context.h"
 #include "render/backends/gpu/gpu_engine.h"
 #include "render/backends/native/native_engine.h"
 #include "render/interactive/interactive_renderer.h"

@@ -5,7 +5,7 @@
 #include "core/base/volume.h"
 #include "core/scene/preset.h"
 #include "core/scene/scene.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/planner.h"
 
 #include <string>
 
@@ -50,12 +50,12 @@ inline void lightWithAll(Scene& scene, const VolumeInfo& info, ShadingModel mode
 }
 
 /// All that there is of light, for a plan that is made.
-inline void lightPlanWithAll(ScenePlan& p) {
+inline void lightPlanWithAll(Planner& p) {
     Shading shading;
     shading.gradientWeight = GradientWeight{2, 60};
     Lighting lighting;
     lighting.lights = fourLights(p.info());
-    setLighting(p.volume.optics, shading, lighting, presetWithMaterials("bone-1").materials(), p.view.camera,
+    setLighting(p.layer().optics, shading, lighting, presetWithMaterials("bone-1").materials(), p.view.camera,
                 p.info());
 }
 

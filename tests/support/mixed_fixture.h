@@ -1,6 +1,7 @@
 // tests/support/mixed_fixture.h: scenes whose bricks have levels drawn at random.
 #pragma once
 
+#include "render/plan/planner.h"
 #include "tests/support/scene_fixture.h"
 
 #include <memory>
@@ -54,7 +55,7 @@ struct MixedScene {
         scene.quality.integrator = integrator;
         prepared = std::make_unique<Prepared>(store, scene);
     }
-    ScenePlan& p() { return prepared->p; }
+    Planner& p() { return prepared->p; }
     void choose(Selection s) { p().setSelection(std::move(s)); }
     std::unique_ptr<Prepared> prepared;
 };

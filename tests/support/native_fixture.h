@@ -3,6 +3,7 @@
 #pragma once
 
 #include "render/backends/native/native_caster.h"
+#include "render/plan/planner.h"
 #include "tests/support/scene_fixture.h"
 
 #include <optional>
@@ -35,11 +36,11 @@ struct NativeChoices {
 
 /// All bricks of the selection are there.
 inline NativePicture nativePicture(Prepared& prepared, const NativeChoices& choices = {}) {
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     NativeEngine engine(choices.threads, prepared.budgets.gpu, prepared.budgets.ram);
-    p.volume.pageEdge = choices.ghostLayers ? kGhostedEdge : kBrickExtent;
+    p.layer().pageEdge = choices.ghostLayers ? kGhostedEdge : kBrickExtent;
     p.chosen.chooser.reset();
-    p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
+    p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.layer().selection.counts));
     NativePicture out;
     loadBricks(engine, p, prepared.budgets.gpu, out.work);
     NativeCaster caster(p, engine, {true, choices.hits, false}, prepared.budgets.gpu, choices.target);
@@ -75,7 +76,7 @@ inline VolumeInfo infoOf(const std::string& store) {
 }
 
 inline Image mirrorPicture(const Prepared& prepared) {
-    const ScenePlan& p = prepared.p;
+    const FramePlan& p = prepared.p;
     Image image(p.view.imageSize);
     Work work;
     MirrorInput input = mirrorInput(p, p.view.quality.skipping);

@@ -19,12 +19,12 @@ template <typename... Values> void tell(const char* format, const Values&... val
 }
 
 inline ReferenceInput referenceInput(const Prepared& prepared, const Scene& scene) {
-    const ScenePlan& p = prepared.p;
-    return {p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, &p.volume.statistics, 1,
-            scene.surfaces,       {},        p.view.lighting,    p.view.camera};
+    const FramePlan& p = prepared.p;
+    return {p.layer().cache.get(), &p.info(), &p.layer().function, scene.shading, &p.layer().statistics, 1,
+            scene.surfaces,        {},        p.view.lighting,     p.view.camera};
 }
 inline Image referencePicture(const ReferenceInput& input, const Prepared& prepared) {
-    const ScenePlan& p = prepared.p;
+    const FramePlan& p = prepared.p;
     Image image(p.view.imageSize);
     const auto values = renderReference(input, referenceRays(p.view.camera, p.info(), p.view.imageSize), 0);
     std::transform(values.begin(), values.end(), image.pixels.begin(),

@@ -9,7 +9,7 @@
 #include "render/backends/gpu/march.h"
 #include "render/backends/mirror/mirror.h"
 #include "render/picture/picture.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/planner.h"
 #include "render/residency/texels.h"
 #include "tests/support/folders.h"
 
@@ -77,15 +77,15 @@ struct Prepared {
     }
     Budgets budgets;
     StoreReader reader;
-    ScenePlan p;
+    Planner p;
 };
 
 /// A prepared scene's bricks on the device of the current context, all of its selection.
 struct OnDevice {
     explicit OnDevice(Prepared& prepared) : engine(prepared.budgets.gpu, prepared.budgets.ram) {
-        ScenePlan& p = prepared.p;
+        Planner& p = prepared.p;
         p.chosen.chooser.reset(); // the selection stays as it is
-        p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
+        p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.layer().selection.counts));
         loadBricks(engine, p, prepared.budgets.gpu, work);
     }
     GpuEngine engine;
@@ -102,20 +102,20 @@ struct GpuPicture {
 /// @param refine  also where it does not pay
 inline GpuPicture marchOn(Prepared& prepared, std::uint32_t features, const Slicing& slicing = {},
                           bool refine = false) {
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     MemoryBudget& gpu = prepared.budgets.gpu;
     if (texelFormat(p.info().type).normalised)
         features |= kFeatureNormalised;
     features |= kFeatureCounting;
-    if (p.volume.mixed())
+    if (p.layer().mixed())
         features |= kFeatureMixed;
     OnDevice device(prepared);
     GpuPicture out;
     out.work = device.work;
     GpuCaster caster(p, device.engine, features, gpu);
     if (refine)
-        out.refinedCells = refineSkipping(caster.march().skippingMap(), p.volume.occupancy, p.volume.table,
-                                          p.volume.optics, features, p.info(), device.engine.field(), gpu);
+        out.refinedCells = refineSkipping(caster.march().skippingMap(), p.layer().occupancy, p.layer().table,
+                                          p.layer().optics, features, p.info(), device.engine.field(), gpu);
     drawToTheEnd(caster, device.engine, p, slicing, out.work);
     out.image = caster.image();
     return out;

@@ -4,6 +4,7 @@
 
 #include "bricking/import/importer.h"
 #include "core/base/scratch_folder.h"
+#include "render/plan/planner.h"
 #include "tests/support/formula_source.h"
 #include "tests/support/scene_fixture.h"
 
@@ -63,7 +64,7 @@ struct Drawn {
 /// By the march on the software device, with what its rays hit.
 inline Drawn draw(Prepared& prepared, std::uint32_t without = 0, const Slicing& slicing = {},
                   bool refine = false) {
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     MemoryBudget& gpu = prepared.budgets.gpu;
     const std::uint32_t features = (marchFeatures(p, true) | kFeatureHits) & ~without;
     OnDevice device(prepared);
@@ -71,13 +72,13 @@ inline Drawn draw(Prepared& prepared, std::uint32_t without = 0, const Slicing& 
     out.work = device.work;
     GpuCaster caster(p, device.engine, features, gpu);
     const auto refined = [&](const GlTexture3d& map, const Occupancy& occupancy, const TransferTable& table) {
-        refineSkipping(map, occupancy, table, p.volume.optics, features, p.info(), device.engine.field(),
+        refineSkipping(map, occupancy, table, p.layer().optics, features, p.info(), device.engine.field(),
                        gpu);
     };
     if (refine)
-        refined(caster.march().skippingMap(), p.volume.occupancy, p.volume.table);
-    if (refine && p.volume.mapsSurfaces && (features & kFeatureSkipping) != 0)
-        refined(caster.march().surfaceMap(), p.volume.surfaceOccupancy, p.volume.surfaceTable);
+        refined(caster.march().skippingMap(), p.layer().occupancy, p.layer().table);
+    if (refine && p.layer().mapsSurfaces && (features & kFeatureSkipping) != 0)
+        refined(caster.march().surfaceMap(), p.layer().surfaceOccupancy, p.layer().surfaceTable);
     drawToTheEnd(caster, device.engine, p, slicing, out.work);
     out.image = caster.image();
     out.hits = caster.hits();

@@ -4,7 +4,7 @@
 #include "core/scene/look.h"
 #include "core/scene/preset.h"
 #include "core/scene/scene.h"
-#include "render/picture/pixels_again.h" // verifyNames
+#include "render/verify/verify_plan.h" // verifyNames
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/selection_options.h"
 #include "viewer/cli/render/render_arguments.h"

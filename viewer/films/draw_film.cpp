@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/stopwatch.h"
+#include "render/backends/engine_maker.h"
 #include "render/picture/frame_renderer.h"
 #include "viewer/cli/manifest/manifest.h"
 #include "viewer/films/frame_folder.h"

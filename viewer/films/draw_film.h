@@ -5,7 +5,7 @@
 #include "bricking/store/store_reader.h"
 #include "core/animation/film.h"
 #include "core/base/budget.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "viewer/cli/options/options.h"
 
 #include <cstddef>

@@ -38,8 +38,8 @@ const SurfaceValue* crossed(const std::vector<SurfaceValue>& surfaces, double a,
 /// @param factor  gradient opacity there
 /// @param drawn   whether a place is not cut away
 template <typename Value, typename Factor, typename Drawn>
-Shares sharesAlong(const SegmentedRay<double>& ray, int from, int to, const VolumeState& volume,
-                   const Value& value, const Factor& factor, const Drawn& drawn) {
+Shares sharesAlong(const SegmentedRay<double>& ray, int from, int to, const Layer& volume, const Value& value,
+                   const Factor& factor, const Drawn& drawn) {
     Shares s;
     double left = 1, before = value(static_cast<double>(from));
     for (int i = from; i < to && left > kEndOfLight; ++i) {
@@ -115,7 +115,7 @@ int quickLevel(const VolumeInfo& info) {
 
 } // namespace
 
-PickedPlace pickPlace(const VolumeState& volume, const DrawnPart& part, const Camera& camera,
+PickedPlace pickPlace(const Layer& volume, const DrawnPart& part, const Camera& camera,
                       const glm::ivec2& imageSize, const glm::dvec2& place) {
     const VolumeInfo& info = volume.info();
     PickedPlace picked;

@@ -3,7 +3,7 @@
 
 #include "core/scene/camera.h"
 #include "render/plan/drawn_part.h"
-#include "render/plan/volume_state.h"
+#include "render/plan/layer.h"
 #include "viewer/session/viewing.h"
 
 #include <glm/vec2.hpp>
@@ -18,7 +18,7 @@ namespace tessera {
 /// Of an average, the middle of the way.
 /// @param place  of the picture, pixels, x right, y down
 /// Throws what decoding the coarse level threw.
-PickedPlace pickPlace(const VolumeState& volume, const DrawnPart& part, const Camera& camera,
+PickedPlace pickPlace(const Layer& volume, const DrawnPart& part, const Camera& camera,
                       const glm::ivec2& imageSize, const glm::dvec2& place);
 
 } // namespace tessera

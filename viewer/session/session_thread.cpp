@@ -155,7 +155,7 @@ void SessionThread::answer(const SessionWishes::Disc& question) {
     DiscValues values;
     try {
         if (open_ && open_->renderer) {
-            const VolumeState& volume = open_->renderer->volume();
+            const Layer& volume = open_->renderer->volume();
             values = discValues(*volume.cache, volume.info(), question.circle);
         }
     } catch (const Error&) { // damaged

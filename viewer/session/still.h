@@ -5,7 +5,7 @@
 #include "bricking/store/store_reader.h"
 #include "core/base/interrupt.h"
 #include "core/scene/scene.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "viewer/session/viewing.h"
 
 #include <cstdint>

@@ -9,7 +9,7 @@
 // looked at before. It is the picture of `tessera render` with half of both budgets.
 #pragma once
 
-#include "render/picture/renderer.h"       // EngineKind
+#include "render/picture/render_scene.h"   // EngineKind
 #include "viewer/cli/input/volume_input.h" // InputOptions
 #include "viewer/cli/options/options.h"
 #include "viewer/session/viewing.h"

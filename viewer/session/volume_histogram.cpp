@@ -9,7 +9,7 @@
 
 namespace tessera {
 
-std::vector<double> volumeHistogram(const VolumeState& volume, double lowest, double highest, int bins) {
+std::vector<double> volumeHistogram(const Layer& volume, double lowest, double highest, int bins) {
     constexpr std::size_t kMostSamples = 2'000'000;
     const VolumeInfo& info = volume.info();
     int level = 0;

@@ -2,7 +2,7 @@
 // function over it.
 #pragma once
 
-#include "render/plan/volume_state.h"
+#include "render/plan/layer.h"
 
 #include <vector>
 
@@ -12,6 +12,6 @@ namespace tessera {
 /// at most two million. Read through the cache.
 /// @param bins  at least 1
 /// Throws what decoding threw.
-std::vector<double> volumeHistogram(const VolumeState& volume, double lowest, double highest, int bins);
+std::vector<double> volumeHistogram(const Layer& volume, double lowest, double highest, int bins);
 
 } // namespace tessera

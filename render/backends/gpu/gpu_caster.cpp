@@ -17,47 +17,55 @@ std::uint32_t withFunction(std::uint32_t features, const Optics& optics) {
         optics);
 }
 
-std::uint32_t featuresOf(const ScenePlan& scene, const CasterOptions& options) {
+std::uint32_t featuresOf(const FramePlan& scene, const CasterOptions& options) {
     return marchFeatures(scene, options.counting) | (options.hits ? kFeatureHits : 0u) |
            (options.passes ? kFeaturePasses : 0u);
 }
 
 } // namespace
 
-GpuCaster::GpuCaster(const ScenePlan& scene, GpuEngine& engine, const CasterOptions& options,
+GpuCaster::GpuCaster(const FramePlan& scene, GpuEngine& engine, const CasterOptions& options,
                      MemoryBudget& gpu)
     : GpuCaster(scene, engine, featuresOf(scene, options), gpu) {}
 
-GpuCaster::GpuCaster(const ScenePlan& scene, GpuEngine& engine, std::uint32_t features, MemoryBudget& gpu)
-    : scene_(scene), engine_(engine), gpu_(gpu), features_(withFunction(features, scene.volume.optics)),
-      march_(features, scene.view.frame, scene.info(), scene.strides(), scene.volume.optics,
-             (features & kFeatureSkipping) && !scene.volume.reduces() ? &scene.volume.occupancy : nullptr,
+GpuCaster::GpuCaster(const FramePlan& scene, GpuEngine& engine, std::uint32_t features, MemoryBudget& gpu)
+    : scene_(scene), engine_(engine), gpu_(gpu), features_(withFunction(features, scene.layer().optics)),
+      taken_(scene.revisions), fetch_(scene.view.quality.fetch),
+      march_(features, scene.view.frame, scene.info(), scene.strides(), scene.layer().optics,
+             (features & kFeatureSkipping) && !scene.layer().reduces() ? &scene.layer().occupancy : nullptr,
              gpu) {
     putBounds();
-    if ((features & kFeatureSkipping) && scene.volume.mapsSurfaces)
-        march_.setSurfaceMap(scene.volume.surfaceOccupancy);
+    if ((features & kFeatureSkipping) && scene.layer().mapsSurfaces)
+        march_.setSurfaceMap(scene.layer().surfaceOccupancy);
 }
 
 void GpuCaster::begin(const Rays& rays) {
     check(rays);
+    engine_.settlePlan();
+    const PlanRevisions last = std::exchange(taken_, scene_.revisions);
+    if (last.function != taken_.function || last.tables != taken_.tables)
+        takeFunction();
     const std::uint32_t before = features_;
+    if (const Fetch fetch = scene_.view.quality.fetch; fetch != std::exchange(fetch_, fetch))
+        features_ = (features_ & ~std::uint32_t{kFeatureHardware}) |
+                    (fetch == Fetch::hardware ? std::uint32_t{kFeatureHardware} : 0u);
     features_ = (features_ & ~std::uint32_t{kFeaturePlaces | kFeatureSlabs | kFeatureIntervals}) |
                 (rays.frame.cuts ? std::uint32_t{kFeatureIntervals} : 0u) |
                 (rays.places.empty() ? 0u : std::uint32_t{kFeaturePlaces}) |
                 (rays.frame.slabCount > 0 ? std::uint32_t{kFeatureSlabs} : 0u);
     if (features_ != before)
-        march_.setFeatures(features_, scene_.volume.optics);
+        march_.setFeatures(features_, scene_.layer().optics);
     putBounds();
-    const bool changed = mapIsNew_ && (features_ & kFeatureSkipping) != 0 && !scene_.volume.reduces();
-    march_.setLights(scene_.volume.optics); // the camera may be another
-    march_.restart(rays, changed ? &scene_.volume.occupancy : nullptr);
-    mapIsNew_ = false;
+    const bool changed = last.emptySpace != taken_.emptySpace && (features_ & kFeatureSkipping) != 0 &&
+                         !scene_.layer().reduces();
+    march_.setLights(scene_.layer().optics); // the camera may be another
+    march_.restart(rays, changed ? &scene_.layer().occupancy : nullptr);
 }
 
 /// Those of rays that keep one value, where they are others than on the device.
 void GpuCaster::putBounds() {
-    const ValueBounds& bounds = scene_.volume.bounds;
-    if (!(features_ & kFeatureSkipping) || !scene_.volume.reduces() || boundsVersion_ == bounds.version())
+    const ValueBounds& bounds = scene_.layer().bounds;
+    if (!(features_ & kFeatureSkipping) || !scene_.layer().reduces() || boundsVersion_ == bounds.version())
         return;
     march_.setBounds(bounds);
     boundsVersion_ = bounds.version();
@@ -67,7 +75,7 @@ Image GpuCaster::image() const {
     Image image = march_.image();
     if ((features_ & kFeatureIntervals) && (features_ & kFeatureValues))
         for (glm::vec4& p : image.pixels)
-            p = colourOfKept(scene_.volume.optics, KeptValue<float>{p.r, p.g, p.a > 0});
+            p = colourOfKept(scene_.layer().optics, KeptValue<float>{p.r, p.g, p.a > 0});
     return image;
 }
 
@@ -76,32 +84,16 @@ bool GpuCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& w
     return march_.runUntil(engine_.field(), slicing, deadline, work);
 }
 
-void GpuCaster::functionChanged() {
-    features_ = withFunction(features_, scene_.volume.optics);
-    march_.setFunction(scene_.volume.optics);
-    engine_.functionChanged();
-}
-
-bool GpuCaster::fetchExactly() {
-    if (!(features_ & kFeatureHardware))
-        return false;
-    features_ &= ~std::uint32_t{kFeatureHardware};
-    filtersAgain_ = true;
-    march_.setFeatures(features_, scene_.volume.optics);
-    return true;
-}
-
-void GpuCaster::fetchAsAsked() {
-    if (!std::exchange(filtersAgain_, false))
-        return;
-    features_ |= kFeatureHardware;
-    march_.setFeatures(features_, scene_.volume.optics);
+void GpuCaster::takeFunction() {
+    features_ = withFunction(features_, scene_.layer().optics);
+    march_.setFunction(scene_.layer().optics);
 }
 
 void GpuCaster::refine() {
-    if (!(features_ & kFeatureSkipping) || (features_ & kFeaturePasses) || scene_.volume.reduces())
+    if (!(features_ & kFeatureSkipping) || (features_ & kFeaturePasses) || scene_.layer().reduces())
         return;
-    const VolumeState& volume = scene_.volume;
+    engine_.settlePlan();
+    const Layer& volume = scene_.layer();
     const auto refined = [&](const GlTexture3d& map, const Occupancy& occupancy, const TransferTable& table) {
         if (!refiningPays(occupancy, rayCount(scene_.view.imageSize)) ||
             gpu_.freeBytes() < refiningBytes(table.entries.size()))

@@ -13,9 +13,9 @@ namespace tessera {
 class GpuCaster : public RayCaster {
   public:
     /// Scene and engine outlive it.
-    GpuCaster(const ScenePlan& scene, GpuEngine& engine, const CasterOptions& options, MemoryBudget& gpu);
+    GpuCaster(const FramePlan& scene, GpuEngine& engine, const CasterOptions& options, MemoryBudget& gpu);
     /// The same with exactly these features: for tests and studies that leave out what the scene asks for.
-    GpuCaster(const ScenePlan& scene, GpuEngine& engine, std::uint32_t features, MemoryBudget& gpu);
+    GpuCaster(const FramePlan& scene, GpuEngine& engine, std::uint32_t features, MemoryBudget& gpu);
 
     void begin(const Rays& rays) override;
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) override;
@@ -23,10 +23,6 @@ class GpuCaster : public RayCaster {
     std::vector<std::uint32_t> takeWanted() override { return march_.takeWanted(); }
     Image image() const override;
     std::vector<SurfaceHit> hits() const override { return march_.hits(); }
-    void functionChanged() override;
-    void emptySpaceChanged() override { mapIsNew_ = true; }
-    bool fetchExactly() override;
-    void fetchAsAsked() override;
     void refine() override;
     std::size_t refinedCells() const override { return refinedCells_; }
     std::uint32_t features() const override { return features_; }
@@ -34,14 +30,15 @@ class GpuCaster : public RayCaster {
     const March& march() const { return march_; }
 
   private:
+    void takeFunction();
     void putBounds();
 
-    const ScenePlan& scene_;
+    const FramePlan& scene_;
     GpuEngine& engine_;
     MemoryBudget& gpu_;
-    std::uint32_t features_;    // the integrator's and the lights' included
-    bool filtersAgain_ = false; // fetchExactly() took filters away
-    bool mapIsNew_ = false;
+    std::uint32_t features_; // the integrator's and the lights' included
+    PlanRevisions taken_;    // of the plan, when rays last began
+    Fetch fetch_;            // then
     std::size_t refinedCells_ = 0;
     std::uint64_t boundsVersion_ = 0; // of the bounds on the device; 0: none
     March march_;

@@ -7,39 +7,42 @@
 #include "render/backends/gpu/visibility_pass.h"
 #include "render/residency/texels.h"
 
+#include <utility>
+
 namespace tessera {
 
-std::uint32_t marchFeatures(const ScenePlan& scene, bool counting) {
+std::uint32_t marchFeatures(const FramePlan& scene, bool counting) {
     std::uint32_t f = 0;
     const auto add = [&](bool needed, Feature feature) { f |= needed ? feature : 0u; };
-    add(scene.volume.mixed(), kFeatureMixed);
-    add(scene.volume.optics.shading, kFeatureShading);
-    add(scene.volume.optics.grades(), kFeatureGradientOpacity);
-    if (scene.volume.optics.takesGradients() || !scene.volume.optics.surfaces.empty())
-        f |= gradientFeature(scene.volume.optics.gradient);
-    add(scene.view.quality.skipping && (scene.volume.occupancy.exists() || scene.volume.bounds.exists()),
+    add(scene.layer().mixed(), kFeatureMixed);
+    add(scene.layer().optics.shading, kFeatureShading);
+    add(scene.layer().optics.grades(), kFeatureGradientOpacity);
+    if (scene.layer().optics.takesGradients() || !scene.layer().optics.surfaces.empty())
+        f |= gradientFeature(scene.layer().optics.gradient);
+    add(scene.view.quality.skipping && (scene.layer().occupancy.exists() || scene.layer().bounds.exists()),
         kFeatureSkipping);
-    add(scene.volume.reduces(), kFeatureValues);
+    add(scene.layer().reduces(), kFeatureValues);
     add(!scene.view.part.slabs.empty(), kFeatureSlabs);
     add(scene.view.part.cuts != nullptr, kFeatureIntervals);
     add(scene.view.quality.fetch == Fetch::hardware, kFeatureHardware);
     add(texelFormat(scene.info().type).normalised, kFeatureNormalised);
-    add(scene.volume.optics.termination > 0, kFeatureTermination);
+    add(scene.layer().optics.termination > 0, kFeatureTermination);
     add(counting, kFeatureCounting);
-    add(!scene.volume.optics.surfaces.empty(), kFeatureSurfaces);
-    return withLights(f | integratorFeatures(scene.volume.optics.integrator), scene.volume.optics);
+    add(!scene.layer().optics.surfaces.empty(), kFeatureSurfaces);
+    return withLights(f | integratorFeatures(scene.layer().optics.integrator), scene.layer().optics);
 }
 
 namespace {
 
 class GpuCounter : public VisibilityCounter {
   public:
-    GpuCounter(const ScenePlan& scene, const GpuEngine& engine, MemoryBudget& gpu)
+    GpuCounter(const FramePlan& scene, GpuEngine& engine, MemoryBudget& gpu)
         : scene_(scene), engine_(engine), pass_(marchFeatures(scene, false), scene.info(), gpu) {}
     void begin() override {
+        engine_.settlePlan();
         pass_.begin(
             visibilityRays(scene_.view.camera, scene_.info(), scene_.view.imageSize, scene_.strides()),
-            scene_.volume.optics);
+            scene_.layer().optics);
     }
     bool count(const Slicing& slicing, RayCaster::Clock::time_point deadline) override {
         Work work; // not the picture's
@@ -48,15 +51,16 @@ class GpuCounter : public VisibilityCounter {
     std::vector<SeenBrick> seen() const override { return pass_.seen(); }
 
   private:
-    const ScenePlan& scene_;
-    const GpuEngine& engine_;
+    const FramePlan& scene_;
+    GpuEngine& engine_;
     VisibilityPass pass_;
 };
 
 } // namespace
 
 Engine::About GpuEngine::about() const {
-    return {context_ ? context_->renderer() : "OpenGL", context_ ? context_->version() : "", true, true};
+    return {context_ ? context_->renderer() : "OpenGL", context_ ? context_->version() : "", true, true,
+            true};
 }
 
 TextureLimits GpuEngine::limits() const {
@@ -69,18 +73,19 @@ TextureLimits GpuEngine::limits() const {
     return limits;
 }
 
-void GpuEngine::open(std::span<ScenePlan* const> volumes, std::size_t pages) {
-    TESSERA_CHECK(volumes.size() == 1);
+void GpuEngine::open(std::span<const FramePlan* const> plans, std::size_t pages) {
+    TESSERA_CHECK(plans.size() == 1);
     close();
-    scene_ = volumes.front(); // first, so that two are never charged
+    scene_ = plans.front(); // first, so that two are never charged
     TextureLimits limits = this->limits();
     limits.lightChannels = keptLightChannels(scene_->view.lighting);
     std::vector<Plane*> beside;
     if (limits.lightChannels > 0)
         beside.push_back(&light_.emplace(*scene_, pages, limits, 0, gpu_).plane());
     litBy_ = scene_->view.camera;
-    atlas_.emplace(scene_->info(), scene_->volume.selection, pages, limits, gpu_, ram_, std::move(beside));
-    levelsChanged();
+    atlas_.emplace(scene_->info(), scene_->layer().selection, pages, limits, gpu_, ram_, std::move(beside));
+    taken_ = scene_->revisions;
+    takeLevels();
 }
 
 void GpuEngine::close() {
@@ -91,8 +96,16 @@ void GpuEngine::close() {
     scene_ = nullptr;
 }
 
-void GpuEngine::levelsChanged() {
-    const VolumeState& volume = scene_->volume;
+void GpuEngine::settlePlan() {
+    const PlanRevisions before = std::exchange(taken_, scene_->revisions);
+    if (before.levels != taken_.levels)
+        takeLevels();
+    if (light_ && (before.function != taken_.function || before.tables != taken_.tables))
+        light_->light().functionChanged();
+}
+
+void GpuEngine::takeLevels() {
+    const Layer& volume = scene_->layer();
     if (!volume.mixed())
         textures_.reset();
     else if (textures_)
@@ -116,11 +129,6 @@ void GpuEngine::settleLight(Work& work) {
         light_->light().viewChanged();
     }
     light_->settle(work);
-}
-
-void GpuEngine::functionChanged() {
-    if (light_)
-        light_->light().functionChanged();
 }
 
 std::unique_ptr<RayCaster> GpuEngine::caster(const CasterOptions& options, MemoryBudget& gpu) {

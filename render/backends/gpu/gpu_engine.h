@@ -15,7 +15,7 @@
 namespace tessera {
 
 /// What a scene needs of a march over bricks that are all there, in bits of features.h.
-std::uint32_t marchFeatures(const ScenePlan& scene, bool counting);
+std::uint32_t marchFeatures(const FramePlan& scene, bool counting);
 
 class GpuEngine : public Engine {
   public:
@@ -29,10 +29,9 @@ class GpuEngine : public Engine {
 
     About about() const override;
     TextureLimits limits() const override;
-    void open(std::span<ScenePlan* const> volumes, std::size_t pages) override;
+    void open(std::span<const FramePlan* const> plans, std::size_t pages) override;
     void close() override;
     BrickResidency* bricks() override { return atlas_ ? &atlas_->bricks : nullptr; }
-    void levelsChanged() override;
     LightPlane* light() override { return light_ ? &light_->plane() : nullptr; }
     std::optional<LightReport> lightReport() const override {
         return light_ ? std::optional(light_->report()) : std::nullopt;
@@ -45,15 +44,18 @@ class GpuEngine : public Engine {
     const FieldSource& field() const { return field_; }
     /// Light as things are; before rays are drawn.
     void settleLight(Work& work);
-    /// Light as it was may not hold any more.
-    void functionChanged();
+    /// Takes the plan's levels and function as they are, where they are others.
+    void settlePlan();
 
   private:
+    void takeLevels();
+
     const GlContext* context_ = nullptr;
     MemoryBudget &gpu_, &ram_;
-    ScenePlan* scene_ = nullptr;
+    const FramePlan* scene_ = nullptr;
     std::optional<LightAtlas> light_;
     std::optional<Atlas> atlas_;
+    PlanRevisions taken_;                   // of the plan
     Camera litBy_;                          // the camera that lights were placed by
     std::optional<LevelTextures> textures_; // of mixed levels
     FieldSource field_;

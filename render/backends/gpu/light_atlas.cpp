@@ -13,7 +13,7 @@ constexpr GLenum kExternal[] = {GL_RED, GL_RG, GL_RGBA, GL_RGBA};
 
 } // namespace
 
-LightAtlas::LightAtlas(const ScenePlan& scene, std::size_t pages, const TextureLimits& limits, int threads,
+LightAtlas::LightAtlas(const FramePlan& scene, std::size_t pages, const TextureLimits& limits, int threads,
                        MemoryBudget& gpu)
     : light_(scene, threads), components_(keptLightChannels(scene.view.lighting)),
       plane_(light_, scene, makeChannels(), true) {

@@ -18,7 +18,7 @@ class LightAtlas {
   public:
     /// @param pages, limits  as the atlas of values has them
     /// The scene outlives it, and does not move.
-    LightAtlas(const ScenePlan& scene, std::size_t pages, const TextureLimits& limits, int threads,
+    LightAtlas(const FramePlan& scene, std::size_t pages, const TextureLimits& limits, int threads,
                MemoryBudget& gpu);
 
     /// For the BrickResidency.

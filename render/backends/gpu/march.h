@@ -72,7 +72,7 @@ class March {
     std::vector<std::uint32_t> takeWanted();
     /// The distance map on the device; with kFeatureSkipping only.
     const GlTexture3d& skippingMap() const { return skipping_; }
-    /// With isosurfaces: what they alone show (ScenePlan::surfaceOccupancy), so that rays solve for them only
+    /// With isosurfaces: what they alone show (Planner::surfaceOccupancy), so that rays solve for them only
     /// near them. Before run(), and again where it changed; without it rays do wherever anything shows.
     void setSurfaceMap(const Occupancy& surfaceOccupancy);
     /// kFeatureValues with kFeatureSkipping: before run(), and again where they changed.

@@ -10,16 +10,17 @@
 
 namespace tessera {
 
-MirrorInput mirrorInput(const ScenePlan& scene, bool skipping) {
+MirrorInput mirrorInput(const FramePlan& scene, bool skipping) {
     MirrorInput input;
-    input.cache = scene.volume.cache.get();
+    input.cache = scene.layer().cache.get();
     input.info = &scene.info();
-    input.selection = &scene.volume.selection;
-    input.levels = scene.volume.mixed() ? &scene.volume.levels : nullptr;
-    input.optics = &scene.volume.optics;
-    input.occupancy = skipping && scene.volume.occupancy.exists() ? &scene.volume.occupancy : nullptr;
-    input.bounds = skipping && scene.volume.bounds.exists() ? &scene.volume.bounds : nullptr;
-    input.surfaceOccupancy = skipping && scene.volume.mapsSurfaces ? &scene.volume.surfaceOccupancy : nullptr;
+    input.selection = &scene.layer().selection;
+    input.levels = scene.layer().mixed() ? &scene.layer().levels : nullptr;
+    input.optics = &scene.layer().optics;
+    input.occupancy = skipping && scene.layer().occupancy.exists() ? &scene.layer().occupancy : nullptr;
+    input.bounds = skipping && scene.layer().bounds.exists() ? &scene.layer().bounds : nullptr;
+    input.surfaceOccupancy =
+        skipping && scene.layer().mapsSurfaces ? &scene.layer().surfaceOccupancy : nullptr;
     input.strides = scene.strides();
     return input;
 }

@@ -15,7 +15,7 @@ constexpr std::size_t kRaysAtATime = 4096; // where there is a deadline
 
 class MirrorCaster : public RayCaster {
   public:
-    MirrorCaster(const ScenePlan& scene, const CasterOptions& options, int threads, MemoryBudget& budget)
+    MirrorCaster(const FramePlan& scene, const CasterOptions& options, int threads, MemoryBudget& budget)
         : scene_(scene), hits_(options.hits), threads_(threads), budget_(budget) {}
 
     void begin(const Rays& rays) override {
@@ -29,7 +29,6 @@ class MirrorCaster : public RayCaster {
         if (lightChannels(scene_.view.lighting) > 0)
             lightBricks();
     }
-    void functionChanged() override { light_.reset(); }
 
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) override {
         const bool whole = deadline == Clock::time_point::max();
@@ -61,14 +60,16 @@ class MirrorCaster : public RayCaster {
   private:
     /// Where they are not lit yet, as the scene is now.
     void lightBricks() {
-        const std::vector<std::uint8_t>& levels = scene_.volume.selection.levels;
-        if (light_ && litLevels_ == levels && litCamera_ == scene_.view.camera)
+        const std::vector<std::uint8_t>& levels = scene_.layer().selection.levels;
+        if (light_ && litLevels_ == levels && litCamera_ == scene_.view.camera &&
+            litFunction_ == scene_.revisions.function)
             return;
         light_.reset();
         SceneLight light(scene_, threads_);
         light_.emplace(light, scene_, budget_);
         litLevels_ = levels;
         litCamera_ = scene_.view.camera;
+        litFunction_ = scene_.revisions.function;
     }
     MirrorInput input() const {
         MirrorInput input = mirrorInput(scene_, scene_.view.quality.skipping);
@@ -79,13 +80,14 @@ class MirrorCaster : public RayCaster {
         return input;
     }
 
-    const ScenePlan& scene_;
+    const FramePlan& scene_;
     bool hits_;
     int threads_;
     MemoryBudget& budget_;
     std::optional<StoredLight> light_;
     std::vector<std::uint8_t> litLevels_; // when light_ was made
     Camera litCamera_;
+    std::uint64_t litFunction_ = 0;
     Rays rays_;
     std::optional<CutRays> cuts_;
     Image picture_;
@@ -94,7 +96,7 @@ class MirrorCaster : public RayCaster {
 
 class MirrorCounter : public VisibilityCounter {
   public:
-    MirrorCounter(const ScenePlan& scene, int threads) : scene_(scene), threads_(threads) {}
+    MirrorCounter(const FramePlan& scene, int threads) : scene_(scene), threads_(threads) {}
     void begin() override {}
     bool count(const Slicing&, RayCaster::Clock::time_point) override {
         const VisibilityRays rays =
@@ -108,16 +110,16 @@ class MirrorCounter : public VisibilityCounter {
     std::vector<SeenBrick> seen() const override { return seen_; }
 
   private:
-    const ScenePlan& scene_;
+    const FramePlan& scene_;
     int threads_;
     std::vector<SeenBrick> seen_;
 };
 
 } // namespace
 
-void MirrorEngine::open(std::span<ScenePlan* const> volumes, std::size_t) {
-    TESSERA_CHECK(volumes.size() == 1);
-    scene_ = volumes.front();
+void MirrorEngine::open(std::span<const FramePlan* const> plans, std::size_t) {
+    TESSERA_CHECK(plans.size() == 1);
+    scene_ = plans.front();
 }
 
 std::unique_ptr<RayCaster> MirrorEngine::caster(const CasterOptions& options, MemoryBudget& gpu) {

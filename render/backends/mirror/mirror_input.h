@@ -9,7 +9,7 @@
 #include "render/contract/strides.h"
 #include "render/empty_space/occupancy.h"
 #include "render/empty_space/value_bounds.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/frame_plan.h"
 
 namespace tessera {
 
@@ -36,6 +36,6 @@ struct MirrorInput {
 };
 
 /// What a prepared scene gives the mirror; valid as long as the scene is not moved.
-MirrorInput mirrorInput(const ScenePlan& scene, bool skipping);
+MirrorInput mirrorInput(const FramePlan& scene, bool skipping);
 
 } // namespace tessera

@@ -22,9 +22,9 @@ template <typename Values> struct UnlitField {
 
 } // namespace
 
-MirrorTracer::MirrorTracer(const ScenePlan& scene, double voxels)
+MirrorTracer::MirrorTracer(const FramePlan& scene, double voxels)
     : input_(mirrorInput(scene, scene.view.quality.skipping)) {
-    optics_.surfaces = scene.volume.optics.surfaces;
+    optics_.surfaces = scene.layer().optics.surfaces;
     optics_.volumeShows = false;
     input_.optics = &optics_;
     if (input_.surfaceOccupancy) // the volume's own does not matter

@@ -11,7 +11,7 @@ class MirrorTracer : public SurfaceTracer {
   public:
     /// Of the scene as it is, which outlives it.
     /// @param voxels  of a segment
-    MirrorTracer(const ScenePlan& scene, double voxels);
+    MirrorTracer(const FramePlan& scene, double voxels);
     MirrorTracer(const MirrorTracer&) = delete;
     MirrorTracer& operator=(const MirrorTracer&) = delete;
     void trace(std::span<const LightWay> ways, std::span<LightTaken> taken) const override;

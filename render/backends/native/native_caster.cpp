@@ -95,19 +95,19 @@ struct NativeCaster::Counts {
     const Context* context = nullptr;
 };
 
-NativeCaster::NativeCaster(const ScenePlan& scene, NativeEngine& engine, const CasterOptions& options,
+NativeCaster::NativeCaster(const FramePlan& scene, NativeEngine& engine, const CasterOptions& options,
                            MemoryBudget& gpu, const native::PacketTarget* target)
     : scene_(scene), engine_(engine), gpu_(gpu), options_(options),
-      target_(target ? *target : native::packetTarget()),
+      target_(target ? *target : native::packetTarget()), mapTaken_(scene.revisions.emptySpace),
       wanted_(options.passes ? cellCount(brickGrid(scene.info().extentVoxels)) : 0) {}
 
 const Occupancy* NativeCaster::occupancy() const {
-    return scene_.view.quality.skipping && scene_.volume.occupancy.exists() ? &scene_.volume.occupancy
-                                                                            : nullptr;
+    return scene_.view.quality.skipping && scene_.layer().occupancy.exists() ? &scene_.layer().occupancy
+                                                                             : nullptr;
 }
 
 bool NativeCaster::mapsSurfaces() const {
-    return occupancy() && scene_.volume.mapsSurfaces;
+    return occupancy() && scene_.layer().mapsSurfaces;
 }
 
 void NativeCaster::begin(const Rays& rays) {
@@ -117,7 +117,8 @@ void NativeCaster::begin(const Rays& rays) {
     size_ = rays.size();
     tiles_ = (size_ + (kTileEdge - 1)) / kTileEdge;
     packetFrame_ = packetFrameOf(frame_);
-    if (std::exchange(mapIsNew_, false)) { // what was found is of another one
+    const std::uint64_t map = scene_.revisions.emptySpace;
+    if (std::exchange(mapTaken_, map) != map) { // what was found is of another one
         blocks_.reset();
         surfaceBlocks_.reset();
     }
@@ -143,10 +144,10 @@ void NativeCaster::begin(const Rays& rays) {
 
 /// Rays that have another interval, and behind which something is seen, go on.
 void NativeCaster::startRound() {
-    const Optics& optics = scene_.volume.optics;
+    const Optics& optics = scene_.layer().optics;
     for (std::size_t slot = 0; slot < next_.size(); ++slot) {
         const bool ends =
-            cuts_->count(slot) <= round_ || (!scene_.volume.reduces() && isOpaque(optics, colour_[slot]));
+            cuts_->count(slot) <= round_ || (!scene_.layer().reduces() && isOpaque(optics, colour_[slot]));
         next_[slot] = ends ? kEnded : 0;
     }
     std::fill(packet_.begin(), packet_.end(), std::uint16_t{0});
@@ -155,7 +156,7 @@ void NativeCaster::startRound() {
 /// Rays that keep one value have no colour until all their intervals are drawn.
 void NativeCaster::colourKeptValues() {
     for (glm::vec4& colour : colour_)
-        colour = colourOfKept(scene_.volume.optics, KeptValue<float>{colour.r, colour.g, colour.a > 0});
+        colour = colourOfKept(scene_.layer().optics, KeptValue<float>{colour.r, colour.g, colour.a > 0});
 }
 
 native::PacketScene NativeCaster::packetScene() const {
@@ -168,7 +169,7 @@ bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work
         if (waiting_ > 0 || !cuts_)
             return true;
         if (round_ + 1 >= cuts_->most) {
-            if (scene_.volume.reduces())
+            if (scene_.layer().reduces())
                 colourKeptValues();
             return true;
         }
@@ -196,7 +197,7 @@ bool NativeCaster::drawRound(const Slicing& slicing, Clock::time_point deadline,
     const auto tile = [&](std::size_t number) {
         if (packet_[number] == packetsOfTile || late.load(std::memory_order_relaxed))
             return;
-        const VolumeState& volume = scene_.volume;
+        const Layer& volume = scene_.layer();
         NativeField field(engine_.plane(), volume.mixed() ? &volume.levels : nullptr,
                           volume.selection.finest(), volume.optics.gradient);
         field.setLight(engine_.lightChannels());
@@ -240,9 +241,9 @@ glm::vec2 NativeCaster::placeOf(const glm::ivec2& at, std::size_t slot) const {
 void NativeCaster::nameStride(NativeField& field, const SegmentedRay<float>& ray, int i,
                               const glm::vec4& sum) {
     MirrorInput input;
-    input.optics = &scene_.volume.optics;
+    input.optics = &scene_.layer().optics;
     input.occupancy = occupancy();
-    input.surfaceOccupancy = mapsSurfaces() ? &scene_.volume.surfaceOccupancy : nullptr;
+    input.surfaceOccupancy = mapsSurfaces() ? &scene_.layer().surfaceOccupancy : nullptr;
     input.strides = rays_.strides;
     Work unused;
     SurfaceHit nowhere;
@@ -305,7 +306,7 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScen
     job.turns = slicing.fixedIterations;
     march_(packets, job);
     bool ended = true;
-    const bool surfaces = !scene_.volume.optics.surfaces.empty();
+    const bool surfaces = !scene_.layer().optics.surfaces.empty();
     for (int lane = 0; lane < target_.lanes(); ++lane) {
         if (job.count[lane] == 0)
             continue;
@@ -320,7 +321,7 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScen
             if (surfaces)
                 nameStride(field, rayOf(job, lane), job.next[lane], colour_[slot]);
             else
-                nameSample(field, *counts.context, scene_.volume.optics, rayOf(job, lane), job.next[lane]);
+                nameSample(field, *counts.context, scene_.layer().optics, rayOf(job, lane), job.next[lane]);
             field.name(nullptr, 0);
             field.takeMissing();
         } else {
@@ -330,7 +331,7 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScen
     counts.work.iterations += job.iterations;
     counts.work.segments += job.segments;
     counts.work.samples += job.values + job.gradients * static_cast<std::uint64_t>(
-                                                            gradientValues(scene_.volume.optics.gradient));
+                                                            gradientValues(scene_.layer().optics.gradient));
     counts.lanes.turns += job.turnsTaken;
     counts.lanes.used += job.values;
     return ended;
@@ -355,13 +356,13 @@ void NativeCaster::refine() {
     const int ofPixel = quality.pixels.samples != PixelSampling::kAutomatic ? quality.pixels.samples
                         : quality.maxError.value_or(0) > 0                  ? kForAnError
                                                                             : kDecided;
-    if (FineBlocks::pay(scene_.volume.mixed(), ofPixel * raysPerCell(scene_.view.frame)))
+    if (FineBlocks::pay(scene_.layer().mixed(), ofPixel * raysPerCell(scene_.view.frame)))
         findBlocks();
 }
 
 void NativeCaster::findBlocks() {
     const Occupancy* const all = occupancy();
-    const VolumeState& volume = scene_.volume;
+    const Layer& volume = scene_.layer();
     if (!all || all->scale() != MapScale::cells || options_.passes)
         return;
     const auto finer = [&](const Occupancy& cells, const TransferTable& table) {

@@ -18,7 +18,7 @@ class NativeCaster : public RayCaster {
   public:
     /// Scene and engine outlive it.
     /// @param target  of instructions; null: the processor's best
-    NativeCaster(const ScenePlan& scene, NativeEngine& engine, const CasterOptions& options,
+    NativeCaster(const FramePlan& scene, NativeEngine& engine, const CasterOptions& options,
                  MemoryBudget& gpu, const native::PacketTarget* target = nullptr);
 
     void begin(const Rays& rays) override;
@@ -28,8 +28,6 @@ class NativeCaster : public RayCaster {
     Image image() const override;
     std::vector<SurfaceHit> hits() const override { return hits_; }
     std::unique_ptr<SurfaceTracer> surfaceTracer(double voxels) const override;
-    void functionChanged() override { engine_.functionChanged(); }
-    void emptySpaceChanged() override { mapIsNew_ = true; }
     void refine() override;
     /// As refine(), whether it pays or not, where there is a map of cells.
     void findBlocks();
@@ -58,7 +56,7 @@ class NativeCaster : public RayCaster {
     const Occupancy* occupancy() const;
     bool mapsSurfaces() const;
 
-    const ScenePlan& scene_;
+    const FramePlan& scene_;
     NativeEngine& engine_;
     MemoryBudget& gpu_;
     CasterOptions options_;
@@ -66,7 +64,7 @@ class NativeCaster : public RayCaster {
     native::PacketMarch march_ = nullptr;
     Charge raysCharge_;
     std::unique_ptr<FineBlocks> blocks_, surfaceBlocks_; // none: the scene's maps are read
-    bool mapIsNew_ = false;
+    std::uint64_t mapTaken_ = 0;                         // PlanRevisions::emptySpace when rays last began
 
     Rays rays_;
     RayFrame<float> frame_;

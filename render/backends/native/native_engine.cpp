@@ -8,6 +8,8 @@
 #include "render/backends/native/native_field.h"
 #include "render/plan/visibility_rays.h"
 
+#include <utility>
+
 namespace tessera {
 namespace {
 
@@ -16,19 +18,20 @@ constexpr std::size_t kNumberedSamples = std::size_t{1} << 31; // what 32 bits n
 /// As mirrorSeen(), over the engine's bricks.
 class NativeCounter : public VisibilityCounter {
   public:
-    NativeCounter(const ScenePlan& scene, NativeEngine& engine) : scene_(scene), engine_(engine) {}
+    NativeCounter(const FramePlan& scene, NativeEngine& engine) : scene_(scene), engine_(engine) {}
     void begin() override {
+        engine_.settlePlan();
         row_ = 0;
         rays_ = visibilityRays(scene_.view.camera, scene_.info(), scene_.view.imageSize, scene_.strides());
-        seen_.assign(scene_.volume.selection.levels.size(), SeenBrick());
+        seen_.assign(scene_.layer().selection.levels.size(), SeenBrick());
     }
     bool count(const Slicing&, RayCaster::Clock::time_point deadline) override {
         const HostPlane& plane = engine_.settled();
         const glm::ivec2 size(rays_.frame.imageSize);
         const RayFrame<float> frame = cast<float>(rays_.frame);
         MirrorInput input; // of it what a ray that counts reads
-        input.selection = &scene_.volume.selection;
-        input.optics = &scene_.volume.optics;
+        input.selection = &scene_.layer().selection;
+        input.optics = &scene_.layer().optics;
         input.strides = rays_.strides;
         constexpr int kRowsAtATime = 8;
         while (row_ < size.y) {
@@ -36,8 +39,8 @@ class NativeCounter : public VisibilityCounter {
                                 ? size.y
                                 : std::min(size.y, row_ + kRowsAtATime);
             parallelFor(static_cast<std::size_t>(end - row_), engine_.threads(), [&](std::size_t row) {
-                NativeField field(plane, scene_.volume.mixed() ? &scene_.volume.levels : nullptr,
-                                  scene_.volume.selection.finest(), scene_.volume.optics.gradient);
+                NativeField field(plane, scene_.layer().mixed() ? &scene_.layer().levels : nullptr,
+                                  scene_.layer().selection.finest(), scene_.layer().optics.gradient);
                 for (int x = 0; x < size.x; ++x)
                     seeAlong(segmentedRay(frame,
                                           glm::vec2(static_cast<float>(x) + 0.5f,
@@ -53,7 +56,7 @@ class NativeCounter : public VisibilityCounter {
     std::vector<SeenBrick> seen() const override { return seen_; }
 
   private:
-    const ScenePlan& scene_;
+    const FramePlan& scene_;
     NativeEngine& engine_;
     VisibilityRays rays_;
     std::vector<SeenBrick> seen_;
@@ -76,12 +79,13 @@ TextureLimits NativeEngine::limits() const {
     return limits;
 }
 
-void NativeEngine::open(std::span<ScenePlan* const> volumes, std::size_t pages) {
-    TESSERA_CHECK(volumes.size() == 1);
+void NativeEngine::open(std::span<const FramePlan* const> plans, std::size_t pages) {
+    TESSERA_CHECK(plans.size() == 1);
     close();
-    scene_ = volumes.front();
+    scene_ = plans.front();
+    taken_ = scene_->revisions;
     TextureLimits limits = this->limits();
-    limits.pageEdge = scene_->volume.pageEdge;
+    limits.pageEdge = scene_->layer().pageEdge;
     limits.lightChannels = keptLightChannels(scene_->view.lighting);
     plane_ = std::make_unique<HostPlane>(scene_->info(), pages, limits, threads_, gpu_);
     std::vector<Plane*> planes{plane_.get()};
@@ -97,7 +101,7 @@ void NativeEngine::open(std::span<ScenePlan* const> volumes, std::size_t pages) 
         planes.push_back(&lightPlane_.emplace(*sceneLight_, *scene_, std::move(channels)));
         litBy_ = scene_->view.camera;
     }
-    bricks_.emplace(scene_->info(), scene_->volume.selection, pages, limits, std::move(planes), ram_);
+    bricks_.emplace(scene_->info(), scene_->layer().selection, pages, limits, std::move(planes), ram_);
 }
 
 void NativeEngine::close() {
@@ -110,17 +114,23 @@ void NativeEngine::close() {
 }
 
 const HostPlane& NativeEngine::settled() {
-    const VolumeState& volume = scene_->volume;
+    settlePlan();
+    const Layer& volume = scene_->layer();
     plane_->settle(volume.mixed() ? &volume.levels : nullptr, volume.selection.finest());
     return *plane_;
 }
 
-void NativeEngine::levelsChanged() {
-    plane_->levelsChanged();
-    for (const auto& plane : lightPlanes_)
-        plane->levelsChanged();
-    if (sceneLight_)
-        sceneLight_->levelsChanged();
+void NativeEngine::settlePlan() {
+    const PlanRevisions before = std::exchange(taken_, scene_->revisions);
+    if (before.levels != taken_.levels) {
+        plane_->levelsChanged();
+        for (const auto& plane : lightPlanes_)
+            plane->levelsChanged();
+        if (sceneLight_)
+            sceneLight_->levelsChanged();
+    }
+    if (sceneLight_ && (before.function != taken_.function || before.tables != taken_.tables))
+        sceneLight_->functionChanged();
 }
 
 std::optional<LightReport> NativeEngine::lightReport() const {
@@ -132,11 +142,6 @@ std::optional<LightReport> NativeEngine::lightReport() const {
     return sceneLight_->report(bytes);
 }
 
-void NativeEngine::functionChanged() {
-    if (sceneLight_)
-        sceneLight_->functionChanged();
-}
-
 const std::vector<std::unique_ptr<HostPlane>>& NativeEngine::settledLight(Work& work) {
     if (!sceneLight_)
         return lightPlanes_;
@@ -145,7 +150,7 @@ const std::vector<std::unique_ptr<HostPlane>>& NativeEngine::settledLight(Work& 
         sceneLight_->viewChanged();
     }
     lightPlane_->settle(work);
-    const VolumeState& volume = scene_->volume;
+    const Layer& volume = scene_->layer();
     for (const auto& plane : lightPlanes_)
         plane->settle(volume.mixed() ? &volume.levels : nullptr, volume.selection.finest());
     return lightPlanes_;

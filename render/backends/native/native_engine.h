@@ -23,10 +23,9 @@ class NativeEngine : public Engine {
 
     About about() const override;
     TextureLimits limits() const override;
-    void open(std::span<ScenePlan* const> volumes, std::size_t pages) override;
+    void open(std::span<const FramePlan* const> plans, std::size_t pages) override;
     void close() override;
     BrickResidency* bricks() override { return bricks_ ? &*bricks_ : nullptr; }
-    void levelsChanged() override;
     LightPlane* light() override { return lightPlane_ ? &*lightPlane_ : nullptr; }
     std::optional<LightReport> lightReport() const override;
     std::unique_ptr<RayCaster> caster(const CasterOptions& options, MemoryBudget& gpu) override;
@@ -39,19 +38,20 @@ class NativeEngine : public Engine {
     /// has none. Bricks must be settled.
     const std::vector<std::unique_ptr<HostPlane>>& settledLight(Work& work);
     const std::vector<std::unique_ptr<HostPlane>>& lightChannels() const { return lightPlanes_; }
-    /// Light as it was does not hold any more.
-    void functionChanged();
+    /// Takes the plan's levels and function as they are, where they are others.
+    void settlePlan();
     int threads() const { return threads_; }
 
   private:
     int threads_;
     MemoryBudget &gpu_, &ram_;
-    ScenePlan* scene_ = nullptr;
+    const FramePlan* scene_ = nullptr;
     std::unique_ptr<HostPlane> plane_;
     std::vector<std::unique_ptr<HostPlane>> lightPlanes_;
     std::optional<SceneLight> sceneLight_;
     std::optional<LightPlane> lightPlane_;
-    Camera litBy_; // the camera that lights were placed by
+    PlanRevisions taken_; // of the plan
+    Camera litBy_;        // the camera that lights were placed by
     std::optional<BrickResidency> bricks_;
 };
 

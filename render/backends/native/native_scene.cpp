@@ -48,7 +48,7 @@ native::PacketFrame packetFrameOf(const RayFrame<float>& frame) {
 
 native::PacketScene packetSceneOf(const PacketSceneInput& in) {
     const HostPlane& plane = in.plane;
-    const VolumeState& volume = in.plan.volume;
+    const Layer& volume = in.plan.layer();
     const VolumeInfo& info = in.plan.info();
     native::PacketScene s;
     native::PacketField& f = s.field;

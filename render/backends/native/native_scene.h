@@ -6,7 +6,7 @@
 #include "render/backends/native/packet.h"
 #include "render/contract/ray.h"
 #include "render/contract/strides.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/frame_plan.h"
 
 #include <memory>
 #include <vector>
@@ -15,7 +15,7 @@ namespace tessera {
 
 /// Outlives what is made of it.
 struct PacketSceneInput {
-    const ScenePlan& plan;
+    const FramePlan& plan;
     const HostPlane& plane; // settled
     const std::vector<std::unique_ptr<HostPlane>>& light;
     const Strides& strides;

@@ -14,7 +14,7 @@ constexpr std::size_t kRaysAtATime = 512, kLitRaysAtATime = 64; // where there i
 
 class ReferenceCaster : public RayCaster {
   public:
-    ReferenceCaster(const ScenePlan& scene, bool tellsHits, int threads)
+    ReferenceCaster(const FramePlan& scene, bool tellsHits, int threads)
         : scene_(scene), tellsHits_(tellsHits), threads_(threads) {}
 
     /// Rays are the view's own, in double; strides count for nothing.
@@ -61,7 +61,7 @@ class ReferenceCaster : public RayCaster {
 
   private:
     ReferenceInput input() const {
-        const VolumeState& volume = scene_.volume;
+        const Layer& volume = scene_.layer();
         return {volume.cache.get(),
                 &scene_.info(),
                 &volume.function,
@@ -80,7 +80,7 @@ class ReferenceCaster : public RayCaster {
                 scene_.view.part.cuts.get()};
     }
 
-    const ScenePlan& scene_;
+    const FramePlan& scene_;
     bool tellsHits_;
     int threads_;
     std::vector<ReferenceRay> rays_;
@@ -91,9 +91,9 @@ class ReferenceCaster : public RayCaster {
 
 } // namespace
 
-void ReferenceEngine::open(std::span<ScenePlan* const> volumes, std::size_t) {
-    TESSERA_CHECK(volumes.size() == 1);
-    scene_ = volumes.front();
+void ReferenceEngine::open(std::span<const FramePlan* const> plans, std::size_t) {
+    TESSERA_CHECK(plans.size() == 1);
+    scene_ = plans.front();
 }
 
 std::unique_ptr<RayCaster> ReferenceEngine::caster(const CasterOptions& options, MemoryBudget&) {

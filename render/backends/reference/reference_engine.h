@@ -12,13 +12,13 @@ class ReferenceEngine : public Engine {
     /// @param threads  0: all processors
     explicit ReferenceEngine(int threads) : threads_(threads) {}
     About about() const override { return {}; }
-    void open(std::span<ScenePlan* const> volumes, std::size_t pages) override;
+    void open(std::span<const FramePlan* const> plans, std::size_t pages) override;
     std::unique_ptr<RayCaster> caster(const CasterOptions& options, MemoryBudget& gpu) override;
     std::unique_ptr<VisibilityCounter> counter(MemoryBudget&) override { return nullptr; }
 
   private:
     int threads_;
-    const ScenePlan* scene_ = nullptr;
+    const FramePlan* scene_ = nullptr;
 };
 
 EngineTraits referenceTraits();

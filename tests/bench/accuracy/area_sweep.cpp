@@ -3,7 +3,7 @@
 
 #include "bricking/store/store_reader.h"
 #include "core/image/image_metrics.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/bench/accuracy/report_cells.h"
 #include "tests/bench/accuracy/setting.h"
 

@@ -2,8 +2,10 @@
 #include "tests/bench/accuracy/device_scene.h"
 
 #include "core/base/error.h"
+#include "render/backends/engine_maker.h"
 #include "render/backends/gpu/features.h"
 #include "render/picture/picture.h"
+#include "render/plan/planner.h"
 
 #include <algorithm>
 #include <cctype>
@@ -26,26 +28,26 @@ DeviceScene::DeviceScene(const Scene& scene, const Detail& detail, const StoreRe
     Scene asked = scene;
     asked.quality.maxError = detail.maxError;
     asked.quality.edgeFunction = detail.edgeFunction;
-    ScenePlan& p = prepared_;
+    Planner& p = prepared_;
     const bool finest = detail.finest && detail.memoryShare == 1 && !detail.maxError;
     p = planScene(asked, store, limits_, {ram_, gpu_, 0},
                   finest ? LevelChoice::oneForAll : LevelChoice::perBrick);
-    if (finest && p.volume.selection.finest() != 0) // not all fit
-        chooseAgain(p, asked, limits_, {ram_, gpu_, 0}, LevelChoice::perBrick);
+    if (finest && p.layer().selection.finest() != 0) // not all fit
+        p.chooseAgain(asked, limits_, {ram_, gpu_, 0}, LevelChoice::perBrick);
     p.planMemory(limits_, {ram_, gpu_, 0});
     fixedBytes_ = p.memory.gpuBytes();
     p.chosen.atlasPages = std::max(p.chosen.atlasPages, std::size_t{1});
-    if (p.chosen.atlasPages < pagesFor(p.volume.selection.counts) || loadBricks(*engine_, p, gpu_, uploads_))
+    if (p.chosen.atlasPages < pagesFor(p.layer().selection.counts) || loadBricks(*engine_, p, gpu_, uploads_))
         throw InputError(gpu_.option() + ": " + formatBytes(gpuBytes) +
                          " cannot hold at once all bricks that these levels take");
-    bytesDecoded_ = p.volume.cache->counters().bytesDecoded;
+    bytesDecoded_ = p.layer().cache->counters().bytesDecoded;
     peakRam_ = ram_.peakBytes();
-    p.volume.cache.reset(); // every brick is on the device now
+    p.layer().cache.reset(); // every brick is on the device now
     kept_ = ram.charge(ram_.usedBytes(), "what stays in RAM of a scene on the device");
 }
 
 std::size_t DeviceScene::gpuBytesForShare(int share) const {
-    const std::size_t pages = pagesFor(prepared_.volume.selection.counts) / static_cast<std::size_t>(share);
+    const std::size_t pages = pagesFor(prepared_.layer().selection.counts) / static_cast<std::size_t>(share);
     TextureLimits plain = limits_;
     plain.pageEdge = kBrickExtent; // with less memory bricks have no ghost layers
     return fixedBytes_ + atlasBytes(std::max(pages, std::size_t{1}), prepared_.info().type, plain);
@@ -54,22 +56,22 @@ std::size_t DeviceScene::gpuBytesForShare(int share) const {
 DeviceMarch::DeviceMarch(DeviceScene& on, const Scene& scene, const Setting& setting, bool counting)
     : on_(on), scene_(withSetting(scene, setting)), setting_(setting),
       gpu_(on.gpu_.name(), on.gpu_.option(), on.gpu_.freeBytes()) {
-    ScenePlan& p = on.prepared_;
+    Planner& p = on.prepared_;
     p.view.quality = scene_.quality;
-    p.setFunction(TransferFunction(p.volume.function), scene_);
+    p.setFunction(TransferFunction(p.layer().function), scene_);
     // As the renderer does where the integrator is left open.
-    p.settleIntegrator({on.ram_, gpu_, 0}, p.volume.table.entries.size());
-    p.prepareSegments();
+    p.settleIntegrator({on.ram_, gpu_, 0}, p.layer().table.entries.size());
+    p.setStep(p.view.quality.stepVoxels);
     p.view.quality.stepVoxels = setting.stepVoxels;
     p.aim();
-    integrator_ = p.volume.optics.integrator;
+    integrator_ = p.layer().optics.integrator;
     caster_ = on.engine_->caster({counting, false, false}, gpu_);
     caster_->refine(); // once; a viewer does so once for a function
 }
 
 Frame DeviceMarch::draw(double stepVoxels) {
     TESSERA_CHECK(integrator_ != Integrator::preintegrated2d || stepVoxels == setting_.stepVoxels);
-    ScenePlan& p = on_.prepared_;
+    Planner& p = on_.prepared_;
     scene_.quality.stepVoxels = stepVoxels;
     p.view.quality = scene_.quality;
     p.aim();

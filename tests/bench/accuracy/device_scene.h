@@ -4,7 +4,9 @@
 #pragma once
 
 #include "core/image/image.h"
-#include "render/picture/renderer.h"
+#include "render/backends/engine_maker.h"
+#include "render/picture/render_scene.h"
+#include "render/plan/planner.h"
 #include "tests/bench/accuracy/setting.h"
 
 #include <memory>
@@ -24,7 +26,7 @@ class DeviceScene {
     DeviceScene(const DeviceScene&) = delete; // the field points into it
     DeviceScene& operator=(const DeviceScene&) = delete;
 
-    const ScenePlan& prepared() const { return prepared_; }
+    const FramePlan& prepared() const { return prepared_; }
     /// Budget under which its bricks would have so many times less room.
     std::size_t gpuBytesForShare(int share) const;
     std::size_t gpuFreeBytes() const { return gpu_.freeBytes(); }
@@ -39,7 +41,7 @@ class DeviceScene {
     MemoryBudget
         ram_; // what is free of the caller's when this is made; what stays is charged to the caller's
     MemoryBudget gpu_;
-    ScenePlan prepared_;
+    Planner prepared_;
     std::unique_ptr<Engine> engine_; // after the plan, which it draws
     TextureLimits limits_;
     Work uploads_;

@@ -5,7 +5,8 @@
 #include "core/base/threads.h"
 #include "core/image/image_metrics.h"
 #include "render/backends/reference/reference.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
+#include "render/plan/planner.h"
 #include "tests/bench/accuracy/report_cells.h"
 
 #include <algorithm>
@@ -31,13 +32,13 @@ class Studio {
         return renderScene(scene, store_, ram_, gpu_, options);
     }
     Image reference(const Scene& scene) {
-        const ScenePlan p = planView(scene, store_, ram_, 0);
+        const Planner p = planView(scene, store_, ram_, 0);
         BrickCache cache(
             store_, ram_,
             std::max(4 * BrickCache::floorBytes(p.info(), 2 * defaultThreads()), ram_.freeBytes() / 2), 0);
         const ReferenceInput input{
-            &cache,         &p.info(), &p.volume.function, scene.shading, &p.volume.statistics, 1,
-            scene.surfaces, {},        scene.lighting,     p.view.camera};
+            &cache,         &p.info(), &p.layer().function, scene.shading, &p.layer().statistics, 1,
+            scene.surfaces, {},        scene.lighting,      p.view.camera};
         const auto values =
             renderReference(input, referenceRays(p.view.camera, p.info(), scene.imageSize), 0);
         Image image(scene.imageSize);

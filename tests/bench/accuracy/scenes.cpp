@@ -8,7 +8,7 @@
 #include "core/base/output_file.h"
 #include "core/scene/preset.h"
 #include "datasets/phantom.h"
-#include "render/plan/scene_plan.h" // summarise
+#include "render/plan/frame_plan.h" // summarise
 #include "tests/bench/lod/workbench.h"
 
 #include <algorithm>

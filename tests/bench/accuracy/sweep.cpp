@@ -5,8 +5,9 @@
 #include "core/base/interrupt.h"
 #include "core/base/stopwatch.h"
 #include "core/base/threads.h"
+#include "render/backends/engine_maker.h"
 #include "render/backends/reference/reference.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/bench/accuracy/device_scene.h"
 #include "tests/bench/report/page.h" // loadAverage
 #include "tests/bench/report/work_precision.h"
@@ -162,8 +163,8 @@ class Runner {
 
     void findTruth() {
         const DeviceScene& base = *details_.front().scene;
-        const ScenePlan& p = base.prepared();
-        out_.tableError = p.volume.table.relativeError;
+        const FramePlan& p = base.prepared();
+        out_.tableError = p.layer().table.relativeError;
         const std::size_t pixels =
             static_cast<std::size_t>(out_.imageSize.x) * static_cast<std::size_t>(out_.imageSize.y);
         const Charge rays = ram_.charge(pixels * sizeof(ReferenceRay), "the reference's rays");
@@ -171,7 +172,7 @@ class Runner {
         BrickCache cache(store_, ram_, std::max(floor, ram_.freeBytes() / 2), 0);
         const Scene& scene = out_.scene.scene;
         ReferenceInput input{
-            &cache, &p.info(),      &p.volume.function,         scene.shading,  &p.volume.statistics,
+            &cache, &p.info(),      &p.layer().function,        scene.shading,  &p.layer().statistics,
             1,      scene.surfaces, common_.progress->shares(), scene.lighting, p.view.camera};
         const std::vector<ReferenceRay> compared =
             referenceRays(p.view.camera, p.info(), out_.imageSize, out_.pixelStride);

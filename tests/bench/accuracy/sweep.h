@@ -5,7 +5,7 @@
 #include "core/base/work.h"
 #include "core/image/image_metrics.h"
 #include "render/backends/reference/reference_proof.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/bench/accuracy/setting.h"
 #include "viewer/cli/options/options.h"
 

@@ -9,7 +9,8 @@
 #include "render/backends/native/native_engine.h"
 #include "render/backends/reference/reference_engine.h"
 #include "render/picture/picture.h"
-#include "render/picture/renderer.h" // pictureBytesPerPixel
+#include "render/picture/render_scene.h" // pictureBytesPerPixel
+#include "render/plan/planner.h"
 
 #include <algorithm>
 #include <chrono>
@@ -118,7 +119,7 @@ class AreaCaster {
   private:
     Engine& engine_;
     StoreReader store_;
-    ScenePlan plan_;
+    Planner plan_;
     glm::ivec2 size_;
     std::unique_ptr<RayCaster> caster_;
 };

@@ -2,7 +2,7 @@
 #include "tests/bench/lod/calibration.h"
 #include "core/base/stopwatch.h"
 
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 // views, fitted to the volume's box and to what is shown.
 #include "tests/bench/lod/framing.h"
 
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/bench/lod/experiments.h"
 
 #include <algorithm>

@@ -5,8 +5,8 @@
 #include "datasets/phantom.h"
 #include "render/backends/mirror/mirror.h"
 #include "render/contract/sampler.h"
-#include "render/picture/renderer.h"
-#include "render/plan/scene_plan.h"
+#include "render/picture/render_scene.h"
+#include "render/plan/planner.h"
 #include "tests/bench/lod/experiments.h"
 
 #include <algorithm>
@@ -103,7 +103,7 @@ std::vector<Angles> measure(const Workbench& bench, const BenchVolume& volume, c
     scene.surfaces = {{subject.isovalueHu}};
     scene.imageSize = glm::ivec2(bench.pixels());
     scene.camera = FittedView{};
-    const ScenePlan p =
+    const Planner p =
         planScene(scene, store, TextureLimits{}, {ram, gpu, 0}, LevelChoice::oneForAllNothingCulled);
     const auto pixels =
         static_cast<std::size_t>(scene.imageSize.x) * static_cast<std::size_t>(scene.imageSize.y);
@@ -112,7 +112,7 @@ std::vector<Angles> measure(const Workbench& bench, const BenchVolume& volume, c
     const bool formula = subject.volume == std::string("torso");
     const Normals normals = formula ? formulaNormals(info.extentVoxels) : Normals();
     const glm::dmat3 toPatient = glm::transpose(glm::inverse(glm::dmat3(info.patientFromVoxel)));
-    LatticeReader samples(*p.volume.cache, info, p.volume.selection.finest(), nullptr);
+    LatticeReader samples(*p.layer().cache, info, p.layer().selection.finest(), nullptr);
     places = 0;
     std::vector<std::vector<double>> degrees(std::size(kKinds));
     // By pixel, how far the unit normal is from the true one; none where nothing was met.

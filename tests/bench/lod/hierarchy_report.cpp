@@ -25,15 +25,15 @@ double reduction(const BlockGrid& grid, std::size_t samples) {
 /// Boundary: a point of the function's opacity lies within the brick's range, so that what it shows bends
 /// there; outside: it shows nothing; interior: all others.
 BlockGrid gridOfScan(const SceneBench& scene) {
-    const ScenePlan& p = scene.prepared();
+    const FramePlan& p = scene.prepared();
     const VolumeInfo& info = scene.info();
     BlockGrid grid{3, scene.culled().bricks, kBrickExtent, {}};
     for (std::size_t brick = 0; brick < scene.shows().size(); ++brick) {
-        const double a = info.rescaleSlope * static_cast<double>(p.volume.statistics.brickMin[brick]) +
+        const double a = info.rescaleSlope * static_cast<double>(p.layer().statistics.brickMin[brick]) +
                          info.rescaleIntercept;
-        const double b = info.rescaleSlope * static_cast<double>(p.volume.statistics.brickMax[brick]) +
+        const double b = info.rescaleSlope * static_cast<double>(p.layer().statistics.brickMax[brick]) +
                          info.rescaleIntercept;
-        const auto& points = p.volume.function.opacityPoints();
+        const auto& points = p.layer().function.opacityPoints();
         const bool bends = std::any_of(points.begin(), points.end(), [&](const OpacityPoint& point) {
             return point.value > std::min(a, b) && point.value < std::max(a, b);
         });

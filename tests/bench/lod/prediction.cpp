@@ -69,7 +69,7 @@ Report predictionReport(const Workbench& bench) {
             const WholeLevels levels = loadLevels(scene.store());
             const std::vector<std::uint8_t>& shows = scene.shows();
             const LevelErrors& predicted = scene.predicted();
-            const LevelErrors real = trueErrors(levels, shows, scene.prepared().volume.table, 0);
+            const LevelErrors real = trueErrors(levels, shows, scene.prepared().layer().table, 0);
             const LevelErrors data = dataErrors(levels, shows, 0);
             std::vector<Cell> row = {volume.name + ", " + preset, static_cast<double>(culled.shownBricks())};
             std::vector<double> allPredicted, allReal, allData;

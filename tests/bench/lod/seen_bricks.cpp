@@ -16,7 +16,7 @@ struct Sums {
     explicit Sums(std::size_t bricks) : light(bricks), rays(bricks) {}
 };
 
-void followRay(const SegmentedRay<float>& ray, const ScenePlan& scene, const Selection& culled,
+void followRay(const SegmentedRay<float>& ray, const FramePlan& scene, const Selection& culled,
                LatticeReader& samples, Sums& sums) {
     float through = 1;
     std::size_t last = culled.levels.size();
@@ -32,23 +32,23 @@ void followRay(const SegmentedRay<float>& ray, const ScenePlan& scene, const Sel
         }
         if (culled.levels[brick] == Selection::kEmpty || through <= 0)
             continue;
-        const glm::vec4 optical = lookUp(scene.volume.optics, fieldValue(samples, p, 1.0f));
+        const glm::vec4 optical = lookUp(scene.layer().optics, fieldValue(samples, p, 1.0f));
         through *= 1 - opacityOf(optical.a * (length * ray.segmentMm));
-        if (through < scene.volume.optics.termination)
+        if (through < scene.layer().optics.termination)
             through = 0;
     }
 }
 
 } // namespace
 
-std::vector<float> seenBricks(const ScenePlan& scene, const Selection& culled, int pixels) {
+std::vector<float> seenBricks(const FramePlan& scene, const Selection& culled, int pixels) {
     const RayFrame<float> frame =
         cast<float>(rayFrame(scene.view.camera, scene.info(), glm::ivec2(pixels), 1.0));
     Sums all(culled.levels.size());
     std::mutex mutex;
     parallelFor(static_cast<std::size_t>(pixels), 0, [&](std::size_t row) {
         Sums mine(culled.levels.size());
-        LatticeReader samples(*scene.volume.cache, scene.info(), 0, &culled);
+        LatticeReader samples(*scene.layer().cache, scene.info(), 0, &culled);
         for (int x = 0; x < pixels; ++x)
             followRay(
                 segmentedRay(frame, glm::vec2(static_cast<float>(x) + 0.5f, static_cast<float>(row) + 0.5f)),

@@ -3,7 +3,7 @@
 // data.
 #pragma once
 
-#include "render/plan/scene_plan.h"
+#include "render/plan/frame_plan.h"
 
 #include <vector>
 
@@ -13,6 +13,6 @@ namespace tessera::bench {
 /// 1 for bricks that no ray crosses. In [0,1].
 /// @param culled  every brick that shows something at level 0
 /// @param pixels  rays an axis
-std::vector<float> seenBricks(const ScenePlan& scene, const Selection& culled, int pixels);
+std::vector<float> seenBricks(const FramePlan& scene, const Selection& culled, int pixels);
 
 } // namespace tessera::bench

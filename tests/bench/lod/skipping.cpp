@@ -3,6 +3,7 @@
 // they take.
 #include "render/backends/gpu/features.h"
 #include "render/backends/gpu/fine_mask.h"
+#include "render/backends/gpu/gl/context.h"
 #include "render/backends/gpu/gpu_engine.h"
 #include "render/backends/gpu/march.h"
 #include "render/residency/texels.h"
@@ -36,16 +37,16 @@ class SkippingCase {
     SkippingCase(SceneBench& scene, Fetch fetch, MemoryBudget& ram, MemoryBudget& gpu)
         : p_(scene.prepared()), gpu_(gpu),
           features_((fetch == Fetch::hardware ? std::uint32_t{kFeatureHardware} : 0u) |
-                    (p_.volume.optics.termination > 0 ? std::uint32_t{kFeatureTermination} : 0u) |
+                    (p_.layer().optics.termination > 0 ? std::uint32_t{kFeatureTermination} : 0u) |
                     (texelFormat(p_.info().type).normalised ? std::uint32_t{kFeatureNormalised} : 0u)),
-          atlas_(p_.info(), p_.volume.selection,
-                 std::max(pagesFor(p_.volume.selection.counts), std::size_t{1}), TextureLimits{}, gpu, ram),
-          octants_({p_.volume.statistics, p_.volume.table, p_.info(), p_.volume.selection,
+          atlas_(p_.info(), p_.layer().selection,
+                 std::max(pagesFor(p_.layer().selection.counts), std::size_t{1}), TextureLimits{}, gpu, ram),
+          octants_({p_.layer().statistics, p_.layer().table, p_.info(), p_.layer().selection,
                     p_.view.quality.edgeFunction},
                    MapScale::cells, ram),
           plain_(octants_.plainChebyshev(ram)) {
         Work loading;
-        atlas_.bricks.load(*p_.volume.cache, loading);
+        atlas_.bricks.load(*p_.layer().cache, loading);
         for (std::size_t way = 0; way < kLeaps; ++way)
             count(static_cast<Leap>(way));
     }
@@ -81,12 +82,12 @@ class SkippingCase {
         if (way != kNone)
             features |= kFeatureSkipping;
         const Occupancy& map = way == kPlainChebyshev ? plain_ : octants_;
-        March march(features, p_.view.frame, p_.info(), p_.strides(), p_.volume.optics,
+        March march(features, p_.view.frame, p_.info(), p_.strides(), p_.layer().optics,
                     way == kNone ? nullptr : &map, gpu_);
-        const FieldSource source{&atlas_, p_.volume.selection.finest(), nullptr, nullptr};
+        const FieldSource source{&atlas_, p_.layer().selection.finest(), nullptr, nullptr};
         if (way == kBlocks) {
             const auto start = std::chrono::steady_clock::now();
-            refineSkipping(march.skippingMap(), map, p_.volume.table, p_.volume.optics, features, p_.info(),
+            refineSkipping(march.skippingMap(), map, p_.layer().table, p_.layer().optics, features, p_.info(),
                            source, gpu_);
             findMs =
                 std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -99,7 +100,7 @@ class SkippingCase {
         return work;
     }
 
-    const ScenePlan& p_;
+    const FramePlan& p_;
     MemoryBudget& gpu_;
     std::uint32_t features_;
     Atlas atlas_;

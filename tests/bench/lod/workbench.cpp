@@ -255,17 +255,17 @@ SceneBench::SceneBench(const Workbench& bench, const BenchVolume& volume, const 
     if (pixels > 0)
         prepared_.view.frame =
             rayFrame(prepared_.view.camera, info(), glm::ivec2(pixels), prepared_.view.quality.stepVoxels);
-    culled_ =
-        cullBricks(prepared_.volume.statistics, prepared_.volume.table, info(), 0, cullingFor(scene.shading));
+    culled_ = cullBricks(prepared_.layer().statistics, prepared_.layer().table, info(), 0,
+                         cullingFor(scene.shading));
     chooser_.emplace(store_, analysisRam_, 0);
-    chooser_->setFunction(prepared_.volume.statistics, prepared_.volume.table, cullingFor(scene.shading));
+    chooser_->setFunction(prepared_.layer().statistics, prepared_.layer().table, cullingFor(scene.shading));
     chooser_->keepFunction();
     chooser_->setCamera(prepared_.view.camera, scene.imageSize);
     visibility_ = chooser_->predictedVisibility();
 }
 
 Drawn SceneBench::draw(Selection selection, const Setting& setting) {
-    ScenePlan& p = prepared_;
+    Planner& p = prepared_;
     p.view.quality.edgeFunction = setting.edgeFunction;
     p.view.quality.sampling = setting.sampling;
     p.view.quality.skipping = setting.skipping;
@@ -283,7 +283,7 @@ Drawn SceneBench::draw(Selection selection, const Setting& setting) {
 
 void SceneBench::bring(Engine& engine, Selection selection, Work& work) {
     prepared_.setSelection(std::move(selection));
-    prepared_.chosen.atlasPages = std::max(pagesOf(prepared_.volume.selection), std::size_t{1});
+    prepared_.chosen.atlasPages = std::max(pagesOf(prepared_.layer().selection), std::size_t{1});
     loadBricks(engine, prepared_, gpu_, work);
 }
 
@@ -294,7 +294,7 @@ std::vector<float> SceneBench::countedVisibility(Selection selection) {
     const auto counter = engine->counter(gpu_);
     counter->begin();
     counter->count(Slicing{}, RayCaster::Clock::time_point::max());
-    return visibilityFactors(counter->seen(), prepared_.volume.selection);
+    return visibilityFactors(counter->seen(), prepared_.layer().selection);
 }
 
 double SceneBench::reductionOf(const Selection& selection) const {

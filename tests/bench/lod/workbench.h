@@ -6,8 +6,9 @@
 #include "core/base/work.h"
 #include "core/image/image_metrics.h"
 #include "core/scene/scene.h"
-#include "render/picture/renderer.h"
-#include "render/plan/scene_plan.h"
+#include "render/backends/engine_maker.h"
+#include "render/picture/render_scene.h"
+#include "render/plan/planner.h"
 #include "tests/bench/report/report.h"
 #include "viewer/cli/options/options.h"
 
@@ -101,7 +102,7 @@ class SceneBench {
     /// @param pixels  of the pictures that are drawn, an axis; 0: bench.pixels()
     SceneBench(const Workbench& bench, const BenchVolume& volume, const std::string& preset,
                const std::string& camera, int pixels = 0, const Lighting& lighting = {});
-    const ScenePlan& prepared() const { return prepared_; }
+    const FramePlan& prepared() const { return prepared_; }
     const VolumeInfo& info() const { return prepared_.info(); }
     const StoreReader& store() const { return store_; }
     /// Half of the budget, for what is computed besides pictures; pictures have the other half.
@@ -145,7 +146,7 @@ class SceneBench {
     std::string name_;
     MemoryBudget ram_, analysisRam_, gpu_;
     StoreReader store_;
-    ScenePlan prepared_;
+    Planner prepared_;
     Selection culled_;
     std::optional<LevelChooser> chooser_;
     std::vector<float> visibility_;

@@ -4,7 +4,7 @@
 #include "tests/bench/memory/memory_budgets.h"
 
 #include "core/base/error.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "render/residency/texels.h"
 
 #include <algorithm>

@@ -43,20 +43,20 @@ TEST(Planes, EveryPlaneGetsEveryBrickAtItsPlace) {
     MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
     Prepared prepared("torso", sceneOn(info, "bone-1", 0, {8, 8}));
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     SumPlane first(info.type), second(info.type);
-    BrickResidency bricks(info, p.volume.selection, pagesFor(p.volume.selection.counts), TextureLimits{},
+    BrickResidency bricks(info, p.layer().selection, pagesFor(p.layer().selection.counts), TextureLimits{},
                           {&first, &second}, prepared.budgets.ram);
     Work work;
-    bricks.load(*p.volume.cache, work);
-    ASSERT_EQ(first.sums.size(), p.volume.selection.shownBricks());
+    bricks.load(*p.layer().cache, work);
+    ASSERT_EQ(first.sums.size(), p.layer().selection.shownBricks());
     EXPECT_EQ(first.sums.size(), second.sums.size());
     EXPECT_EQ(work.bricksUploaded, first.sums.size());
-    EXPECT_EQ(first.published, p.volume.selection.levels.size());
+    EXPECT_EQ(first.published, p.layer().selection.levels.size());
     EXPECT_GE(second.finished, 1);
-    LatticeReader samples(*p.volume.cache, info, p.volume.selection.finest(), nullptr);
+    LatticeReader samples(*p.layer().cache, info, p.layer().selection.finest(), nullptr);
     std::size_t found = 0;
-    for (std::size_t b = 0; b < p.volume.selection.levels.size(); ++b) {
+    for (std::size_t b = 0; b < p.layer().selection.levels.size(); ++b) {
         const auto slot = bricks.slotOf(b);
         if (!slot)
             continue;
@@ -65,7 +65,7 @@ TEST(Planes, EveryPlaneGetsEveryBrickAtItsPlace) {
         });
         ASSERT_NE(at, first.sums.end()) << b;
         const int edge = kBrickExtent >> slot->level;
-        const glm::ivec3 origin = gridPosition(b, p.volume.selection.bricks) * edge;
+        const glm::ivec3 origin = gridPosition(b, p.layer().selection.bricks) * edge;
         const glm::ivec3 end = glm::min(origin + edge, samples.extent());
         if (end != origin + edge)
             continue; // what lies beyond the volume's edge is the fill's
@@ -114,7 +114,7 @@ class LengthEngine : public Engine {
         int row_ = 0;
     };
     About about() const override { return {"none", "", false}; }
-    void open(std::span<ScenePlan* const> volumes, std::size_t) override { opened = volumes.size(); }
+    void open(std::span<const FramePlan* const> plans, std::size_t) override { opened = plans.size(); }
     std::unique_ptr<RayCaster> caster(const CasterOptions&, MemoryBudget&) override {
         return std::make_unique<Caster>();
     }
@@ -190,13 +190,13 @@ TEST(Engines, FiltersAreWhatTheyWereAfterExactFetches) {
     const std::uint32_t asked = caster.features();
     ASSERT_TRUE(asked & kFeatureHardware);
     const Image filtered = picture();
-    EXPECT_TRUE(caster.fetchExactly());
-    EXPECT_FALSE(caster.features() & kFeatureHardware);
+    prepared.p.setFetch(Fetch::exact);
     const Image exact = picture();
+    EXPECT_FALSE(caster.features() & kFeatureHardware);
     EXPECT_FALSE(bitEqual(exact, filtered));
-    caster.fetchAsAsked();
-    EXPECT_EQ(caster.features(), asked);
+    prepared.p.setFetch(Fetch::hardware);
     EXPECT_TRUE(bitEqual(picture(), filtered));
+    EXPECT_EQ(caster.features(), asked);
 }
 
 TEST(Engines, TheReferenceIsCutLikewise) {

@@ -160,7 +160,7 @@ TEST(Features, AMarchTakesTheBytesThatItsModulesSay) {
         if (surfaces)
             scene.surfaces = {{250, {1, 1, 1}, 1}};
         Prepared prepared("torso", scene);
-        ScenePlan& p = prepared.p;
+        Planner& p = prepared.p;
         const std::uint32_t base = surfaces ? kFeatureSurfaces : 0u;
         std::map<std::uint32_t, std::size_t> more = {{0u, 0}, {kFeaturePasses, wantedBytes(bricks)}};
         if (surfaces)
@@ -170,11 +170,11 @@ TEST(Features, AMarchTakesTheBytesThatItsModulesSay) {
         for (const auto& [feature, bytes] : more) {
             MemoryBudget& gpu = prepared.budgets.gpu;
             const std::size_t before = gpu.usedBytes();
-            const March march(base | feature, p.view.frame, p.info(), p.strides(), p.volume.optics, nullptr,
+            const March march(base | feature, p.view.frame, p.info(), p.strides(), p.layer().optics, nullptr,
                               gpu);
             const std::size_t stated = marchComposition(base | feature).bytes(p.view.imageSize, bricks);
             EXPECT_EQ(stated, rayStateBytes(p.view.imageSize) + bytes) << feature;
-            EXPECT_EQ(gpu.usedBytes() - before, stated + p.volume.optics.gpuBytes()) << feature;
+            EXPECT_EQ(gpu.usedBytes() - before, stated + p.layer().optics.gpuBytes()) << feature;
         }
     }
 }
@@ -242,11 +242,11 @@ Slicing smallDispatches() {
 
 /// Bricks come as rays ask for them, all that are asked for at a time.
 Image inPasses(Prepared& prepared, std::uint32_t features) {
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     Work work;
     GpuEngine engine(prepared.budgets.gpu, prepared.budgets.ram);
-    ScenePlan* const volumes[] = {&p};
-    engine.open(volumes, pagesFor(p.volume.selection.counts));
+    const FramePlan* const plans[] = {&p};
+    engine.open(plans, pagesFor(p.layer().selection.counts));
     GpuCaster caster(p, engine, features | kFeaturePasses, prepared.budgets.gpu);
     int passes = 0;
     while (caster.draw(smallDispatches(), RayCaster::Clock::time_point::max(), work) &&
@@ -256,7 +256,7 @@ Image inPasses(Prepared& prepared, std::uint32_t features) {
         for (std::size_t b = 0; b < wanted.size(); ++b)
             if (wanted[b] != UINT32_MAX)
                 bricks.push_back(b);
-        engine.bricks()->serve(bricks, *p.volume.cache, work);
+        engine.bricks()->serve(bricks, *p.layer().cache, work);
         ++passes;
     }
     EXPECT_GT(passes, 2);
@@ -271,7 +271,7 @@ TEST(Features, IdiomsForLlvmpipeChangeNoBit) {
     Prepared uniform("torso", scene), mixed("torso", scene);
     Prepared surfaces("torso", torsoScene(0, true, Integrator::midpoint, {20, 16}));
     std::mt19937 random(3);
-    Selection levels = mixed.p.volume.selection;
+    Selection levels = mixed.p.layer().selection;
     levels.counts = {};
     for (std::uint8_t& level : levels.levels) {
         if (level != Selection::kEmpty)

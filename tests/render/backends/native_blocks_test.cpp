@@ -18,16 +18,16 @@ class Bricks {
   public:
     Bricks(Prepared& prepared, bool ghostLayers)
         : p_(prepared.p), engine_(0, prepared.budgets.gpu, prepared.budgets.ram) {
-        p_.volume.pageEdge = ghostLayers ? kGhostedEdge : kBrickExtent;
+        p_.layer().pageEdge = ghostLayers ? kGhostedEdge : kBrickExtent;
         p_.chosen.chooser.reset();
-        p_.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p_.volume.selection.counts));
+        p_.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p_.layer().selection.counts));
         Work work;
         loadBricks(engine_, p_, prepared.budgets.gpu, work);
     }
     const HostPlane& plane() { return engine_.settled(); }
 
   private:
-    ScenePlan& p_;
+    Planner& p_;
     NativeEngine engine_;
 };
 
@@ -35,11 +35,11 @@ class Bricks {
 /// block's range is no wider than what dense points find, so that it is not "everything".
 /// @param wasted  how much wider than the values found, in the mean, as a share of all cells' ranges
 void expectWithinRanges(Prepared& prepared, bool ghostLayers, unsigned seed, double wasted) {
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     Bricks bricks(prepared, ghostLayers);
     const HostPlane& plane = bricks.plane();
-    const LevelMap* const map = p.volume.mixed() ? &p.volume.levels : nullptr;
-    const int level = p.volume.selection.finest();
+    const LevelMap* const map = p.layer().mixed() ? &p.layer().levels : nullptr;
+    const int level = p.layer().selection.finest();
     BlockRanges ranges(plane, map, level, 1, 0, native::packetTarget());
     NativeField field(plane, map, level, Gradient::central);
     std::mt19937 random(seed);
@@ -84,9 +84,9 @@ TEST(BlockRanges, HoldTheFieldOfMixedLevels) {
         for (const bool shown : {true, false}) {
             SCOPED_TRACE(static_cast<int>(edge));
             MixedScene mixed("torso", "soft-tissue", 0, edge, Sampling::limited, {8, 8});
-            mixed.choose(shown ? randomShownLevels(mixed.p().volume.selection, 5)
-                               : randomLevels(mixed.p().volume.selection, 6, true));
-            ASSERT_TRUE(mixed.p().volume.mixed());
+            mixed.choose(shown ? randomShownLevels(mixed.p().layer().selection, 5)
+                               : randomLevels(mixed.p().layer().selection, 6, true));
+            ASSERT_TRUE(mixed.p().layer().mixed());
             // Hulls of neighbours that have little weight: wider than what comes of them.
             expectWithinRanges(*mixed.prepared, true, 7, 5);
         }
@@ -97,7 +97,7 @@ TEST(BlockRanges, HoldTheFieldOfOneLevelClosely) {
         for (const bool ghostLayers : {true, false}) {
             SCOPED_TRACE(level);
             Prepared prepared("torso", sceneOn(infoOf("torso"), "soft-tissue", 0, {8, 8}));
-            Selection s = prepared.p.volume.selection;
+            Selection s = prepared.p.layer().selection;
             s.counts = {};
             for (std::uint8_t& mine : s.levels) {
                 if (mine != Selection::kEmpty)
@@ -132,7 +132,7 @@ TEST(NativeBlocks, ChangeNoBitWhereLevelsMix) {
                 continue; // refused: values jump there
             SCOPED_TRACE(static_cast<int>(edge));
             MixedScene mixed("torso", "bone-1", 1, edge, Sampling::limited, {48, 48}, integrator);
-            mixed.choose(randomShownLevels(mixed.p().volume.selection, 3));
+            mixed.choose(randomShownLevels(mixed.p().layer().selection, 3));
             NativeChoices choices;
             choices.blocks = true;
             const NativePicture blocks = nativePicture(*mixed.prepared, choices);
@@ -186,7 +186,7 @@ TEST(NativeBlocks, AreLookedForWhereRaysGo) {
     choices.threads = 1;
     const NativePicture all = nativePicture(prepared, choices);
     EXPECT_GT(all.refinedCells, 100u);
-    EXPECT_LE(all.refinedCells, prepared.p.volume.occupancy.occupiedCells());
+    EXPECT_LE(all.refinedCells, prepared.p.layer().occupancy.occupiedCells());
     choices.threads = 4;
     EXPECT_EQ(nativePicture(prepared, choices).refinedCells, all.refinedCells);
     // The same rays, but for those of the left half of the picture, which is the left half of the volume.

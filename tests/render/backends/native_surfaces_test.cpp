@@ -11,7 +11,7 @@ namespace {
 
 constexpr glm::ivec2 kSize(39, 43); // no packet's edges divide it
 
-std::vector<SurfaceHit> hitsOfMirror(const ScenePlan& p) {
+std::vector<SurfaceHit> hitsOfMirror(const FramePlan& p) {
     return mirrorHits<float>(mirrorInput(p, p.view.quality.skipping), rayCount(p.view.imageSize),
                              frameRays(cast<float>(p.view.frame)), 0);
 }
@@ -80,7 +80,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST_P(NativeSurfaces, PicturesAndHitsAreTheMirrors) {
     Prepared prepared("torso", scene());
-    EXPECT_EQ(prepared.p.volume.mapsSurfaces, GetParam().volume && GetParam().skipping);
+    EXPECT_EQ(prepared.p.layer().mapsSurfaces, GetParam().volume && GetParam().skipping);
     expectTheMirrorsBitsAndHits(prepared);
 }
 
@@ -92,8 +92,8 @@ TEST_P(NativeSurfaces, OfMixedLevelsAreTheMirrors) {
         s.quality.edgeFunction = edge;
         s.quality.sampling = edge == EdgeFunction::nearest ? Sampling::naive : Sampling::limited;
         Prepared prepared("torso", s);
-        prepared.p.setSelection(randomShownLevels(prepared.p.volume.selection, 3));
-        ASSERT_TRUE(prepared.p.volume.mixed());
+        prepared.p.setSelection(randomShownLevels(prepared.p.layer().selection, 3));
+        ASSERT_TRUE(prepared.p.layer().mixed());
         expectTheMirrorsBitsAndHits(prepared);
     }
 }
@@ -123,7 +123,7 @@ TEST(NativeSurfaceLights, PicturesAreTheMirrors) {
 // Rays wait for bricks in the middle of strides, and go on as if they had not.
 TEST_P(NativeSurfaces, ScarceBricksChangeNothing) {
     Prepared prepared("torso", scene());
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     const auto drawn = [&](std::size_t pages, int turns, int& passes) {
         NativeEngine engine(2, prepared.budgets.gpu, prepared.budgets.ram);
         p.chosen.chooser.reset();
@@ -137,7 +137,7 @@ TEST_P(NativeSurfaces, ScarceBricksChangeNothing) {
         passes = drawToTheEnd(*caster, engine, p, slicing, work);
         return std::pair(caster->image(), caster->hits());
     };
-    const std::size_t all = pagesFor(p.volume.selection.counts);
+    const std::size_t all = pagesFor(p.layer().selection.counts);
     ASSERT_GT(all, 9u);
     int one = 0, many = 0;
     const auto ample = drawn(all, 0, one);
@@ -157,7 +157,7 @@ TEST(NativeSurfaceBlocks, ChangeNoBit) {
             SCOPED_TRACE(std::string(volume ? "volume" : "alone") + (mixed ? ", mixed levels" : ""));
             Prepared prepared("torso", torsoScene(0, volume, Integrator::midpoint, {150, 150}));
             if (mixed)
-                prepared.p.setSelection(randomShownLevels(prepared.p.volume.selection, 3));
+                prepared.p.setSelection(randomShownLevels(prepared.p.layer().selection, 3));
             NativeChoices choices;
             choices.hits = true;
             const NativePicture cells = nativePicture(prepared, choices);
@@ -174,10 +174,10 @@ TEST(NativeSurfaceBlocks, ChangeNoBit) {
 /// What rays meet is kept of every pixel, and charged.
 TEST(NativeSurfaceHits, AreCharged) {
     Prepared prepared("torso", torsoScene(0, false, Integrator::midpoint, kSize));
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     NativeEngine engine(1, prepared.budgets.gpu, prepared.budgets.ram);
     p.chosen.chooser.reset();
-    p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
+    p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.layer().selection.counts));
     Work work;
     loadBricks(engine, p, prepared.budgets.gpu, work);
     const auto chargedWith = [&](bool hits) {

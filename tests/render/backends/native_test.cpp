@@ -121,8 +121,8 @@ TEST(NativeLevels, EveryLevelForAllHasTheMirrorsBits) {
     for (int level = 0; level < kLevelCount; ++level) {
         SCOPED_TRACE(level);
         Prepared prepared("torso", sceneOn(infoOf("torso"), "soft-tissue", 0, kSize));
-        ScenePlan& p = prepared.p;
-        Selection s = p.volume.selection;
+        Planner& p = prepared.p;
+        Selection s = p.layer().selection;
         s.counts = {};
         for (std::uint8_t& mine : s.levels) {
             if (mine != Selection::kEmpty)
@@ -161,7 +161,7 @@ TEST(NativeBorders, HaveTheMirrorsBits) {
             s.volumes[0].transferFunction =
                 TransferFunction::fromOpacity({{-100, 0.1}, {1200, 0.4}}, {{0, {1, 0.5, 0.2}}}, 1);
             const auto prepared = stored.prepare(s);
-            EXPECT_EQ(prepared->p.volume.selection.counts[Selection::kEmpty], 0u);
+            EXPECT_EQ(prepared->p.layer().selection.counts[Selection::kEmpty], 0u);
             expectTheMirrorsBits(*prepared);
         }
 }
@@ -192,12 +192,12 @@ TEST_P(NativeMixed, HasTheMirrorsBits) {
     const MixedCase c = GetParam();
     for (const unsigned seed : {1u, 2u}) {
         MixedScene mixed("torso", "soft-tissue", c.camera, c.edge, c.sampling, kSize, c.integrator);
-        mixed.p().volume.optics.gradient = c.gradient;
+        mixed.p().layer().optics.gradient = c.gradient;
         if (seed == 2)
             lightPlanWithAll(mixed.p());
-        mixed.choose(seed == 1 ? randomShownLevels(mixed.p().volume.selection, seed)
-                               : randomLevels(mixed.p().volume.selection, seed, true));
-        ASSERT_TRUE(mixed.p().volume.mixed());
+        mixed.choose(seed == 1 ? randomShownLevels(mixed.p().layer().selection, seed)
+                               : randomLevels(mixed.p().layer().selection, seed, true));
+        ASSERT_TRUE(mixed.p().layer().mixed());
         expectTheMirrorsBits(*mixed.prepared);
         NativeChoices choices;
         choices.slicing.fixedIterations = 5;
@@ -211,11 +211,11 @@ TEST(NativeVisibility, CountsWhatTheMirrorCounts) {
     for (const bool isMixed : {false, true}) {
         MixedScene scene("torso", "soft-tissue", 0, EdgeFunction::split, Sampling::limited, {96, 96});
         if (isMixed)
-            scene.choose(randomShownLevels(scene.p().volume.selection, 3));
-        ScenePlan& p = scene.p();
+            scene.choose(randomShownLevels(scene.p().layer().selection, 3));
+        Planner& p = scene.p();
         NativeEngine engine(0, scene.prepared->budgets.gpu, scene.prepared->budgets.ram);
         p.chosen.chooser.reset();
-        p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
+        p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.layer().selection.counts));
         Work work;
         loadBricks(engine, p, scene.prepared->budgets.gpu, work);
         const auto counter = engine.counter(scene.prepared->budgets.gpu);

@@ -15,13 +15,13 @@ namespace {
 using namespace test;
 
 std::vector<glm::dvec4> truthOf(Prepared& prepared, const Scene& scene) {
-    ScenePlan& p = prepared.p;
-    const ReferenceInput input{p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading,
-                               &p.volume.statistics, 1,         scene.surfaces};
+    Planner& p = prepared.p;
+    const ReferenceInput input{p.layer().cache.get(), &p.info(), &p.layer().function, scene.shading,
+                               &p.layer().statistics, 1,         scene.surfaces};
     return renderReference(input, referenceRays(p.view.camera, p.info(), p.view.imageSize), 0);
 }
 std::vector<glm::dvec4> mirrored(Prepared& prepared) {
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     Work work;
     return mirrorRays<double>(mirrorInput(p, true),
                               static_cast<std::size_t>(p.view.imageSize.x) *
@@ -45,7 +45,7 @@ TEST(SurfaceReference, SurfacesAloneAreTheTruthAtAnyStep) {
             scene.shading.gradient = gradient;
             scene.quality.stepVoxels = camera == 0 ? 8 : camera == 1 ? 2 : 0.5;
             Prepared prepared("torso", scene);
-            ASSERT_EQ(prepared.p.volume.selection.finest(), 0);
+            ASSERT_EQ(prepared.p.layer().selection.finest(), 0);
             const auto truth = truthOf(prepared, scene), drawn = mirrored(prepared);
             std::size_t seen = 0, off = 0, far = 0;
             for (std::size_t i = 0; i < truth.size(); ++i) {
@@ -79,9 +79,9 @@ TEST(SurfaceReference, SidesAndOrderAreTheSame) {
         }
         EXPECT_GT(seen, 50u);
         EXPECT_EQ(off, 0u);
-        ScenePlan& p = prepared->p;
+        Planner& p = prepared->p;
         const ReferenceInput input{
-            p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, nullptr, 1, scene.surfaces};
+            p.layer().cache.get(), &p.info(), &p.layer().function, scene.shading, nullptr, 1, scene.surfaces};
         EXPECT_TRUE(
             proveOnRays(input, sampledRays(referenceRays(p.view.camera, p.info(), p.view.imageSize), 200), 0)
                 .holds());

@@ -2,7 +2,7 @@
 // infinite, rays without a direction, and the least budgets. Pictures are finite and in range, or background;
 // nothing hangs.
 #include "core/base/error.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/extreme_cases.h"
 #ifdef TESSERA_WITH_IMPORT
 #include "bricking/import/open_source.h"
@@ -99,7 +99,7 @@ TEST(BadRays, DrawNothing) {
                 Scene scene = sceneOn(StoreReader(storePath("sphere"), ram).info(), "auto",
                                       perspective ? 0 : 1, {9, 8});
                 Prepared prepared("sphere", scene);
-                ScenePlan& p = prepared.p;
+                Planner& p = prepared.p;
                 // Nothing in all components is no direction; no number in one is no direction either.
                 p.view.frame.toCentre[1] = bad;
                 if (everywhere || bad == 0)

@@ -20,7 +20,7 @@ void expectSound(const std::string& store, const Camera& camera, const std::stri
     Scene scene = sceneOn(info, "auto", 0, kSize);
     scene.camera = camera;
     Prepared prepared(store, scene);
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     const GpuPicture gpu = marchOn(prepared, kFeatureSkipping | kFeatureShading);
     const auto rays = gpuRays(p.view.frame, prepared.budgets.gpu);
     Work work;

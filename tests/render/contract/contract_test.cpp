@@ -89,7 +89,7 @@ TEST_P(Contract, MarchEqualsTheMirrorOnItsOwnRays) {
     const GlContext context({"software"});
     for (const bool shading : {false, true}) {
         Prepared prepared(GetParam().store, scene(shading));
-        ScenePlan& p = prepared.p;
+        Planner& p = prepared.p;
         const std::vector<SegmentedRay<float>> rays = gpuRays(p.view.frame, prepared.budgets.gpu);
         const MirrorInput input = mirrorInput(p, true);
         const auto mirrored = [&](glm::vec3 shift) {
@@ -148,7 +148,7 @@ TEST_P(Contract, MarchEqualsTheMirrorOnItsOwnRays) {
 // Threads change no bit on the CPU either.
 TEST_P(Contract, MirrorIsTheSameAtAnyNumberOfThreads) {
     Prepared prepared(GetParam().store, scene(false));
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     const MirrorInput input = mirrorInput(p, true);
     const std::size_t count = static_cast<std::size_t>(kSize.x) * kSize.y;
     Work work;
@@ -163,7 +163,7 @@ TEST_P(Contract, MirrorIsTheSameAtAnyNumberOfThreads) {
 TEST_P(Contract, HardwareFetchStaysInsideTheGate) {
     const GlContext context({"software"});
     Prepared prepared(GetParam().store, scene(true));
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     const MirrorInput input = mirrorInput(p, true);
     Work work;
     const auto pixels = mirrorRays<float>(input, static_cast<std::size_t>(kSize.x) * kSize.y,
@@ -187,7 +187,7 @@ TEST_P(Contract, TerminationLeavesOutNoMoreThanItSays) {
     const Image a = marchOn(full, kExact | kFeatureShading).image;
     const Image b = marchOn(ended, kExact | kFeatureShading | kFeatureTermination).image;
     // Shaded colour can exceed 1 by the specular part; alpha's bound is the threshold itself.
-    const double most = brightest(s.shading, s.lighting, full.p.volume.function.materials());
+    const double most = brightest(s.shading, s.lighting, full.p.layer().function.materials());
     for (std::size_t i = 0; i < a.pixels.size(); ++i)
         for (int c = 0; c < 4; ++c) {
             const double left = static_cast<double>(a.pixels[i][c]) - static_cast<double>(b.pixels[i][c]);

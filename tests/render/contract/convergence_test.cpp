@@ -125,20 +125,20 @@ TEST(MirrorAgainstReference, FallsAtSecondOrder) {
         {{-1, 0}, {3, 0.0625}}, {{-1, glm::dvec3(0, 0.5, 1)}, {3, glm::dvec3(1, 0.25, 0)}});
     scene.shading.on = false;
     Prepared prepared("marschner-lobb", scene, false);
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     const double mm = glm::length(glm::dvec3(info.patientFromVoxel[2]));
     std::vector<ReferenceRay> rays;
     for (int i = 0; i < 64; ++i)
         rays.push_back({{3.25 + 7.1 * (i % 8), 4.5 + 6.9 * (i / 8), 0.0}, glm::dvec3(0, 0, 1) / mm, 0});
     const auto exact =
-        renderReference({p.volume.cache.get(), &info, &p.volume.function, scene.shading, nullptr}, rays, 0);
+        renderReference({p.layer().cache.get(), &info, &p.layer().function, scene.shading, nullptr}, rays, 0);
     // Two entries hold this function exactly, in float too; the usual table would put a floor of 3e-8 under
     // the rms.
     TransferTable table;
     table.firstValue = -1;
     table.entriesPerValue = 0.25f;
     table.entries = {glm::vec4(0, 0.5f, 1, 0), glm::vec4(1, 0.25f, 0, 0.0625f)};
-    p.volume.optics = makeOptics(table, info, scene.shading, 0);
+    p.layer().optics = makeOptics(table, info, scene.shading, 0);
     const MirrorInput input = mirrorInput(p, false);
     std::vector<double> errors;
     for (double q = 0.5; q > 0.01; q /= 2) {
@@ -178,19 +178,19 @@ TEST(MirrorAgainstReference, LitPictureConvergesToTheTablesOwnError) {
         Scene scene = sceneOn(info, "auto", 0, {24, 24});
         scene.quality.stepVoxels = q;
         Prepared prepared("sphere", scene, true);
-        ScenePlan& p = prepared.p;
+        Planner& p = prepared.p;
         const MirrorInput input = mirrorInput(p, true);
         Work work;
         const auto pixels = mirrorRays<double>(input, 24 * 24, frameRays(p.view.frame), 0, work);
         const auto exact = renderReference(
-            {p.volume.cache.get(), &info, &p.volume.function, scene.shading, &p.volume.statistics},
+            {p.layer().cache.get(), &info, &p.layer().function, scene.shading, &p.layer().statistics},
             referenceRays(p.view.camera, info, {24, 24}), 0);
         double squares = 0;
         for (std::size_t i = 0; i < pixels.size(); ++i)
             for (int c = 0; c < 4; ++c)
                 squares += std::pow(pixels[i][c] - exact[i][c], 2);
         errors.push_back(std::sqrt(squares / (4.0 * static_cast<double>(pixels.size()))));
-        EXPECT_LT(p.volume.table.relativeError, 0.02);
+        EXPECT_LT(p.layer().table.relativeError, 0.02);
     }
     EXPECT_LT(errors[1], 0.7 * errors[0]);
     EXPECT_LT(errors[2], 0.7 * errors[1]);

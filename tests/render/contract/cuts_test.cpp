@@ -2,7 +2,7 @@
 // written out here, against the reference, and every engine and way of cutting the work against every other
 // (docs/sampling.md, "Cuts").
 #include "render/backends/reference/reference.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
 #include "tests/support/value_scenes.h"
@@ -129,11 +129,11 @@ TransferFunction fog(double perMm) {
     return TransferFunction::fromExtinction({{-5000, perMm}, {5000, perMm}}, {{0, {1, 1, 1}}});
 }
 
-CutRays cutsOf(const ScenePlan& p) {
+CutRays cutsOf(const FramePlan& p) {
     return cutRays(p.view.frame, {}, 0);
 }
 Image mirrorCut(const Prepared& prepared, std::span<const SegmentedRay<float>> rays = {}) {
-    const ScenePlan& p = prepared.p;
+    const FramePlan& p = prepared.p;
     Image image(p.view.imageSize);
     Work work;
     MirrorInput input = mirrorInput(p, p.view.quality.skipping);
@@ -158,12 +158,12 @@ TEST_P(CutRay, ItsLengthIsThatOfWhatIsKept) {
         constexpr double kPerMm = 0.01;
         scene.volumes.front().transferFunction = fog(kPerMm);
         Prepared prepared("sphere", scene);
-        const ScenePlan& p = prepared.p;
+        const FramePlan& p = prepared.p;
         const VolumeInfo& info = p.info();
         ReferenceInput reference;
-        reference.cache = p.volume.cache.get();
+        reference.cache = p.layer().cache.get();
         reference.info = &info;
-        reference.function = &p.volume.function;
+        reference.function = &p.layer().function;
         reference.shading = scene.shading;
         reference.slabs = p.view.part.slabs;
         reference.cuts = p.view.part.cuts.get();
@@ -249,7 +249,7 @@ TEST_P(CutPicture, NativeHasTheMirrorsBits) {
     for (const bool mixed : {false, true}) {
         Prepared prepared(GetParam().store, scene());
         if (mixed)
-            prepared.p.setSelection(randomShownLevels(prepared.p.volume.selection, 7));
+            prepared.p.setSelection(randomShownLevels(prepared.p.layer().selection, 7));
         const Image mirror = mirrorCut(prepared);
         EXPECT_FALSE(isBlank(mirror));
         for (const native::PacketTarget* target : nativeTargets()) {
@@ -273,7 +273,7 @@ TEST_P(CutPicture, LeavingOutBricksChangesNoBit) {
 TEST_P(CutPicture, MarchEqualsTheMirrorOnItsOwnRays) {
     const GlContext context({"software"});
     Prepared prepared(GetParam().store, scene());
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     const std::uint32_t features = marchFeatures(p, false);
     const Image march = marchOn(prepared, features).image;
     EXPECT_FALSE(isBlank(march));

@@ -4,7 +4,7 @@
 //
 // A failure prints TESSERA_EXTREME_CASE=...: with that in the environment, Extremes.OneCase draws it alone.
 #include "render/backends/reference/reference.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/extreme_cases.h"
 
 #include <algorithm>
@@ -67,7 +67,7 @@ struct Tally {
 };
 
 /// Double mirror of a camera's own double rays.
-std::vector<glm::dvec4> mirrorInDouble(const ScenePlan& p, double stepVoxels) {
+std::vector<glm::dvec4> mirrorInDouble(const FramePlan& p, double stepVoxels) {
     RayFrame<double> frame = p.view.frame;
     frame.segmentVoxels = stepVoxels;
     MirrorInput input = mirrorInput(p, p.view.quality.skipping);
@@ -84,10 +84,10 @@ class ExtremeRun {
         const Structure& structure = c.structure();
         const Scene scene = sceneOf(c, volume);
         Prepared prepared(stores_.path(c), scene, true, 0, &volume.info.patientFromVoxel);
-        ScenePlan& p = prepared.p;
+        Planner& p = prepared.p;
         if (structure.mixed) {
-            p.setSelection(randomShownLevels(p.volume.selection, static_cast<unsigned>(c[kVariant] + 7)));
-            if (!p.volume.mixed()) // few bricks: the general path all the same
+            p.setSelection(randomShownLevels(p.layer().selection, static_cast<unsigned>(c[kVariant] + 7)));
+            if (!p.layer().mixed()) // few bricks: the general path all the same
                 p.mapLevels(true);
         }
         ++tally.cases;
@@ -175,9 +175,9 @@ class ExtremeRun {
             scene.imageSize = {12, 10}; // a single ray may be right by chance
         scene.quality.terminationTransmittance = 0;
         Prepared prepared(stores_.path(c), scene, true, 0, &volume.info.patientFromVoxel);
-        const ScenePlan& p = prepared.p;
+        const FramePlan& p = prepared.p;
         const std::vector<glm::dvec4> truth = renderReference(
-            {p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, &p.volume.statistics},
+            {p.layer().cache.get(), &p.info(), &p.layer().function, scene.shading, &p.layer().statistics},
             referenceRays(p.view.camera, p.info(), p.view.imageSize), 1);
         expectInRange(truth, scene, "reference");
         const auto mirror = mirrorInDouble(p, q);
@@ -186,7 +186,7 @@ class ExtremeRun {
             for (std::size_t i = 0; i < truth.size(); ++i)
                 for (int n = 0; n < 4; ++n)
                     EXPECT_NEAR(mirror[i][n], truth[i][n],
-                                1e-7 + static_cast<double>(p.volume.optics.table.front().a) * uncertain[i])
+                                1e-7 + static_cast<double>(p.layer().optics.table.front().a) * uncertain[i])
                         << "pixel " << i;
             return true;
         }
@@ -203,8 +203,8 @@ class ExtremeRun {
         // depth at most the same share of the longest ray's.
         // A table of two-dimensional pre-integration is bilinear between 256 x 256 places; these functions'
         // colours bend little there.
-        const double ownError = p.volume.table.relativeError +
-                                (p.volume.optics.integrator == Integrator::preintegrated2d ? 1e-4 : 1e-6);
+        const double ownError = p.layer().table.relativeError +
+                                (p.layer().optics.integrator == Integrator::preintegrated2d ? 1e-4 : 1e-6);
         const double n = 4.0 * static_cast<double>(truth.size());
         const double depth = std::min(1.0, peakPerVoxel(c) * glm::length(glm::dvec3(p.info().extentVoxels)));
         EXPECT_LE(std::sqrt(error.squares / n), 1.5 * std::sqrt(change.squares / n) + ownError * depth);
@@ -215,12 +215,12 @@ class ExtremeRun {
     static double lengthMm(const SegmentedRay<double>& ray) {
         return ray.count == 0 ? 0 : (ray.count - 1 + ray.tail) * ray.segmentMm;
     }
-    static double constantAlpha(const ScenePlan& p, const SegmentedRay<double>& ray) {
-        return opacityOf(static_cast<double>(p.volume.optics.table.front().a) * lengthMm(ray));
+    static double constantAlpha(const FramePlan& p, const SegmentedRay<double>& ray) {
+        return opacityOf(static_cast<double>(p.layer().optics.table.front().a) * lengthMm(ray));
     }
     /// Per pixel, how much of a ray's length in the volume, mm, hangs on where it is by so many voxels: all
     /// of it for a ray that lies in a face.
-    static std::vector<double> uncertainLengths(const ScenePlan& p, double voxels) {
+    static std::vector<double> uncertainLengths(const FramePlan& p, double voxels) {
         std::vector<double> out(static_cast<std::size_t>(p.view.imageSize.x) *
                                 static_cast<std::size_t>(p.view.imageSize.y));
         const auto rays = frameRays(p.view.frame);
@@ -235,7 +235,7 @@ class ExtremeRun {
         return out;
     }
     /// Of a camera in patient space, in double.
-    static std::vector<double> uncertainInDouble(const ScenePlan& p) {
+    static std::vector<double> uncertainInDouble(const FramePlan& p) {
         const glm::dmat4& place = p.info().patientFromVoxel;
         const glm::dvec3 mm = p.info().spacingMm();
         return uncertainLengths(
@@ -244,7 +244,7 @@ class ExtremeRun {
                        std::min({mm.x, mm.y, mm.z}));
     }
     /// The GPU's float rays are the camera's: their lengths, as far as float positions can say.
-    static void expectRaysOfCamera(const ScenePlan& p, const std::vector<SegmentedRay<float>>& rays) {
+    static void expectRaysOfCamera(const FramePlan& p, const std::vector<SegmentedRay<float>>& rays) {
         const RayFrame<double>& f = p.view.frame;
         const double far = glm::length(f.centre) + glm::length(f.right) + glm::length(f.up) +
                            glm::length(f.extent) + (f.perspective ? glm::length(f.toCentre) : 0);

@@ -60,28 +60,29 @@ TEST_P(Field, ShaderEqualsItsTwin) {
     MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath(c.store), ram).info();
     Prepared prepared(c.store, sceneOn(info, c.preset, 0, {16, 16}), c.culling, c.gpuBytes);
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     if (c.gpuBytes > 0) {
-        EXPECT_GT(p.volume.selection.finest(), 0);
+        EXPECT_GT(p.layer().selection.finest(), 0);
     }
     if (c.culling) {
-        EXPECT_LT(p.volume.selection.shownBricks(), p.volume.selection.levels.size()) << "nothing was culled";
+        EXPECT_LT(p.layer().selection.shownBricks(), p.layer().selection.levels.size())
+            << "nothing was culled";
     }
-    const auto positions = tellingPositions(info.extentVoxels, p.volume.selection.finest());
+    const auto positions = tellingPositions(info.extentVoxels, p.layer().selection.finest());
     Work work;
-    Atlas atlas(info, p.volume.selection, pagesFor(p.volume.selection.counts), TextureLimits{},
+    Atlas atlas(info, p.layer().selection, pagesFor(p.layer().selection.counts), TextureLimits{},
                 prepared.budgets.gpu, prepared.budgets.ram);
-    atlas.bricks.load(*p.volume.cache, work);
-    const FieldSource source{&atlas, p.volume.selection.finest()};
+    atlas.bricks.load(*p.layer().cache, work);
+    const FieldSource source{&atlas, p.layer().selection.finest()};
     std::uint32_t features = 0;
     if (texelFormat(info.type).normalised)
         features |= kFeatureNormalised;
     const auto exact = probeField(positions, features, info, source, prepared.budgets.gpu);
     const auto filtered =
         probeField(positions, features | kFeatureHardware, info, source, prepared.budgets.gpu);
-    LatticeReader samples(*p.volume.cache, info, p.volume.selection.finest(), &p.volume.selection);
-    const float perVoxel = 1.0f / static_cast<float>(1 << p.volume.selection.finest());
-    const float range = p.volume.statistics.highest - p.volume.statistics.lowest;
+    LatticeReader samples(*p.layer().cache, info, p.layer().selection.finest(), &p.layer().selection);
+    const float perVoxel = 1.0f / static_cast<float>(1 << p.layer().selection.finest());
+    const float range = p.layer().statistics.highest - p.layer().statistics.lowest;
     float worst = 0;
     for (std::size_t i = 0; i < positions.size(); ++i) {
         const float value = fieldValue(samples, positions[i], perVoxel);
@@ -108,11 +109,11 @@ TEST_P(Field, IsContinuousAcrossBricks) {
     MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath(c.store), ram).info();
     Prepared prepared(c.store, sceneOn(info, c.preset, 0, {16, 16}), c.culling, c.gpuBytes);
-    ScenePlan& p = prepared.p;
-    LatticeReader samples(*p.volume.cache, info, p.volume.selection.finest(), &p.volume.selection);
-    const double perVoxel = 1.0 / (1 << p.volume.selection.finest());
+    Planner& p = prepared.p;
+    LatticeReader samples(*p.layer().cache, info, p.layer().selection.finest(), &p.layer().selection);
+    const double perVoxel = 1.0 / (1 << p.layer().selection.finest());
     const double range =
-        static_cast<double>(p.volume.statistics.highest) - static_cast<double>(p.volume.statistics.lowest);
+        static_cast<double>(p.layer().statistics.highest) - static_cast<double>(p.layer().statistics.lowest);
     std::mt19937 random(13);
     std::uniform_real_distribution<double> unit(0, 1);
     for (int i = 0; i < 4000; ++i) {

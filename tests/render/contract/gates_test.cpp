@@ -47,7 +47,7 @@ std::unique_ptr<Prepared> prepare(const GateCase& c) {
         scene.surfaces = {{-300, {0.9, 0.6, 0.5}, 0.3}, {250, {0.95, 0.9, 0.8}, 1}};
     auto prepared = std::make_unique<Prepared>("torso", scene);
     if (c.mixed)
-        prepared->p.setSelection(randomShownLevels(prepared->p.volume.selection, 7));
+        prepared->p.setSelection(randomShownLevels(prepared->p.layer().selection, 7));
     return prepared;
 }
 
@@ -129,7 +129,7 @@ TEST_P(Gates, ExactFetchesMeetTheMirrorAndAHalfVoxelShiftDoesNot) {
 
 // OpenImageIO's gate, as the finest level meets it (Contract.HardwareFetchStaysInsideTheGate).
 TEST_P(Gates, FilteredFetchesMeetTheMirrorAndAHalfVoxelShiftDoesNot) {
-    ScenePlan& p = prepared->p;
+    Planner& p = prepared->p;
     OnDevice device(*prepared);
     GpuCaster caster(p, device.engine, marchFeatures(p, true) | kFeatureHardware, prepared->budgets.gpu);
     Work work;

@@ -87,11 +87,11 @@ TEST_P(Graded, NativeHasTheMirrorsBits) {
 
 TEST_P(Graded, NativeHasTheMirrorsBitsAcrossLevels) {
     Prepared prepared("torso", GetParam().scene(kSize));
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     for (const unsigned seed : {1u, 2u}) {
-        p.setSelection(seed == 1 ? randomShownLevels(p.volume.selection, seed)
-                                 : randomLevels(p.volume.selection, seed, true));
-        ASSERT_TRUE(p.volume.mixed());
+        p.setSelection(seed == 1 ? randomShownLevels(p.layer().selection, seed)
+                                 : randomLevels(p.layer().selection, seed, true));
+        ASSERT_TRUE(p.layer().mixed());
         expectTheMirrorsBits(prepared);
     }
 }
@@ -101,9 +101,9 @@ TEST_P(Graded, MarchEqualsTheMirrorOnItsOwnRays) {
     const GlContext context({"software"});
     for (const bool isMixed : {false, true}) {
         Prepared prepared("torso", GetParam().scene({32, 32}));
-        ScenePlan& p = prepared.p;
+        Planner& p = prepared.p;
         if (isMixed)
-            p.setSelection(randomShownLevels(p.volume.selection, 5));
+            p.setSelection(randomShownLevels(p.layer().selection, 5));
         const auto rays = gpuRays(p.view.frame, prepared.budgets.gpu);
         Work work;
         Image mirror(p.view.imageSize);
@@ -133,12 +133,12 @@ TEST(GradedVisibility, EveryEngineCountsTheSame) {
         scene.shading.on = false;
         const auto countsOf = [&](const Scene& s) {
             Prepared prepared("torso", s);
-            ScenePlan& p = prepared.p;
+            Planner& p = prepared.p;
             if (isMixed)
-                p.setSelection(randomShownLevels(p.volume.selection, 3));
+                p.setSelection(randomShownLevels(p.layer().selection, 3));
             NativeEngine engine(0, prepared.budgets.gpu, prepared.budgets.ram);
             p.chosen.chooser.reset();
-            p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
+            p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.layer().selection.counts));
             Work work;
             loadBricks(engine, p, prepared.budgets.gpu, work);
             const auto count = [&](Engine& by) {
@@ -308,7 +308,7 @@ TEST(GradedRamp, ItsLightIsThatOfTheScaledFunction) {
 double mirrorError(const Stored& stored, Scene scene, double stepVoxels) {
     scene.quality.stepVoxels = stepVoxels;
     const auto prepared = stored.prepare(scene);
-    const ScenePlan& p = prepared->p;
+    const FramePlan& p = prepared->p;
     Work work;
     const auto mirror = mirrorRays<double>(mirrorInput(p, true), rayCount(p.view.imageSize),
                                            frameRays(p.view.frame), 0, work);
@@ -356,10 +356,10 @@ TEST(GradedNothing, AFactorOfOneIsNone) {
         scene.volumes[0].transferFunction =
             graded(function, GradientOpacity::fromPoints({{0, 1}, {50, 1}, {90, 2}}));
         Prepared ones("torso", scene);
-        EXPECT_FALSE(ones.p.volume.optics.grades());
+        EXPECT_FALSE(ones.p.layer().optics.grades());
         EXPECT_EQ(marchFeatures(ones.p, true), marchFeatures(plain.p, true));
         EXPECT_EQ(marchFeatures(plain.p, true) & kFeatureGradientOpacity, 0u);
-        EXPECT_EQ(ones.p.volume.selection.counts, plain.p.volume.selection.counts);
+        EXPECT_EQ(ones.p.layer().selection.counts, plain.p.layer().selection.counts);
         const NativePicture a = nativePicture(plain), b = nativePicture(ones);
         EXPECT_TRUE(bitEqual(a.image, b.image));
         EXPECT_EQ(a.work.samples, b.work.samples);
@@ -374,7 +374,7 @@ TEST(GradedCulling, ChangesNoBit) {
         scene.shading.gradient = kind;
         grade(scene);
         Prepared culled("torso", scene), all("torso", scene, false);
-        EXPECT_GT(culled.p.volume.selection.counts[Selection::kEmpty], 0u);
+        EXPECT_GT(culled.p.layer().selection.counts[Selection::kEmpty], 0u);
         EXPECT_EQ(differing(nativePicture(culled).image, nativePicture(all).image), 0u);
     }
 }
@@ -389,7 +389,7 @@ TEST(GradedNothing, SingleValuesTakeNone) {
         Prepared plain("torso", asDrawn(scene));
         grade(scene);
         Prepared prepared("torso", asDrawn(scene));
-        EXPECT_FALSE(prepared.p.volume.optics.grades());
+        EXPECT_FALSE(prepared.p.layer().optics.grades());
         EXPECT_TRUE(bitEqual(nativePicture(plain).image, nativePicture(prepared).image));
     }
 }

@@ -295,14 +295,14 @@ TEST(Gradients, AnalyticOneIsTheDerivativeOfMixedLevels) {
         Scene scene = sceneOn(info, "auto", 0, {8, 8});
         scene.quality.edgeFunction = edge;
         Prepared prepared("sphere", scene);
-        Selection selection = prepared.p.volume.selection;
+        Selection selection = prepared.p.layer().selection;
         std::mt19937 random(21);
         selection.counts = {};
         for (std::uint8_t& level : selection.levels)
             ++selection.counts[level = static_cast<std::uint8_t>(random() % (kLevelCount + 1))];
         prepared.p.setSelection(selection);
-        MixedReader samples(*prepared.p.volume.cache, info, prepared.p.volume.selection,
-                            prepared.p.volume.levels);
+        MixedReader samples(*prepared.p.layer().cache, info, prepared.p.layer().selection,
+                            prepared.p.layer().levels);
         std::uniform_real_distribution<double> unit(0, 1);
         int blended = 0, compared = 0;
         for (int i = 0; i < 20000; ++i) {
@@ -316,8 +316,9 @@ TEST(Gradients, AnalyticOneIsTheDerivativeOfMixedLevels) {
             ASSERT_LE(differ(g, fine), 1e-4 * (1 + glm::length(fine)))
                 << edgeFunctionNames()[static_cast<std::size_t>(edge)];
             ++compared;
-            const auto place = cornerPlace(p, glm::dvec3(info.extentVoxels), prepared.p.volume.levels.bricks);
-            const BrickCorner& corner = prepared.p.volume.levels.at(place.corner);
+            const auto place =
+                cornerPlace(p, glm::dvec3(info.extentVoxels), prepared.p.layer().levels.bricks);
+            const BrickCorner& corner = prepared.p.layer().levels.at(place.corner);
             blended += !corner.agree() && nearAxes(corner, place.offset) != 0;
         }
         EXPECT_GT(compared, 10000);

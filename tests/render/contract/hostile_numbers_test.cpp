@@ -2,7 +2,7 @@
 // of a scene is made huge, tiny, or what float cannot hold. Whatever is read is drawn: finite, and the native
 // engine has the float mirror's bits; else it is refused in a sentence.
 #include "core/base/error.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/extreme_cases.h"
 #include "tests/support/native_fixture.h"
 

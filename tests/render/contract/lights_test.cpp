@@ -69,10 +69,10 @@ void setMedium(Scene& scene, double slope = 1) {
         {{-2 * std::abs(slope), 0}, {-0.6 * std::abs(slope), 0.9}, {2 * std::abs(slope), 0}}, {{0, kColour}});
 }
 
-Image referencePicture(const Scene& scene, ScenePlan& p) {
-    return pictureOf(renderReference({p.volume.cache.get(),
+Image referencePicture(const Scene& scene, Planner& p) {
+    return pictureOf(renderReference({p.layer().cache.get(),
                                       &p.info(),
-                                      &p.volume.function,
+                                      &p.layer().function,
                                       scene.shading,
                                       nullptr,
                                       1,
@@ -82,7 +82,7 @@ Image referencePicture(const Scene& scene, ScenePlan& p) {
                                       p.view.camera},
                                      referenceRays(p.view.camera, p.info(), p.view.imageSize), 1));
 }
-Image doublePicture(const ScenePlan& p) {
+Image doublePicture(const FramePlan& p) {
     Work work;
     return pictureOf(mirrorRays<double>(mirrorInput(p, true), 49, frameRays(p.view.frame), 1, work));
 }
@@ -90,7 +90,7 @@ Image doublePicture(const ScenePlan& p) {
 /// Every engine draws it lit so, everywhere.
 void expectAllLit(const Planes& planes, const Scene& scene, const glm::dvec3& lit, double tolerance = 2e-5) {
     const auto prepared = planes.prepare(scene);
-    ScenePlan& p = prepared->p;
+    Planner& p = prepared->p;
     expectLit(marchOn(*prepared, marchFeatures(p, true)).image, lit, tolerance, "march");
     const Image mirror = mirrorPicture(*prepared);
     expectLit(mirror, lit, tolerance, "float mirror");
@@ -156,7 +156,7 @@ TEST(LitPlane, LightsAddUpAndTheDarkAreLeftOut) {
     sums.add(kCases[5], glm::dvec3(0.25), ShadingModel::phong);
     sums.add(kCases[8], glm::dvec3(1), ShadingModel::phong);
     expectAllLit(planes, scene, sums.lit());
-    EXPECT_EQ(planes.prepare(scene)->p.volume.optics.lighting.count, 3);
+    EXPECT_EQ(planes.prepare(scene)->p.layer().optics.lighting.count, 3);
     for (Light& light : scene.lighting.lights)
         light.intensity = 0;
     expectAllLit(planes, scene, kColour * kAmbient);
@@ -278,7 +278,7 @@ TEST(LitPlane, PointLights) {
             Sums sums;
             sums.add(kCases[onNormal ? 4 : 1], glm::dvec3(0.5), ShadingModel::phong);
             const auto prepared = planes.prepare(scene);
-            ScenePlan& p = prepared->p;
+            Planner& p = prepared->p;
             const auto middle = [&](const Image& image, double tolerance, const char* who) {
                 for (int c = 0; c < 3; ++c)
                     EXPECT_NEAR(static_cast<double>(image.pixels[24][c]), sums.lit()[c], tolerance) << who;

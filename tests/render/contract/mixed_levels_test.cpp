@@ -56,24 +56,24 @@ TEST_P(MixedField, ShaderEqualsItsTwin) {
     const GlContext context({"software"});
     const auto [store, edge] = GetParam();
     MixedScene scene(store, "auto", 0, edge);
-    scene.choose(randomLevels(scene.p().volume.selection, 5, true));
-    ScenePlan& p = scene.p();
+    scene.choose(randomLevels(scene.p().layer().selection, 5, true));
+    Planner& p = scene.p();
     MemoryBudget& gpu = scene.prepared->budgets.gpu;
-    ASSERT_TRUE(p.volume.mixed());
+    ASSERT_TRUE(p.layer().mixed());
     Work work;
-    Atlas atlas(p.info(), p.volume.selection, pagesFor(p.volume.selection.counts), TextureLimits{}, gpu,
+    Atlas atlas(p.info(), p.layer().selection, pagesFor(p.layer().selection.counts), TextureLimits{}, gpu,
                 scene.prepared->budgets.ram);
-    atlas.bricks.load(*p.volume.cache, work);
-    const LevelTextures textures(p.volume.levels, gpu);
-    const FieldSource source{&atlas, 0, &p.volume.levels, &textures};
+    atlas.bricks.load(*p.layer().cache, work);
+    const LevelTextures textures(p.layer().levels, gpu);
+    const FieldSource source{&atlas, 0, &p.layer().levels, &textures};
     std::uint32_t features = kFeatureMixed;
     if (texelFormat(p.info().type).normalised)
         features |= kFeatureNormalised;
     const auto positions = tellingPositions(p.info().extentVoxels, 6000);
     const auto exact = probeField(positions, features, p.info(), source, gpu);
     const auto filtered = probeField(positions, features | kFeatureHardware, p.info(), source, gpu);
-    MixedReader samples(*p.volume.cache, p.info(), p.volume.selection, p.volume.levels);
-    const float range = p.volume.statistics.highest - p.volume.statistics.lowest;
+    MixedReader samples(*p.layer().cache, p.info(), p.layer().selection, p.layer().levels);
+    const float range = p.layer().statistics.highest - p.layer().statistics.lowest;
     float worst = 0;
     for (std::size_t i = 0; i < positions.size(); ++i) {
         ASSERT_EQ(exact[i].w, interblockValue(samples, positions[i])) << i;
@@ -100,11 +100,11 @@ TEST(MixedLevels, ValuesAndGradientsAreContinuous) {
         for (const EdgeFunction edge : {EdgeFunction::minimum, EdgeFunction::split, EdgeFunction::maximum})
             for (unsigned seed = 0; seed < 6; ++seed) {
                 MixedScene scene(store, "auto", 0, edge);
-                scene.choose(randomLevels(scene.p().volume.selection, seed, true));
-                ScenePlan& p = scene.p();
-                MixedReader samples(*p.volume.cache, p.info(), p.volume.selection, p.volume.levels);
+                scene.choose(randomLevels(scene.p().layer().selection, seed, true));
+                Planner& p = scene.p();
+                MixedReader samples(*p.layer().cache, p.info(), p.layer().selection, p.layer().levels);
                 const double range =
-                    static_cast<double>(p.volume.statistics.highest) - p.volume.statistics.lowest;
+                    static_cast<double>(p.layer().statistics.highest) - p.layer().statistics.lowest;
                 const glm::dvec3 extent(p.info().extentVoxels);
                 for (int i = 0; i < 3000; ++i, ++borders) {
                     glm::dvec3 at = extent * glm::dvec3(unit(random), unit(random), unit(random));
@@ -147,10 +147,10 @@ TEST(MixedLevels, ValuesAndGradientsAreContinuous) {
 // A field that jumps must be caught by the test above: the nearest brick alone does.
 TEST(MixedLevels, NearestBrickJumpsAtBorders) {
     MixedScene scene("marschner-lobb", "auto", 0, EdgeFunction::nearest);
-    scene.choose(randomLevels(scene.p().volume.selection, 1, false));
-    ScenePlan& p = scene.p();
-    MixedReader samples(*p.volume.cache, p.info(), p.volume.selection, p.volume.levels);
-    const double range = static_cast<double>(p.volume.statistics.highest) - p.volume.statistics.lowest;
+    scene.choose(randomLevels(scene.p().layer().selection, 1, false));
+    Planner& p = scene.p();
+    MixedReader samples(*p.layer().cache, p.info(), p.layer().selection, p.layer().levels);
+    const double range = static_cast<double>(p.layer().statistics.highest) - p.layer().statistics.lowest;
     double worst = 0;
     for (int y = 1; y < 60; ++y)
         for (int z = 1; z < 60; ++z) {
@@ -167,18 +167,18 @@ TEST(MixedLevels, ValuesStayInTheHullOfTheirSamples) {
     std::uniform_real_distribution<double> unit(0, 1);
     for (const EdgeFunction edge : kEdgeFunctions) {
         MixedScene scene("marschner-lobb", "auto", 0, edge);
-        scene.choose(randomLevels(scene.p().volume.selection, 3, true));
-        ScenePlan& p = scene.p();
-        MixedReader samples(*p.volume.cache, p.info(), p.volume.selection, p.volume.levels);
+        scene.choose(randomLevels(scene.p().layer().selection, 3, true));
+        Planner& p = scene.p();
+        MixedReader samples(*p.layer().cache, p.info(), p.layer().selection, p.layer().levels);
         const glm::dvec3 extent(p.info().extentVoxels);
-        const double range = static_cast<double>(p.volume.statistics.highest) - p.volume.statistics.lowest;
+        const double range = static_cast<double>(p.layer().statistics.highest) - p.layer().statistics.lowest;
         for (int i = 0; i < 4000; ++i) {
             const glm::dvec3 at = extent * glm::dvec3(unit(random), unit(random), unit(random));
-            const auto place = cornerPlace(at, extent, p.volume.levels.bricks);
+            const auto place = cornerPlace(at, extent, p.layer().levels.bricks);
             double lo = INFINITY, hi = -INFINITY;
             for (int n = 0; n < 8; ++n) {
                 const glm::ivec3 brick = place.corner - 1 + glm::ivec3(n & 1, (n >> 1) & 1, n >> 2);
-                const std::uint32_t code = p.volume.levels.at(place.corner).code(n);
+                const std::uint32_t code = p.layer().levels.at(place.corner).code(n);
                 if (code == BrickCorner::kOutside)
                     continue;
                 // The brick's samples around its nearest point; all of it is too slow to look at.
@@ -187,7 +187,7 @@ TEST(MixedLevels, ValuesStayInTheHullOfTheirSamples) {
                 hi = std::max(hi, value);
             }
             const double value = interblockValue(samples, at);
-            if (p.volume.levels.at(place.corner).agree())
+            if (p.layer().levels.at(place.corner).agree())
                 continue; // plain trilinear: its eight samples, tested elsewhere
             ASSERT_GE(value, lo - 1e-9 * range);
             ASSERT_LE(value, hi + 1e-9 * range);
@@ -202,16 +202,16 @@ TEST(MixedLevels, OneLevelIsPlainTrilinear) {
     for (int level = 0; level < kLevelCount - 1; ++level)
         for (const EdgeFunction edge : {EdgeFunction::minimum, EdgeFunction::split, EdgeFunction::maximum}) {
             MixedScene scene("torso", "bone-1", 0, edge);
-            ScenePlan& p = scene.p();
-            Selection s = p.volume.selection; // some empty
+            Planner& p = scene.p();
+            Selection s = p.layer().selection; // some empty
             for (std::uint8_t& mine : s.levels)
                 if (mine != Selection::kEmpty)
                     mine = static_cast<std::uint8_t>(level);
             std::swap(s.counts[0], s.counts[static_cast<std::size_t>(level)]);
             const LevelMap map =
                 makeLevelMap(s, p.info().extentVoxels, p.view.quality, scene.prepared->budgets.ram);
-            MixedReader mixed(*p.volume.cache, p.info(), s, map);
-            LatticeReader plain(*p.volume.cache, p.info(), level, &s);
+            MixedReader mixed(*p.layer().cache, p.info(), s, map);
+            LatticeReader plain(*p.layer().cache, p.info(), level, &s);
             for (int i = 0; i < 2000; ++i) {
                 const glm::dvec3 at =
                     glm::dvec3(p.info().extentVoxels) * glm::dvec3(unit(random), unit(random), unit(random));
@@ -229,18 +229,18 @@ TEST(MixedLevels, EmptyCellsShowNothing) {
             continue;
         for (const EdgeFunction edge : kEdgeFunctions) {
             MixedScene scene(store, "bone-1", 0, edge);
-            scene.choose(randomShownLevels(scene.p().volume.selection, 7));
-            ScenePlan& p = scene.p();
-            MixedReader samples(*p.volume.cache, p.info(), p.volume.selection, p.volume.levels);
+            scene.choose(randomShownLevels(scene.p().layer().selection, 7));
+            Planner& p = scene.p();
+            MixedReader samples(*p.layer().cache, p.info(), p.layer().selection, p.layer().levels);
             int checked = 0;
             for (int i = 0; i < 100000; ++i) {
                 const glm::dvec3 at =
                     glm::dvec3(p.info().extentVoxels) * glm::dvec3(unit(random), unit(random), unit(random));
-                if (!p.volume.occupancy.isEmpty(
-                        glm::min(glm::ivec3(at) / kCellExtent, p.volume.statistics.cells - 1)))
+                if (!p.layer().occupancy.isEmpty(
+                        glm::min(glm::ivec3(at) / kCellExtent, p.layer().statistics.cells - 1)))
                     continue;
                 ++checked;
-                ASSERT_EQ(lookUp(p.volume.optics, interblockValue(samples, at)).a, 0)
+                ASSERT_EQ(lookUp(p.layer().optics, interblockValue(samples, at)).a, 0)
                     << store << " " << at.x << " " << at.y << " " << at.z;
             }
             EXPECT_GT(checked, 1000);
@@ -286,9 +286,9 @@ TEST_P(MixedPicture, ContractHolds) {
     const GlContext context({"software"});
     const PictureCase c = GetParam();
     MixedScene scene(c.store, c.preset, c.camera, c.edge, c.sampling, {32, 32}, c.integrator);
-    scene.choose(randomShownLevels(scene.p().volume.selection, 7));
-    ScenePlan& p = scene.p();
-    ASSERT_TRUE(p.volume.mixed());
+    scene.choose(randomShownLevels(scene.p().layer().selection, 7));
+    Planner& p = scene.p();
+    ASSERT_TRUE(p.layer().mixed());
     if (c.camera == 2)
         lightPlanWithAll(p);
     const std::uint32_t features = kFeatureSkipping | kFeatureShading;
@@ -332,8 +332,8 @@ TEST(MixedLevels, AStepThatIsSetIsAsIfItWerePlanned) {
         scene.quality.integrator = Integrator::preintegrated2d;
         scene.quality.stepVoxels = set ? before : after;
         Prepared prepared("torso", scene);
-        ScenePlan& p = prepared.p;
-        p.setSelection(randomShownLevels(p.volume.selection, 7));
+        Planner& p = prepared.p;
+        p.setSelection(randomShownLevels(p.layer().selection, 7));
         if (set)
             p.setStep(after);
         pictures[set] =
@@ -360,8 +360,8 @@ TEST(MixedLevels, CamerasOnFacesEdgesAndCorners) {
             camera.viewAngle = 130;
             scene.camera = camera;
             Prepared prepared("torso", scene);
-            ScenePlan& p = prepared.p;
-            p.setSelection(randomShownLevels(p.volume.selection, 11));
+            Planner& p = prepared.p;
+            p.setSelection(randomShownLevels(p.layer().selection, 11));
             const std::uint32_t features = kFeatureSkipping | kFeatureShading;
             const GpuPicture picture = marchOn(prepared, features);
             EXPECT_FALSE(isBlank(picture.image));

@@ -3,7 +3,7 @@
 // (render/picture/step_of_means.h).
 #include "core/image/image_metrics.h"
 #include "render/backends/reference/reference.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "render/picture/step_of_means.h"
 #include "render/pixels/pixel_places.h"
 #include "render/pixels/ray_array.h"
@@ -95,8 +95,8 @@ TEST(Phases, NativePicturesHaveTheMirrorsBits) {
     for (const bool isMixed : {false, true}) {
         MixedScene scene("torso", "soft-tissue", 0, EdgeFunction::split, Sampling::limited, kPicture);
         if (isMixed)
-            scene.choose(randomShownLevels(scene.p().volume.selection, 3));
-        ScenePlan& p = scene.p();
+            scene.choose(randomShownLevels(scene.p().layer().selection, 3));
+        Planner& p = scene.p();
         const Places places = randomPlaces(kPicture, kArray, 21);
         NativeChoices choices;
         choices.rays = places.of(p.view.frame, p.strides());
@@ -121,7 +121,7 @@ TEST(Phases, NativePicturesHaveTheMirrorsBits) {
 TEST(Phases, MarchHasTheMirrorsRaysAndPicture) {
     const GlContext context({"software"});
     Prepared prepared("torso", sceneOf("soft-tissue", kPicture));
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     const Places places = randomPlaces(kPicture, kArray, 22);
     Rays rays = places.of(p.view.frame, p.strides());
     rays.frame.phased = true;
@@ -140,7 +140,7 @@ TEST(Phases, MarchHasTheMirrorsRaysAndPicture) {
         mirrorInput(p, true), own.size(), [&](std::size_t i) { return own[i]; }, 0, work);
     GpuEngine engine(context, prepared.budgets.gpu, prepared.budgets.ram);
     p.chosen.chooser.reset();
-    p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
+    p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.layer().selection.counts));
     loadBricks(engine, p, prepared.budgets.gpu, work);
     const auto caster = engine.caster({false, false, false}, prepared.budgets.gpu);
     caster->begin(rays);
@@ -154,7 +154,7 @@ TEST(Phases, MeansOfEightErrLessThanOne) {
     Scene scene = sceneOf("soft-tissue", kPicture);
     scene.shading.on = false;
     Prepared prepared("torso", scene);
-    const ScenePlan& p = prepared.p;
+    const FramePlan& p = prepared.p;
     Places eights{{}, rayArraySize(kPhases * rayCount(kPicture))};
     eights.all.resize(rayCount(eights.size));
     std::size_t slot = 0;

@@ -321,10 +321,10 @@ TEST(Stiff, ColourRampOnTheGpu) {
             camera.parallelScale = 1;
             scene.camera = camera;
             Prepared prepared((folder / "ramp").string(), scene);
-            ScenePlan& p = prepared.p;
+            Planner& p = prepared.p;
             const GpuPicture gpu = marchOn(prepared, marchFeatures(p, true));
             const auto truth = renderReference(
-                {p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, &p.volume.statistics},
+                {p.layer().cache.get(), &p.info(), &p.layer().function, scene.shading, &p.layer().statistics},
                 referenceRays(p.view.camera, p.info(), p.view.imageSize), 1);
             double worst = 0;
             for (std::size_t i = 0; i < truth.size(); ++i) {

@@ -163,7 +163,7 @@ TEST(Isosurfaces, AllCrossingsAreFoundWhateverTheStep) {
         const RaySource<double> rays = frameRays(prepared->p.view.frame);
         Work work;
         const auto pixels = mirrorRays<double>(input, 24 * 24, rays, 0, work);
-        LatticeReader samples(*prepared->p.volume.cache, stored.info, 0, nullptr);
+        LatticeReader samples(*prepared->p.layer().cache, stored.info, 0, nullptr);
         std::vector<int> counts;
         int unlike = 0, missedBySteps = 0;
         for (std::size_t i = 0; i < pixels.size(); ++i) {

@@ -1,7 +1,7 @@
 // Isosurfaces: cutting the work, skipping, levels and budgets change nothing, march and mirror agree, and
 // nothing is sampled where there are none.
 #include "core/base/error.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/surface_fixture.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ TEST(Isosurfaces, CuttingTheWorkAndSkippingChangeNoBit) {
         Prepared prepared("torso", torsoScene(c.camera, c.volume, c.integrator));
         if (c.mixed) {
             std::mt19937 random(3);
-            Selection s = prepared.p.volume.selection;
+            Selection s = prepared.p.layer().selection;
             s.counts = {};
             for (std::uint8_t& level : s.levels) {
                 if (level != Selection::kEmpty)
@@ -39,7 +39,7 @@ TEST(Isosurfaces, CuttingTheWorkAndSkippingChangeNoBit) {
             }
             prepared.p.setSelection(s);
         }
-        EXPECT_EQ(prepared.p.volume.mapsSurfaces, c.volume);
+        EXPECT_EQ(prepared.p.layer().mapsSurfaces, c.volume);
         const Drawn all = draw(prepared, kFeatureSkipping);
         EXPECT_GT(hitCount(all.hits), 50u);
         const Drawn skipped = draw(prepared);
@@ -112,7 +112,7 @@ TEST(Isosurfaces, TerminationLeavesOutNoMoreThanItSays) {
     Prepared ended("torso", scene);
     const auto mirrored = [](Prepared& prepared) {
         Work work;
-        const ScenePlan& p = prepared.p;
+        const FramePlan& p = prepared.p;
         return mirrorRays<float>(mirrorInput(p, true), rayCount(p.view.imageSize),
                                  frameRays(cast<float>(p.view.frame)), 0, work);
     };
@@ -138,7 +138,7 @@ TEST(Isosurfaces, NothingIsSampledFarFromThem) {
     Scene scene = stored.scene({{40.2, glm::dvec3(1), 0.5}}, 1, 8);
     scene.camera = fitCamera(stored.info, View::inferior, Projection::parallel, {8, 8});
     const auto prepared = stored.prepare(scene);
-    EXPECT_EQ(prepared->p.volume.selection.shownBricks(), 2u * 2u);
+    EXPECT_EQ(prepared->p.layer().selection.shownBricks(), 2u * 2u);
     const Drawn drawn = draw(*prepared, kFeatureShading);
     std::size_t entered = 0;
     for (const auto& ray : gpuRays(prepared->p.view.frame, prepared->budgets.gpu))
@@ -162,9 +162,9 @@ TEST(Isosurfaces, OccupyOnlyWhereTheyAre) {
         MemoryBudget ram("RAM", "--ram", std::size_t{1} << 30),
             gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
         const StoreReader reader(storePath("torso"), ram);
-        const ScenePlan p = planScene(scene, reader, TextureLimits{}, {ram, gpu, 0});
-        EXPECT_LT(p.volume.occupancy.occupiedCells(), p.volume.occupancy.map().size() / 2) << isovalue;
-        EXPECT_GT(p.volume.selection.counts[0], 10u) << isovalue;
+        const Planner p = planScene(scene, reader, TextureLimits{}, {ram, gpu, 0});
+        EXPECT_LT(p.layer().occupancy.occupiedCells(), p.layer().occupancy.map().size() / 2) << isovalue;
+        EXPECT_GT(p.layer().selection.counts[0], 10u) << isovalue;
     }
 }
 
@@ -177,11 +177,11 @@ TEST(Isosurfaces, CostNothingWhereThereAreNone) {
         s.opacity = 0;
     Prepared without("torso", scene);
     EXPECT_EQ(marchFeatures(without.p, false) & kFeatureSurfaces, 0u);
-    EXPECT_FALSE(without.p.volume.mapsSurfaces);
-    EXPECT_TRUE(without.p.volume.optics.surfaces.empty());
+    EXPECT_FALSE(without.p.layer().mapsSurfaces);
+    EXPECT_TRUE(without.p.layer().optics.surfaces.empty());
     scene.surfaces.clear();
     Prepared plain("torso", scene);
-    EXPECT_EQ(without.p.volume.table.entries.size(), plain.p.volume.table.entries.size());
+    EXPECT_EQ(without.p.layer().table.entries.size(), plain.p.layer().table.entries.size());
     const GlProgram program = marchComposition(marchFeatures(plain.p, true)).program("march.comp");
     EXPECT_FALSE(program.hasUniform("uIsovalues"));
     EXPECT_TRUE(marchComposition(marchFeatures(with.p, true)).program("march.comp").hasUniform("uIsovalues"));

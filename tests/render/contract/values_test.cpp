@@ -2,7 +2,7 @@
 // slabs): against a few lines of independent code, against the reference, and every engine and way of cutting
 // the work against every other (docs/sampling.md, "Modes").
 #include "render/backends/reference/reference.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
 #include "tests/support/value_scenes.h"
@@ -37,18 +37,18 @@ const auto kCases = testing::Values(
     ValueCase{"abdomen", Mode::slice, 1});
 INSTANTIATE_TEST_SUITE_P(Scenes, Values, kCases);
 
-std::vector<ReferenceRay> raysOfCamera(const ScenePlan& p) {
+std::vector<ReferenceRay> raysOfCamera(const FramePlan& p) {
     return referenceRays(p.view.camera, p.info(), p.view.imageSize);
 }
 
 std::vector<glm::dvec4> referenceOf(const Prepared& prepared) {
-    const ScenePlan& p = prepared.p;
+    const FramePlan& p = prepared.p;
     ReferenceInput input;
-    input.cache = p.volume.cache.get();
+    input.cache = p.layer().cache.get();
     input.info = &p.info();
-    input.function = &p.volume.function;
-    input.reduction = p.volume.optics.reduction;
-    input.look = p.volume.look;
+    input.function = &p.layer().function;
+    input.reduction = p.layer().optics.reduction;
+    input.look = p.layer().look;
     input.slabs = p.view.part.slabs;
     input.flat = p.view.part.flat;
     return renderReference(input, raysOfCamera(p), 0);
@@ -106,7 +106,7 @@ TEST_P(Values, ReferenceIsWhatAFewLinesSay) {
             const double grey = std::clamp((value - (20 - 450)) / 900, 0.0, 1.0);
             EXPECT_NEAR(greyOf(pixel.r), grey, this->plane() ? 1e-9 : 2e-3) << n;
         } else {
-            const glm::dvec3 colour = prepared.p.volume.function.colour(value);
+            const glm::dvec3 colour = prepared.p.layer().function.colour(value);
             EXPECT_NEAR(pixel.r, colour.r, 2e-2) << n;
         }
     }
@@ -122,7 +122,7 @@ double rmsBetween(const std::vector<glm::dvec4>& a, const std::vector<glm::dvec4
 
 TEST_P(Values, TheMirrorComesToTheReference) {
     Prepared prepared(GetParam().store, scene());
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     const std::vector<glm::dvec4> truth = referenceOf(prepared);
     std::vector<double> errors;
     for (const double step : {1.0, 0.5, 0.25, 0.125}) {
@@ -162,7 +162,7 @@ TEST_P(Values, NativeHasTheMirrorsBitsOfMixedLevels) {
         Scene scene = this->scene();
         scene.quality.edgeFunction = edge;
         Prepared prepared(GetParam().store, scene);
-        prepared.p.setSelection(randomShownLevels(prepared.p.volume.selection, 5));
+        prepared.p.setSelection(randomShownLevels(prepared.p.layer().selection, 5));
         prepared.p.view.quality.skipping = false;
         const Image every = mirrorPicture(prepared);
         prepared.p.view.quality.skipping = true;
@@ -189,7 +189,7 @@ TEST_P(Values, CuttingTheWorkAndLeapingChangeNoBit) {
     prepared.p.view.quality.skipping = false;
     const NativePicture every = nativePicture(prepared);
     EXPECT_EQ(differing(every.image, whole.image), 0u) << "leaping changed the picture";
-    const Reduction reduction = prepared.p.volume.optics.reduction;
+    const Reduction reduction = prepared.p.layer().optics.reduction;
     if (reduction == Reduction::maximum && !plane()) {
         EXPECT_LT(whole.work.segments, every.work.segments) << "nothing was leapt over";
     }
@@ -198,9 +198,9 @@ TEST_P(Values, CuttingTheWorkAndLeapingChangeNoBit) {
 // Bricks that no sample reads may be missing.
 TEST_P(Values, LeavingOutBricksChangesNoBit) {
     Prepared some(GetParam().store, scene()), all(GetParam().store, scene(), false);
-    const auto shown = [](const Prepared& p) { return p.p.volume.selection.shownBricks(); };
+    const auto shown = [](const Prepared& p) { return p.p.layer().selection.shownBricks(); };
     if (GetParam().mode == Mode::slice) {
-        EXPECT_LT(shown(some), cellCount(some.p.volume.selection.bricks));
+        EXPECT_LT(shown(some), cellCount(some.p.layer().selection.bricks));
     }
     EXPECT_EQ(differing(mirrorPicture(some), mirrorPicture(all)), 0u);
 }
@@ -210,8 +210,8 @@ TEST_P(Values, MarchEqualsTheMirrorOnItsOwnRays) {
     for (const bool mixed : {false, true}) {
         Prepared prepared(GetParam().store, scene());
         if (mixed)
-            prepared.p.setSelection(randomShownLevels(prepared.p.volume.selection, 9));
-        ScenePlan& p = prepared.p;
+            prepared.p.setSelection(randomShownLevels(prepared.p.layer().selection, 9));
+        Planner& p = prepared.p;
         const std::uint32_t features = marchFeatures(p, false);
         EXPECT_TRUE(features & kFeatureValues);
         const Image march = marchOn(prepared, features).image;

@@ -33,7 +33,7 @@ std::pair<Image, Image> withAndWithoutCulling(const std::string& store, const Sc
     std::vector<Image> pictures;
     for (const bool culling : {true, false}) {
         Prepared prepared(store, scene, culling);
-        Selection s = prepared.p.volume.selection;
+        Selection s = prepared.p.layer().selection;
         s.counts = {};
         for (std::uint8_t& mine : s.levels) {
             if (mine != Selection::kEmpty)

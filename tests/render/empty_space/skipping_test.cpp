@@ -29,9 +29,9 @@ TEST(Skipping, PicturesAreBitEqualWithEitherMap) {
                 const GpuPicture every = marchOn(prepared, features & ~kFeatureSkipping);
                 std::uint64_t segments[2] = {0, 0};
                 for (const MapScale scale : {MapScale::cells, MapScale::bricks}) {
-                    prepared.p.volume.mapScale = scale;
-                    prepared.p.volume.occupancy = Occupancy();
-                    prepared.p.volume.mapEmptySpace(prepared.p.view.quality, prepared.budgets.ram);
+                    prepared.p.layer().mapScale = scale;
+                    prepared.p.layer().occupancy = Occupancy();
+                    prepared.p.layer().mapEmptySpace(prepared.p.view.quality, prepared.budgets.ram);
                     const GpuPicture skipped = marchOn(prepared, features);
                     EXPECT_TRUE(bitEqual(skipped.image, every.image)) << store << " camera " << camera;
                     EXPECT_LT(skipped.work.segments, every.work.segments);
@@ -74,7 +74,7 @@ TEST(Skipping, BlocksOfCellsSaveSamplesAndChangeNoBit) {
                 scene.quality.edgeFunction = edge;
                 Prepared prepared(store, scene);
                 if (mixed)
-                    prepared.p.setSelection(mostlyFinest(prepared.p.volume.selection, random));
+                    prepared.p.setSelection(mostlyFinest(prepared.p.layer().selection, random));
                 const std::uint32_t features = kFeatureSkipping | kFeatureShading;
                 const GpuPicture every = marchOn(prepared, features & ~kFeatureSkipping);
                 const GpuPicture cells = marchOn(prepared, features);
@@ -102,14 +102,14 @@ TEST(Skipping, AMarchFollowsChangesOfLevels) {
     MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
     Prepared prepared("torso", sceneOn(info, "bone-1", 0, {28, 28}));
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     MemoryBudget& gpu = prepared.budgets.gpu;
-    Selection selection = mostlyFinest(p.volume.selection, random);
+    Selection selection = mostlyFinest(p.layer().selection, random);
     p.setSelection(selection);
     const std::uint32_t features = kFeatureSkipping | kFeatureMixed | kFeatureNormalised;
-    March march(features, p.view.frame, p.info(), p.strides(), p.volume.optics, &p.volume.occupancy, gpu);
+    March march(features, p.view.frame, p.info(), p.strides(), p.layer().optics, &p.layer().occupancy, gpu);
     for (int edit = 0; edit < 6; ++edit) {
-        const std::uint64_t version = p.volume.occupancy.version();
+        const std::uint64_t version = p.layer().occupancy.version();
         if (edit > 0) {
             for (int n = 0; n < 2; ++n) { // some from the finest level, whose blocks were found, to another
                 std::uint8_t& level = selection.levels[random() % selection.levels.size()];
@@ -120,24 +120,24 @@ TEST(Skipping, AMarchFollowsChangesOfLevels) {
             for (const std::uint8_t level : selection.levels)
                 ++selection.counts[level];
             p.setSelection(selection);
-            march.restart({p.view.frame, p.strides()}, &p.volume.occupancy);
-            EXPECT_LE(p.volume.occupancy.version(), version + 1);
+            march.restart({p.view.frame, p.strides()}, &p.layer().occupancy);
+            EXPECT_LE(p.layer().occupancy.version(), version + 1);
         }
         Work work;
-        Atlas atlas(p.info(), p.volume.selection, pagesFor(p.volume.selection.counts), TextureLimits{}, gpu,
+        Atlas atlas(p.info(), p.layer().selection, pagesFor(p.layer().selection.counts), TextureLimits{}, gpu,
                     prepared.budgets.ram);
-        atlas.bricks.load(*p.volume.cache, work);
-        const LevelTextures textures(p.volume.levels, gpu);
-        const FieldSource source{&atlas, p.volume.selection.finest(), &p.volume.levels, &textures};
+        atlas.bricks.load(*p.layer().cache, work);
+        const LevelTextures textures(p.layer().levels, gpu);
+        const FieldSource source{&atlas, p.layer().selection.finest(), &p.layer().levels, &textures};
         if (edit == 0 || edit == 3)
-            refineSkipping(march.skippingMap(), p.volume.occupancy, p.volume.table, p.volume.optics, features,
-                           p.info(), source, gpu);
+            refineSkipping(march.skippingMap(), p.layer().occupancy, p.layer().table, p.layer().optics,
+                           features, p.info(), source, gpu);
         march.run(source, {}, work);
         const GpuPicture every = marchOn(prepared, features & ~kFeatureSkipping);
         EXPECT_FALSE(isBlank(every.image));
         EXPECT_TRUE(bitEqual(march.image(), every.image)) << "edit " << edit;
     }
-    EXPECT_GT(p.volume.occupancy.version(), 3u);
+    EXPECT_GT(p.layer().occupancy.version(), 3u);
 }
 
 // Functions with gaps, dense samples, filtered fetches too: the picture is the same.
@@ -183,14 +183,14 @@ TEST(Skipping, RefiningIsLeftOutWhereItDoesNotPay) {
     MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("torso"), ram).info();
     Prepared prepared("torso", sceneOn(info, "bone-1", 0, {8, 8}));
-    const std::size_t cells = prepared.p.volume.occupancy.plainCells();
-    EXPECT_EQ(cells, prepared.p.volume.occupancy.occupiedCells()) << "all of one level";
-    EXPECT_TRUE(refiningPays(prepared.p.volume.occupancy, 1000 * cells));
-    EXPECT_FALSE(refiningPays(prepared.p.volume.occupancy, cells));
-    prepared.p.volume.mapScale = MapScale::bricks;
-    prepared.p.volume.occupancy = Occupancy();
-    prepared.p.volume.mapEmptySpace(prepared.p.view.quality, prepared.budgets.ram);
-    EXPECT_FALSE(refiningPays(prepared.p.volume.occupancy, 1000 * cells));
+    const std::size_t cells = prepared.p.layer().occupancy.plainCells();
+    EXPECT_EQ(cells, prepared.p.layer().occupancy.occupiedCells()) << "all of one level";
+    EXPECT_TRUE(refiningPays(prepared.p.layer().occupancy, 1000 * cells));
+    EXPECT_FALSE(refiningPays(prepared.p.layer().occupancy, cells));
+    prepared.p.layer().mapScale = MapScale::bricks;
+    prepared.p.layer().occupancy = Occupancy();
+    prepared.p.layer().mapEmptySpace(prepared.p.view.quality, prepared.budgets.ram);
+    EXPECT_FALSE(refiningPays(prepared.p.layer().occupancy, 1000 * cells));
 }
 
 } // namespace

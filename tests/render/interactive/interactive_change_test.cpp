@@ -4,7 +4,7 @@
 #include "bricking/statistics/statistics.h"
 #include "core/image/image_metrics.h"
 #include "core/scene/preset.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/graded.h"
 #include "tests/support/interactive_fixture.h"
 #include "tests/support/lights.h"

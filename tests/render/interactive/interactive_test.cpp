@@ -3,7 +3,7 @@
 // always comes to an end.
 #include "core/base/scratch_folder.h"
 #include "core/image/image_metrics.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/interactive_fixture.h"
 
 #include <fstream>
@@ -117,7 +117,7 @@ TEST(Interactive, WithTheSamePagesItIsTheStill) {
     for (std::size_t bytes = session.gpu.limitBytes(); bytes > 0; bytes -= std::size_t{1} << 16) {
         MemoryBudget ram("RAM", "--ram", kRam), gpu("GPU memory", "--gpu-memory", bytes);
         const StoreReader reader(storePath("torso"), ram);
-        const ScenePlan p = planScene(scene, reader, session.engine->limits(), {ram, gpu, 2});
+        const Planner p = planScene(scene, reader, session.engine->limits(), {ram, gpu, 2});
         if (p.chosen.atlasPages > session.renderer.atlasPages())
             continue;
         ASSERT_EQ(p.chosen.atlasPages, session.renderer.atlasPages());

@@ -40,7 +40,7 @@ Lighting lightOfTissue(double emission = 12) {
 }
 
 Image mirrorOf(Prepared& prepared, const RaySource<float>& rays, std::size_t count) {
-    const ScenePlan& p = prepared.p;
+    const FramePlan& p = prepared.p;
     MirrorInput input = mirrorInput(p, true);
     std::optional<SceneLight> light;
     std::optional<StoredLight> stored;
@@ -67,10 +67,10 @@ TEST(Emission, EnginesAgree) {
                 if (surfaces)
                     scene.surfaces = {{300, {1, 0.9, 0.8}, 0.7}};
                 Prepared prepared("torso", scene);
-                ScenePlan& p = prepared.p;
+                Planner& p = prepared.p;
                 p.view.shadowQuality.mapSize = 64;
                 if (mixed)
-                    p.setSelection(randomShownLevels(p.volume.selection, 5));
+                    p.setSelection(randomShownLevels(p.layer().selection, 5));
                 const std::string what = std::string(gathered ? "gathered" : "seen") +
                                          (mixed ? ", mixed levels" : "") + (surfaces ? ", a surface" : "");
                 const std::size_t count = rayCount(p.view.imageSize);

@@ -42,7 +42,7 @@ void expectNear(const PictureCase& c) {
             scene.volumes[0].transferFunction = function;
         }
         Prepared prepared(c.store, scene);
-        const ScenePlan& p = prepared.p;
+        const FramePlan& p = prepared.p;
         if (level == 0)
             truth = referencePicture(referenceInput(prepared, scene), prepared);
         MirrorInput input = mirrorInput(p, true);
@@ -157,7 +157,7 @@ void expectParts(const char* store, const char* preset) {
     Scene scene = sceneOn(infoOf(store), preset, 0, {24, 24});
     scene.lighting.occlusion = Occlusion{};
     Prepared prepared(store, scene);
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     SceneLight light(p, 0);
     const StoredLight stored(light, p, prepared.budgets.ram);
     RaysOfLight rays(prepared, scene);
@@ -196,7 +196,7 @@ void expectParts(const char* store, const char* preset) {
                 continue;
             const double truth = rays.light.at(place)[0];
             const double exact = lattice(place, [&](const glm::dvec3& c) { return rays.light.at(c)[0]; });
-            const double mine = stored.at<double>(place, p.volume.optics.lighting).fromAllSides[0];
+            const double mine = stored.at<double>(place, p.layer().optics.lighting).fromAllSides[0];
             add(between, exact - truth);
             add(samples, mine - exact);
             add(kept, mine - truth);

@@ -3,7 +3,7 @@
 // where it is not asked for.
 #include "core/scene/preset.h"
 #include "render/light/stored_light.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/interactive_fixture.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
@@ -47,7 +47,7 @@ struct LitPlan {
 };
 
 Image mirrorWithLight(Prepared& prepared) {
-    const ScenePlan& p = prepared.p;
+    const FramePlan& p = prepared.p;
     SceneLight light(p, 0);
     const StoredLight stored(light, p, prepared.budgets.ram);
     MirrorInput input = mirrorInput(p, p.view.quality.skipping);
@@ -97,8 +97,8 @@ TEST(LightPicture, NativeIsTheMirrorWhereLevelsMix) {
     all.lights = {castingLight(), Light{}};
     for (unsigned seed = 0; seed < 3; ++seed) {
         LitPlan lit("torso", litScene("torso", "soft-tissue", static_cast<int>(seed), all));
-        ScenePlan& p = lit.prepared.p;
-        p.setSelection(randomShownLevels(p.volume.selection, seed));
+        Planner& p = lit.prepared.p;
+        p.setSelection(randomShownLevels(p.layer().selection, seed));
         expectNativeIsTheMirror(lit.prepared, "levels of seed " + std::to_string(seed));
     }
 }
@@ -112,9 +112,9 @@ TEST(LightPicture, SurfacesAreLitToo) {
         scene.quality.integrator = mixed ? Integrator::midpoint : Integrator::preintegrated;
         scene.surfaces = {{300, {1, 0.9, 0.8}, 0.7}};
         LitPlan lit("torso", scene);
-        ScenePlan& p = lit.prepared.p;
+        Planner& p = lit.prepared.p;
         if (mixed)
-            p.setSelection(randomShownLevels(p.volume.selection, 2));
+            p.setSelection(randomShownLevels(p.layer().selection, 2));
         expectNativeIsTheMirror(lit.prepared, mixed ? "a surface, mixed levels" : "a surface");
     }
 }
@@ -173,9 +173,9 @@ TEST(LightPicture, MarchIsTheMirror) {
                 if (surfaces)
                     scene.surfaces = {{300, {1, 0.9, 0.8}, 0.7}};
                 LitPlan lit("torso", scene);
-                ScenePlan& p = lit.prepared.p;
+                Planner& p = lit.prepared.p;
                 if (mixed)
-                    p.setSelection(randomShownLevels(p.volume.selection, 5));
+                    p.setSelection(randomShownLevels(p.layer().selection, 5));
                 const std::vector<SegmentedRay<float>> rays = gpuRays(p.view.frame, lit.prepared.budgets.gpu);
                 SceneLight light(p, 0);
                 const StoredLight stored(light, p, lit.prepared.budgets.ram);

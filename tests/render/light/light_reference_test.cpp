@@ -190,9 +190,9 @@ TEST(ReferenceLight, LightsAreWhereShadowMapsHaveThem) {
     Scene scene = sceneOn(infoOf("torso"), "bone-1", 0, {8, 8});
     scene.lighting = lighting;
     Prepared prepared("torso", scene);
-    const ScenePlan& p = prepared.p;
-    const LightPath path{p.volume.cache.get(), &p.info(),          &p.volume.selection, nullptr,
-                         &p.volume.optics,     &p.volume.occupancy};
+    const FramePlan& p = prepared.p;
+    const LightPath path{p.layer().cache.get(), &p.info(),           &p.layer().selection, nullptr,
+                         &p.layer().optics,     &p.layer().occupancy};
     const LightSources sources(referenceInput(prepared, scene));
     ShadowQuality quality;
     quality.mapSize = 2;

@@ -52,7 +52,7 @@ TEST(LitPlane, AMediumHasPhongsColour) {
                 TransferFunction::fromExtinction({{-band, 0}, {-0.3 * band, 0.9}, {band, 0}}, {{0, kColour}});
             scene.shading.gradient = kKinds[(a + s) % std::size(kKinds)];
             const auto prepared = planes.prepare(scene);
-            ScenePlan& p = prepared->p;
+            Planner& p = prepared->p;
             // A perspective ray is off by a tenth of a degree at most, and the light by 2 % of that.
             const double tolerance = projection == Projection::perspective ? 3e-3 : 2e-5;
             const glm::dvec3 lit = litBy(angle);
@@ -65,7 +65,7 @@ TEST(LitPlane, AMediumHasPhongsColour) {
                 pictureOf(mirrorRays<double>(mirrorInput(p, true), 49, frameRays(p.view.frame), 1, work)),
                 lit, projection == Projection::perspective ? tolerance : 1e-6, "double mirror");
             expectLit(pictureOf(renderReference(
-                          {p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, nullptr, 1},
+                          {p.layer().cache.get(), &p.info(), &p.layer().function, scene.shading, nullptr, 1},
                           referenceRays(p.view.camera, p.info(), p.view.imageSize), 1)),
                       lit, projection == Projection::perspective ? tolerance : 1e-6, "reference");
             scene.shading.on = false;
@@ -91,7 +91,7 @@ TEST(LitPlane, ASurfaceHasPhongsColourAndThePlanesNormal) {
             const Drawn drawn = draw(*prepared);
             const glm::dvec3 lit = litBy(angle);
             expectLit(drawn.image, lit, 2e-5, "march");
-            ScenePlan& p = prepared->p;
+            Planner& p = prepared->p;
             Work work;
             expectLit(
                 pictureOf(mirrorRays<double>(mirrorInput(p, true), 49, frameRays(p.view.frame), 1, work)),

@@ -52,7 +52,7 @@ class Plainly {
   public:
     Plainly(Prepared& prepared, const Occlusion& occlusion, int level)
         : p_(prepared.p), occlusion_(occlusion), level_(level),
-          samples_(*p_.volume.cache, p_.info(), level, nullptr) {}
+          samples_(*p_.layer().cache, p_.info(), level, nullptr) {}
 
     /// Light from all sides, and what tissue sends, red, green and blue.
     glm::dvec4 at(const glm::ivec3& sample) {
@@ -86,7 +86,7 @@ class Plainly {
         return sum;
     }
     bool showsNear(const glm::ivec3& sample) {
-        const Optics& optics = p_.volume.optics;
+        const Optics& optics = p_.layer().optics;
         bool before = false, behind = false; // of the first surface
         for (int n = 0; n < 27; ++n) {
             const glm::ivec3 last = samples_.extent() - 1;
@@ -106,7 +106,7 @@ class Plainly {
         if (glm::any(glm::lessThan(i, glm::ivec3(0))) ||
             glm::any(glm::greaterThanEqual(i, samples_.extent())))
             return 0;
-        return occlusionExtinction(p_.volume.optics, samples_.at(i));
+        return occlusionExtinction(p_.layer().optics, samples_.at(i));
     }
     /// Between the samples around a place.
     template <typename T, typename At> static T between(const glm::dvec3& place, const At& at) {
@@ -133,14 +133,14 @@ class Plainly {
                 return glm::dvec3(0);
             const double value =
                 p_.info().rescaleSlope * static_cast<double>(samples_.at(i)) + p_.info().rescaleIntercept;
-            for (const Material& m : p_.volume.function.materials())
+            for (const Material& m : p_.layer().function.materials())
                 if (m.from <= value && value < m.to)
                     return m.emission;
             return glm::dvec3(0);
         });
     }
 
-    ScenePlan& p_;
+    Planner& p_;
     Occlusion occlusion_;
     int level_;
     LatticeReader samples_;
@@ -164,13 +164,13 @@ void expectAsPlainly(const Case& c, const glm::dmat4* place = nullptr) {
         scene.volumes[0].transferFunction = function;
     }
     Prepared prepared(c.store, scene, true, 0, place);
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     std::vector<std::vector<float>> first, firstShine;
     const native::PacketTargets targets = native::packetTargets();
     for (int t = 0; t < targets.count; ++t) {
         const native::PacketTarget* const target = targets.all[t];
-        Occluder occluder(p.info(), p.volume.statistics, c.occlusion, target);
-        occluder.setFunction(p.volume.table, p.volume.optics);
+        Occluder occluder(p.info(), p.layer().statistics, c.occlusion, target);
+        occluder.setFunction(p.layer().table, p.layer().optics);
         OcclusionRoom room(occluder.mostReach(), occluder.gathersEmission());
         std::size_t compared = 0, chunk = 0, doubtful = 0;
         double shade = 0, shine = 0;
@@ -180,7 +180,7 @@ void expectAsPlainly(const Case& c, const glm::dmat4* place = nullptr) {
             for (std::size_t n = 0; n < cellCount(chunks); ++n, ++chunk) {
                 const glm::ivec3 at = gridPosition(n, chunks);
                 const ChunkKey key{level, at.x, at.y, at.z};
-                occluder.find(key, {}, true, *p.volume.cache, room);
+                occluder.find(key, {}, true, *p.layer().cache, room);
                 occluder.occlude(key, room);
                 if (t > 0) {
                     EXPECT_EQ(room.light, first[chunk]) << target->name;

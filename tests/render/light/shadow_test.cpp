@@ -117,9 +117,9 @@ void expectAsByRays(const ShadowCase& c) {
     MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath(c.store), ram).info();
     Prepared prepared(c.store, sceneOn(info, c.preset, 0, {16, 16}));
-    const ScenePlan& p = prepared.p;
-    const LightPath path{p.volume.cache.get(), &p.info(),          &p.volume.selection, nullptr,
-                         &p.volume.optics,     &p.volume.occupancy};
+    const FramePlan& p = prepared.p;
+    const LightPath path{p.layer().cache.get(), &p.info(),           &p.layer().selection, nullptr,
+                         &p.layer().optics,     &p.layer().occupancy};
     PlacedLight light;
     light.isPoint = c.isPoint;
     light.towards = glm::normalize(glm::dvec3(0.4, -0.7, 0.5));
@@ -178,9 +178,9 @@ TEST(ShadowMaps, BearExtremes) {
     MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
     const VolumeInfo info = StoreReader(storePath("sphere"), ram).info();
     Prepared prepared("sphere", sceneOn(info, "bone-1", 0, {16, 16}));
-    const ScenePlan& p = prepared.p;
-    const LightPath path{p.volume.cache.get(), &p.info(), &p.volume.selection, nullptr,
-                         &p.volume.optics,     nullptr};
+    const FramePlan& p = prepared.p;
+    const LightPath path{p.layer().cache.get(), &p.info(), &p.layer().selection, nullptr,
+                         &p.layer().optics,     nullptr};
     ShadowQuality quality;
     quality.mapSize = 16;
     const glm::dvec3 corner(info.patientFromVoxel * glm::dvec4(32, 32, 32, 1)); // of bricks

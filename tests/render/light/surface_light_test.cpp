@@ -7,7 +7,7 @@
 #include "render/backends/reference/surface_rays.h"
 #include "render/light/directions.h"
 #include "render/light/surface_light.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
 #include "tests/support/reference_light.h"
@@ -35,7 +35,7 @@ Scene occludedScene(int camera, const glm::ivec2& size = {24, 24}, const Surface
 /// In all directions from places on the first surfaces that a picture meets, some of a length beside the
 /// volume.
 std::vector<LightWay> waysFrom(Prepared& prepared, unsigned seed, std::size_t count) {
-    const ScenePlan& p = prepared.p;
+    const FramePlan& p = prepared.p;
     const auto hits = mirrorHits<float>(mirrorInput(p, true), rayCount(p.view.imageSize),
                                         frameRays(cast<float>(p.view.frame)), 0);
     std::mt19937 random(seed);
@@ -78,9 +78,9 @@ TEST(SurfaceTracer, NativeIsTheMirror) {
                 Scene scene = occludedScene(mixed ? 1 : 0, {40, 40});
                 scene.quality.skipping = skipping;
                 Prepared prepared("torso", scene);
-                ScenePlan& p = prepared.p;
+                Planner& p = prepared.p;
                 if (mixed)
-                    p.setSelection(randomShownLevels(p.volume.selection, 3));
+                    p.setSelection(randomShownLevels(p.layer().selection, 3));
                 const auto ways = waysFrom(prepared, 7, 1500);
                 ASSERT_EQ(ways.size(), 1500u);
                 const auto mirror = traced(MirrorTracer(p, 1), ways);
@@ -92,7 +92,7 @@ TEST(SurfaceTracer, NativeIsTheMirror) {
                 for (const native::PacketTarget* target : nativeTargets()) {
                     NativeEngine engine(0, prepared.budgets.gpu, prepared.budgets.ram);
                     p.chosen.chooser.reset();
-                    p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
+                    p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.layer().selection.counts));
                     Work work;
                     loadBricks(engine, p, prepared.budgets.gpu, work);
                     NativeCaster caster(p, engine, {}, prepared.budgets.gpu, target);
@@ -111,8 +111,8 @@ TEST(SurfaceTracer, NativeIsTheMirror) {
 TEST(SurfaceTracer, IsTheReference) {
     Scene scene = occludedScene(0, {40, 40});
     Prepared prepared("torso", scene);
-    ASSERT_TRUE(prepared.p.volume.selection.uniform());
-    ASSERT_EQ(prepared.p.volume.selection.finest(), 0);
+    ASSERT_TRUE(prepared.p.layer().selection.uniform());
+    ASSERT_EQ(prepared.p.layer().selection.finest(), 0);
     const auto ways = waysFrom(prepared, 9, 6000);
     const ReferenceInput input = referenceInput(prepared, scene);
     const auto truth = traced(ReferenceSurfaces(input), ways),
@@ -264,7 +264,7 @@ TEST(SurfaceLight, GlassLetsSomeThrough) {
 TEST(SurfaceLight, ErrorFallsWithDirections) {
     Scene scene = occludedScene(0, {20, 20});
     Prepared prepared("torso", scene);
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     const auto hits = mirrorHits<float>(mirrorInput(p, true), rayCount(p.view.imageSize),
                                         frameRays(cast<float>(p.view.frame)), 0);
     const ReferenceInput input = referenceInput(prepared, scene);
@@ -342,7 +342,7 @@ TEST(SurfaceLight, TakesFromTheAmbientLightAlone) {
         const Image with = rendered(scene, EngineKind::native).image,
                     without = rendered(plain, EngineKind::native).image;
         Prepared prepared("torso", scene);
-        ScenePlan& p = prepared.p;
+        Planner& p = prepared.p;
         const auto hits = mirrorHits<float>(mirrorInput(p, true), rayCount(p.view.imageSize),
                                             frameRays(cast<float>(p.view.frame)), 0);
         const MirrorTracer tracer(p, SurfaceLight::kSegmentVoxels);

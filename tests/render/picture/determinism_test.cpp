@@ -4,7 +4,7 @@
 // optimisation" test).
 #include "core/base/error.h"
 #include "render/backends/reference/reference.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/scene_fixture.h"
 
 #include <functional>
@@ -115,7 +115,7 @@ TEST_P(Determinism, RunsTilesAndDispatchesChangeNoBit) {
 TEST_P(Determinism, ThreadsChangeNoBit) {
     const Scene scene = plainScene(GetParam(), true);
     Prepared prepared(kStore, scene);
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     const std::size_t count = static_cast<std::size_t>(kSize.x) * kSize.y;
     Work work;
     const auto single = [&](int threads) {
@@ -135,7 +135,7 @@ TEST_P(Determinism, ThreadsChangeNoBit) {
         return; // the reference knows no integrator
     const auto truth = [&](int threads) {
         return renderReference(
-            {p.volume.cache.get(), &p.info(), &p.volume.function, scene.shading, &p.volume.statistics},
+            {p.layer().cache.get(), &p.info(), &p.layer().function, scene.shading, &p.layer().statistics},
             referenceRays(p.view.camera, p.info(), {9, 7}), threads);
     };
     const auto one = truth(1);
@@ -177,7 +177,7 @@ TEST_P(Determinism, WhatIsLeftOutLeavesNoTrace) {
     Scene invisible = lit;
     {
         const Prepared prepared(kStore, lit);
-        const Statistics& v = prepared.p.volume.statistics;
+        const Statistics& v = prepared.p.layer().statistics;
         const VolumeInfo& info = prepared.reader.info();
         const double middle = 0.5 * (static_cast<double>(v.lowest) + static_cast<double>(v.highest));
         invisible.surfaces = {{info.rescaleSlope * middle + info.rescaleIntercept, glm::dvec3(1, 0, 0), 0}};

@@ -6,7 +6,7 @@
 #include "tests/support/scene_fixture.h"
 
 #include "bricking/import/importer.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 // but the program's own import and picture.
 #include "bricking/import/importer.h"
 #include "bricking/import/open_source.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/dicom_writer.h"
 #include "tests/support/import_test_tools.h"
 #include "tests/support/scene_fixture.h"

@@ -5,7 +5,7 @@
 #include "render/backends/mirror/mirror_engine.h"
 #include "render/backends/native/native_engine.h"
 #include "render/backends/reference/reference_engine.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "render/pixels/area_picture.h"
 #include "render/pixels/ray_array.h"
 #include "render/pixels/sample_needs.h"
@@ -438,10 +438,10 @@ Scene sampled(int samples, const glm::ivec2& size) {
 /// Pixels as means of 32 x 32 rays on a grid, by the native engine.
 Image gridMeans(const Scene& scene) {
     Prepared prepared("torso", scene);
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     NativeEngine engine(2, prepared.budgets.gpu, prepared.budgets.ram);
     p.chosen.chooser.reset();
-    p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
+    p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.layer().selection.counts));
     Work work;
     loadBricks(engine, p, prepared.budgets.gpu, work);
     const auto caster = engine.caster({}, prepared.budgets.gpu);

@@ -30,7 +30,7 @@ VolumeInfo infoOf(const std::string& store) {
 struct Drawer {
     Drawer(Engine& e, Prepared& prepared, bool hits = false) : engine(e), p(prepared.p) {
         p.chosen.chooser.reset();
-        p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.volume.selection.counts));
+        p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.layer().selection.counts));
         loadBricks(engine, p, prepared.budgets.gpu, work);
         caster = engine.caster({true, hits, false}, prepared.budgets.gpu);
     }
@@ -53,7 +53,7 @@ struct Drawer {
         return caster->image();
     }
     Engine& engine;
-    ScenePlan& p;
+    Planner& p;
     Work work;
     std::unique_ptr<RayCaster> caster;
 };
@@ -66,7 +66,7 @@ RayFrame<double> twiceAsLarge(RayFrame<double> frame) {
 /// What every engine must hold, on the scene as it was prepared.
 void expectPlaces(Engine& engine, Prepared& prepared, bool picturesOfAnySize) {
     Drawer draw(engine, prepared);
-    const ScenePlan& p = prepared.p;
+    const FramePlan& p = prepared.p;
     const RayFrame<double>& frame = p.view.frame;
     const Image today = draw(raysOf(p));
     EXPECT_FALSE(isBlank(today));
@@ -135,7 +135,7 @@ TEST(Places, OfTheReferenceAreThoseOfLargerPictures) {
 }
 
 /// By the float mirror, which takes rays one by one.
-Image mirrored(const ScenePlan& p, const Places& places) {
+Image mirrored(const FramePlan& p, const Places& places) {
     Image image(places.size);
     Work work;
     image.pixels = mirrorRays<float>(mirrorInput(p, p.view.quality.skipping), places.all.size(),
@@ -148,8 +148,8 @@ TEST(Places, NativePicturesHaveTheMirrorsBits) {
     for (const bool isMixed : {false, true}) {
         MixedScene scene("torso", "soft-tissue", 0, EdgeFunction::split, Sampling::limited, kWhole);
         if (isMixed)
-            scene.choose(randomShownLevels(scene.p().volume.selection, 3));
-        ScenePlan& p = scene.p();
+            scene.choose(randomShownLevels(scene.p().layer().selection, 3));
+        Planner& p = scene.p();
         const Places places = randomPlaces(kWhole, kPlaces, 11);
         const Image mirror = mirrored(p, places);
         EXPECT_FALSE(isBlank(mirror));
@@ -168,7 +168,7 @@ TEST(Places, NativePicturesHaveTheMirrorsBits) {
 
 TEST(Places, NativeSurfacesAndHitsAreTheMirrors) {
     Prepared prepared("torso", torsoScene(0, true, Integrator::midpoint, kWhole));
-    const ScenePlan& p = prepared.p;
+    const FramePlan& p = prepared.p;
     const Places places = randomPlaces(kWhole, kPlaces, 12);
     NativeChoices choices;
     choices.hits = true;
@@ -189,7 +189,7 @@ TEST(Places, MarchEqualsTheMirrorOnItsOwnRays) {
     for (const bool surfaces : {false, true}) {
         Prepared prepared("torso", surfaces ? torsoScene(0, true, Integrator::midpoint, kWhole)
                                             : sceneOn(infoOf("torso"), "soft-tissue", 0, kWhole));
-        const ScenePlan& p = prepared.p;
+        const FramePlan& p = prepared.p;
         MemoryBudget& gpu = prepared.budgets.gpu;
         const Places places = randomPlaces(kWhole, kPlaces, 13);
         const Rays rays = places.of(p.view.frame, p.strides());
@@ -225,7 +225,7 @@ TEST(Places, WaitingRaysGoOnThroughTheirPlaces) {
     Scene scene = sceneOn(infoOf("torso"), "bone-1", 0, kWhole);
     for (const bool onGpu : {true, false}) {
         Prepared prepared("torso", scene);
-        ScenePlan& p = prepared.p;
+        Planner& p = prepared.p;
         MemoryBudget& gpu = prepared.budgets.gpu;
         const Places places = randomPlaces(kWhole, kPlaces, 14);
         const Rays rays = places.of(p.view.frame, p.strides());
@@ -244,7 +244,7 @@ TEST(Places, WaitingRaysGoOnThroughTheirPlaces) {
             passes = drawToTheEnd(*caster, *engine, p, Slicing{}, work);
             return caster->image();
         };
-        const std::size_t all = pagesFor(p.volume.selection.counts);
+        const std::size_t all = pagesFor(p.layer().selection.counts);
         ASSERT_GT(all, 9u);
         int one = 0, many = 0;
         const Image ample = drawn(all, one), scarce = drawn(9, many);
@@ -257,7 +257,7 @@ TEST(Places, WaitingRaysGoOnThroughTheirPlaces) {
 TEST(Places, AreChargedWhereTheyAreKept) {
     const GlContext context({"software"});
     Prepared prepared("torso", sceneOn(infoOf("torso"), "bone-1", 0, kWhole));
-    const ScenePlan& p = prepared.p;
+    const FramePlan& p = prepared.p;
     MemoryBudget& gpu = prepared.budgets.gpu;
     GpuEngine engine(context, gpu, prepared.budgets.ram);
     Drawer draw(engine, prepared);

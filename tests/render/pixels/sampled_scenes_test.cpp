@@ -3,7 +3,7 @@
 // 256 samples of every pixel.
 #include "core/base/error.h"
 #include "core/image/colour.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/surface_fixture.h"
 
 #include <algorithm>

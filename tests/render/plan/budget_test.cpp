@@ -1,7 +1,7 @@
 // tests/render/plan/budget_test.cpp: budgets are promises: whatever is accepted is drawn inside its budget, a
 // smaller budget never gives a finer level, and what is refused names a floor that is then accepted.
 #include "core/base/error.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/scene_fixture.h"
 
 #include "bricking/import/importer.h"
@@ -84,25 +84,25 @@ TEST(RenderBudget, GpuMemoryIsKeptAndLevelsCoarsenMonotonically) {
                 EXPECT_GT(static_cast<double>(bytes), 0.99 * static_cast<double>(floor));
             }
             // Accepted: then nothing that the march allocates may fail.
-            ScenePlan p = prepare(gpu);
+            Planner p = prepare(gpu);
             const std::uint32_t features =
                 kFeatureSkipping | kFeatureHardware |
                 (texelFormat(p.info().type).normalised ? std::uint32_t{kFeatureNormalised} : 0u);
             Work work;
-            const March march(features, p.view.frame, p.info(), p.strides(), p.volume.optics,
-                              &p.volume.occupancy, gpu);
-            Atlas atlas(p.info(), p.volume.selection, pagesFor(p.volume.selection.counts), limits, gpu,
+            const March march(features, p.view.frame, p.info(), p.strides(), p.layer().optics,
+                              &p.layer().occupancy, gpu);
+            Atlas atlas(p.info(), p.layer().selection, pagesFor(p.layer().selection.counts), limits, gpu,
                         budgets.ram);
-            atlas.bricks.load(*p.volume.cache, work);
+            atlas.bricks.load(*p.layer().cache, work);
             EXPECT_LE(gpu.peakBytes(), bytes);
-            EXPECT_GE(p.volume.selection.finest(), coarsest) << "finer than with a larger budget";
-            coarsest = std::max(coarsest, p.volume.selection.finest());
-            levels.insert(p.volume.selection.finest());
+            EXPECT_GE(p.layer().selection.finest(), coarsest) << "finer than with a larger budget";
+            coarsest = std::max(coarsest, p.layer().selection.finest());
+            levels.insert(p.layer().selection.finest());
             ++accepted;
         }
         // No byte is wasted where a finer level would have fitted: the finest needs the most.
         MemoryBudget roomy("GPU memory", "--gpu-memory", kRoomy);
-        EXPECT_EQ(prepare(roomy).volume.selection.finest(), 0);
+        EXPECT_EQ(prepare(roomy).layer().selection.finest(), 0);
     }
     EXPECT_GE(accepted, 30);
     EXPECT_GE(refused, 3);

@@ -3,8 +3,8 @@
 
 #include "bricking/statistics/statistics.h"
 #include "core/scene/preset.h"
-#include "render/picture/renderer.h"
-#include "render/plan/scene_plan.h"
+#include "render/picture/render_scene.h"
+#include "render/plan/frame_plan.h"
 #include "tests/support/scene_fixture.h"
 
 #include <gtest/gtest.h>

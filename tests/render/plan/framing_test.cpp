@@ -1,7 +1,7 @@
 // What fills the picture: all that is shown, nothing of it cut off, and nothing else.
 #include "bricking/import/importer.h"
 #include "core/base/scratch_folder.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "render/plan/framing.h"
 #include "tests/bench/lod/framing.h"
 #include "tests/support/formula_source.h"

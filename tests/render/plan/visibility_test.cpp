@@ -2,7 +2,7 @@
 // and levels chosen by sight are better than those chosen without.
 #include "core/image/image_metrics.h"
 #include "render/backends/gpu/visibility_pass.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/scene_fixture.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ struct Counted {
     std::vector<SeenBrick> march, mirror;
 };
 Counted count(Prepared& prepared) {
-    ScenePlan& p = prepared.p;
+    Planner& p = prepared.p;
     const GlContext context({"software"});
     const VisibilityRays rays = visibilityRays(p.view.camera, p.info(), p.view.imageSize, p.strides());
     OnDevice device(prepared);
@@ -43,9 +43,9 @@ Scene torso(const std::string& preset, int camera) {
 TEST(Visibility, MarchCountsWhatItsMirrorCounts) {
     for (const bool mixed : {false, true}) {
         Prepared prepared("torso", torso("soft-tissue", 0));
-        ScenePlan& p = prepared.p;
+        Planner& p = prepared.p;
         if (mixed) {
-            Selection levels = p.volume.selection;
+            Selection levels = p.layer().selection;
             levels.counts = {};
             for (std::size_t b = 0; b < levels.levels.size(); ++b) {
                 if (levels.levels[b] != Selection::kEmpty)
@@ -88,9 +88,9 @@ TEST(Visibility, LevelsChosenBySightAreBetter) {
     // As many pages, every brick taken as wholly visible.
     Prepared blind("torso", scene);
     LevelChooser chooser(blind.reader, blind.budgets.ram, 2);
-    chooser.setFunction(blind.p.volume.statistics, blind.p.volume.table, cullingFor(scene.shading));
+    chooser.setFunction(blind.p.layer().statistics, blind.p.layer().table, cullingFor(scene.shading));
     chooser.setCamera(blind.p.view.camera, scene.imageSize);
-    blind.p.setSelection(chooser.best(blind.p.volume.statistics.brickMean, chosen.atlasPages));
+    blind.p.setSelection(chooser.best(blind.p.layer().statistics.brickMean, chosen.atlasPages));
     const GlContext context({"software"});
     const Image without = marchOn(blind, marchFeatures(blind.p, false)).image;
     EXPECT_LT(compare(chosen.image, finest).luvMean, 0.6 * compare(without, finest).luvMean);

@@ -2,7 +2,7 @@
 // named.
 #include "core/base/error.h"
 #include "core/image/image_metrics.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/scene_fixture.h"
 
 #include <cmath>

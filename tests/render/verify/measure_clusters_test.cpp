@@ -3,7 +3,7 @@
 #include "bricking/import/importer.h"
 #include "core/base/scratch_folder.h"
 #include "core/image/image_metrics.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/formula_source.h"
 #include "tests/support/scene_fixture.h"
 

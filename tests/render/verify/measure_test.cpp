@@ -1,7 +1,7 @@
 // What a picture says of its measured errors, and what --max-error promises, against the truth: the
 // reference's integral, averaged over each pixel's area.
 #include "core/image/image_metrics.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/scene_fixture.h"
 
 #include <gtest/gtest.h>

@@ -7,7 +7,7 @@
 #include "bricking/store/store_reader.h"
 #include "core/base/scratch_folder.h"
 #include "core/scene/preset.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "render/plan/memory_plan.h"
 #include "tests/support/formula_source.h"
 #include "tests/support/looker.h"

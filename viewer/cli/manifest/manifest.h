@@ -7,7 +7,7 @@
 #include "core/base/budget.h"
 #include "core/scene/scale_bar.h"
 #include "core/scene/scene.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 
 #include <nlohmann/json_fwd.hpp>
 

@@ -5,7 +5,7 @@
 #include "bricking/statistics/statistics.h"
 #include "core/base/error.h"
 #include "core/scene/preset.h"
-#include "render/plan/volume_state.h" // summarise
+#include "render/plan/layer.h" // summarise
 
 #include <string>
 

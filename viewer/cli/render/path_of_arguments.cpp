@@ -5,7 +5,7 @@
 #include "core/animation/turntable.h"
 #include "core/base/error.h"
 #include "render/plan/framing.h"
-#include "render/plan/scene_plan.h"
+#include "render/plan/planner.h"
 
 #include <algorithm>
 #include <cmath>
@@ -119,8 +119,8 @@ Path turnOf(const RenderTask& task) {
         return turntable(std::get<Camera>(scene.camera), *a.turn, frames, framesPerSecond);
     if (scene.mode == Mode::slice)
         throw badFile("--turn", "something to go around", "a slice, which is looked at along its normal");
-    const ScenePlan plan = planView(scene, task.store, task.ram, task.options.threads);
-    Camera camera = turningCamera(*view, task.store, plan.volume.statistics, plan.volume.table,
+    const Planner plan = planView(scene, task.store, task.ram, task.options.threads);
+    Camera camera = turningCamera(*view, task.store, plan.layer().statistics, plan.layer().table,
                                   plan.view.part, scene.imageSize, task.ram, task.options.threads);
     if (view->mmPerPixel > 0)
         camera.parallelScale = parallelScaleOf(view->mmPerPixel, scene.imageSize);

@@ -2,7 +2,7 @@
 // that it drew.
 #pragma once
 
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "viewer/cli/render/render_task.h"
 
 #include <string>

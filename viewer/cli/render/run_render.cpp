@@ -5,7 +5,7 @@
 #include "core/animation/lumen_wall.h"
 #include "core/animation/path_text.h"
 #include "core/base/error.h"
-#include "render/picture/renderer.h"
+#include "render/picture/render_scene.h"
 #include "render/plan/memory_plan.h" // renderFloorBytes
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/input/thin_volume.h"

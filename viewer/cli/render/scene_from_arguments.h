@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/scene/scene.h"
-#include "render/picture/renderer.h" // Verify, EngineKind
+#include "render/picture/render_scene.h" // Verify, EngineKind
 #include "viewer/cli/options/options.h"
 #include "viewer/cli/render/render_arguments.h"
 

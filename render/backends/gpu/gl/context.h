@@ -2,6 +2,8 @@
 // choice. One thread owns GL: the context is current on the thread that made it, for as long as it lives.
 #pragma once
 
+#include "render/backends/gpu/gl/device_choice.h"
+
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -9,12 +11,6 @@
 #include <vector>
 
 namespace tessera {
-
-/// Which device: "auto" (first that is not software, else software), "software" (Mesa's llvmpipe), or a
-/// number from listGlDevices().
-struct GlDeviceChoice {
-    std::string text = "auto";
-};
 
 struct GlDevice {
     int number = 0;

@@ -1,5 +1,5 @@
-// render/plan/scene_plan.cpp: see scene_plan.h.
-#include "render/plan/scene_plan.h"
+// render/plan/planner.cpp: see planner.h.
+#include "render/plan/planner.h"
 
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
@@ -9,7 +9,6 @@
 #include "render/light/light_memory.h"
 #include "render/plan/choose_integrator.h"
 #include "render/plan/framing.h"
-#include "render/plan/plan_again.h"
 #include "render/plan/visibility_rays.h"
 
 #include <algorithm>
@@ -41,17 +40,17 @@ void checkLight(const Scene& scene) {
 }
 
 /// Occlusion is added to colours that are drawn: of a surface it must be known what lies before it.
-void checkSurfaceOcclusion(const ScenePlan& plan) {
+void checkSurfaceOcclusion(const FramePlan& plan) {
     if (!plan.view.lighting.surfaceOcclusion)
         return;
     const std::string where = "lighting.surfaceOcclusion: ";
-    if (!plan.volume.optics.shading)
+    if (!plan.layer().optics.shading)
         throw InputError(where +
                          "occlusion is light, and this picture has none (shading is off); leave it out, "
                          "or shade with ambient 1 and diffuse 0");
-    if (plan.volume.optics.surfaces.empty())
+    if (plan.layer().optics.surfaces.empty())
         throw InputError(where + "expected an isosurface that is not wholly transparent, found none");
-    if (plan.volume.optics.volumeShows)
+    if (plan.layer().optics.volumeShows)
         throw InputError(where +
                          "expected isosurfaces alone (mode isosurface), found a transfer function that "
                          "shows something too: what it shows before a surface is not known where "
@@ -73,119 +72,82 @@ Scene withoutUnusedLight(Scene scene) {
 constexpr std::size_t kPartsForTables = 16;
 /// Of chunks that are on their way to where they are kept: as many as keep the loaders busy.
 constexpr std::size_t kReadOnceBytes = std::size_t{32} << 20;
-/// What the eye cannot see in a segment's colour.
-constexpr double kAttenuationMatters = 1.0 / 255;
 
 } // namespace
 
-Strides ScenePlan::strides() const {
-    Strides strides;
-    strides.sampling = view.quality.sampling;
-    strides.segmentVoxels = view.quality.stepVoxels;
-    if (volume.mixed())
-        strides.map = &volume.levels;
-    else
-        strides.uniformSegments = 1 << mostStride(volume.selection, view.quality);
-    return strides;
-}
-
-void ScenePlan::setFunction(const TransferFunction& f, const Scene& scene) {
-    volume.function = f;
+void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
+    layer().function = f;
+    revisions.function = revisions.tables = PlanRevisions::next();
     if (const Reduction reduction = reductionOf(scene); reduction != Reduction::composite) {
         setValues(scene, reduction);
         return;
     }
     if (scene.mode == Mode::isosurface) { // what answers to light stays the function's
-        volume.function = TransferFunction::fromOpacity({}, f.colourPoints(), f.referenceLengthMm());
-        volume.function.setMaterials(f.materials());
+        layer().function = TransferFunction::fromOpacity({}, f.colourPoints(), f.referenceLengthMm());
+        layer().function.setMaterials(f.materials());
     }
     std::vector<SurfaceValue> surfaces;
     for (const Isosurface& surface : scene.surfaces)
         if (surface.opacity > 0)
             surfaces.push_back({surface.value, glm::vec3(surface.colour), surface.opacity});
-    volume.table = makeTable(volume.function, std::move(surfaces));
+    layer().table = makeTable(layer().function, std::move(surfaces));
     const Integrator integrator =
         scene.quality.integrator == Integrator::automatic ? automaticIntegrator() : scene.quality.integrator;
     chargeTables(integrator);
-    Preintegration2d seen = std::move(volume.optics.seen); // may serve on
-    volume.optics =
-        makeOptics(volume.table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
-    volume.optics.seen = std::move(seen);
-    volume.optics.surfaces = surfaceLooks(scene.surfaces, info());
-    setLighting(volume.optics, scene.shading, view.lighting, f.materials(), view.camera, info());
-    if (!volume.selection.levels.empty())
+    Preintegration2d seen = std::move(layer().optics.seen); // may serve on
+    layer().optics =
+        makeOptics(layer().table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
+    layer().optics.seen = std::move(seen);
+    layer().optics.surfaces = surfaceLooks(scene.surfaces, info());
+    setLighting(layer().optics, scene.shading, view.lighting, f.materials(), view.camera, info());
+    if (!layer().selection.levels.empty())
         prepareSegments();
 }
 
-bool ScenePlan::setLight(const Scene& scene) {
+bool Planner::setLight(const Scene& scene) {
     const auto bytes = [&](const Lighting& lighting) {
         return lightRamBytes(lighting, info(), view.shadowQuality, threads);
     };
     const Shading& shading = scene.shading;
-    if (volume.reduces() || shading.on != volume.optics.shading ||
-        shading.gradient != volume.optics.gradient ||
+    if (layer().reduces() || shading.on != layer().optics.shading ||
+        shading.gradient != layer().optics.gradient ||
         ambientChannels(scene.lighting) != ambientChannels(view.lighting) ||
         lightChannels(scene.lighting) != lightChannels(view.lighting) ||
         bytes(scene.lighting) > bytes(view.lighting))
         return false;
     checkLight(scene);
+    revisions.function = revisions.tables = PlanRevisions::next();
     view.lighting = scene.lighting;
     view.shading = shading;
     view.lighting.surfaceOcclusion.reset();
-    setShading(volume.optics, shading);
-    setLighting(volume.optics, shading, view.lighting, volume.function.materials(), view.camera, info());
+    setShading(layer().optics, shading);
+    setLighting(layer().optics, shading, view.lighting, layer().function.materials(), view.camera, info());
     return true;
 }
 
-void ScenePlan::setValues(const Scene& scene, Reduction reduction) {
-    volume.look = {scene.valueColour,
-                   windowOf(scene.window, summarise(volume.statistics, info(), scene.volumes.at(0).unit))};
-    volume.table = valueTable(volume.look, volume.function, reduction);
+void Planner::setValues(const Scene& scene, Reduction reduction) {
+    layer().look = {scene.valueColour,
+                    windowOf(scene.window, summarise(layer().statistics, info(), scene.volumes.at(0).unit))};
+    layer().table = valueTable(layer().look, layer().function, reduction);
     chargeTables(Integrator::midpoint);
     Shading unlit;
     unlit.on = false;
-    volume.optics = makeOptics(volume.table, info(), unlit, 0, Integrator::midpoint);
-    volume.optics.reduction = reduction;
+    layer().optics = makeOptics(layer().table, info(), unlit, 0, Integrator::midpoint);
+    layer().optics.reduction = reduction;
 }
 
-void ScenePlan::aim() {
+void Planner::aim() {
     view.aim(info());
-    placeLights(volume.optics, view.lighting, view.camera, info());
+    placeLights(layer().optics, view.lighting, view.camera, info());
 }
 
-void ScenePlan::chargeTables(Integrator integrator) {
-    volume.functionCharge = {};
-    volume.functionCharge =
-        ram->charge(tableRamBytes(volume.table.entries.size(), integrator), "the transfer function's tables");
+void Planner::chargeTables(Integrator integrator) {
+    layer().functionCharge = {};
+    layer().functionCharge = ram->charge(tableRamBytes(layer().table.entries.size(), integrator),
+                                         "the transfer function's tables");
 }
 
-Integrator ScenePlan::preintegration() const {
-    const double change =
-        view.quality.stepVoxels * typicalChangePerVoxel(volume.statistics, volume.table, info());
-    const double length = view.quality.stepVoxels * typicalVoxelMm(info());
-    return mayTake == Integrator::preintegrated2d &&
-                   attenuationDifference(volume.table, change, length) > kAttenuationMatters
-               ? Integrator::preintegrated2d
-               : Integrator::preintegrated;
-}
-
-Integrator ScenePlan::automaticIntegrator() const {
-    return mayTake == Integrator::midpoint ||
-                   !isSharp(volume.statistics, volume.table, info(), view.quality.stepVoxels)
-               ? Integrator::midpoint
-               : preintegration();
-}
-
-std::vector<Integrator> ScenePlan::integratorsToTry() const {
-    if (volume.reduces())
-        return {Integrator::midpoint};
-    if (view.quality.integrator != Integrator::automatic || mayTake == Integrator::midpoint ||
-        isSmooth(volume.statistics, volume.table, info(), view.quality.stepVoxels))
-        return {volume.optics.integrator};
-    return {Integrator::midpoint, preintegration()};
-}
-
-void ScenePlan::settleIntegrator(const FrameContext& context, std::size_t mostEntries) {
+void Planner::settleIntegrator(const FrameContext& context, std::size_t mostEntries) {
     mayTake = Integrator::midpoint;
     if (view.quality.edgeFunction == EdgeFunction::nearest)
         return;
@@ -198,54 +160,67 @@ void ScenePlan::settleIntegrator(const FrameContext& context, std::size_t mostEn
         setIntegrator(automaticIntegrator());
 }
 
-std::size_t ScenePlan::gpuTableBytes(std::size_t entries) const {
-    return tableGpuBytes(entries, view.quality.integrator == Integrator::automatic ? mayTake
-                                                                                   : view.quality.integrator);
-}
-
-void ScenePlan::setStep(double stepVoxels) {
+void Planner::setStep(double stepVoxels) {
     view.quality.stepVoxels = stepVoxels;
-    if (volume.mixed())
-        volume.levels.mostStride = mostStride(volume.selection, view.quality);
+    if (layer().mixed())
+        layer().levels.mostStride = mostStride(layer().selection, view.quality);
     aim();
     prepareSegments();
 }
 
-void ScenePlan::setIntegrator(Integrator integrator) {
-    if (integrator == volume.optics.integrator)
+void Planner::setIntegrator(Integrator integrator) {
+    if (integrator == layer().optics.integrator)
         return;
     chargeTables(integrator);
-    tessera::setIntegrator(volume.optics, integrator);
-    if (!volume.selection.levels.empty())
+    tessera::setIntegrator(layer().optics, integrator);
+    revisions.tables = PlanRevisions::next();
+    if (!layer().selection.levels.empty())
         prepareSegments();
 }
 
-void ScenePlan::prepareSegments() {
+void Planner::prepareSegments() {
     const Strides s = strides();
-    const int longest = volume.mixed() ? volume.levels.mostStride
-                                       : std::countr_zero(static_cast<unsigned>(s.uniformSegments));
-    const int first = volume.mixed() ? 0 : longest;
-    preparePreintegration2d(volume.optics, view.quality.stepVoxels * typicalVoxelMm(info()), first,
+    const int longest = layer().mixed() ? layer().levels.mostStride
+                                        : std::countr_zero(static_cast<unsigned>(s.uniformSegments));
+    const int first = layer().mixed() ? 0 : longest;
+    preparePreintegration2d(layer().optics, view.quality.stepVoxels * typicalVoxelMm(info()), first,
                             longest - first + 1);
+    if (layer().optics.integrator == Integrator::preintegrated2d) // its tables are of a length
+        revisions.tables = PlanRevisions::next();
 }
 
-void ScenePlan::setSelection(Selection chosen) {
-    volume.selection = std::move(chosen);
+void Planner::setTermination(float transmittance) {
+    layer().optics.termination = transmittance;
+    revisions.tables = PlanRevisions::next();
+}
+
+void Planner::setSelection(Selection chosen) {
+    layer().selection = std::move(chosen);
     mapLevels(false);
 }
 
-void ScenePlan::mapLevels(bool always) {
-    volume.levels = LevelMap();
-    if (always || !volume.selection.uniform() || view.quality.edgeFunction == EdgeFunction::nearest)
-        volume.levels = makeLevelMap(volume.selection, info().extentVoxels, view.quality, *ram);
+void Planner::mapLevels(bool always) {
+    layer().levels = LevelMap();
+    if (always || !layer().selection.uniform() || view.quality.edgeFunction == EdgeFunction::nearest)
+        layer().levels = makeLevelMap(layer().selection, info().extentVoxels, view.quality, *ram);
+    revisions.levels = PlanRevisions::next();
     prepareSegments();
-    if (view.quality.skipping)
-        volume.mapEmptySpace(view.quality, *ram);
+    if (view.quality.skipping) {
+        layer().mapEmptySpace(view.quality, *ram);
+        revisions.emptySpace = PlanRevisions::next();
+    }
 }
 
-void ScenePlan::chooseByVisibility(std::span<const SeenBrick> seen) {
-    const std::vector<float> visible = visibilityFactors(seen, volume.selection);
-    BestLevels better = bestLevels(*chosen.chooser, volume.statistics.brickMean, chosen.atlasPages, visible,
+void Planner::mapFunction() {
+    if (!view.quality.skipping)
+        return;
+    layer().functionChanged(view.quality, *ram, threads);
+    revisions.emptySpace = PlanRevisions::next();
+}
+
+void Planner::chooseByVisibility(std::span<const SeenBrick> seen) {
+    const std::vector<float> visible = visibilityFactors(seen, layer().selection);
+    BestLevels better = bestLevels(*chosen.chooser, layer().statistics.brickMean, chosen.atlasPages, visible,
                                    unseenBy(view.lighting));
     chosen.error = better.error;
     chosen.unseenBricks = better.unseenBricks;
@@ -269,19 +244,19 @@ Camera plannedCamera(const Scene& scene, const StoreReader& store, const Statist
 namespace {
 
 /// @param kept  null: read from the store
-ScenePlan viewOf(const Scene& given, const StoreReader& store, Statistics* kept, MemoryBudget& ram,
-                 int threads, std::size_t bytesPerPixel) {
+Planner viewOf(const Scene& given, const StoreReader& store, Statistics* kept, MemoryBudget& ram, int threads,
+               std::size_t bytesPerPixel) {
     const Scene scene = asDrawn(given);
     checkIntegrator(scene.quality);
     checkLight(scene);
-    ScenePlan p;
+    Planner p;
     p.ram = &ram;
     p.threads = threads;
     p.view.quality = scene.quality;
     p.view.lighting = scene.lighting;
     p.view.shading = scene.shading;
     p.view.surfaces = scene.surfaces;
-    p.volume.store = &store;
+    p.layer().store = &store;
     const VolumeInfo& info = store.info();
     p.view.imageSize = scene.imageSize;
     const std::size_t floor =
@@ -290,9 +265,9 @@ ScenePlan viewOf(const Scene& given, const StoreReader& store, Statistics* kept,
         throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
                          ", but the budget is " + formatBytes(ram.limitBytes()));
     p.view.imageCharge = ram.charge(bytesPerPixel * rayCount(scene.imageSize), "the picture");
-    p.volume.selectionCharge = ram.charge(selectionBytes(info), "the selection of bricks");
-    p.volume.statistics = kept ? std::move(*kept) : loadStatistics(store, ram, threads);
-    const ValueSummary values = summarise(p.volume.statistics, info, scene.volumes.at(0).unit);
+    p.layer().selectionCharge = ram.charge(selectionBytes(info), "the selection of bricks");
+    p.layer().statistics = kept ? std::move(*kept) : loadStatistics(store, ram, threads);
+    const ValueSummary values = summarise(p.layer().statistics, info, scene.volumes.at(0).unit);
     for (const double value : {values.lowest, values.highest})
         checkValue(value, "physical values", store.path().string());
     const TransferChoice& function = scene.volumes.at(0).transferFunction;
@@ -302,36 +277,26 @@ ScenePlan viewOf(const Scene& given, const StoreReader& store, Statistics* kept,
         p.setFunction(std::get<TransferFunction>(function), scene);
     p.view.part = drawnPart(scene, info);
     p.view.camera =
-        plannedCamera(scene, store, p.volume.statistics, p.volume.table, p.view.part, ram, threads);
+        plannedCamera(scene, store, p.layer().statistics, p.layer().table, p.view.part, ram, threads);
     p.ramFloorBytes = floor;
     return p;
 }
 
 } // namespace
 
-ScenePlan planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
-                   std::size_t bytesPerPixel) {
-    ScenePlan p = viewOf(scene, store, nullptr, ram, threads, bytesPerPixel);
+Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
+                 std::size_t bytesPerPixel) {
+    Planner p = viewOf(scene, store, nullptr, ram, threads, bytesPerPixel);
     p.view.lighting.surfaceOcclusion.reset();
     return p;
 }
 
-ScenePlan planAgain(const Scene& scene, const StoreReader& store, Statistics statistics,
-                    const TextureLimits& limits, const FrameContext& context, LevelChoice choice,
-                    std::size_t bytesPerPixel) {
-    ScenePlan p =
-        viewOf(withoutUnusedLight(scene), store, &statistics, context.ram, context.threads, bytesPerPixel);
+Planner planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
+                  const FrameContext& context, LevelChoice choice, std::size_t bytesPerPixel,
+                  Statistics* known) {
+    Planner p = viewOf(withoutUnusedLight(scene), store, known, context.ram, context.threads, bytesPerPixel);
     checkSurfaceOcclusion(p);
-    chooseAgain(p, scene, limits, context, choice);
-    return p;
-}
-
-ScenePlan planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
-                    const FrameContext& context, LevelChoice choice, std::size_t bytesPerPixel) {
-    ScenePlan p =
-        viewOf(withoutUnusedLight(scene), store, nullptr, context.ram, context.threads, bytesPerPixel);
-    checkSurfaceOcclusion(p);
-    chooseAgain(p, scene, limits, context, choice);
+    p.chooseAgain(scene, limits, context, choice);
     return p;
 }
 
@@ -341,13 +306,13 @@ constexpr char kBrickMap[] = "the map of empty space, by bricks";
 constexpr char kSurfaceMap[] = "the map of isosurfaces";
 } // namespace
 
-void ScenePlan::planMemory(const TextureLimits& limits, const FrameContext& context, bool changing) {
+void Planner::planMemory(const TextureLimits& limits, const FrameContext& context, bool changing) {
     const MemoryBudget &free = context.ram, &gpu = context.gpu;
     const VolumeInfo& volumeInfo = info();
     const glm::ivec3 extent = volumeInfo.extentVoxels, bricks = brickGrid(extent);
     // What is seen is counted before the picture, in its room; with quality to reach, rays wait for bricks.
     const int channels = keptLightChannels(view.lighting);
-    volume.lightCharge = {};
+    layer().lightCharge = {};
     const int layers = view.shadowQuality.layers; // as it was asked for
     view.shadowQuality = shadowQualityFor(view.lighting, free.freeBytes());
     view.shadowQuality.layers = layers;
@@ -367,7 +332,7 @@ void ScenePlan::planMemory(const TextureLimits& limits, const FrameContext& cont
     floors.need("light of voxels while it is computed",
                 lightRamBytes(view.lighting, volumeInfo, view.shadowQuality, threads), 0);
     floors.need("the level map", 0, LevelMap::bytes(bricks));
-    floors.need("the transfer function's tables", 0, gpuTableBytes(volume.optics.table.size()));
+    floors.need("the transfer function's tables", 0, gpuTableBytes(layer().optics.table.size()));
     floors.need("levels mapped, the smallest cache and the staging of uploads",
                 ramAfterCamera(volumeInfo, threads, MapScale::bricks, false), 0);
     // Luxuries are a share of what is left beyond what is promised to bricks.
@@ -382,17 +347,18 @@ void ScenePlan::planMemory(const TextureLimits& limits, const FrameContext& cont
     const std::size_t cellMap = Occupancy::bytes(extent, MapScale::cells);
     const std::size_t cellTexels = mapBytes(extent, MapScale::cells);
     const bool cells = memory.grant(kCellMap, cellMap, cellTexels, 16, 4, kBrickMap);
-    volume.mapScale = cells ? MapScale::cells : MapScale::bricks;
+    layer().mapScale = cells ? MapScale::cells : MapScale::bricks;
     // Without a map of their own, rays solve for surfaces wherever anything shows.
-    volume.mapsSurfaces = cells && !changing && !volume.optics.surfaces.empty() &&
-                          volume.optics.volumeShows && memory.grant(kSurfaceMap, cellMap, cellTexels, 31, 8);
-    if (volume.mapsSurfaces)
-        volume.surfaceTable = volume.table.ofSurfaces();
+    layer().mapsSurfaces = cells && !changing && !layer().optics.surfaces.empty() &&
+                           layer().optics.volumeShows &&
+                           memory.grant(kSurfaceMap, cellMap, cellTexels, 31, 8);
+    if (layer().mapsSurfaces)
+        layer().surfaceTable = layer().table.ofSurfaces();
 }
 
-void ScenePlan::openCache(bool readsOnce) {
+void Planner::openCache(bool readsOnce) {
     if (const std::size_t light = lightRamBytes(view.lighting, info(), view.shadowQuality, threads))
-        volume.lightCharge = ram->charge(light, "light of voxels while it is computed");
+        layer().lightCharge = ram->charge(light, "light of voxels while it is computed");
     // It takes what is left, less upload staging and, where there is plenty, some air.
     const int used = threads > 0 ? threads : defaultThreads();
     const std::size_t free = ram->freeBytes(), staging = stagingBytes(info());
@@ -401,40 +367,38 @@ void ScenePlan::openCache(bool readsOnce) {
     // Memory that is used for the first time costs more than what is in it.
     const std::size_t most = readsOnce ? kReadOnceBytes : left - left / 8;
     const std::size_t bytes = std::max(floor, std::min(most, left - left / 8));
-    volume.cache = std::make_unique<BrickCache>(*volume.store, *ram, bytes, used);
+    layer().cache = std::make_unique<BrickCache>(*layer().store, *ram, bytes, used);
 }
 
-void ScenePlan::chooseGhostLayers(TextureLimits& limits, std::size_t bricks, const FrameContext& context) {
+void Planner::chooseGhostLayers(TextureLimits& limits, std::size_t bricks, const FrameContext& context) {
     const std::size_t fixed = memory.gpuBytes(), free = context.gpu.freeBytes();
     if (pagesThatFit(free - std::min(free, fixed), info().type, limits) < bricks)
         limits.pageEdge = kBrickExtent;
-    volume.pageEdge = limits.pageEdge;
+    layer().pageEdge = limits.pageEdge;
 }
 
-void chooseAgain(ScenePlan& p, const Scene& given, const TextureLimits& engineLimits,
-                 const FrameContext& context, LevelChoice choice) {
+void Planner::chooseAgain(const Scene& given, const TextureLimits& engineLimits, const FrameContext& context,
+                          LevelChoice choice) {
     const Scene scene = asDrawn(given);
-    p.volume.cache.reset(); // it holds all memory that was left
-    p.view.quality = scene.quality;
+    layer().cache.reset(); // it holds all memory that was left
+    view.quality = scene.quality;
     TextureLimits most = engineLimits;
-    most.lightChannels = keptLightChannels(p.view.lighting);
-    p.settleIntegrator(context, p.volume.table.entries.size());
-    p.planMemory(most, context);
+    most.lightChannels = keptLightChannels(view.lighting);
+    settleIntegrator(context, layer().table.entries.size());
+    planMemory(most, context);
     TextureLimits limits = most;
     if (choice == LevelChoice::finest) { // rays wait for bricks: none is filled from neighbours
-        p.volume.pageEdge = limits.pageEdge = kBrickExtent;
+        layer().pageEdge = limits.pageEdge = kBrickExtent;
     } else if (limits.pageEdge > kBrickExtent) {
-        Selection all =
-            cullBricks(p.volume.statistics, p.volume.table, p.info(), 0, cullingFor(scene.shading));
-        leaveOutUndrawn(all, p.view.part, p.info(), p.volume.optics.takesGradients());
-        p.chooseGhostLayers(limits, all.shownBricks(), context);
+        Selection all = cullBricks(layer().statistics, layer().table, info(), 0, cullingFor(scene.shading));
+        leaveOutUndrawn(all, view.part, info(), layer().optics.takesGradients());
+        chooseGhostLayers(limits, all.shownBricks(), context);
     }
-    p.chosen =
-        chooseLevels(scene, p.view.camera, p.view.part, p.volume.statistics, p.volume.table, *p.volume.store,
-                     limits, choice, p.memory.gpuBytes(), p.memory.ramBytes(), context);
-    p.setSelection(std::move(p.chosen.selection));
-    p.aim();
-    p.openCache(limits.readsOnce && !scene.quality.maxError); // passes read again
+    chosen = chooseLevels(scene, view.camera, view.part, layer().statistics, layer().table, *layer().store,
+                          limits, choice, memory.gpuBytes(), memory.ramBytes(), context);
+    setSelection(std::move(chosen.selection));
+    aim();
+    openCache(limits.readsOnce && !scene.quality.maxError); // passes read again
 }
 
 } // namespace tessera

@@ -1,4 +1,4 @@
-// render/plan/volume_state.h: everything that pictures need of one volume, whichever engine draws it:
+// render/plan/layer.h: everything that pictures need of one volume, whichever engine draws it:
 // statistics, resolved transfer function, a level for every brick, occupancy, and the chunk cache.
 #pragma once
 
@@ -20,7 +20,7 @@
 
 namespace tessera {
 
-struct VolumeState {
+struct Layer {
     const StoreReader* store = nullptr; // outlives this
     Statistics statistics;
     TransferFunction function;

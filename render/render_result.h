@@ -1,28 +1,28 @@
-// render/picture/renderer.h: renders a scene to one converged picture, by any engine.
+// render/render_result.h: how a picture is asked for besides its scene, and everything that is told of one.
 #pragma once
 
-#include "bricking/store/store_reader.h"
-#include "core/base/budget.h"
+#include "bricking/levels/selection.h" // kLevelCount
 #include "core/base/progress.h"
 #include "core/base/work.h"
 #include "core/image/image.h"
-#include "core/scene/scene.h"
-#include "render/backends/engine_maker.h"
+#include "core/scene/camera.h"
+#include "core/scene/mode.h"
+#include "render/backends/gpu/gl/device_choice.h"
 #include "render/contract/slicing.h"
-#include "render/engine.h"
+#include "render/engine_traits.h"
+#include "render/light/scene_light.h"
 #include "render/light/surface_light.h"
-#include "render/picture/measure_picture.h"
 #include "render/pixels/area_picture.h"
 #include "render/plan/choose_levels.h"
 #include "render/plan/picture_check.h"
+#include "render/verify/picture_measurement.h"
+#include "render/verify/verify_plan.h"
 
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 namespace tessera {
 
@@ -79,23 +79,5 @@ struct RenderResult {
     bool takenAsHu = false;         // by a preset, because they look like HU: nobody said so
     double secondsPreparing = 0, secondsLoading = 0, secondsDrawing = 0;
 };
-
-/// An engine by its kind, and what it draws with. Where it needs a GL context, its own is current on the
-/// calling thread. All calls then come from that thread, the release by the last owner too.
-std::shared_ptr<Engine> makeEngine(const RenderOptions& options, MemoryBudget& ram, MemoryBudget& gpu);
-
-/// RAM that an engine and its caller take for a pixel; the caller charges it for as long as
-/// it keeps pictures.
-std::size_t pictureBytesPerPixel(EngineKind engine);
-/// The same of pictures whose pixels have so many samples.
-std::size_t pictureBytesPerPixel(EngineKind engine, const PixelSampling& pixels);
-
-/// Renders one converged picture. Everything large is charged to ram and gpu.
-/// Throws InputError for budgets below the scene's floor, Error for what fails outside.
-RenderResult renderScene(const Scene& scene, const StoreReader& store, MemoryBudget& ram, MemoryBudget& gpu,
-                         const RenderOptions& options);
-
-/// What is in the picture and what was left out, a line each: features, level, culled bricks, empty space.
-std::vector<std::string> explain(const RenderResult& result, const Scene& scene);
 
 } // namespace tessera

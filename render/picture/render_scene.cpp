@@ -1,8 +1,10 @@
-// render/picture/renderer.cpp: see renderer.h.
-#include "render/picture/renderer.h"
-#include "core/base/stopwatch.h"
+// render/picture/render_scene.cpp: see render_scene.h.
+#include "render/picture/render_scene.h"
 
+#include "core/base/stopwatch.h"
+#include "render/backends/engine_maker.h"
 #include "render/picture/draw_scene.h"
+#include "render/plan/planner.h"
 
 #include <chrono>
 
@@ -17,9 +19,14 @@ std::size_t pictureBytesPerPixel(EngineKind engine, const PixelSampling& pixels)
 }
 
 std::shared_ptr<Engine> makeEngine(const RenderOptions& options, MemoryBudget& ram, MemoryBudget& gpu) {
-    auto made = std::make_shared<EngineInstance>(options, ram, gpu);
-    Engine* const engine = made->engine.get();
-    return {std::move(made), engine};
+    struct Made {
+        EngineMaker maker; // its device outlives the engine
+        std::unique_ptr<Engine> engine;
+        Made(const RenderOptions& o, MemoryBudget& ram, MemoryBudget& gpu)
+            : maker(o.engine, o.device, o.threads), engine(maker.make(ram, gpu)) {}
+    };
+    const auto made = std::make_shared<Made>(options, ram, gpu);
+    return {made, made->engine.get()};
 }
 
 RenderResult renderScene(const Scene& given, const StoreReader& store, MemoryBudget& ram, MemoryBudget& gpu,
@@ -27,15 +34,15 @@ RenderResult renderScene(const Scene& given, const StoreReader& store, MemoryBud
     const Scene scene = asDrawn(given);
     const auto start = std::chrono::steady_clock::now();
     const FrameContext context(ram, gpu, options.threads, options.progress);
-    const EngineInstance made(options, ram, gpu);
+    const RendererInstance made(options, ram, gpu);
     const double making = secondsSince(start);
-    ScenePlan p;
+    Planner p;
     RenderResult result = drawScene(
         scene, p, made, context, options, {},
         [&](const Scene& first, const TextureLimits& limits, LevelChoice levels, std::size_t bytesPerPixel) {
             return planScene(first, store, limits, context, levels, bytesPerPixel);
         });
-    made.engine->close(); // it reads the plan, which goes first
+    made.renderer->close(); // it reads the plan, which goes first
     result.secondsPreparing += making;
     return result;
 }

@@ -1,5 +1,5 @@
-// render/plan/volume_state.cpp: see volume_state.h.
-#include "render/plan/volume_state.h"
+// render/plan/layer.cpp: see layer.h.
+#include "render/plan/layer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ double slackOf(const Quality& quality) {
 }
 } // namespace
 
-void VolumeState::mapEmptySpace(const Quality& quality, MemoryBudget& ram) {
+void Layer::mapEmptySpace(const Quality& quality, MemoryBudget& ram) {
     const EdgeFunction edgeFunction = quality.edgeFunction;
     if (reduces()) {
         occupancy = {};
@@ -36,7 +36,7 @@ void VolumeState::mapEmptySpace(const Quality& quality, MemoryBudget& ram) {
         map(surfaceOccupancy, surfaceTable);
 }
 
-void VolumeState::functionChanged(const Quality& quality, MemoryBudget& ram, int threads) {
+void Layer::functionChanged(const Quality& quality, MemoryBudget& ram, int threads) {
     if (reduces() || !occupancy.exists())
         mapEmptySpace(quality, ram);
     else

@@ -1,0 +1,244 @@
+// render/picture/ray_renderer.cpp: see ray_renderer.h.
+#include "render/picture/ray_renderer.h"
+
+#include "core/base/stopwatch.h"
+#include "render/backends/mirror/mirror_tracer.h"
+#include "render/picture/picture.h"
+#include "render/picture/ray_pixels.h"
+#include "render/picture/step_of_means.h"
+#include "render/plan/overlooked_pixels.h"
+#include "render/plan/planner.h"
+#include "render/plan/step_search.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// What eight bits can show.
+constexpr double kDefaultStepError = 1.0 / 255;
+
+/// Everything that a ray's result depends on, for a fixed scene and engine.
+struct RaysDrawn {
+    std::vector<std::uint8_t> levels;
+    double stepVoxels;
+    Integrator integrator;
+    explicit RaysDrawn(const FramePlan& p)
+        : levels(p.layer().selection.levels), stepVoxels(p.view.quality.stepVoxels),
+          integrator(p.layer().optics.integrator) {}
+    friend bool operator==(const RaysDrawn&, const RaysDrawn&) = default;
+};
+
+std::unique_ptr<SurfaceTracer> tracerOf(const RayCaster& caster, const FramePlan& p) {
+    auto tracer = caster.surfaceTracer(SurfaceLight::kSegmentVoxels);
+    return tracer ? std::move(tracer) : std::make_unique<MirrorTracer>(p, SurfaceLight::kSegmentVoxels);
+}
+
+/// Looks around from what the rays of the caster met, which are those through the middles of pixels.
+void lookAround(SurfaceLight& light, const RayCaster& caster, const FramePlan& p, Progress& progress) {
+    progress.stage("looking around from surfaces");
+    light.look(caster.hits(), *tracerOf(caster, p), progress.shares());
+    progress.stage("drawing");
+}
+
+/// What the selection came to; after it is final.
+void report(const FramePlan& p, RenderResult& result) {
+    result.level = p.layer().selection.finest();
+    result.integrator = p.layer().optics.integrator;
+    result.stepVoxels = p.view.quality.stepVoxels;
+    result.bricksOfLevel = p.layer().selection.counts;
+    result.selectionPages = pagesFor(p.layer().selection.counts);
+    result.atlasPages = std::min(p.chosen.atlasPages, result.selectionPages);
+    if (p.chosen.predicted)
+        result.predictedError = p.chosen.error;
+    result.residentBricks = p.layer().selection.shownBricks();
+    result.unseenBricks = p.chosen.unseenBricks;
+    result.emptyBricks = p.layer().selection.counts[Selection::kEmpty] - result.unseenBricks;
+}
+
+} // namespace
+
+struct RayRenderer::Samples {
+    RaysDrawn rays;
+    AreaPicture picture;
+    std::unique_ptr<SurfaceLight> light; // occlusion of surfaces, where there is any
+};
+
+RayRenderer::RayRenderer(std::unique_ptr<Engine> engine, bool exact)
+    : engine_(std::move(engine)), exact_(exact) {}
+
+RayRenderer::~RayRenderer() = default;
+
+void RayRenderer::endFrame() {
+    samples_.reset();
+    search_.reset();
+    caster_.reset();
+}
+
+void RayRenderer::close() {
+    search_.reset();
+    caster_.reset();
+    engine_->close();
+}
+
+std::unique_ptr<PixelSource> RayRenderer::pixels(const FrameTask& task) {
+    return std::make_unique<RayPixels>(task, *engine_, caster_);
+}
+
+Image RayRenderer::drawSome(const FrameTask& task, const Rays& rays) {
+    Work work; // not the picture's
+    caster_->begin(rays);
+    drawToTheEnd(*caster_, *engine_, task.plan, task.options.slicing, work);
+    return caster_->image();
+}
+
+/// What is tried follows from the scene and its plan, not from who draws.
+void RayRenderer::chooseStep(const FrameTask& task, RenderResult& result) {
+    using Goal = StepSearch::Goal;
+    const Quality& asked = task.scene.quality;
+    const bool chosen = asked.automaticStep && (task.options.searching || task.options.checking);
+    if (asked.maxError.value_or(0) > 0)
+        search_->chooseStep({Goal::Measure::luvP99, *asked.maxError - task.plan.chosen.error.p99});
+    else if (chosen)
+        search_->chooseStep({Goal::Measure::rms, kDefaultStepError});
+    const bool decide = task.plan.view.quality.pixels.samples == PixelSampling::kAutomatic;
+    if (chosen && decide && !asked.maxError)
+        result.stepOfMeans =
+            stepOfMeans(task.plan, kDefaultStepError, [&](const Rays& rays) { return drawSome(task, rays); });
+}
+
+void RayRenderer::estimate(const FrameTask& task, RenderResult& result) {
+    const Planner& p = task.plan;
+    const double most = brightest(task.scene.shading, task.scene.lighting, p.layer().function.materials());
+    const bool areas = p.view.quality.pixels.samples != 1;
+    result.errors = areas ? search_->errors(most) : search_->errorsOf(result.image, most);
+    if (p.chosen.predicted)
+        result.errors->levelsLuvP99 = p.chosen.error.p99;
+}
+
+/// Every pixel the mean of its samples. Returns whether it went on from earlier ones.
+/// @param light  none: there is no occlusion of surfaces; else what is added by it is another picture
+bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight> light, RenderResult& result,
+                            Image& added) {
+    const FramePlan& p = task.plan;
+    Progress& progress = task.context.progress;
+    const PixelGoal& goal = task.round.goal;
+    RaysDrawn these(p);
+    const bool goesOn =
+        samples_ && samples_->rays == these && p.view.quality.pixels.samples == PixelSampling::kAutomatic;
+    if (goesOn)
+        samples_->picture.goOn(goal);
+    else
+        samples_.reset(new Samples{std::move(these),
+                                   AreaPicture(
+                                       raysOf(p), p.view.quality.pixels, task.options.threads, goal,
+                                       [&p](const Image& middles) { return overlookedPixels(p, middles); },
+                                       result.stepOfMeans),
+                                   std::move(light)});
+    AreaPicture& picture = samples_->picture;
+    SurfaceLight* const looks = samples_->light.get();
+    Slicing slicing = task.options.slicing;
+    const ShareDone whole = progress.shares();
+    if (whole)
+        slicing.progress = [&](double done) { whole(picture.share(done)); };
+    while (const std::optional<Rays> rays = picture.next()) {
+        if (looks && !looks->hasLooked() && !rays->places.empty()) { // it takes what middles met
+            caster_->begin(raysOf(p));
+            result.passes = std::max(result.passes,
+                                     drawToTheEnd(*caster_, *engine_, p, task.options.slicing, result.work));
+            lookAround(*looks, *caster_, p, progress);
+        }
+        caster_->begin(*rays);
+        result.passes = std::max(result.passes, drawToTheEnd(*caster_, *engine_, p, slicing, result.work));
+        if (!looks) {
+            picture.add(caster_->image());
+            continue;
+        }
+        if (!looks->hasLooked())
+            lookAround(*looks, *caster_, p, progress);
+        const Image more = looks->added(caster_->hits(), rays->places, rays->size(), *tracerOf(*caster_, p));
+        picture.add(caster_->image(), &more);
+    }
+    result.image = picture.image();
+    if (looks) {
+        added = picture.light();
+        result.surfaceLight = looks->report();
+    }
+    result.pixels = picture.report();
+    return goesOn;
+}
+
+bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added) {
+    Planner& p = task.plan;
+    const RenderOptions& options = task.options;
+    Progress& progress = task.context.progress;
+    if (task.round.number == 0)
+        samples_.reset();
+    progress.stage("loading bricks");
+    const auto loading = Clock::now();
+    search_.reset();
+    caster_.reset();
+    if (!engine_->about().filters)
+        p.setFetch(Fetch::exact);
+    const bool passes =
+        loadBricks(*engine_, p, task.context.gpu, result.work, task.reuse.kept, task.reuse.pages);
+    if (task.reuse.opened)
+        task.reuse.opened();
+    std::unique_ptr<SurfaceLight> light;
+    if (p.view.lighting.surfaceOcclusion && !task.reuse.first)
+        light = std::make_unique<SurfaceLight>(p, options.threads, exact_);
+    caster_ = engine_->caster({options.counting, light != nullptr, passes}, task.context.gpu);
+    result.secondsLoading = secondsSince(loading);
+    const auto drawing = Clock::now();
+    caster_->refine();
+    const bool steps = engine_->about().choosesSteps && !p.view.part.flat; // a plane has one sample
+    search_ =
+        std::make_unique<StepSearch>(p, [this, &task](const RayFrame<double>& frame, const Strides& strides) {
+            return drawSome(task, {frame, strides});
+        });
+    result.stepOfMeans.reset();
+    if (steps) {
+        progress.stage("choosing the step");
+        chooseStep(task, result);
+    }
+    progress.stage("drawing");
+    bool wentOn = false;
+    if (p.view.quality.pixels.samples != 1) {
+        wentOn = drawAreas(task, std::move(light), result, added);
+    } else {
+        Slicing slicing = options.slicing;
+        slicing.progress = progress.shares();
+        caster_->begin(raysOf(p));
+        result.passes = drawToTheEnd(*caster_, *engine_, p, slicing, result.work);
+        result.image = caster_->image();
+        if (light) {
+            lookAround(*light, *caster_, p, progress);
+            added = light->added(light->middles(), {}, p.view.imageSize, *tracerOf(*caster_, p));
+            result.surfaceLight = light->report();
+        }
+    }
+    if (!engine_->bricks())
+        result.passes = 0;
+    result.features = caster_->features();
+    result.refinedCells = caster_->refinedCells();
+    result.light = engine_->lightReport();
+    result.secondsDrawing = secondsSince(drawing);
+    const auto checking = Clock::now();
+    if (steps && options.checking) {
+        progress.stage("estimating the picture's errors");
+        estimate(task, result);
+    }
+    report(p, result);
+    if (exact_)
+        result.level = 0;
+    result.secondsChecking = secondsSince(checking);
+    return wentOn;
+}
+
+} // namespace tessera

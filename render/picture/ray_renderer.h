@@ -1,0 +1,43 @@
+// render/picture/ray_renderer.h: the renderer of all ray backends. Bricks are loaded, a step is chosen, rays
+// are drawn, and samples of pixels added, on an engine that takes rays.
+#pragma once
+
+#include "render/renderer.h"
+
+#include <memory>
+
+namespace tessera {
+
+class RayRenderer : public Renderer {
+  public:
+    /// @param exact  the engine draws the true integral: EngineTraits::exact
+    RayRenderer(std::unique_ptr<Engine> engine, bool exact);
+    ~RayRenderer() override;
+
+    Engine::About about() const override { return engine_->about(); }
+    TextureLimits limits() const override { return engine_->limits(); }
+    bool draw(const FrameTask& task, RenderResult& result, Image& added) override;
+    std::unique_ptr<PixelSource> pixels(const FrameTask& task) override;
+    void endFrame() override;
+    void close() override;
+    BrickResidency* bricks() override { return engine_->bricks(); }
+    std::string fault() override { return engine_->fault(); }
+
+    Engine& engine() { return *engine_; }
+
+  private:
+    struct Samples;
+    void chooseStep(const FrameTask& task, RenderResult& result);
+    void estimate(const FrameTask& task, RenderResult& result);
+    bool drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight> light, RenderResult& result,
+                   Image& added);
+    Image drawSome(const FrameTask& task, const Rays& rays);
+
+    std::unique_ptr<Engine> engine_;
+    bool exact_;
+    std::unique_ptr<RayCaster> caster_;
+    std::unique_ptr<class StepSearch> search_;
+    std::unique_ptr<Samples> samples_; // of the round before: the next one of the same rays goes on from them
+};
+
+} // namespace tessera

@@ -1,0 +1,34 @@
+// render/picture/render_scene.h: renders a scene to one converged picture, by any engine.
+#pragma once
+
+#include "bricking/store/store_reader.h"
+#include "core/base/budget.h"
+#include "core/scene/scene.h"
+#include "render/engine.h"
+#include "render/render_result.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// An engine by its kind, and what it draws with. Where it needs a GL context, its own is current on the
+/// calling thread. All calls then come from that thread, the release by the last owner too.
+std::shared_ptr<Engine> makeEngine(const RenderOptions& options, MemoryBudget& ram, MemoryBudget& gpu);
+
+/// RAM that an engine and its caller take for a pixel; the caller charges it for as long as
+/// it keeps pictures.
+std::size_t pictureBytesPerPixel(EngineKind engine);
+/// The same of pictures whose pixels have so many samples.
+std::size_t pictureBytesPerPixel(EngineKind engine, const PixelSampling& pixels);
+
+/// Renders one converged picture. Everything large is charged to ram and gpu.
+/// Throws InputError for budgets below the scene's floor, Error for what fails outside.
+RenderResult renderScene(const Scene& scene, const StoreReader& store, MemoryBudget& ram, MemoryBudget& gpu,
+                         const RenderOptions& options);
+
+/// What is in the picture and what was left out, a line each: features, level, culled bricks, empty space.
+std::vector<std::string> explain(const RenderResult& result, const Scene& scene);
+
+} // namespace tessera

@@ -1,0 +1,108 @@
+// render/plan/planner.h: Planner: makes the plan of a frame from a scene, its volumes, budgets, and what has
+// been learnt since: levels from what is seen, step and integrator from pixels that were tried. Nobody else
+// changes a plan. Each call below leaves all of it consistent, whatever the order of calls.
+#pragma once
+
+#include "bricking/levels/visibility.h" // SeenBrick
+#include "core/base/budget.h"
+#include "core/scene/scene.h"
+#include "render/plan/frame_context.h"
+#include "render/plan/frame_plan.h"
+#include "render/residency/pages.h"
+
+#include <span>
+#include <vector>
+
+namespace tessera {
+
+class Planner : public FramePlan {
+  public:
+    using FramePlan::layer;
+    Layer& layer() { return layers.front(); }
+
+    /// Takes the scene's quality and chooses levels anew, with their maps and a new cache. The engine must
+    /// have let go of the selection and of the cache.
+    void chooseAgain(const Scene& scene, const TextureLimits& limits, const FrameContext& context,
+                     LevelChoice choice);
+    /// Chooses levels again, by what a picture of the selection saw of each brick; needs chosen.chooser, and
+    /// lets go of it.
+    void chooseByVisibility(std::span<const SeenBrick> seen);
+    /// Takes another selection, and maps its levels and its empty space.
+    void setSelection(Selection chosen);
+    /// Maps the levels of the selection, where they are mixed or always, and its empty space.
+    void mapLevels(bool always);
+    /// Makes the cache, of all RAM that is left or of so much as serves to read every chunk once.
+    void openCache(bool readsOnce = false);
+
+    /// Takes another transfer function; shading, termination and integrator are the scene's, and mode, window
+    /// and colours of single values.
+    void setFunction(const TransferFunction& function, const Scene& scene);
+    /// The map of empty space follows the function as it is.
+    void mapFunction();
+    /// Takes the scene's lights and shading. False, and nothing is changed, where planes of light, memory or
+    /// culled bricks would be others.
+    bool setLight(const Scene& scene);
+    /// The rays and the lights of the view as it is.
+    void aim();
+    void look(const Camera& camera) {
+        view.camera = camera;
+        aim();
+    }
+    /// Of the rays that aim() makes.
+    void setImageSize(const glm::ivec2& size) { view.imageSize = size; }
+    /// Another length of segments, in voxels, or another integrator, for the levels there are.
+    void setStep(double stepVoxels);
+    void setIntegrator(Integrator integrator);
+    /// Where rays end: the light that is left, of 1.
+    void setTermination(float transmittance);
+    /// How samples are fetched. Backends that filter nothing take no notice.
+    void setFetch(Fetch fetch) { view.quality.fetch = fetch; }
+
+    /// What the scene takes besides its bricks, and what optional memory there is room for; chooses the scale
+    /// of the distance map.
+    /// @param changing  levels change from picture to picture: surfaces get no map of their own
+    void planMemory(const TextureLimits& limits, const FrameContext& context, bool changing = false);
+    /// Bricks have ghost layers where all of them, at level 0, have room for theirs; else limits has no room
+    /// for any.
+    void chooseGhostLayers(TextureLimits& limits, std::size_t bricks, const FrameContext& context);
+    /// What the budgets have room for where the integrator is left open, and the one that the function asks
+    /// for. Before selections.
+    /// @param mostEntries  of the table of any function that may come
+    void settleIntegrator(const FrameContext& context, std::size_t mostEntries);
+
+    MemoryBudget* ram = nullptr;   // everything that the plan keeps is charged to it
+    int threads = 0;               // that compute what it changes, and load bricks
+    std::size_t ramFloorBytes = 0; // of the scene
+
+  private:
+    void chargeTables(Integrator integrator);
+    void setValues(const Scene& scene, Reduction reduction);
+    /// The tables that segments of the lengths need which rays take through the selection.
+    void prepareSegments();
+};
+
+/// The plan of a picture.
+/// @param limits   of the device, without the scene's light, or the defaults where none is used
+/// @param context  its RAM is charged for all that the plan keeps
+/// @param choice  perBrick, unless in tests and comparisons
+/// @param bytesPerPixel  RAM that the engine and its caller take for a pixel
+/// @param known  the volume's statistics, where they were read before; moved from
+/// Throws InputError for a budget below the scene's minimum, naming that, and for a transfer function that
+/// does not suit the volume.
+Planner planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
+                  const FrameContext& context, LevelChoice choice = LevelChoice::perBrick,
+                  std::size_t bytesPerPixel = kPictureBytesPerPixel, Statistics* known = nullptr);
+
+/// The same without levels, their maps and the cache: for a picture whose levels change, which has no
+/// occlusion of surfaces.
+Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
+                 std::size_t bytesPerPixel = kPictureBytesPerPixel);
+
+/// The scene's camera; one by side fitted to what is shown, or to the slice, at its scale if it names one.
+/// @param scene  as asDrawn() has it
+/// @param part   what its cuts keep: drawnPart()
+/// Throws InputError where ram cannot hold framingBytes() (framing.h).
+Camera plannedCamera(const Scene& scene, const StoreReader& store, const Statistics& statistics,
+                     const TransferTable& table, const DrawnPart& part, MemoryBudget& ram, int threads);
+
+} // namespace tessera
