@@ -4,46 +4,21 @@ caught it. README.md beside this file tells how a mutant is written. The working
 happens in a copy (--build), which is brought up to date at every start and kept, with its build, between runs.
 Exit status: 0 where all were caught, 1 where some survived or did not build, 2 where a mutant is stale."""
 import argparse
-import fcntl
 import fnmatch
 import json
 import os
 import re
-import resource
 import shlex
 import shutil
 import signal
 import subprocess
 import sys
 import time
-from dataclasses import dataclass, field
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+from planting import ROOT, Copy, Edit, Mutant, Stale, planted
+
 KEYS = ("why", "in", "test", "before")
-MEMORY_BYTES = 16 << 30  # of address space for a test program: a mutant may allocate without end
-
-
-@dataclass
-class Edit:
-    """One replacement; `old` stands exactly once in `file`."""
-    file: str
-    old: list = field(default_factory=list)
-    new: list = field(default_factory=list)
-
-
-@dataclass
-class Mutant:
-    room: str
-    name: str
-    place: str  # file and line of the entry, for messages
-    why: str = ""
-    edits: list = field(default_factory=list)
-    tests: list = field(default_factory=list)  # (program, gtest filter), nearest first
-
-
-class Stale(Exception):
-    """A mutant that no longer fits the sources, or is written wrongly."""
 
 
 def parse_room(path):
@@ -81,16 +56,6 @@ def read_mutants():
         found, before[path.stem] = parse_room(path)
         mutants += found
     return mutants, before
-
-
-def planted(edit, text, place):
-    """The file's text with the mutant in it."""
-    old, new = "\n".join(edit.old), "\n".join(edit.new)
-    if not old or old == new:
-        raise Stale(f"{place}: expected an old and another new text for {edit.file}")
-    if (count := text.count(old)) != 1:
-        raise Stale(f"{place}: expected its old text once in {edit.file}, found it {count} times")
-    return text.replace(old, new)
 
 
 def known_tests():
@@ -134,94 +99,12 @@ def check(mutants):
     return problems
 
 
-class Copy:
-    """The copy of the sources in which mutants are planted, and its build."""
+class Bench(Copy):
+    """A copy that knows what tests cost without a mutant."""
 
-    def __init__(self, folder, jobs, timeout):
-        self.root, self.build = folder, folder / "build" / "release"
-        self.jobs, self.timeout = jobs, timeout
-        self.dirty = {}  # original text of files that hold a mutant
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
         self.patience = {}  # seconds for tests whose time without a mutant is known
-        self.env = dict(os.environ, CCACHE_BASEDIR=str(folder), CCACHE_NOHASHDIR="1", TMPDIR=str(folder / "build" / "tmp"))
-        # Tests of real scans look beside the sources, where the copy has nothing.
-        self.env.setdefault("TESSERA_TEST_DATA", str(ROOT.parent / "shared" / "data"))
-
-    def update(self):
-        """Makes the copy equal to the working tree; files that are equal keep their time."""
-        mark = self.root / "build" / "lock"  # what is in a folder without it is not ours to remove
-        if self.root.exists() and any(self.root.iterdir()) and not mark.exists():
-            sys.exit(f"{self.root}: expected a new folder or the copy of an earlier run, found something else")
-        self.build.mkdir(parents=True, exist_ok=True)
-        self.lock = open(mark, "w")
-        try:
-            fcntl.flock(self.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            sys.exit(f"another run works in {self.root}")
-        listed = subprocess.run(["git", "-C", ROOT, "ls-files", "-co", "--exclude-standard", "-z"], check=True,
-                                capture_output=True, text=True).stdout.split("\0")
-        wanted = {name for name in listed if name and (ROOT / name).is_file()}
-        for name in wanted:
-            to, content = self.root / name, (ROOT / name).read_bytes()
-            if not to.is_file() or to.read_bytes() != content:
-                to.parent.mkdir(parents=True, exist_ok=True)
-                to.write_bytes(content)
-                shutil.copymode(ROOT / name, to)
-        for path in list(self.root.rglob("*")):
-            name = path.relative_to(self.root)
-            if name.parts[0] != "build" and path.is_file() and str(name) not in wanted:
-                path.unlink()
-        if not (self.build / "build.ninja").exists():
-            subprocess.run(["cmake", "--preset", "release", "-DTESSERA_WITH_TESTS=ON"], check=True, cwd=self.root,
-                           env=self.env, stdout=subprocess.DEVNULL)
-
-    def plant(self, mutant):
-        for edit in mutant.edits:
-            path = self.root / edit.file
-            text = path.read_text()
-            self.dirty.setdefault(path, text)
-            path.write_text(planted(edit, text, mutant.place))
-
-    def restore(self):
-        for path, text in self.dirty.items():
-            path.write_text(text)
-        self.dirty.clear()
-        shutil.rmtree(self.env["TMPDIR"], ignore_errors=True)
-
-    def make(self, targets):
-        """Builds; returns what the compiler said where that fails."""
-        done = subprocess.run(["cmake", "--build", self.build, "-j", str(self.jobs), "--target", *targets],
-                              cwd=self.root, env=self.env, capture_output=True, text=True)
-        return "" if done.returncode == 0 else done.stdout + done.stderr
-
-    def call(self, command, timeout=None):
-        """Runs a command; returns its exit status, None where it hangs, and its output."""
-        os.makedirs(self.env["TMPDIR"], exist_ok=True)
-        process = subprocess.Popen(
-            command, cwd=self.build, env=self.env, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, text=True, errors="replace", start_new_session=True,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES)))
-        try:
-            text, _ = process.communicate(timeout=timeout or self.timeout)
-            return process.returncode, text
-        except subprocess.TimeoutExpired:
-            return None, ""
-        finally:
-            if process.poll() is None:
-                os.killpg(process.pid, signal.SIGKILL)  # its own group: what it started goes with it
-                process.wait()
-            process.stdout.close()
-
-    def run_tests(self, program, tests, timeout=None):
-        """Runs tests; returns who failed, or "" where all passed, and the output."""
-        code, text = self.call([str(self.build / program), f"--gtest_filter={tests}", "--gtest_fail_fast",
-                                "--gtest_color=no"], timeout)
-        if code is None:
-            return f"{program}: hangs", ""
-        if code == 0:
-            return "", text
-        failed = re.search(r"\[  FAILED  \] ([\w/.]+)", text)
-        begun = re.findall(r"\[ RUN      \] (\S+)", text)
-        return failed.group(1) if failed else f"{begun[-1] if begun else program}: ends with {code}", text
 
     def test(self, program, tests):
         """Runs tests with as much patience as they need; returns who failed, or "" where all passed."""
@@ -268,7 +151,7 @@ class Copy:
 
 
 def judge(copy, mutant, gate, nearest, everything):
-    """Plants one mutant; returns the verdict and who gave it. `gate`: Copy::gate(), or none."""
+    """Plants one mutant; returns the verdict and who gave it. `gate`: Bench.gate(), or none."""
     try:
         copy.plant(mutant)
         programs = list(dict.fromkeys(program for program, _ in mutant.tests))
@@ -332,7 +215,7 @@ def main():
         return 0
     if not chosen:
         sys.exit("no such mutant")
-    copy = Copy(options.build.resolve(), options.jobs, options.timeout)
+    copy = Bench(options.build.resolve(), options.jobs, options.timeout)
     copy.update()
     # What is planted is judged by tests that pass without it.
     tests = list(dict.fromkeys(test for m in chosen for test in m.tests))

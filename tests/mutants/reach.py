@@ -1,0 +1,77 @@
+"""Which tests may reach a source: those of the programs that hold an object of it, in the order in which they are worth
+running. Not by gcov: a build for it and a run of every test in it cost more than the tests that it would save
+(README.md). What each program's tests take is learnt once and kept beside the build."""
+import hashlib
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+CHEAP_SECONDS = 1.0  # tests that take less come before all others
+
+
+class Reach:
+    def __init__(self, copy):
+        self.copy, self.learnt, self.includers = copy, {}, {}
+        listed = subprocess.run(["ctest", "--test-dir", copy.build, "--show-only=json-v1"], check=True, env=copy.env,
+                                capture_output=True, text=True).stdout
+        programs = {Path(test["command"][0]).name for test in json.loads(listed)["tests"]
+                    if any(word.startswith("--gtest_filter=") for word in test.get("command", ()))}
+        self.objects = {p: {line for line in self.ninja("-t", "inputs", p) if line.endswith(".o")} for p in programs}
+
+    def ninja(self, *arguments):
+        return subprocess.run(["ninja", "-C", self.copy.build, *arguments], check=True, capture_output=True,
+                              text=True).stdout.split("\n")
+
+    def objects_with(self, file):
+        """Objects that compile a file, or include it."""
+        if not self.includers:
+            places, of = {}, ""  # headers are found by links in the build folder
+            for line in self.ninja("-t", "deps"):
+                path = line.strip()
+                if line.startswith("    "):
+                    if path not in places:
+                        places[path] = os.path.relpath(os.path.realpath(self.copy.build / path), self.copy.root)
+                    self.includers.setdefault(places[path], set()).add(of)
+                elif ":" in line:
+                    of = line.split(":")[0]
+        return self.includers.get(file, set())
+
+    def programs(self, file):
+        """Test programs that hold a file; first those that hold the fewest objects: its faults are their concern."""
+        objects = self.objects_with(file)
+        return sorted((p for p in self.objects if self.objects[p] & objects), key=lambda p: (len(self.objects[p]), p))
+
+    def learn(self, program):
+        """Seconds of a program's tests that pass without a mutant."""
+        if program in self.learnt:
+            return
+        own = f"tests/CMakeFiles/{program}.dir/"
+        sources = sorted(file for file in {*self.includers} if file.startswith("tests/") and
+                         any(of.startswith(own) for of in self.includers[file]))
+        state = hashlib.sha256(b"".join((self.copy.root / file).read_bytes() for file in sources)).hexdigest()
+        path = self.copy.build / "learnt" / f"{program}.json"
+        known = json.loads(path.read_text()) if path.exists() else {}
+        if known.get("state") != state:
+            if text := self.copy.make([program]):
+                sys.exit(f"the sources do not build without a mutant:\n{text[-3000:]}")
+            _, text = self.copy.call([str(self.copy.build / program), "--gtest_color=no"], 20 * self.copy.timeout)
+            took = re.findall(r"^\[       OK \] (\S+?)(?:, where.*)? \((\d+) ms\)$", text, re.M)
+            known = {"state": state, "seconds": {name: int(ms) / 1000 for name, ms in took}}
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(json.dumps(known))
+            print(f"learnt {program}: {len(took)} tests, {sum(known['seconds'].values()):.0f} s", flush=True)
+        self.learnt[program] = known["seconds"]
+
+    def tests(self, file, most):
+        """Of the `most` nearest programs: (program, its tests, their seconds), many cheap ones first, then dear ones."""
+        cheap, dear = [], []
+        for program in self.programs(file)[:most]:
+            self.learn(program)
+            few = [name for name, seconds in self.learnt[program].items() if seconds < CHEAP_SECONDS]
+            if few:
+                cheap.append((program, few, sum(self.learnt[program][name] for name in few)))
+            dear += [(program, [name], seconds) for name, seconds in self.learnt[program].items() if name not in few]
+        return cheap + sorted(dear, key=lambda test: test[2])
