@@ -113,7 +113,8 @@ class Engine {
     struct About {
         std::string device = "CPU";
         std::string version;       // of OpenGL; "" where none is used
-        bool choosesSteps = false; // step and errors are tried and told by drawing some pixels again
+        bool choosesSteps = false; // samples have a step, which pixels are tried for
+        bool measures = false;     // fast enough for errors to be measured by pixels drawn again
         /// What a scene can need (levels that mix, cuts) is compiled in when a caster is
         /// made, for good.
         bool compiles = false;

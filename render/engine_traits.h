@@ -1,5 +1,5 @@
-// render/engine_traits.h: the engines that there are. An engine is a folder of render/backends/, which tells
-// its traits in a function, and a line in the table of engine_maker.cpp.
+// render/engine_traits.h: the renderers that there are, by name: those that take rays, engines, and others. Each
+// is a folder of render/backends/ that tells its traits in a function (cmake/Backend.cmake), and a kind.
 #pragma once
 
 #include "core/base/budget.h"

@@ -3,20 +3,10 @@
 
 #include "core/base/error.h"
 #include "core/base/nearest_name.h"
-#include "render/backends/gpu/gpu_engine.h"
-#include "render/backends/mirror/mirror_engine.h"
-#include "render/backends/native/native_engine.h"
-#include "render/backends/reference/reference_engine.h"
 
 #include <algorithm>
 
 namespace tessera {
-
-const std::vector<EngineTraits>& engineTraits() {
-    static const std::vector<EngineTraits> all = {gpuTraits(), nativeTraits(), mirrorTraits(),
-                                                  referenceTraits()};
-    return all;
-}
 
 const EngineTraits& traitsOf(EngineKind kind) {
     const auto& all = engineTraits();

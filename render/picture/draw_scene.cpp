@@ -60,7 +60,7 @@ bool drawFrame(Renderer& renderer, const FrameTask& task, RenderResult& result) 
     Image added; // to the picture, once its errors are known: they are those without it
     const bool wentOn = renderer.draw(task, result, added);
     const auto checking = Clock::now();
-    if (renderer.about().choosesSteps && task.options.verify != Verify::none) {
+    if (renderer.about().measures && task.options.verify != Verify::none) {
         task.context.progress.stage("measuring the picture's errors");
         const bool full = scene.quality.maxError.value_or(0) > 0;
         const DrawnPicture drawn{scene,
@@ -157,7 +157,7 @@ RenderResult drawScene(const Scene& scene, Planner& p, const RendererInstance& m
     progress.stage("reading statistics and choosing levels");
     const EngineTraits& traits = traitsOf(made.kind);
     const bool first = options.onFirstPicture && traits.quick;
-    const bool fine = decides(scene, options) && about.choosesSteps;
+    const bool fine = decides(scene, options) && about.measures;
     Scene picture = scene; // the first that is drawn in full
     if (fine)
         picture.quality.maxError = ErrorGoal(*scene.quality.maxError).ofRays();

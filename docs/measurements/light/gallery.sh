@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Draws the pictures of docs/measurements/light.md: gallery.sh [DATA] [OUT]; DATA holds the scans that docs/measurements/light.md names (absent ones are left
-# out), OUT is docs/light unless it is given. TESSERA names the program (build/release/tessera).
+# out), OUT is docs/measurements/light unless it is given. TESSERA names the program (build/release/tessera).
 set -euo pipefail
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../../.." && pwd)
 data=${1:-$root/../shared/data}
-out=${2:-$root/docs/light}
+out=${2:-$root/docs/measurements/light}
 tessera=${TESSERA:-$root/build/release/tessera}
 stores=$(mktemp -d)
 trap 'rm -rf "$stores"' EXIT

@@ -59,8 +59,11 @@ class GpuCounter : public VisibilityCounter {
 } // namespace
 
 Engine::About GpuEngine::about() const {
-    return {context_ ? context_->renderer() : "OpenGL", context_ ? context_->version() : "", true, true,
-            true};
+    About about;
+    about.device = context_ ? context_->renderer() : "OpenGL";
+    about.version = context_ ? context_->version() : "";
+    about.choosesSteps = about.measures = about.compiles = about.filters = true;
+    return about;
 }
 
 TextureLimits GpuEngine::limits() const {

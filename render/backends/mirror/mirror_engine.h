@@ -11,7 +11,11 @@ class MirrorEngine : public Engine {
   public:
     /// @param threads  0: all processors
     explicit MirrorEngine(int threads) : threads_(threads) {}
-    About about() const override { return {}; }
+    About about() const override {
+        About about;
+        about.choosesSteps = true;
+        return about;
+    }
     void open(std::span<const FramePlan* const> plans, std::size_t pages) override;
     std::unique_ptr<RayCaster> caster(const CasterOptions& options, MemoryBudget& gpu) override;
     std::unique_ptr<VisibilityCounter> counter(MemoryBudget& gpu) override;

@@ -66,7 +66,10 @@ class NativeCounter : public VisibilityCounter {
 } // namespace
 
 Engine::About NativeEngine::about() const {
-    return {std::string("CPU, ") + native::packetTarget().name, "", true};
+    About about;
+    about.device = std::string("CPU, ") + native::packetTarget().name;
+    about.choosesSteps = about.measures = true;
+    return about;
 }
 
 TextureLimits NativeEngine::limits() const {

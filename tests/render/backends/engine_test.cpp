@@ -113,7 +113,7 @@ class LengthEngine : public Engine {
         Image picture_;
         int row_ = 0;
     };
-    About about() const override { return {"none", "", false}; }
+    About about() const override { return {.device = "none"}; }
     void open(std::span<const FramePlan* const> plans, std::size_t) override { opened = plans.size(); }
     std::unique_ptr<RayCaster> caster(const CasterOptions&, MemoryBudget&) override {
         return std::make_unique<Caster>();

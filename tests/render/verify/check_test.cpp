@@ -87,6 +87,24 @@ TEST(AutomaticStep, IsTheLongestThatIsGoodEnough) {
     EXPECT_TRUE(bitEqual(drawn(scene).image, r.image));
 }
 
+// Step and integrator are the plan's, whoever draws it.
+TEST(AutomaticStep, IsTheSameWhoeverDraws) {
+    Scene scene = sceneOf("torso", "bone-1", true);
+    scene.quality.automaticStep = true;
+    scene.quality.integrator = Integrator::automatic;
+    for (const bool sharp : {false, true}) {
+        if (sharp)
+            scene.volumes[0].transferFunction =
+                TransferFunction::fromOpacity({{199, 0}, {200, 0.5}, {201, 0}}, {}, 0.01);
+        const RenderResult native = drawn(scene, EngineKind::native);
+        const RenderResult mirror = drawn(scene, EngineKind::mirror);
+        EXPECT_EQ(mirror.stepVoxels, native.stepVoxels);
+        EXPECT_EQ(mirror.integrator, native.integrator);
+        EXPECT_NE(native.stepVoxels, scene.quality.stepVoxels) << "else this tells nothing";
+        EXPECT_TRUE(bitEqual(mirror.image, native.image));
+    }
+}
+
 // An error to stay below: what levels leave of it goes to the step, and a sharp function is pre-integrated.
 TEST(MaxError, ChoosesStepAndIntegrator) {
     Scene scene = sceneOf("torso", "bone-1", false);
