@@ -53,7 +53,7 @@ Isosurface parseSurface(const std::string& text) {
 void parseSide(const std::string& text, FittedView& view) {
     view.angles.reset();
     if (text.find_first_of("0123456789") == std::string::npos) {
-        view.view = parseView(text, "--view");
+        view.view = parseName<View>(text, "--view");
         return;
     }
     char* end = nullptr;
@@ -172,7 +172,7 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         auto* fitted = std::get_if<FittedView>(&scene.camera);
         if (!fitted)
             throw badFile("--fit", "a camera by side (--view), which is fitted", "one that is spelled out");
-        fitted->fit = parseFit(arguments.fit, "--fit");
+        fitted->fit = parseName<Fit>(arguments.fit, "--fit");
     }
     if (!arguments.projection.empty()) {
         const auto projection =
@@ -182,7 +182,7 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
     if (arguments.mmPerPixel > 0)
         applyScale(arguments, scene);
     if (!arguments.fetch.empty())
-        scene.quality.fetch = parseFetch(arguments.fetch, "--fetch");
+        scene.quality.fetch = parseName<Fetch>(arguments.fetch, "--fetch");
     if (arguments.step != 0) {
         scene.quality.stepVoxels = arguments.step;
         scene.quality.automaticStep = false;
@@ -190,13 +190,13 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
             throw badFile("--step", "--step or --max-error, which chooses a step", "both");
     }
     if (!arguments.edgeFunction.empty())
-        scene.quality.edgeFunction = parseEdgeFunction(arguments.edgeFunction, "--edge-function");
+        scene.quality.edgeFunction = parseName<EdgeFunction>(arguments.edgeFunction, "--edge-function");
     if (!arguments.integrator.empty())
-        scene.quality.integrator = parseIntegrator(arguments.integrator, "--integrator");
+        scene.quality.integrator = parseName<Integrator>(arguments.integrator, "--integrator");
     if (!arguments.sampling.empty())
-        scene.quality.sampling = parseSampling(arguments.sampling, "--sampling");
+        scene.quality.sampling = parseName<Sampling>(arguments.sampling, "--sampling");
     if (!arguments.gradient.empty())
-        scene.shading.gradient = parseGradient(arguments.gradient, "--gradient");
+        scene.shading.gradient = parseName<Gradient>(arguments.gradient, "--gradient");
     if (arguments.maxError >= 0)
         scene.quality.maxError = arguments.maxError;
     PixelSampling& pixels = scene.quality.pixels;
@@ -206,7 +206,7 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         pixels.samples = PixelSampling::kAutomatic;
     pixels.named = true; // so that the manifest's scene is the picture's
     if (!arguments.pixelFilter.empty())
-        scene.quality.pixels.filter = parsePixelFilter(arguments.pixelFilter, "--pixel-filter");
+        scene.quality.pixels.filter = parseName<PixelFilter>(arguments.pixelFilter, "--pixel-filter");
     if (arguments.seed >= 0)
         scene.quality.pixels.seed = static_cast<std::uint32_t>(arguments.seed);
     for (const std::string& text : arguments.surfaces)
