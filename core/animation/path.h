@@ -12,7 +12,6 @@
 #include <filesystem>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -130,9 +129,6 @@ Path parsePath(const std::string& text, const std::string& where);
 /// As JSON text that parsePath() reads back to the same path; ASCII.
 std::string pathJson(const Path& path);
 
-/// The keys that parsePath() knows, by the JSON path of their object: what docs/path.schema.json
-/// is compared with.
-std::map<std::string, std::vector<std::string>> pathKeys();
-const std::vector<std::string>& easingNames(); // in the order of Easing
+template <> const NameTable<Easing>& namesOf<Easing>();
 
 } // namespace tessera

@@ -1,263 +1,241 @@
-// core/animation/path_json.cpp: paths as JSON, read strictly: see path.h.
-#include "core/animation/path.h"
-#include "core/base/error.h"
-#include "core/base/json_reader.h"
-#include "core/scene/cuts_json.h"
-#include "core/scene/lighting_json.h"
-#include "core/scene/transfer_json.h"
+// core/animation/path_json.cpp: paths as JSON, by their table of keys: see path.h, path_fields.h.
+#include "core/animation/path_fields.h"
 
-#include <algorithm>
-#include <nlohmann/json.hpp>
+#include "core/base/error.h"
+
+#include <glm/vec2.hpp>
 
 namespace tessera {
+
+template <> const NameTable<Easing>& namesOf<Easing>() {
+    static const NameTable<Easing> names{{{Easing::through, "through"},
+                                          {Easing::smooth, "smooth"},
+                                          {Easing::linear, "linear"},
+                                          {Easing::hold, "hold"}}};
+    return names;
+}
+template <> const NameTable<Lumen::Side>& namesOf<Lumen::Side>() {
+    static const NameTable<Lumen::Side> names{{{Lumen::Side::below, "below"}, {Lumen::Side::above, "above"}}};
+    return names;
+}
+
 namespace {
 
-using nlohmann::json;
-using Keys = std::vector<std::string>;
-
-const Keys kPathKeys = {"tesseraPath", "volume", "lumen", "lines", "keyframes", "flight", "framesPerSecond"};
-const Keys kVolumeOfPathKeys = {"contentHash", "size"};
-const Keys kLumenKeys = {"threshold", "side",    "noise",      "leaks",     "leavesAt",
-                         "unsure",    "surface", "branchesTo", "branchWall"};
-const Keys kSideNames = {"below", "above"}; // in the order of Lumen::Side
-const Keys kLineKeys = {"name", "count", "spacing", "points", "radius", "parent", "leavesAt"};
-const Keys kKeyframeKeys = {"time",     "place", "easing", "camera", "look", "transferFunction",
-                            "lighting", "cuts"};
-const Keys kLookKeys = {"yaw", "pitch", "offset"};
-const Keys kFlightKeys = {"route", "backwards", "from", "to", "speed", "viewAngle", "lookAhead", "clearance"};
-constexpr double kMostMm = 1e7, kMostSeconds = 1e6;
+constexpr double kMostPathMm = 1e7, kMostSeconds = 1e6;
 constexpr int kMostIndex = 1000000;
 
-glm::dvec3 placeOf(const JsonValue& value) {
-    const JsonItems items = value.items();
-    if (items.size() != 3)
-        value.refuse("[x, y, z] in mm");
-    return {items[0].number(-kMostMm, kMostMm), items[1].number(-kMostMm, kMostMm),
-            items[2].number(-kMostMm, kMostMm)};
+Kind<glm::ivec3> voxelsKind() {
+    const Kind<std::vector<int>> list = listOf(wholeIn(1, 1 << 30), 3, 3, "[x, y, z] in voxels");
+    return {[=](const JsonValue& value) {
+                const std::vector<int> size = list.read(value);
+                return glm::ivec3(size[0], size[1], size[2]);
+            },
+            [](const glm::ivec3& size) {
+                return nlohmann::json::array({size.x, size.y, size.z});
+            },
+            list.schema};
 }
-json listOf(const glm::dvec3& v) {
-    return {v.x, v.y, v.z};
-}
-
-PathVolume parseVolume(const JsonValue& value) {
-    value.requireKeys(kVolumeOfPathKeys);
-    PathVolume volume;
-    volume.contentHash = value.at("contentHash").text();
-    const JsonItems size = value.at("size").items();
-    if (size.size() != 3)
-        value.at("size").refuse("[x, y, z] in voxels");
-    for (int axis = 0; axis < 3; ++axis)
-        volume.extentVoxels[axis] = size[static_cast<std::size_t>(axis)].integer(1, 1 << 30);
-    return volume;
+/// The number of a line.
+Kind<std::size_t> lineNumber() {
+    const Kind<int> number = wholeIn(0, kMostIndex);
+    return {[=](const JsonValue& value) { return static_cast<std::size_t>(number.read(value)); },
+            [](std::size_t line) { return nlohmann::json(line); }, number.schema};
 }
 
-Lumen parseLumen(const JsonValue& value) {
-    value.requireKeys(kLumenKeys);
-    Lumen lumen{value.at("threshold").number(), value.at("side").oneOf(kSideNames) == kSideNames[0]
-                                                    ? Lumen::Side::below
-                                                    : Lumen::Side::above};
-    if (value.has("noise"))
-        lumen.noise = value.at("noise").number(0, 1e30);
-    if (value.has("surface"))
-        lumen.surface = value.at("surface").number();
-    if (value.has("branchesTo"))
-        lumen.branchesTo = value.at("branchesTo").number();
-    if (value.has("branchWall"))
-        lumen.branchWall = value.at("branchWall").number();
-    if (value.has("leaks"))
-        lumen.leaks = value.at("leaks").boolean();
-    if (value.has("leavesAt"))
-        lumen.leavesAtMm = value.at("leavesAt").number(0, kMostMm);
-    if (value.has("unsure"))
-        lumen.unsure = value.at("unsure").boolean();
-    return lumen;
+const Fields<PathVolume>& pathVolumeFields() {
+    static const Fields<PathVolume> fields = [] {
+        Fields<PathVolume> f("pathVolume", "The volume that the lines were made in.");
+        f.add("contentHash", &PathVolume::contentHash, anyText(),
+              "As tessera info and manifests name a store.")
+            .required();
+        f.add("size", &PathVolume::extentVoxels, voxelsKind(), "Voxels.").required();
+        return f;
+    }();
+    return fields;
 }
 
-CentreLine parseLine(const JsonValue& value, std::size_t& points) {
-    value.requireKeys(kLineKeys);
-    CentreLine line;
-    if (value.has("name"))
-        line.name = value.at("name").text();
-    line.spacingMm = value.at("spacing").number(1e-3, 1e4);
-    for (const JsonValue& item : value.at("points").items())
-        line.points.push_back(placeOf(item));
-    for (const JsonValue& item : value.at("radius").items())
-        line.radiusMm.push_back(item.number(0, kMostMm));
-    const int count = value.at("count").integer(0, kMostIndex);
-    if (static_cast<std::size_t>(count) != line.points.size())
-        value.at("points").refuse("as many points as \"count\" says, " + std::to_string(count));
-    points += line.points.size();
-    if (points > Path::kMostPoints)
-        value.at("points").refuse("at most " + std::to_string(Path::kMostPoints) + " points in all lines");
-    if (value.has("parent"))
-        line.parent = static_cast<std::size_t>(value.at("parent").integer(0, kMostIndex));
-    if (value.has("parent") != value.has("leavesAt"))
-        value.refuse("both \"parent\" and \"leavesAt\", or neither");
-    if (line.parent)
-        line.leavesAtMm = value.at("leavesAt").number(0, kMostMm);
-    return line;
+const Fields<Lumen>& lumenFields() {
+    static const Fields<Lumen> fields = [] {
+        Fields<Lumen> f("lumen", "What was taken to be lumen.");
+        f.add("threshold", &Lumen::threshold, anyNumber(), "Physical units.").required();
+        f.add("side", &Lumen::side, named<Lumen::Side>(), "Of the threshold, where the lumen's values are.")
+            .required();
+        f.add("noise", &Lumen::noise, numberIn(0, 1e30),
+              "Standard deviation of the noise that was taken off the values before they were compared with "
+              "the "
+              "threshold, physical units. Without it none was.")
+            .writtenIf([](const Lumen& lumen) { return lumen.noise > 0; });
+        f.add(
+            "surface", &Lumen::surface, anyNumber(),
+            "The value at which the volume's own values, noise and all, show the wall as a surface, physical "
+            "units. Without it the threshold.");
+        f.add("branchesTo", &Lumen::branchesTo, anyNumber(),
+              "Thin branches of a tree were followed beyond the threshold, to this value, physical units. "
+              "Without it there were none.");
+        f.add("branchWall", &Lumen::branchWall, anyNumber(),
+              "How far the values around a thin branch are beyond its own, at least, physical units. Without "
+              "it "
+              "as the lumen's first point tells.");
+        f.add("leaks", &Lumen::leaks, trueOrFalse(),
+              "The lumen runs out into what is beyond its wall: lines may lie there.")
+            .unlessDefault();
+        f.add("leavesAt", &Lumen::leavesAtMm, numberIn(0, kMostPathMm),
+              "Of a lumen that leaks: where the first line leaves what is lumen at a threshold that does not "
+              "leak, mm along it.");
+        f.add("unsure", &Lumen::unsure, trueOrFalse(),
+              "The threshold hardly differs from the noise of the values in the lumen.")
+            .unlessDefault();
+        return f;
+    }();
+    return fields;
 }
 
-LookAround parseLook(const JsonValue& value) {
-    value.requireKeys(kLookKeys);
-    LookAround look;
-    if (value.has("yaw"))
-        look.yawDegrees = value.at("yaw").number(-360, 360);
-    if (value.has("pitch"))
-        look.pitchDegrees = value.at("pitch").number(-89, 89);
-    if (value.has("offset")) {
-        const JsonItems offset = value.at("offset").items();
-        if (offset.size() != 2)
-            value.at("offset").refuse("[right, up] in mm");
-        look.offsetMm = {offset[0].number(-1e4, 1e4), offset[1].number(-1e4, 1e4)};
-    }
-    return look;
+const Fields<CentreLine>& lineFields() {
+    static const Fields<CentreLine> fields = [] {
+        Fields<CentreLine> f("line", "One branch: places evenly along it.");
+        f.add("name", &CentreLine::name, anyText(), "For people.").unlessDefault();
+        f.add("spacing", &CentreLine::spacingMm, numberIn(1e-3, 1e4),
+              "From a point to the next along the line. Straight lines between them are at least half as "
+              "long, "
+              "and no longer.")
+            .required();
+        f.add("points", &CentreLine::points,
+              listOf(numbersWithin<glm::dvec3>(-kMostPathMm, kMostPathMm, "[x, y, z] in mm", &glm::dvec3::x,
+                                               &glm::dvec3::y, &glm::dvec3::z))
+                  .described({{"minItems", CentreLine::kFewestPoints}}),
+              "Places, mm.")
+            .required();
+        f.add("radius", &CentreLine::radiusMm,
+              listOf(numberIn(0, kMostPathMm)).described({{"minItems", CentreLine::kFewestPoints}}),
+              "Distance to the wall, mm, one for every point: to where values cross the threshold; where "
+              "that was "
+              "tightened because the lumen leaks, on to half way between the lumen's value and the wall's.")
+            .required();
+        const Kind<int> count = wholeIn(0, kMostIndex);
+        f.add({"count", "Of points.", [=](const JsonValue& value, const CentreLine&) { count.read(value); },
+               [](const CentreLine& line) { return nlohmann::json(line.points.size()); }, count.schema})
+            .required();
+        f.add("parent", &CentreLine::parent, lineNumber(),
+              "The number of the line that it leaves, from 0, an earlier one. Without it: a root.");
+        f.add("leavesAt", &CentreLine::leavesAtMm, numberIn(0, kMostPathMm),
+              "Where it leaves its parent, along that from its first point; with parent only.")
+            .writtenIf([](const CentreLine& line) { return line.parent.has_value(); });
+        f.rule([](const JsonValue& whole, const CentreLine& line) {
+            const int said = whole.at("count").integer(0, kMostIndex);
+            if (static_cast<std::size_t>(said) != line.points.size())
+                whole.at("points").refuse("as many points as \"count\" says, " + std::to_string(said));
+            if (whole.has("parent") != whole.has("leavesAt"))
+                whole.refuse("both \"parent\" and \"leavesAt\", or neither");
+        });
+        return f;
+    }();
+    return fields;
 }
 
-Keyframe parseKeyframe(const JsonValue& value) {
-    value.requireKeys(kKeyframeKeys);
-    Keyframe key;
-    if (value.has("time"))
-        key.timeS = value.at("time").number(0, kMostSeconds);
-    if (value.has("place"))
-        key.placeMm = value.at("place").number(0, kMostMm);
-    if (value.has("easing"))
-        key.easing = static_cast<Easing>(
-            std::find(easingNames().begin(), easingNames().end(), value.at("easing").oneOf(easingNames())) -
-            easingNames().begin());
-    if (value.has("camera")) {
-        value.at("camera").requireKeys(freeCameraKeys());
-        key.camera = parseFreeCamera(value.at("camera"));
-    }
-    if (value.has("look"))
-        key.look = parseLook(value.at("look"));
-    if (value.has("transferFunction")) {
-        const JsonValue function = value.at("transferFunction");
-        if (function.isText()) {
-            key.transferFunction = function.text();
-        } else {
-            if (!function.isObject())
-                function.refuse("the name of a preset or an object");
-            function.requireKeys(transferKeys());
-            key.transferFunction = parseTransfer(function);
+/// All lines, which have so many points together.
+Kind<std::vector<CentreLine>> linesKind() {
+    Kind<std::vector<CentreLine>> kind = listOf(objectOf(lineFields()), Path::kMostLines, "lines");
+    kind.read = [](const JsonValue& value) {
+        std::vector<CentreLine> lines;
+        std::size_t points = 0;
+        for (const JsonValue& item : value.items(Path::kMostLines, "lines")) {
+            lines.push_back(lineFields().read(item));
+            points += lines.back().points.size();
+            if (points > Path::kMostPoints)
+                item.at("points").refuse("at most " + std::to_string(Path::kMostPoints) +
+                                         " points in all lines");
         }
-    }
-    if (value.has("lighting"))
-        key.lighting = parseLighting(value.at("lighting"));
-    if (value.has("cuts"))
-        key.cuts = parseCuts(value.at("cuts"));
-    return key;
-}
-
-Flight parseFlight(const JsonValue& value) {
-    value.requireKeys(kFlightKeys);
-    Flight flight;
-    const auto read = [&](const char* key, double lowest, double highest, double& target) {
-        if (value.has(key))
-            target = value.at(key).number(lowest, highest);
+        return lines;
     };
-    if (value.has("route")) {
-        flight.route.clear();
-        for (const JsonValue& item : value.at("route").items())
-            flight.route.push_back(static_cast<std::size_t>(item.integer(0, kMostIndex)));
-    }
-    if (value.has("backwards"))
-        flight.backwards = value.at("backwards").boolean();
-    read("from", 0, kMostMm, flight.fromMm);
-    if (value.has("to"))
-        flight.toMm = value.at("to").number(0, kMostMm);
-    read("speed", 0.01, 1e5, flight.speedMmPerS);
-    read("viewAngle", 1, Path::kMostViewAngle, flight.viewAngle);
-    read("lookAhead", 0, 1e4, flight.lookAheadMm);
-    read("clearance", 0, 1e4, flight.clearanceMm);
-    return flight;
+    return kind;
 }
 
-json lineJson(const CentreLine& line) {
-    json points = json::array();
-    for (const glm::dvec3& p : line.points)
-        points.push_back(listOf(p));
-    json out = {{"count", line.points.size()},
-                {"spacing", line.spacingMm},
-                {"points", std::move(points)},
-                {"radius", line.radiusMm}};
-    if (!line.name.empty())
-        out["name"] = line.name;
-    if (line.parent) {
-        out["parent"] = *line.parent;
-        out["leavesAt"] = line.leavesAtMm;
-    }
-    return out;
+const Fields<LookAround>& lookFields() {
+    static const Fields<LookAround> fields = [] {
+        Fields<LookAround> f(
+            "look", "Where a line is flown: where one looks to, and how far beside the line one is.");
+        f.add("yaw", &LookAround::yawDegrees, numberIn(-360, 360), "Degrees to the right.");
+        f.add("pitch", &LookAround::pitchDegrees, numberIn(-89, 89), "Degrees up.");
+        f.add("offset", &LookAround::offsetMm,
+              numbersWithin<glm::dvec2>(-1e4, 1e4, "[right, up] in mm", &glm::dvec2::x, &glm::dvec2::y),
+              "[right, up]; held within the wall.");
+        return f;
+    }();
+    return fields;
 }
 
-json keyframeJson(const Keyframe& key) {
-    json out = {{"easing", easingNames()[static_cast<std::size_t>(key.easing)]}};
-    if (key.timeS)
-        out["time"] = *key.timeS;
-    if (key.placeMm)
-        out["place"] = *key.placeMm;
-    if (key.camera)
-        out["camera"] = freeCameraJson(*key.camera);
-    if (key.look)
-        out["look"] = {{"yaw", key.look->yawDegrees},
-                       {"pitch", key.look->pitchDegrees},
-                       {"offset", {key.look->offsetMm.x, key.look->offsetMm.y}}};
-    if (key.transferFunction) {
-        if (const auto* name = std::get_if<std::string>(&*key.transferFunction))
-            out["transferFunction"] = *name;
-        else
-            out["transferFunction"] = transferJson(std::get<TransferFunction>(*key.transferFunction));
-    }
-    if (key.lighting) {
-        json lighting = lightingJson(*key.lighting);
-        out["lighting"] = lighting.is_null() ? json::object() : std::move(lighting);
-    }
-    if (key.cuts) {
-        json cuts = cutsJson(*key.cuts);
-        out["cuts"] = cuts.is_null() ? json::object() : std::move(cuts);
-    }
-    return out;
+const Fields<Keyframe>& keyframeFields() {
+    static const Fields<Keyframe> fields = [] {
+        Fields<Keyframe> f("keyframe",
+                           "What is said at a moment. Of what a keyframe says nothing, its neighbours "
+                           "decide; of what none does, the scene.");
+        f.add("time", &Keyframe::timeS, numberIn(0, kMostSeconds),
+              "Seconds from the film's beginning. Each keyframe has a time or a place.");
+        f.add("place", &Keyframe::placeMm, numberIn(0, kMostPathMm),
+              "Along the route that is flown, from its first point.");
+        f.add("easing", &Keyframe::easing, named<Easing>(),
+              "How this goes over into the next. through: on without a halt; smooth: beginning and ending at "
+              "rest; linear: at one speed; hold: not before the next.");
+        f.add("camera", &Keyframe::camera, objectOf(freeCameraFields()), "Where no line is flown.");
+        f.add("look", &Keyframe::look, objectOf(lookFields()));
+        f.add("transferFunction", &Keyframe::transferFunction, transferKind(),
+              "The name of a preset, or the points.");
+        f.add("lighting", &Keyframe::lighting, objectOf(lightingFields()));
+        f.add("cuts", &Keyframe::cuts, objectOf(cutsFields()));
+        return f;
+    }();
+    return fields;
 }
 
-json flightJson(const Flight& flight) {
-    json out = {{"route", flight.route},          {"backwards", flight.backwards},
-                {"from", flight.fromMm},          {"speed", flight.speedMmPerS},
-                {"viewAngle", flight.viewAngle},  {"lookAhead", flight.lookAheadMm},
-                {"clearance", flight.clearanceMm}};
-    if (flight.toMm)
-        out["to"] = *flight.toMm;
-    return out;
+const Fields<Flight>& flightFields() {
+    static const Fields<Flight> fields = [] {
+        Fields<Flight> f("flight", "How the lines are flown.");
+        f.add("route", &Flight::route, listOf(lineNumber()).described({{"minItems", 1}}),
+              "Numbers of lines, each a child of the one before: where branches are taken.");
+        f.add("backwards", &Flight::backwards, trueOrFalse(), "From the route's end to its beginning.");
+        f.add("from", &Flight::fromMm, numberIn(0, kMostPathMm), "Along the route, from its first point.");
+        f.add("to", &Flight::toMm, numberIn(0, kMostPathMm), "Without it: the route's end.");
+        f.add("speed", &Flight::speedMmPerS, numberIn(0.01, 1e5), "mm/s.");
+        f.add("viewAngle", &Flight::viewAngle, numberIn(1, Path::kMostViewAngle),
+              "Full vertical angle, degrees.");
+        f.add("lookAhead", &Flight::lookAheadMm, numberIn(0, 1e4),
+              "How far ahead on the line the place is that one looks at.");
+        f.add("clearance", &Flight::clearanceMm, numberIn(0, 1e4),
+              "From the wall, where the lumen is wide enough.");
+        return f;
+    }();
+    return fields;
 }
 
 } // namespace
 
-const std::vector<std::string>& easingNames() {
-    static const Keys names = {"through", "smooth", "linear", "hold"};
-    return names;
+const Fields<Path>& pathFields() {
+    static const Fields<Path> fields = [] {
+        Fields<Path> f("path");
+        f.add({"tesseraPath", "Version of this format.",
+               [](const JsonValue& value, const Path&) { value.integer(Path::kVersion, Path::kVersion); },
+               [](const Path&) { return nlohmann::json(Path::kVersion); },
+               [](Schema&) {
+                   return Schema{{"const", Path::kVersion}};
+               }})
+            .required();
+        f.add("volume", &Path::volume, objectOf(pathVolumeFields()));
+        f.add("lumen", &Path::lumen, objectOf(lumenFields()));
+        f.add("lines", &Path::lines, linesKind(), "Centre-lines.").unlessDefault();
+        f.add("keyframes", &Path::keyframes,
+              listOf(objectOf(keyframeFields()), Path::kMostKeyframes, "keyframes"),
+              "In the order of their moments.")
+            .unlessDefault();
+        f.add("flight", &Path::flight, objectOf(flightFields()));
+        f.add("framesPerSecond", &Path::framesPerSecond, numberIn(0.1, 1000), "Of the film.");
+        return f;
+    }();
+    return fields;
 }
 
 Path parsePath(const std::string& text, const std::string& where) {
-    const json document = parseStrictJson(text, where);
-    const JsonValue root(document, where);
-    root.requireKeys(kPathKeys);
-    root.at("tesseraPath").integer(Path::kVersion, Path::kVersion);
-    Path path;
-    if (root.has("volume"))
-        path.volume = parseVolume(root.at("volume"));
-    if (root.has("lumen"))
-        path.lumen = parseLumen(root.at("lumen"));
-    if (root.has("lines")) {
-        std::size_t points = 0;
-        for (const JsonValue& item : root.at("lines").items(Path::kMostLines, "lines"))
-            path.lines.push_back(parseLine(item, points));
-    }
-    if (root.has("keyframes"))
-        for (const JsonValue& item : root.at("keyframes").items(Path::kMostKeyframes, "keyframes"))
-            path.keyframes.push_back(parseKeyframe(item));
-    if (root.has("flight"))
-        path.flight = parseFlight(root.at("flight"));
-    if (root.has("framesPerSecond"))
-        path.framesPerSecond = root.at("framesPerSecond").number(0.1, 1000);
+    const nlohmann::json document = parseStrictJson(text, where);
+    Path path = pathFields().read({document, where});
     checkPath(path, where);
     return path;
 }
@@ -267,43 +245,39 @@ Path loadPath(const std::filesystem::path& file) {
 }
 
 std::string pathJson(const Path& path) {
-    json document = {{"tesseraPath", Path::kVersion}, {"framesPerSecond", path.framesPerSecond}};
-    if (path.volume)
-        document["volume"] = {
-            {"contentHash", path.volume->contentHash},
-            {"size",
-             {path.volume->extentVoxels.x, path.volume->extentVoxels.y, path.volume->extentVoxels.z}}};
-    if (path.lumen) {
-        json& lumen = document["lumen"] = {{"threshold", path.lumen->threshold},
-                                           {"side", kSideNames[static_cast<std::size_t>(path.lumen->side)]}};
-        if (path.lumen->noise > 0)
-            lumen["noise"] = path.lumen->noise;
-        if (path.lumen->surface)
-            lumen["surface"] = *path.lumen->surface;
-        if (path.lumen->branchesTo)
-            lumen["branchesTo"] = *path.lumen->branchesTo;
-        if (path.lumen->branchWall)
-            lumen["branchWall"] = *path.lumen->branchWall;
-        if (path.lumen->leaks)
-            lumen["leaks"] = true;
-        if (path.lumen->leavesAtMm)
-            lumen["leavesAt"] = *path.lumen->leavesAtMm;
-        if (path.lumen->unsure)
-            lumen["unsure"] = true;
-    }
-    for (const CentreLine& line : path.lines)
-        document["lines"].push_back(lineJson(line));
-    for (const Keyframe& key : path.keyframes)
-        document["keyframes"].push_back(keyframeJson(key));
-    if (path.flight)
-        document["flight"] = flightJson(*path.flight);
-    return document.dump(-1, ' ', true, json::error_handler_t::replace);
+    return pathFields().write(path).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
-std::map<std::string, std::vector<std::string>> pathKeys() {
-    return {{"$", kPathKeys},         {"$.volume", kVolumeOfPathKeys},  {"$.lumen", kLumenKeys},
-            {"$.lines[]", kLineKeys}, {"$.keyframes[]", kKeyframeKeys}, {"$.keyframes[].look", kLookKeys},
-            {"$.flight", kFlightKeys}};
+namespace {
+/// What the scene's schema defines is referred to there.
+Schema withReferences(const Schema& schema, const Schema& elsewhere) {
+    const std::string prefix = "#/$defs/";
+    Schema out = schema;
+    for (const auto& [key, value] : schema.items())
+        if (value.is_structured()) {
+            Schema& inner = schema.is_object() ? out[key] : out[std::stoul(key)];
+            inner = withReferences(value, elsewhere);
+        } else if (key == "$ref" && elsewhere.contains(value.get<std::string>().substr(prefix.size()))) {
+            out[key] = "scene.schema.json" + value.get<std::string>();
+        }
+    return out;
+}
+} // namespace
+
+Schema pathSchema() {
+    Schema parts = Schema::object();
+    Schema root = pathFields().schema(parts);
+    const Schema& ofScenes = sceneSchema()["$defs"];
+    for (const auto& [name, unused] : ofScenes.items())
+        parts.erase(name);
+    return withReferences(
+        documentSchema(
+            "Tessera path, version 1",
+            "Ways through a volume: centre-lines of hollow organs, keyframes, and how a line is flown. "
+            "Lengths are millimetres in DICOM patient space (LPS). There are lines or keyframes, or both; "
+            "what is flown is a line.",
+            std::move(root), std::move(parts)),
+        ofScenes);
 }
 
 } // namespace tessera

@@ -138,7 +138,7 @@ JsonValue JsonValue::at(const std::string& key) const {
     const auto found = value_->find(key);
     if (found == value_->end())
         throw badFile(place(), "the key \"" + key + "\"", "none");
-    return {*found, where_, path_ + "." + key};
+    return {*found, where_, below("." + key)};
 }
 
 JsonItems JsonValue::items() const {
@@ -155,7 +155,7 @@ JsonItems JsonValue::items(std::size_t most, const std::string& what) const {
 }
 
 JsonValue JsonItems::operator[](std::size_t i) const {
-    return {(*list_.value_)[i], list_.where_, list_.path_ + "[" + std::to_string(i) + "]"};
+    return {(*list_.value_)[i], list_.where_, list_.below("[" + std::to_string(i) + "]")};
 }
 
 std::vector<double> JsonValue::numbers(std::size_t count) const {

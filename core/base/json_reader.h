@@ -26,6 +26,10 @@ class JsonValue {
   public:
     JsonValue(const nlohmann::json& document, std::string where)
         : JsonValue(document, std::move(where), "$") {}
+    /// What a person typed behind an option: messages name that alone, and names may have further words.
+    static JsonValue typed(const nlohmann::json& document, std::string option) {
+        return {document, std::move(option), ""};
+    }
 
     /// All of these throw InputError when the value is not what they ask for.
     /// It is an object and has no other keys than these.
@@ -49,8 +53,9 @@ class JsonValue {
     bool isText() const;
     bool isObject() const;
     bool isList() const;
+    bool isTyped() const { return path_.empty(); }
     /// "FILE: $.path", for messages.
-    std::string place() const { return where_ + ": " + path_; }
+    std::string place() const { return isTyped() ? where_ : where_ + ": " + path_; }
     [[noreturn]] void refuse(const std::string& expected) const;
 
     /// Sets target where the key is there; else it stays.
@@ -61,6 +66,7 @@ class JsonValue {
     friend class JsonItems;
     JsonValue(const nlohmann::json& value, std::string where, std::string path)
         : value_(&value), where_(std::move(where)), path_(std::move(path)) {}
+    std::string below(const std::string& step) const { return isTyped() ? "" : path_ + step; }
     const nlohmann::json* value_;
     std::string where_, path_;
 };

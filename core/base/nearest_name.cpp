@@ -44,7 +44,7 @@ std::size_t indexOfName(const std::string& text, const std::vector<std::string>&
     const auto found = std::find(names.begin(), names.end(), text);
     if (found == names.end())
         throw badFile(where, "one of " + joinNames(names),
-                      "\"" + text + "\"; nearest: \"" + nearestName(text, names) + "\"");
+                      "\"" + text.substr(0, 40) + "\"; nearest: \"" + nearestName(text, names) + "\"");
     return static_cast<std::size_t>(found - names.begin());
 }
 

@@ -5,8 +5,7 @@
 #include "core/base/error.h"
 #include "core/base/json_reader.h"
 #include "core/base/nearest_name.h"
-#include "core/scene/lighting_json.h"
-#include "core/scene/shading_json.h"
+#include "core/scene/scene_fields.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -34,11 +33,11 @@ void applyLook(const std::string& name, Scene& scene) {
     root.at("tesseraLook").integer(1, 1);
     Shading shading; // what a look says nothing of is as it is by default
     if (root.has("shading"))
-        shading = parseShading(root.at("shading"));
+        shading = shadingFields().read(root.at("shading"));
     shading.on = scene.shading.on;
     shading.gradient = scene.shading.gradient;
     scene.shading = shading;
-    scene.lighting = root.has("lighting") ? parseLighting(root.at("lighting")) : Lighting{};
+    scene.lighting = root.has("lighting") ? lightingFields().read(root.at("lighting")) : Lighting{};
 }
 
 } // namespace tessera

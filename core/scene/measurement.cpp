@@ -27,8 +27,10 @@ std::size_t pointsOf(MeasurementKind kind) {
     return kind == MeasurementKind::distance ? 2 : 3;
 }
 
-const std::vector<std::string>& measurementNames() {
-    static const std::vector<std::string> names = {"distance", "angle", "circle"};
+template <> const NameTable<MeasurementKind>& namesOf<MeasurementKind>() {
+    static const NameTable<MeasurementKind> names{{{MeasurementKind::distance, "distance"},
+                                                   {MeasurementKind::angle, "angle"},
+                                                   {MeasurementKind::circle, "circle"}}};
     return names;
 }
 

@@ -2,6 +2,8 @@
 // patient. They use geometry alone and read no voxel.
 #pragma once
 
+#include "core/base/names.h"
+
 #include <cstddef>
 #include <glm/vec3.hpp>
 #include <string>
@@ -21,8 +23,8 @@ struct Measurement {
 
 /// Points that a measurement of the kind has when it is whole.
 std::size_t pointsOf(MeasurementKind kind);
-/// "distance", "angle", "circle", in the order of MeasurementKind.
-const std::vector<std::string>& measurementNames();
+template <> const NameTable<MeasurementKind>& namesOf<MeasurementKind>();
+constexpr std::size_t kMaxMeasurements = 1000; // of a scene
 /// Distance: mm. Angle: degrees, [0,180]. Circle: its radius, mm; infinite where the three lie on a line.
 /// NaN where points are missing, or an angle's corner is one of its ends.
 double valueOf(const Measurement& measurement);

@@ -18,14 +18,6 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-std::size_t nameIndex(const std::string& text, const Names& names, const std::string& where) {
-    const auto found = std::find(names.begin(), names.end(), text);
-    if (found == names.end())
-        throw badFile(where, "one of " + joinNames(names),
-                      "\"" + text.substr(0, 40) + "\"; nearest: \"" + nearestName(text, names) + "\"");
-    return static_cast<std::size_t>(found - names.begin());
-}
-
 const std::vector<std::pair<std::string, GreyWindow>>& namedWindows() {
     static const std::vector<std::pair<std::string, GreyWindow>> windows = {
         {"brain", {40, 80}},    {"subdural", {75, 215}}, {"lung", {-600, 1500}}, {"mediastinum", {50, 350}},
@@ -101,20 +93,36 @@ GreyWindow windowOf(const WindowChoice& choice, const ValueSummary& values) {
     return width > 0 ? GreyWindow{values.lowest + 0.5 * width, width} : GreyWindow{values.lowest, 1};
 }
 
-const Names& modeNames() {
-    static const Names names = {"composite", "maximum", "minimum", "average", "isosurface", "slice"};
+template <> const NameTable<Mode>& namesOf<Mode>() {
+    static const NameTable<Mode> names{
+        {{Mode::composite, "composite"},
+         {Mode::maximum, "maximum"},
+         {Mode::minimum, "minimum"},
+         {Mode::average, "average"},
+         {Mode::isosurface, "isosurface"},
+         {Mode::slice, "slice"}},
+        {{Mode::maximum, "mip"}, {Mode::minimum, "minip"}, {Mode::average, "mean"}}};
     return names;
 }
-const Names& reductionNames() {
-    static const Names names = {"maximum", "minimum", "average"};
+template <> const NameTable<Reduction>& namesOf<Reduction>() {
+    static const NameTable<Reduction> names{
+        {{Reduction::maximum, "maximum"}, {Reduction::minimum, "minimum"}, {Reduction::average, "average"}},
+        {{Reduction::average, "mean"}}};
     return names;
 }
-const Names& orientationNames() {
-    static const Names names = {"axial", "coronal", "sagittal", "oblique"};
+template <> const NameTable<Orientation>& namesOf<Orientation>() {
+    static const NameTable<Orientation> names{{{Orientation::axial, "axial"},
+                                               {Orientation::coronal, "coronal"},
+                                               {Orientation::sagittal, "sagittal"},
+                                               {Orientation::oblique, "oblique"}}};
     return names;
 }
-const Names& valueColourNames() {
-    static const Names names = {"window", "transferFunction", "inverse"};
+template <> const NameTable<ValueColour>& namesOf<ValueColour>() {
+    static const NameTable<ValueColour> names{
+        {{ValueColour::window, "window"},
+         {ValueColour::transferFunction, "transferFunction"},
+         {ValueColour::inverse, "inverse"}},
+        {{ValueColour::transferFunction, "transfer-function"}, {ValueColour::transferFunction, "preset"}}};
     return names;
 }
 const Names& windowNames() {
@@ -125,27 +133,6 @@ const Names& windowNames() {
         return all;
     }();
     return names;
-}
-
-Mode parseMode(const std::string& text, const std::string& where) {
-    static const std::vector<std::pair<std::string, Mode>> others = {
-        {"mip", Mode::maximum}, {"minip", Mode::minimum}, {"mean", Mode::average}};
-    for (const auto& [word, mode] : others)
-        if (word == text)
-            return mode;
-    return static_cast<Mode>(nameIndex(text, modeNames(), where));
-}
-Reduction parseReduction(const std::string& text, const std::string& where) {
-    return text == "mean" ? Reduction::average
-                          : static_cast<Reduction>(1 + nameIndex(text, reductionNames(), where));
-}
-Orientation parseOrientation(const std::string& text, const std::string& where) {
-    return static_cast<Orientation>(nameIndex(text, orientationNames(), where));
-}
-ValueColour parseValueColour(const std::string& text, const std::string& where) {
-    if (text == "transfer-function" || text == "preset")
-        return ValueColour::transferFunction;
-    return static_cast<ValueColour>(nameIndex(text, valueColourNames(), where));
 }
 
 GreyWindow checkedWindow(double centre, double width, const std::string& where) {
@@ -161,7 +148,7 @@ GreyWindow checkedWindow(double centre, double width, const std::string& where) 
 WindowChoice parseWindow(const std::string& text, const std::string& where) {
     const std::size_t comma = text.find(',');
     if (comma == std::string::npos) {
-        nameIndex(text, windowNames(), where);
+        indexOfName(text, windowNames(), where);
         return text;
     }
     const std::string words[] = {text.substr(0, comma), text.substr(comma + 1)};

@@ -2,6 +2,7 @@
 // isosurfaces alone, or values of a plane. The window turns one value into grey (docs/sampling.md, "Modes").
 #pragma once
 
+#include "core/base/names.h"
 #include "core/scene/preset.h" // ValueSummary
 
 #include <glm/vec3.hpp>
@@ -61,19 +62,26 @@ SlicePose poseOf(const SlicePlane& slice, const glm::dvec3& middle);
 /// The window that a choice means on such values. Throws InputError for a name that there is none of.
 GreyWindow windowOf(const WindowChoice& choice, const ValueSummary& values);
 
-const std::vector<std::string>& modeNames();        // in the order of Mode
-const std::vector<std::string>& reductionNames();   // in the order of Reduction, without composite
-const std::vector<std::string>& orientationNames(); // in the order of Orientation
-const std::vector<std::string>& valueColourNames(); // in the order of ValueColour
+template <> const NameTable<Mode>& namesOf<Mode>();
+template <> const NameTable<Reduction>& namesOf<Reduction>(); // without composite
+template <> const NameTable<Orientation>& namesOf<Orientation>();
+template <> const NameTable<ValueColour>& namesOf<ValueColour>();
+inline const std::vector<std::string>& modeNames() {
+    return namesOf<Mode>().all();
+}
+inline const std::vector<std::string>& reductionNames() {
+    return namesOf<Reduction>().all();
+}
+inline const std::vector<std::string>& orientationNames() {
+    return namesOf<Orientation>().all();
+}
+inline const std::vector<std::string>& valueColourNames() {
+    return namesOf<ValueColour>().all();
+}
 /// "auto" and those of CT; all in HU. Their numbers are usual ones (Radiopaedia, "Windowing (CT)").
 const std::vector<std::string>& windowNames();
 
 /// These throw InputError naming where.
-Mode parseMode(const std::string& text, const std::string& where);
-/// Of a slab: "average" (also "mean"), "maximum", "minimum".
-Reduction parseReduction(const std::string& text, const std::string& where);
-Orientation parseOrientation(const std::string& text, const std::string& where);
-ValueColour parseValueColour(const std::string& text, const std::string& where);
 /// A name, or "CENTRE,WIDTH".
 WindowChoice parseWindow(const std::string& text, const std::string& where);
 /// Centre and width that are finite, width above 0, both ends values that a voxel can hold.

@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "core/base/json_reader.h"
 #include "core/scene/preset.h"
-#include "core/scene/transfer_json.h"
+#include "core/scene/scene_fields.h"
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +38,7 @@ const std::vector<std::string>& lookKeys() {
 Preset parsePreset(const std::string& text, const std::string& name, const std::string& where) {
     const json document = parseStrictJson(text, where);
     const JsonValue root(document, where);
-    std::vector<std::string> keys = transferKeys();
+    std::vector<std::string> keys = transferFields().keys();
     keys.insert(keys.end(), {"tesseraPreset", "description", "unit"});
     keys.insert(keys.end(), lookKeys().begin(), lookKeys().end());
     root.requireKeys(keys);
@@ -81,8 +81,8 @@ Preset presetOf(const Scene& scene, const std::string& name) {
     preset.function = *function;
     // What scenes do not write because it is the default is said here: it replaces what another scene has.
     const json whole = json::parse(sceneJson(scene));
-    json look = {{"mode", modeNames()[static_cast<std::size_t>(scene.mode)]},
-                 {"valueColour", valueColourNames()[static_cast<std::size_t>(scene.valueColour)]},
+    json look = {{"mode", nameOf(scene.mode)},
+                 {"valueColour", nameOf(scene.valueColour)},
                  {"window", "auto"},
                  {"lighting", json::object()}};
     for (const std::string& key : lookKeys())

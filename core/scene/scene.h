@@ -2,6 +2,7 @@
 // (docs/scene.schema.json). Keys follow VTK and 3D Slicer where they have one.
 #pragma once
 
+#include "core/base/names.h"
 #include "core/scene/camera.h"
 #include "core/scene/cuts.h"
 #include "core/scene/lighting.h"
@@ -13,7 +14,6 @@
 #include <filesystem>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
-#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -179,32 +179,48 @@ Scene parseScene(const std::string& text, const std::filesystem::path& folder, c
 /// must hold opacities: one made from extinctions is for tests and has no JSON.
 std::string sceneJson(const Scene& scene);
 
-/// The keys that parseScene() knows, by the JSON path of their object ("$", "$.camera", "$.volumes[]", ...);
-/// what docs/scene.schema.json is compared with.
-std::map<std::string, std::vector<std::string>> sceneKeys();
-
-/// Names as scenes and options spell them. The functions throw InputError, naming where and the nearest name.
-const std::vector<std::string>& viewNames();         // in the order of View
-const std::vector<std::string>& fitNames();          // in the order of Fit
-const std::vector<std::string>& fetchNames();        // in the order of Fetch
-const std::vector<std::string>& edgeFunctionNames(); // in the order of EdgeFunction
-const std::vector<std::string>& samplingNames();     // in the order of Sampling
-const std::vector<std::string>& integratorNames();   // in the order of Integrator
-const std::vector<std::string>& gradientNames();     // in the order of Gradient
-const std::vector<std::string>& pixelFilterNames();  // in the order of PixelFilter
-const std::vector<std::string>& shadingModelNames(); // in the order of ShadingModel
+/// Names as scenes and options spell them (core/base/names.h).
+template <> const NameTable<View>& namesOf<View>();
+template <> const NameTable<Projection>& namesOf<Projection>();
+template <> const NameTable<Fit>& namesOf<Fit>();
+template <> const NameTable<Fetch>& namesOf<Fetch>();
+template <> const NameTable<EdgeFunction>& namesOf<EdgeFunction>();
+template <> const NameTable<Sampling>& namesOf<Sampling>();
+template <> const NameTable<Integrator>& namesOf<Integrator>();
+template <> const NameTable<Gradient>& namesOf<Gradient>();
+template <> const NameTable<PixelFilter>& namesOf<PixelFilter>();
+template <> const NameTable<ShadingModel>& namesOf<ShadingModel>();
+/// In the order of the enums.
+inline const std::vector<std::string>& viewNames() {
+    return namesOf<View>().all();
+}
+inline const std::vector<std::string>& fitNames() {
+    return namesOf<Fit>().all();
+}
+inline const std::vector<std::string>& fetchNames() {
+    return namesOf<Fetch>().all();
+}
+inline const std::vector<std::string>& edgeFunctionNames() {
+    return namesOf<EdgeFunction>().all();
+}
+inline const std::vector<std::string>& samplingNames() {
+    return namesOf<Sampling>().all();
+}
+inline const std::vector<std::string>& integratorNames() {
+    return namesOf<Integrator>().all();
+}
+inline const std::vector<std::string>& gradientNames() {
+    return namesOf<Gradient>().all();
+}
+inline const std::vector<std::string>& pixelFilterNames() {
+    return namesOf<PixelFilter>().all();
+}
+inline const std::vector<std::string>& shadingModelNames() {
+    return namesOf<ShadingModel>().all();
+}
 /// Throws InputError naming where for angles that are out of range: a turn beyond 360 degrees either way, a
 /// rise beyond 90.
 ViewAngles checkedAngles(double turn, double rise, const std::string& where);
-/// Takes other words for a side too: front, back, top, bottom, ventral, dorsal, cranial, caudal.
-View parseView(const std::string& text, const std::string& where);
-Fit parseFit(const std::string& text, const std::string& where);
-Fetch parseFetch(const std::string& text, const std::string& where);
-EdgeFunction parseEdgeFunction(const std::string& text, const std::string& where);
-Sampling parseSampling(const std::string& text, const std::string& where);
-Integrator parseIntegrator(const std::string& text, const std::string& where);
-Gradient parseGradient(const std::string& text, const std::string& where);
-PixelFilter parsePixelFilter(const std::string& text, const std::string& where);
 
 /// Colour as findColour() knows it, or none of "transparent". Throws InputError naming where.
 std::optional<glm::vec3> parseBackground(const std::string& text, const std::string& where);

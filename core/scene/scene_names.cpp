@@ -9,60 +9,76 @@
 
 namespace tessera {
 
-const std::vector<std::string>& viewNames() {
-    static const std::vector<std::string> names = {"anterior", "posterior", "left",
-                                                   "right",    "superior",  "inferior"};
+template <> const NameTable<View>& namesOf<View>() {
+    static const NameTable<View> names{{{View::anterior, "anterior"},
+                                        {View::posterior, "posterior"},
+                                        {View::left, "left"},
+                                        {View::right, "right"},
+                                        {View::superior, "superior"},
+                                        {View::inferior, "inferior"}},
+                                       {{View::anterior, "front"},
+                                        {View::anterior, "ventral"},
+                                        {View::posterior, "back"},
+                                        {View::posterior, "dorsal"},
+                                        {View::superior, "top"},
+                                        {View::superior, "cranial"},
+                                        {View::inferior, "bottom"},
+                                        {View::inferior, "caudal"}}};
     return names;
 }
-const std::vector<std::string>& fitNames() {
-    static const std::vector<std::string> names = {"shown", "volume", "kept"};
+template <> const NameTable<Projection>& namesOf<Projection>() {
+    static const NameTable<Projection> names{
+        {{Projection::perspective, "perspective"}, {Projection::parallel, "parallel"}}};
     return names;
 }
-const std::vector<std::string>& fetchNames() {
-    static const std::vector<std::string> names = {"hardware", "exact"};
+template <> const NameTable<Fit>& namesOf<Fit>() {
+    static const NameTable<Fit> names{{{Fit::shown, "shown"}, {Fit::volume, "volume"}, {Fit::kept, "kept"}}};
+    return names;
+}
+template <> const NameTable<Fetch>& namesOf<Fetch>() {
+    static const NameTable<Fetch> names{{{Fetch::hardware, "hardware"}, {Fetch::exact, "exact"}}};
+    return names;
+}
+template <> const NameTable<EdgeFunction>& namesOf<EdgeFunction>() {
+    static const NameTable<EdgeFunction> names{{{EdgeFunction::nearest, "nearest"},
+                                                {EdgeFunction::minimum, "minimum"},
+                                                {EdgeFunction::split, "split"},
+                                                {EdgeFunction::maximum, "maximum"}}};
+    return names;
+}
+template <> const NameTable<Sampling>& namesOf<Sampling>() {
+    static const NameTable<Sampling> names{
+        {{Sampling::full, "full"}, {Sampling::limited, "limited"}, {Sampling::naive, "naive"}}};
+    return names;
+}
+template <> const NameTable<Integrator>& namesOf<Integrator>() {
+    static const NameTable<Integrator> names{{{Integrator::automatic, "auto"},
+                                              {Integrator::midpoint, "midpoint"},
+                                              {Integrator::linear, "linear"},
+                                              {Integrator::preintegrated, "pre-integrated"},
+                                              {Integrator::preintegrated2d, "pre-integrated-2d"}}};
+    return names;
+}
+template <> const NameTable<Gradient>& namesOf<Gradient>() {
+    static const NameTable<Gradient> names{{{Gradient::forward, "forward"},
+                                            {Gradient::central, "central"},
+                                            {Gradient::sobel, "sobel"},
+                                            {Gradient::analytic, "analytic"},
+                                            {Gradient::centralHalf, "central-half"},
+                                            {Gradient::cubic, "cubic"}}};
+    return names;
+}
+template <> const NameTable<PixelFilter>& namesOf<PixelFilter>() {
+    static const NameTable<PixelFilter> names{
+        {{PixelFilter::box, "box"}, {PixelFilter::gaussian, "gaussian"}}};
+    return names;
+}
+template <> const NameTable<ShadingModel>& namesOf<ShadingModel>() {
+    static const NameTable<ShadingModel> names{
+        {{ShadingModel::phong, "phong"}, {ShadingModel::blinnPhong, "blinn-phong"}}};
     return names;
 }
 
-const std::vector<std::string>& edgeFunctionNames() {
-    static const std::vector<std::string> names = {"nearest", "minimum", "split", "maximum"};
-    return names;
-}
-
-const std::vector<std::string>& samplingNames() {
-    static const std::vector<std::string> names = {"full", "limited", "naive"};
-    return names;
-}
-
-const std::vector<std::string>& integratorNames() {
-    static const std::vector<std::string> names = {"auto", "midpoint", "linear", "pre-integrated",
-                                                   "pre-integrated-2d"};
-    return names;
-}
-const std::vector<std::string>& gradientNames() {
-    static const std::vector<std::string> names = {"forward",  "central",      "sobel",
-                                                   "analytic", "central-half", "cubic"};
-    return names;
-}
-
-const std::vector<std::string>& pixelFilterNames() {
-    static const std::vector<std::string> names = {"box", "gaussian"};
-    return names;
-}
-
-const std::vector<std::string>& shadingModelNames() {
-    static const std::vector<std::string> names = {"phong", "blinn-phong"};
-    return names;
-}
-
-View parseView(const std::string& text, const std::string& where) {
-    static const std::map<std::string, View> others = {
-        {"front", View::anterior},   {"ventral", View::anterior}, {"back", View::posterior},
-        {"dorsal", View::posterior}, {"top", View::superior},     {"cranial", View::superior},
-        {"bottom", View::inferior},  {"caudal", View::inferior}};
-    if (const auto other = others.find(text); other != others.end())
-        return other->second;
-    return static_cast<View>(indexOfName(text, viewNames(), where));
-}
 ViewAngles checkedAngles(double turn, double rise, const std::string& where) {
     if (!(std::abs(turn) <= 360 && std::abs(rise) <= 90))
         throw badFile(where, "degrees about the patient's axis, from -360 to 360, and up, from -90 to 90",
@@ -73,32 +89,6 @@ ViewAxes axesOf(const FittedView& view) {
     if (view.axes)
         return *view.axes;
     return view.angles ? viewAxes(*view.angles) : viewAxes(view.view);
-}
-Fit parseFit(const std::string& text, const std::string& where) {
-    return static_cast<Fit>(indexOfName(text, fitNames(), where));
-}
-Fetch parseFetch(const std::string& text, const std::string& where) {
-    return static_cast<Fetch>(indexOfName(text, fetchNames(), where));
-}
-
-EdgeFunction parseEdgeFunction(const std::string& text, const std::string& where) {
-    return static_cast<EdgeFunction>(indexOfName(text, edgeFunctionNames(), where));
-}
-
-PixelFilter parsePixelFilter(const std::string& text, const std::string& where) {
-    return static_cast<PixelFilter>(indexOfName(text, pixelFilterNames(), where));
-}
-
-Sampling parseSampling(const std::string& text, const std::string& where) {
-    return static_cast<Sampling>(indexOfName(text, samplingNames(), where));
-}
-
-Integrator parseIntegrator(const std::string& text, const std::string& where) {
-    return static_cast<Integrator>(indexOfName(text, integratorNames(), where));
-}
-
-Gradient parseGradient(const std::string& text, const std::string& where) {
-    return static_cast<Gradient>(indexOfName(text, gradientNames(), where));
 }
 
 std::optional<glm::vec3> parseBackground(const std::string& text, const std::string& where) {

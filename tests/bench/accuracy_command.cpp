@@ -184,7 +184,7 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
     options.effort.quick = arguments.quick;
     options.effort.seconds = arguments.seconds;
     for (const std::string& name : arguments.integrators) {
-        options.integrators.push_back(parseIntegrator(name, "--integrators"));
+        options.integrators.push_back(parseName<Integrator>(name, "--integrators"));
         if (options.integrators.back() == Integrator::automatic)
             throw badFile("--integrators", "an integrator that is one", "\"" + name + "\"");
     }

@@ -138,7 +138,7 @@ void run(int argc, char** argv) {
     std::vector<Case> cases;
     std::vector<Fetch> fetches = {Fetch::hardware, Fetch::exact};
     if (options["--fetch"] != "both")
-        fetches = {parseFetch(options["--fetch"], "--fetch")};
+        fetches = {parseName<Fetch>(options["--fetch"], "--fetch")};
     for (const std::filesystem::path& file : sceneFiles(options["--scenes"])) {
         if (file.stem().string().find(options["--only"]) == std::string::npos)
             continue;

@@ -201,7 +201,7 @@ void benchScenes(std::map<std::string, std::string>& options, int repeats) {
     const GlContext context(GlDeviceChoice{options["--device"]});
     Budgets budgets(std::size_t{4} << 30);
     const int size = static_cast<int>(parseNumbers(options["--size"], "--size").at(0));
-    const Fetch fetch = parseFetch(options["--fetch"], "--fetch");
+    const Fetch fetch = parseName<Fetch>(options["--fetch"], "--fetch");
     std::printf("scan,function,fetch,pixels,oracle,all,cells,blocks,cells_per_oracle,blocks_per_oracle,"
                 "iterations_plain,iterations_cells,iterations_blocks,same");
     for (const char* way : kWayNames)

@@ -79,7 +79,7 @@ const std::vector<Command>& commands() {
           {"--cut-plane", none},    {"--keep", none},
           {"--path", none},         {"--frames", none},
           {"--fps", none},          {"--speed", none},
-          {"--seconds", none}}},
+          {"--seconds", none},      {"--set", none}}},
         {"view",
          "s.zarr",
          {{"--size", none},
@@ -179,6 +179,42 @@ TEST_F(Program, ValuesThatMeanSomethingAreTaken) {
     const std::string render = "render s.zarr -q -o a.png --preset auto --engine mirror --size 8x8 ";
     for (const char* taken : {"--max-error 0", "--isosurface 0", "--isosurface=-1", "--step 0.015625"})
         EXPECT_EQ(run(render + taken).exitCode, 0) << taken;
+}
+
+// An option and the key that it is short for draw the same picture, and what is wrong is refused alike.
+TEST_F(Program, AnOptionIsAKeyOfTheScene) {
+    makeSphere();
+    const std::string render = "render s.zarr -q --preset auto --engine mirror --size 12x12 --verify none ";
+    for (const auto& [option, set] : std::vector<std::pair<std::string, std::string>>{
+             {"--background red", "--set image.background=red"},
+             {"--background #336699", "--set image.background=\"#336699\""},
+             {"--step .5", "--set quality.stepVoxels=.5"},
+             {"--edge-function nearest", "--set quality.edgeFunction=nearest"},
+             {"--sampling naive", "--set quality.sampling=naive"},
+             {"--integrator linear", "--set quality.integrator=linear"},
+             {"--samples 4 --seed 7", "--set quality.samples=4 --set quality.seed=7"},
+             {"--samples 4 --pixel-filter gaussian", "--samples 4 --set quality.pixelFilter=gaussian"},
+             {"--fetch exact", "--set quality.fetch=exact"},
+             {"--gradient sobel", "--set shading.gradient=sobel"},
+             {"--no-shading", "--set shading.shade=false"},
+             {"--no-skipping", "--set quality.skipping=false"},
+             {"--mode mip --window 0,3", "--set mode=maximum --set window=[0,3]"},
+             {"--view left --fit volume", "--set camera={\"view\":\"left\",\"fit\":\"volume\"}"},
+             {"--isosurface 1:red", "--set isosurfaces[0]={\"value\":1,\"rgb\":[1,0,0]}"},
+             {"--view right", "--view left --set camera.view=right"}}) {
+        ASSERT_EQ(run(render + "-o a.png " + option).exitCode, 0) << option;
+        const Outcome other = run(render + "-o b.png " + set);
+        ASSERT_EQ(other.exitCode, 0) << set << other.problems;
+        EXPECT_EQ(readAll(folder_ / "a.png"), readAll(folder_ / "b.png")) << option << " is not " << set;
+    }
+    expectRefused(render + "-o a.png --set shading.ambient=2",
+                  {"--set shading.ambient: expected a number from 0 to 1, found 2"});
+    expectRefused(render + "-o a.png --set shading.ambeint=1",
+                  {"--set shading.ambeint", "nearest: \"ambient\""});
+    expectRefused(render + "-o a.png --set ambeint=1", {"--set ambeint", "nearest: \"shading.ambient\""});
+    expectRefused(render + "-o a.png --set shading", {"--set", "KEY=VALUE"});
+    expectRefused(render + "-o a.png --fetch exakt",
+                  {"--fetch: expected one of hardware, exact, found \"exakt\"; nearest: \"exact\""});
 }
 
 TEST_F(Program, EmptyArgumentsAreRefused) {

@@ -69,13 +69,13 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     command.option("--fit", a->fit,
                    "what fills the picture: all that is shown, or the volume's box: " +
                        joinNames(fitNames()) + " (default: shown)");
-    command.option("--projection", a->projection, joinNames(projectionNames()));
+    command.option("--projection", a->projection, joinNames(namesOf<Projection>().all()));
     command
         .option("--mm-per-pixel", a->mmPerPixel,
                 "edge of a pixel of a parallel picture, so that several have one scale (default: as it fits)")
         .check(numberWithin(kLeastMmPerPixel, kMostMmPerPixel, "mm from 0.00001 to 10000"));
-    command.option("--background", a->background,
-                   "a colour (black, red, #rrggbb), or transparent (default: black)");
+    a->keys.word(command, "--background", "image.background",
+                 "a colour (black, red, #rrggbb), or transparent (default: black)");
     command.flag("--scale-bar", a->scaleBar,
                  "draw a bar of a round length into the picture: right everywhere in a parallel one, else at "
                  "its centre");
@@ -83,10 +83,11 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
         .option("--engine", a->engine,
                 joinNames(engineNames()) + "; auto: gpu where there is one, else native")
         .showsDefault();
-    command
-        .option("--step", a->step,
+    a->keys
+        .number(command, "--step", "quality.stepVoxels",
                 "distance of samples at the finest level, in voxels (default: the longest whose estimated "
                 "error is within 1/255)")
+        .takes("FLOAT")
         .check(numberWithin(1.0 / 64, 16, "voxels from 1/64 to 16"));
     command
         .option(
@@ -98,34 +99,34 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
         .check(numberWithin(0, std::numeric_limits<double>::max(), "a number from 0 on"));
     command.option("--first", a->first,
                    "write a first, coarse picture here as soon as there is one, before the picture itself");
-    command.option("--edge-function", a->edgeFunction,
-                   "blend between bricks: " + joinNames(edgeFunctionNames()) + " (default: split)");
-    command.option("--sampling", a->sampling,
-                   "steps in coarse bricks: " + joinNames(samplingNames()) + " (default: limited)");
+    a->keys.word(command, "--edge-function", "quality.edgeFunction",
+                 "blend between bricks: {names} (default: {default})");
+    a->keys.word(command, "--sampling", "quality.sampling",
+                 "steps in coarse bricks: {names} (default: {default})");
     command.option("--isosurface", a->surfaces,
                    "a surface of one value, e.g. 300, 300:ivory or -400:#ffccaa:0.3 (colour, opacity); "
                    "several are drawn with several such options");
-    command.option("--integrator", a->integrator,
-                   "what a segment of a ray adds: " + joinNames(integratorNames()) +
-                       " (default: auto, as the transfer function asks)");
+    a->keys.word(command, "--integrator", "quality.integrator",
+                 "what a segment of a ray adds: {names} (default: {default}, as the transfer function asks)");
     command.option("--samples", a->samples,
                    "rays through each pixel, 1 to " + std::to_string(PixelSampling::kMost) +
                        ", whose mean it shows, or auto: more where they are needed; 1: one through its "
                        "middle (default: auto; 1 with --engine mirror and reference)");
-    command.option("--pixel-filter", a->pixelFilter,
-                   "what a pixel with several samples is the mean of: its own area, or a Gaussian that "
-                   "reaches beyond: " +
-                       joinNames(pixelFilterNames()) + " (default: box)");
-    command.option("--seed", a->seed, "another choice of where in a pixel samples lie (default: 0)")
+    a->keys.word(command, "--pixel-filter", "quality.pixelFilter",
+                 "what a pixel with several samples is the mean of: its own area, or a Gaussian that reaches "
+                 "beyond: {names} (default: {default})");
+    a->keys
+        .number(command, "--seed", "quality.seed",
+                "another choice of where in a pixel samples lie (default: {default})")
+        .takes("INT")
         .check(wholeNumberFrom(0));
-    command.option("--fetch", a->fetch, joinNames(fetchNames()));
-    command.option("--gradient", a->gradient,
-                   "how surfaces are found for shading: " + joinNames(gradientNames()) +
-                       " (default: central)");
-    command.flag("--no-shading", a->noShading, "colours as the transfer function has them");
-    command.flag("--no-skipping", a->noSkipping,
-                 "sample empty space too; the picture is the same, but where --samples auto asks empty "
-                 "space where to look");
+    a->keys.word(command, "--fetch", "quality.fetch", "{names}");
+    a->keys.word(command, "--gradient", "shading.gradient",
+                 "how surfaces are found for shading: {names} (default: {default})");
+    a->keys.noFlag(command, "--no-shading", "shading.shade", "colours as the transfer function has them");
+    a->keys.noFlag(command, "--no-skipping", "quality.skipping",
+                   "sample empty space too; the picture is the same, but where --samples auto asks empty "
+                   "space where to look");
     command.option("--verify", a->verify,
                    "draw some pixels again as they should be and say how wrong the picture is: " +
                        joinNames(verifyNames()) + " (default: quick)");
@@ -136,6 +137,7 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     command.flag("--explain", a->explain, "list what is in the picture and what was left out");
     command.flag("--json", a->json, "print the picture's manifest and timings");
     addSelectionOptions(command, a->input);
+    a->keys.set(command);
     command.option("--unit", a->unit, "HU: the values are in HU, though the file cannot say so (NIfTI)");
     command.footer("Example:\n  tessera render abdomen.zarr -o liver.png --preset soft-tissue --view left");
     command.whenChosen([a, &common, &action] { action = [a, &common] { runRender(*a, common); }; });

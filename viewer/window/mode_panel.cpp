@@ -39,7 +39,7 @@ void slicePlane(WindowState& desk) {
     bool moving = false, changed = false;
     if (turned) {
         desk.beginEdit();
-        slice.orientation = parseOrientation(*turned, "plane");
+        slice.orientation = parseName<Orientation>(*turned, "plane");
         slice.positionMm.reset();
         changed = true;
     }
@@ -67,7 +67,7 @@ void slicePlane(WindowState& desk) {
         if (const auto taken =
                 nameBox("shows", names[static_cast<std::size_t>(slice.reduction) - 1], names)) {
             desk.beginEdit();
-            slice.reduction = parseReduction(*taken, "shows");
+            slice.reduction = parseName<Reduction>(*taken, "shows");
             changed = true;
         }
     }
@@ -81,7 +81,7 @@ void modePanel(WindowState& desk) {
     Scene scene = desk.scene();
     if (const auto taken = nameBox("mode", modeNames()[static_cast<std::size_t>(scene.mode)], modeNames())) {
         desk.beginEdit();
-        scene.mode = parseMode(*taken, "mode");
+        scene.mode = parseName<Mode>(*taken, "mode");
         desk.setScene(scene, false);
         return;
     }

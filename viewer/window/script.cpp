@@ -260,7 +260,7 @@ bool Script::take(const Step& step, WindowState& desk, Endoscopy& endoscopy, con
     else if (name == "roll")
         desk.setCamera(rolled(camera, glm::radians(number(step, 1))), true);
     else if (name == "view")
-        desk.fitView(parseView(word(1), file_.string()));
+        desk.fitView(parseName<View>(word(1), file_.string()));
     else if (name == "place") {
         SliceWish wish = desk.slices();
         wish.placeMm = {number(step, 1), number(step, 2), number(step, 3)};
@@ -291,7 +291,7 @@ bool Script::take(const Step& step, WindowState& desk, Endoscopy& endoscopy, con
         if (name == "light")
             applyLook(word(1), scene);
         else if (name == "mode")
-            scene.mode = parseMode(word(1), file_.string());
+            scene.mode = parseName<Mode>(word(1), file_.string());
         else if (name == "window-of")
             scene.window = parseWindow(word(1), file_.string());
         else if (name == "crop")

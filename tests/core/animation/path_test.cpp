@@ -194,58 +194,5 @@ TEST(Path, RouteTurnsIntoTheBranchWhereItLeaves) {
     EXPECT_EQ(routeOf(path.lines, {0}).back().alongMm, 5);
 }
 
-void collectKeys(const json& schema, const json& root, const std::string& path,
-                 std::map<std::string, std::set<std::string>>& keys) {
-    if (schema.contains("$ref")) {
-        const std::string to = schema["$ref"].get<std::string>();
-        if (to.starts_with("#")) // what is of scenes is tested with them
-            collectKeys(root.at(json::json_pointer(to.substr(1))), root, path, keys);
-    }
-    if (schema.contains("items"))
-        collectKeys(schema["items"], root, path + "[]", keys);
-    if (schema.contains("properties")) {
-        EXPECT_EQ(schema.value("additionalProperties", true), false) << path;
-        for (const auto& [key, value] : schema["properties"].items()) {
-            keys[path].insert(key);
-            collectKeys(value, root, path + "." + key, keys);
-        }
-    }
-}
-
-/// Every reference into the scene's schema leads somewhere.
-void references(const json& schema, std::set<std::string>& to) {
-    if (schema.is_object() && schema.contains("$ref"))
-        to.insert(schema["$ref"].get<std::string>());
-    for (const json& item : schema)
-        if (item.is_structured())
-            references(item, to);
-}
-
-TEST(Path, SchemaAndParserKnowTheSameKeys) {
-    const json schema = json::parse(readTextFile((test::sourceFolder() / "docs/path.schema.json").string()));
-    const json scene = json::parse(readTextFile((test::sourceFolder() / "docs/scene.schema.json").string()));
-    std::map<std::string, std::set<std::string>> published, parsed;
-    collectKeys(schema, schema, "$", published);
-    for (const auto& [path, names] : pathKeys())
-        parsed[path] = {names.begin(), names.end()};
-    EXPECT_EQ(published, parsed);
-    EXPECT_EQ(schema["properties"]["tesseraPath"]["const"], Path::kVersion);
-    EXPECT_EQ(schema["$defs"]["keyframe"]["properties"]["easing"]["enum"], json(easingNames()));
-    const json& flight = schema["$defs"]["flight"]["properties"];
-    EXPECT_EQ(flight["viewAngle"]["maximum"], Path::kMostViewAngle);
-    EXPECT_EQ(flight["speed"]["default"], Flight{}.speedMmPerS);
-    EXPECT_EQ(flight["viewAngle"]["default"], Flight{}.viewAngle);
-    EXPECT_EQ(flight["lookAhead"]["default"], Flight{}.lookAheadMm);
-    EXPECT_EQ(flight["clearance"]["default"], Flight{}.clearanceMm);
-    EXPECT_EQ(schema["properties"]["framesPerSecond"]["default"], Path{}.framesPerSecond);
-    std::set<std::string> to;
-    references(schema, to);
-    const std::string elsewhere = "scene.schema.json#";
-    for (const std::string& reference : to)
-        if (reference.starts_with(elsewhere)) {
-            EXPECT_TRUE(scene.contains(json::json_pointer(reference.substr(elsewhere.size())))) << reference;
-        }
-}
-
 } // namespace
 } // namespace tessera

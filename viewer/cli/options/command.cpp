@@ -124,6 +124,10 @@ Option& Option::inUnit(const std::string& unit) {
         ""));
     return *this;
 }
+Option& Option::takes(const std::string& type) {
+    option_->type_name(type);
+    return *this;
+}
 Option& Option::showsDefault() {
     option_->capture_default_str();
     return *this;

@@ -36,6 +36,8 @@ class Option {
     Option& check(const ValueCheck& check);
     /// Its number may have its unit behind it: "mm". Checks see the number.
     Option& inUnit(const std::string& unit);
+    /// Help says that it takes this: "FLOAT".
+    Option& takes(const std::string& type);
     /// Help shows what its target holds now.
     Option& showsDefault();
     /// Not without, and not together with, another one ("--output").

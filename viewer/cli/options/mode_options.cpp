@@ -37,7 +37,7 @@ constexpr char kSlabForm[] = "MM, MM:average, MM:maximum or MM:minimum";
 void parseSlice(const std::string& text, SlicePlane& slice) {
     const std::size_t colon = text.find(':');
     const std::string rest = colon == std::string::npos ? std::string() : text.substr(colon + 1);
-    slice.orientation = parseOrientation(text.substr(0, colon), "--slice");
+    slice.orientation = parseName<Orientation>(text.substr(0, colon), "--slice");
     slice.positionMm.reset();
     if (colon != std::string::npos && rest.empty())
         throw badFile("--slice", kSliceForm, "\"" + text.substr(0, 60) + "\"");
@@ -55,7 +55,7 @@ void parseSlab(const std::string& text, SlicePlane& slice) {
     const std::size_t colon = text.find(':');
     slice.thicknessMm = numbers(text.substr(0, colon), 1, "--slab", kSlabForm)[0];
     if (colon != std::string::npos)
-        slice.reduction = parseReduction(text.substr(colon + 1), "--slab");
+        slice.reduction = parseName<Reduction>(text.substr(colon + 1), "--slab");
     checkSlice(slice, "--slab");
 }
 
@@ -132,7 +132,7 @@ void applyModeOptions(const ModeOptions& options, Scene& scene) {
         scene.mode = Mode::slice;
     }
     if (!options.mode.empty()) {
-        const Mode mode = parseMode(options.mode, "--mode");
+        const Mode mode = parseName<Mode>(options.mode, "--mode");
         if (!options.slice.empty() && mode != Mode::slice)
             throw badFile("--slice", "--mode slice", "--mode " + options.mode);
         scene.mode = mode;
@@ -147,7 +147,7 @@ void applyModeOptions(const ModeOptions& options, Scene& scene) {
     if (!options.window.empty())
         scene.window = parseWindow(options.window, "--window");
     if (!options.valueColour.empty())
-        scene.valueColour = parseValueColour(options.valueColour, "--value-colour");
+        scene.valueColour = parseName<ValueColour>(options.valueColour, "--value-colour");
     for (const auto& [text, option] :
          {std::pair{options.window, "--window"}, {options.valueColour, "--value-colour"}})
         if (!text.empty() && reductionOf(scene) == Reduction::composite)

@@ -23,7 +23,7 @@ void renderOnePicture(const RenderTask& task) {
             first.write(image, secondsLeft);
         };
     RenderResult result = renderScene(task.scene, task.store, task.ram, task.gpu, options);
-    if (arguments.fetch == "hardware" && !traitsOf(result.engine).onContext)
+    if (arguments.keys.textOf("--fetch") == "hardware" && !traitsOf(result.engine).onContext)
         common.note("--fetch hardware: the " + name(result.engine) + " engine fetches exactly");
     if (result.takenAsHu)
         common.note(

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "viewer/cli/input/volume_input.h" // InputOptions
+#include "viewer/cli/options/key_options.h"
 #include "viewer/cli/options/mode_options.h"
 
 #include <optional>
@@ -14,24 +15,20 @@ namespace tessera {
 /// Empty texts, and numbers that no option takes, were not said: then the scene decides, or the path
 /// of a film.
 struct RenderArguments {
-    std::string in, out, engine = "auto", ram, gpuMemory, size, preset, view, fit, projection, background,
-                         fetch;
+    std::string in, out, engine = "auto", ram, gpuMemory, size, preset, view, fit, projection;
     std::string device = "auto";
-    double mmPerPixel = 0;            // 0: as the scene says
-    double step = 0;                  // voxels; 0: as the scene says
-    double maxError = -1;             // negative: as the scene says
-    std::string samples, pixelFilter; // "": as the scene says
-    int seed = -1;                    // negative: as the scene says
-    std::string unit, edgeFunction, sampling, integrator, gradient, first;
-    std::string light;
+    double mmPerPixel = 0; // 0: as the scene says
+    double maxError = -1;  // negative: as the scene says
+    std::string samples;   // "": as the scene says
+    KeyOptions keys;       // those that set one key of the scene
+    std::string unit, first, light;
     std::vector<std::string> surfaces;
     std::string verify;
     std::string path, frames;                           // of films
     double framesPerSecond = 0, speed = 0, seconds = 0; // 0: as the path says
     std::optional<double> turn;                         // degrees, not 0; of turntables
     bool unfold = false, mayLeak = false;
-    bool noShading = false, noSkipping = false, noCheck = false, explain = false, json = false,
-         scaleBar = false;
+    bool noCheck = false, explain = false, json = false, scaleBar = false;
     ModeOptions mode;
     InputOptions input;
 

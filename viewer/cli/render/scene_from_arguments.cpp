@@ -53,7 +53,7 @@ Isosurface parseSurface(const std::string& text) {
 void parseSide(const std::string& text, FittedView& view) {
     view.angles.reset();
     if (text.find_first_of("0123456789") == std::string::npos) {
-        view.view = parseView(text, "--view");
+        view.view = parseName<View>(text, "--view");
         return;
     }
     char* end = nullptr;
@@ -109,11 +109,6 @@ void applyFoundPreset(const std::string& text, Scene& scene, const CommonOptions
 
 } // namespace
 
-const std::vector<std::string>& projectionNames() {
-    static const std::vector<std::string> names = {"perspective", "parallel"};
-    return names;
-}
-
 EngineKind engineOf(const RenderArguments& arguments) {
     const std::string name = arguments.engine == "march" ? "gpu" : arguments.engine; // its name before
     return engineNamed(name, "--engine");
@@ -148,8 +143,6 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
     }
     if (!arguments.size.empty())
         scene.imageSize = parseImageSize(arguments.size, "--size", Scene::kMaxImageExtent);
-    if (!arguments.background.empty())
-        scene.background = parseBackground(arguments.background, "--background");
     if (!arguments.view.empty()) {
         FittedView view;
         if (const auto* before = std::get_if<FittedView>(&scene.camera))
@@ -172,31 +165,17 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         auto* fitted = std::get_if<FittedView>(&scene.camera);
         if (!fitted)
             throw badFile("--fit", "a camera by side (--view), which is fitted", "one that is spelled out");
-        fitted->fit = parseFit(arguments.fit, "--fit");
+        fitted->fit = parseName<Fit>(arguments.fit, "--fit");
     }
     if (!arguments.projection.empty()) {
-        const auto projection =
-            static_cast<Projection>(indexOfName(arguments.projection, projectionNames(), "--projection"));
+        const auto projection = parseName<Projection>(arguments.projection, "--projection");
         std::visit([projection](auto& camera) { camera.projection = projection; }, scene.camera);
     }
     if (arguments.mmPerPixel > 0)
         applyScale(arguments, scene);
-    if (!arguments.fetch.empty())
-        scene.quality.fetch = parseFetch(arguments.fetch, "--fetch");
-    if (arguments.step != 0) {
-        scene.quality.stepVoxels = arguments.step;
-        scene.quality.automaticStep = false;
-        if (arguments.maxError > 0)
-            throw badFile("--step", "--step or --max-error, which chooses a step", "both");
-    }
-    if (!arguments.edgeFunction.empty())
-        scene.quality.edgeFunction = parseEdgeFunction(arguments.edgeFunction, "--edge-function");
-    if (!arguments.integrator.empty())
-        scene.quality.integrator = parseIntegrator(arguments.integrator, "--integrator");
-    if (!arguments.sampling.empty())
-        scene.quality.sampling = parseSampling(arguments.sampling, "--sampling");
-    if (!arguments.gradient.empty())
-        scene.shading.gradient = parseGradient(arguments.gradient, "--gradient");
+    arguments.keys.apply(scene);
+    if (!arguments.keys.textOf("--step").empty() && arguments.maxError > 0)
+        throw badFile("--step", "--step or --max-error, which chooses a step", "both");
     if (arguments.maxError >= 0)
         scene.quality.maxError = arguments.maxError;
     PixelSampling& pixels = scene.quality.pixels;
@@ -205,19 +184,12 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
     else if (!pixels.named && arguments.engine != "mirror" && arguments.engine != "reference")
         pixels.samples = PixelSampling::kAutomatic;
     pixels.named = true; // so that the manifest's scene is the picture's
-    if (!arguments.pixelFilter.empty())
-        scene.quality.pixels.filter = parsePixelFilter(arguments.pixelFilter, "--pixel-filter");
-    if (arguments.seed >= 0)
-        scene.quality.pixels.seed = static_cast<std::uint32_t>(arguments.seed);
     for (const std::string& text : arguments.surfaces)
         scene.surfaces.push_back(parseSurface(text));
     if (scene.surfaces.size() > Scene::kMaxSurfaces)
         throw badFile("--isosurface", "at most " + std::to_string(Scene::kMaxSurfaces) + " isosurfaces",
                       std::to_string(scene.surfaces.size()));
-    if (arguments.noShading)
-        scene.shading.on = false;
-    if (arguments.noSkipping)
-        scene.quality.skipping = false;
+    arguments.keys.applySets(scene);
 }
 
 } // namespace tessera

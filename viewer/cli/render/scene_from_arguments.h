@@ -21,8 +21,6 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
 /// Throws InputError naming the option for other words, and for both with different meanings.
 Verify verifyOf(const RenderArguments& arguments);
 
-/// In the order of Projection.
-const std::vector<std::string>& projectionNames();
 /// Throws InputError naming --engine for what is no engine.
 EngineKind engineOf(const RenderArguments& arguments);
 

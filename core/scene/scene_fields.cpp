@@ -1,0 +1,273 @@
+// core/scene/scene_fields.cpp: the keys of a scene, of its volume, its slice, its quality and its image: see
+// scene_fields.h.
+#include "core/scene/scene_fields.h"
+
+#include "core/base/error.h"
+#include "core/base/magnitude.h"
+
+#include <functional>
+#include <limits>
+
+namespace tessera {
+namespace {
+
+constexpr int kMostInt = std::numeric_limits<int>::max();
+
+const Fields<SceneVolume>& volumeFields() {
+    static const Fields<SceneVolume> fields = [] {
+        Fields<SceneVolume> f("volume");
+        f.add("path", &SceneVolume::path,
+              anyText()
+                  .checked([](const std::string& path, const JsonValue& value) {
+                      if (path.empty())
+                          value.refuse("the path of a store or source");
+                  })
+                  .described({{"minLength", 1}}),
+              "A store, or source files; relative to the scene's file.")
+            .required();
+        f.add("unit", &SceneVolume::unit, oneOf({"", "HU"}),
+              "The values are in HU though the volume does not say so (NIfTI cannot); empty: as the volume "
+              "says.");
+        // Written only where something was chosen: a store has nothing to choose.
+        const auto source = [&](const char* key, int SourceChoice::*member, const char* about) {
+            f.add(
+                 key, [=](auto& v) -> auto& { return v.source.*member; }, wholeIn(1, kMostInt), about)
+                .writtenIf([=](const SceneVolume& v) { return v.source.*member > 0; });
+        };
+        const auto choice = [&](const char* key, bool SourceChoice::*member, const char* about) {
+            f.add(
+                 key, [=](auto& v) -> auto& { return v.source.*member; }, trueOrFalse(), about)
+                .unlessDefault();
+        };
+        source("series", &SourceChoice::series, "Of source files: number of the DICOM series, as listed.");
+        source("phase", &SourceChoice::phase,
+               "Of source files: number of the phase, where a series has several pictures at each place.");
+        choice("largest", &SourceChoice::largest,
+               "Of source files: of a folder with several volumes the largest CT.");
+        choice("resampleZ", &SourceChoice::resampleZ,
+               "Of source files: uneven slices are interpolated to even spacing.");
+        choice("allowMissing", &SourceChoice::allowMissing,
+               "Of source files: files that could be slices and cannot be read are left out.");
+        f.add("transferFunction", &SceneVolume::transferFunction, transferKind(),
+              "The name of a preset (auto, bone, lung, skin, soft-tissue, vessels and others) or the points "
+              "themselves.");
+        return f;
+    }();
+    return fields;
+}
+
+const Fields<Isosurface>& surfaceFields() {
+    static const Fields<Isosurface> fields = [] {
+        Fields<Isosurface> f("isosurface");
+        f.add("value", &Isosurface::value, anyNumber().checked([](double value, const JsonValue& where) {
+             checkValue(value, "a value", where.place());
+         }),
+              "Physical units.")
+            .required();
+        f.add("opacity", &Isosurface::opacity, numberIn(0, 1), "Of the surface itself.");
+        f.add("rgb", &Isosurface::colour, colourKind(), "Linear light.");
+        return f;
+    }();
+    return fields;
+}
+
+const Fields<SlicePlane>& sliceFields() {
+    static const Fields<SlicePlane> fields = [] {
+        Fields<SlicePlane> f(
+            "slice", "A plane, or a slab around it. Without a camera it is looked at along its normal, in "
+                     "parallel: axial from the feet, coronal from the front, sagittal from the patient's "
+                     "left.");
+        const auto isOblique = [](const SlicePlane& s) { return s.orientation == Orientation::oblique; };
+        const auto ofOblique = [=](const std::string& key, bool oblique) {
+            return [=](const SlicePlane& slice, const JsonValue& whole) {
+                if (isOblique(slice) != oblique)
+                    throw badFile(whole.place(),
+                                  oblique ? "\"position\"" : "\"point\" and \"normal\" of an oblique plane",
+                                  "\"" + key + "\"");
+            };
+        };
+        f.add("plane", &SlicePlane::orientation, named<Orientation>(), "Its axis, or oblique.");
+        f.add("position", &SlicePlane::positionMm, anyNumber(),
+              "Millimetres along the axis that the plane crosses: z (axial), y (coronal), x (sagittal); "
+              "without "
+              "it the volume's middle.")
+            .allowedBy(ofOblique("position", false))
+            .writtenIf(std::not_fn(isOblique));
+        f.add("point", &SlicePlane::point, vectorKind(), "A point of an oblique plane.")
+            .allowedBy(ofOblique("point", true))
+            .writtenIf(isOblique);
+        f.add("normal", &SlicePlane::normal, vectorKind(), "Normal of an oblique plane, towards the viewer.")
+            .allowedBy(ofOblique("normal", true))
+            .writtenIf(isOblique);
+        f.add("thickness", &SlicePlane::thicknessMm, anyNumber().described({{"minimum", 0}}),
+              "Millimetres; 0: the plane alone.")
+            .unlessDefault();
+        f.add("reduction", &SlicePlane::reduction, named<Reduction>(), "Of a slab (default: average).")
+            .writtenIf([](const SlicePlane& slice) { return slice.thicknessMm > 0; });
+        f.rule([=](const JsonValue& whole, const SlicePlane& slice) {
+            for (const char* key : {"point", "normal"})
+                if (isOblique(slice) && !whole.has(key))
+                    whole.at(key); // which says that it is missing
+            checkSlice(slice, whole.place());
+        });
+        return f;
+    }();
+    return fields;
+}
+
+Quality qualityOfNoWord() {
+    Quality quality;
+    quality.automaticStep = true;
+    return quality;
+}
+
+const Fields<Quality>& qualityFields() {
+    static const Fields<Quality> fields = [] {
+        Fields<Quality> f("quality", {}, qualityOfNoWord());
+        // 1/64 voxel: finer ones come near to what float positions along a ray can tell apart
+        Field<Quality>& step = f.add("stepVoxels", &Quality::stepVoxels, numberIn(1.0 / 64, 16),
+                                     "Distance between samples along a ray at the finest level, in voxels. "
+                                     "Without it: the longest "
+                                     "of 2, 1, 1/2, ... 1/16 whose estimated error is within 1/255. maxError "
+                                     "chooses a step itself.")
+                                   .writtenIf([](const Quality& q) { return !q.automaticStep; });
+        step.read = [read = step.read](const JsonValue& value, Quality& quality) {
+            read(value, quality);
+            quality.automaticStep = false;
+        };
+        f.add("integrator", &Quality::integrator, named<Integrator>(),
+              "What a segment of a ray adds; auto: as the sharpness of the transfer function asks.");
+        f.add("fetch", &Quality::fetch, named<Fetch>(),
+              "hardware: filtered texture; exact: float arithmetic.");
+        f.add(
+            "edgeFunction", &Quality::edgeFunction, named<EdgeFunction>(),
+            "How bricks of different levels are blended: not at all, over the smaller half sample, over each "
+            "side's own, over the larger.");
+        f.add("sampling", &Quality::sampling, named<Sampling>(),
+              "Steps in bricks of coarse levels: all of them; as the finest brick that can have weight there "
+              "needs; as the brick at hand needs.");
+        f.add(
+            "maxError", &Quality::maxError, numberIn(0, 1000),
+            "Predicted error (CIE L*u*v*, 99th percentile over pixels) to stay below, in as many passes as "
+            "the "
+            "budget needs; 0: the finest level that a pixel can show. Without it: the best picture that one "
+            "pass can hold.");
+        f.add("terminationTransmittance", &Quality::terminationTransmittance, numberIn(0, 0.5),
+              "A ray stops when less light than this comes through; 0: never.");
+        f.add("skipping", &Quality::skipping, trueOrFalse(),
+              "Leave out what is proven empty; never changes the picture.");
+        Field<Quality>& samples =
+            f.add(
+                 "samples", [](auto& q) -> auto& { return q.pixels.samples; }, samplesKind(),
+                 "Rays through each pixel, whose mean it shows; 1: one through its middle; auto: more where "
+                 "the "
+                 "pixel needs them, up to 64 (default: 1).")
+                .writtenIf([](const Quality& q) {
+                    return q.pixels.named || q.pixels.samples != PixelSampling{}.samples;
+                });
+        samples.read = [read = samples.read](const JsonValue& value, Quality& quality) {
+            read(value, quality);
+            quality.pixels.named = true;
+        };
+        f.add(
+             "pixelFilter", [](auto& q) -> auto& { return q.pixels.filter; }, named<PixelFilter>(),
+             "What a pixel with several samples is the mean of: its own area, or a Gaussian of half a "
+             "pixel's "
+             "deviation.")
+            .unlessDefault();
+        f.add(
+             "seed", [](auto& q) -> auto& { return q.pixels.seed; }, wholeIn(0, kMostInt),
+             "Of where samples lie in a pixel.")
+            .unlessDefault();
+        return f;
+    }();
+    return fields;
+}
+
+const Fields<Scene>& imageFields() {
+    static const Fields<Scene> fields = [] {
+        Fields<Scene> f("image");
+        f.add("size", &Scene::imageSize, sizeKind(), "[width, height] in pixels.");
+        f.add("background", &Scene::background, backgroundKind(),
+              "transparent, a colour's name as CSS has it (red, grey), an sRGB colour, or linear [r, g, b].");
+        return f;
+    }();
+    return fields;
+}
+
+Scene sceneOfNoWord() {
+    Scene scene;
+    scene.quality = qualityOfNoWord();
+    return scene;
+}
+
+/// A slice that nobody named a camera for is looked at along its normal.
+nlohmann::json cameraJson(const Scene& scene) {
+    const auto* const view = std::get_if<FittedView>(&scene.camera);
+    if (!(scene.mode == Mode::slice && view && !view->named))
+        return cameraKind().write(scene.camera);
+    if (view->mmPerPixel > 0)
+        return {{"parallelProjection", true}, {"mmPerPixel", view->mmPerPixel}};
+    return {};
+}
+
+} // namespace
+
+const Fields<Scene>& sceneFields() {
+    static const Fields<Scene> fields = [] {
+        Fields<Scene> f("scene", {}, sceneOfNoWord());
+        f.add({"tesseraScene", "Version of this format.",
+               [](const JsonValue& value, Scene&) { value.integer(Scene::kVersion, Scene::kVersion); },
+               [](const Scene&) { return nlohmann::json(Scene::kVersion); },
+               [](Schema&) {
+                   return Schema{{"const", Scene::kVersion}};
+               }})
+            .required();
+        f.add("volumes", &Scene::volumes,
+              listOf(objectOf(volumeFields()), 1, 1, "a list of exactly one volume (more are not drawn yet)"),
+              "What is drawn; one volume in this version.")
+            .required();
+        f.add(
+             "camera", &Scene::camera, cameraKind(),
+             "A side of the patient, fitted to what is shown or to the volume, or a camera in patient space. "
+             "Without it: anterior.")
+            .write = cameraJson;
+        f.add("shading", &Scene::shading, objectOf(shadingFields()));
+        f.add("lighting", &Scene::lighting, objectOf(lightingFields())).unlessDefault();
+        f.add("isosurfaces", &Scene::surfaces,
+              listOf(objectOf(surfaceFields()), Scene::kMaxSurfaces, "isosurfaces"),
+              "Surfaces of one value each, drawn in one pass with the volume and lit as it is.");
+        f.add(
+             "mode", &Scene::mode, named<Mode>(),
+             "What is made of the values along a ray: composited by the transfer function, the greatest, the "
+             "least or the mean value, the isosurfaces alone, or the values of a plane.")
+            .unlessDefault();
+        f.add("window", &Scene::window, windowKind(),
+              "What grey a value is in modes that show single values: from black at centre - width/2 to "
+              "white at "
+              "centre + width/2, as [centre, width] or by name; auto: abdomen where values are in HU, else "
+              "all "
+              "values.")
+            .unlessDefault();
+        f.add("valueColour", &Scene::valueColour, named<ValueColour>(),
+              "What a single value looks like: the window's grey, the transfer function's colour, or a grey "
+              "that "
+              "falls from white to black over the window.")
+            .unlessDefault();
+        f.add("slice", &Scene::slice, objectOf(sliceFields())).writtenIf([](const Scene& scene) {
+            return scene.mode == Mode::slice || !(scene.slice == SlicePlane{});
+        });
+        f.add("cuts", &Scene::cuts, objectOf(cutsFields())).unlessDefault();
+        f.add("measurements", &Scene::measurements,
+              listOf(objectOf(measurementFields()), 0, kMaxMeasurements,
+                     "a list of at most 1000 measurements"),
+              "Lengths, angles and circles between places; windows draw them, pictures do not.")
+            .unlessDefault();
+        f.add("quality", &Scene::quality, objectOf(qualityFields()));
+        f.part("image", imageFields());
+        return f;
+    }();
+    return fields;
+}
+
+} // namespace tessera

@@ -1,0 +1,111 @@
+// core/scene/scene_kinds.cpp: values of scenes that are more than one number or name, as files have them: see
+// scene_fields.h.
+#include "core/image/colour.h"
+#include "core/scene/scene_fields.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace tessera {
+namespace {
+
+/// The nearest colour that eight bits of sRGB can name: "#rrggbb".
+std::string hexColour(const glm::vec3& linear) {
+    std::array<char, 8> hex{};
+    const auto byte = [&](int c) {
+        return static_cast<unsigned>(std::lround(srgbFromLinear(static_cast<double>(linear[c])) * 255));
+    };
+    std::snprintf(hex.data(), hex.size(), "#%02x%02x%02x", byte(0) & 255, byte(1) & 255, byte(2) & 255);
+    return hex.data();
+}
+
+} // namespace
+
+Kind<glm::dvec3> vectorKind() {
+    Kind<glm::dvec3> kind = numbersAt<glm::dvec3>(&glm::dvec3::x, &glm::dvec3::y, &glm::dvec3::z);
+    kind.schema = [list = kind.schema](Schema& parts) {
+        parts["vector"] = list(parts);
+        return Schema{{"$ref", "#/$defs/vector"}};
+    };
+    return kind;
+}
+
+Kind<glm::dvec3> colourKind() {
+    return numbersWithin<glm::dvec3>(0, 1, "[r, g, b], linear", &glm::dvec3::r, &glm::dvec3::g,
+                                     &glm::dvec3::b);
+}
+
+Kind<Projection> projectionKind() {
+    return {[](const JsonValue& value) {
+                return value.boolean() ? Projection::parallel : Projection::perspective;
+            },
+            [](Projection projection) { return nlohmann::json(projection == Projection::parallel); },
+            trueOrFalse().schema};
+}
+
+Kind<WindowChoice> windowKind() {
+    const Kind<GreyWindow> numbers = numbersAt<GreyWindow>(&GreyWindow::centre, &GreyWindow::width);
+    return {[=](const JsonValue& value) -> WindowChoice {
+                if (value.isText())
+                    return value.oneOf(windowNames());
+                const GreyWindow window = numbers.read(value);
+                return checkedWindow(window.centre, window.width, value.place());
+            },
+            [=](const WindowChoice& choice) {
+                const auto* const window = std::get_if<GreyWindow>(&choice);
+                return window ? numbers.write(*window) : nlohmann::json(std::get<std::string>(choice));
+            },
+            [=](Schema& parts) {
+                return Schema{{"oneOf", {{{"enum", windowNames()}}, numbers.schema(parts)}}};
+            }};
+}
+
+Kind<int> samplesKind() {
+    const Kind<int> number = wholeIn(1, PixelSampling::kMost);
+    return {
+        [=](const JsonValue& value) {
+            return value.isText() ? (value.oneOf({"auto"}), PixelSampling::kAutomatic) : number.read(value);
+        },
+        [](int samples) {
+            return samples == PixelSampling::kAutomatic ? nlohmann::json("auto") : nlohmann::json(samples);
+        },
+        [=](Schema& parts) {
+            return Schema{{"oneOf", {{{"enum", {"auto"}}}, number.schema(parts)}}};
+        }};
+}
+
+Kind<glm::ivec2> sizeKind() {
+    const Kind<std::vector<int>> list = listOf(wholeIn(1, Scene::kMaxImageExtent), 2, 2, "[width, height]");
+    return {[=](const JsonValue& value) {
+                const std::vector<int> size = list.read(value);
+                return glm::ivec2(size[0], size[1]);
+            },
+            [](const glm::ivec2& size) {
+                return nlohmann::json::array({size.x, size.y});
+            },
+            list.schema};
+}
+
+Kind<std::optional<glm::vec3>> backgroundKind() {
+    const Kind<glm::dvec3> linear = colourKind(); // for colours that eight bits of sRGB cannot name
+    return {[=](const JsonValue& value) -> std::optional<glm::vec3> {
+                if (value.isList())
+                    return glm::vec3(linear.read(value));
+                return parseBackground(value.text(), value.place());
+            },
+            [=](const std::optional<glm::vec3>& background) -> nlohmann::json {
+                if (!background)
+                    return "transparent";
+                const std::string hex = hexColour(*background);
+                if (parseBackground(hex, "background") == background)
+                    return hex;
+                return linear.write(glm::dvec3(*background));
+            },
+            [=](Schema& parts) {
+                const char* const words = "^(transparent|#[0-9a-fA-F]{6}|[a-zA-Z]+)$";
+                return Schema{{"oneOf", {{{"type", "string"}, {"pattern", words}}, linear.schema(parts)}}};
+            }};
+}
+
+} // namespace tessera
