@@ -76,12 +76,17 @@ class Reach:
         self.learnt[program] = known["seconds"]
 
     def tests(self, file, most):
-        """Of the `most` nearest programs: (program, its tests, their seconds), many cheap ones first, then dear ones."""
-        cheap, dear = [], []
+        """Of the `most` nearest programs: (program, its tests, their seconds); the nearest one's first, and cheap ones
+        before dear ones."""
+        own, cheap, dear = [], [], []
         for program in self.programs(file)[:most]:
             self.learn(program)
-            few = [name for name, seconds in self.learnt[program].items() if seconds < CHEAP_SECONDS]
-            if few:
-                cheap.append((program, few, sum(self.learnt[program][name] for name in few)))
-            dear += [(program, [name], seconds) for name, seconds in self.learnt[program].items() if name not in few]
-        return cheap + sorted(dear, key=lambda test: test[2])
+            known = self.learnt[program]
+            few = [name for name, seconds in known.items() if seconds < CHEAP_SECONDS]
+            together = [(program, few, sum(known[name] for name in few))] if few else []
+            alone = sorted(((program, [name], s) for name, s in known.items() if name not in few), key=lambda t: t[2])
+            if not own:
+                own = together + alone
+            else:
+                cheap, dear = cheap + together, dear + alone
+        return own + cheap + sorted(dear, key=lambda test: test[2])
