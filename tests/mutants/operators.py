@@ -77,7 +77,7 @@ def constant(line, code):
 
 
 def early_return(line, code):
-    m = re.match(r"(\s*)return (?!\{\};)[^;]+;$", code.rstrip())
+    m = re.match(r"(\s*)return (?!(?:\{\}|nullptr|false|0|std::nullopt|\"\");)[^;]+;$", code.rstrip())
     if m:
         return [m.group(1) + "return {};"]
     # of a function without a value

@@ -39,19 +39,29 @@ class Reach:
                     of = line.split(":")[0]
         return self.includers.get(file, set())
 
+    def sources(self, program):
+        """Files below tests/ that a program is made of."""
+        own = f"tests/CMakeFiles/{program}.dir/"
+        return sorted(file for file, objects in self.includers.items() if file.startswith("tests/") and
+                      any(of.startswith(own) for of in objects))
+
     def programs(self, file):
-        """Test programs that hold a file; first those that hold the fewest objects: its faults are their concern."""
-        objects = self.objects_with(file)
-        return sorted((p for p in self.objects if self.objects[p] & objects), key=lambda p: (len(self.objects[p]), p))
+        """Test programs that hold a file, the nearest first: those whose tests include its header, then those that
+        include most from its folder, then those that hold the fewest objects."""
+        objects, folder = self.objects_with(file), os.path.dirname(file)
+
+        def distance(program):
+            names = [name for source in self.sources(program) if source.endswith(".cpp")
+                     for name in re.findall(r'#include "(.+)"', (self.copy.root / source).read_text())]
+            near = sum(os.path.dirname(name) == folder for name in names) / max(len(names), 1)
+            return os.path.splitext(file)[0] + ".h" not in names, -near, len(self.objects[program]), program
+        return sorted((p for p in self.objects if self.objects[p] & objects), key=distance)
 
     def learn(self, program):
         """Seconds of a program's tests that pass without a mutant."""
         if program in self.learnt:
             return
-        own = f"tests/CMakeFiles/{program}.dir/"
-        sources = sorted(file for file in {*self.includers} if file.startswith("tests/") and
-                         any(of.startswith(own) for of in self.includers[file]))
-        state = hashlib.sha256(b"".join((self.copy.root / file).read_bytes() for file in sources)).hexdigest()
+        state = hashlib.sha256(b"".join((self.copy.root / file).read_bytes() for file in self.sources(program))).hexdigest()
         path = self.copy.build / "learnt" / f"{program}.json"
         known = json.loads(path.read_text()) if path.exists() else {}
         if known.get("state") != state:
@@ -66,12 +76,17 @@ class Reach:
         self.learnt[program] = known["seconds"]
 
     def tests(self, file, most):
-        """Of the `most` nearest programs: (program, its tests, their seconds), many cheap ones first, then dear ones."""
-        cheap, dear = [], []
+        """Of the `most` nearest programs: (program, its tests, their seconds); the nearest one's first, and cheap ones
+        before dear ones."""
+        own, cheap, dear = [], [], []
         for program in self.programs(file)[:most]:
             self.learn(program)
-            few = [name for name, seconds in self.learnt[program].items() if seconds < CHEAP_SECONDS]
-            if few:
-                cheap.append((program, few, sum(self.learnt[program][name] for name in few)))
-            dear += [(program, [name], seconds) for name, seconds in self.learnt[program].items() if name not in few]
-        return cheap + sorted(dear, key=lambda test: test[2])
+            known = self.learnt[program]
+            few = [name for name, seconds in known.items() if seconds < CHEAP_SECONDS]
+            together = [(program, few, sum(known[name] for name in few))] if few else []
+            alone = sorted(((program, [name], s) for name, s in known.items() if name not in few), key=lambda t: t[2])
+            if not own:
+                own = together + alone
+            else:
+                cheap, dear = cheap + together, dear + alone
+        return own + cheap + sorted(dear, key=lambda test: test[2])

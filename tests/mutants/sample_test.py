@@ -51,6 +51,7 @@ class Operators(unittest.TestCase):
 
     def test_what_changes_nothing_is_none(self):
         self.assertNotIn("swapped arguments", dict(faults_of("    x = std::max(a, b);")))
+        self.assertEqual(faults_of("    return nullptr;"), [])
         self.assertIn(("constant", "    x = 1.0f;"), faults_of("    x = 0.0f;"))
 
 

@@ -87,6 +87,21 @@ TEST(OmeMetadata, TheWindowHoldsEveryValue) {
     EXPECT_EQ(channel.at("window"), Json({{"min", -700}, {"max", 900}, {"start", -700.0}, {"end", 900.0}}));
 }
 
+/// A constant that is added to every value moves the window by as much, on whichever side of 0 it comes to
+/// lie.
+TEST(OmeMetadata, TheWindowMovesWithTheValues) {
+    for (const int shift : {-20000, -101, -50, 0, 1, 20000}) {
+        const ScratchFolder scratch;
+        HashSource source(plainBox(), [shift](int x, int y, int z) { return shift + (x + y + z) % 101; });
+        import(scratch / "v.zarr", source);
+        const Json attributes =
+            parseJson(fileText(scratch / "v.zarr/zarr.json"), "zarr.json").at("attributes");
+        const Json& window = attributes.at("ome").at("omero").at("channels").at(0).at("window");
+        EXPECT_EQ(window.at("min"), shift) << shift;
+        EXPECT_EQ(window.at("max"), shift + 100) << shift;
+    }
+}
+
 // A bit of the first of several chunks of one shard, none of which changes its length by it.
 TEST(ContentHash, TellsEveryBit) {
     const ScratchFolder scratch;
