@@ -1,5 +1,5 @@
-// render/engine_traits.h: the renderers that there are, by name: those that take rays, engines, and others. Each
-// is a folder of render/backends/ that tells its traits in a function (cmake/Backend.cmake), and a kind.
+// render/engine_traits.h: the renderers that there are, by name: those that take rays, engines, and others.
+// Each is a folder of render/backends/ that tells its traits in a function (cmake/Backend.cmake), and a kind.
 #pragma once
 
 #include "core/base/budget.h"

@@ -31,7 +31,8 @@ std::vector<Variant> parseVariants(const std::string& integrators, const std::st
     std::vector<Variant> out;
     for (const std::string& fetch : splitAtCommas(fetches))
         for (const std::string& integrator : splitAtCommas(integrators)) {
-            out.push_back({parseName<Integrator>(integrator, "--integrators"), parseName<Fetch>(fetch, "--fetch")});
+            out.push_back(
+                {parseName<Integrator>(integrator, "--integrators"), parseName<Fetch>(fetch, "--fetch")});
             if (out.back().integrator == Integrator::automatic)
                 throw InputError("--integrators: expected the names of integrators, found " + integrator);
         }
