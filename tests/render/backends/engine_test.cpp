@@ -113,7 +113,11 @@ class LengthEngine : public Engine {
         Image picture_;
         int row_ = 0;
     };
-    About about() const override { return {.device = "none"}; }
+    About about() const override {
+        About about;
+        about.device = "none";
+        return about;
+    }
     void open(std::span<const FramePlan* const> plans, std::size_t) override { opened = plans.size(); }
     std::unique_ptr<RayCaster> caster(const CasterOptions&, MemoryBudget&) override {
         return std::make_unique<Caster>();
