@@ -58,9 +58,9 @@ const Fields<Light>& lightFields() {
               "head: at the eye, along every ray; directional: infinitely far away; point: at a position.")
             .required();
         f.add("frame", &Light::frame, named<LightFrame>(),
-              "Directional and point lights only: frame of direction and position. camera (default): x to "
-              "the picture's right, y up, z towards the viewer; origin at the eye (parallel projection: at "
-              "the camera's position). patient: LPS.")
+              "Directional and point lights only: frame of direction and position; patient: LPS. camera "
+              "(default): x to the picture's right, y up, z towards the viewer. Its origin is the eye, in "
+              "parallel projection the camera's position.")
             .allowedBy([](const Light& light, const JsonValue& whole) {
                 if (light.kind == LightKind::head)
                     throw badFile(whole.place(), "no \"frame\": a head light is at the eye", "one");
@@ -100,9 +100,9 @@ const Fields<Occlusion>& occlusionFields() {
         Fields<Occlusion> f("occlusion",
                             "Ambient occlusion: the share of ambient light that reaches a point.");
         f.add("method", &Occlusion::method, named<OcclusionMethod>(),
-              "How light along an occlusion ray is weighted. local: each part by the light that is left "
-              "there; positional: the light left at its end; rejecting: as positional, but only tissue that "
-              "grows denser along the ray takes light.");
+              "Weight of an occlusion ray. local: each part counts by the light that is left there. "
+              "positional: the light left at its end. rejecting: as positional, but only tissue that grows "
+              "denser along the ray takes light.");
         f.add("rays", &Occlusion::rays,
               wholeIn(kRays.front(), kRays.back())
                   .checked([](int rays, const JsonValue& value) {
@@ -151,10 +151,10 @@ const Fields<Shading>& shadingFields() {
         f.add("specular", &Shading::specular, numberIn(0, 1), "Share of specular light.");
         f.add("specularPower", &Shading::specularPower, numberIn(0, 1024),
               "Exponent of the highlights: the higher, the smaller they are.");
-        f.add("gradient", &Shading::gradient, named<Gradient>(),
-              "Gradient operator. forward: difference to one side; central: over a pitch to both sides; "
-              "sobel: smoothed; analytic: derivative of trilinear interpolation; central-half: over half a "
-              "pitch to both sides; cubic: derivative of the cubic B-spline.");
+        f.add(
+            "gradient", &Shading::gradient, named<Gradient>(),
+            "Gradient operator: differences forward, central over a pitch or half a pitch to both sides, or "
+            "of Sobel; or the derivative of trilinear interpolation (analytic) or of the cubic B-spline.");
         f.add("model", &Shading::model, named<ShadingModel>(),
               "Highlights by the mirrored light direction, or by the direction halfway between light and "
               "viewer (wider at the same power).")

@@ -236,7 +236,7 @@ const Fields<Scene>& sceneFields() {
               "the isosurfaces alone; or the values of a plane.")
             .unlessDefault();
         f.add("window", &Scene::window, windowKind(),
-              "Grey of a value in modes that show single values, as [centre, width] or by name: black at "
+              "Grey of a value in modes that show single values, as [centre, width] or by name. Black is at "
               "centre - width/2, white at centre + width/2. auto: abdomen where values are in HU, else all "
               "values.")
             .unlessDefault();
