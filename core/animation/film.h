@@ -34,7 +34,7 @@ class Film {
     double placeAt(double time) const;
     const std::optional<FlightCurve>& curve() const { return curve_; }
     const Path& path() const { return path_; }
-    /// Whether anything but the camera changes from one frame to another.
+    /// True if anything but the camera changes between frames.
     bool onlyCameraMoves() const {
         return functions_.keys.empty() && lights_.keys.empty() && cuts_.keys.empty();
     }
