@@ -40,8 +40,9 @@ class FunctionSums {
     std::vector<glm::dvec4> upTo_;
 };
 
-/// Share of the function's extinction that moves when the function is averaged over `width` entries: 0 for
-/// one that changes little over that width, up to 2 for far narrower features. 0 for an invisible function.
+/// Share of the function's extinction that moves when the function is averaged over `width` entries. It is 0
+/// for one that changes little over that width, up to 2 for far narrower features. 0 for an invisible
+/// function.
 double narrowness(const FunctionSums& sums, double width);
 
 /// True if lookups at samples are too sparse: the mean narrowness over bricks with rays, at 1/64 of the range

@@ -50,8 +50,8 @@ BrickRayPart decodeRays(std::span<const std::uint8_t, kBrickRayBytes> bytes);
 /// hi - lo of a part.
 float rangeOfRays(std::span<const std::uint8_t, kBrickRayBytes> bytes);
 
-/// Position of sample j of a level along a row of n voxels, in voxels from the row's start: a voxel's centre
-/// if the level has as many samples as level 0, else the middle of its part.
+/// Position of sample j of a level along a row of n voxels, in voxels from the row's start. It is a voxel's
+/// centre if the level has as many samples as level 0, else the middle of its part.
 double raySampleAt(int j, int samples, int n);
 
 /// The fields of one brick, for sampling: values of level 0 inside it, and the samples of each coarser level

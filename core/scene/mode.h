@@ -48,10 +48,10 @@ struct SlicePlane {
     bool operator==(const SlicePlane&) const = default;
 };
 
-/// The plane of a slice and its view, from the side of its normal. By radiology's convention: axial from the
-/// feet, coronal from the front (both with the patient's right at the picture's left), sagittal from the
-/// patient's left (the front at the picture's left). Up is superior, or anterior where the normal is nearer
-/// to that than 1 degree.
+/// The plane of a slice and its view, from the side of its normal. By radiology's convention axial slices are
+/// seen from the feet and coronal ones from the front, both with the patient's right at the picture's left.
+/// Sagittal ones are seen from the patient's left, with the front at the picture's left. Up is superior, or
+/// anterior where the normal is nearer to that than 1 degree.
 struct SlicePose {
     glm::dvec3 point{0}, normal{0, 0, 1};   // mm; unit
     glm::dvec3 right{1, 0, 0}, up{0, 1, 0}; // of the picture, unit

@@ -21,9 +21,9 @@
 
 namespace tessera {
 
-/// The gradient operator (docs/sampling.md, "Value"), in this order: differences to one side; over a pitch to
-/// both sides; of Sobel; the derivative of trilinear interpolation; differences over half a pitch to both
-/// sides; the derivative of the cubic B-spline.
+/// The gradient operator (docs/sampling.md, "Value"). In order: differences to one side, over a pitch to both
+/// sides, and of Sobel. Then the derivative of trilinear interpolation, differences over half a pitch to both
+/// sides, and the derivative of the cubic B-spline.
 enum class Gradient { forward, central, sobel, analytic, centralHalf, cubic };
 
 /// Highlights by the mirrored light direction, or by the direction halfway between light and viewer.

@@ -177,10 +177,9 @@ class InteractiveRenderer {
     std::optional<Haste> haste_;
     Clock::time_point choosingBegan_, chosenAt_; // levels, the last time
 
-    bool drawing_ = false, counting_ = false; // a picture; what is seen
-    bool refined_ = false;                    // the distance map, for the bricks as they are
-    // What is new: since levels were last chosen; since the last picture began; and not yet mapped, or not
-    // yet where rays read it.
+    bool drawing_ = false, counting_ = false; // a picture; visibility
+    bool refined_ = false;                    // the distance map, for the current bricks
+    // Changes since the last choice of levels; since the last picture began; not yet mapped or uploaded.
     Changes forChoice_{kCameraChanged}, forPicture_{kCameraChanged | kLevelsChanged},
         forDevice_{kLevelsChanged};
     Clock::time_point lastPicture_ = Clock::now(), pictureBegan_;

@@ -40,8 +40,8 @@ constexpr double kMostQuickCost = 0.25;
 /// separate ones (docs/measurements/measured-errors.md). Invisible pixels are drawn again in addition.
 ///
 /// Mode quick: 1000 visible pixels; 400 if the picture is smaller than 512x512 or 1000 cost too much; fewer,
-/// without a 99th percentile, if these still do. Each has 16 rays, or 8 if that gets 400 within the cost, or
-/// more if the picture itself has more than 4, because noise in the truth must be less than the error. If
+/// without a 99th percentile, if these still do. Each has 16 rays, or 8 if that gets 400 within the cost. It
+/// has more if the picture itself has more than 4, because noise in the truth must be less than the error. If
 /// bricks must be read: 64 clusters of 8 visible pixels, in tiles of a quarter of a brick, for means without
 /// a 99th percentile. The reader of the bricks decides whether they are few enough. Mode full: 2000 pixels of
 /// 64 rays or more, at any cost.

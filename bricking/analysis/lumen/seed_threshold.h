@@ -20,10 +20,9 @@ struct SeedNeighbourhood {
 };
 
 /// Rays go out from the seed in 42 directions until the value has left the lumen's for 1.5 mm or three
-/// voxels, whichever is less, so that a voxel of noise is no wall. It has left at a difference of six times
-/// the spread around the seed, but at least a twentieth and at most a quarter of the range that all rays
-/// meet. The wall's value is where it then stops changing. The median over the rays decides the values and
-/// the side.
+/// voxels, whichever is less. So a voxel of noise is no wall. The required difference is six times the spread
+/// around the seed, within a twentieth and a quarter of the range on all rays. The wall's value is where it
+/// then stops changing. The median over the rays decides the values and the side.
 /// @param seed  voxel space, in the volume
 /// @param name  of the seed, in messages. Throws InputError if there is no edge within 100 mm.
 SeedNeighbourhood neighbourhoodOf(LumenValues& values, const glm::dvec3& seed, const std::string& name);

@@ -38,11 +38,11 @@ std::vector<Camera> flightCameras(const Path& path, double everyMm, bool bothWay
 /// wall. A face's area is its projection along the wall's normal, from the voxels within 2.5 of it. So an
 /// oblique wall has its own area, not that of its steps. A face counts if its nearest point on all lines is
 /// on the flown part of the route, beside it and not beyond its ends. It lies no further away than 1.5 times
-/// the largest radius and a voxel's diagonal. A camera sees a face if it is on the face's front side, has the
-/// face's centre in its picture, and only voxels of the lumen lie between the eye and a point half a voxel
-/// above that centre. The same for any number of threads. Throws InputError naming request.where for lines
-/// outside this volume or its lumen, and naming the budget's option if the lumen's bits and faces do not fit.
-/// Throws Cancelled, Interrupted, and as reading chunks does.
+/// the largest radius and a voxel's diagonal. A camera sees a face if it is on the face's front side, and the
+/// face's centre is in its picture and not hidden. The line from the eye to a point half a voxel above that
+/// centre must cross only voxels of the lumen. The same for any number of threads. Throws InputError naming
+/// request.where for lines outside this volume or its lumen, and naming the budget's option if the lumen's
+/// bits and faces do not fit. Throws Cancelled, Interrupted, and as reading chunks does.
 WallCoverage measureWallCoverage(const ChunkSource& source, const CoverageRequest& request, MemoryBudget& ram,
                                  Progress& progress, int threads = 0);
 

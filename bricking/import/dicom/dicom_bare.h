@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-/// True if the first bytes of a file of that size are a data set in little endian, explicit or implicit:
-/// elements begin in group 0002 or 0008, ascend, and have lengths that fit.
+/// True if the first bytes of a file of that size are a data set in little endian, explicit or implicit.
+/// Elements begin in group 0002 or 0008, ascend, and have lengths that fit.
 bool looksLikeBareDicom(std::span<const std::byte> head, std::uint64_t fileBytes);
 
 } // namespace tessera

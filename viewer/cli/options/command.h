@@ -85,9 +85,9 @@ class CommandLine {
 
     /// The program itself; its options may also follow a command.
     Command program() { return Command(*app_); }
-    /// @return the exit code where help or the version was asked for, and is printed Throws InputError for
-    /// what cannot be parsed, naming the nearest command or option, and for an option with an empty value.
-    /// Such a value would be taken for a missing option.
+    /// @return the exit code if help or the version was printed
+    /// Throws InputError for invalid arguments, naming the nearest command or option, and for an option with
+    /// an empty value, which would be taken for a missing option.
     std::optional<int> parse(int argc, char** argv);
 
   private:
