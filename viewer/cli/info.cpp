@@ -254,7 +254,7 @@ void runInfo(const InfoArguments& arguments, const CommonOptions& common) {
 
 void addInfoCommand(Command& program, const CommonOptions& common, Action& action) {
     Command command = program.command(
-        "info", "Tell what a store or source files hold, or how a picture was made and how wrong it is");
+        "info", "Describe a store or source files, or the settings and the error of a picture");
     auto arguments = std::make_shared<InfoArguments>();
     command.option("X", arguments->in, "store, DICOM file or folder, .nii, picture, ...").required();
     command.flag("--json", arguments->asJson, "as JSON");

@@ -26,12 +26,11 @@ int run(int argc, char** argv, AddCommands addCommands) {
     occupyStandardDescriptors();
     CommonOptions common;
     Action action;
-    CommandLine line(
-        "tessera", TESSERA_VERSION,
-        "Tessera draws CT volumes of any size inside a stated memory budget. Not for diagnosis.");
+    CommandLine line("tessera", TESSERA_VERSION,
+                     "Tessera draws CT volumes of any size within a memory budget. Not for diagnosis.");
     Command program = line.program();
     program.flag("-q,--quiet", common.quiet, "errors only");
-    program.flag("-v,--verbose", common.verbose, "more about what is done");
+    program.flag("-v,--verbose", common.verbose, "print more details");
     program.footer("Example:\n  tessera phantom torso --size 128x96x150 -o torso.zarr\n"
                    "  tessera render torso.zarr -o torso.png");
     addCommands(program, common, action);
