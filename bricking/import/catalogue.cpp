@@ -284,12 +284,11 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
     if (rows.empty())
         refuseNothing(catalogue);
     if (rows.front()->rank == CatalogueRank::scout)
-        throw withTable(
-            badFile(where, "slices of a volume",
-                    "a scout (localizer), a shadow picture without depth, of which nothing can be drawn as a "
-                    "volume; name the folder with the sections, or take it all the same with --series " +
-                        std::to_string(rows.front()->series)),
-            catalogue);
+        throw withTable(badFile(where, "slices of a volume",
+                                "a scout (localizer), a projection without depth, which is no volume; name "
+                                "the folder with the sections, or take it nevertheless with --series " +
+                                    std::to_string(rows.front()->series)),
+                        catalogue);
     const auto isCt = [](const CatalogueRow* row) { return row->modality == "CT"; };
     if (options.largest) {
         std::vector<const CatalogueRow*> sized;

@@ -92,7 +92,7 @@ TransferFunction autoFunction(const ValueSummary& values) {
 std::string presetDescription(const std::string& name) {
     const auto found = presets::embeddedFiles().find(name + ".json");
     return found == presets::embeddedFiles().end()
-               ? "By the volume's values: what lies above the background, dark red to ivory."
+               ? "Adapts to the volume's values: those above the background, dark red to ivory."
                : parsePreset(std::string(found->second), name, "preset " + name).description;
 }
 

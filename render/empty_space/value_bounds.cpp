@@ -44,7 +44,7 @@ void ValueBounds::fill(const Statistics& s, const Optics& optics, const VolumeIn
     const std::size_t bytes = ValueBounds::bytes(info.extentVoxels, scale);
     if (charge_.bytes() != bytes) {
         charge_ = {};
-        charge_ = ram.charge(bytes, "the bounds of values");
+        charge_ = ram.charge(bytes, "the value bounds");
     }
     least_ = optics.reduction == Reduction::minimum;
     extentVoxels_ = info.extentVoxels;

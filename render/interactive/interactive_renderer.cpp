@@ -76,7 +76,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
         predicts_ = true;
         mostRays_ = (bricks - shown) * kBrickRayParts * kBrickRayBytes;
         raysReserve_ = ram.charge(std::min(mostRays_, (ram.freeBytes() - p_.memory.ramBytes()) / 4),
-                                  "what is known of more bricks");
+                                  "statistics of more bricks");
     }
     p_.mapLevels(mapsAlways_);
     p_.openCache();

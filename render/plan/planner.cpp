@@ -34,9 +34,8 @@ void checkLight(const Scene& scene) {
         throw InputError("lighting: occlusion and shadows are light, and this picture has none (shading is "
                          "off); leave them out, or shade with ambient 1 and diffuse 0");
     if (ambientChannels(scene.lighting) > 1 && scene.lighting.occlusion->method != OcclusionMethod::local)
-        throw InputError(
-            "lighting.occlusion: light that tissue sends is gathered along a ray (method \"local\"), and "
-            "this method looks at the ray's end alone; set emission to 0, or take the other method");
+        throw InputError("lighting.occlusion: emission needs method \"local\", because other methods use "
+                         "only the light at a ray's end; set emission to 0, or use \"local\"");
 }
 
 /// Occlusion is added to colours that are drawn: of a surface it must be known what lies before it.
@@ -52,9 +51,8 @@ void checkSurfaceOcclusion(const FramePlan& plan) {
         throw InputError(where + "expected an isosurface that is not wholly transparent, found none");
     if (plan.layer().optics.volumeShows)
         throw InputError(where +
-                         "expected isosurfaces alone (mode isosurface), found a transfer function that "
-                         "shows something too: what it shows before a surface is not known where "
-                         "occlusion is added; take lighting.occlusion");
+                         "expected isosurfaces alone (mode isosurface), found a visible transfer function "
+                         "too, whose share before a surface is unknown; use lighting.occlusion");
 }
 
 /// Without what nothing needs: light of each colour, where no tissue sends any; light of voxels that surfaces
@@ -301,9 +299,9 @@ Planner planScene(const Scene& scene, const StoreReader& store, const TextureLim
 }
 
 namespace {
-constexpr char kCellMap[] = "the map of empty space, by cells";
-constexpr char kBrickMap[] = "the map of empty space, by bricks";
-constexpr char kSurfaceMap[] = "the map of isosurfaces";
+constexpr char kCellMap[] = "the occupancy map, by cells";
+constexpr char kBrickMap[] = "the occupancy map, by bricks";
+constexpr char kSurfaceMap[] = "the occupancy map of isosurfaces";
 } // namespace
 
 void Planner::planMemory(const TextureLimits& limits, const FrameContext& context, bool changing) {
@@ -323,7 +321,7 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     MemoryPlan floors;
     floors.need("rays", 0, rays);
     if (view.lighting.surfaceOcclusion)
-        floors.need("what rays hit first", 0, hitsBytes(view.imageSize));
+        floors.need("first hits of rays", 0, hitsBytes(view.imageSize));
     if (view.part.cuts) // an interval and a half of each, and where they begin
         floors.need("intervals of rays", 0,
                     (kRayIntervalBytes * 3 / 2 + sizeof(std::size_t)) * rayCount(view.imageSize));

@@ -143,7 +143,7 @@ TEST_F(Manifest, SaysWhatIsNotInTheError) {
     const Outcome lit = run(render + "--light studio --max-error 20");
     ASSERT_EQ(lit.exitCode, 0) << lit.problems;
     EXPECT_THAT(lit.out, HasSubstr("what light itself errs by is not in it"));
-    EXPECT_THAT(lit.problems, HasSubstr("what light itself errs by is not measured"));
+    EXPECT_THAT(lit.problems, HasSubstr("the error of the light itself is not measured"));
     EXPECT_THAT(run("info a.png").out, HasSubstr("what light itself errs by"));
     EXPECT_EQ(json::parse(run("info a.png --json").out)["errors"]["measured"]["notCounted"], json({"light"}));
     const Outcome plain = run(render + "--samples 1");

@@ -54,10 +54,10 @@ TEST(Modules, ErrorsOfPicturesAreOurs) {
 
 TEST(Modules, WhatIsMissingOrAnotherIsNamed) {
     EXPECT_THAT(said([] { loadModule("tessera_nothing"); }),
-                HasSubstr("tessera_nothing.so: expected a part of tessera"));
+                HasSubstr("tessera_nothing.so: expected a module of tessera"));
     const fs::path text = fs::read_symlink("/proc/self/exe").parent_path() / "tessera_no_module_test.so";
     std::ofstream(text) << "no library";
-    EXPECT_THAT(said([] { loadModule("tessera_no_module_test"); }), HasSubstr("what cannot be loaded"));
+    EXPECT_THAT(said([] { loadModule("tessera_no_module_test"); }), HasSubstr("one that cannot be loaded"));
     fs::remove(text);
 }
 

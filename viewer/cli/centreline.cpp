@@ -32,7 +32,7 @@ struct CentrelineArguments {
 /// "12.5,-40,103": patient space, mm.
 glm::dvec3 parsePlace(const std::string& text, const std::string& option) {
     const auto refuse = [&] {
-        return badFile(option, "a place as x,y,z, millimetres in patient space", "'" + text + "'");
+        return badFile(option, "a point as x,y,z, millimetres in patient space", "'" + text + "'");
     };
     glm::dvec3 place;
     std::istringstream words(text);
@@ -62,7 +62,7 @@ CentrelineRequest requestOf(const CentrelineArguments& arguments) {
     if (!std::isnan(arguments.threshold))
         request.threshold = arguments.threshold;
     if (arguments.mayLeak && !request.threshold)
-        throw badFile("--may-leak", "--threshold beside it, which it keeps", "none");
+        throw badFile("--may-leak", "--threshold with it, which it keeps", "none");
     request.mayLeak = arguments.mayLeak;
     request.tree = arguments.tree;
     request.mostGenerations = arguments.generations;

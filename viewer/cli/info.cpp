@@ -87,7 +87,7 @@ void printPlace(const VolumeInfo& info) {
                formatNumber(box.high[axis], 6);
     };
     printLine("place", range(0) + ", " + range(1) + ", " + range(2) + " mm (to the left, back and head" +
-                           (info.orientationKnown ? ")" : ", if the source lies as it says)"));
+                           (info.orientationKnown ? ")" : ", if the source's orientation is right)"));
 }
 
 void printVolume(const VolumeInfo& info) {
@@ -118,7 +118,7 @@ void printVolume(const VolumeInfo& info) {
     printLine("acquisition", text);
     printLine("order", orderText(info.originalOrder));
     if (!info.orientationKnown)
-        printLine("orientation", "not told by the source: left may be right");
+        printLine("orientation", "not stated by the source: left may be right");
     if (info.nonFiniteVoxels)
         printLine("absent", sayAbsent(info));
     if (info.lossy)

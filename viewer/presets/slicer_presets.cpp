@@ -46,7 +46,7 @@ struct Property {
 GradientOpacity gradientOpacityOf(std::vector<VtkPoint> curve, bool& isExact, const std::string& where) {
     constexpr std::size_t kMostRead = 256;
     if (curve.size() > kMostRead)
-        throw badFile(where, "at most " + std::to_string(kMostRead) + " points of opacity by gradient",
+        throw badFile(where, "at most " + std::to_string(kMostRead) + " points of gradient opacity",
                       std::to_string(curve.size()));
     for (VtkPoint& point : curve)
         point.x = std::max(0.0, point.x);
@@ -84,7 +84,7 @@ ForeignPreset presetFrom(const Property& p, const std::string& where) {
         bool isExact = true;
         out.preset.function.setGradientOpacity(gradientOpacityOf(p.gradientOpacity, isExact, where));
         if (!isExact)
-            out.leftOut.push_back("points of the opacity by gradient beyond " +
+            out.leftOut.push_back("points of the gradient opacity beyond " +
                                   std::to_string(GradientOpacity::kMostPoints) +
                                   " (those that matter least)");
     }
@@ -344,7 +344,7 @@ ForeignText writeSlicerJson(const Preset& preset) {
                               {"components", json::array({component})}}}}};
     ForeignText out{document.dump(2, ' ', true, json::error_handler_t::replace) + "\n", {}};
     if (!graded.isOne() && graded.per() == GradientOpacity::Per::mm)
-        out.leftOut.push_back("that the opacity by gradient counts per mm (there it counts per voxel)");
+        out.leftOut.push_back("that the gradient opacity is per mm (there it is per voxel)");
     if (!f.materials().empty())
         out.leftOut.push_back("materials");
     for (const std::string& key : lookSaysOf(preset))

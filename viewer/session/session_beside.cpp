@@ -34,9 +34,10 @@ void SessionThread::startSaving(const SessionWishes::Save& save) {
         return; // of the volume before
     if (!open_->stills || open_->line) {
         board_.tell([&](SessionNews& news) {
-            news.state.problem = open_->line ? "cannot save a picture of that size while a line is looked for"
-                                             : "cannot save a picture of that size: --ram is too small for a "
-                                               "still of this volume";
+            news.state.problem = open_->line
+                                     ? "cannot save a picture of that size during the search for a line"
+                                     : "cannot save a picture of that size: --ram is too small for a "
+                                       "still of this volume";
         });
         return;
     }

@@ -92,7 +92,7 @@ void Endoscopy::showWall(WindowState& desk) {
     desk.setScene(scene, false);
     char words[160];
     std::snprintf(words, sizeof words,
-                  "the wall is an isosurface at %.0f %s (Mode and Isosurfaces; Ctrl Z takes it back)",
+                  "the wall is an isosurface at %.0f %s (Mode and Isosurfaces; Ctrl Z undoes it)",
                   path_->lumen->shownAt(), desk.volume()->info.unit.c_str());
     desk.tell(words);
 }

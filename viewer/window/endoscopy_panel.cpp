@@ -39,7 +39,7 @@ void Endoscopy::searchPanel(WindowState& desk) {
             tree_ = tree;
         }
     };
-    gather("line: click its places", false);
+    gather("line: click its points", false);
     ImGui::SameLine();
     gather("tree: one click", true);
     if (gathers_) {

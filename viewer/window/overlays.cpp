@@ -75,8 +75,8 @@ std::string badge(const WindowState& desk) {
     case Stage::moving:
         return "coarse";
     case Stage::loading:
-        return s.movesLeft == 1  ? "coarse: 1 brick is on its way"
-               : s.movesLeft > 1 ? "coarse: " + std::to_string(s.movesLeft) + " bricks are on their way"
+        return s.movesLeft == 1  ? "coarse: 1 brick is loading"
+               : s.movesLeft > 1 ? "coarse: " + std::to_string(s.movesLeft) + " bricks are loading"
                                  : (s.lightIsCoarse ? "coarse light" : "coarse: levels are being chosen");
     case Stage::whole:
         return s.drawingStill ? "one ray a pixel; the still is being drawn"

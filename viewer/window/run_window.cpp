@@ -277,7 +277,7 @@ class Loop {
         screen_.emplace(size, events_);
         events_.framesOwed = kFramesAfterEvent;
         title_.clear();
-        desk_.tell("the graphics device was reset; the window has begun anew");
+        desk_.tell("the graphics device was reset; the window has restarted");
     }
 
     static glm::ivec2 startSize(const WindowOptions& options, const Settings& settings) {

@@ -171,7 +171,7 @@ void WindowState::showSomething(const Scene& before) {
     }
     scene_.surfaces.push_back(surfaceOffered());
     tell("an isosurface at " + valueText(scene_.surfaces.back().value, volume_->info.unit) +
-         ", where the function is half as opaque as it gets; the panel Mode changes it");
+         ", at half the function's largest opacity; the panel Mode changes it");
 }
 
 Isosurface WindowState::surfaceOffered() const {

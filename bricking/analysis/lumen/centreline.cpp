@@ -56,7 +56,7 @@ class Finder {
   private:
     void findLines() {
         TESSERA_CHECK(!request_.seeds.empty());
-        progress_.stage("looking around the seeds");
+        progress_.stage("examining the seeds");
         for (const CentrelineSeed& seed : request_.seeds)
             requireInVolume(seed);
         findRule();
@@ -74,7 +74,7 @@ class Finder {
             findTree(parts, part, first);
         else {
             walk(parts);
-            progress_.stage("finding the middle");
+            progress_.stage("centring the line");
             const LumenPart& lumen = parts.whole();
             found_.lumenVoxels = lumen.grown.count;
             centre(lumen.shape);
@@ -120,7 +120,7 @@ class Finder {
             low = glm::min(low, at);
             high = glm::max(high, at);
         }
-        throw badFile(seed.name, "a place in the volume, from " + placeText(low) + " to " + placeText(high),
+        throw badFile(seed.name, "a point in the volume, from " + placeText(low) + " to " + placeText(high),
                       placeText(seed.mm));
     }
 
@@ -166,7 +166,7 @@ class Finder {
                 continue;
             const SeedNeighbourhood here = near(seed);
             if (first && here.rule.below != rule_.below)
-                throw badFile(seed.name, "a place in the lumen of " + first->name + ", " + ruleText(),
+                throw badFile(seed.name, "a point in the lumen of " + first->name + ", " + ruleText(),
                               numberText(here.lumen) + " at " + placeText(seed.mm));
             // of several thresholds the strictest
             const double brightest = std::max(here.rule.brightest, rule_.brightest);
@@ -190,7 +190,7 @@ class Finder {
     void requireInLumen() {
         for (const CentrelineSeed& seed : request_.seeds)
             if (!seed.mayBridge && !voxelOf(seed))
-                throw badFile(seed.name, "a place in the lumen, " + ruleText(),
+                throw badFile(seed.name, "a point in the lumen, " + ruleText(),
                               numberText(values_->at(placeOf(seed))) + " at " + placeText(seed.mm));
     }
 
@@ -292,7 +292,7 @@ class Finder {
         progress_.stage("searching the branches");
         const LumenGraph& graph = parts.graphOf(part, kBlocksOfTree);
         const std::vector<LumenLimb> limbs = lumenLimbs(graph, graph.nodeAt(seed), ram_, progress_.shares());
-        progress_.stage("finding the branches' middles");
+        progress_.stage("centring the branches");
         LumenBranches branches = branchLines(graph, limbs, part.shape, *values_, rule_, request_.spacingMm,
                                              request_.mostGenerations, progress_.shares());
         found_.lines = std::move(branches.lines);
@@ -385,7 +385,7 @@ class Finder {
                                 const CentrelineSeed& to) {
         progress_.stage("measuring the gap");
         const Gap gap = nearestGap(a.shape, b.shape, ram_);
-        throw badFile(to.name, "a place that the lumen of " + from.name + " (" + ruleText() + ") reaches",
+        throw badFile(to.name, "a point that the lumen of " + from.name + " (" + ruleText() + ") reaches",
                       "a gap: the two parts come nearest at " + placeText(gap.fromMm) + " and " +
                           placeText(gap.toMm) + ", " + numberText(gap.mm) +
                           " mm apart; a seed at the gap bridges it, another threshold may close it");

@@ -31,7 +31,7 @@ std::string lumenText(const Centrelines& found, const std::string& unit) {
     if (evidence.leaksAt && !evidence.leaks)
         text += ", tightened from " + valueText(*evidence.leaksAt, unit) + ", at which it leaks";
     else if (evidence.given)
-        text += ", as asked";
+        text += ", as given";
     else
         text += ", half way from " + valueText(evidence.lumen, "") + " in it to " +
                 valueText(evidence.wall, "") + " around it";
@@ -43,7 +43,7 @@ std::string lumenText(const Centrelines& found, const std::string& unit) {
     if (evidence.leaks)
         text += "; it leaks: lines may lie outside of it" +
                 (found.lumen.leavesAtMm ? " from " + valueText(*found.lumen.leavesAtMm, "mm") + " on" : "") +
-                ", and where it does not the seeds are parted";
+                ", and a tighter threshold separates the seeds";
     else if (!evidence.clear(threshold))
         text += "; unsure: it hardly differs from the noise in it";
     return text;

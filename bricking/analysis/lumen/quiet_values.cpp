@@ -136,7 +136,7 @@ QuietValues::QuietValues(BrickCache& loud, const VolumeInfo& info, double deviat
                          int readers)
     : loud_(loud), info_(info), deviation_(deviation / std::abs(info.rescaleSlope)),
       charge_(ram.charge(kScratchBytes * static_cast<std::size_t>(readers > 0 ? readers : defaultThreads()),
-                         "taking noise off")) {
+                         "denoising")) {
     TESSERA_CHECK(deviation > 0);
 }
 

@@ -142,7 +142,7 @@ SeedNeighbourhood neighbourhoodOf(LumenValues& values, const glm::dvec3& seed, c
             (wall < found.lumen ? below : above).push_back(wall);
     const std::vector<double>& walls = above.size() >= below.size() ? above : below;
     if (walls.empty() || highest <= lowest)
-        throw badFile(name, "a place in a lumen, with a wall around it within 100 mm",
+        throw badFile(name, "a point in a lumen, with a wall around it within 100 mm",
                       "one where values stay near " + std::to_string(found.lumen));
     found.rule.below = &walls == &above;
     found.wall = medianOf(walls);

@@ -126,7 +126,7 @@ class Measuring {
         found.lines = request_.lines.size();
         found.flown = request_.flight.route.size();
         addEyes(voxels, found);
-        progress_.stage("looking for unseen wall");
+        progress_.stage("finding unseen wall");
         ChunkFaces faces = placesOf(voxels, wall);
         std::vector<std::size_t> kept(faces.chunks.size());
         parallelFor(
@@ -176,7 +176,7 @@ class Measuring {
                     throw badFile(request_.where, "a line in this volume", "one that leaves it");
             }
         if (seeds.empty())
-            throw badFile(request_.where, "a line with places in a lumen", "bridges alone");
+            throw badFile(request_.where, "a line with points in a lumen", "bridges alone");
         const SeedNeighbourhood here = neighbourhoodOf(values, seeds.front(), request_.lumen.threshold);
         rule_ = here.rule;
         rule_.brightest = std::max(

@@ -213,7 +213,7 @@ std::vector<double> sortAlongNormal(const DicomSeries& series, const Stack& stac
     if (shared > 0)
         throw badFile(where, "one slice at each position",
                       std::to_string(shared) + " of " + std::to_string(distance.size()) +
-                          " slices at the place of another (duplicates, or several time points in one "
+                          " slices at the position of another (duplicates, or several time points in one "
                           "series), the first " +
                           pair);
     return distance;

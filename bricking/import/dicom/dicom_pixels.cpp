@@ -45,7 +45,7 @@ void unpack(const DicomSlice& slice, std::span<std::int32_t> out, StreamFindings
     if (more > 0 && !slice.hasOverlayBits && findings.beyond.empty())
         findings.beyond = printableName(slice.file.filename()) + ": " + std::to_string(more) +
                           " pixels have bits beside the " + std::to_string(slice.bitsStored) +
-                          " that BitsStored (0028,0101) tells, which are left out; is that tag right?";
+                          " of BitsStored (0028,0101), which are left out; is that tag right?";
 }
 
 /// Mends the lengths of a JPEG 2000 stream's tile-parts. Whether that gave the image that was meant is known
@@ -54,8 +54,7 @@ std::vector<std::byte> mend(const std::vector<std::byte>& stream, const StreamHe
                             const DicomSlice& slice) {
     if (!slice.largestStored)
         throw badFile(slice.file.string(),
-                      "tile-parts of the length that they say, or a largest pixel value to check by",
-                      header.damage);
+                      "tile-parts of the stated length, or a largest pixel value for a check", header.damage);
     return withMendedTileParts(stream, slice.file.string());
 }
 
@@ -65,7 +64,7 @@ void checkMended(const StreamHeader& header, const DicomSlice& slice, std::span<
         throw badFile(slice.file.string(),
                       "a largest pixel value of " + std::to_string(*slice.largestStored) +
                           ", as its tags say",
-                      std::to_string(largest) + " after mending (" + header.damage + ")");
+                      std::to_string(largest) + " after repair (" + header.damage + ")");
 }
 
 } // namespace

@@ -78,7 +78,7 @@ std::string leftOut(const DicomSeries& series, const SlicePlan& plan, bool ofSev
     std::string text;
     if (apart)
         text = "slices are " + shown(thickness) + " mm thick and lie " + shown(plan.gapMm) +
-               " mm apart: what lies between them is not in the scan";
+               " mm apart: the space between them is not in the scan";
     if (skips)
         text += (apart ? "; " : "") + std::string("InstanceNumber (0020,0013) goes up by ") +
                 std::to_string(step) + ": were slices left out?";

@@ -353,12 +353,12 @@ void choosePhase(DicomSeries& series, int wanted, bool allowMissing, const std::
     const std::vector<DicomPhase> phases = phasesOf(series);
     const int count = static_cast<int>(phases.size());
     if (phases.empty() && wanted != 0)
-        throw badFile(where, "several phases for --phase to choose from", "one picture at each place");
+        throw badFile(where, "several phases for --phase to choose from", "one image at each position");
     if (phases.empty())
         return;
     if (wanted < 1 || wanted > count)
         throw badFile(where,
-                      wanted == 0 ? "one picture at each place, or a choice with --phase N"
+                      wanted == 0 ? "one image at each position, or a choice with --phase N"
                                   : "--phase between 1 and " + std::to_string(count),
                       (wanted == 0 ? "" : std::to_string(wanted) + " of ") + std::to_string(count) +
                           " phases (" + listPhases(phases) + ")");

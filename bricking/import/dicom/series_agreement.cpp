@@ -67,7 +67,7 @@ void SeriesAgreement::judge(DicomSeries& series) const {
 
     const Tally patients = tallyOf(slices_, &SliceSays::patient);
     if (isEverySlicesOwn(patients, kVolumeSlices))
-        series.oddities.push_back("every slice names a patient of its own: none is taken for one");
+        series.oddities.push_back("every slice has a PatientID of its own: they are ignored");
     else if (patients.size() > 1)
         disagree("PatientID (0010,0020)");
     else if (const std::size_t said = slicesThatSay(patients); said > 0 && said < slices_.size())
@@ -75,7 +75,7 @@ void SeriesAgreement::judge(DicomSeries& series) const {
 
     const Tally frames = tallyOf(slices_, &SliceSays::frame);
     if (isEverySlicesOwn(frames, 2))
-        series.oddities.push_back("every slice names a frame of reference of its own: none is taken for one");
+        series.oddities.push_back("every slice has a FrameOfReferenceUID of its own: they are ignored");
     else if (frames.size() > 1)
         disagree("FrameOfReferenceUID (0020,0052)");
 }

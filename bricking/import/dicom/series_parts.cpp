@@ -65,7 +65,8 @@ void joinLoneSlices(std::vector<DicomSeries>& series, std::vector<SeriesAgreemen
             joined.slices.push_back(series[group[n]].slices.front());
         if (!isEvenStack(joined))
             continue;
-        joined.oddities.push_back("every slice names a series of its own: by their places they are one");
+        joined.oddities.push_back(
+            "every slice has a SeriesInstanceUID of its own: by position they are one series");
         for (std::size_t n = 1; n < group.size(); ++n) {
             series[group[n]].slices.clear();
             says[group.front()].add(says[group[n]]);

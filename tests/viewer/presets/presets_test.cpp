@@ -114,7 +114,7 @@ TEST(ForeignPresets, OpacityByGradient) {
     Preset perMm = preset;
     perMm.function.setGradientOpacity(GradientOpacity::fromPoints({{0, 0}, {30, 1}}));
     EXPECT_THAT(writeForeignPreset(perMm, PresetFormat::slicerJson).leftOut,
-                ElementsAre(HasSubstr("counts per mm")));
+                ElementsAre(HasSubstr("is per mm")));
 
     const nlohmann::json bent = {{{"x", 0}, {"y", 0}, {"midpoint", 0.5}, {"sharpness", 0.5}},
                                  {{"x", 100}, {"y", 1}}};

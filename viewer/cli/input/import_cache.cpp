@@ -136,7 +136,7 @@ std::string prepare(const fs::path& folder) {
     if (::stat(folder.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode))
         return "no folder";
     if (facts.st_uid != ::geteuid())
-        return "it belongs to somebody else";
+        return "it belongs to another user";
     constexpr mode_t kOthers = 077;
     if ((facts.st_mode & kOthers) != 0 && fs::is_symlink(folder))
         return "a link to a folder that is open to others";
@@ -163,8 +163,7 @@ void makeEntry(const Entry& entry, const fs::path& source, const std::string& fa
     make(entry.store, true);
     if (factsOf(source) != facts) {
         discard(entry);
-        throw badFile(source.string(), "files that stay as they are while they are imported",
-                      "files that changed");
+        throw badFile(source.string(), "files that do not change during the import", "files that changed");
     }
     note["about"] = about(entry.store);
     note["store"] = hexHash(factsOf(entry.store));
@@ -238,7 +237,7 @@ fs::path cachedStore(const fs::path& source, const InputOptions& options, const 
     for (;;) {
         LockTry reading = tryLock(entry.lock, LockKind::shared, true);
         if (!reading.locked && !reading.busy)
-            return scratchStore(::access(folder.c_str(), W_OK) == 0 ? "it has no locks"
+            return scratchStore(::access(folder.c_str(), W_OK) == 0 ? "its file system has no locks"
                                                                     : std::strerror(errno),
                                 common, make); // errno: of access()
         if (reading.locked && (isWhole(entry, check) || made)) {

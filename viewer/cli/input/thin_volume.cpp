@@ -64,7 +64,7 @@ std::string faceThinVolume(Scene& scene, const VolumeInfo& info, bool sideNamed)
         return "";
     if (scene.mode != Mode::composite || sideNamed) {
         fitted->view = kFacing[*thin];
-        return "one slice: looked at from where it faces, --view " +
+        return "one slice: seen from the side that it faces, --view " +
                viewNames()[static_cast<std::size_t>(fitted->view)];
     }
     scene.mode = Mode::slice;

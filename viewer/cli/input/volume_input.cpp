@@ -149,7 +149,7 @@ void requireNoChoice(const fs::path& path, const InputOptions& options, const Co
                                         {options.allowMissing, "--allow-missing"}})
         if (asked)
             common.note(std::string(option) + " is for source files: " + path.string() +
-                        " is a store, which is taken as it is");
+                        " is a store, for which it has no effect");
 }
 
 void requireStorePath(const fs::path& given, bool force) {

@@ -27,7 +27,7 @@ void renderOnePicture(const RenderTask& task) {
         common.note("--fetch hardware: the " + name(result.engine) + " engine fetches exactly");
     if (result.takenAsHu)
         common.note(
-            "the values have no unit, but look like HU (air near -1000): taken as HU; --unit HU says so");
+            "the values have no unit, but look like HU (air near -1000): taken as HU; --unit HU confirms it");
     const Charge pictures =
         task.ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
 

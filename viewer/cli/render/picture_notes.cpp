@@ -108,7 +108,8 @@ void noteMissedError(const RenderTask& task, const RenderResult& result) {
     if (!(asked > 0))
         return;
     if (result.measured && result.measured->keptLight)
-        task.common.note("--max-error is about rays and levels: what light itself errs by is not measured");
+        task.common.note(
+            "--max-error is about rays and levels: the error of the light itself is not measured");
     if (!result.shortfall.empty())
         task.common.note("the picture is not known to be within --max-error " + formatNumber(asked, 2) +
                          ": " + result.shortfall);

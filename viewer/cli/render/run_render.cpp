@@ -59,7 +59,7 @@ void fitSamples(const VolumeInfo& info, EngineKind engine, const MemoryBudget& r
     if (ram.limitBytes() < floor())
         pixels = asked; // it is not for them
     else
-        common.note("--ram has no room for more than one ray a pixel: " + formatBytes(ram.limitBytes()));
+        common.note("--ram has no room for more than one ray per pixel: " + formatBytes(ram.limitBytes()));
 }
 
 /// Bones and organs are seen from outside; what nobody asked for other things of shows the wall that is flown
@@ -78,7 +78,7 @@ void showWallWhereNothingIsNamed(const RenderArguments& arguments, const Path& p
 /// A wall that a leak has laid open takes long to draw and shows nothing.
 void refuseLeaks(const RenderArguments& arguments, const Path& path) {
     if (arguments.unfold && path.lumen && path.lumen->leaks && !arguments.mayLeak)
-        throw badFile(arguments.path, "a path whose lumen does not leak, or --may-leak beside --unfold",
+        throw badFile(arguments.path, "a path whose lumen does not leak, or --may-leak with --unfold",
                       "one whose lumen leaks (\"lumen\", \"leaks\"): " + doubtText(*path.lumen));
 }
 

@@ -157,14 +157,14 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         for (const auto& [text, option] :
              {std::pair{arguments.fit, "--fit"}, {arguments.projection, "--projection"}})
             if (!text.empty())
-                throw badFile(option,
-                              "--view beside it: a slice is looked at along its normal, in parallel, and "
-                              "fills the picture",
-                              "none");
+                throw badFile(
+                    option,
+                    "--view with it: a slice is seen along its normal, in parallel, and fills the picture",
+                    "none");
     if (!arguments.fit.empty()) {
         auto* fitted = std::get_if<FittedView>(&scene.camera);
         if (!fitted)
-            throw badFile("--fit", "a camera by side (--view), which is fitted", "one that is spelled out");
+            throw badFile("--fit", "a camera by side (--view), which is fitted", "one with a position");
         fitted->fit = parseName<Fit>(arguments.fit, "--fit");
     }
     if (!arguments.projection.empty()) {
