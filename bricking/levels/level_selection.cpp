@@ -266,7 +266,7 @@ Selection selectLevels(const LevelErrors& errors, const ViewWeights& weights, st
     const Selection none = coarsest(errors, means);
     checkSizes(none, weights, visibility);
     Selection best = selectFrom(kCoarsest, none, errors, weights, pages, visibility, threads).value();
-    // With few pages, steps of single bricks get stuck: the first brick of a level must pay for a whole page
+    // With few pages, steps of single bricks get stuck. The first brick of a level must pay for a whole page
     // while others still hold the page of the level before. All bricks together may get past.
     if (pages < kFewPages) {
         double least = weightedError(best, errors, weights, visibility);

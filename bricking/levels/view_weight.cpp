@@ -1,6 +1,6 @@
-// bricking/levels/view_weight.cpp: see view_weight.h. Corners are taken to homogeneous pixel coordinates,
-// which are linear in voxels; faces that look at the eye are clipped to the picture there, so no corner is
-// ever divided by a depth that is not positive.
+// bricking/levels/view_weight.cpp: see view_weight.h. Corners become homogeneous pixel coordinates, which are
+// linear in voxels. Faces towards the eye are clipped to the picture there, so no corner is divided by a
+// depth that is not positive.
 #include "bricking/levels/view_weight.h"
 
 #include "core/base/threads.h"
@@ -97,7 +97,7 @@ class Projector {
         if (inside)
             for (std::size_t n = 0; n < pixel.size(); ++n)
                 pixel[n] = glm::dvec2(corners[n]) / corners[n].z;
-        double sum = 0; // faces that look at the eye do not cover one another: the box is convex
+        double sum = 0; // faces towards the eye do not cover one another: the box is convex
         for (int axis = 0; axis < 3; ++axis)
             for (const bool high : {false, true}) {
                 if (!looksAtEye(box, axis, high))

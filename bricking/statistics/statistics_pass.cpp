@@ -13,8 +13,8 @@
 namespace tessera {
 namespace {
 
-// What voxels of one chunk touch along an axis: its own boxes of `extent` voxels, and by their ghost layer
-// the last box of the chunk before (slot 0) and the first of the chunk after (the last slot).
+// The boxes of `extent` voxels that voxels of one chunk affect along an axis. These are its own, and by their
+// ghost layer the last box of the chunk before (slot 0) and the first of the next chunk (the last slot).
 template <int extent, int ghost> struct Slots {
     static constexpr int kCount = kChunkExtent / extent + 2;
     struct Range {

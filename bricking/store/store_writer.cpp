@@ -1,6 +1,6 @@
-// bricking/store/store_writer.cpp: see store_writer.h. Slabs of any level are cut into chunks, compressed in
-// parallel a batch at a time, and appended to their shards in a fixed order, so that the same volume gives
-// the same files.
+// bricking/store/store_writer.cpp: see store_writer.h. Slabs of any level are divided into chunks, compressed
+// in parallel a batch at a time, and appended to their shards in a fixed order. So the same volume gives the
+// same files.
 #include "bricking/store/store_writer.h"
 
 #include "bricking/store/codec.h"

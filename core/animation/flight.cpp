@@ -113,8 +113,8 @@ FlightCurve::FlightCurve(const std::vector<CentreLine>& lines, const Flight& fli
         nodes_[n].arcMm = nodes_[n - 1].arcMm + (b - a) / 6 * speeds;
     }
     lengthMm_ = nodes_.back().arcMm;
-    // Least distance within a reach of either side, then its mean over the same: never more than what is
-    // there, and changing slowly, so that who is held off by it does not jitter.
+    // The least distance within a reach of either side, then its mean over the same. It never exceeds the
+    // true distance, and changes slowly, so that a camera kept off by it does not jitter.
     constexpr double kReachMm = 4;
     const auto window = [&](const std::vector<double>& values, bool mean) {
         std::vector<double> out(values.size());

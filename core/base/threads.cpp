@@ -15,8 +15,8 @@
 namespace tessera {
 namespace {
 
-/// A thread that waits for work between two loops: a picture in small parts runs some ten thousand loops, and
-/// threads that are made for each cost more than what they do.
+/// A thread that waits for work between two loops. A picture in small parts runs some ten thousand loops, and
+/// new threads for each would cost more than the work.
 class Worker {
   public:
     Worker() {

@@ -40,7 +40,7 @@ Imf::Slice sliceOf(const float* pixels, std::size_t channels, std::size_t c, con
 }
 
 PictureFile<float> read(const std::string& path, PictureParts parts) {
-    // Before the file is opened: that alone takes memory for every line that the header claims.
+    // Before the file is opened: that alone takes memory for every line in the header.
     Imf::Header::setMaxImageSize(kMostPicturePixels, kMostPicturePixels);
     Imf::InputFile file(path.c_str(), 0);
     const Imf::Header& header = file.header();

@@ -119,7 +119,8 @@ ViewFit::ViewFit(const ViewAxes& axes, Projection projection, const glm::ivec2& 
 }
 
 // A point at (u, v, s) is inside a picture whose eye is at (u0, v0, d) where |u - u0| <= tangent * (d - s),
-// so where u + tangent s <= u0 + tangent d and -u + tangent s <= -u0 + tangent d: the left sides know no eye.
+// that is where u + tangent s <= u0 + tangent d and -u + tangent s <= -u0 + tangent d. The left sides do not
+// depend on the eye.
 std::array<double, 4> ViewFit::reachOf(const glm::dvec3& centre, const glm::dvec3& half) const {
     const glm::dvec2 depth = tangent_ * (centre.z + half.z);
     return {centre.x + half.x + depth.x, -centre.x + half.x + depth.x, centre.y + half.y + depth.y,

@@ -1,5 +1,5 @@
-// core/scene/preset_file.cpp: see preset_file.h. A look's keys are read and written as a scene's: by way of a
-// scene.
+// core/scene/preset_file.cpp: see preset_file.h. A preset's keys are read and written like a scene's: by way
+// of a scene.
 #include "core/scene/preset_file.h"
 
 #include "core/base/error.h"
@@ -19,7 +19,7 @@ using nlohmann::json;
 const std::vector<std::string> kUnits = {"", "HU", "share of range",
                                          "share of object"}; // in the order of PresetUnit
 
-/// A scene of nothing but defaults and a look.
+/// A scene of defaults and a preset's keys.
 Scene sceneOf(const json& look, const std::string& where) {
     json document = look;
     document["tesseraScene"] = Scene::kVersion;

@@ -20,7 +20,7 @@ template <typename Visit> void forEachCell(const glm::ivec3& cells, const Visit&
 
 /// Cells that hold the samples that points of a cell can reach in a brick of this level, along one axis that
 /// both share. Interpolation reaches one sample beyond the cell at levels whose samples are no larger than a
-/// cell (at level 0 the cell's own range covers it); of the two samples of level 4, cells at the ends reach
+/// cell (at level 0 the cell's own range covers it). Of the two samples of level 4, cells at the ends reach
 /// only the nearer.
 Span reachedAlong(int level, int cell, int cells) {
     Span span{cell, cell};

@@ -1,6 +1,6 @@
 // render/empty_space/distance_map_update.cpp: mends a map of cells where some bricks' cells changed
-// (distance_map.h). A row of an octant depends on three others: from the octant's far end on, only rows are
-// filled again whose own cells changed or on which one of those three rows did. That is exact, and ends where
+// (distance_map.h). A row of an octant depends on three others. From the octant's far end on, a row is
+// computed again only if its own cells or one of those three rows changed. That is exact, and ends where
 // something nearer decides the distances.
 #include "core/base/threads.h"
 #include "render/empty_space/distance_map.h"

@@ -38,7 +38,7 @@ std::size_t Occupancy::bytes(const glm::ivec3& extentVoxels, MapScale scale) {
 Occupancy::Occupancy(const OccupancyInput& input, MapScale scale, MemoryBudget& ram, int threads)
     : scale_(scale), extentVoxels_(input.info.extentVoxels), grid_(mapGrid(extentVoxels_, scale)),
       bricks_(input.selection.bricks) {
-    charge_ = ram.charge(bytes(extentVoxels_, scale), "the map of empty space");
+    charge_ = ram.charge(bytes(extentVoxels_, scale), "the occupancy map");
     const std::size_t count = cellCount(bricks_);
     masks_.resize(count);
     plain_.resize(count);
@@ -182,7 +182,7 @@ bool Occupancy::isPlain(const glm::ivec3& cell) const {
 
 Occupancy Occupancy::plainChebyshev(MemoryBudget& ram) const {
     Occupancy o;
-    o.charge_ = ram.charge(mapBytes(extentVoxels_, scale_), "the map of empty space");
+    o.charge_ = ram.charge(mapBytes(extentVoxels_, scale_), "the occupancy map");
     o.scale_ = scale_;
     o.extentVoxels_ = extentVoxels_;
     o.grid_ = grid_;

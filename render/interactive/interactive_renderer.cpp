@@ -49,7 +49,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     limits.lightChannels = keptLightChannels(p_.view.lighting);
     p_.settleIntegrator(context, TransferTable::kMaxEntries);
     p_.planMemory(limits, context, true);
-    // Of any function: the march's tables and the table of what is seen.
+    // For any function: the tables of the ray caster and of visibility.
     const std::size_t tables =
         p_.gpuTableBytes(TransferTable::kMaxEntries) + TransferTable::kMaxEntries * sizeof(glm::vec4);
     // Nothing is resident: every brick that shows something stands as its mean.

@@ -198,9 +198,9 @@ void SurfaceLight::look(std::vector<SurfaceHit> middles, const SurfaceTracer& tr
     report_.seconds += secondsSince(start);
 }
 
-/// The mean of what the middles around a place found, each by how near it is, how alike it faces, and how
-/// alike it is to what the pixel's own middle found, as far as directions err; below 0 where there are none
-/// to speak of.
+/// The weighted mean of the results at pixel centres around a point, or below 0 if weights are negligible.
+/// Weights fall with distance, difference of normals, and difference to the own pixel's result relative to
+/// the error of directions.
 float SurfaceLight::shared(const SurfaceHit& hit, const glm::ivec2& pixel) const {
     const float reach = static_cast<float>(occlusion_.radiusMm) / kReachParts, level = reach / kLevelParts;
     const float apart = kApart / std::pow(static_cast<float>(occlusion_.rays), 0.75f);

@@ -11,8 +11,8 @@
 namespace tessera {
 namespace {
 
-/// Where pixels decide: rounds after the first, each of which spends at most half of the rays that are left,
-/// or all where that is little: so most go where the first have told to. What few rays hit is found from what
+/// Automatic samples: rounds after the first. Each spends at most half of the remaining rays, or all if few
+/// are left, so that most rays follow the results of earlier rounds. What few rays hit is found from what
 /// they do, a pixel further in each round.
 constexpr int kRounds = 12;
 constexpr std::size_t kLittle = 32;

@@ -34,12 +34,12 @@ int quickLevel(const glm::ivec3& extentVoxels) {
 /// pages take loading (docs/measurements/performance.md). As a share of the mix's pages, which is never much
 /// to load; and one for so many rays through bricks, for what they gain.
 constexpr std::size_t kShareForSpeed = 4, kRaysForPage = 100;
-/// What a stride of a mix takes, in strides of one level: 2.5 to 3.3 on the CPU, and there are more of them
-/// than stridesOfRays() counts, because they are short beside finer bricks.
+/// The cost of a stride of a mix, in strides of one level: 2.5 to 3.3 on the CPU. There are more of them than
+/// stridesOfRays() counts, because they are short beside finer bricks.
 constexpr double kMixedStride = 4;
 
-/// Strides of rays through bricks that still show them, in strides through a brick of level 0: a ray counts
-/// for every brick that it is seen in, and half as much a level.
+/// Strides of rays through bricks where they are visible, in strides through a brick of level 0. A ray counts
+/// for every such brick, and half as much per level.
 double stridesOfRays(const Selection& s, const ViewWeights& weights, Visibility visible) {
     double strides = 0;
     for (std::size_t brick = 0; brick < s.levels.size(); ++brick)
@@ -60,8 +60,8 @@ void setLevels(Selection& s, int level) {
 }
 
 /// Levels finer than a pixel that the mean of its samples still shows: a level is a mean of values, a pixel
-/// one of what they look like. With two of them levels cost pictures of 48 to 320 pixels on three scans 0.07
-/// to 0.3 (L*u*v*, 99th percentile), with one 1.9 to 2.8, with none 4.5 to 8.9.
+/// one of what they look like. With two of them levels cost 0.07 to 0.3 (L*u*v*, 99th percentile; pictures of
+/// 48 to 320 pixels, three scans). With one they cost 1.9 to 2.8, with none 4.5 to 8.9.
 constexpr int kLevelsWithinPixels = 2;
 
 /// View weights have half a brick of reach, 16 voxels: as far as a gradient and the samples that it is made

@@ -327,13 +327,13 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
                     (kRayIntervalBytes * 3 / 2 + sizeof(std::size_t)) * rayCount(view.imageSize));
     floors.need("the index of bricks", 0,
                 indexBytes(bricks, limits.indexEntryBytes) * static_cast<std::size_t>(1 + channels));
-    floors.need("light of voxels while it is computed",
+    floors.need("light per voxel while it is computed",
                 lightRamBytes(view.lighting, volumeInfo, view.shadowQuality, threads), 0);
     floors.need("the level map", 0, LevelMap::bytes(bricks));
     floors.need("the transfer function's tables", 0, gpuTableBytes(layer().optics.table.size()));
     floors.need("levels mapped, the smallest cache and the staging of uploads",
                 ramAfterCamera(volumeInfo, threads, MapScale::bricks, false), 0);
-    // Luxuries are a share of what is left beyond what is promised to bricks.
+    // Optional memory is a share of what bricks leave.
     const std::size_t promised =
         floors.gpuBytes() + atlasBytes(neighbourhoodPages(true, true), volumeInfo.type, limits);
     memory = std::move(floors);
@@ -356,7 +356,7 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
 
 void Planner::openCache(bool readsOnce) {
     if (const std::size_t light = lightRamBytes(view.lighting, info(), view.shadowQuality, threads))
-        layer().lightCharge = ram->charge(light, "light of voxels while it is computed");
+        layer().lightCharge = ram->charge(light, "light per voxel while it is computed");
     // It takes what is left, less upload staging and, where there is plenty, some air.
     const int used = threads > 0 ? threads : defaultThreads();
     const std::size_t free = ram->freeBytes(), staging = stagingBytes(info());

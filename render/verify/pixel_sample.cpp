@@ -13,7 +13,7 @@ namespace tessera {
 namespace {
 
 /// Pixels to choose from in a tile, for each pixel of a cluster. A tile as long as t strata is drawn from at
-/// most 2t + 4 times; while at most 3/4 of all pixels are taken, one with so many has enough for that.
+/// most 2t + 4 times. While at most 3/4 of all pixels are taken, its pixels suffice for that.
 constexpr int kPixelsPerDraw = 16;
 
 /// The place along Hilbert's curve through a square of `side` tiles (a power of two).

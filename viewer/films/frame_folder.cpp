@@ -31,8 +31,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr char kFilmFile[] = "film.json";
-/// A frame takes longer than a claim: claims are renewed while it is drawn. A process that stands still for
-/// so long (a stopped laptop) may lose its claim, and its frame is drawn twice.
+/// Lock files are renewed while a frame is drawn, which may take longer than this. A process that is stopped
+/// for so long (a suspended laptop) may lose its lock file, and its frame is drawn twice.
 constexpr double kLeaseSeconds = 60;
 
 bool isFrame(const std::string& name) {
@@ -83,7 +83,7 @@ double secondsSince(const struct stat& facts, const struct stat& now) {
 
 } // namespace
 
-/// Keeps a claim's time new, on a thread of its own.
+/// Renews the time of a lock file, on a thread of its own.
 struct FrameFolder::Claim::Renewal {
     Renewal(const fs::path& claim, double seconds)
         : path(claim), thread([this, seconds] {
@@ -193,8 +193,9 @@ void FrameFolder::adopt(const json& film) {
                   "those of another (" + shortText(a) + "); choose another folder, or remove this one");
 }
 
-/// Of frames that are there: who was killed between a frame's last step and its claim's left one, and nobody
-/// asks for that frame again. And what a process wrote of the film before it was killed: the film is there.
+/// Of finished frames: a process killed between the frame's last step and that of its lock file left one, and
+/// nobody asks for that frame again. And what a process wrote of the film before it was killed: the film is
+/// there.
 void FrameFolder::removeUselessClaims() {
     std::error_code ignored;
     std::vector<fs::path> useless;
@@ -256,7 +257,7 @@ std::unique_ptr<FrameFolder::Claim> FrameFolder::claim(std::size_t frame) {
         }
         claim.reset(new Claim(path, FileHandle(), leaseSeconds_ / 4));
     }
-    if (has(frame)) // whoever had the claim before has finished
+    if (has(frame)) // the earlier holder of the lock file has finished
         return nullptr;
     return claim;
 }

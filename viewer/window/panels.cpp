@@ -15,7 +15,7 @@ namespace {
 
 const char* const kStages[] = {"moving", "loading", "whole", "still"};
 
-/// The look that a scene has, "its own" where it is none of those with a name.
+/// The lighting preset of a scene, "its own" for other lighting.
 std::string lookOf(const Scene& scene) {
     const std::string text = sceneJson(scene);
     for (const std::string& name : lookNames()) {
@@ -144,7 +144,7 @@ void Panels::light(WindowState& desk) {
         lookOf_ = desk.asked();
         look_ = lookOf(desk.scene());
     }
-    if (const auto name = nameBox("look", look_, lookNames())) {
+    if (const auto name = nameBox("lighting", look_, lookNames())) {
         Scene lit = desk.scene();
         applyLook(*name, lit);
         desk.beginEdit();

@@ -1,4 +1,4 @@
-// bricking/analysis/lumen/branch_lines.cpp: from a tree's limbs to the lines between its forks. See
+// bricking/analysis/lumen/branch_lines.cpp: from a tree's branches to the lines between its forks. See
 // lumen_tree.h.
 #include "bricking/analysis/lumen/lumen_tree.h"
 
@@ -12,7 +12,7 @@
 namespace tessera {
 namespace {
 
-constexpr double kAtRoot = 1.5; // radii: what leaves the first limb nearer to the seed begins there too
+constexpr double kAtRoot = 1.5; // radii: branches that leave the first one nearer to the seed begin there too
 
 struct Centred {
     CentredLine line;
@@ -128,7 +128,7 @@ LumenBranches branchLines(const LumenGraph& graph, const std::vector<LumenLimb>&
         own.line = centrePath(shape, {chain}, values, here, rules);
         out.leastTurnMm = std::min(out.leastTurnMm, own.line.leastTurnMm);
     }
-    // parents first: a limb's pieces between its forks, each the child of the one before
+    // parents first: a branch's pieces between its forks, each the child of the one before
     for (Centred& limb : centred) {
         std::sort(limb.forks.begin(), limb.forks.end());
         int before = -1, generation = 0;

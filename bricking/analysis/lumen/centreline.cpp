@@ -87,7 +87,7 @@ class Finder {
         found_.lumen.surface = surface();
     }
 
-    /// Where the line leaves what hangs together with its beginning at the threshold that does not leak.
+    /// Where the line leaves the part connected to its beginning at the threshold that does not leak.
     std::optional<double> leavesAt() {
         const GrownLumen sure =
             growLumen(field_.cache(), info_, *surely_, *voxelOf(request_.seeds.front()), ram_);
@@ -194,8 +194,8 @@ class Finder {
                               numberText(values_->at(placeOf(seed))) + " at " + placeText(seed.mm));
     }
 
-    /// What hangs together with the first seed, with a threshold that does not leak, whoever chose it; none
-    /// where one that does not leak parts the seeds, or where leaks are asked for.
+    /// The part connected to the first seed, with a threshold that does not leak. None if such a threshold
+    /// separates the seeds, or if leaks are allowed.
     std::optional<GrownLumen> growFirst(const glm::ivec3& seed) {
         // contrast goes on into veins, heart and bone: that keeps no path from its end
         if (request_.mayLeak || (!rule_.below && !request_.tree))

@@ -1,6 +1,6 @@
-// bricking/analysis/lumen/grow_lumen.cpp: see grow_lumen.h. Chunks wait in a queue; one whose turn it is
-// takes over what its six neighbours reached on their faces, floods itself, and queues the neighbours at
-// faces where it reached more. Chunks at the queue's head are decoded ahead by the cache's threads.
+// bricking/analysis/lumen/grow_lumen.cpp: see grow_lumen.h. Chunks wait in a queue. The next one takes over
+// the reached voxels on the faces of its six neighbours, floods itself, and queues neighbours at faces where
+// it reached more. Chunks at the queue's head are decoded ahead by the cache's threads.
 #include "bricking/analysis/lumen/grow_lumen.h"
 
 #include "core/base/interrupt.h"

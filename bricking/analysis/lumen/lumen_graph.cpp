@@ -1,4 +1,4 @@
-// bricking/analysis/lumen/lumen_graph.cpp: blocks, what hangs together in them, and what touches. See
+// bricking/analysis/lumen/lumen_graph.cpp: blocks, their connected components, and which of these touch. See
 // lumen_graph.h.
 #include "bricking/analysis/lumen/lumen_graph.h"
 

@@ -1,6 +1,5 @@
-// bricking/analysis/lumen/wall_coverage.cpp: see wall_coverage.h. Chunks are looked at by several threads,
-// each face alone: whether it is seen is asked of all cameras until one says yes, first of those that saw the
-// face before it.
+// bricking/analysis/lumen/wall_coverage.cpp: see wall_coverage.h. Several threads process chunks, face by
+// face. Cameras are tested until one sees the face, first those that saw the face before it.
 #include "bricking/analysis/lumen/wall_coverage.h"
 
 #include "bricking/analysis/lumen/lumen_parts.h"
@@ -161,7 +160,7 @@ class Measuring {
                glm::all(glm::lessThan(place, glm::dvec3(info_.extentVoxels)));
     }
 
-    /// What hangs together with the route's points: on either side of a bridge a part.
+    /// The parts connected to the route's points: one on either side of a bridge.
     std::unique_ptr<LumenParts> grow() {
         progress_.stage("growing the lumen");
         field_.emplace(source_, ram_, threads_);

@@ -136,8 +136,8 @@ class Neighbours {
     std::map<std::string, std::size_t> slicesOfFolder_;
 };
 
-/// Whether a slice continues the stack of a series: alike in size, orientation and spacing, and a whole
-/// number of gaps from its first slice, at most one beyond its ends.
+/// True if a slice continues the stack of a series. It has the same size, orientation and spacing, and is a
+/// whole number of gaps from the first slice, at most one beyond the ends.
 bool continues(const DicomSlice& slice, const DicomSeries& series) {
     const DicomSlice& first = series.slices.front();
     if (!slice.positionMm || !slice.rowDirection || !slice.spacingMm || !first.rowDirection ||

@@ -219,8 +219,8 @@ std::vector<double> sortAlongNormal(const DicomSeries& series, const Stack& stac
     return distance;
 }
 
-/// How far rounding can have moved each slice of plan.order from its place in a straight and even stack of
-/// the same ends, mm: half a unit of its own last decimal and half of the ends'. 0: no decimals worth
+/// The largest displacement of each slice of plan.order by rounding, from a straight and even stack with the
+/// same ends, mm. It is half a unit of its own last decimal and half of the ends'. 0: no decimals worth
 /// telling, or more than `most` is lost.
 std::vector<double> movedByRounding(const DicomSeries& series, const SlicePlan& plan, double most) {
     constexpr int kMostDecimals = 4;

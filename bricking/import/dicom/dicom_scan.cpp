@@ -337,7 +337,7 @@ class Scanner {
         const std::uint64_t present = std::min<std::uint64_t>(fileBytes - std::min(offset, fileBytes),
                                                               plain ? parser.GetPixelDataVL() : fileBytes);
         const std::uint64_t needed = plain ? frameBytes * static_cast<std::uint64_t>(frames) : 1;
-        // No codec here gains more than a thousandfold; a larger claim is not worth allocating for.
+        // No codec here gains more than a thousandfold; a larger stated size is not worth allocating.
         if (present < needed || frameBytes > present * 1000 + (std::uint64_t{1} << 26))
             return damaged(file, std::to_string(plain ? needed : frameBytes) + " bytes of pixels",
                            std::to_string(present) + " bytes (is the file truncated?)");
@@ -366,7 +366,7 @@ class Scanner {
                            std::to_string(present));
         if (const std::uint64_t claimed = parser.GetPixelDataVL(); plain && claimed > fileBytes - offset)
             return damaged(file,
-                           "the " + std::to_string(claimed) + " bytes that PixelData (7fe0,0010) claims",
+                           "the " + std::to_string(claimed) + " bytes that PixelData (7fe0,0010) states",
                            std::to_string(fileBytes - offset));
         // A dose or protocol screen that was saved under the scan's own SeriesInstanceUID is no slice of it.
         if (!header.has(DC::ImagePositionPatient) && frames == 1 &&

@@ -90,8 +90,9 @@ std::string checkRegular(const DicomSeries& series) {
     return "irregular headers, in most slices alike (" + first.irregularity + "): read all the same";
 }
 
-/// Slices of one series have one number format. A few that say another one are damaged, for a bit that flips
-/// there shifts or wraps every value; where many do, each is read by its own, which is said.
+/// Slices of one series have one number format. A few with another format are damaged, because a flipped bit
+/// there shifts or wraps every value. If there are many, each is read by its own format, and this is
+/// reported.
 std::string checkFormats(const DicomSeries& series) {
     using Format = std::tuple<int, int, int, bool>;
     const auto formatOf = [](const DicomSlice& s) {

@@ -8,7 +8,7 @@
 namespace tessera {
 namespace {
 
-// Bounds of what a header may claim; beyond, it has other units than it should.
+// Bounds of header values; beyond, the units are wrong.
 constexpr double kLeastDoseBq = 1e6, kMostDoseBq = 1e11;
 constexpr double kLeastKg = 0.01, kMostKg = 650; // mice to men
 constexpr double kLeastHalfLifeS = 60, kMostHalfLifeS = 1e7;

@@ -1,7 +1,7 @@
 // render/backends/reference/light_rays.cpp: see light_rays.h. As for what is seen, the field between two
 // planes of sample centres is a cubic, cut where it crosses a point of the function. On a piece a four-point
-// Gauss rule gives the depth, and the depth up to each of its points, which the light that is left there
-// follows from; pieces deeper than a half are halved.
+// Gauss rule gives the optical depth, and the depth up to each of its points, from which the light left there
+// follows. Pieces with a depth above a half are halved.
 #include "render/backends/reference/light_rays.h"
 
 #include "render/contract/ray.h"
@@ -43,7 +43,7 @@ const Rule& gauss4() {
     return rule;
 }
 
-/// More than this no light of voxels can be.
+/// Upper bound of light per voxel.
 constexpr double kMostLight = 65535 / double{leaf::kLightOne};
 
 /// (1 - exp(-depth)) / depth: the mean of what is left of light along a piece of one extinction.

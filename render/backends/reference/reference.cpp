@@ -1,8 +1,8 @@
 // render/backends/reference/reference.cpp: see reference.h. Between two planes of sample centres the field
-// along a ray is a cubic; it is cut where it crosses a point of the transfer function or the value of an
-// isosurface, and each smooth piece goes to the integrator. Shading adds the planes where the
-// values that the gradient is made of change their cell, and cuts where that gradient turns away from the
-// ray. Occlusion and shadows are taken by rays of their own (light_rays.h), where anything is to be seen.
+// along a ray is a cubic. It is cut where it crosses a point of the transfer function or the value of an
+// isosurface, and each smooth piece goes to the integrator. Shading adds the planes where the values that the
+// gradient is made of change their cell, and cuts where that gradient turns away from the ray. Occlusion and
+// shadows are taken by rays of their own (light_rays.h), where anything is to be seen.
 #include "render/backends/reference/reference.h"
 
 #include "core/base/threads.h"
@@ -94,8 +94,8 @@ class RayIntegral {
         return t1 > t0 || (input_.flat && t1 == t0);
     }
 
-    /// Of rays that keep one value: between planes of sample centres the field is a cubic, whose extremes are
-    /// at its ends or where it turns, and whose mean is that of its values by the three-eighths rule.
+    /// For rays that keep one value. Between planes of sample centres the field is a cubic: its extrema are
+    /// at its ends or turning points, and its mean follows from the three-eighths rule.
     glm::dvec4 keptValue(const ReferenceRay& ray) {
         if (parts_.empty())
             return glm::dvec4(0);
