@@ -65,7 +65,7 @@ CatalogueRow rowOfFile(const FileFormat& format, const fs::path& path, const fs:
     return row;
 }
 
-/// What can be told of a reconstruction without any text that a person wrote.
+/// The description of a reconstruction, without any text that a person typed.
 std::string reconstructionOf(const DicomSeries& series, const DicomListing& listing) {
     std::string text = series.isScout ? "scout (localizer)" : series.object;
     const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };

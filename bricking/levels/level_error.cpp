@@ -1,6 +1,6 @@
-// bricking/levels/level_error.cpp: see level_error.h. What costs time is compositing 1728 samples a brick,
-// one look-up each (but for narrow functions), in tables made for the few lengths that segments have. Vectors
-// are the compilers' own (GCC and Clang), because neither makes good ones of these loops by itself.
+// bricking/levels/level_error.cpp: see level_error.h. Time goes into compositing 1728 samples per brick, with
+// one lookup each (except for narrow functions), in tables for the few lengths of segments. Vectors are the
+// compilers' own (GCC and Clang), because neither makes good ones of these loops by itself.
 #include "bricking/levels/level_error.h"
 
 #include "bricking/levels/graded_rays.h"

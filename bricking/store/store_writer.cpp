@@ -40,7 +40,7 @@ struct LevelState {
     std::vector<GrowingShard> growing; // [y][x]: the row of shards that slabs fill now
 };
 
-/// Where one chunk is prepared.
+/// Buffers for one chunk.
 struct Slot {
     ChunkKey key;
     std::vector<std::byte> raw, encoded;

@@ -16,7 +16,7 @@ template <typename T> T mixed(const T& a, const T& b, double share) {
     return a + share * (b - a);
 }
 
-/// What points say just below a value and from it on; of as many numbers as N.
+/// The limits of a function at a value, from below and from above; with N components.
 template <std::size_t N> struct Limits { std::array<double, N> below, from; };
 template <std::size_t N> struct Knot {
     double value;
@@ -150,7 +150,7 @@ std::vector<std::vector<double>> numbersOf(const std::vector<Camera>& cameras) {
     return out;
 }
 
-/// How far one camera is from another, mm: what turns moves as what is looked at does on the picture.
+/// The distance between two cameras, mm: a rotation counts as the movement of the focal point on the picture.
 double wayBetween(const Camera& a, const Camera& b) {
     const glm::dvec3 da = glm::normalize(a.focalPoint - a.position),
                      db = glm::normalize(b.focalPoint - b.position);
@@ -365,7 +365,7 @@ CameraCurve::CameraCurve(const std::vector<double>& times, const std::vector<Cam
     for (const Camera& camera : cameras_)
         if (camera.projection != cameras_.front().projection)
             throw badFile(where, "cameras of one projection in all keyframes", "both");
-    // How far the camera moves along each segment, for an even pace in it.
+    // The camera's movement along each segment, for constant speed within it.
     constexpr int kParts = 64;
     std::vector<double> way = {0};
     for (std::size_t k = 0; k + 1 < cameras_.size(); ++k) {

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kNodes = 4; // a span of the spline, where arc length and frame are known
 
-/// Where lines meet, the route has a corner: rounded within the lumen, over about its radius.
+/// The corners of the route, where lines meet, are rounded within the lumen, over about its radius.
 void roundCorners(std::vector<RoutePoint>& points, const std::vector<double>& corners) {
     for (const double corner : corners) {
         const auto at = std::lower_bound(points.begin(), points.end(), corner,

@@ -248,7 +248,7 @@ std::string pathJson(const Path& path) {
 }
 
 namespace {
-/// What the scene's schema defines is referred to there.
+/// Definitions of the scene's schema are references to it.
 Schema withReferences(const Schema& schema, const Schema& elsewhere) {
     const std::string prefix = "#/$defs/";
     Schema out = schema;

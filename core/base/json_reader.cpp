@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-/// What a value is, short enough for a line.
+/// A short description of a value.
 std::string describe(const json& value) {
     constexpr std::size_t kMaxShown = 40;
     if (value.is_object())

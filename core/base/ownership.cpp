@@ -25,7 +25,8 @@ Error cannotMake(const fs::path& path) {
     return Error(printable(path.string()) + ": cannot be made: " + std::strerror(errno));
 }
 
-/// Whether path still names what is open: a name may have gone, or stand for another file, before the lock.
+/// True if path still names the open file: before the lock a name may have been removed, or given to another
+/// file.
 bool isStill(const FileHandle& file, const fs::path& path) {
     struct stat open {
     }, named{};

@@ -51,7 +51,7 @@ double quantile(const ValueSummary& values, std::size_t first, double fraction) 
     return values.highest;
 }
 
-/// Where an object's values begin, their median, and where all but the brightest end.
+/// The least value of an object, its median, and its largest value without the brightest.
 struct ObjectValues {
     double start, middle, top;
 };

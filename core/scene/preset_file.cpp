@@ -79,7 +79,7 @@ Preset presetOf(const Scene& scene, const std::string& name) {
     preset.name = name;
     preset.unit = scene.volumes.front().unit == "HU" ? PresetUnit::hu : PresetUnit::any;
     preset.function = *function;
-    // What scenes do not write because it is the default is said here: it replaces what another scene has.
+    // Defaults, which scenes do not write, are written here: they replace values of another scene.
     const json whole = json::parse(sceneJson(scene));
     json look = {{"mode", nameOf(scene.mode)},
                  {"valueColour", nameOf(scene.valueColour)},

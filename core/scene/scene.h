@@ -114,8 +114,8 @@ struct SceneVolume {
     SourceChoice source = {}; // of source files
 };
 
-/// What a camera by side is fitted to: all that the transfer function and the isosurfaces show, the volume's
-/// box, or what is shown within the cuts.
+/// The target of a fitted camera: all that the transfer function and the isosurfaces show, the volume's box,
+/// or what is shown within the cuts.
 enum class Fit { shown, volume, kept };
 
 /// A camera by side, which is fitted once the volume is known.

@@ -14,7 +14,7 @@ using nlohmann::json;
 
 namespace {
 
-/// What stands at a key's steps below a value: ".ambient", "[0].opacity", "". Null where nothing does.
+/// The value at a key's steps below another: ".ambient", "[0].opacity", "". Null where nothing does.
 json& below(json& value, std::string_view steps, const std::string& where) {
     if (steps.empty())
         return value;

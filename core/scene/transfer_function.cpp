@@ -209,7 +209,7 @@ TransferTable makeTable(const TransferFunction& function, std::vector<SurfaceVal
         first -= 0.5 * lacking;
         last += 0.5 * lacking;
     }
-    // What was added to the ends of a range that fills floats is beyond them.
+    // The margin added to a range may exceed the range of floats.
     first = std::max(first, -kLargestValue);
     last = std::min(last, kLargestValue);
     double closest = last - first;

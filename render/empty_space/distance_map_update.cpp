@@ -77,7 +77,7 @@ class Pair {
             up[x] = from[1] > kFarthest ? std::uint8_t{0} : from[1];
         }
     }
-    /// Whether it changed.
+    /// Returns true if it changed.
     bool mendRow(int y, int z, int stepY, int stepZ) {
         const std::size_t width = static_cast<std::size_t>(grid_.x);
         read(y + stepY, z, near_[0]);

@@ -20,7 +20,7 @@ struct Range {
     }
 };
 
-/// What bricks around one have.
+/// Bounds of neighbouring bricks.
 struct Surroundings {
     int coarsest = 0; // of those that are not empty, itself included
     Range means;      // of the empty ones

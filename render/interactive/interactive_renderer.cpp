@@ -1,5 +1,5 @@
 // render/interactive/interactive_renderer.cpp: see interactive_renderer.h: what to choose, and when to draw.
-// How bricks move is in interactive_bricks.cpp.
+// Moves of bricks are in interactive_bricks.cpp.
 #include "render/interactive/interactive_renderer.h"
 
 #include "core/base/error.h"
@@ -23,7 +23,7 @@ constexpr milliseconds kLightPatience{700}; // for finer light
 
 } // namespace
 
-/// What a choice needs; it is made on another thread.
+/// The inputs of a choice, which is made on another thread.
 struct InteractiveRenderer::Request {
     const FramePlan* scene = nullptr;              // of it statistics and info only
     std::shared_ptr<const TransferTable> function; // where it is another one
@@ -264,7 +264,7 @@ void InteractiveRenderer::chooseWhatIsNew() {
     if (choosing_.valid() || !mayChoose())
         return;
     if (forChoice_.any()) {
-        // What the last view saw is the best guess at what this one will see, unless the function is another.
+        // Visibility in the last view is the best estimate for this one, unless the function has changed.
         startChoosing(p_.view.camera, visible_);
         forChoice_ = Changes();
     } else if (wanted_ && moves_.empty() && countsLeft_ == 0 && lookedAhead_ < path_.size()) {
@@ -377,7 +377,7 @@ bool InteractiveRenderer::pictureIsDue() const {
         return true;
     if (!forDevice_.any(kLevelsChanged) && !forPicture_.any(kLevelsChanged))
         return false;
-    // Where bricks are still to come, as long again as a picture takes.
+    // If bricks are still loading, the time of another picture.
     return moves_.empty() || waited > std::max<Clock::duration>(kPatience, pictureTook_);
 }
 

@@ -44,7 +44,7 @@ int fitted(std::span<const LightLeft> samples, float error, int layers,
     if (last > from.mm) {
         if (count > layers - 1)
             return layers + 1;
-        // What lies beyond the last place has its light: as near to the truth as can be.
+        // Points beyond the last one have its light, the best approximation.
         const float slope = std::clamp((samples.back().light - from.light) / (last - from.mm), low, high);
         places[static_cast<std::size_t>(count++)] = {last, from.light + slope * (last - from.mm)};
     }

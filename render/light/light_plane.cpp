@@ -42,7 +42,7 @@ void LightPlane::publish(std::span<const BrickEntry> entries) {
     lookAgain();
 }
 
-/// What is to be refined is to be found anew.
+/// The queue of refinement must be computed again.
 void LightPlane::lookAgain() {
     queueLevel_ = -1;
     ambientDone_ = SceneLight::kCoarseLevel;
@@ -132,7 +132,7 @@ void LightPlane::lightAll(int finest, Work& work) {
             lightBricks(std::move(bricks[parts]), finest, parts, work);
 }
 
-/// What bricks have that stand as one value.
+/// Light of bricks drawn as one value.
 void LightPlane::lightStanding() {
     VoxelLight& voxels = light_.voxels();
     for (std::size_t part = 0; part < kLightParts; ++part) {

@@ -115,7 +115,7 @@ bool Occluder::isEmpty(const Range& range) const {
     return table_->emptyOver(std::min(a, b), std::max(a, b));
 }
 
-/// What lies behind an isosurface takes light, though nothing shows there.
+/// Space behind an isosurface takes light, though it may be invisible.
 bool Occluder::letsAllThrough(const Range& range) const {
     return isEmpty(range) && (optics_->surfaces.empty() || range.high < optics_->surfaces.front().isovalue);
 }
@@ -219,7 +219,7 @@ void Occluder::readChunk(const ChunkKey& key, const glm::ivec3& first, const glm
     });
 }
 
-/// Whether nothing can show in a chunk nor within two samples of it.
+/// True if a chunk and two samples around it are invisible.
 bool Occluder::nothingNear(const ChunkKey& chunk) const {
     Range range = rangeOf(chunk);
     if (chunk.level == 0) {
@@ -298,7 +298,7 @@ void Occluder::find(const ChunkKey& chunk, std::span<const std::uint8_t> bricks,
     if (occludes || chunk.level == 0) // elsewhere statistics say where anything shows
         read(chunk, cache, room);
 
-    // Which runs are wanted: by bricks, and by what can show near them.
+    // The requested runs: by bricks, and by visibility near them.
     const glm::ivec3 own = glm::ivec3(chunk.i, chunk.j, chunk.k) * kChunkExtent;
     const glm::ivec3 samples =
         glm::min(levelExtent(info_.extentVoxels, chunk.level) - own, glm::ivec3(kChunkExtent));

@@ -95,7 +95,7 @@ LightParts SceneLight::takeChanges() {
     return kAllLight;
 }
 
-/// What lies behind an isosurface takes light, and no distance map knows of it.
+/// Space behind an isosurface takes light, which distance maps do not include.
 LightPath SceneLight::fieldAsDrawn() const {
     const Layer& volume = scene_.layer();
     const bool leaps = scene_.view.quality.skipping && volume.optics.surfaces.empty();

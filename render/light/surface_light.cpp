@@ -79,8 +79,8 @@ SurfaceLight::SurfaceLight(const FramePlan& plan, int threads, bool finestSample
 }
 
 std::size_t SurfaceLight::bytesPerPixel(bool sampled) {
-    // What middles met and found, and their keys; what is added to an array of rays, and to the picture.
-    // Where pixels have samples, what an array of them met, and the sums of what is added.
+    // Hits and results of pixel centres, and their keys; the colours to add to an array of rays, and to the
+    // picture. With several samples per pixel: the hits of an array, and the sums of the colours to add.
     const std::size_t middles = sizeof(SurfaceHit) + sizeof(float) + sizeof(glm::vec4);
     return sampled ? middles + sizeof(SurfaceHit) + 3 * sizeof(glm::vec4) : middles;
 }

@@ -12,8 +12,8 @@ namespace tessera {
 namespace {
 
 /// Automatic samples: rounds after the first. Each spends at most half of the remaining rays, or all if few
-/// are left, so that most rays follow the results of earlier rounds. What few rays hit is found from what
-/// they do, a pixel further in each round.
+/// are left, so that most rays follow the results of earlier rounds. Small structures are found from rays
+/// that hit them, one pixel further in each round.
 constexpr int kRounds = 12;
 constexpr std::size_t kLittle = 32;
 
@@ -94,7 +94,7 @@ bool AreaPicture::takeOverlooked() {
         return false;
     const std::vector<std::uint32_t> pixels = std::exchange(overlooked_, {})(sums_.image());
     const auto each = static_cast<std::size_t>(nextSamples(0));
-    // Half of what may be taken is left for what shows. Where not all can be had they are spread.
+    // Half of what may be taken is left for what shows. If not all are possible they are spread.
     const std::size_t most = goal_.rays / (2 * each), taken = std::min(pixels.size(), most);
     for (std::size_t n = 0; n < taken; ++n)
         take(pixels[n * pixels.size() / taken], nextSamples(0));
@@ -114,7 +114,7 @@ void AreaPicture::chooseNeedy() {
     const auto cost = [&](std::uint32_t pixel) {
         return static_cast<std::size_t>(nextSamples(sums_.samples(pixel)) - sums_.samples(pixel));
     };
-    // What a ray gains: the error's square falls at least as fast as samples grow.
+    // The gain of a ray: the error's square falls at least as fast as samples grow.
     struct Needy {
         float gain;
         std::uint32_t pixel;
@@ -252,7 +252,8 @@ double AreaPicture::share(double ofArray) const {
     const double within = pixels_.empty() ? 0
                                           : (static_cast<double>(first_) + (drawing_ ? ofArray : 0)) /
                                                 static_cast<double>(pixels_.size());
-    // Where pixels decide each round takes about half of what is left, the first a third; else rounds double.
+    // With automatic samples each round takes about half of the remaining rays, the first a third; else
+    // rounds double.
     if (decides())
         return 1 - std::exp2(-round_) * (1 - 0.5 * within);
     return (round_ == 0 ? within : std::exp2(round_ - 1) * (1 + within)) / std::exp2(count - 1);

@@ -47,7 +47,7 @@ double varianceOfSets(const PixelSums& sums, const glm::ivec2& at) {
     return (static_cast<double>(glm::dot(off, off)) + kNeighbours * around) / (1 + kNeighbours);
 }
 
-/// How fast L* rises with light, a component of linear light.
+/// The derivative of L* by a component of linear light.
 double lightnessSlope(double light) {
     constexpr double linearBelow = 0.008856451679035631; // CIE 1976
     return light > linearBelow ? 116.0 / 3 / std::cbrt(light * light) : 903.2962962962963;

@@ -170,7 +170,8 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
     // Fewer pages than the selection has: rays wait for bricks.
     const auto inPasses = [&] {
         const std::size_t wanted = pagesFor(chosen.selection.counts);
-        // Where none is named, one that takes ends comes only with room for far more pages than it needs.
+        // By default an integrator with values at ends is used only with room for far more pages than it
+        // needs.
         const Integrator named = scene.quality.integrator;
         const bool takesEnds = named != Integrator::automatic && named != Integrator::midpoint;
         chosen.atlasPages = std::min(std::max<std::size_t>(1, wanted), pages);
@@ -231,7 +232,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
     else if (scene.quality.pixels.samples != 1 && !scene.quality.maxError)
         chooser->allowSubpixelLevels(kLevelsWithinPixels);
     chosen.predicted = true;
-    // Where something is cut away, what it hid is seen: nothing counts as hidden.
+    // With cuts, nothing counts as hidden, because cuts uncover bricks.
     const std::vector<float> visible = part.any() ? std::vector<float>() : chooser->predictedVisibility();
     if (scene.quality.maxError) {
         Selection& s = chosen.selection;
@@ -250,7 +251,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
         chosen.unseenBricks += leaveOutUndrawn(s, part, info, takesGradients);
         inPasses();
     } else {
-        // What is hidden needs no memory that what is seen could have.
+        // Hidden bricks must not take memory from visible ones.
         BestLevels best =
             bestLevels(*chooser, statistics.brickMean, pages, visible, unseenBy(scene.lighting));
         chosen.selection = std::move(best.selection);

@@ -26,7 +26,7 @@ glm::dvec3 middleOf(const VolumeInfo& info) {
     return glm::dvec3(info.patientFromVoxel * glm::dvec4(0.5 * glm::dvec3(info.extentVoxels), 1));
 }
 
-/// Where the edges of the volume's box cross a plane; mm.
+/// The crossings of a plane with the edges of the volume's box; mm.
 std::vector<glm::dvec3> crossSection(const VolumeInfo& info, const glm::dvec3& point,
                                      const glm::dvec3& normal) {
     std::vector<glm::dvec3> found;

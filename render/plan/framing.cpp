@@ -141,8 +141,8 @@ class EdgeSearch {
         }
     }
 
-    /// Where a cell shows something furthest towards a side; nothing where the ray through its strongest
-    /// voxel shows nothing.
+    /// The furthest visible point of a cell towards a side; nullopt if the ray through its strongest voxel is
+    /// invisible.
     std::optional<glm::dvec3> outermostOf(std::size_t cell, std::size_t side) const {
         struct Voxel {
             glm::ivec3 at;
@@ -180,7 +180,7 @@ class EdgeSearch {
             else
                 out = middle + 1;
         }
-        // What a voxel shows reaches towards the next one: how far, by halving again.
+        // The visible extent of a voxel towards the next one, by bisection.
         const glm::dvec3 outwards = outwardsOf(side);
         glm::dvec3 best = centreOf(voxels[in].at);
         for (std::size_t n = in; n < std::min(in + kVoxelsFollowed, voxels.size()); ++n) {
@@ -266,7 +266,7 @@ ViewFit fitOfShown(const ViewAxes& axes, Projection projection, BrickCache& cach
     const ViewSpace space(info, empty.axes());
     const ShownRays shown(cache, info, statistics, table, space, part, kLeastOpacityFramed, threads);
     EdgeSearch search(info, statistics, shown, space, empty, threads);
-    // What rays show depends on where the eye is, which is what is looked for: again, unless it hardly moved.
+    // Visibility depends on the eye, which is being searched: iterates until it hardly moves.
     for (int turn = 0;; ++turn) {
         ViewFit fit = search.run();
         if (fit.empty())

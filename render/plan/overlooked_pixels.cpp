@@ -74,7 +74,7 @@ class Projector {
     glm::dmat3 halfOfVoxel_{0}; // along the view, a column an axis of voxels
 };
 
-/// How many pixels of a box show something, from sums over all that lie above and to the left.
+/// The number of visible pixels in a box, from sums over all pixels above and to the left.
 class ShownPixels {
   public:
     explicit ShownPixels(const Image& image)

@@ -28,7 +28,7 @@ void checkIntegrator(const Quality& quality) {
             "found " +
             integratorNames()[static_cast<std::size_t>(quality.integrator)]);
 }
-/// What light needs, and what is not built.
+/// Rules for light, and combinations that are not implemented.
 void checkLight(const Scene& scene) {
     if (lightChannels(scene.lighting) > 0 && !scene.shading.on)
         throw InputError("lighting: occlusion and shadows are light, and this picture has none (shading is "
@@ -308,7 +308,7 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     const MemoryBudget &free = context.ram, &gpu = context.gpu;
     const VolumeInfo& volumeInfo = info();
     const glm::ivec3 extent = volumeInfo.extentVoxels, bricks = brickGrid(extent);
-    // What is seen is counted before the picture, in its room; with quality to reach, rays wait for bricks.
+    // Visibility is counted before the picture, in its memory; with an error bound, rays wait for bricks.
     const int channels = keptLightChannels(view.lighting);
     layer().lightCharge = {};
     const int layers = view.shadowQuality.layers; // as it was asked for

@@ -24,7 +24,7 @@ double valueAt(LatticeReader& samples, const glm::dvec3& p) {
     return low + part.z * (high - low);
 }
 
-/// Where a line leaves a box that it is in.
+/// The exit of a line from a box.
 double endOfBox(const RayLine<double>& line, const glm::ivec3& first, int edge) {
     double end = std::numeric_limits<double>::max();
     for (int axis = 0; axis < 3; ++axis)

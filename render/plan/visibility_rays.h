@@ -18,7 +18,7 @@ struct VisibilityRays {
 VisibilityRays visibilityRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& imageSize,
                               const Strides& strides);
 
-/// What rays that count take beside rayStateBytes().
+/// Memory of counting rays beside rayStateBytes().
 inline std::size_t countingBytes(const glm::ivec2& size, const glm::ivec3& bricks) {
     return kRayLastBrickBytes * rayCount(size) + sizeof(SeenBrick) * cellCount(bricks);
 }

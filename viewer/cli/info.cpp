@@ -203,7 +203,7 @@ void infoSource(const InfoArguments& arguments, const CommonOptions& common) {
             printLine("passed over", listing.passedOver);
         std::fflush(stdout); // before what goes to stderr
     };
-    // What is no volume gets the importer's own explanation.
+    // For a path that is no volume the importer explains.
     if (listed.empty()) {
         if (isFolder && !listing.rows.empty() && !arguments.asJson)
             printTable();

@@ -21,7 +21,7 @@ constexpr double kBeside = 1e-7;   // of an interval: where its ends are looked 
 constexpr double kSame = 1e-5;     // a point's own value and the curve's limit there
 constexpr double kSteepest = 1e-9; // of a step, relative to where it is
 
-/// What screens show of linear light, and back.
+/// sRGB from linear light, and back.
 glm::dvec3 shown(const glm::dvec3& linear) {
     return {srgbFromLinear(linear.r), srgbFromLinear(linear.g), srgbFromLinear(linear.b)};
 }

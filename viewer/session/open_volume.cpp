@@ -19,8 +19,8 @@ namespace {
 
 constexpr int kHistogramBinsSeen = 256;
 constexpr std::size_t kSliceParts = 8; // of the RAM, one is for the three planes
-/// Where pictures that follow one another would not fit beside stills: of the RAM, one each for the planes
-/// and for lines; stills are left out.
+/// Shares of RAM if interactive pictures would not fit beside stills: one each for planes and for lines;
+/// stills are left out.
 constexpr std::size_t kTightParts = 16;
 /// Pictures that are kept at once: the one that is shown, the next, and the one that a window still reads.
 constexpr std::size_t kKeptPictures = 3;

@@ -18,7 +18,8 @@ constexpr double kStepVoxels = 0.5;
 constexpr int kReach = 2; // segments to either side of a place: a voxel
 constexpr double kLeast = 1.0 / 255, kEndOfLight = 1.0 / 512;
 
-/// What each segment of a ray adds to the picture's opacity, and where its middle is, in segments.
+/// The contribution of each segment of a ray to the picture's opacity, and the position of its middle, in
+/// segments.
 struct Shares {
     std::vector<double> added, at;
 };

@@ -76,7 +76,7 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
     }
 }
 
-/// Where a folder holds several volumes and none was named, they are offered. What is open stays.
+/// If a folder holds several volumes and none was chosen, they are offered. The open volume stays.
 bool SessionThread::offerChoice(const SessionWishes::ToOpen& what, const std::string& why) {
     std::shared_ptr<const VolumeOffers> offers;
     std::error_code ignored;

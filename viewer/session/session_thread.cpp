@@ -35,7 +35,7 @@ SessionThread::~SessionThread() {
 
 void SessionThread::run() {
     for (;;) {
-        // Who calls an opening off from here on means the one that is taken now.
+        // From here on a cancellation is for the request that is taken now.
         SessionWishes wishes = board_.take(resting_, [this] { openingCalledOff_ = false; });
         if (wishes.stop)
             break;
@@ -258,7 +258,7 @@ void SessionThread::tellState(const InteractiveRenderer::Progress& progress) {
     });
 }
 
-/// What was asked cannot be drawn: nothing more comes until something else is asked.
+/// The request cannot be drawn: nothing more comes until the next one.
 void SessionThread::giveUp(const std::string& problem) {
     resting_ = true;
     refused_ = asked_;

@@ -18,7 +18,7 @@ constexpr ImU32 kInk = IM_COL32(255, 160, 90, 255), kHeld = IM_COL32(255, 220, 1
 constexpr double kReach = 10;           // units around a handle that take it
 constexpr double kArrowOfHeight = 0.08; // of the picture: how long a handle's arrow is
 
-/// Where a box lies: a corner, and the ways along its edges, mm, for one of its units each.
+/// The frame of a box: a corner, and vectors along its edges, mm per unit.
 struct BoxFrame {
     glm::dvec3 origin{0};
     glm::dmat3 axes{1.0};
@@ -35,7 +35,7 @@ BoxFrame frameOf(const VolumeInfo& info, const CropBox& box) {
     return frame;
 }
 
-/// What a handle pushes: a plane along its normal, or a side of the crop box along its axis.
+/// The target of a handle: a plane along its normal, or a side of the crop box along its axis.
 struct Grip {
     std::size_t plane = 0;
     int axis = -1; // of the box; -1: a plane

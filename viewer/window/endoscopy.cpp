@@ -97,7 +97,7 @@ void Endoscopy::showWall(WindowState& desk) {
     desk.tell(words);
 }
 
-/// What the film shows at this place, as one looks now.
+/// The film's frame at this position, in the current direction.
 void Endoscopy::show(WindowState& desk, bool moving) {
     if (!curve_ || !mayFly())
         return;

@@ -62,7 +62,7 @@ void drawOutline(ImDrawList& draw, std::size_t points,
     }
 }
 
-/// What was found, a row a sentence, and why it may be wrong.
+/// The result, a sentence per row, and why it may be wrong.
 void drawFound(ImDrawList& draw, const glm::dvec2& from, std::string about, const std::string& doubt) {
     for (std::size_t at = about.find("; "); at != std::string::npos; at = about.find("; ", at))
         about.replace(at, 2, "\n");

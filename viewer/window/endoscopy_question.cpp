@@ -20,7 +20,7 @@ std::string Endoscopy::doubt() const {
     return path_ && path_->lumen ? doubtText(*path_->lumen) : "";
 }
 
-/// Where the flight would stop that stays in the lumen, along its route; none: nobody knows.
+/// The end of the flight that stays in the lumen, along its route; none: unknown.
 std::optional<double> Endoscopy::stopMm() const {
     if (!path_ || !path_->lumen || path_->flight->route.size() != 1 || path_->flight->route.front() != 0)
         return std::nullopt;

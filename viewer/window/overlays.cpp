@@ -61,7 +61,7 @@ void drawCube(ImDrawList& draw, const Camera& camera, bool lettered, const ImVec
         }
 }
 
-/// How good the picture is, where it is not as good as it can be.
+/// The picture's quality, unless it is final.
 std::string badge(const WindowState& desk) {
     const ShownPicture* const picture = desk.picture();
     const ViewingState& s = desk.state();

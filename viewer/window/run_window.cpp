@@ -57,7 +57,7 @@ struct Glfw {
     ~Glfw() { glfwTerminate(); }
 };
 
-/// What events leave for the next frame.
+/// Input of events for the next frame.
 struct Events {
     int framesOwed = kFramesAfterEvent;
     std::vector<fs::path> dropped;
@@ -300,7 +300,7 @@ class Loop {
         return area;
     }
 
-    /// What is right of the picture.
+    /// Draws the parts right of the picture.
     Area slicesBeside(const Area& picture) const {
         Area area = picture;
         area.from.x = picture.from.x + picture.size.x + 2;
@@ -418,7 +418,7 @@ class Loop {
             {static_cast<float>(from.x + shown.x), static_cast<float>(from.y + shown.y)});
     }
 
-    /// What is open and how good the picture is: seen in lists of windows, and by what drives one.
+    /// The open volume and the picture's quality: for lists of windows, and for programs that drive one.
     void nameWindow() {
         std::string title = "Tessera";
         if (const VolumeSeen* const volume = desk_.volume())

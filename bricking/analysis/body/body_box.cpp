@@ -48,7 +48,7 @@ struct Grid {
 };
 using Marks = std::vector<std::uint8_t>;
 
-/// Which samples of a level are above kBodyHu.
+/// The samples of a level above kBodyHu.
 Marks marksOf(const ChunkSource& source, int level, const Grid& grid) {
     const VolumeInfo& info = source.info();
     Marks marks(grid.size());
@@ -127,7 +127,7 @@ Marks bodyOf(const Marks& above, const Grid& grid) {
         body[i] = above[i] && static_cast<double>(depths[i]) <= ball * ball;
         rest[i] = above[i] && !body[i];
     }
-    // What is small and hangs on it comes back.
+    // Small attached pieces return.
     const Marks opened = body;
     forParts(rest, grid, [&](const std::vector<std::int32_t>& voxels) {
         glm::ivec3 low(std::numeric_limits<int>::max()), high(-1);

@@ -42,7 +42,7 @@ double lengthOf(const CentredLine& line) {
     return line.spacingMm * static_cast<double>(line.mm.size() - 1);
 }
 
-/// Where a line is nearest to a place, mm along it.
+/// The position on a line nearest to a point, mm along it.
 double nearestAlong(const CentredLine& line, const glm::dvec3& mm) {
     std::size_t best = 0;
     for (std::size_t i = 1; i < line.mm.size(); ++i)

@@ -87,7 +87,8 @@ class Finder {
         found_.lumen.surface = surface();
     }
 
-    /// Where the line leaves the part connected to its beginning at the threshold that does not leak.
+    /// The position at which the line leaves the part connected to its beginning at the threshold that does
+    /// not leak.
     std::optional<double> leavesAt() {
         const GrownLumen sure =
             growLumen(field_.cache(), info_, *surely_, *voxelOf(request_.seeds.front()), ram_);
@@ -136,7 +137,7 @@ class Finder {
                                   : neighbourhoodOf(*values_, placeOf(seed), seed.name);
     }
 
-    /// Where values are noisy around a seed, all that follows is decided on values without that noise.
+    /// If values are noisy around a seed, all further steps use denoised values.
     void takeNoiseOff() {
         bool noisy = false;
         takenOff_ = 0;

@@ -19,8 +19,7 @@ constexpr int kN = kChunkExtent;
 const std::array<glm::ivec3, 6> kFaces = {
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
-/// What a chunk's neighbour across face f may take over: bits of the layer at that face, moved to where the
-/// neighbour has them, row by row.
+/// The bits of a chunk's layer at face f, moved to their position in the neighbour across it, row by row.
 /// @param use  (row of the neighbour, its bits)
 template <typename Row, typename Use> void acrossFace(std::size_t face, const Row& row, const Use& use) {
     for (int a = 0; a < kN; ++a) {

@@ -85,7 +85,7 @@ class LumenGraph {
     Rows rowsOf(LumenNode node) const;
     bool full(LumenNode node) const { return flags_[node] & kFull; }
     bool parted(LumenNode node) const { return flags_[node] & kParted; }
-    /// Whether voxels touch across face `axis` from a to the block at its upper side.
+    /// True if voxels touch across face `axis` from a to the block at its upper side.
     bool touch(const Rows& a, const Rows& b, int axis) const;
     bool solid(const glm::ivec3& block) const;
     void chainWithin(std::vector<glm::ivec3>& chain, LumenNode node, LumenNode next,

@@ -21,7 +21,7 @@ constexpr double kPastPeak = 0.9;  // of the peak
 constexpr double kMostEdgeMm = 3;  // from a threshold to the wall's peak
 constexpr double kFarMm = 200;     // no lumen is wider
 
-/// Where values first come to one, in steps between them; they begin below it and come to it.
+/// The first crossing of a value, in steps between samples; they begin below it and reach it.
 double firstAt(const std::vector<double>& values, double value) {
     const auto at = std::find_if(values.begin() + 1, values.end(), [&](double v) { return v >= value; });
     const auto i = std::min(at - values.begin(), std::ssize(values) - 1);

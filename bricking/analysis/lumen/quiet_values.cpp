@@ -19,8 +19,8 @@ constexpr std::size_t kMostFieldBytes = std::size_t{256} << 20;
 constexpr int kPasses = 2;
 constexpr int kMostWide = kChunkExtent + 2 * kPasses;
 constexpr std::size_t kScratchBytes = 2 * sizeof(float) * kMostWide * kMostWide * kMostWide;
-// How far apart values count as of one kind, in deviations of the noise that each pass finds: in full, at
-// all. The first leaves about two fifths of it.
+// Differences of values that have full weight, and any weight, in deviations of the noise before each pass.
+// The first leaves about two fifths of it.
 constexpr std::array<std::array<float, 2>, kPasses> kAlike = {{{2.5F, 4.5F}, {1.2F, 2.4F}}};
 constexpr double kReach = 1.2; // deviation of the weights by distance, smallest spacings
 

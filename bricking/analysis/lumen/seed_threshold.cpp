@@ -62,7 +62,7 @@ struct SeedRay {
     std::vector<double> values;
     std::size_t stays = 1; // how many in a row are a wall
 
-    /// Whether the last of them are beyond the lumen's noise, all on one side.
+    /// True if the last of them are beyond the lumen's noise, all on one side.
     bool endsAway(double lumen, double leave) const {
         if (values.size() < stays)
             return false;

@@ -100,7 +100,7 @@ class Flood {
     bool inVolume(const glm::ivec3& v) const {
         return v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x < n_.x && v.y < n_.y && v.z < n_.z;
     }
-    /// How far beyond the threshold.
+    /// Distance beyond the threshold.
     double height(const glm::ivec3& v) { return -rule_.depth(values_.voxel(v)); }
 
     void wait(const glm::ivec3& v, double height, std::size_t step) {
@@ -112,7 +112,7 @@ class Flood {
         queue_.emplace(height, linearIndex(v, n_));
     }
 
-    /// What borders the lumen waits.
+    /// Voxels that border the lumen are queued.
     void addShell() {
         for (const std::size_t chunk : lumen_.voxels.filledChunks()) {
             const glm::ivec3 corner = kChunkExtent * gridPosition(chunk, lumen_.voxels.chunks());
@@ -187,7 +187,7 @@ class Flood {
         return false;
     }
 
-    /// How far what borders the piece is beyond the level, in the mean; bone counts no more than a wall.
+    /// Mean distance of the piece's border beyond the level; bone counts no more than a wall.
     double standsOut(double level) const {
         double sum = 0;
         for (const auto& [v, height] : rim_)
@@ -195,7 +195,7 @@ class Flood {
         return rim_.empty() ? 0 : sum / static_cast<double>(rim_.size());
     }
 
-    /// What was filled is a leak; the flood does not go through its first voxel.
+    /// The filled region is a leak; the flood does not pass its first voxel.
     void letGo() {
         for (const auto& [v, height] : rim_)
             mark(v, Visit::none);

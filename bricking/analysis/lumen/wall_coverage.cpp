@@ -25,7 +25,7 @@ namespace {
 
 constexpr double kReachRadii = 1.5;
 
-/// Where one is beside the lines: the route's segments, and the points of the other lines.
+/// Nearest positions on the lines: the route's segments, and the points of the other lines.
 class Beside {
   public:
     Beside(const CoverageRequest& request)
@@ -42,7 +42,7 @@ class Beside {
     const std::vector<RoutePoint>& route() const { return route_; }
     double widestMm() const { return widest_; }
 
-    /// What can be nearest to places within `half` of a middle.
+    /// Candidates for the nearest to points within `half` of a centre.
     struct Near {
         std::vector<std::size_t> segments, points;
     };

@@ -56,7 +56,7 @@ bool isIrreversible(const MarkerReader& reader, std::size_t at, std::size_t leng
     return length > wavelet && reader.u8(at + wavelet) == 0;
 }
 
-/// Where tile-parts begin, by their markers, and where the stream ends.
+/// The starts of tile-parts, by their markers, and the end of the stream.
 std::vector<TilePart> findTileParts(const MarkerReader& reader, const Jpeg2000Header& main) {
     std::vector<TilePart> parts;
     std::size_t at = main.end;

@@ -76,19 +76,20 @@ class Neighbours {
         const auto at = byFolder_.find(folder.string());
         return at != byFolder_.end() && at->second.contains(series);
     }
-    /// Whether a file of the series in that folder has the ending; of names without one, about the length.
+    /// True if a file of the series in that folder has the ending; for names without one, about the length.
     bool endingHolds(const fs::path& file, std::size_t series) const {
         const auto at = byEnding_.find((file.parent_path() / endingOf(file)).string());
         return at != byEnding_.end() && at->second.contains(series);
     }
-    /// Whether the folder holds no slice, but the folder beside it, under the same name: a folder a slice.
+    /// True if the folder holds no slice, but the folder beside it does, under the same name: one folder per
+    /// slice.
     bool sameNameBesideHolds(const fs::path& file, std::size_t series) const {
         const fs::path folder = file.parent_path();
         const auto at = bySameName_.find((folder.parent_path() / file.filename()).string());
         return byFolder_.find(folder.string()) == byFolder_.end() && at != bySameName_.end() &&
                at->second.contains(series);
     }
-    /// Whether three folders or more beside this one hold a slice of the series each, and none holds several
+    /// True if three folders or more beside this one hold a slice of the series each, and none holds several
     /// slices.
     bool foldersBesideHoldASliceEach(const fs::path& folder, std::size_t series) const {
         std::size_t holding = 0;
@@ -102,7 +103,7 @@ class Neighbours {
         }
         return holding > kFewSlices;
     }
-    /// Whether the folder, or one that lies in it, holds slices of the series.
+    /// True if the folder, or one inside it, holds slices of the series.
     bool folderOrOneBelowHolds(const fs::path& folder, std::size_t series) const {
         return folderHolds(folder, series) ||
                std::any_of(byFolder_.begin(), byFolder_.end(), [&](const auto& entry) {

@@ -34,7 +34,7 @@ std::uint32_t littleEndian(const std::byte* at, int bytes) {
     return value;
 }
 
-/// Where the meta group ends: the first element that is not of group 2.
+/// The end of the meta group: the first element that is not of group 2.
 std::size_t endOfMeta(const std::vector<std::byte>& bytes, const std::string& where) {
     std::size_t at = kMetaBegin;
     while (at + 12 <= bytes.size() && littleEndian(&bytes[at], 2) == 2) {

@@ -52,8 +52,7 @@ glm::dvec3 unitDirection(const glm::dvec3& given, const std::string& where) {
     return given / length;
 }
 
-/// What the last decimal that a header gives of some numbers is worth: 1 for whole ones; 0: finer than
-/// `mostDecimals` tell.
+/// The value of the last decimal of some numbers in a header: 1 for whole ones; 0: finer than `mostDecimals`.
 template <class Numbers> double unitOf(const Numbers& numbers, int mostDecimals) {
     double unit = 1;
     for (int decimals = 0; decimals <= mostDecimals; ++decimals, unit /= 10)
@@ -64,7 +63,7 @@ template <class Numbers> double unitOf(const Numbers& numbers, int mostDecimals)
     return 0;
 }
 
-/// What directions and pixel spacing of a slice are rounded to, at most.
+/// The coarsest rounding of directions and pixel spacing of a slice.
 struct Rounding {
     double direction = 0, spacing = 0;
 };
@@ -77,7 +76,7 @@ Rounding roundingOf(const DicomSlice& slice) {
                       unitOf(std::array{s.x, s.y}, kMostDecimals)})};
 }
 
-/// Whether two vectors are roundings of one.
+/// True if two vectors are roundings of one.
 template <class Vector> bool roundingExplains(const Vector& a, const Vector& b, double unitA, double unitB) {
     double largest = 0;
     for (int i = 0; i < Vector::length(); ++i)
@@ -249,7 +248,7 @@ double driftAlong(const std::vector<double>& distance) {
     return largest;
 }
 
-/// Whether an even stack with rounded positions would have these gaps.
+/// True if an even stack with rounded positions could have these gaps.
 bool roundingMakesUneven(const DicomSeries& series, const SlicePlan& plan,
                          const std::vector<double>& distance, double medianMm) {
     const std::vector<double> moved = movedByRounding(series, plan, kMostRounding * medianMm);

@@ -92,7 +92,7 @@ struct Key {
 std::optional<double> real(const std::optional<int>& number) {
     return number ? std::optional<double>(*number) : std::nullopt;
 }
-/// What headers number phases with, the surest first.
+/// Header values that number phases, most reliable first.
 const Key kKeys[] = {
     {"phase ", " %", [](const SliceMoment& m) { return m.cardiacPercent; }},
     {"time ", "", [](const SliceMoment& m) { return real(m.temporalPosition); }},
@@ -100,7 +100,7 @@ const Key kKeys[] = {
     {"acquisition ", "", [](const SliceMoment& m) { return real(m.acquisition); }},
     {"echo ", "", [](const SliceMoment& m) { return real(m.echo); }},
 };
-/// What only gives an order at each place.
+/// Header values that only give an order at each position.
 const Key kOrders[] = {
     {"time ", "", [](const SliceMoment& m) { return m.triggerMs; }},
     {"time ", "", [](const SliceMoment& m) { return m.acquisitionSecond; }},

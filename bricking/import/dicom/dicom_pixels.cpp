@@ -23,7 +23,7 @@ std::int32_t storedValue(std::uint32_t word, const DicomSlice& slice) {
     return slice.isSigned && (bits & sign) ? value - static_cast<std::int32_t>(mask) - 1 : value;
 }
 
-/// Whether a word has bits beside the stored ones that are neither an overlay's nor a sign that goes on.
+/// True if a word has bits beside the stored ones that are neither an overlay's nor an extended sign.
 bool holdsMore(std::uint32_t word, const DicomSlice& slice) {
     const std::uint32_t all = slice.bitsAllocated == 8 ? 0xFFu : 0xFFFFu;
     const std::uint32_t stored = ((1u << slice.bitsStored) - 1u) << (slice.highBit + 1 - slice.bitsStored);
@@ -48,8 +48,8 @@ void unpack(const DicomSlice& slice, std::span<std::int32_t> out, StreamFindings
                           " of BitsStored (0028,0101), which are left out; is that tag right?";
 }
 
-/// Mends the lengths of a JPEG 2000 stream's tile-parts. Whether that gave the image that was meant is known
-/// only where the header tells its largest value.
+/// Mends the lengths of a JPEG 2000 stream's tile-parts. The result can be checked only if the header states
+/// the largest value.
 std::vector<std::byte> mend(const std::vector<std::byte>& stream, const StreamHeader& header,
                             const DicomSlice& slice) {
     if (!slice.largestStored)

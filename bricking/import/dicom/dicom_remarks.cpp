@@ -20,7 +20,7 @@ std::string shown(double value) {
     return text;
 }
 
-/// How many slices have each value.
+/// The number of slices with each value.
 template <class Value, class Of> std::map<Value, std::size_t> tallyOf(const DicomSeries& series, Of of) {
     std::map<Value, std::size_t> tally;
     for (const DicomSlice& slice : series.slices)
@@ -54,7 +54,7 @@ std::string differing(const std::map<Value, std::size_t>& tally, const Words& wo
     return text;
 }
 
-/// What InstanceNumber goes up by from slice to slice in space; nothing where it does not do so evenly.
+/// The increment of InstanceNumber from slice to slice in space; nullopt if it is not even.
 std::optional<int> instanceStep(const DicomSeries& series, const SlicePlan& plan) {
     std::optional<int> step;
     for (std::size_t n = 1; n < plan.order.size(); ++n) {

@@ -226,7 +226,7 @@ class Scanner {
                 std::find_if(each.slices.begin(), each.slices.end(),
                              [](const DicomSlice& slice) { return !slice.irregularity.empty(); });
             const bool isWithoutUid = withoutUid_.contains(index);
-            // What an irregular header says that it is need not be true, unless the writer is like that.
+            // An irregular header may be wrong about its kind, unless its writer is always irregular.
             const bool isIrregular =
                 irregular != each.slices.end() && (each.object.empty() || slicesAreRegular);
             const bool isDamaged = isIrregular || (isWithoutUid && each.object.empty());
@@ -420,7 +420,7 @@ class Scanner {
         return clean ? uid : "(not a UID)";
     }
 
-    /// What stands for the series of a file that names none, as some who take names out leave it.
+    /// The substitute for a missing series, as some anonymisers leave it.
     static std::string withoutUid(const Header& header, const DicomSlice& slice) {
         std::string key = "|" + header.text(DC::StudyInstanceUID) + "|" + header.text(DC::SeriesNumber) +
                           "|" + std::to_string(slice.columns) + "|" + std::to_string(slice.rows);

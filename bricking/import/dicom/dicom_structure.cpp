@@ -145,7 +145,7 @@ class Walk {
         return at;
     }
 
-    /// Where the next element begins.
+    /// The start of the next element.
     std::uint64_t after(const Element& e, std::uint64_t end, int depth) {
         if (e.length == kUndefined && !e.isSequence)
             throw Irregular{"an undefined length at " + tagText(e.tag)};
@@ -226,7 +226,7 @@ bool isFilling(Source& source, std::uint64_t at) {
     return std::all_of(rest, rest + (source.size() - at), [](std::byte b) { return b == std::byte{0}; });
 }
 
-/// Whether an element at `at` has a representation that is known.
+/// True if the element at `at` has a known representation.
 bool looksExplicit(Source& source, std::uint64_t at) {
     const std::byte* vr = source.at(at + 4, 2);
     const std::string_view word(reinterpret_cast<const char*>(vr), 2);

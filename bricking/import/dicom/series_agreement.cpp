@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kVolumeSlices = 3; // fewer under another identifier could be damage of a header
 
-/// How many slices say each text; those that say none are left out.
+/// The number of slices with each text; slices without a text are left out.
 using Tally = std::map<std::string, std::size_t>;
 
 Tally tallyOf(const std::vector<SliceSays>& slices, std::string SliceSays::*text) {

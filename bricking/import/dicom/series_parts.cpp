@@ -20,7 +20,7 @@ bool hasPlace(const DicomSlice& slice) {
     return slice.positionMm && slice.rowDirection && slice.spacingMm;
 }
 
-/// Whether slices could be neighbours: all but the position is the same.
+/// True if slices could be neighbours: all but the position is the same.
 bool alike(const DicomSeries& a, const DicomSeries& b) {
     const DicomSlice &p = a.slices.front(), &q = b.slices.front();
     return a.isScout == b.isScout && a.object == b.object && a.number == b.number && hasPlace(p) &&

@@ -58,7 +58,7 @@ class MirrorCaster : public RayCaster {
     }
 
   private:
-    /// Where they are not lit yet, as the scene is now.
+    /// Lights bricks for the current scene, unless they are lit.
     void lightBricks() {
         const std::vector<std::uint8_t>& levels = scene_.layer().selection.levels;
         if (light_ && litLevels_ == levels && litCamera_ == scene_.view.camera &&

@@ -32,7 +32,7 @@
 namespace tessera {
 namespace {
 
-/// What rays of light are made of, for all threads.
+/// Shared inputs of light rays, for all threads.
 struct Lit {
     LightSources sources;
     Obstacles obstacles;
@@ -171,8 +171,7 @@ class RayIntegral {
         addPieces(cubic, length, &light, integral);
     }
 
-    /// What gets there of the light, into received_: from the first to the last place between cuts where
-    /// anything is to be seen.
+    /// Computes received light into received_: from the first to the last visible position between cuts.
     void receive(const ReferenceRay& ray, double ta, double tb, const Cubic& cubic, double mostExtinction,
                  const ReferenceIntegrator& integral) {
         received_.clear();
@@ -209,7 +208,7 @@ class RayIntegral {
         }
     }
 
-    /// What lies between the cuts, and the surfaces that are met at some of them.
+    /// Adds the pieces between the cuts, and the surfaces at some of them.
     /// @param gradient  none: neither colours nor opacities need it
     void addPieces(const Cubic& cubic, double length, const LightAlongRay* gradient,
                    ReferenceIntegrator& integral) {

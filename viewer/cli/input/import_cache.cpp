@@ -91,7 +91,7 @@ struct Entry {
     fs::path store, note, lock;
 };
 
-/// What stands in HASH.json; null where it is not there or not whole.
+/// The content of HASH.json; null if it is missing or invalid.
 json readNote(const Entry& entry) {
     try {
         const auto text = readText(openFolder(entry.note.parent_path()), entry.note.filename().string(),
@@ -145,7 +145,7 @@ std::string prepare(const fs::path& folder) {
     return "";
 }
 
-/// What a store shows, in a line, of what the whitelist of core/base/volume.h lets through.
+/// One line about a store, from the whitelist of core/base/volume.h.
 std::string about(const fs::path& store) {
     constexpr std::size_t kEnoughBytes = std::size_t{64} << 20;
     MemoryBudget ram("RAM", "--ram", kEnoughBytes);

@@ -74,7 +74,7 @@ InputListing listInput(const fs::path& path, bool allowMissing) {
 
 namespace {
 
-/// What was taken of several, and all that was passed over.
+/// Notes the choice among several volumes, and all skipped files.
 void noteChoice(const Catalogue& catalogue, const CatalogueRow& row, const InputOptions& options,
                 const CommonOptions& common) {
     std::error_code ignored;

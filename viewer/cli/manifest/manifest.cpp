@@ -16,7 +16,7 @@ nlohmann::json errorJson(const EstimatedError& e) {
 }
 
 /// Each cause apart; docs/user-guide.md says what they mean.
-/// What pixels are means of, and how far those are off.
+/// The samples of pixels, and their standard error.
 nlohmann::json pixelsJson(const RenderResult& result, const Scene& scene) {
     const PixelReport& r = result.pixels;
     const bool decide = r.asked == PixelSampling::kAutomatic;

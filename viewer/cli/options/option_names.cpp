@@ -11,8 +11,8 @@
 namespace tessera {
 namespace {
 
-/// What others call them: words of ParaView, VTK, 3D Slicer, ffmpeg and of the trade. The first option that
-/// the command has counts.
+/// Other names: words of ParaView, VTK, 3D Slicer, ffmpeg and of radiology. The first option that the command
+/// has counts.
 const std::vector<std::pair<const char*, std::vector<const char*>>>& otherWords() {
     static const std::vector<std::pair<const char*, std::vector<const char*>>> words = {
         {"--preset",
@@ -69,7 +69,7 @@ std::string plain(const std::string& option) {
     return word;
 }
 
-/// Whether one of the words between hyphens begins with it.
+/// True if one of the words between hyphens begins with it.
 bool hasPart(const std::string& option, const std::string& part) {
     std::istringstream words(plain(option));
     for (std::string word; std::getline(words, word, '-');)

@@ -44,7 +44,7 @@ void requireFloor(const fs::path& path, const Scene& scene, EngineKind engine, c
                          ", but the budget is " + formatBytes(ram.limitBytes()));
 }
 
-/// Where nobody asked for samples and RAM is too short for the sums that they take, pixels get one ray.
+/// Without requested samples, pixels get one ray if RAM is too small for sums of samples.
 void fitSamples(const VolumeInfo& info, EngineKind engine, const MemoryBudget& ram, Scene& scene,
                 const CommonOptions& common) {
     const auto floor = [&] {
