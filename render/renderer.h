@@ -1,6 +1,6 @@
 // render/renderer.h: Renderer: a plan in, a frame out. All ray backends (engine.h) are drawn by one renderer,
 // picture/ray_renderer.h; what draws otherwise is a sibling of it. A folder of render/backends/ brings
-// either, and a row in the table of engine_traits.h names it.
+// either: its EngineTraits name it, and cmake/Backend.cmake makes the table of all.
 #pragma once
 
 #include "core/scene/scene.h"

@@ -20,7 +20,8 @@ class EngineMaker {
     /// Throws InputError where the device that was asked for is not there.
     /// @param threads  0: all processors
     EngineMaker(EngineKind asked, const GlDeviceChoice& device, int threads = 0);
-    /// What takes rays. @param gpu, ram  outlive the engine
+    /// What takes rays. Throws InputError where the kind draws without any.
+    /// @param gpu, ram  outlive the engine
     std::unique_ptr<Engine> make(MemoryBudget& ram, MemoryBudget& gpu) const;
     EngineInput input(MemoryBudget& ram, MemoryBudget& gpu) const {
         return {context_ ? &*context_ : nullptr, threads_, &ram, &gpu};
