@@ -75,6 +75,7 @@ class Renderer {
     /// Returns whether it went on from the samples of the round before.
     virtual bool draw(const FrameTask& task, RenderResult& result, Image& added) = 0;
     /// Of the frame just drawn, and valid until the next; null: its errors cannot be measured.
+    /// @param task  that of the frame; outlives the result
     virtual std::unique_ptr<PixelSource> pixels(const FrameTask& task) {
         (void)task;
         return nullptr;

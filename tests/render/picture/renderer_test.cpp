@@ -46,7 +46,7 @@ class FlatRenderer : public Renderer {
         std::fill(result.image.pixels.begin(), result.image.pixels.end(), kDrawn);
         if (adds) {
             added = Image(result.image.size);
-            std::fill(added.pixels.begin(), added.pixels.end(), glm::vec4(0.5f, -1, 0, 0));
+            std::fill(added.pixels.begin(), added.pixels.end(), glm::vec4(0.5f, -1, 0.25f, 0));
         }
         return false;
     }
@@ -109,7 +109,32 @@ TEST_F(Renderers, LightThatIsAddedComesAfterMeasuring) {
     ASSERT_TRUE(r.measured && r.measured->all.rms);
     EXPECT_NEAR(r.measured->all.rms->value, std::sqrt(glm::dot(d, d) / 4), 1e-6);
     for (const glm::vec4& pixel : r.image.pixels)
-        EXPECT_EQ(pixel, glm::vec4(0.75f, 0, 0.125f, 1)); // nothing below zero
+        EXPECT_EQ(pixel, glm::vec4(0.75f, 0, 0.375f, 1)); // nothing below zero
+}
+
+// Whatever the picture's fetches and steps are.
+TEST_F(Renderers, TheTruthOfRaysIsExactAndFine) {
+    options.engine = EngineKind::gpu;
+    options.device.text = "software";
+    const RendererInstance made(options, budgets.ram, budgets.gpu);
+    const FrameContext context(budgets.ram, budgets.gpu, 1);
+    Scene scene = sceneOn(store.info(), "bone-1", 0, {16, 12});
+    scene.quality.fetch = Fetch::hardware;
+    Planner p = planScene(scene, store, made.renderer->limits(), context);
+    RenderResult result;
+    Image added;
+    const FrameTask task{scene, p, context, options};
+    made.renderer->draw(task, result, added);
+    const double step = p.view.quality.stepVoxels;
+    {
+        const auto pixels = made.renderer->pixels(task);
+        EXPECT_EQ(p.view.quality.fetch, Fetch::hardware);
+        ASSERT_EQ(pixels->toTruth(), "");
+        EXPECT_EQ(p.view.quality.fetch, Fetch::exact);
+        EXPECT_LT(p.view.quality.stepVoxels, step / 2);
+    }
+    made.renderer->endFrame();
+    made.renderer->close();
 }
 
 TEST_F(Renderers, WhatCannotBeMeasuredOrDrawnIsSaid) {
