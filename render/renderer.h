@@ -1,6 +1,6 @@
 // render/renderer.h: Renderer: a plan in, a frame out. All ray backends (engine.h) are drawn by one renderer,
 // picture/ray_renderer.h; what draws otherwise is a sibling of it. A folder of render/backends/ brings
-// either, and a row in the table of engine_traits.h names it.
+// either: its EngineTraits name it, and cmake/Backend.cmake makes the table of all.
 #pragma once
 
 #include "core/scene/scene.h"
@@ -75,6 +75,7 @@ class Renderer {
     /// Returns whether it went on from the samples of the round before.
     virtual bool draw(const FrameTask& task, RenderResult& result, Image& added) = 0;
     /// Of the frame just drawn, and valid until the next; null: its errors cannot be measured.
+    /// @param task  that of the frame; outlives the result
     virtual std::unique_ptr<PixelSource> pixels(const FrameTask& task) {
         (void)task;
         return nullptr;

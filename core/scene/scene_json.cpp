@@ -55,6 +55,9 @@ std::string nearestKey(const std::string& key) {
 } // namespace
 
 void setSceneKey(Scene& scene, const std::string& key, const json& value, const std::string& where) {
+    constexpr std::ptrdiff_t kDeepest = 16; // steps; more than any key of a scene has
+    if (std::count_if(key.begin(), key.end(), [](char c) { return c == '.' || c == '['; }) > kDeepest)
+        throw badFile(where.substr(0, 60), "a key of scenes", "\"" + key.substr(0, 60) + "...\"");
     const std::size_t end = std::min(key.find_first_of(".["), key.size());
     const std::string first = key.substr(0, end);
     for (const Field<Scene>& row : sceneFields().rows()) {

@@ -66,7 +66,10 @@ EngineMaker::EngineMaker(EngineKind asked, const GlDeviceChoice& device, int thr
 }
 
 std::unique_ptr<Engine> EngineMaker::make(MemoryBudget& ram, MemoryBudget& gpu) const {
-    return traitsOf(kind_).make(input(ram, gpu));
+    const EngineTraits& traits = traitsOf(kind_);
+    if (!traits.make)
+        throw InputError("engine: expected one that takes rays, found " + traits.name);
+    return traits.make(input(ram, gpu));
 }
 
 std::string EngineMaker::about() const {

@@ -19,7 +19,8 @@ class EngineMaker {
     /// Throws InputError if the requested device is missing.
     /// @param threads  0: all processors
     EngineMaker(EngineKind asked, const GlDeviceChoice& device, int threads = 0);
-    /// Makes the ray backend. @param gpu, ram  outlive the engine
+    /// Makes the ray backend. Throws InputError if the kind draws without rays.
+    /// @param gpu, ram  outlive the engine
     std::unique_ptr<Engine> make(MemoryBudget& ram, MemoryBudget& gpu) const;
     EngineInput input(MemoryBudget& ram, MemoryBudget& gpu) const {
         return {context_ ? &*context_ : nullptr, threads_, &ram, &gpu};

@@ -103,7 +103,7 @@ void InteractiveRenderer::reserveForRays() {
 }
 
 void InteractiveRenderer::setCamera(const Camera& camera) {
-    p_.view.camera = camera;
+    p_.setCamera(camera);
     forChoice_.add(kCameraChanged);
     forPicture_.add(kCameraChanged);
     counting_ = false;
@@ -137,7 +137,7 @@ void InteractiveRenderer::setCuts(const Cuts& cuts) {
     TESSERA_CHECK(!engine_.about().compiles);
     Scene cut = scene_;
     cut.cuts = cuts;
-    p_.view.part = drawnPart(cut, p_.info()); // throws before anything is another
+    p_.setPart(drawnPart(cut, p_.info())); // throws before anything is another
     scene_.cuts = cuts;
     cancel();
     forPicture_.add(kCameraChanged);

@@ -6,6 +6,7 @@
 #include "render/picture/measure_picture.h"
 #include "render/picture/ray_renderer.h"
 #include "render/picture/render_scene.h"
+#include "render/picture/report_plan.h"
 #include "render/plan/planner.h"
 #include "render/plan/step_search.h" // kFinestStep
 #include "render/verify/error_goal.h"
@@ -115,17 +116,10 @@ void drawUntilGoodEnough(Renderer& renderer, const Scene& scene, Planner& p, con
     }
 }
 
-/// The picture that the scene's function, values and statistics are of.
-void reportVolume(const FramePlan& p, const Scene& scene, RenderResult& result) {
-    result.camera = p.view.camera;
-    result.tableRelativeError = p.layer().table.relativeError;
-    result.cells = cellCount(p.layer().statistics.cells);
-    const SceneVolume& volume = scene.volumes.front();
-    const ValueSummary values = summarise(p.layer().statistics, p.info(), volume.unit);
+/// A preset took the values for HU because they look like it: nobody said so.
+bool takesAsHu(const FramePlan& p, const SceneVolume& volume) {
     const auto* const preset = std::get_if<std::string>(&volume.transferFunction);
-    result.takenAsHu = preset && *preset != "auto" && !values.isHu;
-    result.lowest = values.lowest;
-    result.highest = values.highest;
+    return preset && *preset != "auto" && !summarise(p.layer().statistics, p.info(), volume.unit).isHu;
 }
 
 std::unique_ptr<Renderer> rendererOf(const EngineMaker& maker, MemoryBudget& ram, MemoryBudget& gpu) {
@@ -167,7 +161,7 @@ RenderResult drawScene(const Scene& scene, Planner& p, const RendererInstance& m
                     (scene.lighting.surfaceOcclusion
                          ? SurfaceLight::bytesPerPixel(scene.quality.pixels.samples != 1)
                          : 0));
-    p.view.shadowQuality.layers = options.shadowLayers;
+    p.setShadowLayers(options.shadowLayers);
     if (first) {
         RenderResult quick;
         RenderOptions plain = options;
@@ -183,6 +177,7 @@ RenderResult drawScene(const Scene& scene, Planner& p, const RendererInstance& m
         p.chooseAgain(picture, limits, context, options.levels);
     }
     reportVolume(p, scene, result);
+    result.takenAsHu = takesAsHu(p, scene.volumes.front());
     result.levelsOnPurpose = options.levels != LevelChoice::perBrick || traits.exact;
     result.secondsPreparing = std::chrono::duration<double>(Clock::now() - start).count();
 
@@ -194,7 +189,6 @@ RenderResult drawScene(const Scene& scene, Planner& p, const RendererInstance& m
     result.occupiedCells = scene.quality.skipping && p.layer().occupancy.exists()
                                ? p.layer().occupancy.occupiedCells()
                                : result.cells;
-    result.window = p.layer().look.window;
     return result;
 }
 

@@ -5,6 +5,7 @@
 #include "render/backends/mirror/mirror_tracer.h"
 #include "render/picture/picture.h"
 #include "render/picture/ray_pixels.h"
+#include "render/picture/report_plan.h"
 #include "render/picture/step_of_means.h"
 #include "render/plan/overlooked_pixels.h"
 #include "render/plan/planner.h"
@@ -40,26 +41,22 @@ std::unique_ptr<SurfaceTracer> tracerOf(const RayCaster& caster, const FramePlan
     return tracer ? std::move(tracer) : std::make_unique<MirrorTracer>(p, SurfaceLight::kSegmentVoxels);
 }
 
+/// What steps and filtering cost the picture.
+PictureErrors estimate(StepSearch& search, const FrameTask& task, const Image& image) {
+    const FramePlan& p = task.plan;
+    const double most = brightest(task.scene.shading, task.scene.lighting, p.layer().function.materials());
+    const bool areas = p.view.quality.pixels.samples != 1;
+    PictureErrors errors = areas ? search.errors(most) : search.errorsOf(image, most);
+    if (p.chosen.predicted)
+        errors.levelsLuvP99 = p.chosen.error.p99;
+    return errors;
+}
+
 /// Looks around from what the rays of the caster met, which are those through the middles of pixels.
 void lookAround(SurfaceLight& light, const RayCaster& caster, const FramePlan& p, Progress& progress) {
     progress.stage("looking around from surfaces");
     light.look(caster.hits(), *tracerOf(caster, p), progress.shares());
     progress.stage("drawing");
-}
-
-/// What the selection came to; after it is final.
-void report(const FramePlan& p, RenderResult& result) {
-    result.level = p.layer().selection.finest();
-    result.integrator = p.layer().optics.integrator;
-    result.stepVoxels = p.view.quality.stepVoxels;
-    result.bricksOfLevel = p.layer().selection.counts;
-    result.selectionPages = pagesFor(p.layer().selection.counts);
-    result.atlasPages = std::min(p.chosen.atlasPages, result.selectionPages);
-    if (p.chosen.predicted)
-        result.predictedError = p.chosen.error;
-    result.residentBricks = p.layer().selection.shownBricks();
-    result.unseenBricks = p.chosen.unseenBricks;
-    result.emptyBricks = p.layer().selection.counts[Selection::kEmpty] - result.unseenBricks;
 }
 
 } // namespace
@@ -77,12 +74,10 @@ RayRenderer::~RayRenderer() = default;
 
 void RayRenderer::endFrame() {
     samples_.reset();
-    search_.reset();
     caster_.reset();
 }
 
 void RayRenderer::close() {
-    search_.reset();
     caster_.reset();
     engine_->close();
 }
@@ -99,27 +94,18 @@ Image RayRenderer::drawSome(const FrameTask& task, const Rays& rays) {
 }
 
 /// What is tried follows from the scene and its plan, not from who draws.
-void RayRenderer::chooseStep(const FrameTask& task, RenderResult& result) {
+void RayRenderer::chooseStep(const FrameTask& task, StepSearch& search, RenderResult& result) {
     using Goal = StepSearch::Goal;
     const Quality& asked = task.scene.quality;
     const bool chosen = asked.automaticStep && (task.options.searching || task.options.checking);
     if (asked.maxError.value_or(0) > 0)
-        search_->chooseStep({Goal::Measure::luvP99, *asked.maxError - task.plan.chosen.error.p99});
+        search.chooseStep({Goal::Measure::luvP99, *asked.maxError - task.plan.chosen.error.p99});
     else if (chosen)
-        search_->chooseStep({Goal::Measure::rms, kDefaultStepError});
+        search.chooseStep({Goal::Measure::rms, kDefaultStepError});
     const bool decide = task.plan.view.quality.pixels.samples == PixelSampling::kAutomatic;
     if (chosen && decide && !asked.maxError)
         result.stepOfMeans =
             stepOfMeans(task.plan, kDefaultStepError, [&](const Rays& rays) { return drawSome(task, rays); });
-}
-
-void RayRenderer::estimate(const FrameTask& task, RenderResult& result) {
-    const Planner& p = task.plan;
-    const double most = brightest(task.scene.shading, task.scene.lighting, p.layer().function.materials());
-    const bool areas = p.view.quality.pixels.samples != 1;
-    result.errors = areas ? search_->errors(most) : search_->errorsOf(result.image, most);
-    if (p.chosen.predicted)
-        result.errors->levelsLuvP99 = p.chosen.error.p99;
 }
 
 /// Every pixel the mean of its samples. Returns whether it went on from earlier ones.
@@ -182,7 +168,6 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
         samples_.reset();
     progress.stage("loading bricks");
     const auto loading = Clock::now();
-    search_.reset();
     caster_.reset();
     if (!engine_->about().filters)
         p.setFetch(Fetch::exact);
@@ -198,14 +183,13 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
     const auto drawing = Clock::now();
     caster_->refine();
     const bool steps = engine_->about().choosesSteps && !p.view.part.flat; // a plane has one sample
-    search_ =
-        std::make_unique<StepSearch>(p, [this, &task](const RayFrame<double>& frame, const Strides& strides) {
-            return drawSome(task, {frame, strides});
-        });
+    StepSearch search(p, [this, &task](const RayFrame<double>& frame, const Strides& strides) {
+        return drawSome(task, {frame, strides});
+    });
     result.stepOfMeans.reset();
     if (steps) {
         progress.stage("choosing the step");
-        chooseStep(task, result);
+        chooseStep(task, search, result);
     }
     progress.stage("drawing");
     bool wentOn = false;
@@ -232,9 +216,13 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
     const auto checking = Clock::now();
     if (steps && options.checking) {
         progress.stage("estimating the picture's errors");
-        estimate(task, result);
+        result.errors = estimate(search, task, result.image);
     }
-    report(p, result);
+    reportLevels(p, result);
+    if (p.chosen.predicted)
+        result.predictedError = p.chosen.error;
+    result.unseenBricks = p.chosen.unseenBricks;
+    result.emptyBricks -= result.unseenBricks;
     if (exact_)
         result.level = 0;
     result.secondsChecking = secondsSince(checking);

@@ -8,6 +8,8 @@
 
 namespace tessera {
 
+class StepSearch;
+
 class RayRenderer : public Renderer {
   public:
     /// @param exact  the engine draws the true integral: EngineTraits::exact
@@ -27,8 +29,7 @@ class RayRenderer : public Renderer {
 
   private:
     struct Samples;
-    void chooseStep(const FrameTask& task, RenderResult& result);
-    void estimate(const FrameTask& task, RenderResult& result);
+    void chooseStep(const FrameTask& task, StepSearch& search, RenderResult& result);
     bool drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight> light, RenderResult& result,
                    Image& added);
     Image drawSome(const FrameTask& task, const Rays& rays);
@@ -36,7 +37,6 @@ class RayRenderer : public Renderer {
     std::unique_ptr<Engine> engine_;
     bool exact_;
     std::unique_ptr<RayCaster> caster_;
-    std::unique_ptr<class StepSearch> search_;
     std::unique_ptr<Samples> samples_; // of the round before: the next one of the same rays goes on from them
 };
 

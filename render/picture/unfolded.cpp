@@ -5,6 +5,7 @@
 #include "core/base/stopwatch.h"
 #include "render/backends/engine_maker.h"
 #include "render/picture/picture.h"
+#include "render/picture/report_plan.h"
 #include "render/plan/planner.h"
 
 #include <algorithm>
@@ -97,7 +98,6 @@ RenderResult renderUnfolded(const Scene& given, std::span<const UnfoldedRow> row
     // Which bricks rays come to, they find out themselves.
     Planner p = planScene(scene, store, engine->limits(), context, LevelChoice::finest,
                           pictureBytesPerPixel(result.engine));
-    result.camera = p.view.camera;
     result.secondsPreparing = secondsSince(start);
     progress.stage("loading bricks");
     const auto loading = Clock::now();
@@ -134,21 +134,9 @@ RenderResult renderUnfolded(const Scene& given, std::span<const UnfoldedRow> row
     }
     result.secondsDrawing = secondsSince(drawing);
     result.features = caster->features();
-    result.level = p.layer().selection.finest();
-    result.integrator = p.layer().optics.integrator;
-    result.stepVoxels = p.view.quality.stepVoxels;
-    result.bricksOfLevel = p.layer().selection.counts;
-    result.selectionPages = pagesFor(p.layer().selection.counts);
-    result.atlasPages = std::min(p.chosen.atlasPages, result.selectionPages);
-    result.residentBricks = p.layer().selection.shownBricks();
-    result.emptyBricks = p.layer().selection.counts[Selection::kEmpty];
+    reportVolume(p, scene, result);
+    reportLevels(p, result);
     result.levelsOnPurpose = true;
-    result.cells = cellCount(p.layer().statistics.cells);
-    result.window = p.layer().look.window;
-    const ValueSummary values = summarise(p.layer().statistics, p.info(), scene.volumes.front().unit);
-    result.lowest = values.lowest;
-    result.highest = values.highest;
-    result.tableRelativeError = p.layer().table.relativeError;
     if (const std::string fault = engine->fault(); !fault.empty())
         throw Error(fault);
     engine->close();

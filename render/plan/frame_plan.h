@@ -30,6 +30,7 @@ struct FramePlan {
     MemoryPlan memory;
     ChosenLevels chosen; // how levels were chosen; the selection itself has moved to the layer
     PlanRevisions revisions;
+    Integrator mayTake = Integrator::midpoint; // the largest that is taken without being named
     /// What the picture shows, each with levels of its own; one so far. Last: their caches go first.
     std::vector<Layer> layers = std::vector<Layer>(1);
 
@@ -41,8 +42,6 @@ struct FramePlan {
     std::size_t gpuTableBytes(std::size_t entries) const;
     /// Valid as long as the plan is there, moved or not.
     Strides strides() const;
-
-    Integrator mayTake = Integrator::midpoint; // the largest that is taken without being named
 
   protected:
     Integrator automaticIntegrator() const;

@@ -1,6 +1,6 @@
 // render/plan/planner.h: Planner: makes the plan of a frame from a scene, its volumes, budgets, and what has
-// been learnt since: levels from what is seen, step and integrator from pixels that were tried. Nobody else
-// changes a plan. Each call below leaves all of it consistent, whatever the order of calls.
+// been learnt since: levels from what is seen, step and integrator from pixels that were tried. A call that
+// needs another one first says so.
 #pragma once
 
 #include "bricking/levels/visibility.h" // SeenBrick
@@ -11,6 +11,7 @@
 #include "render/residency/pages.h"
 
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace tessera {
@@ -18,6 +19,7 @@ namespace tessera {
 class Planner : public FramePlan {
   public:
     using FramePlan::layer;
+    /// For who keeps levels, cache or charges of a layer up to date; tables and maps are set by calls below.
     Layer& layer() { return layers.front(); }
 
     /// Takes the scene's quality and chooses levels anew, with their maps and a new cache. The engine must
@@ -45,9 +47,12 @@ class Planner : public FramePlan {
     /// The rays and the lights of the view as it is.
     void aim();
     void look(const Camera& camera) {
-        view.camera = camera;
+        setCamera(camera);
         aim();
     }
+    /// aim() takes what these set.
+    void setCamera(const Camera& camera) { view.camera = camera; }
+    void setPart(DrawnPart part) { view.part = std::move(part); }
     /// Of the rays that aim() makes.
     void setImageSize(const glm::ivec2& size) { view.imageSize = size; }
     /// Another length of segments, in voxels, or another integrator, for the levels there are.
@@ -57,6 +62,8 @@ class Planner : public FramePlan {
     void setTermination(float transmittance);
     /// How samples are fetched. Backends that filter nothing take no notice.
     void setFetch(Fetch fetch) { view.quality.fetch = fetch; }
+    /// Of shadow maps, which are made when an engine opens the plan.
+    void setShadowLayers(int layers) { view.shadowQuality.layers = layers; }
 
     /// What the scene takes besides its bricks, and what optional memory there is room for; chooses the scale
     /// of the distance map.

@@ -50,7 +50,8 @@ def planted(edit, text, place):
 class Copy:
     """The copy of the sources in which mutants are planted, and its build."""
 
-    CONFIGURE = ("--preset", "release")  # what cmake is told besides; a kind of copy has its own
+    # What cmake is told; a kind of copy has its own. What compiles with a warning is no mutant: nobody would keep it.
+    CONFIGURE = ("--preset", "release", "-DCMAKE_COMPILE_WARNING_AS_ERROR=ON")
     BUILD = "release"  # folder of the build, in build/ of the copy
 
     def __init__(self, folder, jobs, timeout):

@@ -79,7 +79,7 @@ def judge(copy, reach, mutant, options):
                 return found("killed", f"{program}: cannot list its tests")
             built.add(program)
             ran.append(f"{program} {names[0] if len(names) == 1 else len(names)}")
-            if by := copy.run_tests(program, ":".join(names), min(copy.timeout, 20 + 5 * seconds))[0]:
+            if by := copy.run_tests(program, ":".join(names), min(copy.timeout, 60 + 10 * seconds))[0]:
                 return found("killed", by)
         return found("survived", "", options.programs >= len(reach.programs(file)))
     finally:

@@ -213,6 +213,13 @@ TEST_F(Program, AnOptionIsAKeyOfTheScene) {
                   {"--set shading.ambeint", "nearest: \"ambient\""});
     expectRefused(render + "-o a.png --set ambeint=1", {"--set ambeint", "nearest: \"shading.ambient\""});
     expectRefused(render + "-o a.png --set shading", {"--set", "KEY=VALUE"});
+    std::string deep = "quality";
+    for (int i = 0; i < 30000; ++i)
+        deep += ".a";
+    expectRefused(render + "-o a.png --set " + deep + "=1",
+                  {"--set", "expected a key of scenes, found \"quality.a.a"});
+    expectRefused(render + "-o a.png --set mode=" + std::string(50000, '[') + std::string(50000, ']'),
+                  {"--set: expected at most 16 nested levels"});
     expectRefused(render + "-o a.png --fetch exakt",
                   {"--fetch: expected one of hardware, exact, found \"exakt\"; nearest: \"exact\""});
 }

@@ -221,6 +221,33 @@ TEST(Centreline, KeepsToAHelixInAnisotropicObliqueVoxels) {
     }
 }
 
+// The same voxels, numbered along other axes: y, z, x with y backwards; and left for right.
+TEST(Centreline, HoweverVoxelsAreNumbered) {
+    const auto line = helix(0.8);
+    const glm::dvec3 spacing{0.8, 1, 1.5}, low{-38, -38, -16};
+    const glm::ivec3 extent(95, 76, 40);
+    const VolumeInfo info = boxInfo(extent, spacing, low);
+    const FieldChunks as(info, tube(line, 6, 1.2));
+    const Centrelines known = find(as, between(line[6], line[line.size() - 7]));
+    VolumeInfo turned = info, mirrored = info;
+    turned.extentVoxels = {extent.y, extent.z, extent.x};
+    const double top = low.y + (extent.y - 0.5) * spacing.y;
+    turned.patientFromVoxel = patientFromVoxelOf({low.x + 0.5 * spacing.x, top, low.z + 0.5 * spacing.z},
+                                                 {0, -spacing.y, 0}, {0, 0, spacing.z}, {spacing.x, 0, 0});
+    mirrored.patientFromVoxel = patientFromVoxelOf(
+        {low.x + (extent.x - 0.5) * spacing.x, low.y + 0.5 * spacing.y, low.z + 0.5 * spacing.z},
+        {-spacing.x, 0, 0}, {0, spacing.y, 0}, {0, 0, spacing.z});
+    for (const VolumeInfo& other : {turned, mirrored}) {
+        const FieldChunks numbered(other, tube(line, 6, 1.2));
+        const Centrelines found = find(numbered, between(line[6], line[line.size() - 7]));
+        const Apart off = apart(found.lines[0].points, known.lines[0].points);
+        EXPECT_LT(off.mean, 0.1 * voxelMm(as));
+        EXPECT_LT(off.most, 0.5 * voxelMm(as));
+        EXPECT_NEAR(found.lines[0].lengthMm(), known.lines[0].lengthMm(), 0.5);
+        EXPECT_EQ(found.lumen.threshold, known.lumen.threshold);
+    }
+}
+
 TEST(Centreline, AWallThinnerThanABlockIsNoWayThrough) {
     // two limbs of a U with a wall of two voxels between them, in a volume whose path is searched in larger
     // blocks

@@ -5,6 +5,7 @@
 #include "render/contract/integrators.h"
 #include "render/contract/preintegration.h"
 #include "render/plan/choose_integrator.h"
+#include "render/plan/memory_plan.h"
 #include "render/plan/picture_check.h"
 
 #include <algorithm>
@@ -44,6 +45,25 @@ glm::dvec4 upTo(const TransferTable& table, const TableIntegral& integral, doubl
     const double inside = std::clamp(place, 0.0, last);
     const glm::dvec4 e(place < 0 ? table.entries.front() : table.entries.back());
     return integral.upTo(inside) + (place - inside) * glm::dvec4(glm::dvec3(e) * e.a, e.a);
+}
+
+/// What is charged for an integrator's tables holds them, and no integrator is charged for another's.
+TEST(TableBytes, HoldWhatAnIntegratorTakes) {
+    const TransferTable table = mixedTable();
+    std::size_t midpoint = 0;
+    for (const Integrator integrator :
+         {Integrator::midpoint, Integrator::linear, Integrator::preintegrated, Integrator::preintegrated2d}) {
+        const Optics o = opticsOf(table, integrator);
+        const std::size_t beside = (o.bins.size() + o.sums.size()) * sizeof(glm::vec4);
+        const std::size_t charged = tableRamBytes(table.entries.size(), integrator);
+        if (integrator == Integrator::midpoint)
+            midpoint = charged;
+        EXPECT_GE(charged, midpoint + beside) << static_cast<int>(integrator);
+        EXPECT_GE(midpoint, o.table.size() * sizeof(glm::vec4));
+        if (beside == 0) {
+            EXPECT_EQ(charged, midpoint) << static_cast<int>(integrator);
+        }
+    }
 }
 
 // Differences from a ten-thousandth of a bin to hundreds of bins, over flats, ramps and a spike.

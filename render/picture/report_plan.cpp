@@ -1,0 +1,33 @@
+// render/picture/report_plan.cpp: see report_plan.h.
+#include "render/picture/report_plan.h"
+
+#include "render/residency/pages.h"
+
+#include <algorithm>
+
+namespace tessera {
+
+void reportVolume(const FramePlan& plan, const Scene& scene, RenderResult& result) {
+    const Layer& layer = plan.layer();
+    const ValueSummary values = summarise(layer.statistics, plan.info(), scene.volumes.front().unit);
+    result.camera = plan.view.camera;
+    result.cells = cellCount(layer.statistics.cells);
+    result.window = layer.look.window;
+    result.lowest = values.lowest;
+    result.highest = values.highest;
+    result.tableRelativeError = layer.table.relativeError;
+}
+
+void reportLevels(const FramePlan& plan, RenderResult& result) {
+    const Selection& selection = plan.layer().selection;
+    result.level = selection.finest();
+    result.integrator = plan.layer().optics.integrator;
+    result.stepVoxels = plan.view.quality.stepVoxels;
+    result.bricksOfLevel = selection.counts;
+    result.selectionPages = pagesFor(selection.counts);
+    result.atlasPages = std::min(plan.chosen.atlasPages, result.selectionPages);
+    result.residentBricks = selection.shownBricks();
+    result.emptyBricks = selection.counts[Selection::kEmpty];
+}
+
+} // namespace tessera

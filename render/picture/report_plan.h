@@ -1,0 +1,16 @@
+// render/picture/report_plan.h: what is told of a plan with every picture of it.
+#pragma once
+
+#include "core/scene/scene.h"
+#include "render/plan/frame_plan.h"
+#include "render/render_result.h"
+
+namespace tessera {
+
+/// Camera, values, window and cells of the plan's volume.
+void reportVolume(const FramePlan& plan, const Scene& scene, RenderResult& result);
+
+/// Levels, bricks, pages, integrator and step; once they are final. Bricks that no ray meets count as empty.
+void reportLevels(const FramePlan& plan, RenderResult& result);
+
+} // namespace tessera
