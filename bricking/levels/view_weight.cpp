@@ -71,7 +71,7 @@ class Projector {
         return c;
     }
 
-    /// False only where no point of the box can be in the picture: all corners beyond one side of it.
+    /// False only if no point of the box can be in the picture: all corners are beyond one side of it.
     bool mayTouch(const Corners& corners) const {
         std::array<int, 5> beyond{};
         for (const glm::dvec3& c : corners) {
@@ -130,7 +130,7 @@ class Projector {
                 furthest = std::max(furthest, (c.x * c.x + c.y * c.y) / (c.z * c.z));
             away = std::min(away, furthest);
         }
-        // Away from the middle a pixel is narrower across the ray, by the cosine of the angle.
+        // Away from the centre a pixel is narrower across the ray, by the cosine of the angle.
         const double cosine = perspective_ ? 1 / std::sqrt(1 + away * pixelMm_ * pixelMm_) : 1;
         double size = largestEdgeMm_, pixel = depth * pixelMm_ * cosine;
         int level = 0;

@@ -38,7 +38,7 @@ EngineKind engineNamed(const std::string& text, const std::string& option, bool 
     return EngineKind::automatic;
 }
 
-/// OpenGL is not even loaded where the system knows of no GPU.
+/// OpenGL is not loaded if the system has no GPU.
 EngineMaker::EngineMaker(EngineKind asked, const GlDeviceChoice& device, int threads)
     : kind_(asked), threads_(threads) {
     if (kind_ == EngineKind::automatic) {

@@ -1,7 +1,7 @@
-// render/empty_space/distance_map_update.cpp: mends a map of cells where some bricks' cells changed
+// render/empty_space/distance_map_update.cpp: updates a map of cells after changes of some bricks' cells
 // (distance_map.h). A row of an octant depends on three others. From the octant's far end on, a row is
-// computed again only if its own cells or one of those three rows changed. That is exact, and ends where
-// something nearer decides the distances.
+// computed again only if its own cells or one of those three rows changed. That is exact, and ends where a
+// nearer box decides the distances.
 #include "core/base/threads.h"
 #include "render/empty_space/distance_map.h"
 #include "render/empty_space/distance_rows.h"
@@ -129,7 +129,8 @@ ChangedSlices updateDistanceMap(const glm::ivec3& extentVoxels, std::span<const 
                 row = 1;
             }
     }
-    // Mending a row takes some three times as long as filling one of a whole map, and makes more rows stale.
+    // Updating a row takes some three times as long as computing one of a whole map, and makes more rows
+    // stale.
     constexpr std::size_t kShareToMend = 6;
     if (scale == MapScale::bricks || kShareToMend * rows > stale.size()) {
         fillDistanceMap(extentVoxels, masks, scale, map, threads);

@@ -22,12 +22,12 @@ struct Range {
 
 /// Bounds of neighbouring bricks.
 struct Surroundings {
-    int coarsest = 0; // of those that are not empty, itself included
+    int coarsest = 0; // of non-empty ones, itself included
     Range means;      // of the empty ones
     Range voxels;     // of all of them
 };
 
-/// Levels whose samples lie, and reach, within the cells around the one that a point is in.
+/// Levels whose samples and their reach lie within the cells around a point's cell.
 constexpr int kWithinCells = 2;
 
 } // namespace

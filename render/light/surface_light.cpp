@@ -21,13 +21,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kStrip = 16; // places that a thread takes at a time
+constexpr std::size_t kStrip = 16; // points per task of a thread
 constexpr double kGoldenAngle = 2.399963229728653;
-constexpr int kWindow = 3;           // pixels to a side that share what they found
+constexpr int kWindow = 3;           // half width of the filter, pixels
 constexpr float kReachParts = 4;     // they lie within one such part of the radius,
 constexpr float kLevelParts = 4;     // and within such a part of that of each other's tangent planes
-constexpr float kApart = 0.8f;       // what one direction can err by, and be taken for the same
-constexpr float kEnough = 1.0f / 64; // weight, in places like itself, that a sample needs of its neighbours
+constexpr float kApart = 0.8f;       // difference of results that counts as equal, in errors of one direction
+constexpr float kEnough = 1.0f / 64; // least weight of a sample's neighbours, in equal points
 
 /// Mixes all bits (the finaliser of SplitMix64).
 std::uint64_t mixed(std::uint64_t x) {
@@ -49,7 +49,7 @@ std::uint64_t hemisphereKey(const glm::vec2& place, std::uint32_t seed) {
     return mixed(mixed(at) + seed);
 }
 
-/// The places of a sunflower's seeds on a disk, which cover parts of one size, lifted to the hemisphere.
+/// A sunflower pattern on a disk, with equal areas, lifted to the hemisphere.
 std::vector<glm::dvec3> hemisphereDirections(const glm::dvec3& normal, int count, std::uint64_t key) {
     const double turn = 2 * std::numbers::pi * fraction(mixed(key)), shift = fraction(mixed(key + 1));
     // An orthonormal frame without a branch (Duff et al. 2017).
@@ -85,7 +85,7 @@ std::size_t SurfaceLight::bytesPerPixel(bool sampled) {
     return sampled ? middles + sizeof(SurfaceHit) + 3 * sizeof(glm::vec4) : middles;
 }
 
-/// Of samples, in voxels: of the brick that a place lies in.
+/// Distance of samples, in voxels, in the brick of a point.
 double SurfaceLight::pitchAt(const glm::dvec3& voxel) const {
     if (finestSamples_)
         return 1;
@@ -96,7 +96,7 @@ double SurfaceLight::pitchAt(const glm::dvec3& voxel) const {
     return 1 << (level == Selection::kEmpty ? selection.finest() : level);
 }
 
-/// Those of a place, as far as the picture's cuts leave them.
+/// The rays of a point, clipped to the picture's cuts.
 void SurfaceLight::addWays(const SurfaceHit& hit, std::uint64_t key, std::vector<Way>& ways) const {
     const RayFrame<double>& frame = plan_.view.frame;
     const glm::dvec3 normal(hit.normal), above = toVoxels_ * normal, place(hit.position);
@@ -127,7 +127,7 @@ void SurfaceLight::addWays(const SurfaceHit& hit, std::uint64_t key, std::vector
     }
 }
 
-/// Of each place the mean, over its directions, of the light that is left along the way, over its length.
+/// For each point the mean over directions of the light left along the ray, averaged over its length.
 void SurfaceLight::openAround(std::span<const SurfaceHit> hits, std::span<const std::uint64_t> keys,
                               const SurfaceTracer& tracer, std::span<float> open) const {
     std::vector<Way> ways;

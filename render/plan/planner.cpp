@@ -19,7 +19,7 @@ namespace tessera {
 
 namespace {
 
-/// Integrators that use a segment's ends take the field to be continuous.
+/// Integrators that use a segment's ends assume a continuous field.
 void checkIntegrator(const Quality& quality) {
     if (quality.edgeFunction == EdgeFunction::nearest && quality.integrator != Integrator::automatic &&
         quality.integrator != Integrator::midpoint)
@@ -38,7 +38,7 @@ void checkLight(const Scene& scene) {
                          "only the light at a ray's end; set emission to 0, or use \"local\"");
 }
 
-/// Occlusion is added to colours that are drawn: of a surface it must be known what lies before it.
+/// Occlusion is added to drawn colours, so the transmittance in front of a surface must be known.
 void checkSurfaceOcclusion(const FramePlan& plan) {
     if (!plan.view.lighting.surfaceOcclusion)
         return;
@@ -55,20 +55,20 @@ void checkSurfaceOcclusion(const FramePlan& plan) {
                          "too, whose share before a surface is unknown; use lighting.occlusion");
 }
 
-/// Without what nothing needs: light of each colour, where no tissue sends any; light of voxels that surfaces
-/// have an occlusion of their own in place of.
+/// Removes unneeded light: coloured ambient light without emissive tissue; light per voxel that occlusion of
+/// surfaces replaces.
 Scene withoutUnusedLight(Scene scene) {
     if (scene.lighting.surfaceOcclusion)
         scene.lighting.occlusion.reset();
     const auto* function = std::get_if<TransferFunction>(&scene.volumes.at(0).transferFunction);
-    if (scene.lighting.occlusion && !(function && function->emits())) // presets send none
+    if (scene.lighting.occlusion && !(function && function->emits())) // presets emit none
         scene.lighting.occlusion->emission = 0;
     return scene;
 }
 
-/// An integrator that is not asked for by name takes tables only where they are a small part of what is free.
+/// An integrator that was not requested uses tables only if they are a small part of the free memory.
 constexpr std::size_t kPartsForTables = 16;
-/// Of chunks that are on their way to where they are kept: as many as keep the loaders busy.
+/// Chunks in progress: as many as keep the loaders busy.
 constexpr std::size_t kReadOnceBytes = std::size_t{32} << 20;
 
 } // namespace
@@ -80,7 +80,7 @@ void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
         setValues(scene, reduction);
         return;
     }
-    if (scene.mode == Mode::isosurface) { // what answers to light stays the function's
+    if (scene.mode == Mode::isosurface) { // the material response stays the function's
         layer().function = TransferFunction::fromOpacity({}, f.colourPoints(), f.referenceLengthMm());
         layer().function.setMaterials(f.materials());
     }
@@ -92,7 +92,7 @@ void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
     const Integrator integrator =
         scene.quality.integrator == Integrator::automatic ? automaticIntegrator() : scene.quality.integrator;
     chargeTables(integrator);
-    Preintegration2d seen = std::move(layer().optics.seen); // may serve on
+    Preintegration2d seen = std::move(layer().optics.seen); // may be kept
     layer().optics =
         makeOptics(layer().table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
     layer().optics.seen = std::move(seen);
@@ -183,7 +183,7 @@ void Planner::prepareSegments() {
     const int first = layer().mixed() ? 0 : longest;
     preparePreintegration2d(layer().optics, view.quality.stepVoxels * typicalVoxelMm(info()), first,
                             longest - first + 1);
-    if (layer().optics.integrator == Integrator::preintegrated2d) // its tables are of a length
+    if (layer().optics.integrator == Integrator::preintegrated2d) // its tables depend on a length
         revisions.tables = PlanRevisions::next();
 }
 
@@ -311,7 +311,7 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     // Visibility is counted before the picture, in its memory; with an error bound, rays wait for bricks.
     const int channels = keptLightChannels(view.lighting);
     layer().lightCharge = {};
-    const int layers = view.shadowQuality.layers; // as it was asked for
+    const int layers = view.shadowQuality.layers; // the requested one
     view.shadowQuality = shadowQualityFor(view.lighting, free.freeBytes());
     view.shadowQuality.layers = layers;
     const std::size_t picture = placedRaysBytes(view.imageSize); // pixels are drawn again
@@ -322,7 +322,7 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     floors.need("rays", 0, rays);
     if (view.lighting.surfaceOcclusion)
         floors.need("first hits of rays", 0, hitsBytes(view.imageSize));
-    if (view.part.cuts) // an interval and a half of each, and where they begin
+    if (view.part.cuts) // one and a half intervals each, and their starts
         floors.need("intervals of rays", 0,
                     (kRayIntervalBytes * 3 / 2 + sizeof(std::size_t)) * rayCount(view.imageSize));
     floors.need("the index of bricks", 0,
@@ -341,12 +341,12 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     if (!view.quality.skipping)
         return;
     memory.need(kBrickMap, Occupancy::bytes(extent, MapScale::bricks), mapBytes(extent, MapScale::bricks));
-    // Cells where their map is a small part of both budgets.
+    // Cells if their map is a small part of both budgets.
     const std::size_t cellMap = Occupancy::bytes(extent, MapScale::cells);
     const std::size_t cellTexels = mapBytes(extent, MapScale::cells);
     const bool cells = memory.grant(kCellMap, cellMap, cellTexels, 16, 4, kBrickMap);
     layer().mapScale = cells ? MapScale::cells : MapScale::bricks;
-    // Without a map of their own, rays solve for surfaces wherever anything shows.
+    // Without a separate map, rays search surfaces in all occupied space.
     layer().mapsSurfaces = cells && !changing && !layer().optics.surfaces.empty() &&
                            layer().optics.volumeShows &&
                            memory.grant(kSurfaceMap, cellMap, cellTexels, 31, 8);
@@ -357,12 +357,12 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
 void Planner::openCache(bool readsOnce) {
     if (const std::size_t light = lightRamBytes(view.lighting, info(), view.shadowQuality, threads))
         layer().lightCharge = ram->charge(light, "light per voxel while it is computed");
-    // It takes what is left, less upload staging and, where there is plenty, some air.
+    // It takes the rest, less staging for uploads and, if memory is ample, a reserve.
     const int used = threads > 0 ? threads : defaultThreads();
     const std::size_t free = ram->freeBytes(), staging = stagingBytes(info());
     const std::size_t left = free > staging ? free - staging : 0;
     const std::size_t floor = std::min(left, latticeCacheFloorBytes(info(), used));
-    // Memory that is used for the first time costs more than what is in it.
+    // First use of memory costs more than its content.
     const std::size_t most = readsOnce ? kReadOnceBytes : left - left / 8;
     const std::size_t bytes = std::max(floor, std::min(most, left - left / 8));
     layer().cache = std::make_unique<BrickCache>(*layer().store, *ram, bytes, used);
@@ -378,7 +378,7 @@ void Planner::chooseGhostLayers(TextureLimits& limits, std::size_t bricks, const
 void Planner::chooseAgain(const Scene& given, const TextureLimits& engineLimits, const FrameContext& context,
                           LevelChoice choice) {
     const Scene scene = asDrawn(given);
-    layer().cache.reset(); // it holds all memory that was left
+    layer().cache.reset(); // it has all remaining memory
     view.quality = scene.quality;
     TextureLimits most = engineLimits;
     most.lightChannels = keptLightChannels(view.lighting);
@@ -396,7 +396,7 @@ void Planner::chooseAgain(const Scene& given, const TextureLimits& engineLimits,
                           limits, choice, memory.gpuBytes(), memory.ramBytes(), context);
     setSelection(std::move(chosen.selection));
     aim();
-    openCache(limits.readsOnce && !scene.quality.maxError); // passes read again
+    openCache(limits.readsOnce && !scene.quality.maxError); // passes read chunks again
 }
 
 } // namespace tessera

@@ -1,4 +1,4 @@
-// bricking/analysis/lumen/lumen_distance.cpp: distances of a lumen's blocks to what is none, and chains of
+// bricking/analysis/lumen/lumen_distance.cpp: distances of a lumen's blocks to the outside, and chains of
 // voxels through blocks. See lumen_graph.h.
 //
 // The squared distance is found along one axis after the other (core/base/lower_envelope.h). Nothing behind

@@ -1,5 +1,4 @@
-// bricking/analysis/lumen/lumen_text.cpp: the text about a lumen that was found, and how sure that is. See
-// centreline.h.
+// bricking/analysis/lumen/lumen_text.cpp: the text about a lumen and its reliability. See centreline.h.
 #include "bricking/analysis/lumen/centreline.h"
 
 #include <cmath>
@@ -9,7 +8,7 @@ namespace tessera {
 namespace {
 
 constexpr double kClearNoises =
-    4; // from the lumen's value to the threshold, at least, of the noise that is left
+    4; // least distance from the lumen's value to the threshold, in deviations of the remaining noise
 
 std::string valueText(double value, const std::string& unit) {
     char text[48];

@@ -60,7 +60,7 @@ class Beside {
                 near.points.push_back(i);
         return near;
     }
-    /// Along the route; none where the place is not beside the part that is flown.
+    /// Position along the route; none if the point is not beside the flown part.
     std::optional<double> along(const Near& near, const glm::dvec3& place, double reach) const {
         Foot best;
         std::size_t at = 0;
@@ -103,7 +103,7 @@ class Beside {
     double from_, to_, widest_ = 0;
 };
 
-/// A camera ready to be asked.
+/// A camera prepared for visibility tests.
 struct Eye {
     glm::dvec3 mm, place, right, up, forward; // right and up: 1 at the picture's edge at depth 1
 };
@@ -182,7 +182,7 @@ class Measuring {
             rule_.brightest, neighbourhoodOf(values, seeds.back(), request_.lumen.threshold).rule.brightest);
         auto parts = std::make_unique<LumenParts>(field_->cache(), info_, rule_, ram_, progress_);
         std::size_t inside = 0;
-        const LumenPart* first = nullptr; // what thin branches hang on
+        const LumenPart* first = nullptr; // the parts to which thin branches are attached
         for (const glm::dvec3& seed : seeds)
             if (const glm::ivec3 voxel(glm::floor(seed)); rule_.takes(values.voxel(voxel))) {
                 LumenPart& part = parts->partOf(voxel);
@@ -217,7 +217,7 @@ class Measuring {
         }
     }
 
-    /// Chunks near the route, and room for all of their faces.
+    /// Chunks near the route, with memory for all of their faces.
     ChunkFaces placesOf(const VoxelSet& voxels, const WallFaces& wall) {
         ChunkFaces faces;
         for (const std::size_t chunk : voxels.filledChunks())

@@ -18,13 +18,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostDigits = 9; // longer ones are parts of UIDs and count nothing
+constexpr std::size_t kMostDigits = 9; // longer ones are parts of UIDs, not counters
 constexpr std::size_t kMostNames = 3;
-constexpr std::size_t kFewSlices = 2; // of a series that a damaged UID makes of another's slices
+constexpr std::size_t kFewSlices = 2; // largest number of slices that a damaged UID splits off a series
 constexpr double kAlike = 1e-3;       // of directions and spacings, as in dicom_geometry.cpp
 constexpr double kOffPlace = 0.02;    // of a gap
 
-/// A name with one of its numbers cut out: "IM-0001-", ".dcm" and 42.
+/// A name split at one of its numbers: "IM-0001-", ".dcm" and 42.
 struct Numbered {
     std::string around;
     unsigned long number = 0;
@@ -47,7 +47,7 @@ std::vector<Numbered> numberings(const std::string& name) {
     return found;
 }
 
-/// The files of all series by folder: what a file's neighbours are looked up in.
+/// The files of all series by folder, for the lookup of neighbours.
 class Neighbours {
   public:
     /// Of all series, or of one.
@@ -123,7 +123,7 @@ class Neighbours {
     }
 
     std::map<std::string, std::map<unsigned long, std::set<std::size_t>>> byName_;
-    /// ".dcm"; for a name without a short ending of letters, what stands for names of about its length.
+    /// ".dcm"; for a name without a short ending of letters, a key for names of about its length.
     static std::string endingOf(const fs::path& file) {
         constexpr std::size_t kLongest = 5, kAlikeLengths = 4;
         const std::string ending = file.extension().string();

@@ -30,8 +30,8 @@ constexpr double kMostSideways = 1.0 / 3; // of a pixel, for positions that are 
 constexpr double kMostRoundedDirection = 0.01; // two decimals
 constexpr double kMostRoundedSpacing = 0.02;   // of the spacing, and two decimals
 constexpr double kRoundingSlack = 1 + 1e-6;    // decimal fractions in binary
-constexpr double kMostGrowth = 4;              // slices after resampling, per slice before
-constexpr int kMostListed = 12;                // runs of gaps in a message
+constexpr double kMostGrowth = 4;              // largest number of slices after resampling, per slice before
+constexpr int kMostListed = 12;                // largest number of runs of gaps in a message
 
 std::string mm(double value) {
     char text[32];
@@ -101,8 +101,8 @@ void checkComplete(const DicomSlice& slice, const std::string& where) {
                           printableName(slice.file.filename()));
 }
 
-/// Every slice has a place, and all agree in everything but position. Of numbers that are rounded in some
-/// slices the finest are taken, which plan.oddity says.
+/// Checks that every slice has a position, and that all agree in everything else. Of numbers that are rounded
+/// in some slices the finest are taken, as reported in plan.oddity.
 Stack checkAlike(const DicomSeries& series, SlicePlan& plan, const std::string& where) {
     const DicomSlice& first = series.slices.front();
     std::vector<Rounding> rounding;
@@ -219,8 +219,8 @@ std::vector<double> sortAlongNormal(const DicomSeries& series, const Stack& stac
 }
 
 /// The largest displacement of each slice of plan.order by rounding, from a straight and even stack with the
-/// same ends, mm. It is half a unit of its own last decimal and half of the ends'. 0: no decimals worth
-/// telling, or more than `most` is lost.
+/// same ends, mm. It is half a unit of its own last decimal and half of the ends'. 0: no relevant rounding,
+/// or displacements above `most`.
 std::vector<double> movedByRounding(const DicomSeries& series, const SlicePlan& plan, double most) {
     constexpr int kMostDecimals = 4;
     std::vector<double> units;

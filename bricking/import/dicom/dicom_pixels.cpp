@@ -48,8 +48,8 @@ void unpack(const DicomSlice& slice, std::span<std::int32_t> out, StreamFindings
                           " of BitsStored (0028,0101), which are left out; is that tag right?";
 }
 
-/// Mends the lengths of a JPEG 2000 stream's tile-parts. The result can be checked only if the header states
-/// the largest value.
+/// Repairs the lengths of a JPEG 2000 stream's tile-parts. The result can be checked only if the header
+/// states the largest value.
 std::vector<std::byte> mend(const std::vector<std::byte>& stream, const StreamHeader& header,
                             const DicomSlice& slice) {
     if (!slice.largestStored)

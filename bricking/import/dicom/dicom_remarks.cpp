@@ -11,7 +11,7 @@
 namespace tessera {
 namespace {
 
-constexpr double kApart = 1.5; // times the thickness: slices that lie so far apart leave some of the body out
+constexpr double kApart = 1.5; // times the thickness: at this distance slices leave out some of the body
 constexpr std::size_t kMostValues = 3;
 
 std::string shown(double value) {

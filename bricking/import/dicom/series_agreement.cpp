@@ -29,7 +29,7 @@ std::size_t slicesThatSay(const Tally& tally) {
     return slices;
 }
 
-/// An identifier that is another in every slice, as some who take names out write it, identifies nothing.
+/// An identifier that differs in every slice, as from some anonymisers, identifies nothing.
 bool isEverySlicesOwn(const Tally& tally, std::size_t least) {
     return tally.size() >= least && tally.size() == slicesThatSay(tally);
 }
@@ -54,7 +54,7 @@ void SeriesAgreement::judge(DicomSeries& series) const {
         series.oddities.push_back(missingIn(slices_.size() - said, slices_.size(), "Modality (0008,0060)") +
                                   ": taken as in the others");
 
-    // HU is what CT has anyway; any other unit has to stand in every slice.
+    // HU is the default of CT; any other unit must be in every slice.
     std::map<std::string, int> types;
     for (const SliceSays& slice : slices_)
         ++types[slice.rescaleType == "HU" ? "" : slice.rescaleType];
@@ -89,7 +89,7 @@ std::vector<std::vector<std::size_t>> SeriesAgreement::framesApart() const {
             order.push_back(frame);
         slices[frame].push_back(i);
     }
-    // A slice that names none could be of any.
+    // A slice without one could be of any.
     if (order.size() < 2 || slices.find("") != slices.end() ||
         std::any_of(slices.begin(), slices.end(),
                     [](const auto& frame) { return frame.second.size() < kVolumeSlices; }))

@@ -42,7 +42,7 @@ bool isEvenStack(const DicomSeries& series) {
 } // namespace
 
 void joinLoneSlices(std::vector<DicomSeries>& series, std::vector<SeriesAgreement>& says) {
-    std::vector<std::vector<std::size_t>> groups; // of lone slices that are alike
+    std::vector<std::vector<std::size_t>> groups; // of similar lone slices
     for (std::size_t i = 0; i < series.size(); ++i) {
         if (series[i].slices.size() != 1 || series[i].isScout || !series[i].object.empty())
             continue;

@@ -9,7 +9,7 @@ namespace tessera {
 namespace {
 
 constexpr double kMostEdges = 0.35;          // of the voxels with a label; noise has edges nearly everywhere
-constexpr std::uint64_t kLeastVoxels = 4096; // fewer tell nothing
+constexpr std::uint64_t kLeastVoxels = 4096; // fewer are inconclusive
 
 } // namespace
 
