@@ -115,7 +115,7 @@ void writeImage(const std::filesystem::path& path, const Image& image, const std
         out.check(); // names the system's reason
         throw Error(printable(path.string()) + ": cannot be written: " + oneLine(problem.what()));
     }
-    out.check(); // what a library did not tell
+    out.check(); // errors that the library did not report
     file.finish();
 }
 

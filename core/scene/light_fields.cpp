@@ -28,9 +28,9 @@ template <> const NameTable<OcclusionMethod>& namesOf() {
 namespace {
 
 constexpr double kMostMm = 1e7, kMostIntensity = 1e6, kMostSoftness = 60;
-/// At the light itself; less would be more light than numbers hold.
+/// At the light itself; a lower attenuation would overflow.
 constexpr double kLeastAttenuation = 1e-6, kMostAttenuation = 1e6;
-/// As many as subdivided platonic solids have corners or faces.
+/// Numbers of corners or faces of subdivided platonic solids.
 constexpr std::array kRays = {4, 8, 16, 20, 32, 64, 80, 128, 320, 512};
 constexpr double kAboveZero = 1e-6;
 

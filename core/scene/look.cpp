@@ -31,7 +31,7 @@ void applyLook(const std::string& name, Scene& scene) {
     const JsonValue root(document, where);
     root.requireKeys({"tesseraLook", "description", "shading", "lighting"});
     root.at("tesseraLook").integer(1, 1);
-    Shading shading; // defaults for what a preset does not name
+    Shading shading; // defaults for keys that a preset does not name
     if (root.has("shading"))
         shading = shadingFields().read(root.at("shading"));
     shading.on = scene.shading.on;

@@ -107,7 +107,7 @@ const Fields<SlicePlane>& sliceFields() {
         f.rule([=](const JsonValue& whole, const SlicePlane& slice) {
             for (const char* key : {"point", "normal"})
                 if (isOblique(slice) && !whole.has(key))
-                    whole.at(key); // which says that it is missing
+                    whole.at(key); // throws that it is missing
             checkSlice(slice, whole.place());
         });
         return f;
@@ -195,7 +195,7 @@ Scene sceneOfNoWord() {
     return scene;
 }
 
-/// A slice that nobody named a camera for is looked at along its normal.
+/// A slice without a named camera is seen along its normal.
 nlohmann::json cameraJson(const Scene& scene) {
     const auto* const view = std::get_if<FittedView>(&scene.camera);
     if (!(scene.mode == Mode::slice && view && !view->named))

@@ -41,7 +41,7 @@ struct Property {
     double ambient = 0.1, diffuse = 0.7, specular = 0.2, specularPower = 10; // vtkVolumeProperty's
 };
 
-/// VTK tells lengths by the mean of the volume's spacings.
+/// VTK scales gradients by the mean of the volume's spacings.
 /// @param isExact  false where points are left out
 GradientOpacity gradientOpacityOf(std::vector<VtkPoint> curve, bool& isExact, const std::string& where) {
     constexpr std::size_t kMostRead = 256;
@@ -271,7 +271,7 @@ std::vector<ForeignPreset> readSlicerText(const std::string& text, const std::st
 }
 
 std::vector<ForeignPreset> readSlicerXml(const std::string& text, const std::string& where) {
-    const bool wasLoud = vtkObject::GetGlobalWarningDisplay() != 0; // what is wrong is told below
+    const bool wasLoud = vtkObject::GetGlobalWarningDisplay() != 0; // errors are reported below
     vtkObject::GlobalWarningDisplayOff();
     const auto root =
         vtkSmartPointer<vtkXMLDataElement>::Take(vtkXMLUtilities::ReadElementFromString(text.c_str()));

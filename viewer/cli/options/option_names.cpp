@@ -11,8 +11,8 @@
 namespace tessera {
 namespace {
 
-/// Other names: words of ParaView, VTK, 3D Slicer, ffmpeg and of radiology. The first option that the command
-/// has counts.
+/// Synonyms from ParaView, VTK, 3D Slicer, ffmpeg and radiology. The first option that the command has is
+/// used.
 const std::vector<std::pair<const char*, std::vector<const char*>>>& otherWords() {
     static const std::vector<std::pair<const char*, std::vector<const char*>>> words = {
         {"--preset",
@@ -92,7 +92,7 @@ std::string likelyOption(const std::string& unknown, const std::vector<std::stri
     for (const auto& [option, others] : otherWords())
         if (isKnown(option) && std::find(others.begin(), others.end(), word) != others.end())
             return option;
-    constexpr std::size_t kTelling = 3; // letters; fewer begin too many words
+    constexpr std::size_t kTelling = 3; // letters; fewer match too many options
     if (word.size() >= kTelling)
         for (const std::string& option : known)
             if (hasPart(option, word))

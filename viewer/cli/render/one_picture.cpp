@@ -33,7 +33,7 @@ void renderOnePicture(const RenderTask& task) {
 
     common.progress->stage("writing the picture");
     nlohmann::json report = makeManifest(task.scene, task.store, result, task.ram, task.gpu);
-    const bool blank = isBlank(result.image); // of the volume: a bar is none of it
+    const bool blank = isBlank(result.image); // judged before the scale bar is drawn
     if (arguments.scaleBar) {
         const ScaleBar bar = scaleBarOf(result.camera, result.image.size);
         drawScaleBar(result.image, bar);

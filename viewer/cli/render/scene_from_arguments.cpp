@@ -95,7 +95,7 @@ int parseSamples(const std::string& text) {
     return static_cast<int>(samples);
 }
 
-/// A preset of a file, or one that was kept: its function, and all that it says of light, mode and cuts.
+/// Applies a preset from a file or the library: its function and its settings of light, mode and cuts.
 void applyFoundPreset(const std::string& text, Scene& scene, const CommonOptions& common) {
     try {
         const FoundPreset found = findPreset(text);
@@ -120,7 +120,7 @@ Verify verifyOf(const RenderArguments& arguments) {
         throw badFile("--no-check", "--verify or --no-check, which is --verify none", "both");
     if (arguments.noCheck)
         return Verify::none;
-    if (arguments.verify.empty()) // of films nobody reads what every frame errs by
+    if (arguments.verify.empty()) // for films the error of each frame is not reported
         return arguments.path.empty() && !arguments.isFilm() ? Verify::quick : Verify::none;
     const auto at = std::find(names.begin(), names.end(), arguments.verify);
     if (at == names.end())
