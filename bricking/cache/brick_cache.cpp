@@ -76,7 +76,7 @@ struct BrickCache::State : std::enable_shared_from_this<State> {
     std::deque<ChunkKey> wishes; // wanted, not started; most urgent first
     std::unordered_map<ChunkKey, Wish, ChunkKeyHash> wanted;
     std::size_t ahead = 0;           // of wanted: loading or resident
-    std::condition_variable settled; // a wish more
+    std::condition_variable settled; // one more request
     std::list<ChunkKey> idle;        // resident and unpinned, least recently used first
     std::size_t held = 0;            // chunks decoding or resident; held <= capacity
     Counters counters;

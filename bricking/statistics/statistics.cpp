@@ -1,8 +1,9 @@
 // bricking/statistics/statistics.cpp: see statistics.h and ray_statistics.h. On disk: STORE/stats/cell_min,
 // cell_max (float32 [z][y][x] over cells), brick_min, brick_max (the same over bricks, two layers around
-// included; not in version 4), STORE/stats/rays/0 and 1 (uint8 [z][y][x][byte] over bricks: the parts of
-// brick_rays.h), and in the group's attributes.tessera the version, the range, the whole histogram, the
-// store's content hash, a CRC-32C of each of these arrays and one of every layer of chunks of rays.
+// included; not in version 4). STORE/stats/rays/0 and 1 are uint8 [z][y][x][byte] over bricks: the parts of
+// brick_rays.h. The group's attributes.tessera hold the version, the range, the whole histogram and the
+// store's content hash. They also hold a CRC-32C of each of these arrays and of every layer of chunks of
+// rays.
 #include "bricking/statistics/statistics.h"
 
 #include "bricking/statistics/ray_statistics.h"

@@ -1,5 +1,5 @@
 // core/scene/look.h: lighting presets, in core/scene/looks/*.json: lights, occlusion and material response by
-// name. A lighting preset is a look in code and options.
+// name. In code and files a lighting preset is called a look.
 #pragma once
 
 #include "core/scene/scene.h"

@@ -207,8 +207,8 @@ class EdgeSearch {
         return voxels / std::max({std::abs(voxels.x), std::abs(voxels.y), std::abs(voxels.z)});
     }
     static glm::dvec3 centreOf(const glm::ivec3& voxel) { return glm::dvec3(voxel) + 0.5; }
-    /// True if a pixel cannot miss the visible region around a point: it is visible on the ray through it,
-    /// and on two more of four rays nearly half a pixel away.
+    /// True if a pixel cannot miss the visible region around a point. The region must be visible on the ray
+    /// through the point, and on two of four rays nearly half a pixel away.
     /// @param place  voxels
     bool shows(LatticeReader& samples, const glm::dvec3& place) const {
         const glm::dvec3 at = space_.at(place);

@@ -4,7 +4,7 @@
 //
 //   frame_bench --store build/bench-data/torso-thorax.zarr --sizes 128,256,512,1024 --repeats 7 --device auto
 //
-// --check 1 first holds every scene's march against the float mirror, and ends where they differ.
+// --check 1 first compares every scene's GPU picture with the float mirror's, and ends where they differ.
 //
 // All cases run once a round, every other round backwards, after one round of warming up that also counts the
 // work. Timed frames do not count: the counters are compiled out of them. Frames above --slow-ms are timed
@@ -68,7 +68,7 @@ void runRound(std::vector<Case>& cases, bool backwards, bool warmUp, double slow
     }
 }
 
-/// The march with exact fetches must give what the float mirror gives on the device's own rays
+/// The GPU ray caster with exact fetches must give the float mirror's result on the device's own rays
 /// (docs/sampling.md, "Equalities and tolerances").
 void checkAgainstMirror(const std::string& name, Scene scene, const StoreReader& store,
                         const GlContext& context, Budgets& budgets) {

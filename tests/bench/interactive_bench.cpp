@@ -8,8 +8,8 @@
 // With --edit PRESET the camera stays, and what is timed is an edit of the transfer function, as a window
 // makes it: to a first picture of few pixels, to one of all, to one whose bricks are at their levels, and to
 // the last, whose light is whole too; each with the processor time that the program took until then. --light
-// gives the scene a look, --relight another one that comes after the edits; --engine native draws on the
-// processor.
+// gives the scene a lighting preset, --relight another one that follows the edits; --engine native draws on
+// the CPU.
 #include "core/scene/look.h"
 #include "core/scene/preset.h"
 #include "render/backends/gpu/gl/context.h"

@@ -160,7 +160,7 @@ struct ExtremeVolume {
     VolumeInfo info;
     HashSource::Formula formula;    // none: noise over the type's whole range
     double lowest = 0, highest = 1; // physical values that functions spread over
-    /// Values or their differences are beyond what a float can hold or resolve: no claim of equality.
+    /// Values or their differences are beyond the range or resolution of floats: equality is not expected.
     bool beyondFloat = false;
 };
 

@@ -158,7 +158,7 @@ FrameFolder::FrameFolder(const fs::path& folder, const json& film, ClaimKind kin
 
 FrameFolder::~FrameFolder() = default;
 
-/// Writes what the film is, where nobody has; else it must be the same.
+/// Writes the film file if there is none; otherwise the existing one must be equal.
 void FrameFolder::adopt(const json& film) {
     const fs::path file = folder_ / kFilmFile;
     const std::string text = film.dump(1, ' ', true, json::error_handler_t::replace) + "\n";

@@ -14,7 +14,7 @@ struct SceneChange {
     bool any() const { return another || turned || recoloured || rewindowed || recut || relit; }
 };
 
-/// @param wished, drawn  scenes of one volume; a camera by side counts as different
+/// @param the requested and the drawn scene of one volume; a camera by side counts as different
 /// @param camera         that is drawn
 /// @param compiles  Engine::About's: cuts are compiled into the shader
 SceneChange changeOf(const Scene& wished, const Scene& drawn, const Camera& camera, bool compiles);

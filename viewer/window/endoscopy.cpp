@@ -49,7 +49,7 @@ void Endoscopy::take(WindowState& desk, const Path& path) {
         show(desk, false);
 }
 
-/// A path that nobody has flown yet.
+/// A new path, not flown yet.
 void Endoscopy::takeAnother(WindowState& desk, const Path& path) {
     question_.reset();
     trusted_ = false;

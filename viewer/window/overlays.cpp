@@ -29,7 +29,7 @@ void text(ImDrawList& draw, const ImVec2& at, ImU32 colour, const std::string& w
 }
 
 /// A cube with a letter on every side that faces the viewer: left, right, anterior, posterior, head, foot;
-/// without letters where nobody knows.
+/// without letters where the orientation is unknown.
 void drawCube(ImDrawList& draw, const Camera& camera, bool lettered, const ImVec2& middle, float half) {
     const glm::dmat3 cameraFromPatient = glm::transpose(patientFromCamera(camera));
     const auto project = [&](const glm::dvec3& p) {

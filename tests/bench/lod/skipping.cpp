@@ -31,7 +31,7 @@ struct WayRow {
     bool same = true;
 };
 
-/// One scene, all of its level 0 on the device, and the four ways to march it.
+/// One scene, all of its level 0 on the device, and the four ways to cast rays through it.
 class SkippingCase {
   public:
     SkippingCase(SceneBench& scene, Fetch fetch, MemoryBudget& ram, MemoryBudget& gpu)

@@ -249,7 +249,7 @@ TEST(Centreline, HoweverVoxelsAreNumbered) {
 }
 
 TEST(Centreline, AWallThinnerThanABlockIsNoWayThrough) {
-    // two limbs of a U with a wall of two voxels between them, in a volume whose path is searched in larger
+    // two arms of a U with a wall of two voxels between them, in a volume whose path is searched in larger
     // blocks
     const std::vector<glm::dvec3> u = {{-11, 0, 0}, {-11, 0, 90}, {-9, 0, 98}, {0, 0, 103},
                                        {9, 0, 98},  {11, 0, 90},  {11, 0, 0}};

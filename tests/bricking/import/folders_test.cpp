@@ -90,7 +90,7 @@ TEST_F(Folder, ASliceThatCannotBeReadStopsTheImportWhereverItIs) {
 }
 
 TEST_F(Folder, WithoutPermissionIsNotReadable) {
-    // In a child that is nobody, for root may read everything.
+    // In a child process of the user nobody, because root may read everything.
     writeSeries();
     fs::permissions(folder.path(), fs::perms::all);
     fs::permissions(folder / nameOf(45), fs::perms::none);
@@ -517,7 +517,7 @@ TEST_F(Folder, ASliceThatDisagreesAboutItsValuesIsRefused) {
                 AllOf(HasSubstr("RescaleIntercept (0028,1052) in every slice"), HasSubstr("IM0043")));
     EXPECT_THAT(refusedWith([](DicomImage& i) { i.slope.reset(); }),
                 HasSubstr("RescaleSlope (0028,1053) in every"));
-    // Two patients are no one volume; nobody is named.
+    // Two patients are not one volume; no patient is named.
     EXPECT_THAT(refusedWith([](DicomImage& i) { i.patientSuffix = "X"; }),
                 HasSubstr("PatientID (0010,0020)"));
     EXPECT_THAT(refusedWith([](DicomImage& i) { i.modality = "CU"; }), HasSubstr("Modality (0008,0060)"));

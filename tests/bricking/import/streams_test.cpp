@@ -326,7 +326,7 @@ TEST_F(Streams, StrippedQualityLayersOfASignedStreamUnderUnsignedTags) {
 }
 
 TEST_F(Streams, WarningsOfADecoderAreErrors) {
-    std::string unknown = j2k_; // a marker that nobody knows, skipped with a warning
+    std::string unknown = j2k_; // an unknown marker, skipped with a warning
     unknown.insert(unknown.find(std::string("\xff\x52", 2)), std::string("\xff\x7a\x00\x04\x01\x02", 6));
     refused(image(k2000, unknown));
     std::string extra = lossless_; // bytes that no sample needs, before the end marker

@@ -12,7 +12,7 @@ using namespace tessera::test;
 
 constexpr glm::ivec2 kSize(17, 17); // odd: the middle ray runs exactly along the view direction
 
-/// March against float mirror on the GPU's rays, and everything finite and within [0, opaque].
+/// GPU ray caster against float mirror on the GPU's rays, and everything finite and within [0, opaque].
 void expectSound(const std::string& store, const Camera& camera, const std::string& what) {
     SCOPED_TRACE(what);
     MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);

@@ -63,7 +63,7 @@ Selection randomShownLevels(const Selection& like, unsigned seed) {
 /// What the cases of a run came to; a test that compared nothing must fail.
 struct Tally {
     int cases = 0, visible = 0, equal = 0, filtered = 0, skipping = 0, constant = 0;
-    double worstMarch = 0; // largest difference of march and float mirror
+    double worstMarch = 0; // largest difference of GPU ray caster and float mirror
 };
 
 /// Double mirror of a camera's own double rays.

@@ -326,7 +326,7 @@ TEST(Gradients, AnalyticOneIsTheDerivativeOfMixedLevels) {
     }
 }
 
-// The scene's choice reaches march and mirror, and nothing else is compiled.
+// The scene's choice reaches GPU ray caster and mirror, and nothing else is compiled.
 TEST(Gradients, TheScenesChoiceIsDrawn) {
     const GlContext context({"software"});
     MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);

@@ -229,7 +229,7 @@ TEST_P(InteractiveChanges, ComeToTheSameLevelsWhereMemoryIsShort) {
     Scene scene = interactiveScene("soft-tissue", 0, {48, 48});
     InteractiveOptions options;
     options.spareShare = 0;
-    // The march gets 55 pages of what is reckoned for 40.
+    // The GPU ray caster gets 55 pages of the memory that is planned for 40.
     const std::size_t budget = gpuBytesFor(scene, GetParam() ? 55 : 40, GetParam());
     struct State {
         Image picture;

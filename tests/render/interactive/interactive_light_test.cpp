@@ -216,8 +216,8 @@ TEST_P(InteractiveLight, ComesToTheSameWhateverWasLeftUndone) {
     expectTheSameAfter(unfinishedChanges(), GetParam());
 }
 
-// Bytes of light that are put beside the bricks tell what was computed. The march's texels hold all channels
-// of a sample, which are put together.
+// Bytes of light that are put beside the bricks tell what was computed. The GPU ray caster's texels hold all
+// channels of a sample, which are put together.
 TEST_P(InteractiveLight, AnEditOfLightsComputesWhatDependsOnIt) {
     Scene scene = litScene();
     scene.lighting.finestLevel = 3; // coarse light is all there is: one pass

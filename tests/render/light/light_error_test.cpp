@@ -223,8 +223,8 @@ TEST(LightError, OfOcclusionByItsParts) {
     }
 }
 
-/// Lights that nobody would set, by native engine, march and reference: finite, no brighter than the light
-/// that there is, and drawn to the end.
+/// Extreme lights, by native engine, GPU ray caster and reference: finite, no brighter than the light that
+/// there is, and drawn to the end.
 void expectSane(const std::string& what, const std::string& preset, const TransferFunction* function,
                 const Lighting& lighting) {
     SCOPED_TRACE(what + ", " + preset);

@@ -209,7 +209,7 @@ TEST(SurfaceLight, ACornerIsAsDarkAsItsFormula) {
     }
 }
 
-/// What cuts leave out is in nobody's way; of a way that two cuts leave two parts of, both are.
+/// Parts that are cut away occlude nothing. If two cuts leave two parts of a ray, both count.
 TEST(SurfaceLight, CutsOpen) {
     const Stored stored(cornerField(), glm::ivec3(40), true);
     const auto openOf = [&](const Cuts& cuts) {

@@ -83,7 +83,7 @@ TEST(RenderBudget, GpuMemoryIsKeptAndLevelsCoarsenMonotonically) {
                 }
                 EXPECT_GT(static_cast<double>(bytes), 0.99 * static_cast<double>(floor));
             }
-            // Accepted: then nothing that the march allocates may fail.
+            // Accepted: then no allocation of the GPU ray caster may fail.
             Planner p = prepare(gpu);
             const std::uint32_t features =
                 kFeatureSkipping | kFeatureHardware |

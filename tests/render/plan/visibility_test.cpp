@@ -1,5 +1,5 @@
-// What is seen of bricks: the march counts what its mirror counts, an opaque wall hides what is behind it,
-// and levels chosen by sight are better than those chosen without.
+// Visibility of bricks: the GPU ray caster counts what its mirror counts, an opaque wall hides what is behind
+// it, and levels chosen by sight are better than those chosen without.
 #include "core/image/image_metrics.h"
 #include "render/backends/gpu/visibility_pass.h"
 #include "render/picture/render_scene.h"

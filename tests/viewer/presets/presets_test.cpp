@@ -196,7 +196,7 @@ TEST(ForeignPresets, SharesOfARangeWantARange) {
     EXPECT_THAT(refusal([&] { overRange(ranged, 3, 3); }), HasSubstr("a range of values"));
 }
 
-// Ours, through another program's file: nobody sees a difference.
+// Our presets through another program's file look the same.
 TEST(ForeignPresets, OursComeBack) {
     for (const std::string name : {"bone", "lung", "skin", "soft-tissue", "vessels"})
         for (const PresetFormat format : {PresetFormat::slicerJson, PresetFormat::paraView}) {

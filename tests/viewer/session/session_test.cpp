@@ -129,8 +129,8 @@ TEST(ViewSession, WhileSomethingMovesPicturesAreSmallerAndOfTheLastWish) {
     looker.stillOf(looker.viewing->show(scene, false));
 }
 
-// A camera by side, or from anywhere, is fitted to what shows, to the function and the picture of the wish:
-// it is the camera of `tessera render`, whatever was drawn before.
+// A camera by side, or from anywhere, is fitted to the visible region, function and picture of the request.
+// It is the camera of `tessera render`, whatever was drawn before.
 TEST(ViewSession, FitsCamerasToThePictureTheyAreFor) {
     const auto planned = [](Scene scene) {
         MemoryBudget ram("RAM", "--ram", kRamBytes / 2), gpu("GPU memory", "--gpu-memory", kGpuBytes / 2);
@@ -376,8 +376,8 @@ TEST(Still, IsCalledOffAtOnce) {
         << "it ended by itself, after " << (std::chrono::steady_clock::now() - began) / 1ms << " ms";
 }
 
-// A wish that changes nothing may come before the picture of the one that did: what answers it is no older
-// picture.
+// A request that changes nothing may come before the picture of the request that did: no older picture
+// answers it.
 TEST(ViewSession, AnOlderPictureAnswersNoWish) {
     Looker looker(false);
     Scene scene = looker.opened(storePath("torso"));
@@ -427,7 +427,7 @@ TEST(ViewSession, APictureThatDoesNotFitLosesNothing) {
     ASSERT_TRUE(looker.comesTo([&] { return !looker.viewing->state().problem.empty(); }));
     EXPECT_THAT(looker.viewing->state().problem, HasSubstr("--ram"));
     looker.viewing->problemSeen();
-    looker.viewing->pick({20, 20}); // nothing is drawn: nobody answers
+    looker.viewing->pick({20, 20}); // nothing is drawn: no answer
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     looker.viewing->show(huge, true); // again, as a window does whose size stays
     ASSERT_TRUE(looker.comesTo([&] { return !looker.viewing->state().problem.empty(); }));

@@ -47,7 +47,7 @@ std::vector<UnfoldedRow> rowsOf(const Path& path, const std::string& where, bool
 
 void renderWall(const RenderTask& task) {
     const RenderArguments& arguments = task.arguments;
-    Scene scene = task.scene; // its height follows from the line where nobody says it
+    Scene scene = task.scene; // its height follows from the line unless it is given
     const Path path = pathOf(task);
     const std::vector<UnfoldedRow> rows = rowsOf(path, arguments.path, !arguments.size.empty(), scene);
     const RenderResult result = renderUnfolded(scene, rows, task.store, task.ram, task.gpu, task.options);
