@@ -1,5 +1,6 @@
 // tests/bench/bench_tools.h: tools that the benchmarks share: a scene loaded once and drawn many times on one
-// device, volumes in memory or in a scratch store, minima and medians, and options of the form --name value.
+// device, and volumes in memory or in a scratch store. Also minima and medians, and options of the form
+// --name value.
 //
 // A frame's time: all dispatches of the GPU ray caster, each waited for, and the copy of the float picture to
 // the host. Compilation and uploads happen once a scene in a viewer; they are not part of a frame.

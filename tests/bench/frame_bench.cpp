@@ -1,6 +1,6 @@
 // tests/bench/frame_bench.cpp: time of whole frames of committed scenes by resolution and fetch mode, with
-// the work behind each, as CSV. Needs neither importers, nor image files, nor the viewer: the volume is a
-// store, generated on the spot where it is absent, so that it runs on a bare GPU machine.
+// the work behind each, as CSV. Runs on a bare GPU machine: it needs neither importers, nor image files, nor
+// the viewer. The volume is a store, which is generated if it is absent.
 //
 //   frame_bench --store build/bench-data/torso-thorax.zarr --sizes 128,256,512,1024 --repeats 7 --device auto
 //

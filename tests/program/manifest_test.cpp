@@ -1,5 +1,5 @@
-// tests/program/manifest_test.cpp: what options and scenes become, as the manifest of the picture tells it,
-// and what `info` tells of volumes whose numbers are not the plain ones: a negative slope, a turned affine.
+// tests/program/manifest_test.cpp: the result of options and scenes, as in the picture's manifest. Also
+// `info` of volumes with a negative slope or a rotated affine.
 #include "tests/support/program_fixture.h"
 #if TESSERA_WITH_IMPORT
 #include "tests/support/import_test_tools.h"

@@ -1,5 +1,5 @@
-// tests/program/modules_test.cpp: what the program loads when it is needed is a part of it: its errors are
-// the program's errors, Ctrl-C ends it, and it says so where it is missing or is something else.
+// tests/program/modules_test.cpp: modules that the program loads on demand are parts of it. Their errors are
+// the program's errors, Ctrl-C ends them, and a missing or wrong module is reported.
 #include "viewer/cli/modules/load_module.h"
 
 #include "core/base/error.h"

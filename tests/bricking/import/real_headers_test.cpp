@@ -1,7 +1,7 @@
-// tests/bricking/import/real_headers_test.cpp: headers as the world has them: names taken out, identifiers
-// missing, empty or another in every slice, numbers rounded per slice, texts in other representations and
-// fillings, slices that differ in slope, kernel or voltage. What is odd and harmless is taken, said and kept;
-// what would make values or places wrong is refused.
+// tests/bricking/import/real_headers_test.cpp: real-world headers: removed names, and identifiers that are
+// missing, empty or different in every slice. Also numbers rounded per slice, texts in other representations
+// and paddings, and slices that differ in slope, kernel or voltage. What is odd and harmless is taken, said
+// and kept; what would make values or places wrong is refused.
 #include "bricking/import/catalogue.h"
 #include "bricking/import/importer.h"
 #include "bricking/store/store_reader.h"

@@ -1,6 +1,5 @@
-// tests/bricking/import/streams_test.cpp: compressed DICOM pixels: that every coding gives the values that
-// went in, that streams which disagree with their tags are read by their own header, and that damage is
-// refused.
+// tests/bricking/import/streams_test.cpp: compressed DICOM pixels. Every coding returns the encoded values,
+// streams that disagree with their tags are read by their own header, and damage is refused.
 #include "tests/support/dicom_writer.h"
 #include "tests/support/import_test_tools.h"
 #include "tests/support/stream_writer.h"

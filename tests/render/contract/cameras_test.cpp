@@ -1,5 +1,6 @@
-// Cameras in awkward places: exactly on faces, edges and corners of the volume and of bricks, axis-parallel
-// rays, extreme angles, a million millimetres away, looking elsewhere; and a volume one voxel thin.
+// Cameras in awkward places: exactly on faces, edges and corners of the volume and of bricks, a million
+// millimetres away, or looking elsewhere. Also axis-parallel rays, extreme angles, and a volume one voxel
+// thin.
 #include "tests/support/scene_fixture.h"
 
 #include <cmath>

@@ -1,5 +1,6 @@
 // Gradients: forward, central (over a pitch and half of it), Sobel and analytic differences against closed
-// forms, their orders, normals under any spacing and shear, and no direction where the field has none.
+// forms, and their orders. Normals hold under any spacing and shear, and have no direction where the field
+// has none.
 #include "tests/support/scene_fixture.h"
 
 #include <cmath>

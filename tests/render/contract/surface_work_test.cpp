@@ -189,8 +189,8 @@ TEST(Isosurfaces, CostNothingWhereThereAreNone) {
                          marchOn(plain, marchFeatures(plain.p, true)).image));
 }
 
-// In several passes, with an atlas far too small for the scene: the same picture; also where a dispatch has
-// one turn for a ray, which then must suffice to name the bricks that it waits for.
+// Several passes with an atlas far too small for the scene give the same picture. So does one turn per ray
+// and dispatch, which must then suffice to request the missing bricks.
 TEST(Isosurfaces, AnyBudgetDrawsTheSame) {
     struct Case {
         Integrator integrator;

@@ -1,5 +1,5 @@
-// tests/render/plan/budget_test.cpp: budgets are promises: whatever is accepted is drawn inside its budget, a
-// smaller budget never gives a finer level, and what is refused names a floor that is then accepted.
+// tests/render/plan/budget_test.cpp: budgets are guarantees. Every accepted scene is drawn inside its budget,
+// a smaller budget never gives a finer level, and a refusal names a minimum that is then accepted.
 #include "core/base/error.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/scene_fixture.h"

@@ -1,6 +1,6 @@
-// tests/viewer/session/session_test.cpp: what a session shows: at rest the very picture that renderScene()
-// draws, while something moves one that is there in time; what is under a place of it; what cannot be opened
-// is said, and nothing is lost.
+// tests/viewer/session/session_test.cpp: the pictures of a session: at rest the same one as renderScene()
+// draws, during movement one in time. Also the values under a point. A volume that cannot be opened gives a
+// message, and nothing is lost.
 #include "bricking/analysis/lumen/centreline.h"
 #include "bricking/analysis/lumen/wall_coverage.h"
 #include "bricking/import/importer.h"
@@ -311,8 +311,8 @@ TEST(ViewSession, APlaceOfThePictureIsWhereOneSeesSomething) {
     EXPECT_FALSE(looker.viewing->picked()->hit) << "outside the volume";
 }
 
-// Of values that rise along x, a disc has the one of its middle as the mean, and half the radius' rise as
-// deviation, whichever way it lies; outside of the volume there are none.
+// For values that rise along x, a disc's mean is the value at its middle, and its deviation half the rise
+// over the radius, whatever its orientation. Outside of the volume there are none.
 TEST(ViewSession, ACircleTellsTheValuesThatItHolds) {
     const ScratchFolder folder;
     VolumeInfo info;
