@@ -2,8 +2,7 @@
 // "Shading", "Gradient opacity"). For leaves.h and shaders alone: C++ and GLSL in one text.
 
 LEAF V wholePower(V x, int n) {
-    LEAF_VAR result = V(1.0f);
-    LEAF_VAR square = x;
+    LEAF_VAR result = V(1.0f), square = x;
     for (; n > 0; n >>= 1) {
         if ((n & 1) != 0)
             result = result * square;
@@ -22,9 +21,7 @@ LEAF Bool isDirection(V squared, V largest) {
 LEAF_OF_VEC Vec facingNormal(LEAF_IN(Vec) g, LEAF_IN(Vec) d, V length, Bool isOne) {
     LEAF_LET zero = V(0.0f);
     LEAF_LET facing = select(dot3(g, d) > zero, V(-1.0f), V(1.0f)) / length;
-    LEAF_LET x = g.x * facing;
-    LEAF_LET y = g.y * facing;
-    LEAF_LET z = g.z * facing;
+    LEAF_LET x = g.x * facing, y = g.y * facing, z = g.z * facing;
     return LEAF_VEC3(select(isOne, x, zero), select(isOne, y, zero), select(isOne, z, zero));
 }
 
@@ -56,12 +53,8 @@ LEAF_OF_VEC LEAF_OF(HeadLight)
     LEAF_LET lengths = dot3(g, g) * dot3(d, d);
     LEAF_LET cosine = min(V(1.0f), abs(dot3(g, d)) / sqrt(lengths));
     LEAF_LET mirrored = max(V(0.0f), V(2.0f) * cosine * cosine - V(1.0f)); // light and viewer on one line
-    LEAF_LET scale = ambient + diffuse * cosine;
-    LEAF_LET add = specular * wholePower(mirrored, power);
-    LEAF_OF(HeadLight) light;
-    light.scale = scale;
-    light.add = add;
-    return light;
+    LEAF_LET scale = ambient + diffuse * cosine, add = specular * wholePower(mirrored, power);
+    return LEAF_MAKE(HeadLight, (scale, add));
 }
 
 /// What lights meet: the normal, the direction towards the viewer, both unit or 0, and how much of a surface
@@ -70,16 +63,11 @@ LEAF_OF_VEC LEAF_OF(HeadLight)
 LEAF_OF_VEC void meetLight(LEAF_IN(Vec) g, LEAF_IN(Vec) d, V low, V scale, V largest, LEAF_OUT(Vec) normal,
                            LEAF_OUT(Vec) viewer, LEAF_OUT(V) weight) {
     LEAF_LET zero = V(0.0f);
-    LEAF_LET squared = dot3(g, g);
-    LEAF_LET distance = dot3(d, d);
+    LEAF_LET squared = dot3(g, g), distance = dot3(d, d);
     Bool isSurface = both(isDirection(squared, largest), isDirection(distance, largest));
-    LEAF_LET steep = sqrt(squared);
-    LEAF_LET far = sqrt(distance);
-    LEAF_LET x = (zero - d.x) / far;
-    LEAF_LET y = (zero - d.y) / far;
-    LEAF_LET z = (zero - d.z) / far;
-    LEAF_LET above = (steep - low) * scale;
-    LEAF_LET part = heldToOne(above);
+    LEAF_LET steep = sqrt(squared), far = sqrt(distance);
+    LEAF_LET x = (zero - d.x) / far, y = (zero - d.y) / far, z = (zero - d.z) / far;
+    LEAF_LET above = (steep - low) * scale, part = heldToOne(above);
     LEAF_LET share = part * part * (V(3.0f) - V(2.0f) * part);
     normal = facingNormal(g, d, steep, isSurface);
     viewer = LEAF_VEC3(select(isSurface, x, zero), select(isSurface, y, zero), select(isSurface, z, zero));
@@ -89,13 +77,9 @@ LEAF_OF_VEC void meetLight(LEAF_IN(Vec) g, LEAF_IN(Vec) d, V low, V scale, V lar
 /// @param to  from the sample to the point, patient space, mm
 LEAF_OF_VEC void meetPoint(LEAF_IN(Vec) to, V constant, V linear, V quadratic, V largest,
                            LEAF_OUT(Vec) direction, LEAF_OUT(V) share) {
-    LEAF_LET zero = V(0.0f);
-    LEAF_LET squared = min(dot3(to, to), largest);
-    LEAF_LET away = sqrt(squared);
+    LEAF_LET zero = V(0.0f), squared = min(dot3(to, to), largest), away = sqrt(squared);
     Bool isAway = squared > zero;
-    LEAF_LET x = to.x / away;
-    LEAF_LET y = to.y / away;
-    LEAF_LET z = to.z / away;
+    LEAF_LET x = to.x / away, y = to.y / away, z = to.z / away;
     LEAF_LET left = V(1.0f) / (constant + linear * away + quadratic * squared);
     direction = LEAF_VEC3(select(isAway, x, zero), select(isAway, y, zero), select(isAway, z, zero));
     share = left;
@@ -118,8 +102,7 @@ LEAF_OF_VEC V sharpness(LEAF_IN(Vec) normal, LEAF_IN(Vec) viewer, LEAF_IN(Vec) l
 /// What lights make of a channel: colour * scale + add.
 /// @param everywhere, facing, mirrored  sums over lights: all of them, by their slant, by their highlights
 LEAF V litScale(V ambient, V diffuse, V everywhere, V facing, V weight) {
-    LEAF_LET volume = ambient + diffuse * everywhere;
-    LEAF_LET surface = ambient + diffuse * facing;
+    LEAF_LET volume = ambient + diffuse * everywhere, surface = ambient + diffuse * facing;
     LEAF_LET scale = volume + weight * (surface - volume);
     return scale;
 }

@@ -15,8 +15,7 @@ LEAF V oneMinusExpBelow(V x) {
 }
 LEAF V oneMinusExpAbove(V x) {
     LEAF_LET one = V(1.0f);
-    LEAF_LET y = max(x * V(-1.44269504f), V(-126.0f));
-    LEAF_LET n = floor(y);
+    LEAF_LET y = max(x * V(-1.44269504f), V(-126.0f)), n = floor(y);
     LEAF_LET r = (y - n) * V(0.693147181f); // 2^(y-n) = e^r
     LEAF_LET p =
         one +
@@ -35,13 +34,9 @@ LEAF V oneMinusExpAbove(V x) {
 /// Mean position that a segment of constant extinction is seen at, over its light, as a share of the way to
 /// its back: 1/x - 1/(e^x - 1), x its optical depth.
 LEAF V seenDepth(V depth, V alpha) {
-    LEAF_LET one = V(1.0f);
-    LEAF_LET s = depth * depth;
-    LEAF_LET c1 = one / V(12.0f);
-    LEAF_LET c2 = one / V(720.0f);
-    LEAF_LET c3 = one / V(30240.0f);
-    LEAF_LET c4 = one / V(1209600.0f);
-    LEAF_LET c5 = one / V(47900160.0f);
+    LEAF_LET one = V(1.0f), s = depth * depth;
+    LEAF_LET c1 = one / V(12.0f), c2 = one / V(720.0f), c3 = one / V(30240.0f);
+    LEAF_LET c4 = one / V(1209600.0f), c5 = one / V(47900160.0f);
     LEAF_LET c6 = V(691.0f) / V(90.0f) / V(14529715200.0f); // over 15!, which no float is
     LEAF_LET thin = V(0.5f) - depth * (c1 - s * (c2 - s * (c3 - s * (c4 - s * (c5 - s * c6)))));
     LEAF_LET thick = one / depth - (one - alpha) / alpha;

@@ -9,11 +9,9 @@ LEAF_OF_VEC void lineThrough(V px, V py, V width, V height, LEAF_IN(Vec) centre,
                              LEAF_OUT(Vec) direction, LEAF_OUT(V) distance) {
     LEAF_LET x = V(2.0f) * px / width - V(1.0f);
     LEAF_LET y = V(1.0f) - V(2.0f) * py / height;
-    LEAF_LET3 offset = x * right + y * up;
-    LEAF_LET3 slanted = toCentre + offset;
+    LEAF_LET3 offset = x * right + y * up, on = centre + offset, slanted = toCentre + offset;
     LEAF_LET3 along = perspective ? slanted : toCentre;
     LEAF_LET far = length3(along);
-    LEAF_LET3 on = centre + offset;
     LEAF_LET3 unit = LEAF_VEC3(along.x / far, along.y / far, along.z / far);
     base = on;
     direction = unit;
@@ -36,10 +34,8 @@ LEAF V middleOf(V i, V length) {
 /// @param o, d  of the line across the planes
 LEAF Bool clip(V o, V d, V low, V high, LEAF_INOUT(V) t0, LEAF_INOUT(V) t1) {
     Bool runsAlong = d == V(0.0f);
-    LEAF_LET a = (low - o) / d;
-    LEAF_LET b = (high - o) / d;
-    LEAF_LET enters = max(t0, min(a, b));
-    LEAF_LET leaves = min(t1, max(a, b));
+    LEAF_LET a = (low - o) / d, b = (high - o) / d;
+    LEAF_LET enters = max(t0, min(a, b)), leaves = min(t1, max(a, b));
     t0 = select(runsAlong, t0, enters);
     t1 = select(runsAlong, t1, leaves);
     return both(runsAlong, either(either(low > o, o > high), high <= low));

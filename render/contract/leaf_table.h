@@ -24,9 +24,7 @@ LEAF_STRUCT BinEnd {
 /// where every entry around these values is zero.
 /// @param low, high  by place
 LEAF V meanExtinction(LEAF_IN(LEAF_OF(BinEnd)) low, LEAF_IN(LEAF_OF(BinEnd)) high) {
-    LEAF_LET one = V(1.0f);
-    LEAF_LET f = low.place - low.bin;
-    LEAF_LET g = high.place - high.bin;
+    LEAF_LET one = V(1.0f), f = low.place - low.bin, g = high.place - high.bin;
     LEAF_LET inside = low.x + (V(0.5f) * (f + g)) * low.y;
     LEAF_LET width = high.place - low.place;
     LEAF_LET above = g * (high.x + (V(0.5f) * g) * high.y);

@@ -44,6 +44,8 @@
     Vec {                                                                                                    \
         x, y, z                                                                                              \
     }
+#define LEAF_MAKE(Struct, parts) Struct<V> LEAF_BRACED parts
+#define LEAF_BRACED(...) {__VA_ARGS__}
 #define LEAF_IN(Type) const Type&
 #define LEAF_OUT(Type) Type&
 #define LEAF_INOUT(Type) Type&

@@ -13,7 +13,6 @@ class Pair {
   public:
     using Condition [[gnu::vector_size(16)]] = long long;
 
-    Pair() = default;
     explicit Pair(double both) : v_{both, both} {}
     Pair(double first, double second) : v_{first, second} {}
     double first() const { return v_[0]; }

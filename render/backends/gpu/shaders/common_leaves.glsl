@@ -12,6 +12,7 @@
 #define LEAF_LET3 precise vec3
 #define LEAF_VAR precise float
 #define LEAF_VEC3(x, y, z) vec3(x, y, z)
+#define LEAF_MAKE(Struct, parts) Struct parts
 #define LEAF_IN(Type) Type
 #define LEAF_OUT(Type) out Type
 #define LEAF_INOUT(Type) inout Type
