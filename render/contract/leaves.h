@@ -27,8 +27,8 @@
 #define TESSERA_LEAF inline __attribute__((always_inline))
 #endif
 
-// What a function is one of: of numbers V, vectors Vec of three, a matrix Mat by columns, codes of bricks
-// (whole numbers); Bool is a condition on them.
+// What a function is of: numbers V, vectors Vec of three, a matrix Mat by columns, codes of bricks (whole
+// numbers), or plain ones; Bool is a condition on them. LEAF_MAKE(Struct, (parts)) makes a LEAF_STRUCT.
 #define LEAF template <typename V, typename Bool = Condition<V>> TESSERA_LEAF
 #define LEAF_OF_VEC                                                                                          \
     template <typename Vec, typename V = Number<Vec>, typename Bool = Condition<V>> TESSERA_LEAF
@@ -45,7 +45,8 @@
         x, y, z                                                                                              \
     }
 #define LEAF_MAKE(Struct, parts) Struct<V> LEAF_BRACED parts
-#define LEAF_BRACED(...) {__VA_ARGS__}
+#define LEAF_BRACED(...)                                                                                     \
+    { __VA_ARGS__ }
 #define LEAF_IN(Type) const Type&
 #define LEAF_OUT(Type) Type&
 #define LEAF_INOUT(Type) Type&
