@@ -36,6 +36,12 @@ struct BrickCorner {
     friend bool operator==(const BrickCorner&, const BrickCorner&) = default;
 };
 
+static_assert(BrickCorner::kEmpty == static_cast<std::uint32_t>(leaf::kEmptyCode) &&
+              BrickCorner::kOutside == static_cast<std::uint32_t>(leaf::kOutsideCode));
+static_assert(static_cast<int>(EdgeFunction::nearest) == leaf::kNearestEdge &&
+              static_cast<int>(EdgeFunction::minimum) == leaf::kMinimumEdge &&
+              static_cast<int>(EdgeFunction::maximum) == leaf::kMaximumEdge);
+
 /// Half a sample of a level, in voxels: exact.
 template <typename Real> Real halfSample(std::uint32_t level) {
     return static_cast<Real>(std::bit_cast<float>((126u + level) << 23));

@@ -1,6 +1,8 @@
-// march_surface.glsl: where a ray meets isosurfaces (docs/sampling.md, "Isosurfaces"): the parts of a cell's cubic and the places
-// of its crossings, as render/contract/cell_roots.h has them, and nextPlane() of render/backends/mirror/mirror_surfaces.h.
-// Needs common_ray.glsl, sampler_current_brick.glsl. Gives Parts, monotoneParts, bracketedRoot, nextPlane(start, step, w, pitch), valueAt(p), unitNormal(gradient, direction), and the uniforms.
+// march_surface.glsl: where a ray meets isosurfaces (docs/sampling.md, "Isosurfaces"): the parts of a cell's cubic and the
+// places of its crossings, as render/contract/cell_roots.h has them, and planes of samples, as
+// render/backends/mirror/mirror_surfaces.h does. Needs common_ray.glsl, sampler_current_brick.glsl. Gives Parts,
+// monotoneParts, bracketedRoot, nextPlane(start, step, w, pitch), valueAt(p), unitNormal(gradient, direction), and the
+// uniforms.
 
 #include "leaf_surface.h"
 
