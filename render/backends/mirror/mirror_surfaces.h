@@ -1,5 +1,5 @@
 // render/backends/mirror/mirror_surfaces.h: rays through a volume with isosurfaces (docs/sampling.md,
-// "Isosurfaces"), on the CPU; twin of shaders/march_surface.glsl and march_surface_loop.glsl.
+// "Isosurfaces"), on the CPU; as shaders/march_surface.glsl and march_surface_loop.glsl.
 #pragma once
 
 #include "core/base/work.h"
@@ -16,28 +16,15 @@
 
 namespace tessera {
 
-/// A plane of sample centres that starts a piece sooner than this, in voxels, is one that rounding has left
-/// before the piece.
-constexpr double kPlaneMargin = 1.0 / 2048;
-
 /// Where a ray first meets a plane of sample centres of this pitch beyond w, in segments from start.
 template <typename Real>
 Real nextPlane(const glm::vec<3, Real>& start, const glm::vec<3, Real>& step, Real w, Real pitch,
                Real segmentVoxels) {
     Real next = std::numeric_limits<Real>::max();
-    const Real least = w + static_cast<Real>(kPlaneMargin) / segmentVoxels;
-    for (int axis = 0; axis < 3; ++axis) {
-        const Real d = step[axis];
-        if (d == Real(0))
-            continue;
-        const Real x = (start[axis] + w * d) / pitch - Real(0.5);
-        const Real ahead = d > Real(0) ? Real(1) : Real(-1);
-        const Real plane = (d > Real(0) ? std::floor(x) : std::ceil(x)) + ahead;
-        Real at = ((plane + Real(0.5)) * pitch - start[axis]) / d;
-        if (!(at > least))
-            at = ((plane + ahead + Real(0.5)) * pitch - start[axis]) / d;
-        next = std::min(next, at);
-    }
+    const Real least = w + Real(leaf::kPlaneMargin) / segmentVoxels;
+    for (int axis = 0; axis < 3; ++axis)
+        if (step[axis] != Real(0))
+            next = std::min(next, leaf::planeBehind(start[axis], step[axis], w, pitch, least));
     return next;
 }
 

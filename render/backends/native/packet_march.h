@@ -32,8 +32,7 @@ TESSERA_LANE F strideLength(const PacketRays& rays, I i, I n) {
     return select(cut, number(rays.count - I(1) - i) + rays.tail, number(n));
 }
 TESSERA_LANE F3 along(const PacketRays& rays, F segments) {
-    return {rays.entry.x + segments * rays.step.x, rays.entry.y + segments * rays.step.y,
-            rays.entry.z + segments * rays.step.z};
+    return leaf::placeAlong(rays.entry, rays.step, segments);
 }
 
 /// log2 of the largest stride that a start at i allows.
@@ -177,7 +176,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
         I n = shl(I(1), k);
         F length = strideLength(rays, i, n);
         if constexpr (!Ends) {
-            F3 p = along(rays, number(i) + F(0.5f) * length);
+            F3 p = along(rays, leaf::middleOf(number(i), length));
             if (skips && unlooked > 0) {
                 --unlooked;
                 ready = active;
@@ -250,7 +249,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
         }
         if (!any(ready))
             continue;
-        const F3 middle = along(rays, number(i) + F(0.5f) * length);
+        const F3 middle = along(rays, leaf::middleOf(number(i), length));
         M m = ready;
         const M taken = ready;
         ready = none();
@@ -327,9 +326,10 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
                         colour = shadedByLights(o, colour, gradient, direction, middle, place,
                                                 lightAt<Mixed>(s, here, middle, adds));
                 }
-            const F after = alpha + (F(1.0f) - alpha) * opacity;
-            const F weight = after - alpha;
-            sum = select(adds, sum + weight * colour, sum);
+            F3 gathered = sum;
+            F after = alpha;
+            leaf::compositeBehind(gathered, after, colour, opacity);
+            sum = select(adds, gathered, sum);
             alpha = select(adds, after, alpha);
             // A branch, which is foreseen: else the next turn's samples would wait for this one's opacities.
             const M opaque = adds & (F(1.0f) - alpha < F(o.termination));
