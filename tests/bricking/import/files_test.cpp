@@ -459,12 +459,17 @@ TEST(ImportOpen, EveryFormatRefusesWhatHasItsNameOnly) {
     }
     EXPECT_THAT(volumeFileEndings(), ::testing::UnorderedElementsAreArray(all));
     std::filesystem::create_directory(folder / "empty");
-    EXPECT_THAT(refusalOfOpening(folder / "empty"),
-                HasSubstr("expected DICOM slices, NIfTI files or raw files with a .json sidecar, found"));
+    const std::string ofFolder = refusalOfOpening(folder / "empty");
     writeFile(folder / "a.txt", "hello");
-    EXPECT_THAT(
-        refusalOfOpening(folder / "a.txt"),
-        HasSubstr("expected a DICOM file or folder, .nii, .nii.gz or the .json sidecar of a raw file, "));
+    const std::string ofFile = refusalOfOpening(folder / "a.txt");
+    EXPECT_THAT(ofFolder, HasSubstr("expected DICOM slices, "));
+    EXPECT_THAT(ofFile, HasSubstr("expected a DICOM file or folder, "));
+    for (const FileFormat& format : fileFormats()) {
+        EXPECT_THAT(ofFolder, HasSubstr(format.inFolders));
+        EXPECT_THAT(ofFile, HasSubstr(format.named));
+    }
+    EXPECT_THAT(ofFolder, HasSubstr(" or " + fileFormats().back().inFolders + ", found"));
+    EXPECT_THAT(ofFile, HasSubstr(" or " + fileFormats().back().named + ", "));
 }
 
 TEST(ImportOpen, ListsFilesLargestFirst) {
