@@ -35,6 +35,7 @@ struct EngineTraits {
     bool quick = false;         ///< draws a window's pictures, and a first one before a picture is finished
     bool exact = false;         ///< the true integral at the finest level, without steps
     bool countsAlways = false;  ///< work is counted whether or not that was asked for
+    bool singleRays = false;    ///< a ray through each pixel's middle, where nobody names a number of samples
     /// RAM that the engine and its caller take for a pixel, at least kPictureBytesPerPixel.
     std::size_t bytesPerPixel = kPictureBytesPerPixel;
     /// What takes rays; null where `renderer` draws without any.

@@ -227,4 +227,16 @@ glm::vec<3, Real> shadeReceived(const Optics& o, const glm::vec<3, Real>& colour
     return shade(o, colour, gradient, direction, position, material, field.received(position, o.lighting));
 }
 
+/// What is seen of a colour: lit, where the scene is.
+/// @param material  what answers to light there: f(), asked where the scene has lights of its own
+template <typename Real, typename MaterialHere, typename Field>
+glm::vec<3, Real> seenColour(const Optics& o, const glm::vec<3, Real>& colour,
+                             const glm::vec<3, Real>& gradient, const glm::vec<3, Real>& direction,
+                             const glm::vec<3, Real>& position, const MaterialHere& material, Field& field) {
+    if (!o.shading)
+        return colour;
+    return o.hasLights ? shadeReceived(o, colour, gradient, direction, position, material(), field)
+                       : shade(o, colour, gradient, direction);
+}
+
 } // namespace tessera

@@ -16,7 +16,7 @@ struct ForeignFormat {
 };
 
 /// Of a file or folder, by its name and first bytes: Zarr v2 and v3, OME-Zarr, a .zarr without metadata,
-/// Analyze and detached NIfTI (.hdr, .img), NRRD, MetaImage, VTK, ZIP and other archives, pictures, DICOMDIR.
+/// volumes, archives and pictures by their endings and marks, DICOMDIR.
 ForeignFormat foreignFormatOf(const std::filesystem::path& path);
 
 /// The foreign volumes among files: "2 NRRD volumes (a.nrrd, b.nhdr), ..."; "" for none. With the advice for

@@ -52,12 +52,8 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
         composite(sum, colour, alpha);
         return Real(1) - sum.a < static_cast<Real>(optics.termination) || !(Real(1) - sum.a > Real(0));
     };
-    const auto lit = [&](const Vec& colour, const Vec& gradient, const Vec& position, const auto& material) {
-        if (!optics.shading)
-            return colour;
-        return optics.hasLights
-                   ? shadeReceived(optics, colour, gradient, ray.direction, position, material(), field)
-                   : shade(optics, colour, gradient, ray.direction);
+    const auto seen = [&](const Vec& colour, const Vec& gradient, const Vec& position, const auto& material) {
+        return seenColour(optics, colour, gradient, ray.direction, position, material, field);
     };
     Real front = 0;     // the field at the start of segment i
     bool known = false; // front is
@@ -105,8 +101,8 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
                 extinction *= gradientFactor(optics, gradient);
             const Real depth = extinction * (part * ray.segmentMm);
             const Real alpha = opacityOf(depth);
-            const Vec colour = lit(segmentColour(optics, a, b, depth, alpha, n), gradient, middle,
-                                   [&] { return materialOf(optics, a, b); });
+            const Vec colour = seen(segmentColour(optics, a, b, depth, alpha, n), gradient, middle,
+                                    [&] { return materialOf(optics, a, b); });
             done = over(colour, alpha);
         };
         Real from = 0, valueFrom = front; // of what of the volume is not added yet
@@ -137,7 +133,7 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
                 return;
             }
             const auto material = [&] { return materialAt(optics, placeOf(optics, isovalues[number])); };
-            done = over(lit(Vec(surface.colour), gradient, p, material), static_cast<Real>(surface.opacity));
+            done = over(seen(Vec(surface.colour), gradient, p, material), static_cast<Real>(surface.opacity));
         };
         if (solves) {
             Real w = 0, value = front;

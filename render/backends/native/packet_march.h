@@ -135,6 +135,21 @@ TESSERA_LANE leaf::ReceivedLight<F> lightAt(const PacketScene& s, const Here<Mix
     });
 }
 
+/// Colours at p, lit as the scene is; twin of seenColour() of render/contract/optics.h.
+/// @param place  of the value that is lit, in the table
+template <bool Mixed>
+TESSERA_LANE F3 seenColour(const PacketScene& s, const Here<Mixed>& here, F3 colour, F3 gradient,
+                           F3 direction, F3 p, F place, M m) {
+    const PacketOptics& o = s.optics;
+    if (!o.lit)
+        return colour;
+    if (!o.hasLights)
+        return shaded(o, colour, gradient, direction);
+    if (o.lighting.channels == 0)
+        return shadedByLights(o, colour, gradient, direction, p, place, leaf::AllLight());
+    return shadedByLights(o, colour, gradient, direction, p, place, lightAt<Mixed>(s, here, p, m));
+}
+
 /// @tparam Graded  what is shown has gradients taken: it is lit, or its opacity goes by them. By what light
 /// is asked where the light falls: a loop for each kind would double what is compiled.
 template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const PacketScene& s, PacketJob& job) {
@@ -316,16 +331,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
             else
                 colour = look.colour;
             if constexpr (Graded)
-                if (o.lit) {
-                    if (!o.hasLights)
-                        colour = shaded(o, colour, gradient, direction);
-                    else if (o.lighting.channels == 0)
-                        colour =
-                            shadedByLights(o, colour, gradient, direction, middle, place, leaf::AllLight());
-                    else
-                        colour = shadedByLights(o, colour, gradient, direction, middle, place,
-                                                lightAt<Mixed>(s, here, middle, adds));
-                }
+                colour = seenColour<Mixed>(s, here, colour, gradient, direction, middle, place, adds);
             F3 gathered = sum;
             F after = alpha;
             leaf::compositeBehind(gathered, after, colour, opacity);

@@ -144,12 +144,7 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
 
     /// @param position, place  of what is lit: voxels; of its value in the table
     F3 lit(F3 colour, F3 gradient, F3 position, F place, M m) const {
-        if (!o.hasLights)
-            return shaded(o, colour, gradient, direction);
-        if (o.lighting.channels == 0)
-            return shadedByLights(o, colour, gradient, direction, position, place, leaf::AllLight());
-        return shadedByLights(o, colour, gradient, direction, position, place,
-                              lightAt<Mixed>(s, here, position, m));
+        return seenColour<Mixed>(s, here, colour, gradient, direction, position, place, m);
     }
 
     /// The volume between two places of a stride, segments from its start.
