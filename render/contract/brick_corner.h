@@ -1,11 +1,12 @@
 // render/contract/brick_corner.h: the eight bricks around a brick corner, and the blend of their samples
-// there: interblock interpolation of any mix of levels (docs/sampling.md, "Value"; course notes 2.10.2). The
-// C++ twin of shaders/sampler_interblock.glsl: the same operations in the same order.
+// there: interblock interpolation of any mix of levels (docs/sampling.md, "Value"; course notes 2.10.2). In
+// float shaders/sampler_interblock.glsl does the same operations in the same order.
 #pragma once
 
 #include "bricking/levels/selection.h"
 #include "core/base/brick.h"
 #include "core/scene/scene.h"
+#include "render/contract/leaves.h"
 
 #include <array>
 #include <bit>
@@ -35,6 +36,12 @@ struct BrickCorner {
     friend bool operator==(const BrickCorner&, const BrickCorner&) = default;
 };
 
+static_assert(BrickCorner::kEmpty == static_cast<std::uint32_t>(leaf::kEmptyCode) &&
+              BrickCorner::kOutside == static_cast<std::uint32_t>(leaf::kOutsideCode));
+static_assert(static_cast<int>(EdgeFunction::nearest) == leaf::kNearestEdge &&
+              static_cast<int>(EdgeFunction::minimum) == leaf::kMinimumEdge &&
+              static_cast<int>(EdgeFunction::maximum) == leaf::kMaximumEdge);
+
 /// Half a sample of a level, in voxels: exact.
 template <typename Real> Real halfSample(std::uint32_t level) {
     return static_cast<Real>(std::bit_cast<float>((126u + level) << 23));
@@ -47,38 +54,25 @@ template <typename Real> struct EdgeReach { Real own = 0, other = 0; };
 template <typename Real>
 EdgeReach<Real> edgeReach(std::uint32_t own, std::uint32_t other, EdgeFunction function,
                           std::uint32_t finest) {
-    if (own == BrickCorner::kEmpty || other == BrickCorner::kEmpty) {
-        const std::uint32_t level = own != BrickCorner::kEmpty     ? own
-                                    : other != BrickCorner::kEmpty ? other
-                                                                   : finest;
-        return {halfSample<Real>(level), halfSample<Real>(level)};
-    }
-    switch (function) {
-    case EdgeFunction::nearest:
+    if (function == EdgeFunction::nearest && own != BrickCorner::kEmpty && other != BrickCorner::kEmpty)
         return {};
-    case EdgeFunction::minimum:
-        return {halfSample<Real>(std::min(own, other)), halfSample<Real>(std::min(own, other))};
-    case EdgeFunction::split:
-        return {halfSample<Real>(own), halfSample<Real>(other)};
-    case EdgeFunction::maximum:
-        break;
-    }
-    return {halfSample<Real>(std::max(own, other)), halfSample<Real>(std::max(own, other))};
+    const auto reach = [&](bool ahead) {
+        return halfSample<Real>(leaf::edgeLevel(own, other, ahead, static_cast<int>(function), finest));
+    };
+    return {reach(true), reach(false)};
 }
 
 /// Weight of a brick against the one it faces.
 /// @param into  voxels from their boundary into its own side
 template <typename Real> Real edgeWeight(const EdgeReach<Real>& reach, Real into, bool upperSide) {
     const Real r = into >= Real(0) ? reach.own : reach.other;
-    if (r == Real(0))
-        return into > Real(0) || (into == Real(0) && upperSide) ? Real(1) : Real(0);
-    return glm::clamp(Real(0.5) + Real(0.5) * (into / r), Real(0), Real(1));
+    return r == Real(0) ? leaf::edgeStep(into, upperSide) : leaf::edgeWeight(into, Real(1) / r);
 }
 
 /// Derivative of edgeWeight() along its axis' coordinate.
 template <typename Real> Real edgeWeightSlope(const EdgeReach<Real>& reach, Real into, bool upperSide) {
     const Real r = into >= Real(0) ? reach.own : reach.other;
-    return std::abs(into) < r ? (upperSide ? Real(0.5) : Real(-0.5)) / r : Real(0);
+    return leaf::edgeSlope(into, r, upperSide);
 }
 
 /// Where a point stands among the eight bricks around its nearest brick corner.

@@ -1,6 +1,5 @@
 // render/contract/cell_roots.h: the crossings of a ray and a surface of one value inside one cell of
-// trilinear interpolation: roots of a cubic. The C++ twin of shaders/march_surface.glsl: in float the same
-// operations in the same order.
+// trilinear interpolation: roots of a cubic, by the leaves of leaf_surface.h.
 //
 // Along a line trilinear interpolation is a cubic. So a piece of a ray inside one cell can hold up to three
 // crossings, and two with both ends on one side of the surface. A test of the ends alone misses those. The
@@ -15,6 +14,8 @@
 // isovalue, is not met at all.
 #pragma once
 
+#include "render/contract/leaves.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -22,19 +23,7 @@
 
 namespace tessera {
 
-/// c0 + u (c1 + u (c2 + u c3)), u in [0,1].
-template <typename Real> struct CellCubic {
-    Real c0, c1, c2, c3;
-    Real operator()(Real u) const { return c0 + u * (c1 + u * (c2 + u * c3)); }
-};
-
-/// Through its values at u = 0, 1/3, 2/3, 1; from differences, so that equal values give zeros.
-template <typename Real> CellCubic<Real> cellCubic(Real v0, Real v1, Real v2, Real v3) {
-    const Real d1 = v1 - v0, d2 = v2 - v1, d3 = v3 - v2;
-    const Real e1 = d2 - d1, e2 = d3 - d2;
-    const Real f = e2 - e1;
-    return {v0, Real(3) * (d1 - Real(0.5) * e1 + f * Real(1.0 / 3)), Real(4.5) * (e1 - f), Real(4.5) * f};
-}
+template <typename Real> using CellCubic = leaf::CellCubic<Real>;
 
 /// Where a cubic is monotone: from ends[i] to ends[i+1], i < count.
 template <typename Real> struct MonotoneParts {
@@ -42,29 +31,9 @@ template <typename Real> struct MonotoneParts {
     Real ends[4] = {Real(0), Real(1), Real(1), Real(1)};
 };
 template <typename Real> MonotoneParts<Real> monotoneParts(const CellCubic<Real>& f) {
-    MonotoneParts<Real> parts;
-    const Real most = std::max(std::max(std::abs(f.c1), std::abs(f.c2)), std::abs(f.c3));
-    if (!(most > Real(0)))
-        return parts; // constant
-    // a u^2 + 2 b u + c, scaled so that no product overflows.
-    const Real a = Real(3) * (f.c3 / most), b = f.c2 / most, c = f.c1 / most;
-    const Real square = b * b - a * c;
-    if (!(square > Real(0)))
-        return parts;
-    const Real root = std::sqrt(square);
-    const Real q = b < Real(0) ? root - b : -root - b;
-    const Real r1 = a == Real(0) ? Real(2) : q / a, r2 = c / q;
-    const Real low = std::min(r1, r2), high = std::max(r1, r2);
-    if (low > Real(0) && low < Real(1)) {
-        parts.ends[parts.count] = low;
-        ++parts.count;
-    }
-    if (high > Real(0) && high < Real(1) && high > low) {
-        parts.ends[parts.count] = high;
-        ++parts.count;
-    }
-    parts.ends[parts.count] = Real(1);
-    return parts;
+    const leaf::CellTurns<Real> turns = leaf::cellTurns(f);
+    const Real one(1);
+    return {1 + (turns.first < one) + (turns.second < one), {Real(0), turns.first, turns.second, one}};
 }
 
 /// How near bracketedRoot() comes, as a part of the piece, and the turns that takes at most.
@@ -88,19 +57,8 @@ Real bracketedRoot(const CellCubic<Real>& f, Real isovalue, Real a, Real b, Real
         const Real width = b - a;
         if (!(width > Real(2) * tolerance))
             break;
-        const Real middle = a + Real(0.5) * width;
-        const Real falsi = a + width * (fa / (fa - fb));
-        const Real delta = pull * width * width; // from regula falsi's place towards the middle
-        const Real towards = middle - falsi;
-        Real u = towards > delta ? falsi + delta : towards < -delta ? falsi - delta : middle;
-        const Real most = reach - Real(0.5) * width;
-        if (u - middle > most)
-            u = middle + most;
-        if (u - middle < -most)
-            u = middle - most;
-        if (!(u > a && u < b))
-            u = middle;
-        const Real fu = f(u) - isovalue;
+        const Real u = leaf::rootGuess(a, b, fa, fb, pull, reach);
+        const Real fu = leaf::cubicAt(f, u) - isovalue;
         if (fu == Real(0))
             return u;
         if ((fu < Real(0)) == (fa < Real(0))) {
@@ -122,12 +80,12 @@ Real bracketedRoot(const CellCubic<Real>& f, Real isovalue, Real a, Real b, Real
 template <typename Real, typename Visit>
 void forEachCrossing(Real v0, Real v1, Real v2, Real v3, std::span<const Real> isovalues,
                      const Visit& visit) {
-    const CellCubic<Real> f = cellCubic(v0, v1, v2, v3);
+    const CellCubic<Real> f = leaf::cellCubic(v0, v1, v2, v3);
     const MonotoneParts<Real> parts = monotoneParts(f);
     Real front = v0;
     for (int part = 0; part < parts.count; ++part) {
         const Real a = parts.ends[part], b = parts.ends[part + 1];
-        const Real back = part + 1 == parts.count ? v3 : f(b);
+        const Real back = part + 1 == parts.count ? v3 : leaf::cubicAt(f, b);
         const bool rises = back > front;
         for (std::size_t n = 0; n < isovalues.size(); ++n) {
             const std::size_t surface = rises ? n : isovalues.size() - 1 - n;

@@ -1,7 +1,7 @@
-// render/contract/integrators.h: the contribution of a ray's segment (docs/sampling.md, "Integrators"). The
-// C++ twin of shaders/march_segment.glsl; in float it repeats the shader operation by operation. "Place" is a
-// value in units of the transfer table's entries. A segment is given by its two ends or, for the midpoint
-// rule, by its middle as the back.
+// render/contract/integrators.h: the contribution of a ray's segment (docs/sampling.md, "Integrators"). In
+// float shaders/march_segment.glsl gives the same bits, from the same leaves (leaves.h). "Place" is a value
+// in units of the transfer table's entries. A segment is given by its two ends or, for the midpoint rule, by
+// its middle as the back.
 #pragma once
 
 #include "render/contract/optics.h"
@@ -23,11 +23,7 @@ constexpr bool needsEnds(Integrator integrator) {
 /// Colour and extinction at a place; constant beyond the table.
 template <typename Real> glm::vec<4, Real> entryAt(const Optics& o, Real place) {
     const int last = static_cast<int>(o.table.size()) - 1;
-    const Real x = std::clamp(place, Real(0), static_cast<Real>(last));
-    const int i = std::min(static_cast<int>(x), last - 1);
-    const glm::vec<4, Real> a(o.table[static_cast<std::size_t>(i)]),
-        b(o.table[static_cast<std::size_t>(i) + 1]);
-    return a + (x - static_cast<Real>(i)) * (b - a);
+    return tableEntryAt(o, leaf::heldPlace(place, static_cast<Real>(last)));
 }
 
 /// One end of a segment: its place and, for pre-integration, the bin that holds it.
@@ -87,9 +83,11 @@ glm::vec<3, Real> meanColour(const Optics& o, const SegmentEnd<Real>& front, con
     const Real next = static_cast<Real>(low.bin + 1), start = static_cast<Real>(high.bin);
     const glm::vec<4, Real> below = radiance(next - low.place, Real(0.5) * (low.place + next));
     const glm::vec<4, Real> above = radiance(high.place - start, Real(0.5) * (start + high.place));
-    const glm::vec<4, Real> between =
-        (sumTo(high.bin, 0) - sumTo(low.bin + 1, 0)) + (sumTo(high.bin, 1) - sumTo(low.bin + 1, 1));
-    const glm::vec<4, Real> sum = (below + between) + above;
+    const glm::vec<4, Real> from = sumTo(low.bin + 1, 0), fromRest = sumTo(low.bin + 1, 1);
+    const glm::vec<4, Real> to = sumTo(high.bin, 0), toRest = sumTo(high.bin, 1);
+    glm::vec<4, Real> sum(0);
+    for (int c = 0; c < 4; ++c)
+        sum[c] = leaf::sumOverBins(below[c], from[c], fromRest[c], to[c], toRest[c], above[c]);
     if (!(sum.a > Real(1e-30)))
         return middle; // nothing shows
     return glm::vec<3, Real>(sum) / sum.a;
@@ -101,22 +99,14 @@ glm::vec<3, Real> preintegratedColour(const Optics& o, Real front, Real back, in
     const int edge = Preintegration2d::kEdge, layer = std::countr_zero(static_cast<unsigned>(strideSegments));
     const Real last = static_cast<Real>(static_cast<int>(o.table.size()) - 1);
     const Real scale = static_cast<Real>(o.preintegrationScale);
-    const Real x = std::clamp(front, Real(0), last) * scale, y = std::clamp(back, Real(0), last) * scale;
+    const Real x = leaf::heldPlace(front, last) * scale, y = leaf::heldPlace(back, last) * scale;
     const int i = std::min(static_cast<int>(x), edge - 2), j = std::min(static_cast<int>(y), edge - 2);
     const Real fx = x - static_cast<Real>(i), fy = y - static_cast<Real>(j);
     const auto at = [&](int column, int row) {
         const int n = ((layer - o.seen.firstLayer()) * edge + row) * edge + column;
         return glm::vec<3, Real>(glm::vec3(o.seen.colours()[static_cast<std::size_t>(n)]));
     };
-    const glm::vec<3, Real> c00 = at(i, j), c10 = at(i + 1, j), c01 = at(i, j + 1), c11 = at(i + 1, j + 1);
-    const glm::vec<3, Real> near = c00 + fx * (c10 - c00), far = c01 + fx * (c11 - c01);
-    return near + fy * (far - near);
-}
-
-template <typename Real> Real seenDepth(Real depth, Real alpha) {
-    constexpr Real terms[] = {Real(1.0 / 12),      Real(1.0 / 720),      Real(1.0 / 30240),
-                              Real(1.0 / 1209600), Real(1.0 / 47900160), Real(691.0 / 1307674368000)};
-    return leaf::seenDepth(depth, alpha, terms);
+    return leaf::bilinear(at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1), fx, fy);
 }
 
 /// Extinction of a segment, per mm.
@@ -142,7 +132,7 @@ glm::vec<3, Real> segmentColour(const Optics& o, const SegmentEnd<Real>& front, 
     switch (o.integrator) {
     case Integrator::linear: {
         const Vec a(entryAt(o, front.place)), b(entryAt(o, back.place));
-        return a + seenDepth(depth, alpha) * (b - a);
+        return leaf::mixedColours(a, b, leaf::seenDepth(depth, alpha));
     }
     case Integrator::preintegrated:
         return meanColour(o, front, back);

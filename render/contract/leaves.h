@@ -1,8 +1,13 @@
-// render/contract/leaves.h: the innermost arithmetic of docs/sampling.md, one text for every kind of number:
-// float and double, one at a time, and the native engine's lanes of floats. What is an `if` elsewhere is a
-// select() here: both sides are computed. The order of operations is part of the contract.
+// render/contract/leaves.h: the innermost arithmetic of docs/sampling.md, one text for every kind of number
+// and for both languages. The files leaf_*.h hold it. C++ reads them here, as templates over V: float and
+// double, one at a time, and the native engine's lanes of floats. Shaders read the same files with V a float,
+// by shaders/common_leaves.glsl, which has the words below in GLSL. So a leaf takes no reference but by
+// LEAF_IN, LEAF_OUT and LEAF_INOUT, calls what both languages have, and names nothing by a word of GLSL
+// (half, smooth, sample). Every number that it computes is a LEAF_LET, a LEAF_LET3 or a LEAF_VAR, which GLSL
+// takes for precise: the order of operations is part of the contract. What is an `if` elsewhere is a select()
+// here: both sides are computed.
 //
-// V: a number; lanes bring select(), min(), max(), sqrt(), floor(), abs() and powerOfTwo() of their own.
+// Lanes bring select(), min(), max(), sqrt(), floor(), ceil(), abs() and powerOfTwo() of their own.
 #pragma once
 
 #include "render/contract/gradient_numbers.h"
@@ -12,7 +17,8 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <limits>
+#include <type_traits>
+#include <utility>
 
 /// Calls would cost lanes more than what is called.
 #if TESSERA_SANITIZED
@@ -21,48 +27,67 @@
 #define TESSERA_LEAF inline __attribute__((always_inline))
 #endif
 
+// What a function is of: numbers V, vectors Vec of three, a matrix Mat by columns, codes of bricks (whole
+// numbers), or plain ones; Bool is a condition on them. LEAF_MAKE(Struct, (parts)) makes a LEAF_STRUCT.
+#define LEAF template <typename V, typename Bool = Condition<V>> TESSERA_LEAF
+#define LEAF_OF_VEC                                                                                          \
+    template <typename Vec, typename V = Number<Vec>, typename Bool = Condition<V>> TESSERA_LEAF
+#define LEAF_OF_MATRIX template <typename Mat, typename Vec> TESSERA_LEAF
+#define LEAF_OF_CODE template <typename Code, typename Bool> TESSERA_LEAF
+#define LEAF_PLAIN TESSERA_LEAF
+#define LEAF_STRUCT template <typename V> struct
+#define LEAF_OF(Struct) Struct<V>
+#define LEAF_LET const V
+#define LEAF_LET3 const Vec
+#define LEAF_VAR V
+#define LEAF_VEC3(x, y, z)                                                                                   \
+    Vec {                                                                                                    \
+        x, y, z                                                                                              \
+    }
+#define LEAF_MAKE(Struct, parts) Struct<V> LEAF_BRACED parts
+#define LEAF_BRACED(...)                                                                                     \
+    { __VA_ARGS__ }
+#define LEAF_IN(Type) const Type&
+#define LEAF_OUT(Type) Type&
+#define LEAF_INOUT(Type) Type&
+
 namespace tessera::leaf {
 
-constexpr float select(bool condition, float a, float b) {
+template <typename Vec> using Number = std::remove_cvref_t<decltype(std::declval<const Vec&>().x)>;
+template <typename V> using Condition = decltype(std::declval<V>() > std::declval<V>());
+
+using std::abs, std::ceil, std::floor, std::max, std::min, std::sqrt;
+
+template <typename T>
+requires std::is_arithmetic_v<T>
+constexpr T select(bool condition, T a, T b) {
     return condition ? a : b;
 }
-constexpr double select(bool condition, double a, double b) {
-    return condition ? a : b;
+template <typename Bool> TESSERA_LEAF Bool both(Bool a, Bool b) {
+    return a & b;
+}
+template <typename Bool> TESSERA_LEAF Bool either(Bool a, Bool b) {
+    return a | b;
 }
 /// 2^n of a whole n from -126 to 127.
 inline float powerOfTwo(float n) {
     return std::bit_cast<float>(static_cast<std::uint32_t>(static_cast<int>(n) + 127) << 23);
 }
 
-template <typename V> TESSERA_LEAF V mix(V a, V b, V f) {
-    return a + f * (b - a);
-}
+#include "render/contract/leaf_vector.h"
 
-/// Between the eight samples of a cell; vzyx.
-template <typename V>
-TESSERA_LEAF V trilinear(V v000, V v001, V v010, V v011, V v100, V v101, V v110, V v111, V fx, V fy, V fz) {
-    const V a = mix(v000, v001, fx), b = mix(v010, v011, fx);
-    const V c = mix(v100, v101, fx), d = mix(v110, v111, fx);
-    return mix(mix(a, b, fy), mix(c, d, fy), fz);
-}
+#include "render/contract/leaf_bricks.h"
+#include "render/contract/leaf_cubic.h"
+#include "render/contract/leaf_field.h"
+#include "render/contract/leaf_light.h"
+#include "render/contract/leaf_opacity.h"
+#include "render/contract/leaf_ray.h"
+#include "render/contract/leaf_surface.h"
+#include "render/contract/leaf_table.h"
 
-/// Cubic B-splines about a place in a cell, of the samples -1, 0, 1, 2: `value` of each, and what the
-/// derivative takes of the differences between each and the next. So it is exactly 0 where all are the same.
-template <typename V> struct CubicWeights { V value[4], step[3]; };
-template <typename V> TESSERA_LEAF CubicWeights<V> cubicWeights(V f) {
-    const V one(1.0f), half(0.5f), sixth = one / V(6.0f);
-    const V g = one - f, ff = f * f, gg = g * g;
-    const V first = sixth * gg * g, last = sixth * ff * f;
-    const V low = V(2.0f) / V(3.0f) - ff * (one - half * f);
-    return {{first, low, ((one - first) - low) - last, last}, {half * gg, half + f * g, half * ff}};
-}
-/// Of four samples in a row, or of four rows that are smoothed.
-template <typename V> TESSERA_LEAF V cubicValue(const CubicWeights<V>& w, V a, V b, V c, V d) {
-    return w.value[0] * a + w.value[1] * b + w.value[2] * c + w.value[3] * d;
-}
-template <typename V> TESSERA_LEAF V cubicStep(const CubicWeights<V>& w, V a, V b, V c, V d) {
-    return w.step[0] * (b - a) + w.step[1] * (c - b) + w.step[2] * (d - c);
-}
+// What only C++ has one text for: loops that a shader writes with turns of its own, and what is chosen by
+// types.
+
 /// The derivative per sample along x, y and z.
 /// @param row  row(y, z, r) fills r[4] with the samples of a row, y and z from 0 to 3
 template <typename V, typename Vec, typename Row>
@@ -86,60 +111,8 @@ TESSERA_LEAF Vec cubicGradient(V fx, V fy, V fz, const Row& row) {
             cubicStep(wz, smooth[0], smooth[1], smooth[2], smooth[3])};
 }
 
-/// 1 - exp(-x) in float, x not negative: a polynomial below 1/4, a written-out exponential above.
-template <typename V> TESSERA_LEAF V oneMinusExpBelow(V x) {
-    const V one(1.0f);
-    return x * (one - x * V(1.0f / 2.0f) *
-                          (one - x * V(1.0f / 3.0f) *
-                                     (one - x * V(1.0f / 4.0f) *
-                                                (one - x * V(1.0f / 5.0f) * (one - x * V(1.0f / 6.0f))))));
-}
-template <typename V> TESSERA_LEAF V oneMinusExpAbove(V x) {
-    using std::floor, std::max;
-    const V one(1.0f);
-    const V y = max(x * V(-1.44269504f), V(-126.0f));
-    const V n = floor(y);
-    const V r = (y - n) * V(0.693147181f); // 2^(y-n) = e^r
-    const V p =
-        one +
-        r * (one +
-             r * V(1.0f / 2.0f) *
-                 (one + r * V(1.0f / 3.0f) *
-                            (one + r * V(1.0f / 4.0f) *
-                                       (one + r * V(1.0f / 5.0f) *
-                                                  (one + r * V(1.0f / 6.0f) *
-                                                             (one + r * V(1.0f / 7.0f) *
-                                                                        (one + r * V(1.0f / 8.0f))))))));
-    return one - p * powerOfTwo(n);
-}
-constexpr float kOneMinusExpBelow = 0.25f;
 template <typename V> TESSERA_LEAF V oneMinusExp(V x) {
     return select(x < V(kOneMinusExpBelow), oneMinusExpBelow(x), oneMinusExpAbove(x));
-}
-
-template <typename V> TESSERA_LEAF V wholePower(V x, int n) {
-    V result(1.0f), square = x;
-    for (; n > 0; n >>= 1) {
-        if (n & 1)
-            result = result * square;
-        square = square * square;
-    }
-    return result;
-}
-
-/// What a head light makes of colours: colour * scale + add.
-template <typename V> struct HeadLight { V scale, add; };
-/// @param gradient, direction  patient space, any scale
-/// @param isLit  gets where there is a light; elsewhere colours stay as they are
-template <typename V, typename Vec, typename Condition>
-TESSERA_LEAF HeadLight<V> headLight(const Vec& g, const Vec& d, V ambient, V diffuse, V specular, int power,
-                                    V largest, Condition& isLit) {
-    using std::abs, std::max, std::min, std::sqrt;
-    const V lengths = (g.x * g.x + g.y * g.y + g.z * g.z) * (d.x * d.x + d.y * d.y + d.z * d.z);
-    isLit = (lengths > V(0.0f)) & (lengths <= largest); // else no direction, or none that V can hold
-    const V cosine = min(V(1.0f), abs(g.x * d.x + g.y * d.y + g.z * d.z) / sqrt(lengths));
-    const V mirrored = max(V(0.0f), V(2.0f) * cosine * cosine - V(1.0f));
-    return {ambient + diffuse * cosine, specular * wholePower(mirrored, power)};
 }
 
 /// Gradient opacity.
@@ -147,17 +120,12 @@ TESSERA_LEAF HeadLight<V> headLight(const Vec& g, const Vec& d, V ambient, V dif
 /// @param points  one at least
 template <typename V, typename Vec, typename N>
 TESSERA_LEAF V gradientOpacity(const GradientNumbers<N>& points, const Vec& g, V largest) {
-    using std::max, std::min, std::sqrt;
-    const V squared = g.x * g.x + g.y * g.y + g.z * g.z;
-    const V length = sqrt(select(squared <= largest, squared, largest)); // also where it is no number
+    const V steep = steepness(g, largest);
     V factor = static_cast<V>(points.factor[0]);
-    for (int i = 0; i < points.count; ++i) {
-        const V from = static_cast<V>(points.length[i]);
-        factor = select(from <= length,
-                        static_cast<V>(points.factor[i]) + (length - from) * static_cast<V>(points.slope[i]),
-                        factor);
-    }
-    return min(V(1.0f), max(V(0.0f), factor));
+    for (int i = 0; i < points.count; ++i)
+        factor = factorFrom(factor, steep, static_cast<V>(points.length[i]), static_cast<V>(points.factor[i]),
+                            static_cast<V>(points.slope[i]));
+    return heldToOne(factor);
 }
 
 /// All light reaches a sample: what scenes without occlusion and shadows receive, at no cost.
@@ -211,49 +179,25 @@ template <typename V, typename Vec, typename N, typename ToPoint, typename Recei
 TESSERA_LEAF Lit<V> litBy(const LightingNumbers& lighting, const Vec& g, const Vec& d,
                           const Material<V, N>& m, V largest, const ToPoint& toPoint,
                           const Received& received) {
-    using std::max, std::min, std::sqrt;
-    const V zero(0.0f), one(1.0f), two(2.0f);
-    const auto dot = [](const Vec& a, const Vec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
-    const V steepness = dot(g, g), distance = dot(d, d);
-    const auto isSurface =
-        (steepness > zero) & (steepness <= largest) & (distance > zero) & (distance <= largest);
-    const V steep = sqrt(steepness), far = sqrt(distance);
-    const V facing = select(dot(g, d) > zero, zero - one, one) / steep;
-    const Vec n{select(isSurface, g.x * facing, zero), select(isSurface, g.y * facing, zero),
-                select(isSurface, g.z * facing, zero)};
-    const Vec v{select(isSurface, (zero - d.x) / far, zero), select(isSurface, (zero - d.y) / far, zero),
-                select(isSurface, (zero - d.z) / far, zero)};
-    const V above = min(one, max(zero, (steep - V(lighting.weightLow)) * V(lighting.weightScale)));
-    const V weight = select(isSurface, above * above * (V(3.0f) - two * above), zero);
-    const V towardsViewer = dot(n, v);
+    const V zero(0.0f), one(1.0f);
+    Vec n{zero, zero, zero}, v{zero, zero, zero};
+    V weight = zero;
+    meetLight(g, d, V(lighting.weightLow), V(lighting.weightScale), largest, n, v, weight);
+    const V towardsViewer = dot3(n, v);
     V everywhere[3] = {zero, zero, zero}, facingIt[3] = {zero, zero, zero}, mirrored[3] = {zero, zero, zero};
     for (int i = 0; i < lighting.count; ++i) {
         const LightNumbers& light = lighting.lights[i];
         Vec l = v;
         V shares = one;
-        if (light.sort == LightSort::directional) {
+        if (light.sort == LightSort::directional)
             l = {V(light.place[0]), V(light.place[1]), V(light.place[2])};
-        } else if (light.sort == LightSort::point) {
-            const Vec to = toPoint(light);
-            const V squared = min(dot(to, to), largest);
-            const V away = sqrt(squared);
-            const auto isAway = squared > zero;
-            l = {select(isAway, to.x / away, zero), select(isAway, to.y / away, zero),
-                 select(isAway, to.z / away, zero)};
-            shares = one / (V(light.fading[0]) + V(light.fading[1]) * away + V(light.fading[2]) * squared);
-        }
+        else if (light.sort == LightSort::point)
+            meetPoint(toPoint(light), V(light.fading[0]), V(light.fading[1]), V(light.fading[2]), largest, l,
+                      shares);
         shares = received.of(i, shares);
-        const V slant = dot(n, l);
-        const V cosine = min(one, max(zero, slant));
-        V sharp = zero;
-        if (lighting.halfway) {
-            const Vec h{l.x + v.x, l.y + v.y, l.z + v.z};
-            const V squared = dot(h, h);
-            sharp = select(squared > zero, dot(n, h) / sqrt(squared), zero);
-        } else {
-            sharp = two * slant * towardsViewer - dot(l, v);
-        }
-        const V highlight = wholePower(min(one, max(zero, sharp)), m.power);
+        const V slant = dot3(n, l);
+        const V cosine = heldToOne(slant);
+        const V highlight = wholePower(sharpness(n, v, l, slant, towardsViewer, lighting.halfway), m.power);
         const V shine = select(slant > zero, highlight, zero);
         for (int c = 0; c < 3; ++c) {
             const V power = V(light.colour[c]) * shares;
@@ -263,45 +207,10 @@ TESSERA_LEAF Lit<V> litBy(const LightingNumbers& lighting, const Vec& g, const V
         }
     }
     const auto scale = [&](int c) {
-        const V ambient = received.ambient(m.ambient, c);
-        const V volume = ambient + m.diffuse * everywhere[c], surface = ambient + m.diffuse * facingIt[c];
-        return volume + weight * (surface - volume);
+        return litScale(received.ambient(m.ambient, c), m.diffuse, everywhere[c], facingIt[c], weight);
     };
-    const auto add = [&](int c) { return weight * (m.specular * mirrored[c]); };
+    const auto add = [&](int c) { return litAdd(m.specular, mirrored[c], weight); };
     return {{scale(0), scale(1), scale(2)}, {add(0), add(1), add(2)}};
-}
-
-/// One end of a segment for pre-integration: its place in the table, the bin that holds it, and the bin's
-/// entry (extinctionBins()).
-template <typename V> struct BinEnd { V place, bin, x, y, z, w; };
-/// Extinction, averaged over the values between two ends; exact for the table but for rounding. Zero exactly
-/// where every entry around these values is zero.
-/// @param low, high  by place
-template <typename V> TESSERA_LEAF V meanExtinction(const BinEnd<V>& low, const BinEnd<V>& high) {
-    using std::max;
-    const V half(0.5f), one(1.0f);
-    const V f = low.place - low.bin, g = high.place - high.bin;
-    const V inside = low.x + (half * (f + g)) * low.y;
-    const V width = high.place - low.place;
-    const V above = g * (high.x + (half * g) * high.y);
-    const V below = (one - f) * (low.x + (half * (one + f)) * low.y);
-    const V beside = below + above; // nothing cancels, however close they are
-    const V under = f * (low.x + (half * f) * low.y);
-    const V sum = max((high.z - low.z) + ((high.w - low.w) + (above - under)), V(0.0f));
-    const V mean = select(low.bin + one == high.bin, beside, sum) / width;
-    return select(low.bin == high.bin, inside, mean);
-}
-
-/// Mean position that a segment of constant extinction is seen at, over its light, as a share of the way to
-/// its back. It is 1/x - 1/(e^x - 1), x its optical depth.
-/// @param terms  1/12, 1/720, 1/30240, 1/1209600, 1/47900160, 691/1307674368000
-template <typename V> TESSERA_LEAF V seenDepth(V depth, V alpha, const V (&terms)[6]) {
-    const V s = depth * depth;
-    const V small =
-        V(0.5f) -
-        depth * (terms[0] - s * (terms[1] - s * (terms[2] - s * (terms[3] - s * (terms[4] - s * terms[5])))));
-    const V large = V(1.0f) / depth - (V(1.0f) - alpha) / alpha;
-    return select(depth < V(0.5f), small, large);
 }
 
 } // namespace tessera::leaf

@@ -1,6 +1,5 @@
-// render/contract/optics.h: colour, opacity and shading of a value in a segment. The C++ twin of
-// shaders/march_optics.glsl. In float it repeats the shader operation by operation; in double it uses the
-// best the library has.
+// render/contract/optics.h: colour, opacity and shading of a value in a segment, from the leaves that
+// shaders have too (leaves.h). In double it uses the best the library has.
 #pragma once
 
 #include "core/base/volume.h"
@@ -91,21 +90,15 @@ std::vector<SurfaceLook> surfaceLooks(const std::vector<Isosurface>& surfaces, c
 /// @param segmentMm  a typical segment; layers for strides of 2^firstLayer segments and the next
 void preparePreintegration2d(Optics& optics, double segmentMm, int firstLayer, int layers);
 
-/// Beyond this, places stay; values that far outside of the table differ in nothing.
-constexpr float kFarPlace = 4194304.0f; // 2^22
-
 /// A value in units of the table's entries, also beyond them.
 template <typename Real> Real placeOf(const Optics& o, Real stored) {
-    const Real x = stored * static_cast<Real>(o.scale) + static_cast<Real>(o.offset);
-    const Real above = x > Real(-kFarPlace) ? x : Real(-kFarPlace); // also where it is no number
-    return above < Real(kFarPlace) ? above : Real(kFarPlace);
+    return leaf::farPlaceOf(stored, static_cast<Real>(o.scale), static_cast<Real>(o.offset));
 }
 
 /// In the table: of a value that is no number, the first.
 template <typename Real> Real clampedPlaceOf(const Optics& o, Real stored) {
-    const Real place = stored * static_cast<Real>(o.scale) + static_cast<Real>(o.offset);
-    // No clamp(): a place that is not a number must be one too, or what follows reads beyond the table.
-    return place > Real(0) ? std::min(place, static_cast<Real>(o.table.size() - 1)) : Real(0);
+    return leaf::heldPlace(stored * static_cast<Real>(o.scale) + static_cast<Real>(o.offset),
+                           static_cast<Real>(o.table.size() - 1));
 }
 
 /// @param x  a place in the table
@@ -114,7 +107,7 @@ template <typename Real> glm::vec<4, Real> tableEntryAt(const Optics& o, Real x)
     const int i = std::min(static_cast<int>(x), last - 1);
     const glm::vec<4, Real> a(o.table[static_cast<std::size_t>(i)]),
         b(o.table[static_cast<std::size_t>(i) + 1]);
-    return a + (x - static_cast<Real>(i)) * (b - a);
+    return leaf::mixedColours(a, b, x - static_cast<Real>(i));
 }
 
 template <typename Real> glm::vec<4, Real> lookUp(const Optics& o, Real stored) {
@@ -151,40 +144,38 @@ inline float opacityOf(float depth) {
     return leaf::oneMinusExp(depth);
 }
 
+/// By one of the linear parts, from voxel space.
+template <typename Real> glm::vec<3, Real> inPatient(const glm::mat3& linear, const glm::vec<3, Real>& v) {
+    return leaf::transformed(glm::mat<3, 3, Real>(linear), v);
+}
+
 /// The gradient in patient space as a unit normal that faces against the ray; 0 where there is none.
 template <typename Real>
 glm::vec<3, Real> unitNormal(const Optics& o, const glm::vec<3, Real>& gradient,
                              const glm::vec<3, Real>& direction) {
-    using Mat = glm::mat<3, 3, Real>;
-    const Mat toGradient(o.voxelFromPatientTransposed), toPatient(o.patientFromVoxel);
-    const auto g = toGradient[0] * gradient.x + toGradient[1] * gradient.y + toGradient[2] * gradient.z;
-    const auto d = toPatient[0] * direction.x + toPatient[1] * direction.y + toPatient[2] * direction.z;
-    const Real length = std::sqrt(g.x * g.x + g.y * g.y + g.z * g.z);
-    if (!(length > Real(0)))
-        return glm::vec<3, Real>(0);
-    return g * (g.x * d.x + g.y * d.y + g.z * d.z > Real(0) ? Real(-1) / length : Real(1) / length);
+    const glm::vec<3, Real> g = inPatient<Real>(o.voxelFromPatientTransposed, gradient);
+    const Real length = leaf::length3(g);
+    return leaf::facingNormal(g, inPatient<Real>(o.patientFromVoxel, direction), length, length > Real(0));
 }
 
 /// Gradient opacity, where there is one: a factor on the extinction. gradient: voxel space, stored units.
 template <typename Real> Real gradientFactor(const Optics& o, const glm::vec<3, Real>& gradient) {
-    const glm::mat<3, 3, Real> toGradient(o.voxelFromPatientTransposed);
-    const auto g = toGradient[0] * gradient.x + toGradient[1] * gradient.y + toGradient[2] * gradient.z;
-    return leaf::gradientOpacity<Real>(o.gradientOpacity, g, std::numeric_limits<Real>::max());
+    return leaf::gradientOpacity<Real>(o.gradientOpacity,
+                                       inPatient<Real>(o.voxelFromPatientTransposed, gradient),
+                                       std::numeric_limits<Real>::max());
 }
 
 /// Phong with a head light. gradient: voxel space, any scale; direction: the ray's, unit, voxel space.
 template <typename Real>
 glm::vec<3, Real> shade(const Optics& o, const glm::vec<3, Real>& colour, const glm::vec<3, Real>& gradient,
                         const glm::vec<3, Real>& direction) {
-    using Mat = glm::mat<3, 3, Real>;
-    const Mat toGradient(o.voxelFromPatientTransposed), toPatient(o.patientFromVoxel);
-    const auto g = toGradient[0] * gradient.x + toGradient[1] * gradient.y + toGradient[2] * gradient.z;
-    const auto d = toPatient[0] * direction.x + toPatient[1] * direction.y + toPatient[2] * direction.z;
-    bool isLit = false;
-    const auto light = leaf::headLight<Real>(g, d, static_cast<Real>(o.phong.x), static_cast<Real>(o.phong.y),
-                                             static_cast<Real>(o.phong.z), o.specularPower,
-                                             std::numeric_limits<Real>::max(), isLit);
-    return isLit ? colour * light.scale + light.add : colour;
+    const auto g = inPatient<Real>(o.voxelFromPatientTransposed, gradient);
+    const auto d = inPatient<Real>(o.patientFromVoxel, direction);
+    if (!leaf::isHeadLit(g, d, std::numeric_limits<Real>::max()))
+        return colour;
+    const auto light = leaf::headLight(g, d, static_cast<Real>(o.phong.x), static_cast<Real>(o.phong.y),
+                                       static_cast<Real>(o.phong.z), o.specularPower);
+    return colour * light.scale + light.add;
 }
 
 /// Of the value at a place of the table (integrators.h: placeOf()).
@@ -209,13 +200,11 @@ glm::vec<3, Real> shade(const Optics& o, const glm::vec<3, Real>& colour, const 
                         const glm::vec<3, Real>& direction, const glm::vec<3, Real>& position,
                         const leaf::Material<Real>& material, const Received& received = {}) {
     using Vec = glm::vec<3, Real>;
-    using Mat = glm::mat<3, 3, Real>;
-    const Mat toGradient(o.voxelFromPatientTransposed), toPatient(o.patientFromVoxel);
-    const Vec g = toGradient[0] * gradient.x + toGradient[1] * gradient.y + toGradient[2] * gradient.z;
-    const Vec d = toPatient[0] * direction.x + toPatient[1] * direction.y + toPatient[2] * direction.z;
+    const Vec g = inPatient<Real>(o.voxelFromPatientTransposed, gradient);
+    const Vec d = inPatient<Real>(o.patientFromVoxel, direction);
     const auto toPoint = [&](const leaf::LightNumbers& light) {
-        const Vec v = Vec(light.place[0], light.place[1], light.place[2]) - position;
-        return toPatient[0] * v.x + toPatient[1] * v.y + toPatient[2] * v.z;
+        return inPatient<Real>(o.patientFromVoxel,
+                               Vec(light.place[0], light.place[1], light.place[2]) - position);
     };
     const leaf::Lit<Real> lit =
         leaf::litBy<Real>(o.lighting, g, d, material, std::numeric_limits<Real>::max(), toPoint, received);
@@ -236,6 +225,18 @@ glm::vec<3, Real> shadeReceived(const Optics& o, const glm::vec<3, Real>& colour
     if (o.lighting.channels == 0)
         return shade(o, colour, gradient, direction, position, material);
     return shade(o, colour, gradient, direction, position, material, field.received(position, o.lighting));
+}
+
+/// What is seen of a colour: lit, where the scene is.
+/// @param material  what answers to light there: f(), asked where the scene has lights of its own
+template <typename Real, typename MaterialHere, typename Field>
+glm::vec<3, Real> seenColour(const Optics& o, const glm::vec<3, Real>& colour,
+                             const glm::vec<3, Real>& gradient, const glm::vec<3, Real>& direction,
+                             const glm::vec<3, Real>& position, const MaterialHere& material, Field& field) {
+    if (!o.shading)
+        return colour;
+    return o.hasLights ? shadeReceived(o, colour, gradient, direction, position, material(), field)
+                       : shade(o, colour, gradient, direction);
 }
 
 } // namespace tessera

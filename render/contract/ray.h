@@ -1,10 +1,10 @@
 // render/contract/ray.h: one pixel's ray and its lattice of segments, in voxel space (docs/sampling.md,
-// "Ray"). The C++ twin of shaders/common_ray.glsl: the same operations in the same order, so that float here
-// repeats the GPU.
+// "Ray"). By the leaves of leaf_ray.h, as in shaders/common_ray.glsl: so float here repeats the GPU.
 #pragma once
 
 #include "core/base/volume.h"
 #include "core/scene/camera.h"
+#include "render/contract/leaves.h"
 
 #include <algorithm>
 #include <array>
@@ -104,45 +104,24 @@ template <typename Real> struct RayLine {
     Real mmPerVoxel = 0;
 };
 
-/// Written component by component: the order of additions is part of the contract with the shader.
-template <typename Real> Real length3(const glm::vec<3, Real>& v) {
-    return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
-}
-
 template <typename Real> RayLine<Real> pixelLine(const RayFrame<Real>& f, const glm::vec<2, Real>& pixel) {
-    const Real x = Real(2) * pixel.x / f.imageSize.x - Real(1);
-    const Real y = Real(1) - Real(2) * pixel.y / f.imageSize.y;
-    const glm::vec<3, Real> offset = x * f.right + y * f.up;
-    const glm::vec<3, Real> along = f.perspective ? f.toCentre + offset : f.toCentre;
-    const Real distance = length3(along);
     RayLine<Real> line;
-    line.base = f.centre + offset;
-    line.direction = along / distance;
+    Real distance(0);
+    leaf::lineThrough(pixel.x, pixel.y, f.imageSize.x, f.imageSize.y, f.centre, f.right, f.up, f.toCentre,
+                      f.perspective, line.base, line.direction, distance);
     line.nearest = f.perspective ? -distance : -std::numeric_limits<Real>::max();
-    const glm::vec<3, Real> mm = f.patientFromVoxel[0] * line.direction.x +
-                                 f.patientFromVoxel[1] * line.direction.y +
-                                 f.patientFromVoxel[2] * line.direction.z;
-    line.mmPerVoxel = length3(mm);
+    line.mmPerVoxel = leaf::length3(leaf::transformed(f.patientFromVoxel, line.direction));
     return line;
 }
 
-/// Intersects the closed box [0,extent]; zero components branch, and divide rather than multiply by a
-/// reciprocal, because every branch-free form misses rays that lie in a face.
+/// Intersects the closed box [0,extent]: a ray that lies in a face meets it.
 template <typename Real>
 bool clipToBox(const RayLine<Real>& line, const glm::vec<3, Real>& extent, Real& t0, Real& t1) {
     t0 = line.nearest;
     t1 = std::numeric_limits<Real>::max();
-    for (int axis = 0; axis < 3; ++axis) {
-        const Real o = line.base[axis], d = line.direction[axis];
-        if (d == Real(0)) {
-            if (o < Real(0) || o > extent[axis])
-                return false;
-            continue;
-        }
-        const Real a = (Real(0) - o) / d, b = (extent[axis] - o) / d;
-        t0 = std::max(t0, std::min(a, b));
-        t1 = std::min(t1, std::max(a, b));
-    }
+    for (int axis = 0; axis < 3; ++axis)
+        if (leaf::clip(line.base[axis], line.direction[axis], Real(0), extent[axis], t0, t1))
+            return false;
     return t1 > t0;
 }
 
@@ -150,15 +129,9 @@ bool clipToBox(const RayLine<Real>& line, const glm::vec<3, Real>& extent, Real&
 /// runs along a plane meets it nowhere.
 template <typename Real>
 bool clipToSlab(const RayLine<Real>& line, const RaySlab<Real>& s, Real& t0, Real& t1) {
-    const Real o = s.normal.x * line.base.x + s.normal.y * line.base.y + s.normal.z * line.base.z;
-    const Real d =
-        s.normal.x * line.direction.x + s.normal.y * line.direction.y + s.normal.z * line.direction.z;
-    if (d == Real(0))
-        return !(o < s.low || o > s.high) && s.low < s.high;
-    const Real a = (s.low - o) / d, b = (s.high - o) / d;
-    t0 = std::max(t0, std::min(a, b));
-    t1 = std::min(t1, std::max(a, b));
-    return !(t1 < t0);
+    return !leaf::clip(leaf::dot3(s.normal, line.base), leaf::dot3(s.normal, line.direction), s.low, s.high,
+                       t0, t1) &&
+           !(t1 < t0);
 }
 
 /// What is inside of the volume's box and of all slabs.
@@ -172,15 +145,10 @@ bool drawnPartOf(const RayFrame<Real>& f, const RayLine<Real>& line, Real& t0, R
     return t1 > t0 || (f.flat && t1 == t0);
 }
 
-/// Rays of a pixel that are drawn side by side, eight of them, take samples between one another's. The phase
-/// says by how many segments the lattice of the ray at a column and row of an array begins behind (before, if
-/// negative) where the ray enters what is drawn. It is from -7/16 to 7/16, so that the middle of the first
-/// segment is within. Of every eight rays that follow one another in a patch of 4 x 4 (ray_array.h) each has
-/// another one. Those of the first four lie between those of the last.
+/// Rays of a pixel that are drawn side by side, eight of them, take samples between one another's, by phases.
 constexpr int kPhases = 8;
 template <typename Real> Real phaseOf(int column, int row) {
-    const int k = (column & 1) + 2 * (row & 1) + 4 * (column >> 1 & 1); // of eight
-    return static_cast<Real>(2 * (k & 3) + (k >> 2)) / Real(kPhases) - Real(7.0 / 16);
+    return static_cast<Real>(leaf::phaseOf(column, row));
 }
 
 /// Of the frame's box and slabs; its cuts are taken by partOf() (ray_cuts.h).
@@ -198,7 +166,7 @@ SegmentedRay<Real> segmentedRay(const RayFrame<Real>& f, const glm::vec<2, Real>
         return ray; // NaN, or more than float can count: draws nothing
     ray.count = f.flat ? 1 : static_cast<int>(std::ceil(segments));
     ray.tail = segments - static_cast<Real>(ray.count - 1);
-    ray.entry = line.base + first * line.direction;
+    ray.entry = leaf::placeAlong(line.base, line.direction, first);
     ray.step = f.segmentVoxels * line.direction;
     ray.direction = line.direction;
     ray.segmentMm = f.segmentVoxels * line.mmPerVoxel;
@@ -211,15 +179,15 @@ template <typename Real> Real strideLength(const SegmentedRay<Real>& ray, int i,
 }
 /// The middle of a stride, voxels.
 template <typename Real> glm::vec<3, Real> stridePosition(const SegmentedRay<Real>& ray, int i, Real length) {
-    return ray.entry + (static_cast<Real>(i) + Real(0.5) * length) * ray.step;
+    return leaf::placeAlong(ray.entry, ray.step, leaf::middleOf(static_cast<Real>(i), length));
 }
 /// The end of a stride, voxels; the start of the next.
 template <typename Real> glm::vec<3, Real> strideEnd(const SegmentedRay<Real>& ray, int i, Real length) {
-    return ray.entry + (static_cast<Real>(i) + length) * ray.step;
+    return leaf::placeAlong(ray.entry, ray.step, static_cast<Real>(i) + length);
 }
 /// Where segment i begins, voxels.
 template <typename Real> glm::vec<3, Real> segmentStart(const SegmentedRay<Real>& ray, int i) {
-    return ray.entry + static_cast<Real>(i) * ray.step;
+    return leaf::placeAlong(ray.entry, ray.step, static_cast<Real>(i));
 }
 
 } // namespace tessera

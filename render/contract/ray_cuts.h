@@ -81,7 +81,7 @@ SegmentedRay<Real> partOf(const SegmentedRay<Real>& ray, const RayInterval& inte
         return part;
     const Real from = static_cast<Real>(interval.from);
     const Real segments = (static_cast<Real>(interval.to) - from) / segmentVoxels;
-    part.entry = ray.entry + from * ray.direction;
+    part.entry = leaf::placeAlong(ray.entry, ray.direction, from);
     part.count = std::max(static_cast<int>(std::ceil(segments)), 1);
     part.tail = segments - static_cast<Real>(part.count - 1);
     return part;

@@ -1,7 +1,7 @@
-// render/contract/sampler.h: the field of docs/sampling.md on the CPU. It is the C++ twin of
-// shaders/sampler_field.glsl, sampler_interblock.glsl, sampler_gradient.glsl and sampler_slope.glsl in exact
-// mode. No other code here turns a position into a value or a gradient. Positions are in level-0 voxels,
-// values as stored, gradients in stored units per voxel.
+// render/contract/sampler.h: the field of docs/sampling.md on the CPU, as
+// shaders/sampler_field.glsl, sampler_interblock.glsl, sampler_gradient.glsl and sampler_slope.glsl have it
+// in exact mode, from the same leaves (leaves.h). No other code here turns a position into a value or a
+// gradient. Positions are in level-0 voxels, values as stored, gradients in stored units per voxel.
 //
 // Samples of one level: glm::ivec3 extent() const; Real at(ivec3) (stored value).
 // Samples of mixed levels: const LevelMap& map() const; Real at(int level, ivec3) (stored value of a resident
@@ -148,18 +148,11 @@ template <typename Real, typename Samples>
 Slope<Real> trilinearSlope(Samples& samples, const glm::ivec3& low, const glm::ivec3& high,
                            const glm::vec<3, Real>& f) {
     const auto at = [&](int x, int y, int z) { return static_cast<Real>(samples.at({x, y, z})); };
-    const Real v000 = at(low.x, low.y, low.z), v100 = at(high.x, low.y, low.z);
-    const Real v010 = at(low.x, high.y, low.z), v110 = at(high.x, high.y, low.z);
-    const Real v001 = at(low.x, low.y, high.z), v101 = at(high.x, low.y, high.z);
-    const Real v011 = at(low.x, high.y, high.z), v111 = at(high.x, high.y, high.z);
-    const Real da = v100 - v000, db = v110 - v010, dc = v101 - v001, dd = v111 - v011;
-    const Real a = v000 + f.x * da, b = v010 + f.x * db;
-    const Real c = v001 + f.x * dc, d = v011 + f.x * dd;
-    const Real dx0 = da + f.y * (db - da), dx1 = dc + f.y * (dd - dc);
-    const Real dy0 = b - a, dy1 = d - c;
-    const Real e = a + f.y * dy0, g = c + f.y * dy1;
-    const Real dz = g - e;
-    return {{dx0 + f.z * (dx1 - dx0), dy0 + f.z * (dy1 - dy0), dz}, e + f.z * dz};
+    const auto s =
+        leaf::trilinearSlope(at(low.x, low.y, low.z), at(high.x, low.y, low.z), at(low.x, high.y, low.z),
+                             at(high.x, high.y, low.z), at(low.x, low.y, high.z), at(high.x, low.y, high.z),
+                             at(low.x, high.y, high.z), at(high.x, high.y, high.z), f.x, f.y, f.z);
+    return {{s.x, s.y, s.z}, s.value};
 }
 
 /// Derivative of trilinear interpolation between samples up to `last`, at lattice coordinates. It is 0 along

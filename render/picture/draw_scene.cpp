@@ -6,9 +6,9 @@
 #include "render/picture/measure_picture.h"
 #include "render/picture/ray_renderer.h"
 #include "render/picture/render_scene.h"
-#include "render/picture/report_plan.h"
 #include "render/plan/planner.h"
 #include "render/plan/step_search.h" // kFinestStep
+#include "render/report_plan.h"
 #include "render/verify/error_goal.h"
 
 #include <algorithm>

@@ -53,7 +53,7 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     }
     if (reduction != Reduction::composite && !r.levelsOnPurpose)
         line("level of detail: one level for all; what levels cost is not predicted in this mode");
-    else if (!r.predictedError && !r.levelsOnPurpose)
+    else if (!r.predictedError && !r.levelsOnPurpose && r.residentBricks > 0)
         line("level of detail: one level for all, because this budget of RAM cannot hold what choosing by "
              "brick needs");
     if (r.predictedError)

@@ -5,11 +5,11 @@
 #include "render/backends/mirror/mirror_tracer.h"
 #include "render/picture/picture.h"
 #include "render/picture/ray_pixels.h"
-#include "render/picture/report_plan.h"
 #include "render/picture/step_of_means.h"
 #include "render/plan/overlooked_pixels.h"
 #include "render/plan/planner.h"
 #include "render/plan/step_search.h"
+#include "render/report_plan.h"
 
 #include <algorithm>
 #include <chrono>

@@ -5,8 +5,8 @@
 #include "core/base/stopwatch.h"
 #include "render/backends/engine_maker.h"
 #include "render/picture/picture.h"
-#include "render/picture/report_plan.h"
 #include "render/plan/planner.h"
+#include "render/report_plan.h"
 
 #include <algorithm>
 #include <chrono>

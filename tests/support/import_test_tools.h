@@ -48,6 +48,14 @@ template <class T> void put(std::string& bytes, std::size_t at, T value, bool bi
     bytes.replace(at, sizeof(T), raw, sizeof(T));
 }
 
+/// Values as a file has them.
+template <class T> std::string voxelBytes(const std::vector<T>& values, bool bigEndian = false) {
+    std::string bytes(values.size() * sizeof(T), '\0');
+    for (std::size_t i = 0; i < values.size(); ++i)
+        put(bytes, i * sizeof(T), values[i], bigEndian);
+    return bytes;
+}
+
 /// Reads everything, in uneven portions (1, 2, 3, ... slices), as values of T.
 template <class T> std::vector<T> readAll(SlabSource& source) {
     const VolumeInfo info = source.info();

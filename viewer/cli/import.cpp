@@ -1,5 +1,7 @@
 // viewer/cli/import.cpp: `tessera import IN OUT.zarr`: any readable input to a store, streaming.
 #include "bricking/import/importer.h"
+#include "bricking/import/source/format_endings.h"
+#include "core/base/nearest_name.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/selection_options.h"
 #include "viewer/cli/input/volume_input.h"
@@ -35,7 +37,9 @@ void runImport(const ImportArguments& arguments, const CommonOptions& common) {
 void addImportCommand(Command& program, const CommonOptions& common, Action& action) {
     Command command = program.command("import", "Import files into a store, streaming, in bounded memory");
     auto arguments = std::make_shared<ImportArguments>();
-    command.option("IN", arguments->in, "DICOM file or folder, .nii, .nii.gz, or a raw file's .json")
+    command
+        .option("IN", arguments->in,
+                "DICOM file or folder, or a volume's file: " + joinNames(volumeFileEndings()))
         .required();
     command.option("OUT", arguments->out, "store to write, OUT.zarr").required();
     command.flag("--force", arguments->force, "replace an existing store");

@@ -4,6 +4,7 @@
 #include "core/scene/look.h"
 #include "core/scene/preset.h"
 #include "core/scene/scene.h"
+#include "render/engine_traits.h"
 #include "render/verify/verify_plan.h" // verifyNames
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/selection_options.h"
@@ -13,8 +14,21 @@
 
 #include <limits>
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace tessera {
+namespace {
+
+std::string singleRayEngines() {
+    std::vector<std::string> names;
+    for (const EngineTraits& traits : engineTraits())
+        if (traits.singleRays)
+            names.push_back(traits.name);
+    return joinNames(names);
+}
+
+} // namespace
 
 void addRenderCommand(Command& program, const CommonOptions& common, Action& action) {
     Command command = program.command("render", "Draw a picture of a scene, a store or source files");
@@ -105,7 +119,8 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     command.option("--samples", a->samples,
                    "rays per pixel, 1 to " + std::to_string(PixelSampling::kMost) +
                        ", whose mean it shows, or auto: more where they are needed; 1: one through its "
-                       "centre (default: auto; 1 with --engine mirror and reference)");
+                       "centre (default: auto; 1 with --engine " +
+                       singleRayEngines() + ")");
     a->keys.word(
         command, "--pixel-filter", "quality.pixelFilter",
         "filter of a pixel with several samples, its area or a wider Gaussian: {names} (default: {default})");

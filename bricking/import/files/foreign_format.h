@@ -16,7 +16,7 @@ struct ForeignFormat {
 };
 
 /// By the name and first bytes of a file or folder. It knows Zarr v2 and v3, OME-Zarr, a .zarr without
-/// metadata, Analyze and detached NIfTI (.hdr, .img), NRRD, MetaImage, VTK, archives, pictures, DICOMDIR.
+/// metadata, DICOMDIR, and volumes, archives and pictures by their extensions and magic numbers.
 ForeignFormat foreignFormatOf(const std::filesystem::path& path);
 
 /// The foreign volumes among files: "2 NRRD volumes (a.nrrd, b.nhdr), ..."; "" for none. With the advice for

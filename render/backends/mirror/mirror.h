@@ -75,12 +75,10 @@ void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInp
                 extinction *= gradientFactor(optics, gradient);
             const Real depth = extinction * (length * ray.segmentMm);
             const Real alpha = opacityOf(depth);
-            glm::vec<3, Real> colour = segmentColour(optics, front, back, depth, alpha, n);
-            if (optics.shading)
-                colour = optics.hasLights ? shadeReceived(optics, colour, gradient, ray.direction, middle,
-                                                          materialOf(optics, front, back), field)
-                                          : shade(optics, colour, gradient, ray.direction);
-            composite(sum, colour, alpha);
+            const glm::vec<3, Real> colour = segmentColour(optics, front, back, depth, alpha, n);
+            const auto material = [&] { return materialOf(optics, front, back); };
+            composite(sum, seenColour(optics, colour, gradient, ray.direction, middle, material, field),
+                      alpha);
             if (Real(1) - sum.a < static_cast<Real>(optics.termination))
                 break;
         }

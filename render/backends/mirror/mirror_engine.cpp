@@ -134,6 +134,7 @@ EngineTraits mirrorTraits() {
     EngineTraits traits;
     traits.kind = EngineKind::mirror;
     traits.name = "mirror";
+    traits.singleRays = true;
     traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
         return std::make_unique<MirrorEngine>(input.threads);
     };

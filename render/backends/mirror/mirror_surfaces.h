@@ -16,27 +16,15 @@
 
 namespace tessera {
 
-/// A plane of sample centres nearer than this, in voxels, is one already passed, up to rounding.
-constexpr double kPlaneMargin = 1.0 / 2048;
-
 /// The first plane of sample centres of this pitch on a ray beyond w, in segments from start.
 template <typename Real>
 Real nextPlane(const glm::vec<3, Real>& start, const glm::vec<3, Real>& step, Real w, Real pitch,
                Real segmentVoxels) {
     Real next = std::numeric_limits<Real>::max();
-    const Real least = w + static_cast<Real>(kPlaneMargin) / segmentVoxels;
-    for (int axis = 0; axis < 3; ++axis) {
-        const Real d = step[axis];
-        if (d == Real(0))
-            continue;
-        const Real x = (start[axis] + w * d) / pitch - Real(0.5);
-        const Real ahead = d > Real(0) ? Real(1) : Real(-1);
-        const Real plane = (d > Real(0) ? std::floor(x) : std::ceil(x)) + ahead;
-        Real at = ((plane + Real(0.5)) * pitch - start[axis]) / d;
-        if (!(at > least))
-            at = ((plane + ahead + Real(0.5)) * pitch - start[axis]) / d;
-        next = std::min(next, at);
-    }
+    const Real least = w + Real(leaf::kPlaneMargin) / segmentVoxels;
+    for (int axis = 0; axis < 3; ++axis)
+        if (step[axis] != Real(0))
+            next = std::min(next, leaf::planeBehind(start[axis], step[axis], w, pitch, least));
     return next;
 }
 
@@ -64,12 +52,8 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
         composite(sum, colour, alpha);
         return Real(1) - sum.a < static_cast<Real>(optics.termination) || !(Real(1) - sum.a > Real(0));
     };
-    const auto lit = [&](const Vec& colour, const Vec& gradient, const Vec& position, const auto& material) {
-        if (!optics.shading)
-            return colour;
-        return optics.hasLights
-                   ? shadeReceived(optics, colour, gradient, ray.direction, position, material(), field)
-                   : shade(optics, colour, gradient, ray.direction);
+    const auto seen = [&](const Vec& colour, const Vec& gradient, const Vec& position, const auto& material) {
+        return seenColour(optics, colour, gradient, ray.direction, position, material, field);
     };
     Real front = 0;     // the field at the start of segment i
     bool known = false; // front is
@@ -117,8 +101,8 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
                 extinction *= gradientFactor(optics, gradient);
             const Real depth = extinction * (part * ray.segmentMm);
             const Real alpha = opacityOf(depth);
-            const Vec colour = lit(segmentColour(optics, a, b, depth, alpha, n), gradient, middle,
-                                   [&] { return materialOf(optics, a, b); });
+            const Vec colour = seen(segmentColour(optics, a, b, depth, alpha, n), gradient, middle,
+                                    [&] { return materialOf(optics, a, b); });
             done = over(colour, alpha);
         };
         Real from = 0, valueFrom = front; // start of the part of the volume that is not added yet
@@ -149,7 +133,7 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
                 return;
             }
             const auto material = [&] { return materialAt(optics, placeOf(optics, isovalues[number])); };
-            done = over(lit(Vec(surface.colour), gradient, p, material), static_cast<Real>(surface.opacity));
+            done = over(seen(Vec(surface.colour), gradient, p, material), static_cast<Real>(surface.opacity));
         };
         if (solves) {
             Real w = 0, value = front;

@@ -51,3 +51,10 @@ TESSERA_LANE F3 operator*(F a, F3 b) {
 TESSERA_LANE F3 select(M m, F3 a, F3 b) {
     return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
 }
+/// A matrix of three by three, the same for all lanes.
+struct Columns {
+    const float* numbers; // column by column
+    __attribute__((always_inline)) F3 operator[](int n) const {
+        return {F(numbers[3 * n]), F(numbers[3 * n + 1]), F(numbers[3 * n + 2])};
+    }
+};

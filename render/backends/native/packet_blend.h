@@ -1,5 +1,5 @@
 // render/backends/native/packet_blend.h: bricks around a point, for one register of lanes: cells of one level
-// across bricks, a brick's own samples, and the weights that blend bricks of unlike levels. It is the twin of
+// across bricks, a brick's own samples, and the weights that blend bricks of unlike levels. As
 // fieldValue() and interblockValue() in render/contract/sampler.h, whose sums packet_points.h makes. It also
 // gives the strides that the levels around a point allow. For packet_*.cpp alone.
 #pragma once
@@ -18,8 +18,8 @@ using native::SampleKind;
 namespace single {
 #include "render/backends/native/packet_samples.h"
 
-// Codes of bricks, as BrickCorner's.
-constexpr int kCoarsestCode = 5, kEmptyCode = 6, kOutsideCode = 7, kNoReachCode = 15;
+using leaf::kEmptyCode, leaf::kOutsideCode;
+constexpr int kCoarsestCode = 5, kNoReachCode = 15; // as BrickCorner's
 
 template <SampleKind K> TESSERA_LANE F sampleAt(const void* samples, I index, M m) {
     if constexpr (K == SampleKind::f32)
@@ -142,24 +142,13 @@ struct NearBricks {
     }
 };
 
-/// As edgeWeight() of render/contract/brick_corner.h over edgeReach().
 TESSERA_LANE F edgeWeight(const PacketField& f, I own, I other, F into, M upper) {
     const I empty(kEmptyCode);
-    const M besideEmpty = (own == empty) | (other == empty);
-    const I level = select(own != empty, own, select(other != empty, other, I(f.finest)));
-    I mine = own, theirs = other;
-    if (f.edgeFunction == 1) // minimum
-        mine = theirs = min(own, other);
-    if (f.edgeFunction == 3) // maximum
-        mine = theirs = max(own, other);
-    const M ahead = into >= F(0.0f);
-    // Over half a sample of that level, a power of two: the product is the quotient.
-    const F perReach = asFloat(shl<23>(I(128) - select(besideEmpty, level, select(ahead, mine, theirs))));
-    const F rising = min(max(F(0.5f) + F(0.5f) * (into * perReach), F(0.0f)), F(1.0f));
-    if (f.edgeFunction != 0)
+    const I level = leaf::edgeLevel(own, other, into >= F(0.0f), f.edgeFunction, I(f.finest));
+    const F rising = leaf::edgeWeight(into, asFloat(shl<23>(I(128) - level)));
+    if (f.edgeFunction != leaf::kNearestEdge)
         return rising;
-    const F step = select((into > F(0.0f)) | ((into == F(0.0f)) & upper), F(1.0f), F(0.0f)); // nearest
-    return select(besideEmpty, rising, step);
+    return select((own == empty) | (other == empty), rising, leaf::edgeStep(into, upper));
 }
 
 /// Weight of brick n of the corner, before normalisation.

@@ -1,6 +1,6 @@
-// render/backends/native/packet_field.h: values of the field for all lanes of a packet: twin of
-// render/contract/sampler.h where a brick needs no other; elsewhere values go to packet_points.h. For
-// packet_*.cpp alone.
+// render/backends/native/packet_field.h: values of the field for all lanes of a packet: as
+// render/contract/sampler.h has them where a brick needs no other; elsewhere values go to packet_points.h.
+// For packet_*.cpp alone.
 #pragma once
 
 #include "render/backends/native/lanes.h"

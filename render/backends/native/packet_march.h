@@ -32,8 +32,7 @@ TESSERA_LANE F strideLength(const PacketRays& rays, I i, I n) {
     return select(cut, number(rays.count - I(1) - i) + rays.tail, number(n));
 }
 TESSERA_LANE F3 along(const PacketRays& rays, F segments) {
-    return {rays.entry.x + segments * rays.step.x, rays.entry.y + segments * rays.step.y,
-            rays.entry.z + segments * rays.step.z};
+    return leaf::placeAlong(rays.entry, rays.step, segments);
 }
 
 /// log2 of the largest stride that a start at i allows.
@@ -136,6 +135,21 @@ TESSERA_LANE leaf::ReceivedLight<F> lightAt(const PacketScene& s, const Here<Mix
     });
 }
 
+/// Colours at p, lit as the scene is; twin of seenColour() of render/contract/optics.h.
+/// @param place  of the value that is lit, in the table
+template <bool Mixed>
+TESSERA_LANE F3 seenColour(const PacketScene& s, const Here<Mixed>& here, F3 colour, F3 gradient,
+                           F3 direction, F3 p, F place, M m) {
+    const PacketOptics& o = s.optics;
+    if (!o.lit)
+        return colour;
+    if (!o.hasLights)
+        return shaded(o, colour, gradient, direction);
+    if (o.lighting.channels == 0)
+        return shadedByLights(o, colour, gradient, direction, p, place, leaf::AllLight());
+    return shadedByLights(o, colour, gradient, direction, p, place, lightAt<Mixed>(s, here, p, m));
+}
+
 /// @tparam Graded  what is shown has gradients taken: it is lit, or its opacity goes by them. By what light
 /// is asked where the light falls: a loop for each kind would double what is compiled.
 template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const PacketScene& s, PacketJob& job) {
@@ -177,7 +191,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
         I n = shl(I(1), k);
         F length = strideLength(rays, i, n);
         if constexpr (!Ends) {
-            F3 p = along(rays, number(i) + F(0.5f) * length);
+            F3 p = along(rays, leaf::middleOf(number(i), length));
             if (skips && unlooked > 0) {
                 --unlooked;
                 ready = active;
@@ -250,7 +264,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
         }
         if (!any(ready))
             continue;
-        const F3 middle = along(rays, number(i) + F(0.5f) * length);
+        const F3 middle = along(rays, leaf::middleOf(number(i), length));
         M m = ready;
         const M taken = ready;
         ready = none();
@@ -317,19 +331,11 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
             else
                 colour = look.colour;
             if constexpr (Graded)
-                if (o.lit) {
-                    if (!o.hasLights)
-                        colour = shaded(o, colour, gradient, direction);
-                    else if (o.lighting.channels == 0)
-                        colour =
-                            shadedByLights(o, colour, gradient, direction, middle, place, leaf::AllLight());
-                    else
-                        colour = shadedByLights(o, colour, gradient, direction, middle, place,
-                                                lightAt<Mixed>(s, here, middle, adds));
-                }
-            const F after = alpha + (F(1.0f) - alpha) * opacity;
-            const F weight = after - alpha;
-            sum = select(adds, sum + weight * colour, sum);
+                colour = seenColour<Mixed>(s, here, colour, gradient, direction, middle, place, adds);
+            F3 gathered = sum;
+            F after = alpha;
+            leaf::compositeBehind(gathered, after, colour, opacity);
+            sum = select(adds, gathered, sum);
             alpha = select(adds, after, alpha);
             // A branch, which is foreseen: else the next turn's samples would wait for this one's opacities.
             const M opaque = adds & (F(1.0f) - alpha < F(o.termination));

@@ -1,6 +1,6 @@
 // render/backends/native/packet_optics.h: colour, opacity and shading of values, and contributions of
-// segments, for all lanes of a packet: twin of render/contract/optics.h and integrators.h.
-// For packet_*.cpp alone.
+// segments, for all lanes of a packet, as render/contract/optics.h and integrators.h
+// have them, from the same leaves. For packet_*.cpp alone.
 #pragma once
 
 #include "render/backends/native/packet_field.h"
@@ -11,13 +11,8 @@ namespace tessera::TESSERA_LANES {
 using native::PacketIntegrator;
 using native::PacketOptics;
 
-constexpr float kFarPlace = 4194304.0f;
-
-/// NaN counts as lying before all.
 TESSERA_LANE F placeOf(const PacketOptics& o, F stored) {
-    const F x = stored * F(o.scale) + F(o.offset);
-    const F above = select(x > F(-kFarPlace), x, F(-kFarPlace));
-    return select(above < F(kFarPlace), above, F(kFarPlace));
+    return leaf::farPlaceOf(stored, F(o.scale), F(o.offset));
 }
 
 /// The two entries around a place, and how far it is from the first.
@@ -27,7 +22,7 @@ struct Entries {
 };
 /// Places that are no numbers count as the first one.
 TESSERA_LANE Entries entriesAt(const PacketOptics& o, F place) {
-    const F x = min(select(place > F(0.0f), place, F(0.0f)), F(o.lastPlace));
+    const F x = leaf::heldPlace(place, F(o.lastPlace));
     const I first = min(truncated(x), I(o.lastEntry));
     return {first, x - number(first)};
 }
@@ -44,7 +39,7 @@ TESSERA_LANE TableLook lookUp(const PacketOptics& o, Entries at) {
     F first[4], next[4];
     const I index = shl<2>(at.first);
     rows4(o.table, index, first), rows4(o.table + 4, index, next);
-    const auto between = [&](int n) { return leaf::mix(first[n], next[n], at.part); };
+    const auto between = [&](int n) { return leaf::mixed(first[n], next[n], at.part); };
     return {{between(0), between(1), between(2)}, between(3)};
 }
 
@@ -117,9 +112,9 @@ TESSERA_LANE F3 meanColour(const PacketOptics& o, const End& front, const End& b
         return word(o.sums, shl<3>(bin + I(1)) + I(4 * part + component), m);
     };
     const auto sum = [&](F under, F over, int component) {
-        const F between = (sumTo(high.bin, 0, component) - sumTo(low.bin + I(1), 0, component)) +
-                          (sumTo(high.bin, 1, component) - sumTo(low.bin + I(1), 1, component));
-        return (under + between) + over;
+        return leaf::sumOverBins(under, sumTo(low.bin + I(1), 0, component),
+                                 sumTo(low.bin + I(1), 1, component), sumTo(high.bin, 0, component),
+                                 sumTo(high.bin, 1, component), over);
     };
     const F weight = sum(below.weight, above.weight, 3);
     const F3 colour{sum(below.colour.x, above.colour.x, 0) / weight,
@@ -133,17 +128,16 @@ TESSERA_LANE F3 meanColour(const PacketOptics& o, const End& front, const End& b
 /// @param stride  log2 of the stride's segments
 TESSERA_LANE F3 tabledColour(const PacketOptics& o, F front, F back, I stride, M m) {
     const F last(o.lastPlace), scale(o.preintegrationScale);
-    const F x = min(max(front, F(0.0f)), last) * scale, y = min(max(back, F(0.0f)), last) * scale;
+    const F x = leaf::heldPlace(front, last) * scale, y = leaf::heldPlace(back, last) * scale;
     const int edge = o.preintegrationEdge;
     const I i = min(truncated(x), I(edge - 2)), j = min(truncated(y), I(edge - 2));
     const F fx = x - number(i), fy = y - number(j);
     const I at = shl<2>(((stride - I(o.firstLayer)) * I(edge) + j) * I(edge) + i);
-    const auto component = [&](int n) {
-        const auto corner = [&](int offset) { return word(o.colours, at + I(4 * offset + n), m); };
-        return leaf::mix(leaf::mix(corner(0), corner(1), fx), leaf::mix(corner(edge), corner(edge + 1), fx),
-                         fy);
+    const auto corner = [&](int offset) {
+        const auto component = [&](int n) { return word(o.colours, at + I(4 * offset + n), m); };
+        return F3{component(0), component(1), component(2)};
     };
-    return {component(0), component(1), component(2)};
+    return leaf::bilinear(corner(0), corner(1), corner(edge), corner(edge + 1), fx, fy);
 }
 
 TESSERA_LANE F3 colourBetween(const PacketOptics& o, const End& front, const End& back, F depth, F alpha,
@@ -152,19 +146,12 @@ TESSERA_LANE F3 colourBetween(const PacketOptics& o, const End& front, const End
         return tabledColour(o, front.place, back.place, stride, m);
     if (o.integrator == PacketIntegrator::preintegrated)
         return meanColour(o, front, back, m);
-    const F terms[] = {F(static_cast<float>(1.0 / 12)),       F(static_cast<float>(1.0 / 720)),
-                       F(static_cast<float>(1.0 / 30240)),    F(static_cast<float>(1.0 / 1209600)),
-                       F(static_cast<float>(1.0 / 47900160)), F(static_cast<float>(691.0 / 1307674368000))};
     const F3 a = lookUp(o, entriesAt(o, front.place)).colour, b = lookUp(o, entriesAt(o, back.place)).colour;
-    const F seen = leaf::seenDepth(depth, alpha, terms);
-    return a + seen * (b - a);
+    return leaf::mixedColours(a, b, leaf::seenDepth(depth, alpha));
 }
 
 TESSERA_LANE F3 transformed(const float* columns, F3 v) {
-    const auto row = [&](int n) {
-        return F(columns[n]) * v.x + F(columns[3 + n]) * v.y + F(columns[6 + n]) * v.z;
-    };
-    return {row(0), row(1), row(2)};
+    return leaf::transformed(Columns{columns}, v);
 }
 
 /// Gradient opacity: factors on extinctions.
@@ -175,9 +162,9 @@ inline __attribute__((noinline)) F gradientFactor(const PacketOptics& o, const F
 
 /// @param direction  patient space
 TESSERA_LANE F3 shaded(const PacketOptics& o, F3 colour, F3 gradient, F3 direction) {
-    M isLit;
-    const auto light = leaf::headLight<F>(transformed(o.toGradient, gradient), direction, F(o.ambient),
-                                          F(o.diffuse), F(o.specular), o.power, F(kMostFloat), isLit);
+    const F3 g = transformed(o.toGradient, gradient);
+    const M isLit = leaf::isHeadLit(g, direction, F(kMostFloat));
+    const auto light = leaf::headLight(g, direction, F(o.ambient), F(o.diffuse), F(o.specular), o.power);
     const F3 lit{colour.x * light.scale + light.add, colour.y * light.scale + light.add,
                  colour.z * light.scale + light.add};
     return select(isLit, lit, colour);

@@ -1,5 +1,5 @@
 // render/backends/native/packet_points.h: values of the field at a list of points, which need other bricks
-// than the ray's own: twin of fieldValue() and interblockValue() in render/contract/sampler.h. The points of
+// than the ray's own: as fieldValue() and interblockValue() in render/contract/sampler.h. The points of
 // one turn are few and unlike, so a lane is not a point. First the bricks that have weight at each point are
 // found. Then a lane computes one brick's value, for all points together. For packet_*.cpp alone.
 #pragma once

@@ -1,9 +1,10 @@
-// render/backends/native/packet_rays.h: the rays of a packet: twin of segmentedRay() in
-// render/contract/ray.h, one ray a lane. For packet_*.cpp alone.
+// render/backends/native/packet_rays.h: the rays of a packet: as segmentedRay() in
+// render/contract/ray.h, from the same leaves, one ray a lane. For packet_*.cpp alone.
 #pragma once
 
 #include "render/backends/native/lanes.h"
 #include "render/backends/native/packet.h"
+#include "render/contract/leaves.h"
 
 namespace tessera::TESSERA_LANES {
 
@@ -11,34 +12,19 @@ using native::PacketFrame;
 using native::PacketJob;
 using native::PacketPlaces;
 
-TESSERA_LANE F length(F3 v) {
-    return sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
-}
-
 inline void makeRays(const PacketFrame& f, const PacketPlaces& places, PacketJob& job) {
-    const F one(1.0f), two(2.0f), zero(0.0f);
-    const F px = load(places.x), py = load(places.y);
-    const F x = two * px / F(f.imageSize[0]) - one, y = one - two * py / F(f.imageSize[1]);
+    const F zero(0.0f);
     const auto three = [](const float(&v)[3]) { return F3{F(v[0]), F(v[1]), F(v[2])}; };
-    const F3 right = three(f.right), up = three(f.up), toCentre = three(f.toCentre);
-    const F3 offset = x * right + y * up;
-    const F3 along = f.perspective ? toCentre + offset : toCentre;
-    const F distance = length(along);
-    const F3 base = three(f.centre) + offset;
-    const F3 direction{along.x / distance, along.y / distance, along.z / distance};
-    const auto column = [&](int n) {
-        return F3{F(f.patientFromVoxel[3 * n]), F(f.patientFromVoxel[3 * n + 1]),
-                  F(f.patientFromVoxel[3 * n + 2])};
-    };
-    const F mmPerVoxel = length(direction.x * column(0) + direction.y * column(1) + direction.z * column(2));
+    F3 base, direction;
+    F distance;
+    leaf::lineThrough(load(places.x), load(places.y), F(f.imageSize[0]), F(f.imageSize[1]), three(f.centre),
+                      three(f.right), three(f.up), three(f.toCentre), f.perspective, base, direction,
+                      distance);
+    const F mmPerVoxel = leaf::length3(leaf::transformed(Columns{f.patientFromVoxel}, direction));
     F t0 = f.perspective ? zero - distance : F(-kMostFloat), t1(kMostFloat);
     M meets = every();
     const auto clip = [&](F o, F d, float extent) {
-        const M runsAlong = d == zero;
-        meets = meets & ~(runsAlong & ((o < zero) | (o > F(extent))));
-        const F a = (zero - o) / d, b = (F(extent) - o) / d;
-        t0 = select(runsAlong, t0, max(t0, min(a, b)));
-        t1 = select(runsAlong, t1, min(t1, max(a, b)));
+        meets = meets & ~leaf::clip(o, d, zero, F(extent), t0, t1);
     };
     clip(base.x, direction.x, f.extent[0]);
     clip(base.y, direction.y, f.extent[1]);
@@ -47,14 +33,9 @@ inline void makeRays(const PacketFrame& f, const PacketPlaces& places, PacketJob
     for (int n = 0; n < f.slabCount; ++n) {
         const native::PacketFrame::Slab& s = f.slabs[n];
         const F3 normal = three(s.normal);
-        const F o = normal.x * base.x + normal.y * base.y + normal.z * base.z;
-        const F d = normal.x * direction.x + normal.y * direction.y + normal.z * direction.z;
-        const M runsAlong = d == zero;
-        const M outside = s.low < s.high ? (o < F(s.low)) | (o > F(s.high)) : every();
-        meets = meets & here & ~(runsAlong & outside);
-        const F a = (F(s.low) - o) / d, b = (F(s.high) - o) / d;
-        t0 = select(runsAlong, t0, max(t0, min(a, b)));
-        t1 = select(runsAlong, t1, min(t1, max(a, b)));
+        meets =
+            meets & here &
+            ~leaf::clip(leaf::dot3(normal, base), leaf::dot3(normal, direction), F(s.low), F(s.high), t0, t1);
         here = f.flat ? ~(t1 < t0) : t1 > t0;
     }
     const F first = t0 + load(places.phase) * F(f.segmentVoxels);
@@ -62,7 +43,7 @@ inline void makeRays(const PacketFrame& f, const PacketPlaces& places, PacketJob
     meets = meets & here & (segments < F(16777216.0f)); // more than float can count, or no number: nothing
     const I count = f.flat ? select(meets, I(1), I(0))
                            : select(meets, truncated(ceil(select(meets, segments, zero))), I(0));
-    const F3 entry = base + first * direction, step = F(f.segmentVoxels) * direction;
+    const F3 entry = leaf::placeAlong(base, direction, first), step = F(f.segmentVoxels) * direction;
     store(job.entry[0], entry.x), store(job.entry[1], entry.y), store(job.entry[2], entry.z);
     store(job.step[0], step.x), store(job.step[1], step.y), store(job.step[2], step.z);
     store(job.direction[0], direction.x), store(job.direction[1], direction.y);

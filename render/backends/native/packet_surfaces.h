@@ -59,18 +59,12 @@ TESSERA_LANE F leavesAsTheMirror(const PacketEmptySpace& space, const PacketRays
     return leave;
 }
 
-/// Where rays first meet a plane of sample centres beyond w, in segments from start; twin of nextPlane().
+/// Where rays first meet a plane of sample centres beyond w, in segments from start.
 TESSERA_LANE F nextPlane(F3 start, F3 step, F w, F pitch, float segmentVoxels) {
     F next(kMostFloat);
-    const F least = w + F(static_cast<float>(1.0 / 2048) / segmentVoxels);
+    const F least = w + F(leaf::kPlaneMargin / segmentVoxels);
     const auto axis = [&](F from, F d) {
-        const M up = d > F(0.0f);
-        const F x = (from + w * d) / pitch - F(0.5f);
-        const F ahead = select(up, F(1.0f), F(-1.0f));
-        const F plane = select(up, floor(x), ceil(x)) + ahead;
-        F at = ((plane + F(0.5f)) * pitch - from) / d;
-        at = select(at > least, at, ((plane + ahead + F(0.5f)) * pitch - from) / d);
-        next = select(d == F(0.0f), next, min(next, at));
+        next = select(d == F(0.0f), next, min(next, leaf::planeBehind(from, d, w, pitch, least)));
     };
     axis(start.x, step.x), axis(start.y, step.y), axis(start.z, step.z);
     return next;
@@ -136,15 +130,13 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
         there = there & ~(wanted & ~m);
         return gradient;
     }
-    F3 along(F segments) const {
-        return {start.x + segments * rays.step.x, start.y + segments * rays.step.y,
-                start.z + segments * rays.step.z};
-    }
+    F3 along(F segments) const { return leaf::placeAlong(start, rays.step, segments); }
 
     void composite(F3 colour, F opacity, M m) {
-        const F after = alpha + (F(1.0f) - alpha) * opacity;
-        const F weight = after - alpha;
-        sum = select(m, sum + weight * colour, sum);
+        F3 gathered = sum;
+        F after = alpha;
+        leaf::compositeBehind(gathered, after, colour, opacity);
+        sum = select(m, gathered, sum);
         alpha = select(m, after, alpha);
         const F left = F(1.0f) - alpha;
         done = done | (m & ((left < F(o.termination)) | ~(left > F(0.0f))));
@@ -152,12 +144,7 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
 
     /// @param position, place  of what is lit: voxels; of its value in the table
     F3 lit(F3 colour, F3 gradient, F3 position, F place, M m) const {
-        if (!o.hasLights)
-            return shaded(o, colour, gradient, direction);
-        if (o.lighting.channels == 0)
-            return shadedByLights(o, colour, gradient, direction, position, place, leaf::AllLight());
-        return shadedByLights(o, colour, gradient, direction, position, place,
-                              lightAt<Mixed>(s, here, position, m));
+        return seenColour<Mixed>(s, here, colour, gradient, direction, position, place, m);
     }
 
     /// The volume between two places of a stride, segments from its start.
@@ -205,16 +192,12 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
         if (!any(m))
             return;
         const F3 g = transformed(o.toGradient, gradient);
-        const F size = sqrt(g.x * g.x + g.y * g.y + g.z * g.z);
-        const M away = g.x * direction.x + g.y * direction.y + g.z * direction.z > F(0.0f);
-        const F scale = select(away, F(-1.0f), F(1.0f)) / size;
-        const M none = ~(size > F(0.0f));
+        const F size = leaf::length3(g);
+        const F3 normal = leaf::facingNormal(g, direction, size, size > F(0.0f));
         const auto keep = [&](float* to, F x) { store(to, select(m, x, load(to))); };
         keep(hits->position[0], p.x), keep(hits->position[1], p.y), keep(hits->position[2], p.z);
         keep(hits->depthMm, (number(i) + at) * segmentMm);
-        keep(hits->normal[0], select(none, F(0.0f), g.x * scale));
-        keep(hits->normal[1], select(none, F(0.0f), g.y * scale));
-        keep(hits->normal[2], select(none, F(0.0f), g.z * scale));
+        keep(hits->normal[0], normal.x), keep(hits->normal[1], normal.y), keep(hits->normal[2], normal.z);
         met = select(m, surface + I(1), met);
     }
 
@@ -244,11 +227,11 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
     /// The crossings of the pieces from w on, in their order.
     /// @param v0,v1,v2,v3  the field at thirds of it
     void addCrossings(F w, F piece, F v0, F v1, F v2, F v3, M m) {
-        const Cubic cubic = cubicThrough(v0, v1, v2, v3);
-        const CubicRange range = rangeOf(cubic, v3);
+        const Cubic cubic = leaf::cellCubic(v0, v1, v2, v3);
+        const auto range = leaf::cellRange(cubic, v3, F(kMostFloat));
         M may = none();
         for (int n = 0; n < surfaces.count; ++n)
-            may = may | mayHold(range, F(surfaces.isovalue[n]));
+            may = may | leaf::mayHold(range, F(surfaces.isovalue[n]));
         m = m & may;
         if (!any(m))
             return;
@@ -259,7 +242,7 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
             if (!any(lanes))
                 break;
             const F a = parts.ends[part], b = parts.ends[part + 1];
-            const F back = select(parts.count == I(part + 1), v3, TESSERA_LANES::valueAt(cubic, b));
+            const F back = select(parts.count == I(part + 1), v3, leaf::cubicAt(cubic, b));
             const M rises = back > front;
             for (int n = 0; n < surfaces.count; ++n) {
                 const int other = surfaces.count - 1 - n;

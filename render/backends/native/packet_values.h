@@ -121,7 +121,7 @@ template <SampleKind K, bool Mixed> void keep(const PacketScene& s, PacketJob& j
             length = select(m, length + part, length);
         } else {
             const F at = value * F(o.scale) + F(o.offset);
-            const F place = min(select(at > F(0.0f), at, F(0.0f)), lastPlace);
+            const F place = leaf::heldPlace(at, lastPlace);
             kept = select(m, least ? min(kept, place) : max(kept, place), kept);
         }
         segments += static_cast<unsigned>(count(m));
@@ -140,7 +140,7 @@ template <SampleKind K, bool Mixed> void keep(const PacketScene& s, PacketJob& j
     if (mean) {
         const F value = kept / length;
         const F place = value * F(o.scale) + F(o.offset);
-        at = min(select(place > F(0.0f), place, F(0.0f)), lastPlace);
+        at = leaf::heldPlace(place, lastPlace);
     }
     const M shows = ended & (met == F(1.0f));
     const Entries entries = entriesAt(o, select(shows, at, F(0.0f)));

@@ -69,10 +69,10 @@ class LightAlongRay : public GradientAlongRay {
                 lit.add[c] = lit.add[c] + V(material.emission[c]);
             return lit;
         }
-        decltype(u > u) isLit{};
-        const leaf::HeadLight<V> light = leaf::headLight<V>(
-            gradient, direction, V(double{optics_.phong.x}), V(double{optics_.phong.y}),
-            V(double{optics_.phong.z}), optics_.specularPower, V(std::numeric_limits<double>::max()), isLit);
+        const auto isLit = leaf::isHeadLit(gradient, direction, V(std::numeric_limits<double>::max()));
+        const leaf::HeadLight<V> light =
+            leaf::headLight(gradient, direction, V(double{optics_.phong.x}), V(double{optics_.phong.y}),
+                            V(double{optics_.phong.z}), optics_.specularPower);
         using leaf::select;
         const V scale = select(isLit, light.scale, V(1.0)), add = select(isLit, light.add, V(0.0));
         return {{scale, scale, scale}, {add, add, add}};

@@ -104,7 +104,7 @@ EngineTraits referenceTraits() {
     EngineTraits traits;
     traits.kind = EngineKind::reference;
     traits.name = "reference";
-    traits.exact = true;
+    traits.exact = traits.singleRays = true;
     // its rays, their colours, and the picture made from them
     traits.bytesPerPixel =
         std::max(kPictureBytesPerPixel, sizeof(ReferenceRay) + sizeof(glm::dvec4) + sizeof(glm::vec4));

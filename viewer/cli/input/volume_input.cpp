@@ -113,11 +113,6 @@ std::unique_ptr<SlabSource> openInput(const fs::path& path, const InputOptions& 
     if (looksLikeStore(path))
         throw badFile(path.string(), "files to import", "a Zarr group; a store is used as it is");
     common.progress->stage("looking through " + path.string());
-    std::error_code ignored;
-    if (fs::is_directory(path, ignored) && fs::is_empty(path, ignored) && path.extension() != ".zarr")
-        throw badFile(path.string(),
-                      "a folder with DICOM files, NIfTI files or raw files with a .json sidecar",
-                      "an empty folder");
     const SourceOptions source{options.series,  options.resampleZ, scratchFolder,
                                options.largest, options.phase,     options.allowMissing};
     const Catalogue catalogue = lookThrough(path, options.allowMissing);

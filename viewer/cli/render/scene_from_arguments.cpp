@@ -181,7 +181,8 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
     PixelSampling& pixels = scene.quality.pixels;
     if (!arguments.samples.empty())
         pixels.samples = parseSamples(arguments.samples);
-    else if (!pixels.named && arguments.engine != "mirror" && arguments.engine != "reference")
+    else if (const EngineKind engine = engineOf(arguments);
+             !pixels.named && (engine == EngineKind::automatic || !traitsOf(engine).singleRays))
         pixels.samples = PixelSampling::kAutomatic;
     pixels.named = true; // so that the manifest's scene is the picture's
     for (const std::string& text : arguments.surfaces)

@@ -1,6 +1,9 @@
-// common_ray.glsl: one pixel's ray and its segments in voxel space; twin of render/contract/ray.h, operation by operation.
+// common_ray.glsl: one pixel's ray and its segments in voxel space; in float as render/contract/ray.h has them.
 // Needs FEATURE_PLACES, FEATURE_SLABS. Gives raySlot(at), rayPlace(at), rayPhase(at), Ray makeRay(place, phase), strideLength, stridePosition, strideEnd,
 // segmentStart.
+
+#include "common_leaves.glsl"
+#include "leaf_ray.h"
 
 uniform vec3 uCentre, uRight, uUp, uToCentre; // voxels
 uniform mat3 uPatientFromVoxel;               // linear part, mm per voxel
@@ -36,11 +39,7 @@ vec2 rayPlace(ivec2 at) {
 #endif
 }
 
-// Twin of phaseOf() in render/contract/ray.h.
-float rayPhase(ivec2 at) {
-    int k = (at.x & 1) + 2 * (at.y & 1) + 4 * (at.x >> 1 & 1);
-    return uPhased == 0 ? 0.0 : float(2 * (k & 3) + (k >> 2)) / 8.0 - 0.4375;
-}
+float rayPhase(ivec2 at) { return uPhased == 0 ? 0.0 : phaseOf(at.x, at.y); }
 
 const float kMaxFloat = 3.402823466e38;
 
@@ -51,11 +50,6 @@ struct Ray {
     int count; // 0: misses the volume
 };
 
-float length3(vec3 v) {
-    precise float squared = v.x * v.x + v.y * v.y + v.z * v.z;
-    return sqrt(squared);
-}
-
 // A ray through a place in pixels.
 Ray makeRay(vec2 pixel, float phase) {
     precise Ray ray;
@@ -64,47 +58,21 @@ Ray makeRay(vec2 pixel, float phase) {
     ray.step = vec3(0.0);
     ray.segmentMm = 0.0;
     ray.tail = 1.0;
-    precise float x = 2.0 * pixel.x / uImageSize.x - 1.0;
-    precise float y = 1.0 - 2.0 * pixel.y / uImageSize.y;
-    precise vec3 offset = x * uRight + y * uUp;
-    precise vec3 along = uPerspective != 0 ? uToCentre + offset : uToCentre;
-    precise float distance = length3(along);
-    precise vec3 base = uCentre + offset;
-    ray.direction = along / distance;
-    precise vec3 mm = uPatientFromVoxel[0] * ray.direction.x + uPatientFromVoxel[1] * ray.direction.y +
-                      uPatientFromVoxel[2] * ray.direction.z;
-    precise float mmPerVoxel = length3(mm);
+    precise vec3 base;
+    precise float distance;
+    lineThrough(pixel.x, pixel.y, uImageSize.x, uImageSize.y, uCentre, uRight, uUp, uToCentre, uPerspective != 0, base,
+                ray.direction, distance);
+    float mmPerVoxel = length3(transformed(uPatientFromVoxel, ray.direction));
     precise float t0 = uPerspective != 0 ? -distance : -kMaxFloat;
     precise float t1 = kMaxFloat;
-    for (int axis = 0; axis < 3; ++axis) {
-        precise float o = base[axis];
-        precise float d = ray.direction[axis];
-        if (d == 0.0) {
-            if (o < 0.0 || o > uExtent[axis]) return ray;
-            continue;
-        }
-        precise float a = (0.0 - o) / d;
-        precise float b = (uExtent[axis] - o) / d;
-        t0 = max(t0, min(a, b));
-        t1 = min(t1, max(a, b));
-    }
+    for (int axis = 0; axis < 3; ++axis)
+        if (clip(base[axis], ray.direction[axis], 0.0, uExtent[axis], t0, t1)) return ray;
 #if FEATURE_SLABS
     if (!(t1 > t0)) return ray;
     for (int n = 0; n < uSlabs; ++n) {
-        vec3 normal = uSlabNormal[n];
-        float low = uSlabEnds[n].x;
-        float high = uSlabEnds[n].y;
-        precise float o = normal.x * base.x + normal.y * base.y + normal.z * base.z;
-        precise float d = normal.x * ray.direction.x + normal.y * ray.direction.y + normal.z * ray.direction.z;
-        if (d == 0.0) {
-            if (o < low || o > high || !(low < high)) return ray;
-            continue;
-        }
-        precise float a = (low - o) / d;
-        precise float b = (high - o) / d;
-        t0 = max(t0, min(a, b));
-        t1 = min(t1, max(a, b));
-        if (t1 < t0) return ray;
+        float o = dot3(uSlabNormal[n], base);
+        float d = dot3(uSlabNormal[n], ray.direction);
+        if (clip(o, d, uSlabEnds[n].x, uSlabEnds[n].y, t0, t1) || t1 < t0) return ray;
     }
     if (!(t1 > t0) && !(uFlat != 0 && t1 == t0)) return ray;
 #else
@@ -119,14 +87,14 @@ Ray makeRay(vec2 pixel, float phase) {
     ray.count = int(ceil(segments));
 #endif
     ray.tail = segments - float(ray.count - 1);
-    ray.entry = base + first * ray.direction;
+    ray.entry = placeAlong(base, ray.direction, first);
     ray.step = uSegmentVoxels * ray.direction;
     ray.segmentMm = uSegmentVoxels * mmPerVoxel;
     return ray;
 }
 
 #if FEATURE_INTERVALS
-// An interval of a ray as a ray of its own; twin of partOf() in render/contract/ray_cuts.h.
+// An interval of a ray as a ray of its own; as partOf() in render/contract/ray_cuts.h.
 Ray partOf(Ray ray, vec2 interval) {
     precise Ray part = ray;
     if (ray.count == 0) return part;
@@ -135,7 +103,7 @@ Ray partOf(Ray ray, vec2 interval) {
         return part;
     }
     precise float segments = (interval.y - interval.x) / uSegmentVoxels;
-    part.entry = ray.entry + interval.x * ray.direction;
+    part.entry = placeAlong(ray.entry, ray.direction, interval.x);
     part.count = max(int(ceil(segments)), 1);
     part.tail = segments - float(part.count - 1);
     return part;
@@ -149,16 +117,14 @@ float strideLength(Ray ray, int i, int n) {
 }
 
 vec3 stridePosition(Ray ray, int i, float length) {
-    precise vec3 at = ray.entry + (float(i) + 0.5 * length) * ray.step;
-    return at;
+    return placeAlong(ray.entry, ray.step, middleOf(float(i), length));
 }
 
 vec3 strideEnd(Ray ray, int i, float length) {
-    precise vec3 at = ray.entry + (float(i) + length) * ray.step;
-    return at;
+    precise float segments = float(i) + length;
+    return placeAlong(ray.entry, ray.step, segments);
 }
 
 vec3 segmentStart(Ray ray, int i) {
-    precise vec3 at = ray.entry + float(i) * ray.step;
-    return at;
+    return placeAlong(ray.entry, ray.step, float(i));
 }

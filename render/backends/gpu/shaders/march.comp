@@ -11,7 +11,6 @@ layout(local_size_x = 64) in; // 8 x 8 pixels
 #include "march_segment.glsl"
 #include "march_lights.glsl"
 #include "sampler_light.glsl"
-#include "march_compositing.glsl"
 #include "march_strides.glsl"
 #include "march_skipping.glsl"
 #if FEATURE_SURFACES
@@ -210,7 +209,7 @@ void main() {
             continue;
         }
 #endif
-        composite(sum, colour, alpha);
+        compositeBehind(sum.rgb, sum.a, colour, alpha);
         ++segments;
         ++shown;
         i += n;

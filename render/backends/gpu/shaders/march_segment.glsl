@@ -1,5 +1,5 @@
 // march_segment.glsl: what a segment of a ray adds, from the values at its two ends or at its middle alone, as places
-// (units of the table's entries); twin of render/contract/integrators.h, operation by operation.
+// (units of the table's entries); as render/contract/integrators.h has it in float.
 // Needs FEATURE_LINEAR, FEATURE_PREINTEGRATED, FEATURE_PREINTEGRATION_2D, FEATURE_LIGHTS, FEATURE_MATERIALS, march_optics.glsl. Gives FEATURE_ENDS, SegmentEnd,
 // endOf(stored), segmentExtinction(front, back), segmentColour(front, back, depth, alpha, n).
 
@@ -17,13 +17,7 @@ struct SegmentEnd {
 };
 
 #if FEATURE_ENDS || FEATURE_LIGHTS
-const float kFarPlace = 4194304.0;
-
-float placeOf(float stored) {
-    precise float x = stored * uTableScale + uTableOffset;
-    float above = x > -kFarPlace ? x : -kFarPlace; // also where it is no number
-    return above < kFarPlace ? above : kFarPlace;
-}
+float placeOf(float stored) { return farPlaceOf(stored, uTableScale, uTableOffset); }
 #endif
 
 #if !FEATURE_ENDS
@@ -36,7 +30,7 @@ float segmentExtinction(SegmentEnd front, SegmentEnd back) { return extinctionAt
 vec3 segmentColour(SegmentEnd front, SegmentEnd back, float depth, float alpha, int n) { return colourAt(back.place); }
 #else
 
-float onTable(float place) { return clamp(place, 0.0, float(uTableLast)); }
+float onTable(float place) { return heldPlace(place, float(uTableLast)); }
 
 #if FEATURE_PREINTEGRATED
 // extinctionBins() of preintegration.h, then its colourSums() or its Preintegration2d.
@@ -51,27 +45,21 @@ SegmentEnd endOf(float stored) {
     return end;
 }
 
-// Averaged over the values between two ends. Zero exactly where every entry around these values is zero.
+BinEnd binEnd(SegmentEnd end) {
+    vec4 e = end.entry;
+    return BinEnd(end.place, float(end.bin), e.x, e.y, e.z, e.w);
+}
+
+// Averaged over the values between two ends.
 float segmentExtinction(SegmentEnd front, SegmentEnd back) {
     bool rises = front.place < back.place;
-    SegmentEnd low = back;
-    SegmentEnd high = front;
+    BinEnd low = binEnd(back);
+    BinEnd high = binEnd(front);
     if (rises) {
-        low = front;
-        high = back;
+        low = binEnd(front);
+        high = binEnd(back);
     }
-    precise float f = low.place - float(low.bin);
-    precise float g = high.place - float(high.bin);
-    precise float inside = low.entry.x + (0.5 * (f + g)) * low.entry.y;
-    precise float width = high.place - low.place;
-    precise float above = g * (high.entry.x + (0.5 * g) * high.entry.y);
-    precise float below = (1.0 - f) * (low.entry.x + (0.5 * (1.0 + f)) * low.entry.y);
-    precise float under = f * (low.entry.x + (0.5 * f) * low.entry.y);
-    precise float sum = (high.entry.z - low.entry.z) + ((high.entry.w - low.entry.w) + (above - under));
-    sum = max(sum, 0.0);
-    precise float beside = below + above; // nothing cancels, however close they are
-    precise float mean = (low.bin + 1 == high.bin ? beside : sum) / width;
-    return low.bin == high.bin ? inside : mean;
+    return meanExtinction(low, high);
 }
 
 #if FEATURE_PREINTEGRATION_2D
@@ -86,12 +74,8 @@ vec3 segmentColour(SegmentEnd front, SegmentEnd back, float depth, float alpha, 
     precise float fx = x - float(i);
     precise float fy = y - float(j);
     int at = uSumsStart + ((findLSB(n) - uPreintegrationFirstLayer) * uPreintegrationEdge + j) * uPreintegrationEdge + i;
-    vec3 c00 = texelFetch(uSums, at).rgb;
-    vec3 c01 = texelFetch(uSums, at + uPreintegrationEdge).rgb;
-    precise vec3 near = c00 + fx * (texelFetch(uSums, at + 1).rgb - c00);
-    precise vec3 far = c01 + fx * (texelFetch(uSums, at + uPreintegrationEdge + 1).rgb - c01);
-    precise vec3 colour = near + fy * (far - near);
-    return colour;
+    return bilinear(texelFetch(uSums, at).rgb, texelFetch(uSums, at + 1).rgb, texelFetch(uSums, at + uPreintegrationEdge).rgb,
+                    texelFetch(uSums, at + uPreintegrationEdge + 1).rgb, fx, fy);
 }
 #else
 vec4 entryOf(int i) { return vec4(texelFetch(uColours, i).rgb, texelFetch(uExtinctions, i).x); }
@@ -99,9 +83,10 @@ vec4 entryOf(int i) { return vec4(texelFetch(uColours, i).rgb, texelFetch(uExtin
 vec4 entryAt(float place) {
     float x = onTable(place);
     int i = tableCell(x);
+    precise float part = x - float(i);
     vec4 a = entryOf(i);
-    precise vec4 e = a + (x - float(i)) * (entryOf(i + 1) - a);
-    return e;
+    vec4 b = entryOf(i + 1);
+    return vec4(mixedColours(a.rgb, b.rgb, part), mixed(a.a, b.a, part));
 }
 
 vec4 radiance(float width, float place) {
@@ -130,8 +115,11 @@ vec3 segmentColour(SegmentEnd front, SegmentEnd back, float depth, float alpha, 
     precise float middleAbove = 0.5 * (start + high);
     vec4 below = radiance(widthBelow, middleBelow);
     vec4 above = radiance(widthAbove, middleAbove);
-    precise vec4 between = (sumTo(last, 0) - sumTo(first + 1, 0)) + (sumTo(last, 1) - sumTo(first + 1, 1));
-    precise vec4 sum = (below + between) + above;
+    vec4 from = sumTo(first + 1, 0), fromRest = sumTo(first + 1, 1);
+    vec4 to = sumTo(last, 0), toRest = sumTo(last, 1);
+#define OF(c) sumOverBins(below.c, from.c, fromRest.c, to.c, toRest.c, above.c)
+    vec4 sum = vec4(OF(x), OF(y), OF(z), OF(w));
+#undef OF
     if (!(sum.a > 1e-30)) return middle; // nothing shows
     precise vec3 colour = sum.rgb / sum.a;
     return colour;
@@ -146,22 +134,8 @@ float segmentExtinction(SegmentEnd front, SegmentEnd back) {
     return mean;
 }
 
-// How far towards its back a segment is seen, in the mean over its light: 1/x - 1/(e^x - 1), x its depth.
-float seenDepth(float depth, float alpha) {
-    if (depth < 0.5) {
-        precise float s = depth * depth;
-        precise float small = 0.5 - depth * ((1.0 / 12.0) - s * ((1.0 / 720.0) - s * ((1.0 / 30240.0) -
-                              s * ((1.0 / 1209600.0) - s * ((1.0 / 47900160.0) - s * (691.0 / 1307674368000.0))))));
-        return small;
-    }
-    precise float large = 1.0 / depth - (1.0 - alpha) / alpha;
-    return large;
-}
-
 vec3 segmentColour(SegmentEnd front, SegmentEnd back, float depth, float alpha, int n) {
-    vec3 a = colourAt(onTable(front.place));
-    precise vec3 colour = a + seenDepth(depth, alpha) * (colourAt(onTable(back.place)) - a);
-    return colour;
+    return mixedColours(colourAt(onTable(front.place)), colourAt(onTable(back.place)), seenDepth(depth, alpha));
 }
 #endif
 #endif

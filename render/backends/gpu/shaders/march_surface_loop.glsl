@@ -1,5 +1,5 @@
 // march_surface_loop.glsl: the loop of march.comp for scenes with isosurfaces: strides are cut where the ray meets
-// surfaces; twin of surfaceRay() in render/backends/mirror/mirror_surfaces.h. Part of main(): reads and writes its i, sum, left
+// surfaces; as surfaceRay() in render/backends/mirror/mirror_surfaces.h. Part of main(): reads and writes its i, sum, left
 // and counters. One stride is one sample to passes: it waits, names its bricks and is taken as a whole.
 // Loops in loops, as in march.comp: all rays of a group go on until each has something to add; within that through the
 // strides in which nothing is, then through the pieces of strides near surfaces that no surface can cross. What the ray
@@ -23,7 +23,7 @@ bool inPiece = false;
 float w = 0.0;
 float nextW = 0.0;
 float vNext = 0.0;
-Cubic f = Cubic(0.0, 0.0, 0.0, 0.0);
+CellCubic f = CellCubic(0.0, 0.0, 0.0, 0.0);
 Parts parts = Parts(0, 1.0, 1.0);
 int part = 0;
 int surface = 0;
@@ -129,7 +129,7 @@ while (solving || (i < ray.count && left > 0 && GOES_ON)) {
                 if (k == 2) vNext = nextW < length ? v : back;
             }
             samples += nextW < length ? 3u : 2u;
-            f = cubicThrough(va, v1, v2, vNext);
+            f = cellCubic(va, v1, v2, vNext);
             inPiece = mayCross(f, vNext);
             found = inPiece;
         }
@@ -257,7 +257,7 @@ while (solving || (i < ray.count && left > 0 && GOES_ON)) {
 #elif FEATURE_GRADIENT_OPACITY
         samples += isVolume ? kGradientValues : 0u;
 #endif
-        composite(sum, colour, alpha);
+        compositeBehind(sum.rgb, sum.a, colour, alpha);
         precise float through = 1.0 - sum.a;
         done = !(through > 0.0);
 #if FEATURE_TERMINATION

@@ -4,6 +4,8 @@
 
 #include "common_turns.glsl"
 #include "common_texels.glsl"
+#include "common_leaves.glsl"
+#include "leaf_field.h"
 
 #if FEATURE_NORMALISED
 TEXELS_R16 uTexels; // atlas pages
@@ -69,18 +71,6 @@ ivec3 slotOrigin(uvec2 entry, int shift) {
     return page * 32 + (slot << shift);
 }
 
-float mixCorners(float v000, float v100, float v010, float v110, float v001, float v101, float v011, float v111,
-                 vec3 f) {
-    precise float a = v000 + f.x * (v100 - v000);
-    precise float b = v010 + f.x * (v110 - v010);
-    precise float c = v001 + f.x * (v101 - v001);
-    precise float d = v011 + f.x * (v111 - v011);
-    precise float e = a + f.y * (b - a);
-    precise float g = c + f.y * (d - c);
-    precise float v = e + f.z * (g - e);
-    return v;
-}
-
 float texelValue(ivec3 at) {
     COUNT_FETCHES(1u);
     return storedFromTexel(texelAt(uTexels, at).r);
@@ -88,10 +78,10 @@ float texelValue(ivec3 at) {
 
 // Between texels of one slot.
 float trilinearInSlot(ivec3 low, ivec3 high, vec3 f) {
-    return mixCorners(texelValue(low), texelValue(ivec3(high.x, low.yz)), texelValue(ivec3(low.x, high.y, low.z)),
+    return trilinear(texelValue(low), texelValue(ivec3(high.x, low.yz)), texelValue(ivec3(low.x, high.y, low.z)),
                       texelValue(ivec3(high.xy, low.z)), texelValue(ivec3(low.xy, high.z)),
                       texelValue(ivec3(high.x, low.y, high.z)), texelValue(ivec3(low.x, high.yz)),
-                      texelValue(high), f);
+                      texelValue(high), f.x, f.y, f.z);
 }
 
 // shift: log2 of the samples per brick edge
@@ -105,9 +95,9 @@ float latticeValue(ivec3 i, int shift) {
 
 // Between samples of one level, whichever bricks they are in.
 float trilinearOverBricks(ivec3 low, ivec3 high, vec3 f, int shift) {
-    return mixCorners(latticeValue(low, shift), latticeValue(ivec3(high.x, low.yz), shift),
+    return trilinear(latticeValue(low, shift), latticeValue(ivec3(high.x, low.yz), shift),
                       latticeValue(ivec3(low.x, high.y, low.z), shift), latticeValue(ivec3(high.xy, low.z), shift),
                       latticeValue(ivec3(low.xy, high.z), shift),
                       latticeValue(ivec3(high.x, low.y, high.z), shift),
-                      latticeValue(ivec3(low.x, high.yz), shift), latticeValue(high, shift), f);
+                      latticeValue(ivec3(low.x, high.yz), shift), latticeValue(high, shift), f.x, f.y, f.z);
 }

@@ -1,36 +1,14 @@
-// sampler_cubic.glsl: the gradient of the cubic B-spline of samples (docs/sampling.md, "Value"); twin of
-// cubicDifferences() and interblockCubic() in render/contract/sampler.h and of cubicGradient() in render/contract/leaves.h.
+// sampler_cubic.glsl: the gradient of the cubic B-spline of samples (docs/sampling.md, "Value"); as
+// cubicDifferences() and interblockCubic() in render/contract/sampler.h have it.
 // Needs sampler_current_brick.glsl, centralDifferences(). Gives what sampler_gradient.glsl says.
+
+#include "leaf_cubic.h"
 
 const uint kGradientValues = 64u;
 const float kMostCubicPitch = 8.0; // voxels
 
-struct CubicWeights {
-    vec4 value; // of the samples -1, 0, 1, 2
-    vec3 step;  // of the differences between each and the next
-};
-
-CubicWeights cubicWeights(float f) {
-    precise float g = 1.0 - f;
-    precise float ff = f * f;
-    precise float gg = g * g;
-    precise float first = (1.0 / 6.0) * gg * g;
-    precise float last = (1.0 / 6.0) * ff * f;
-    precise float low = (2.0 / 3.0) - ff * (1.0 - 0.5 * f);
-    precise float high = ((1.0 - first) - low) - last;
-    precise float middle = 0.5 + f * g;
-    return CubicWeights(vec4(first, low, high, last), vec3(0.5 * gg, middle, 0.5 * ff));
-}
-
-float cubicValue(CubicWeights w, vec4 v) {
-    precise float sum = w.value.x * v.x + w.value.y * v.y + w.value.z * v.z + w.value.w * v.w;
-    return sum;
-}
-
-float cubicStep(CubicWeights w, vec4 v) {
-    precise float sum = w.step.x * (v.y - v.x) + w.step.y * (v.z - v.y) + w.step.z * (v.w - v.z);
-    return sum;
-}
+float valueOf(CubicWeights w, vec4 v) { return cubicValue(w, v.x, v.y, v.z, v.w); }
+float stepOf(CubicWeights w, vec4 v) { return cubicStep(w, v.x, v.y, v.z, v.w); }
 
 // Of the lattice of this pitch, per voxel.
 vec3 cubicDifferences(vec3 p, float pitch) {
@@ -55,14 +33,14 @@ vec3 cubicDifferences(vec3 p, float pitch) {
                 ONCE (!inCurrentBrick(sampleAt)) value = fieldValue(sampleAt);
                 row[x] = value;
             }
-            steps[y] = cubicStep(wx, row);
-            values[y] = cubicValue(wx, row);
+            steps[y] = stepOf(wx, row);
+            values[y] = valueOf(wx, row);
         }
-        alongX[z] = cubicValue(wy, steps);
-        alongY[z] = cubicStep(wy, values);
-        smooth_[z] = cubicValue(wy, values);
+        alongX[z] = valueOf(wy, steps);
+        alongY[z] = stepOf(wy, values);
+        smooth_[z] = valueOf(wy, values);
     }
-    precise vec3 g = vec3(cubicValue(wz, alongX), cubicValue(wz, alongY), cubicStep(wz, smooth_)) * (1.0 / h);
+    precise vec3 g = vec3(valueOf(wz, alongX), valueOf(wz, alongY), stepOf(wz, smooth_)) * (1.0 / h);
     return g;
 }
 

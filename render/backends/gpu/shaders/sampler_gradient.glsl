@@ -1,6 +1,6 @@
 // sampler_gradient.glsl: gradients of the field (docs/sampling.md, "Value"), as FEATURE_FORWARD_GRADIENT,
 // FEATURE_SOBEL_GRADIENT, FEATURE_ANALYTIC_GRADIENT, FEATURE_HALF_CENTRAL_GRADIENT, FEATURE_CUBIC_GRADIENT say, else
-// by central differences over a pitch to either side; twin of render/contract/sampler.h.
+// by central differences over a pitch to either side; as render/contract/sampler.h has them.
 // Needs sampler_current_brick.glsl. Gives fieldGradient(p): p in level-0 voxels, stored units per voxel; and
 // kGradientValues, how many values of the field it takes.
 

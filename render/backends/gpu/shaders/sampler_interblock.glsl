@@ -1,6 +1,8 @@
 // sampler_interblock.glsl: the field of mixed levels: blends of the eight bricks around the nearest brick
-// corner (docs/sampling.md, "Value"; course notes 2.10.2); twin of render/contract/brick_corner.h and render/contract/sampler.h.
+// corner (docs/sampling.md, "Value"; course notes 2.10.2); as in render/contract/brick_corner.h and render/contract/sampler.h.
 // Needs sampler_atlas.glsl. Gives fieldValue(p), localPitch(p), placeOf(p), cornerTexel, codeOf, gBlended.
+
+#include "leaf_bricks.h"
 
 TEXELS_RG32UI uCorners;  // one texel per brick corner: see render/contract/brick_corner.h
 uniform ivec3 uBricks;        // grid of bricks
@@ -8,7 +10,7 @@ uniform ivec3 uExtentVoxels;
 uniform int uEdgeFunction;    // 0 nearest, 1 minimum, 2 split, 3 maximum
 uniform int uFinest;          // level of the selection
 
-const uint kCodeEmpty = 6u, kCodeOutside = 7u, kNoReach = 15u, kAgreeBit = 1u << 12;
+const uint kCodeEmpty = uint(kEmptyCode), kCodeOutside = uint(kOutsideCode), kNoReach = 15u, kAgreeBit = 1u << 12;
 
 #if FEATURE_COUNTING
 uint gBlended = 0u; // evaluations that took more than the brick at hand
@@ -48,35 +50,24 @@ int nearAxes(uvec2 corner, vec3 offset) {
     return near;
 }
 
-// Edge weights of one of the eight along the axes, 1 along those that are not near; slopes: their derivatives.
+// Edge weight of one of the eight along an axis, given by its bit, 1 where that is not near; slope: its derivative.
+float edgeAlong(uvec2 corner, int brick, int near, int bit, float offset, out float slope) {
+    int own = int(codeOf(corner, brick));
+    int other = int(codeOf(corner, brick ^ bit));
+    bool upper = (brick & bit) != 0;
+    float into = upper ? offset : -offset;
+    int level = edgeLevel(own, other, into >= 0.0, uEdgeFunction, uFinest);
+    bool counts = (near & bit) != 0 && other != kOutsideCode;
+    bool steps = uEdgeFunction == kNearestEdge && own != kEmptyCode && other != kEmptyCode;
+    float weight = steps ? edgeStep(into, upper) : edgeWeight(into, uintBitsToFloat(uint(128 - level) << 23));
+    slope = counts && !steps ? edgeSlope(into, halfSample(uint(level)), upper) : 0.0;
+    return counts ? weight : 1.0;
+}
 vec3 edgeWeights(uvec2 corner, int brick, int near, vec3 offset, out vec3 slopes) {
-    uint own = codeOf(corner, brick);
-    uvec3 other = uvec3(codeOf(corner, brick ^ 1), codeOf(corner, brick ^ 2), codeOf(corner, brick ^ 4));
-    // Codes order levels, and an empty brick after them: the smaller code is the minimum's level.
-    uvec3 low = min(uvec3(own), other);
-    low = mix(low, uvec3(uFinest), equal(low, uvec3(kCodeEmpty)));
-    uvec3 high = max(uvec3(own), other);
-    bvec3 asMinimum = uEdgeFunction == 1 ? bvec3(true) : greaterThanEqual(high, uvec3(kCodeEmpty));
-    uvec3 ownLevel = mix(uEdgeFunction == 2 ? uvec3(own) : high, low, asMinimum);
-    uvec3 otherLevel = mix(uEdgeFunction == 2 ? other : high, low, asMinimum);
-    bvec3 upper = notEqual(ivec3(brick) & ivec3(1, 2, 4), ivec3(0));
-    vec3 into = mix(-offset, offset, upper);
-    uvec3 level = mix(otherLevel, ownLevel, greaterThanEqual(into, vec3(0.0)));
-    vec3 reach = uintBitsToFloat((126u + level) << 23);
-    precise vec3 weights = clamp(0.5 + 0.5 * (into / reach), vec3(0.0), vec3(1.0));
-    // Nearest: no blend at all between bricks that show something.
-    vec3 steps = vec3(greaterThan(into, vec3(0.0))) + vec3(equal(into, vec3(0.0))) * vec3(upper);
-    slopes = mix(vec3(0.0), mix(vec3(-0.5), vec3(0.5), upper) / reach, lessThan(abs(into), reach));
-    if (uEdgeFunction == 0) {
-        weights = mix(steps, weights, asMinimum);
-        slopes = mix(vec3(0.0), slopes, asMinimum);
-    }
-    bvec3 counts = notEqual(ivec3(near) & ivec3(1, 2, 4), ivec3(0));
-    weights = mix(vec3(1.0), weights, counts);
-    slopes = mix(vec3(0.0), slopes, counts);
-    weights = mix(weights, vec3(1.0), equal(other, uvec3(kCodeOutside)));
-    slopes = mix(slopes, vec3(0.0), equal(other, uvec3(kCodeOutside)));
-    return weights;
+    float x = edgeAlong(corner, brick, near, 1, offset.x, slopes.x);
+    float y = edgeAlong(corner, brick, near, 2, offset.y, slopes.y);
+    float z = edgeAlong(corner, brick, near, 4, offset.z, slopes.z);
+    return vec3(x, y, z);
 }
 
 // Weight of one of the eight before normalisation: the product of its edge weights along the near axes.

@@ -1,5 +1,5 @@
 // sampler_light.glsl: light of voxels: the field of sampler_field.glsl over the planes of light, which lie in the same slots;
-// twin of NativeField::received() and StoredLight. Always by texels and float arithmetic: there are no filtered fetches of it.
+// as NativeField::received() and StoredLight have it. Always by texels and float arithmetic: there are no filtered fetches of it.
 // Needs FEATURE_VOXEL_LIGHT, FEATURE_EMISSION, sampler_field.glsl, march_lights.glsl. Gives receivedLight(p).
 
 #if FEATURE_VOXEL_LIGHT
@@ -21,16 +21,10 @@ vec4 standingLight(ivec3 brick) {
     return lightTexels(texelFetch(uLightStanding, brick, 0));
 }
 
-// As mixCorners().
 vec4 mixLight(vec4 v000, vec4 v100, vec4 v010, vec4 v110, vec4 v001, vec4 v101, vec4 v011, vec4 v111, vec3 f) {
-    precise vec4 a = v000 + f.x * (v100 - v000);
-    precise vec4 b = v010 + f.x * (v110 - v010);
-    precise vec4 c = v001 + f.x * (v101 - v001);
-    precise vec4 d = v011 + f.x * (v111 - v011);
-    precise vec4 e = a + f.y * (b - a);
-    precise vec4 g = c + f.y * (d - c);
-    precise vec4 v = e + f.z * (g - e);
-    return v;
+#define OF(c) trilinear(v000.c, v100.c, v010.c, v110.c, v001.c, v101.c, v011.c, v111.c, f.x, f.y, f.z)
+    return vec4(OF(x), OF(y), OF(z), OF(w));
+#undef OF
 }
 
 vec4 latticeLight(ivec3 i, int shift) {

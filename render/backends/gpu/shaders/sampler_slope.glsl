@@ -1,47 +1,26 @@
 // sampler_slope.glsl: the derivative of the field itself: of trilinear interpolation, and of the blends between
-// bricks of mixed levels; twin of the "slopes" of render/contract/sampler.h. Needs sampler_current_brick.glsl, FEATURE_MIXED.
+// bricks of mixed levels; as the "slopes" of render/contract/sampler.h. Needs sampler_current_brick.glsl, FEATURE_MIXED.
 // Gives fieldSlope(p), and currentBrickSlope(p) where inCurrentBrick(p): stored units per voxel.
 
 // xyz: derivative along the lattice's axes, per sample; w: the value.
-vec4 slopeOfCorners(float v000, float v100, float v010, float v110, float v001, float v101, float v011,
-                    float v111, vec3 f) {
-    precise float da = v100 - v000;
-    precise float db = v110 - v010;
-    precise float dc = v101 - v001;
-    precise float dd = v111 - v011;
-    precise float a = v000 + f.x * da;
-    precise float b = v010 + f.x * db;
-    precise float c = v001 + f.x * dc;
-    precise float d = v011 + f.x * dd;
-    precise float dx0 = da + f.y * (db - da);
-    precise float dx1 = dc + f.y * (dd - dc);
-    precise float dy0 = b - a;
-    precise float dy1 = d - c;
-    precise float e = a + f.y * dy0;
-    precise float g = c + f.y * dy1;
-    precise float dx = dx0 + f.z * (dx1 - dx0);
-    precise float dy = dy0 + f.z * (dy1 - dy0);
-    precise float dz = g - e;
-    precise float v = e + f.z * dz;
-    return vec4(dx, dy, dz, v);
-}
+vec4 asVector(CellSlope s) { return vec4(s.x, s.y, s.z, s.value); }
 
 // Between texels of one slot.
 vec4 slopeInSlot(ivec3 low, ivec3 high, vec3 f) {
-    return slopeOfCorners(texelValue(low), texelValue(ivec3(high.x, low.yz)),
+    return asVector(trilinearSlope(texelValue(low), texelValue(ivec3(high.x, low.yz)),
                           texelValue(ivec3(low.x, high.y, low.z)), texelValue(ivec3(high.xy, low.z)),
                           texelValue(ivec3(low.xy, high.z)), texelValue(ivec3(high.x, low.y, high.z)),
-                          texelValue(ivec3(low.x, high.yz)), texelValue(high), f);
+                          texelValue(ivec3(low.x, high.yz)), texelValue(high), f.x, f.y, f.z));
 }
 
 // Between samples of one level, whichever bricks they are in. shift: log2 of the samples per brick edge
 vec4 slopeOverBricks(ivec3 low, ivec3 high, vec3 f, int shift) {
-    return slopeOfCorners(latticeValue(low, shift), latticeValue(ivec3(high.x, low.yz), shift),
+    return asVector(trilinearSlope(latticeValue(low, shift), latticeValue(ivec3(high.x, low.yz), shift),
                           latticeValue(ivec3(low.x, high.y, low.z), shift),
                           latticeValue(ivec3(high.xy, low.z), shift),
                           latticeValue(ivec3(low.xy, high.z), shift),
                           latticeValue(ivec3(high.x, low.y, high.z), shift),
-                          latticeValue(ivec3(low.x, high.yz), shift), latticeValue(high, shift), f);
+                          latticeValue(ivec3(low.x, high.yz), shift), latticeValue(high, shift), f.x, f.y, f.z));
 }
 
 // Beyond the outermost samples the field is constant along that axis.

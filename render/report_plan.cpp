@@ -1,5 +1,5 @@
-// render/picture/report_plan.cpp: see report_plan.h.
-#include "render/picture/report_plan.h"
+// render/report_plan.cpp: see report_plan.h.
+#include "render/report_plan.h"
 
 #include "render/residency/pages.h"
 

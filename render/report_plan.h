@@ -1,4 +1,4 @@
-// render/picture/report_plan.h: what is told of a plan with every picture of it.
+// render/report_plan.h: what is told of a plan with every picture of it.
 #pragma once
 
 #include "core/scene/scene.h"
