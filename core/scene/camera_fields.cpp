@@ -39,8 +39,8 @@ const Fields<FittedView>& fittedFields() {
               "normal.")
             .writtenIf([](const FittedView& view) { return view.mmPerPixel > 0; });
         f.add("fit", &FittedView::fit, named<Fit>(),
-              "What the camera is fitted to: all that the transfer function and the isosurfaces show, the "
-              "volume's box, or what is shown within the cuts.");
+              "The region to which the camera is fitted: everything visible under the transfer function and "
+              "the isosurfaces, the volume's box, or the visible part within the cuts.");
         f.add("parallelProjection", &FittedView::projection, projectionKind(), "false: perspective.");
         return f;
     }();

@@ -232,8 +232,8 @@ const Fields<Scene>& sceneFields() {
               listOf(objectOf(surfaceFields()), Scene::kMaxSurfaces, "isosurfaces"),
               "Surfaces of one value each, drawn in one pass with the volume and lit like it.");
         f.add("mode", &Scene::mode, named<Mode>(),
-              "What a ray shows: compositing by the transfer function; the maximum, minimum or mean value; "
-              "the isosurfaces alone; or the values of a plane.")
+              "Kind of picture: compositing by the transfer function; the maximum, minimum or mean value "
+              "along rays; the isosurfaces alone; or the values of a plane.")
             .unlessDefault();
         f.add("window", &Scene::window, windowKind(),
               "Grey of a value in modes that show single values, as [centre, width] or by name. Black is at "
